@@ -1,0 +1,1 @@
+# What is flashed: safety, motion, control, devices and link of the board.

@@ -1,0 +1,1 @@
+# Boards: the one place where hardware is touched; every board offers the same few calls.

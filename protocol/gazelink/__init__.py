@@ -1,0 +1,3 @@
+# The wire between host and board: framing, CRC, message table and codes; the same files on both ends.
+
+VERSION = (0, 1, 0)

@@ -1,0 +1,16 @@
+# CRC-32 (IEEE 802.3, reflected 0xEDB88320): append to and check frames in place, seeded by bytes.
+#
+# One interface, two implementations: zlib on CPython; viper on MicroPython, because
+# binascii.crc32 allocates there for three values in four (results of 31 bits and more).
+
+import sys
+
+if sys.implementation.name == "micropython":
+    from gazelink.crc_board import append, check, make_seed
+else:
+    from gazelink.crc_host import append, check, make_seed
+
+CRC_SIZE = 4
+NO_SEED = make_seed(b"")
+
+__all__ = ("CRC_SIZE", "NO_SEED", "append", "check", "make_seed")

@@ -1,0 +1,164 @@
+# Framing: COBS with a zero delimiter around header + payload + CRC-32. No I/O, no allocation once built.
+#
+# COBS: Cheshire & Baker, "Consistent Overhead Byte Stuffing", 1997. Bodies are at most 62 bytes, so a
+# code byte above 63 never occurs and the 0xFF special case is not needed: such a byte marks corruption.
+
+from gazelink import crc
+from gazelink.messages import BY_TYPE, HEADER_SIZE, MESSAGES, SEQ_AT, STAMP_AT, TYPE_AT, schema_text
+
+MAX_WIRE = 64
+MAX_BODY = MAX_WIRE - 2  # one COBS code byte, one delimiter
+_MAX_CODE = MAX_BODY + 1
+
+_UNKNOWN = 0
+_FROZEN = 1
+_SEEDED = 2
+
+# Per type id: what CRC it carries, and its exact size. Bytearrays, so that a look-up allocates nothing.
+_kind = bytearray(256)
+_size = bytearray(256)
+for _m in MESSAGES:
+    _kind[_m.type_id] = _FROZEN if _m.frozen else _SEEDED
+    _size[_m.type_id] = _m.size
+    assert _m.size + crc.CRC_SIZE <= MAX_BODY, _m.name
+assert len(BY_TYPE) == len(MESSAGES)
+
+_SCHEMA_SEED = crc.make_seed(schema_text().encode())
+
+
+def schema_hash():
+    # CRC-32 of the message table. Above 30 bits on most tables: for HELLO only, never in a hot path.
+    return (
+        _SCHEMA_SEED[0] | (_SCHEMA_SEED[1] << 8) | (_SCHEMA_SEED[2] << 16) | (_SCHEMA_SEED[3] << 24)
+    )
+
+
+def session_seed(session, boot):
+    # Seed of every frame that is not frozen: the table, the host's session and the board's boot, so a
+    # frame of another version, another host or another life of the board fails its CRC.
+    ids = bytes((session & 0xFF, session >> 8, boot & 0xFF, boot >> 8))
+    return crc.make_seed(bytes(_SCHEMA_SEED) + ids)
+
+
+class Decoder:
+    # Feed it bytes one at a time. True means: buf[0:length] holds one whole, checked frame of a known
+    # type and exact size, valid until the next feed. Everything else is counted and dropped.
+
+    def __init__(self):
+        self.buf = bytearray(MAX_BODY)
+        self.length = 0  # of the last good frame, CRC not counted
+        self.seed = None  # from session_seed(); None: frozen frames only
+        self.ok = 0
+        self.corrupt = 0  # bad stuffing, size or CRC (a foreign session's too)
+        self.unknown = 0  # right CRC, a type or size that is not in the table
+        self._n = 0
+        self._left = 0
+        self._started = False
+        self._bad = False
+
+    def feed(self, byte):
+        if byte == 0:
+            whole = self._started and not self._bad and self._left == 0
+            started = self._started
+            n = self._n
+            self._n = 0
+            self._left = 0
+            self._started = False
+            self._bad = False
+            if whole:
+                return self._accept(n)
+            if started:
+                self.corrupt = (self.corrupt + 1) & 0xFFFF
+            return False
+        if self._bad:
+            return False
+        if self._left == 0:
+            if self._started:
+                self._put(0)
+            self._started = True
+            self._left = byte - 1
+            if byte > _MAX_CODE:
+                self._bad = True
+        else:
+            self._left -= 1
+            self._put(byte)
+        return False
+
+    def _put(self, byte):
+        n = self._n
+        if n >= MAX_BODY:
+            self._bad = True
+            return
+        self.buf[n] = byte
+        self._n = n + 1
+
+    def _accept(self, n):
+        kind = _kind[self.buf[TYPE_AT]]
+        seed = self.seed if kind == _SEEDED else crc.NO_SEED
+        if kind == _UNKNOWN and self.seed is not None and crc.check(self.buf, n, self.seed):
+            self.unknown = (self.unknown + 1) & 0xFFFF
+            return False
+        if seed is None or n < HEADER_SIZE + crc.CRC_SIZE or not crc.check(self.buf, n, seed):
+            self.corrupt = (self.corrupt + 1) & 0xFFFF
+            return False
+        if kind == _UNKNOWN or n - crc.CRC_SIZE != _size[self.buf[TYPE_AT]]:
+            self.unknown = (self.unknown + 1) & 0xFFFF
+            return False
+        self.length = n - crc.CRC_SIZE
+        self.ok = (self.ok + 1) & 0xFFFF
+        return True
+
+
+class Encoder:
+    # Write the payload into `body` (offsets of the message table), then finish(): `wire[0:n]` is the frame.
+
+    def __init__(self):
+        self.body = bytearray(MAX_BODY)
+        self.wire = bytearray(MAX_WIRE)
+        self.seed = None
+        self._seq = 0
+
+    def finish(self, message, stamp_ms):
+        # Number of bytes in `wire`. Raises ValueError for a seeded message before a session exists.
+        body = self.body
+        seed = crc.NO_SEED if message.frozen else self.seed
+        if seed is None:
+            raise ValueError("no session yet: only frozen messages can be sent")
+        self._seq = (self._seq + 1) & 0xFF
+        body[TYPE_AT] = message.type_id
+        body[SEQ_AT] = self._seq
+        body[STAMP_AT] = stamp_ms & 0xFF
+        body[STAMP_AT + 1] = (stamp_ms >> 8) & 0xFF
+        crc.append(body, message.size, seed)
+        return cobs_encode(body, message.size + crc.CRC_SIZE, self.wire)
+
+
+def cobs_encode(src, n, dst):
+    # Stuff src[0:n] into dst, delimiter included; returns the bytes written (n + 2 for n <= 62).
+    code_at = 0
+    out = 1
+    code = 1
+    i = 0
+    while i < n:
+        byte = src[i]
+        if byte:
+            dst[out] = byte
+            code += 1
+        else:
+            dst[code_at] = code
+            code_at = out
+            code = 1
+        out += 1
+        i += 1
+    dst[code_at] = code
+    dst[out] = 0
+    return out + 1
+
+
+def u16(buf, at):
+    return buf[at] | (buf[at + 1] << 8)
+
+
+def i16(buf, at):
+    value = buf[at] | (buf[at + 1] << 8)
+    return value - 65536 if value & 0x8000 else value

@@ -1,0 +1,119 @@
+# The one message table: every frame's type, direction and fields, and the hash that pins it.
+#
+# Header of every frame: type u8, seq u8, stamp_ms u16. Going down, stamp_ms is the board's tick clock;
+# going up, it echoes the newest stamp heard, so the board can tell how old a frame is by its own clock.
+
+import struct
+
+try:
+    from micropython import const
+except ImportError:
+
+    def const(value):
+        return value
+
+
+HEADER_SIZE = const(4)
+TYPE_AT = const(0)
+SEQ_AT = const(1)
+STAMP_AT = const(2)
+
+UP = "up"  # host -> board
+DOWN = "down"  # board -> host
+BOTH = "both"
+
+_SIZES = {"B": 1, "b": 1, "H": 2, "h": 2, "I": 4}
+
+
+class Message:
+    # One row of the table: fields as "name:format" with struct's letters (little-endian, no padding).
+    # Offsets count from the start of the frame, header included, so code reads them without arithmetic.
+
+    def __init__(self, type_id, name, direction, fields, frozen=False):
+        self.type_id = type_id
+        self.name = name
+        self.direction = direction
+        self.fields = fields
+        self.frozen = frozen
+        self.names = []
+        self.offsets = {}
+        self.format = "<"
+        at = HEADER_SIZE
+        for field in fields.split():
+            field_name, letter = field.split(":")
+            self.names.append(field_name)
+            self.offsets[field_name] = at
+            self.format += letter
+            at += _SIZES[letter[-1]] if letter[-1] in _SIZES else int(letter[:-1])
+        self.size = at
+
+    def pack(self, buf, values):
+        # Write `values` (in table order) behind the header in buf. Not for the board's hot path.
+        struct.pack_into(self.format, buf, HEADER_SIZE, *values)
+
+    def unpack(self, buf):
+        # {field: value} of a received frame in buf. Allocates: for the host and for tests.
+        return dict(zip(self.names, struct.unpack_from(self.format, buf, HEADER_SIZE)))
+
+
+# Frozen for ever: layout and unseeded CRC of HELLO, FAULT and MAINTENANCE never change, so that two
+# versions can always say that they differ, and an old board can be updated.
+HELLO = Message(
+    0x01,
+    "hello",
+    BOTH,
+    # role: 0 host, 1 board. flags (from the board): bit 0 simulated, bit 1 armed.
+    # session: chosen by the host, echoed by the board, 0 = none yet. boot: drawn by the board at reset.
+    "role:B flags:B schema_hash:I session:H boot:H major:B minor:B patch:B name:16s",
+    True,
+)
+FAULT = Message(0x02, "fault", DOWN, "reason:B detail:40s", True)
+MAINTENANCE = Message(
+    0x03,
+    "maintenance",
+    BOTH,
+    # up: key must be MAINTENANCE_KEY. down: accepted 1, or 0 with the reason.
+    "key:I accepted:B reason:B",
+    True,
+)
+MAINTENANCE_KEY = 0x11A7C0DE
+
+COMMAND = Message(
+    0x10,
+    "command",
+    UP,
+    # edge changes with every new press; ttl_ms is what is left of the value's life when it was sent.
+    "verb:B mode:B edge:B owner:B ttl_ms:H linear_permille:h turn_permille:h",
+)
+ORDER = Message(0x11, "order", UP, "action:B number:B owner:B")
+CLEARANCE = Message(0x12, "clearance", UP, "blocked:B source:B age_ms:H")
+PING = Message(0x13, "ping", UP, "token_low:H token_high:H")
+
+STATE = Message(
+    0x20,
+    "state",
+    DOWN,
+    # status: state in the low nibble, motion in the high. decisions: 2 bits per direction.
+    # heading_q4_deg: 1/16 degree, 0..5759, counter-clockwise positive.
+    "status:B override:B arm_reason:B first_fault:B faults:I heading_q4_deg:H "
+    "linear_wiper:B turn_wiper:B edge:B decisions:B",
+)
+STATS = Message(
+    0x21,
+    "stats",
+    DOWN,
+    # Counters wrap at 65536. us and ms maxima are since the previous stats frame.
+    "rx_ok:H rx_corrupt:H rx_unknown:H rx_stale:H rx_bad:H tx_dropped:H tick_max_us:H tick_late:H "
+    "service_max_ms:H heap_free_kb:H imu_samples:H imu_errors:H reset_cause:B relay:B imu_status:B owner:B",
+)
+PONG = Message(0x22, "pong", DOWN, "token_low:H token_high:H")
+
+MESSAGES = (HELLO, FAULT, MAINTENANCE, COMMAND, ORDER, CLEARANCE, PING, STATE, STATS, PONG)
+BY_TYPE = {m.type_id: m for m in MESSAGES}
+
+
+def schema_text(messages=MESSAGES):
+    # The table as canonical text: any change that alters a byte on the wire alters it.
+    return "\n".join(
+        "%d %s %s %s %d" % (m.type_id, m.name, m.direction, m.fields, m.frozen) for m in messages
+    )
