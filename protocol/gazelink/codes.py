@@ -147,11 +147,14 @@ FAULTS = (
     (NO_HARD_TIMER, "no_hard_timer", ERROR, False),
 )
 
-HEADING_FAULTS = (1 << HEADING_FROZEN) | (1 << HEADING_BUS) | (1 << HEADING_RESET) | (1 << HEADING_JUMP)
+HEADING_FAULTS = (
+    (1 << HEADING_FROZEN) | (1 << HEADING_BUS) | (1 << HEADING_RESET) | (1 << HEADING_JUMP)
+)
 
 
 def reason_name(code):
-    # Name of an override or arm_reason code, as in the string tables; "unknown_<n>" from a newer board.
+    # Name of an override or arm_reason code, as in the string tables; "unknown_<n>" if a newer
+    # board sent it.
     if code < len(REASONS):
         return REASONS[code]
     for fault in FAULTS:

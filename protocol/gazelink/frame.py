@@ -1,7 +1,9 @@
-# Framing: COBS with a zero delimiter around header + payload + CRC-32. No I/O, no allocation once built.
+# Framing: COBS with a zero delimiter around header + payload + CRC-32. No I/O; once built, no
+# allocation.
 #
-# COBS: Cheshire & Baker, "Consistent Overhead Byte Stuffing", 1997. Bodies are at most 62 bytes, so a
-# code byte above 63 never occurs and the 0xFF special case is not needed: such a byte marks corruption.
+# COBS: Cheshire & Baker, "Consistent Overhead Byte Stuffing", 1997. Bodies are at most 62 bytes, so
+# a code byte above 63 never occurs and the 0xFF special case is not needed: such a byte marks
+# corruption.
 
 from gazelink import crc
 from gazelink.messages import BY_TYPE, HEADER_SIZE, MESSAGES, SEQ_AT, STAMP_AT, TYPE_AT, schema_text
@@ -14,7 +16,7 @@ _UNKNOWN = 0
 _FROZEN = 1
 _SEEDED = 2
 
-# Per type id: what CRC it carries, and its exact size. Bytearrays, so that a look-up allocates nothing.
+# Per type id: what CRC it carries, and its exact size. Bytearrays: a look-up allocates nothing.
 _kind = bytearray(256)
 _size = bytearray(256)
 for _m in MESSAGES:
@@ -27,22 +29,22 @@ _SCHEMA_SEED = crc.make_seed(schema_text().encode())
 
 
 def schema_hash():
-    # CRC-32 of the message table. Above 30 bits on most tables: for HELLO only, never in a hot path.
+    # CRC-32 of the message table. Above 30 bits mostly: for HELLO only, never in a hot path.
     return (
         _SCHEMA_SEED[0] | (_SCHEMA_SEED[1] << 8) | (_SCHEMA_SEED[2] << 16) | (_SCHEMA_SEED[3] << 24)
     )
 
 
 def session_seed(session, boot):
-    # Seed of every frame that is not frozen: the table, the host's session and the board's boot, so a
-    # frame of another version, another host or another life of the board fails its CRC.
+    # Seed of every frame that is not frozen: the table, the host's session and the board's boot, so
+    # a frame of another version, another host or another life of the board fails its CRC.
     ids = bytes((session & 0xFF, session >> 8, boot & 0xFF, boot >> 8))
     return crc.make_seed(bytes(_SCHEMA_SEED) + ids)
 
 
 class Decoder:
-    # Feed it bytes one at a time. True means: buf[0:length] holds one whole, checked frame of a known
-    # type and exact size, valid until the next feed. Everything else is counted and dropped.
+    # Feed it bytes one at a time. True means: buf[0:length] holds one whole, checked frame of a
+    # known type and exact size, valid until the next feed. All else is counted and dropped.
 
     def __init__(self):
         self.buf = bytearray(MAX_BODY)
@@ -110,7 +112,8 @@ class Decoder:
 
 
 class Encoder:
-    # Write the payload into `body` (offsets of the message table), then finish(): `wire[0:n]` is the frame.
+    # Write the payload into `body` (offsets of the message table), then finish(): `wire[0:n]` is
+    # the frame.
 
     def __init__(self):
         self.body = bytearray(MAX_BODY)

@@ -1,7 +1,8 @@
 # The one message table: every frame's type, direction and fields, and the hash that pins it.
 #
-# Header of every frame: type u8, seq u8, stamp_ms u16. Going down, stamp_ms is the board's tick clock;
-# going up, it echoes the newest stamp heard, so the board can tell how old a frame is by its own clock.
+# Header of every frame: type u8, seq u8, stamp_ms u16. Going down, stamp_ms is the board's tick
+# clock; going up, it echoes the newest stamp heard, so the board can tell by its own clock how old
+# a frame is.
 
 import struct
 
@@ -26,8 +27,8 @@ _SIZES = {"B": 1, "b": 1, "H": 2, "h": 2, "I": 4}
 
 
 class Message:
-    # One row of the table: fields as "name:format" with struct's letters (little-endian, no padding).
-    # Offsets count from the start of the frame, header included, so code reads them without arithmetic.
+    # One row of the table: fields as "name:format" with struct's letters (little-endian, unpadded).
+    # Offsets count from the start of the frame, header included, so reading needs no arithmetic.
 
     def __init__(self, type_id, name, direction, fields, frozen=False):
         self.type_id = type_id
@@ -63,7 +64,8 @@ HELLO = Message(
     "hello",
     BOTH,
     # role: 0 host, 1 board. flags (from the board): bit 0 simulated, bit 1 armed.
-    # session: chosen by the host, echoed by the board, 0 = none yet. boot: drawn by the board at reset.
+    # session: chosen by the host, echoed by the board, 0 = none yet. boot: drawn by the board at
+    # reset.
     "role:B flags:B schema_hash:I session:H boot:H major:B minor:B patch:B name:16s",
     True,
 )
@@ -82,7 +84,7 @@ COMMAND = Message(
     0x10,
     "command",
     UP,
-    # edge changes with every new press; ttl_ms is what is left of the value's life when it was sent.
+    # edge changes with every new press; ttl_ms is what is left of the value's life at sending.
     "verb:B mode:B edge:B owner:B ttl_ms:H linear_permille:h turn_permille:h",
 )
 ORDER = Message(0x11, "order", UP, "action:B number:B owner:B")
@@ -104,7 +106,8 @@ STATS = Message(
     DOWN,
     # Counters wrap at 65536. us and ms maxima are since the previous stats frame.
     "rx_ok:H rx_corrupt:H rx_unknown:H rx_stale:H rx_bad:H tx_dropped:H tick_max_us:H tick_late:H "
-    "service_max_ms:H heap_free_kb:H imu_samples:H imu_errors:H reset_cause:B relay:B imu_status:B owner:B",
+    "service_max_ms:H heap_free_kb:H imu_samples:H imu_errors:H reset_cause:B relay:B imu_status:B "
+    "owner:B",
 )
 PONG = Message(0x22, "pong", DOWN, "token_low:H token_high:H")
 
