@@ -1,0 +1,219 @@
+"""The configuration: one TOML file, every default working on a bare machine."""
+
+from __future__ import annotations
+
+import ipaddress
+import re
+import sys
+from dataclasses import Field, dataclass, field, fields
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+from gazechair import settings
+from gazechair.settings import Kind, Refused, choice, flag, integer, number, text
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+T = TypeVar("T")
+
+
+class ConfigError(Exception):
+    """A file that is refused. Its text is one line: file, line, reason, what to do."""
+
+
+def _setting(default: T, kind: Kind, meaning: str) -> T:
+    return field(default=default, metadata={"kind": kind, "meaning": meaning})
+
+
+@dataclass(frozen=True)
+class BoardConfig:
+    """The microcontroller board."""
+
+    port: str = _setting(
+        "auto", text(), 'serial port of the board: "auto" finds it by USB ids, or a path'
+    )
+
+
+@dataclass(frozen=True)
+class LidarConfig:
+    """The obstacle sensor. Without one the board refuses to arm."""
+
+    kind: str = _setting("off", choice("off", "s2"), "s2 = RPLIDAR S2; off = none fitted")
+    port: str = _setting(
+        "auto", text(), 'serial port of the lidar: "auto" finds it by USB ids, or a path'
+    )
+
+
+@dataclass(frozen=True)
+class CameraConfig:
+    """The picture behind the buttons. The chair drives without it."""
+
+    kind: str = _setting("off", choice("off", "http"), "http = MJPEG stream of an IP camera")
+    url: str = _setting("", text(), "where the stream is: http://host:port/path")
+
+
+@dataclass(frozen=True)
+class WebConfig:
+    """The server of the driver's page."""
+
+    host: str = _setting("127.0.0.1", text(), "address to listen on; 0.0.0.0 = every network")
+    port: int = _setting(8080, integer(0, 65535), "TCP port; 0 = any free one")
+    insecure_http: bool = _setting(
+        False, flag(), "true = allow other machines in without TLS (shown on the page)"
+    )
+    language: str = _setting("nl", choice("nl", "en"), "language of the page")
+
+
+@dataclass(frozen=True)
+class DriverConfig:
+    """How the driver's page behaves."""
+
+    mode: str = _setting("step", choice("step", "continuous"), "mode in which the page starts")
+    dwell_ms: int = _setting(600, integer(0, 3000), "gaze on a button this long starts it")
+    leave_grace_ms: int = _setting(200, integer(0, 500), "gaze off a button this long stops it")
+    pointer_stale_ms: int = _setting(
+        500, integer(200, 1000), "a pointer that stands still this long counts as looking away"
+    )
+    backward: bool = _setting(False, flag(), "true = show the button that drives backward")
+
+
+@dataclass(frozen=True)
+class SectorsConfig:
+    """Lidar sectors: [from, to] counter-clockwise in degrees, 0 = forward, left positive."""
+
+    front_deg: tuple[float, float] = _setting((-30.0, 30.0), settings.arc(), "sector of forward")
+    left_deg: tuple[float, float] = _setting((30.0, 90.0), settings.arc(), "sector of turning left")
+    right_deg: tuple[float, float] = _setting(
+        (-90.0, -30.0), settings.arc(), "sector of turning right"
+    )
+    rear_deg: tuple[float, float] | None = _setting(
+        None, settings.arc(may_be_empty=True), "sector of backward; [] = not sensed: blocked"
+    )
+    distance_m: float = _setting(
+        0.5, number(0.2, 5.0), "nearer than this to the lidar's centre is an obstacle"
+    )
+
+
+@dataclass(frozen=True)
+class Config:
+    """Everything that can be configured, by section."""
+
+    board: BoardConfig = field(default_factory=BoardConfig)
+    lidar: LidarConfig = field(default_factory=LidarConfig)
+    camera: CameraConfig = field(default_factory=CameraConfig)
+    web: WebConfig = field(default_factory=WebConfig)
+    driver: DriverConfig = field(default_factory=DriverConfig)
+    sectors: SectorsConfig = field(default_factory=SectorsConfig)
+
+
+SECTIONS: dict[str, type[Any]] = {
+    "board": BoardConfig,
+    "lidar": LidarConfig,
+    "camera": CameraConfig,
+    "web": WebConfig,
+    "driver": DriverConfig,
+    "sectors": SectorsConfig,
+}
+
+
+def load(path: Path | None) -> Config:
+    """The configuration in the file at `path`, or the defaults when it is None.
+
+    Raises ConfigError, one line long: a missing file, broken TOML, an unknown key, a bad value.
+    """
+    if path is None:
+        return Config()
+    try:
+        content = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise ConfigError(
+            f"{path}: cannot be read ({error.strerror}); give an existing file with --config"
+        ) from None
+    except UnicodeDecodeError:
+        raise ConfigError(f"{path}: is not UTF-8 text; save it as UTF-8") from None
+    return parse(content, str(path))
+
+
+def parse(content: str, name: str = "configuration") -> Config:
+    """The configuration in TOML text `content`, called `name` in errors. Raises ConfigError."""
+    try:
+        document = tomllib.loads(content)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(_broken_toml(content, name, str(error))) from None
+    known = ", ".join(SECTIONS)
+    sections: dict[str, Any] = {}
+    for section, values in document.items():
+        if section not in SECTIONS:
+            _refuse(content, name, section, None, f"is no section; there are {known}")
+        if not isinstance(values, dict):
+            _refuse(content, name, section, None, f"is a section: write it as [{section}]")
+        sections[section] = _section(content, name, section, values)
+    config = Config(**sections)
+    _check_whole(config, content, name)
+    return config
+
+
+def _section(content: str, name: str, section: str, values: dict[str, Any]) -> object:
+    settings_here = {f.name: f for f in fields(SECTIONS[section])}
+    checked = {}
+    for key, value in values.items():
+        if key not in settings_here:
+            known = ", ".join(settings_here)
+            _refuse(content, name, section, key, f"is no setting; [{section}] has {known}")
+        try:
+            checked[key] = _kind(settings_here[key]).check(value)
+        except Refused as refusal:
+            _refuse(content, name, section, key, str(refusal))
+    return SECTIONS[section](**checked)
+
+
+def _check_whole(config: Config, content: str, name: str) -> None:
+    # What no single setting can tell.
+    if config.camera.kind == "http" and not re.match(r"https?://[^/\s]+", config.camera.url):
+        reason = 'must be the address of the stream when kind is "http", as http://host:port/path'
+        _refuse(content, name, "camera", "url" if config.camera.url else "kind", reason)
+    if not is_loopback(config.web.host) and not config.web.insecure_http:
+        reason = (
+            f"{config.web.host!r} lets other machines in without encryption;"
+            ' keep "127.0.0.1", or set insecure_http = true on a network you trust'
+        )
+        _refuse(content, name, "web", "host", reason)
+
+
+def is_loopback(host: str) -> bool:
+    """True if only this machine can reach an address bound to `host`."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def annotated_default() -> str:
+    """A configuration file with every setting at its default, its range and its meaning."""
+    lines = ["# Configuration of gazechair. Every line shows a default and may be left out."]
+    for section, kind in SECTIONS.items():
+        lines += ["", f"# {(kind.__doc__ or '').strip()}", f"[{section}]"]
+        for setting in fields(kind):
+            lines.append(f"# {setting.metadata['meaning']} ({_kind(setting).describe})")
+            lines.append(f"{setting.name} = {settings.to_toml(setting.default)}")
+    return "\n".join(lines) + "\n"
+
+
+def _kind(setting: Field[Any]) -> Kind:
+    return cast(Kind, setting.metadata["kind"])
+
+
+def _refuse(content: str, name: str, section: str, key: str | None, reason: str) -> None:
+    what = section if key is None else f"{section}.{key}"
+    raise ConfigError(f"{name}:{settings.line_of(content, section, key)}: {what} {reason}")
+
+
+def _broken_toml(content: str, name: str, message: str) -> str:
+    found = re.search(r"at line (\d+)", message)
+    line = int(found.group(1)) if found else content.count("\n") + 1
+    return f"{name}:{line}: is not TOML: {message}; compare with `gazechair config`"

@@ -1,0 +1,46 @@
+"""DriverPort: all that a page's server may ask of the host, and nothing more."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+Message = dict[str, Any]
+
+
+class DriverPort(Protocol):
+    """Callable from any thread; every method but wait_change returns in under a millisecond."""
+
+    def connect(self, role: str) -> int:
+        """Register a page of `role` ("driver" or "caretaker"); returns its client id (from 1)."""
+        ...
+
+    def disconnect(self, client: int) -> None:
+        """The page's socket is gone: what it commanded stops at once. Unknown ids are ignored."""
+        ...
+
+    def welcome(self, client: int) -> Message:
+        """The {"k": "welcome", ...} object with which a connection begins."""
+        ...
+
+    def receive(self, client: int, message: Message) -> list[Message]:
+        """Act on one decoded message from the page; returns the replies (refusals), mostly none.
+
+        Never raises on bad content: a wrong key, type or range is answered by
+        {"k": "refused", "what": ..., "reason": ..., "detail": ...} and nothing moves.
+        """
+        ...
+
+    def snapshot(self, client: int) -> Message:
+        """The {"k": "state", ...} object for this page now, with a fresh token inside."""
+        ...
+
+    def wait_change(self, timeout_s: float, last_version: int) -> int:
+        """Wait until the state's version differs from `last_version` or the time is up; returns it.
+
+        The version changes with everything in the state but token, heading and wipers.
+        """
+        ...
+
+    def health(self) -> Message:
+        """{part: {"state", "reason", "detail", "for_s"}} for GET /health."""
+        ...

@@ -1,0 +1,105 @@
+"""The configuration file: defaults, annotated file, and one line for whatever is wrong with it."""
+
+from pathlib import Path
+
+import pytest
+
+from gazechair import config
+from gazechair.config import Config, ConfigError, SectorsConfig
+
+
+def test_defaults_work_on_a_bare_machine() -> None:
+    bare = config.load(None)
+    assert (bare.lidar.kind, bare.camera.kind) == ("off", "off")
+    assert bare.board.port == "auto"
+    assert (bare.web.host, bare.web.insecure_http) == ("127.0.0.1", False)
+    assert bare.driver.backward is False
+
+
+def test_default_sectors_are_those_of_the_first_prototype() -> None:
+    sectors = SectorsConfig()
+    assert sectors.front_deg == (-30.0, 30.0)
+    assert sectors.left_deg == (30.0, 90.0)
+    assert sectors.right_deg == (-90.0, -30.0)
+    assert sectors.rear_deg is None
+    assert sectors.distance_m == 0.5
+
+
+def test_annotated_default_file_is_the_default() -> None:
+    assert config.parse(config.annotated_default()) == Config()
+
+
+def test_values_are_taken_over(tmp_path: Path) -> None:
+    file = tmp_path / "chair.toml"
+    file.write_text(
+        '[lidar]\nkind = "s2"\nport = "/dev/lidar"\n[sectors]\nrear_deg = [150, -150]\n'
+        "distance_m = 1\n"
+    )
+    read = config.load(file)
+    assert (read.lidar.kind, read.lidar.port) == ("s2", "/dev/lidar")
+    assert read.sectors.rear_deg == (150.0, -150.0)
+    assert read.sectors.distance_m == 1.0
+
+
+REFUSED = [
+    ('[web]\nport = "x"', 2, "web.port must be a whole number 0..65535"),
+    ("[web]\nport = 65536", 2, "not 65536"),
+    ("[web]\nport = true", 2, "must be a whole number"),
+    ("[web]\n\ninsecure_http = 1", 3, "must be true or false"),
+    ('[web]\nhost = "0.0.0.0"', 2, "insecure_http = true"),
+    ('[web]\nhost = "chair.local"', 2, "insecure_http = true"),
+    ("[wob]\n", 1, "wob is no section"),
+    ("x = 1", 1, "x is no section"),
+    ("\nweb = 1", 2, "write it as [web]"),
+    ("[driver]\ndwell = 1", 2, "[driver] has mode, dwell_ms"),
+    ("driver.mode = 1", 1, 'driver.mode must be "step" or "continuous"'),
+    ("[driver]\nleave_grace_ms = -1", 2, "0..500"),
+    ("# comment\n[driver\n", 2, "is not TOML"),
+    ("[web]\nport = 1\nport = 2", 3, "is not TOML"),
+    ("[sectors]\nfront_deg = [1]", 2, "two different angles"),
+    ("[sectors]\nfront_deg = [5, 5]", 2, "two different angles"),
+    ("[sectors]\nfront_deg = []", 2, "two different angles"),
+    ("[sectors]\nleft_deg = [nan, 5]", 2, "-180..180"),
+    ("[sectors]\nleft_deg = [30, 181]", 2, "-180..180"),
+    ("[sectors]\ndistance_m = nan", 2, "0.2..5.0"),
+    ('[camera]\nkind = "http"', 2, "camera.kind must be the address"),
+    ('[camera]\nkind = "http"\nurl = "ftp://x/"', 3, "camera.url must be the address"),
+    ('[board]\nport = "a\\nb"', 2, "must be a text"),
+]
+
+
+@pytest.mark.parametrize(("content", "line", "words"), REFUSED)
+def test_refusal_is_one_line_with_file_line_and_reason(content: str, line: int, words: str) -> None:
+    with pytest.raises(ConfigError) as refusal:
+        config.parse(content, "chair.toml")
+    text = str(refusal.value)
+    assert text.startswith(f"chair.toml:{line}: ")
+    assert words in text
+    assert "\n" not in text
+
+
+def test_the_same_key_of_another_section_is_not_blamed() -> None:
+    content = '[lidar]\nport = "auto"\n[web]\nlanguage = "nl"\nport = -1\n'
+    with pytest.raises(ConfigError, match=r"^f:5: web\.port"):
+        config.parse(content, "f")
+
+
+def test_missing_file_says_what_to_do(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="--config"):
+        config.load(tmp_path / "none.toml")
+
+
+def test_binary_file_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "chair.toml"
+    file.write_bytes(b"\xff\xfe[web]")
+    with pytest.raises(ConfigError, match="UTF-8"):
+        config.load(file)
+
+
+def test_other_machines_may_be_let_in_by_saying_so() -> None:
+    assert config.parse('[web]\nhost = "0.0.0.0"\ninsecure_http = true').web.host == "0.0.0.0"
+
+
+@pytest.mark.parametrize("host", ["localhost", "127.0.0.1", "127.1.2.3", "::1"])
+def test_loopback_needs_no_permission(host: str) -> None:
+    assert config.parse(f'[web]\nhost = "{host}"').web.host == host
