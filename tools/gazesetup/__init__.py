@@ -1,0 +1,22 @@
+"""Gets a fresh machine ready to run and test gazechair. Standard library only: runs before a venv."""
+
+from gazesetup.micropython import MicroPython, ensure_micropython
+from gazesetup.packages import ensure_chromium, ensure_qemu
+from gazesetup.paths import LOCAL, ROOT, source_environment
+from gazesetup.progress import NotAvailable, note, say
+from gazesetup.venv import ensure_venv, enter_venv
+
+__all__ = [
+    "LOCAL",
+    "ROOT",
+    "MicroPython",
+    "NotAvailable",
+    "ensure_chromium",
+    "ensure_micropython",
+    "ensure_qemu",
+    "ensure_venv",
+    "enter_venv",
+    "note",
+    "say",
+    "source_environment",
+]

@@ -1,0 +1,121 @@
+"""Finds a MicroPython for the computer, 32-bit like the board's where the machine can have one."""
+
+from __future__ import annotations
+
+import os
+import platform
+import shutil
+import subprocess
+from pathlib import Path
+from typing import NamedTuple
+
+from gazesetup import apt
+from gazesetup.paths import LOCAL
+from gazesetup.progress import NotAvailable, note, say
+from gazesetup.venv import locked
+
+SUITE = "trixie"
+ARCH = "i386"
+PACKAGES = ("micropython", "libc6", "libffi8", "libmbedcrypto16", "libmbedtls21", "libmbedx509-7")
+CHECK_S = 30.0
+CHECK = (
+    "import sys; print(sys.implementation.name, '.'.join(str(n) for n in"
+    " sys.implementation.version[:3]), 32 if sys.maxsize < 1 << 32 else 64)"
+)
+# Its own loader and libraries: the machine needs neither i386 packages nor a C library as new.
+WRAPPER = """#!/bin/sh
+here=${0%/*}
+lib=$here/root/usr/lib/i386-linux-gnu
+exec "$lib/ld-linux.so.2" --library-path "$lib" "$here/root/usr/bin/micropython" "$@"
+"""
+
+
+class MicroPython(NamedTuple):
+    """A MicroPython that runs, and in words which one it is (version, 32-bit or 64-bit, whence)."""
+
+    path: Path
+    description: str
+
+
+def ensure_micropython(*, local: Path = LOCAL) -> MicroPython:
+    """The best MicroPython this machine can have, checked by running it.
+
+    In this order: $GAZECHAIR_MICROPYTHON, which must work when given; the one unpacked earlier in
+    .local/micropython; Debian's 32-bit package, unpacked there; `micropython` on PATH (said aloud
+    when 64-bit). Raises NotAvailable with the reason.
+    """
+    given = os.environ.get("GAZECHAIR_MICROPYTHON", "")
+    if given:
+        try:
+            return check(Path(given).absolute(), "given by GAZECHAIR_MICROPYTHON")
+        except NotAvailable as error:
+            raise NotAvailable(f"{error}: correct or unset GAZECHAIR_MICROPYTHON") from error
+    try:
+        return _unpacked(local)
+    except NotAvailable as error:
+        reason = str(error)
+    native = shutil.which("micropython")
+    if native is None:
+        raise NotAvailable(
+            f"no MicroPython: {reason}; none on PATH either (build one, or apt install micropython)"
+        )
+    note(f"no private 32-bit MicroPython ({reason}): using {native}")
+    found = check(Path(native), "on PATH")
+    if "32-bit" not in found.description:
+        note("it is 64-bit: allocation and integer limits differ from the board's")
+    return found
+
+
+def check(path: Path, whence: str) -> MicroPython:
+    """Run `path` and describe it. Raises NotAvailable when it is no working MicroPython."""
+    try:
+        result = subprocess.run(
+            [str(path), "-c", CHECK],
+            capture_output=True,
+            text=True,
+            timeout=CHECK_S,
+            stdin=subprocess.DEVNULL,
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise NotAvailable(f"{path} does not run ({error})") from error
+    words = result.stdout.split()
+    if result.returncode != 0 or len(words) != 3 or words[0] != "micropython":
+        said = (result.stderr or result.stdout).strip().splitlines()
+        raise NotAvailable(f"{path} is no MicroPython ({said[-1] if said else 'it said nothing'})")
+    return MicroPython(path, f"MicroPython {words[1]}, {words[2]}-bit, {whence}")
+
+
+def _unpacked(local: Path) -> MicroPython:
+    """Debian's 32-bit package in .local/micropython, fetched when it is not there or broken."""
+    folder = local / "micropython"
+    wrapper = folder / "micropython"
+    whence = f"Debian's, in {folder.name}"
+    with locked(local):
+        if wrapper.exists():
+            try:
+                return check(wrapper, whence)
+            except NotAvailable as error:
+                note(f"{error}: fetching it again")
+        if platform.machine() not in ("x86_64", "i686"):
+            raise NotAvailable(f"Debian's {ARCH} package does not run on {platform.machine()}")
+        archives = apt.debian_archives()
+        if not archives:
+            raise NotAvailable("this machine's apt sources name no Debian archive")
+        with say(f"unpacking 32-bit MicroPython (Debian {SUITE}, {ARCH}) privately"):
+            _fetch(archives, folder)
+            wrapper.write_text(WRAPPER)
+            wrapper.chmod(0o755)
+            return check(wrapper, whence)
+
+
+def _fetch(archives: list[apt.Source], folder: Path) -> None:
+    failures = []
+    for archive in archives:
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        try:
+            apt.unpack(archive, SUITE, ARCH, PACKAGES, folder / "root")
+            return
+        except NotAvailable as error:
+            failures.append(f"{archive.uri}: {error}")
+    raise NotAvailable("; ".join(failures))

@@ -1,0 +1,40 @@
+"""Programs from the distribution: Chromium for the page's tests, QEMU for the emulated board."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+from gazesetup import apt
+from gazesetup.progress import NotAvailable
+
+CHROMIUM_NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+QEMU_NAMES = ("qemu-system-arm",)
+
+
+def ensure_chromium() -> Path:
+    """A Chromium on PATH, installed when root. Raises NotAvailable with what to install."""
+    return _ensure(CHROMIUM_NAMES, "chromium", "Chromium")
+
+
+def ensure_qemu() -> Path:
+    """qemu-system-arm on PATH, installed when root. Raises NotAvailable with what to install."""
+    return _ensure(QEMU_NAMES, "qemu-system-arm", "QEMU for ARM")
+
+
+def _ensure(names: tuple[str, ...], package: str, what: str) -> Path:
+    found = _on_path(names)
+    if found is None:
+        apt.install(package, what=what)
+        found = _on_path(names)
+    if found is None:
+        raise NotAvailable(f"{package} was installed, yet none of {', '.join(names)} is on PATH")
+    return found
+
+
+def _on_path(names: tuple[str, ...]) -> Path | None:
+    for name in names:
+        path = shutil.which(name)
+        if path:
+            return Path(path)
+    return None

@@ -1,0 +1,109 @@
+"""The checkout's own virtual environment, .local/venv: made once, remade when its basis changes."""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import importlib.util
+import json
+import os
+import shutil
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from gazesetup import apt
+from gazesetup.paths import LOCAL, ROOT
+from gazesetup.progress import NotAvailable, note, run_quietly, say
+
+PIP_NOTES = ("Collecting", "Downloading", "Building", "Installing")
+
+
+def ensure_venv(extras: Iterable[str] = (), *, root: Path = ROOT, local: Path = LOCAL) -> Path:
+    """Path of the venv's Python, with gazechair installed editable and at least these `extras`.
+
+    It is remade when the Python version, the checkout's place, pyproject.toml or setup.py changed,
+    or when a previous attempt was cut off. Raises NotAvailable with the reason.
+    """
+    venv = local / "venv"
+    python = venv / "bin" / "python"
+    stamp = venv / "gazechair-stamp.json"
+    basis = _basis(root)
+    with locked(local):
+        wanted = set(extras)
+        installed = _installed(stamp, basis) if python.exists() else None
+        if installed is not None and wanted <= installed:
+            return python
+        if installed is None:
+            _make(venv, python)
+        else:
+            stamp.unlink()
+            wanted |= installed
+        _install(python, root, sorted(wanted))
+        stamp.write_text(json.dumps({"basis": basis, "extras": sorted(wanted)}))
+        return python
+
+
+def enter_venv(extras: Iterable[str] = ()) -> None:
+    """Go on inside the venv: return when already there, else start this same command there."""
+    python = ensure_venv(extras)
+    if Path(sys.prefix).resolve() != python.parent.parent.resolve():
+        sys.stdout.flush()
+        os.execv(python, [str(python), *sys.argv])
+
+
+@contextmanager
+def locked(local: Path) -> Iterator[None]:
+    """Hold the set-up lock of this checkout, waiting for another set-up under way."""
+    local.mkdir(parents=True, exist_ok=True)
+    with open(local / "setup.lock", "w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            note("waiting for another set-up of this checkout to end")
+            fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+def _basis(root: Path) -> str:
+    """Digest of all that the venv rests on."""
+    digest = hashlib.sha256()
+    for text in (sys.version, sys.base_prefix, str(root)):
+        digest.update(text.encode() + b"\0")
+    for file in ("pyproject.toml", "setup.py"):
+        digest.update((root / file).read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def _installed(stamp: Path, basis: str) -> set[str] | None:
+    """Extras of a complete venv on this basis; None when there is no such venv."""
+    try:
+        have = json.loads(stamp.read_text())
+        return set(have["extras"]) if have["basis"] == basis else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _make(venv: Path, python: Path) -> None:
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    if importlib.util.find_spec("ensurepip") is None:
+        apt.install(f"python{version}-venv", what="Python's venv module")
+    with say(f"making a virtual environment for Python {version}"):
+        shutil.rmtree(venv, ignore_errors=True)
+        # Not sys.executable: that may lie in the venv just removed.
+        base = getattr(sys, "_base_executable", sys.executable)
+        run_quietly([base, "-m", "venv", venv])
+        if not python.exists():
+            raise NotAvailable(f"{base} -m venv made no {python}: reinstall Python's venv module")
+
+
+def _install(python: Path, root: Path, extras: list[str]) -> None:
+    target = f"{root}[{','.join(extras)}]" if extras else str(root)
+    with say("installing gazechair and what it needs" + "".join(f" +{name}" for name in extras)):
+        pip = [str(python), "-m", "pip", "install", "--disable-pip-version-check", "--no-input"]
+        run_quietly(
+            [*pip, "--progress-bar", "off", "--editable", target],
+            show=lambda line: line[:90] if line.startswith(PIP_NOTES) else None,
+            cwd=root,
+        )
