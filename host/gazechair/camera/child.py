@@ -1,0 +1,117 @@
+"""The camera's child process: reads an MJPEG stream and hands on the newest picture only."""
+
+from __future__ import annotations
+
+import http.client
+import struct
+import sys
+import threading
+import time
+import urllib.error
+import urllib.request
+from typing import Any
+
+from gazechair.camera.mjpeg import MjpegParser, NotMjpeg, Part, boundary_of
+from gazechair.children import RecordWriter, enter_child
+from gazechair.slots import Latest
+
+LOST = "camera_lost"
+STARTING = "camera_starting"
+ACQUIRED = struct.Struct("<d")  # before the JPEG in each record: CLOCK_MONOTONIC seconds
+_TIMEOUT_S = 3.0
+# A stamp from another clock than this machine's is off by more than this.
+_OLDEST_STAMP_S = 10.0
+
+
+class CameraError(Exception):
+    """The camera can't be used; the text is one plain line: what, where, what to do."""
+
+
+def acquired_s(part: Part, arrived_s: float) -> float:
+    """When the picture was taken: its X-Timestamp when that is this machine's clock, else arrival."""
+    try:
+        stamp_s = float(part.headers.get("x-timestamp", ""))
+    except ValueError:
+        return arrived_s
+    return stamp_s if arrived_s - _OLDEST_STAMP_S < stamp_s <= arrived_s else arrived_s
+
+
+def connect(url: str) -> tuple[Any, bytes]:
+    """Open the stream; the response and its boundary. Raises CameraError within some 3 s."""
+    # No proxy: the camera is on our own network, whatever the environment says.
+    opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
+    try:
+        response = opener.open(url, timeout=_TIMEOUT_S)
+    except urllib.error.HTTPError as error:
+        raise CameraError(f"the camera at {url} refuses: {error.code} {error.reason}") from error
+    except (OSError, http.client.HTTPException, ValueError) as error:
+        reason = getattr(error, "reason", error)
+        raise CameraError(
+            f"the camera at {url} does not answer ({reason}); check its power and camera.url"
+        ) from error
+    try:
+        return response, boundary_of(response.headers.get("Content-Type", ""))
+    except NotMjpeg as error:
+        response.close()
+        raise CameraError(f"the camera at {url} {error}") from error
+
+
+def read(url: str, newest: Latest[bytes]) -> None:
+    """Put each picture into `newest` as a record until the stream fails (CameraError)."""
+    response, boundary = connect(url)
+    parser = MjpegParser(boundary)
+    good_s = time.monotonic()
+    with response:
+        while True:
+            try:
+                data = response.read1(1 << 16)
+                parts = parser.feed(data)
+            except NotMjpeg as error:
+                raise CameraError(f"the camera at {url} {error}") from error
+            except (OSError, http.client.HTTPException) as error:
+                raise CameraError(f"the camera at {url} fell silent: {error}") from error
+            if not data:
+                raise CameraError(f"the camera at {url} ended its stream")
+            now_s = time.monotonic()
+            if parts:
+                good_s = now_s
+                newest.put(ACQUIRED.pack(acquired_s(parts[-1], now_s)) + parts[-1].jpeg)
+            elif now_s - good_s > _TIMEOUT_S:
+                raise CameraError(f"the camera at {url} sends no whole JPEG picture")
+
+
+def _hand_on(newest: Latest[bytes], out: RecordWriter, failed: threading.Event) -> None:
+    """Write the newest record whenever there is one; a slow parent skips pictures."""
+    version = 0
+    while not failed.is_set():
+        entry = newest.wait(0.5, version)
+        if entry is not None:
+            version = entry.version
+            try:
+                out.data(entry.value)
+            except BrokenPipeError:
+                return
+
+
+def main() -> int:
+    """Entry of `python -m gazechair.camera.child URL`."""
+    url = sys.argv[1]
+    out = enter_child()
+    out.status("starting", STARTING, f"connecting to the camera at {url}")
+    newest: Latest[bytes] = Latest()
+    failed = threading.Event()
+    writer = threading.Thread(
+        target=_hand_on, args=(newest, out, failed), name="camera-writer", daemon=True
+    )
+    writer.start()
+    try:
+        read(url, newest)
+    except CameraError as error:
+        failed.set()
+        writer.join(2.0)
+        out.status("lost", LOST, str(error))
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

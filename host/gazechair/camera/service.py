@@ -1,0 +1,70 @@
+"""The camera's part in the daemon: watches the child process and keeps the newest picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gazechair import health as states
+from gazechair.camera.child import ACQUIRED, LOST
+from gazechair.camera.mjpeg import is_jpeg
+from gazechair.children import Status, Supervisor
+from gazechair.config import CameraConfig
+from gazechair.health import Health
+from gazechair.slots import Latest
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One picture: a whole JPEG of at most 512 kB and when it was taken (CLOCK_MONOTONIC, s)."""
+
+    jpeg: bytes
+    acquired_monotonic: float
+
+
+class CameraService:
+    """Runs the camera; `latest()` holds its newest picture, however old that is."""
+
+    def __init__(self, config: CameraConfig, health: Health) -> None:
+        self._config = config
+        self._health = health
+        self._latest: Latest[Frame] = Latest()
+        self._supervisor: Supervisor | None = None
+
+    def latest(self) -> Latest[Frame]:
+        """The slot of the newest picture; its birth time is the picture's acquisition."""
+        return self._latest
+
+    @property
+    def restarts(self) -> int:
+        """How often the child process had to be started again."""
+        return self._supervisor.restarts if self._supervisor else 0
+
+    def start(self) -> None:
+        """Start the child process; with kind "off" there is none and that is no fault."""
+        if self._config.kind == "off":
+            self._health.set(states.OK, "ok", "no camera is configured")
+            return
+        self._supervisor = Supervisor(
+            "gazechair.camera.child",
+            self._config.url,
+            self._on_data,
+            self._on_status,
+            lost_reason=LOST,
+            silent_s=4.0,
+        )
+        self._supervisor.start()
+
+    def stop(self) -> None:
+        """End the child process and its thread."""
+        if self._supervisor is not None:
+            self._supervisor.stop()
+
+    def _on_data(self, payload: bytes) -> None:
+        (acquired_s,) = ACQUIRED.unpack_from(payload)
+        jpeg = payload[ACQUIRED.size :]
+        if is_jpeg(jpeg):
+            self._latest.put(Frame(jpeg, acquired_s), acquired_s)
+            self._health.set(states.OK)
+
+    def _on_status(self, status: Status) -> None:
+        self._health.set(status.state, status.reason, status.detail)

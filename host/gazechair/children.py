@@ -1,0 +1,257 @@
+"""Child processes that own a device whose library can hang: started, watched, killed, restarted.
+
+A child writes records to its standard output: length of what follows (u32, little-endian), kind (one
+byte), payload. Kind "S" is a status, JSON {"state", "reason", "detail"}; kind "D" is the newest
+value. The parent keeps nothing but the newest.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import json
+import logging
+import os
+import select
+import signal
+import struct
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+STATUS = b"S"
+DATA = b"D"
+MAX_RECORD = 1 << 20
+_HEADER = struct.Struct("<I")
+_PR_SET_PDEATHSIG = 1
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Status:
+    """How the part is, by its child or supervisor: health state, reason key, one plain line."""
+
+    state: str
+    reason: str
+    detail: str
+
+
+class RecordReader:
+    """Cuts a child's byte stream into records."""
+
+    def __init__(self) -> None:
+        self._buffer = bytearray()
+
+    def feed(self, data: bytes) -> list[tuple[bytes, bytes]]:
+        """The whole records in `data` and what came before it, as (kind, payload).
+
+        Raises ValueError for a length out of range.
+        """
+        self._buffer += data
+        records = []
+        while len(self._buffer) >= _HEADER.size:
+            (length,) = _HEADER.unpack_from(self._buffer)
+            if not 1 <= length <= MAX_RECORD:
+                raise ValueError(f"record of {length} bytes")
+            end = _HEADER.size + length
+            if len(self._buffer) < end:
+                break
+            body = bytes(self._buffer[_HEADER.size : end])
+            records.append((body[:1], body[1:]))
+            del self._buffer[:end]
+        return records
+
+
+class RecordWriter:
+    """The child's end: writes whole records to a file descriptor; raises BrokenPipeError."""
+
+    def __init__(self, fd: int) -> None:
+        self._fd = fd
+
+    def data(self, payload: bytes) -> None:
+        """Send the newest value."""
+        self._write(DATA + payload)
+
+    def status(self, state: str, reason: str, detail: str) -> None:
+        """Send a status."""
+        text = json.dumps({"state": state, "reason": reason, "detail": detail})
+        self._write(STATUS + text.encode())
+
+    def _write(self, body: bytes) -> None:
+        left = memoryview(_HEADER.pack(len(body)) + body)
+        while left:
+            left = left[os.write(self._fd, left) :]
+
+
+def enter_child() -> RecordWriter:
+    """First call in a child: die with the parent, end on SIGTERM, keep stdout for records alone."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, which ends us
+    logging.basicConfig(level=logging.WARNING, format="%(name)s: %(message)s")
+    fd = os.dup(1)
+    os.dup2(2, 1)  # a library that prints must not break the records
+    return RecordWriter(fd)
+
+
+class Supervisor:
+    """Runs `python -m module argument` for as long as it is started.
+
+    `on_data` gets the newest value, `on_status` every change, both on the supervisor's thread. A
+    child that says nothing for `silent_s` (`start_s` before its first value) is killed; one that
+    ended is started again after 0.25 s, doubling up to 4 s until it delivers for 10 s.
+    """
+
+    def __init__(
+        self,
+        module: str,
+        argument: str,
+        on_data: Callable[[bytes], None],
+        on_status: Callable[[Status], None],
+        *,
+        lost_reason: str,
+        silent_s: float = 2.0,
+        start_s: float = 10.0,
+    ) -> None:
+        self._command = [sys.executable, "-m", module, argument]
+        self._name = module.removesuffix(".child")
+        self._on_data = on_data
+        self._on_status = on_status
+        self._lost_reason = lost_reason
+        self._silent_s = silent_s
+        self._start_s = start_s
+        self._stop_fds = os.pipe()
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
+        self._process: subprocess.Popen[bytes] | None = None
+        self.restarts = 0
+
+    @property
+    def pid(self) -> int | None:
+        """Process id of the running child, None between two."""
+        process = self._process
+        return process.pid if process else None
+
+    def start(self) -> None:
+        """Start the thread that owns the child."""
+        self._thread.start()
+
+    def stop(self, timeout_s: float = 5.0) -> None:
+        """End the child (SIGTERM, after 1 s SIGKILL) and the thread. Safe to call twice."""
+        if self._stopping.is_set():
+            return
+        self._stopping.set()
+        os.write(self._stop_fds[1], b".")
+        if self._thread.is_alive():
+            self._thread.join(timeout_s)
+        for fd in self._stop_fds:
+            os.close(fd)
+
+    def _run(self) -> None:
+        pause_s = 0.25
+        while not self._stopping.is_set():
+            started_s = time.monotonic()
+            delivered = False
+            try:
+                process = self._spawn()
+            except OSError as error:
+                self._say("lost", f"{self._name} could not start: {error}")
+            else:
+                self._process = process
+                try:
+                    delivered = self._watch(process)
+                finally:
+                    self._process = None
+                    _end(process)
+            if delivered and time.monotonic() - started_s > 10.0:
+                pause_s = 0.25
+            if self._stopping.wait(pause_s):
+                break
+            pause_s = min(pause_s * 2, 4.0)
+            self.restarts += 1
+
+    def _spawn(self) -> subprocess.Popen[bytes]:
+        # The child sees the packages we see, however they got on our path.
+        environment = dict(os.environ, PYTHONPATH=os.pathsep.join(p for p in sys.path if p))
+        return subprocess.Popen(
+            self._command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, env=environment
+        )
+
+    def _watch(self, process: subprocess.Popen[bytes]) -> bool:
+        """Until the child ends, hangs or must stop; True when it delivered a value."""
+        assert process.stdout is not None
+        fd = process.stdout.fileno()
+        os.set_blocking(fd, False)
+        reader = RecordReader()
+        delivered = False
+        explained = False
+        deadline_s = time.monotonic() + self._start_s
+        while not self._stopping.is_set():
+            left_s = deadline_s - time.monotonic()
+            ready = select.select([fd, self._stop_fds[0]], [], [], max(0.0, left_s))[0]
+            if fd in ready:
+                newest = None
+                try:
+                    data, ended = _drain(fd)
+                    for kind, payload in reader.feed(data):
+                        if kind == DATA:
+                            newest = payload
+                        else:
+                            explained = self._pass_on(payload)
+                except ValueError as error:
+                    self._say("lost", f"{self._name} sent nonsense: {error}")
+                    return delivered
+                if newest is not None:
+                    delivered = True
+                    explained = False
+                    deadline_s = time.monotonic() + self._silent_s
+                    self._on_data(newest)
+                if ended:
+                    if not explained:
+                        self._say("lost", f"{self._name} ended unexpectedly; starting it again")
+                    return delivered
+            elif not ready and left_s <= 0:
+                self._say("lost", f"{self._name} hangs; ending it and starting it again")
+                return delivered
+        return delivered
+
+    def _pass_on(self, payload: bytes) -> bool:
+        fields = json.loads(payload)
+        self._on_status(Status(fields["state"], fields["reason"], fields["detail"]))
+        return bool(fields["state"] == "lost")
+
+    def _say(self, state: str, detail: str) -> None:
+        self._on_status(Status(state, self._lost_reason, detail))
+
+
+def _drain(fd: int) -> tuple[bytes, bool]:
+    """All bytes there are, and whether the other end is closed."""
+    pieces: list[bytes] = []
+    size = 0
+    while size < 2 * MAX_RECORD:
+        try:
+            piece = os.read(fd, 1 << 16)
+        except BlockingIOError:
+            return b"".join(pieces), False
+        if not piece:
+            return b"".join(pieces), True
+        pieces.append(piece)
+        size += len(piece)
+    return b"".join(pieces), False
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    if process.stdout is not None:
+        process.stdout.close()
+    with contextlib.suppress(ProcessLookupError):
+        process.terminate()
+    try:
+        process.wait(1.0)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait(5.0)
