@@ -1,4 +1,4 @@
-"""Gets a fresh machine ready to run and test gazechair. Standard library only: runs before a venv."""
+"""Gets a fresh machine ready to run and test gazechair, with the standard library only."""
 
 from gazesetup.micropython import MicroPython, ensure_micropython
 from gazesetup.packages import ensure_chromium, ensure_qemu

@@ -1,0 +1,59 @@
+"""Shared by all tests: what they need from the machine, and no silent skips on build machines."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+import gazesetup
+
+
+def m7_folder() -> Path:
+    """Where the emulated board is: $GAZECHAIR_M7, or the folder shared beside the checkout."""
+    return Path(
+        os.environ.get("GAZECHAIR_M7") or gazesetup.ROOT.parent / "shared" / "m7"
+    ).absolute()
+
+
+@pytest.fixture(scope="session")
+def micropython() -> gazesetup.MicroPython:
+    """A MicroPython for this computer, 32-bit where it can be had."""
+    try:
+        return gazesetup.ensure_micropython()
+    except gazesetup.NotAvailable as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture(scope="session")
+def m7() -> Path:
+    """Folder of the emulated board, with QEMU ready to run it."""
+    folder = m7_folder()
+    if not (folder / "firmware.elf").exists():
+        pytest.skip(f"no emulated board at {folder}: set GAZECHAIR_M7 to its folder")
+    try:
+        gazesetup.ensure_qemu()
+    except gazesetup.NotAvailable as error:
+        pytest.skip(str(error))
+    return folder
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    """With CI=true a skipped test is a failed one: nothing goes untested unseen."""
+    report = yield
+    if os.environ.get("CI") == "true" and report.skipped and not hasattr(report, "wasxfail"):
+        reason = report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longrepr
+        report.outcome = "failed"
+        report.longrepr = f"{item.nodeid}: {reason} (CI=true: nothing may be skipped)"
+    return report
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector):
+    """The same for a file that skips itself while it is imported."""
+    report = yield
+    if os.environ.get("CI") == "true" and report.skipped:
+        reason = report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longrepr
+        report.outcome = "failed"
+        report.longrepr = f"{collector.nodeid}: {reason} (CI=true: nothing may be skipped)"
+    return report
