@@ -1,0 +1,255 @@
+"""Every fault that can be injected, by name: one table of data."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from gazesim.rooms import box
+
+if TYPE_CHECKING:
+    from gazesim.world import World
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault: what it means, how to set and end it, the arguments it takes with defaults."""
+
+    name: str
+    meaning: str
+    inject: Callable[..., None]  # (target, **arguments)
+    clear: Callable[[Any], None]
+    defaults: tuple[tuple[str, float | str], ...] = ()
+
+
+class Faults:
+    """The faults of one target (a world, or a whole rig), by name."""
+
+    def __init__(self, target: Any, table: Iterable[Fault]) -> None:
+        self._known: dict[str, tuple[Any, Fault]] = {}
+        self._active: dict[str, dict[str, float | str]] = {}
+        self.add(target, table)
+
+    def add(self, target: Any, table: Iterable[Fault]) -> None:
+        """Know the faults in `table` too, which act on `target`."""
+        for fault in table:
+            self._known[fault.name] = (target, fault)
+
+    def names(self) -> list[str]:
+        """All names that can be injected."""
+        return sorted(self._known)
+
+    def active(self) -> list[str]:
+        """Those injected and not cleared, oldest first."""
+        return list(self._active)
+
+    def inject(self, name: str, **arguments: float | str) -> None:
+        """Set a fault; ValueError for an unknown name or a bad argument."""
+        target, fault = self._find(name)
+        values = dict(fault.defaults)
+        for key, value in arguments.items():
+            default = values.get(key)
+            if default is None:
+                takes = ", ".join(values) or "no arguments"
+                raise ValueError(f"fault {name} has no argument {key!r}; it takes {takes}")
+            wanted = str if isinstance(default, str) else (int, float)
+            finite = isinstance(value, str) or math.isfinite(value)
+            if not isinstance(value, wanted) or isinstance(value, bool) or not finite:
+                raise ValueError(f"fault {name}: {key} = {value!r} is not like {default!r}")
+            values[key] = value
+        fault.inject(target, **values)
+        self._active[name] = values
+
+    def clear(self, name: str) -> None:
+        """End a fault, injected or not; ValueError for an unknown name."""
+        target, fault = self._find(name)
+        fault.clear(target)
+        self._active.pop(name, None)
+
+    def _find(self, name: str) -> tuple[Any, Fault]:
+        if name not in self._known:
+            raise ValueError(f"no fault {name!r}; there are {', '.join(self.names())}")
+        return self._known[name]
+
+
+def _obstacle(world: World, ahead_m: float, left_m: float, size_m: float) -> None:
+    x, y, heading_deg = world.pose
+    c, s = math.cos(math.radians(heading_deg)), math.sin(math.radians(heading_deg))
+    ahead_m += size_m / 2
+    place = (x + c * ahead_m - s * left_m, y + s * ahead_m + c * left_m)
+    world.room.put("obstacle", box(*place, size_m, size_m, 0.0, 1.0, "pot", heading_deg))
+
+
+def _tilt(world: World, roll_deg: float, pitch_deg: float) -> None:
+    world.imu.tilt_deg = (roll_deg, pitch_deg)
+
+
+def _open_doors(world: World) -> None:
+    for door in world.room.doors:
+        world.room.set_door(door.name, True)
+
+
+def _lidar(name: str) -> tuple[Callable[..., None], Callable[[World], None]]:
+    """A yes-or-no fault that is an attribute of the lidar."""
+
+    def set_it(world: World) -> None:
+        setattr(world.lidar, name, True)
+
+    def end_it(world: World) -> None:
+        setattr(world.lidar, name, False)
+
+    return set_it, end_it
+
+
+def _lidar_share(name: str) -> tuple[Callable[..., None], Callable[[World], None]]:
+    """A fault that hits a share of the lidar's bytes."""
+
+    def set_it(world: World, share: float) -> None:
+        if not 0.0 <= share <= 1.0:
+            raise ValueError(f"share = {share} is not within 0..1")
+        setattr(world.lidar, name, share)
+
+    def end_it(world: World) -> None:
+        setattr(world.lidar, name, 0.0)
+
+    return set_it, end_it
+
+
+def _nothing(world: World) -> None:
+    """Some faults are over as soon as they happened."""
+
+
+WORLD_FAULTS = (
+    Fault(
+        "imu_freeze",
+        "heading sensor answers, values stand still",
+        lambda w: w.imu.set_frozen(True),
+        lambda w: w.imu.set_frozen(False),
+    ),
+    Fault(
+        "imu_spike",
+        "every 1..3 s one heading is off",
+        lambda w, spike_deg: w.imu.set_spike(spike_deg),
+        lambda w: w.imu.set_spike(None),
+        (("spike_deg", 90.0),),
+    ),
+    Fault(
+        "imu_self_reset",
+        "heading sensor falls back to CONFIG, outputs zero",
+        lambda w: w.imu.self_reset(),
+        _nothing,
+    ),
+    Fault(
+        "imu_nak",
+        "heading sensor answers nothing",
+        lambda w: w.imu.set_nak(True),
+        lambda w: w.imu.set_nak(False),
+    ),
+    Fault(
+        "imu_jump",
+        "heading is off from now on",
+        lambda w, jump_deg: w.imu.jump(jump_deg),
+        _nothing,
+        (("jump_deg", 30.0),),
+    ),
+    Fault(
+        "imu_error",
+        "heading sensor reports a system error",
+        lambda w, code: w.imu.set_error(int(code)),
+        lambda w: w.imu.set_error(0),
+        (("code", 3.0),),
+    ),
+    Fault(
+        "imu_bus_stuck",
+        "clock of the heading sensor's bus held low",
+        lambda w: w.bank.stick_bus(1, True),
+        lambda w: w.bank.stick_bus(1, False),
+    ),
+    Fault(
+        "imu_stretch",
+        "heading sensor holds the clock in every byte",
+        lambda w, stretch_us: w.imu.set_stretch_us(int(stretch_us)),
+        lambda w: w.imu.set_stretch_us(0),
+        (("stretch_us", 180.0),),
+    ),
+    Fault(
+        "tilt",
+        "the chair stands on a slope",
+        _tilt,
+        lambda w: _tilt(w, 0.0, 0.0),
+        (("roll_deg", 0.0), ("pitch_deg", 20.0)),
+    ),
+    Fault(
+        "wiper_nak",
+        "potentiometer answers nothing",
+        lambda w: w.pot.set_nak(True),
+        lambda w: w.pot.set_nak(False),
+    ),
+    Fault(
+        "wiper_stuck",
+        "potentiometer acknowledges, wipers stay",
+        lambda w: w.pot.set_stuck(True),
+        lambda w: w.pot.set_stuck(False),
+    ),
+    Fault(
+        "wiper_bus_stuck",
+        "clock of the potentiometer's bus held low",
+        lambda w: w.bank.stick_bus(0, True),
+        lambda w: w.bank.stick_bus(0, False),
+    ),
+    Fault(
+        "relay_stuck_closed",
+        "relay contact welded",
+        lambda w: w.relay.set_stuck(True),
+        lambda w: w.relay.set_stuck(None),
+    ),
+    Fault(
+        "relay_stuck_open",
+        "relay contact never closes",
+        lambda w: w.relay.set_stuck(False),
+        lambda w: w.relay.set_stuck(None),
+    ),
+    Fault(
+        "emergency",
+        "emergency button pressed (input open)",
+        lambda w: w.relay.press_emergency(True),
+        lambda w: w.relay.press_emergency(False),
+    ),
+    Fault(
+        "reset_button",
+        "reset button at the chair held",
+        lambda w: w.relay.press_button(True),
+        lambda w: w.relay.press_button(False),
+    ),
+    Fault("lidar_stall", "lidar falls silent", *_lidar("stalled")),
+    Fault("lidar_protection_stop", "lidar in protection stop", *_lidar("protection_stop")),
+    Fault("lidar_mirror_blocked", "lidar's mirror stands still", *_lidar("mirror_blocked")),
+    Fault(
+        "lidar_corrupt",
+        "a share of the lidar's bytes is wrong",
+        *_lidar_share("corrupt"),
+        (("share", 0.001),),
+    ),
+    Fault(
+        "lidar_drop",
+        "a share of the lidar's bytes is lost",
+        *_lidar_share("drop"),
+        (("share", 0.001),),
+    ),
+    Fault(
+        "obstacle",
+        "a box stands before the chair, distances from its axle",
+        _obstacle,
+        lambda w: w.room.put("obstacle", None),
+        (("ahead_m", 1.5), ("left_m", 0.0), ("size_m", 0.4)),
+    ),
+    Fault(
+        "door_closed",
+        "a door of the room is closed",
+        lambda w, door: w.room.set_door(door, False),
+        _open_doors,
+        (("door", "hallway"),),
+    ),
+)

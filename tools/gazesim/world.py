@@ -1,0 +1,144 @@
+"""The simulated world: one chair in one room, with every device the board and the host see.
+
+No threads, no wall clock: only `step` moves time, so equal seeds and inputs give equal traces.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazesim import pot as pot_model
+from gazesim.bank import Bank
+from gazesim.bno055 import Bno055
+from gazesim.chair import Chair
+from gazesim.faults import WORLD_FAULTS, Faults
+from gazesim.plans import room as make_room
+from gazesim.pot import Pot
+from gazesim.relay import Relay
+from gazesim.rooms import Room
+from gazesim.s2 import S2
+
+LIDAR_X_M = 0.50  # in the chair's frame, facing forward
+LIDAR_HEIGHT_M = 0.25
+_COLLISION_S = 0.010
+_PEOPLE_S = 0.050
+
+
+class World:
+    """Chair, room and devices around one register bank.
+
+    `tick_stall_s`: a board whose tick stands still that long counts as stopped (see relay).
+    """
+
+    def __init__(
+        self,
+        bank: Bank,
+        room: str | Room = "living",
+        profile: str = "3.1",
+        seed: int = 1,
+        tick_stall_s: float = 0.020,
+    ) -> None:
+        self.bank = bank
+        self.room = make_room(room) if isinstance(room, str) else room
+        self.chair = Chair(profile, seed)
+        self.chair.place(*self.room.start)
+        self.pot = Pot(bank)
+        self.relay = Relay(bank, tick_stall_s)
+        self.imu = Bno055(bank, seed)
+        self.lidar = S2(self._ranges, seed)
+        self.faults = Faults(self, WORLD_FAULTS)
+        self.time_s = 0.0
+        self.wipers = self.pot.poll()
+        self.collisions = 0
+        self._touching = False
+        self._good_pose = self.room.start
+        self._collision_in_s = 0.0
+        self._people_in_s = 0.0
+
+    def step(self, dt_s: float) -> bytes:
+        """Advance by `dt_s` (1 ms is the board's tick; up to 5); returns what the lidar sends."""
+        self.time_s += dt_s
+        self.relay.step(dt_s)
+        self.wipers = self.pot.poll()
+        stick = None
+        if self.relay.closed:
+            linear, turn = self.wipers
+            stick = (pot_model.deflection(linear), pot_model.deflection(turn))
+        speed_before = self.chair.speed_m_s
+        self.chair.step(dt_s, stick)
+        self._collide(dt_s)
+        acceleration = (self.chair.speed_m_s - speed_before) / dt_s
+        self.imu.step(dt_s, self.chair.yaw_rate_deg_s, acceleration)
+        self._people_in_s -= dt_s
+        if self._people_in_s <= 0.0:
+            self._people_in_s += _PEOPLE_S
+            self.room.step(_PEOPLE_S, *self.pose)
+        return self.lidar.step(dt_s)
+
+    @property
+    def pose(self) -> tuple[float, float, float]:
+        """The chair's drive axle in the room: x m, y m, heading deg."""
+        return self.chair.x_m, self.chair.y_m, self.chair.heading_deg
+
+    def teleport(self, x_m: float, y_m: float, heading_deg: float) -> None:
+        """Put the chair there, standing still; ValueError when it would stand in something."""
+        if not all(math.isfinite(value) for value in (x_m, y_m, heading_deg)):
+            raise ValueError("a pose must be finite")
+        if self.room.collides(x_m, y_m, heading_deg):
+            raise ValueError(f"the chair does not fit at x {x_m} m, y {y_m} m, {heading_deg} deg")
+        self.chair.place(x_m, y_m, heading_deg)
+        self._good_pose = self.pose
+        self._touching = False
+
+    def _collide(self, dt_s: float) -> None:
+        chair = self.chair
+        if not chair.speed_m_s and not chair.yaw_rate_deg_s:
+            return
+        self._collision_in_s -= dt_s
+        if self._collision_in_s > 0.0:
+            return
+        self._collision_in_s += _COLLISION_S
+        if not self.room.collides(*self.pose):
+            self._good_pose = self.pose
+            self._touching = False
+            return
+        if not self._touching:
+            self.collisions += 1
+        self._touching = True
+        if not self.room.collides(*self._good_pose):  # else something closed in: let it out
+            chair.place(*self._good_pose)
+
+    def _ranges(self, angles_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+        x, y, heading_deg = self.pose
+        heading = math.radians(heading_deg)
+        x += LIDAR_X_M * math.cos(heading)
+        y += LIDAR_X_M * math.sin(heading)
+        return self.room.cast(x, y, angles_rad + heading, LIDAR_HEIGHT_M)
+
+    def truth(self) -> dict[str, Any]:
+        """What is really the case, for tests and demonstrations; no device tells this much."""
+        x_m, y_m, heading_deg = self.pose
+        return {
+            "time_s": self.time_s,
+            "room": self.room.name,
+            "profile": self.chair.profile,
+            "x_m": x_m,
+            "y_m": y_m,
+            "heading_deg": heading_deg,
+            "speed_m_s": self.chair.speed_m_s,
+            "yaw_rate_deg_s": self.chair.yaw_rate_deg_s,
+            "wipers": list(self.wipers),
+            "relay_closed": self.relay.closed,
+            "joystick": self.chair.joystick,
+            "collided": self._touching,
+            "collisions": self.collisions,
+            "clearance_m": self.room.clearance_m(*self.pose),
+            "tick_ms": self.bank.tick_ms,
+            "boot_count": self.bank.boot_count,
+            "lidar_scanning": self.lidar.scanning,
+            "faults": self.faults.active(),
+        }
