@@ -1,0 +1,215 @@
+# The firmware's two loops: tick() every millisecond, service() as often as possible in between.
+
+import gc
+
+from gazeboard import limits
+from gazeboard.imu import Imu
+from gazeboard.joystick import Joystick
+from gazeboard.link import Link
+from gazeboard.motion import Motion
+from gazeboard.pid import PID
+from gazeboard.safety import Safety
+from gazeboard.settings import Settings
+from gazeboard.shared import Inbox, Outbox
+from gazeboard.turn import TurnController
+from gazelink import codes
+
+_GC_MS = 1000
+_SETTLE_MS = 150
+_REST_Q4 = 48  # 3 degrees/s
+_EMERGENCY_FILE = "emergency"
+_SETTINGS_FILE = "settings.json"
+
+# LED: on for the first `on` of `period` ms. (condition order: see _blink)
+_LED_FAULT = (100, 200)
+_LED_NO_HOST = (50, 2000)
+_LED_DISARMED = (500, 1000)
+_LED_ARMED = (1000, 1000)
+
+
+class App:
+    # board: see boards/__init__.py for what it offers.
+
+    def __init__(self, board):
+        self._board = board
+        s = Settings(board.load(_SETTINGS_FILE))
+        self.settings = s
+        self.inbox = Inbox()
+        self.outbox = Outbox()
+        self.link = Link(
+            board.serial, self.inbox, self.outbox, board.boot_id, board.name, board.simulated
+        )
+        self._imu = Imu(board.imu_i2c, board.ticks_diff, s.tilt_limit_q4_deg)
+        self.joystick = Joystick(board.joystick_i2c, s.neutral_linear_count, s.neutral_turn_count)
+        boot_faults = 0 if board.hard_timer else 1 << codes.NO_HARD_TIMER
+        self.safety = Safety(board.simulated, s.relay_fitted, boot_faults)
+        self._emergency_stored = board.load(_EMERGENCY_FILE) is not None
+        if self._emergency_stored:
+            self.safety.faults |= 1 << codes.EMERGENCY
+        controller = PID(s.turn_kp_q4, s.turn_ki_q4, s.turn_kd_q4)
+        self.motion = Motion(
+            s,
+            TurnController(
+                controller,
+                s.turn_cutoff_q4_deg,
+                s.turn_offset_permille,
+                s.turn_permille,
+                _SETTLE_MS,
+                _REST_Q4,
+            ),
+        )
+        self.inbox.back.calibrated = s.calibrated
+        self.inbox.touch()
+        self.inbox.publish()
+        self._enable_level = 0
+        self._last_us = 0
+        self._started = False
+        self._seen = -1
+        self._fed_at = 0
+        self._gc_at = 0
+        self._blink_at = 0
+        self._service_at_ms = 0
+        self.service_max_ms = 0
+        self.heap_free_kb = 0
+        self.reset_cause = board.reset_cause
+
+    # -- the tick: hard interrupt, heap locked, integers only ------------------------------------
+
+    def tick(self, _timer=None):
+        try:
+            self._tick()
+        except Exception:
+            self._board.enable_pin(0)
+            self.safety.tick_raised()
+            self.motion.stop()
+            self.outbox.faults = self.safety.faults
+            self.outbox.state = self.safety.state
+
+    def _tick(self):
+        board = self._board
+        safety = self.safety
+        motion = self.motion
+        i = self.inbox.front
+        start_us = board.ticks_us()
+        late = self._started and board.ticks_diff(start_us, self._last_us) > limits.TICK_STALLED_US
+        self._started = True
+        self._last_us = start_us
+        relay_closed = board.relay_closed()
+        safety.step(i, relay_closed, board.emergency_open(), board.button_pressed(), late)
+        if safety.permitted:
+            motion.step(i, safety.blocked)
+            if motion.ended:
+                safety.finished(motion.end_reason)
+        else:
+            motion.stop()
+        joystick = self.joystick
+        verified = joystick.write(motion.linear_permille, motion.turn_permille)
+        if safety.wipers_written(verified, joystick.neutral):
+            self._enable_level ^= 1
+            board.enable_pin(self._enable_level)
+        elif not safety.enable and self._enable_level:
+            self._enable_level = 0
+            board.enable_pin(0)
+        self._publish(relay_closed, late)
+        spent_us = board.ticks_diff(board.ticks_us(), start_us)
+        if spent_us > self.outbox.tick_max_us:
+            self.outbox.tick_max_us = spent_us
+
+    def _publish(self, relay_closed, late):
+        o = self.outbox
+        safety = self.safety
+        o.state = safety.state
+        o.motion = self.motion.state
+        o.override = safety.override
+        o.arm_reason = safety.arm_reason
+        o.first_fault = safety.first_fault
+        o.faults = safety.faults
+        o.owner = safety.owner
+        o.edge = safety.edge if safety.edge else safety.spent_edge
+        o.decisions = safety.decisions()
+        o.linear_wiper = self.joystick.linear_wiper
+        o.turn_wiper = self.joystick.turn_wiper
+        o.relay_closed = relay_closed
+        if late:
+            o.late_ticks = (o.late_ticks + 1) & 0xFFFF
+        o.ticks = (o.ticks + 1) & 0x3FFFFFFF
+
+    # -- the service loop: everything that may wait or take a while --------------------------------
+
+    # One short slice; False: leave for the REPL (maintenance asked for, disarmed, everything said).
+    def service(self):
+        board = self._board
+        now_ms = board.ticks_ms()
+        gap_ms = board.ticks_diff(now_ms, self._service_at_ms)
+        self._service_at_ms = now_ms
+        if gap_ms > self.service_max_ms:
+            self.service_max_ms = gap_ms
+        self.inbox.beat()
+        self.link.poll(self)
+        if self._imu.poll(now_ms, self.outbox.motion == codes.TURNING):
+            back = self.inbox.back
+            back.heading_q4 = self._imu.heading_q4
+            back.rate_q4 = self._imu.rate_q4
+            back.heading_count = self._imu.samples
+            back.tilted = self._imu.tilted
+        if self.inbox.back.heading_faults != self._imu.faults or self._imu.samples != self._seen:
+            self._seen = self._imu.samples
+            self.inbox.back.heading_faults = self._imu.faults
+            self.inbox.touch()
+        self.inbox.publish()
+        self._watchdog()
+        self._keep_emergency()
+        self._collect()
+        self._blink()
+        return not (self.link.maintenance and self.link.flushed())
+
+    # Fed only while the tick lives.
+    def _watchdog(self):
+        ticks = self.outbox.ticks
+        if ticks != self._fed_at:
+            self._fed_at = ticks
+            self._board.feed_watchdog()
+
+    # The emergency latch outlives a reset: one small file, written after the tick has disarmed.
+    def _keep_emergency(self):
+        latched = self.outbox.faults & (1 << codes.EMERGENCY) != 0
+        if latched != self._emergency_stored and self.outbox.state == codes.DISARMED:
+            if latched:
+                self._board.store(_EMERGENCY_FILE, "latched")
+            else:
+                self._board.remove(_EMERGENCY_FILE)
+            self._emergency_stored = latched
+
+    def _collect(self):
+        ticks = self.outbox.ticks
+        if (ticks - self._gc_at) & 0x3FFFFFFF >= _GC_MS:
+            self._gc_at = ticks
+            gc.collect()
+            self.heap_free_kb = self._board.heap_free_kb()
+
+    def _blink(self):
+        o = self.outbox
+        if o.faults & ~(1 << codes.HOST_SILENT) & ~(1 << codes.OBSTACLE_DATA_OLD):
+            pattern = _LED_FAULT
+        elif o.faults & (1 << codes.HOST_SILENT):
+            pattern = _LED_NO_HOST
+        elif o.state == codes.DISARMED:
+            pattern = _LED_DISARMED
+        else:
+            pattern = _LED_ARMED
+        self._board.led_pin(1 if o.ticks % pattern[1] < pattern[0] else 0)
+
+    # What the link's statistics take from here.
+    def imu_samples(self):
+        return self._imu.samples
+
+    def imu_errors(self):
+        return self._imu.errors
+
+    def imu_status(self):
+        return 0 if self._imu.faults else 1
+
+    # The board stops the tick first, then calls this: neutral, enable off.
+    def shut_down(self):
+        self._board.enable_pin(0)
+        self.joystick.write(0, 0)

@@ -1,0 +1,162 @@
+# The virtual board: the firmware as a process (or in lockstep) over a register bank, no hardware.
+#
+# As a process (MicroPython or CPython on Linux) the environment names the bank file and a folder for
+# small files; stdin and stdout are the serial line. In lockstep a test hands in bank, serial and clock.
+
+import os
+import sys
+
+from gazeboard.boards import bank_layout as at
+from gazeboard.boards import pins
+from gazeboard.boards.bank_devices import BankI2C, BankPin, count_up, put_u32, u32
+from gazeboard.joystick import ADDRESS
+from gazeboard.limits import WIPER_NEUTRAL
+
+_TICK_US = 1000
+_CATCH_UP_US = 5000  # a PC that stalled longer lost these ticks, as a stopped clock would
+_IDLE_US = 200
+
+
+class VirtualBoard:
+    name = "virtual"
+    simulated = True
+    hard_timer = True  # the deadline loop below never lets service and tick overlap
+
+    def __init__(self, bank, serial, files, boot_id, ticks_us, ticks_diff):
+        self.joystick_i2c = BankI2C(bank, pins.JOYSTICK_BUS)
+        self.enable_pin = BankPin(bank, pins.ENABLE, True)
+        self._neutral_first()
+        self.imu_i2c = BankI2C(bank, pins.IMU_BUS)
+        self.led_pin = BankPin(bank, pins.LED, True)
+        self._feedback = BankPin(bank, pins.RELAY_FEEDBACK, False)
+        self._emergency = BankPin(bank, pins.EMERGENCY, False)
+        self._button = BankPin(bank, pins.BUTTON, False)
+        self._bank = bank
+        self.serial = serial
+        self._files = files
+        self.boot_id = boot_id
+        self.ticks_us = ticks_us
+        self.ticks_diff = ticks_diff
+        cause = u32(bank, at.NEXT_CAUSE_AT)
+        self.reset_cause = cause if cause else 1
+        put_u32(bank, at.RESET_CAUSE_AT, self.reset_cause)
+        put_u32(bank, at.NEXT_CAUSE_AT, 0)
+        put_u32(bank, at.TICK_MS_AT, 0)
+        count_up(bank, at.BOOT_COUNT_AT)
+
+    # Promise P1: before anything else. A pot that does not answer leaves the enable line off.
+    def _neutral_first(self):
+        self.enable_pin(0)
+        try:
+            self.joystick_i2c.writeto(ADDRESS, bytes((0x00, WIPER_NEUTRAL)))
+            self.joystick_i2c.writeto(ADDRESS, bytes((0x80, WIPER_NEUTRAL)))
+        except OSError:
+            pass
+
+    def relay_closed(self):
+        return self._feedback() == 0
+
+    def emergency_open(self):
+        return self._emergency() == 1
+
+    def button_pressed(self):
+        return self._button() == 0
+
+    def ticks_ms(self):
+        return self.ticks_us() // 1000
+
+    def feed_watchdog(self):
+        count_up(self._bank, at.WDT_FEEDS_AT)
+
+    def heap_free_kb(self):
+        return 0  # the PC's memory says nothing about the board's
+
+    def load(self, name):
+        return self._files.load(name)
+
+    def store(self, name, text):
+        self._files.store(name, text)
+
+    def remove(self, name):
+        self._files.remove(name)
+
+    # One tick as the timer would: the tick's own clock goes into the bank, for the simulator.
+    def tick(self, app):
+        app.tick()
+        count_up(self._bank, at.TICK_MS_AT)
+
+    # A deadline loop. One thread: a tick never interrupts a service slice, it waits for its end.
+    def run(self, app):
+        due_us = self.ticks_us()
+        running = True
+        while running:
+            behind_us = self.ticks_diff(self.ticks_us(), due_us)
+            if behind_us > _CATCH_UP_US:
+                due_us = self.ticks_us()
+                behind_us = 0
+            if behind_us >= 0:
+                due_us = self.ticks_add(due_us, _TICK_US)
+                self.tick(app)
+            running = app.service()
+            left_us = self.ticks_diff(due_us, self.ticks_us())
+            if left_us > 50:
+                sleep_us(min(left_us, _IDLE_US))
+        app.shut_down()
+
+    def ticks_add(self, ticks, delta_us):
+        return (ticks + delta_us) & 0x3FFFFFFF
+
+
+class Files:
+    # Small text files in one folder: written aside, then renamed, so that a power cut leaves the old one.
+
+    def __init__(self, folder):
+        self._folder = folder
+
+    def load(self, name):
+        try:
+            with open(self._folder + "/" + name) as f:
+                return f.read()
+        except OSError:
+            return None
+
+    def store(self, name, text):
+        path = self._folder + "/" + name
+        with open(path + ".new", "w") as f:
+            f.write(text)
+        os.rename(path + ".new", path)
+
+    def remove(self, name):
+        try:
+            os.remove(self._folder + "/" + name)
+        except OSError:
+            pass
+
+
+if sys.implementation.name == "micropython":
+    from time import sleep_us, ticks_diff, ticks_us
+
+    from gazeboard.boards.stdio import StdioSerial
+    from gazeboard.boards.unix_micropython import getenv, map_file
+else:
+    from gazeboard.boards.unix_cpython import (
+        StdioSerial,
+        getenv,
+        map_file,
+        sleep_us,
+        ticks_diff,
+        ticks_us,
+    )
+
+
+def from_environment():
+    # The process's board; raises ValueError with the reason when the environment is not usable.
+    path = getenv("GAZEBOARD_BANK")
+    folder = getenv("GAZEBOARD_STATE")
+    if not path or not folder:
+        raise ValueError("GAZEBOARD_BANK (bank file) and GAZEBOARD_STATE (folder) must be set")
+    bank = map_file(path, at.SIZE)
+    if u32(bank, at.MAGIC_AT) != at.MAGIC or u32(bank, at.VERSION_AT) != at.VERSION:
+        raise ValueError("%s is not a register bank of version %d" % (path, at.VERSION))
+    boot_id = int.from_bytes(os.urandom(2), "little") or 1
+    return VirtualBoard(bank, StdioSerial(), Files(folder), boot_id, ticks_us, ticks_diff)

@@ -1,0 +1,99 @@
+# Can this heading be believed? Compares each sample with the gyro and with its predecessors. Pure.
+#
+# One sample that disagrees with the gyro is bridged by it; three within 50 ms are a jump; bytes that
+# stop changing are frozen (the gyro's own noise changes some bit of three axes at 100 Hz).
+
+from gazeboard.limits import HEADING_TURN_Q4_DEG
+from gazeboard.turn import wrapped
+from gazelink import codes
+
+_JUMP_Q4 = 48  # 3 degrees in one sample beyond what the gyro says
+_JUMPS = 3
+_JUMP_WINDOW_MS = 50
+_DRIFT_WINDOW_MS = 500
+_DRIFT_Q4 = 80  # 5 degrees between heading and integrated gyro in one window
+_FROZEN_TURNING_MS = 40
+_FROZEN_RESTING_MS = 100
+_GOOD_MS = 500  # a fault clears after this long without a bad sample
+
+_FROZEN = 1 << codes.HEADING_FROZEN
+_JUMP = 1 << codes.HEADING_JUMP
+
+
+class HeadingMonitor:
+    def __init__(self):
+        self.heading_q4 = 0  # counter-clockwise, 0..5759
+        self.faults = 0
+        self.restart()
+
+    # Forget the past: the next sample is believed as it comes. Faults stay until 500 good ms.
+    def restart(self):
+        self._anchored = False
+        self._last_q4 = 0
+        self._residue = 0
+        self._same_ms = 0
+        self._good_ms = 0
+        self._bad = 0
+        self._since_bad_ms = 0
+        self._window_ms = 0
+        self._window_q4 = 0
+
+    # heading_q4: 0..5759; rate_q4: 1/16 degree/s; same: all bytes equal those of the sample before;
+    # dt_ms: since the sample before, 1..100; turning: the board is turning the chair.
+    def feed(self, heading_q4, rate_q4, same, dt_ms, turning):
+        if not self._anchored:
+            self._anchored = True
+            self._last_q4 = heading_q4
+            self.heading_q4 = heading_q4
+            return
+        self._residue += rate_q4 * dt_ms
+        by_gyro_q4 = self._residue // 1000
+        self._residue -= by_gyro_q4 * 1000
+        good = self._check_frozen(same, dt_ms, turning or rate_q4 > 16 or rate_q4 < -16)
+        predicted_q4 = (self.heading_q4 + by_gyro_q4) % HEADING_TURN_Q4_DEG
+        self._since_bad_ms += dt_ms
+        if self._since_bad_ms > _JUMP_WINDOW_MS:
+            self._bad = 0
+        reference_q4 = predicted_q4
+        if self.faults & _JUMP:
+            # Jumped: judge the new readings among themselves.
+            reference_q4 = (self._last_q4 + by_gyro_q4) % HEADING_TURN_Q4_DEG
+        error_q4 = wrapped(heading_q4 - reference_q4)
+        parted_q4 = 0
+        if -_JUMP_Q4 <= error_q4 <= _JUMP_Q4:
+            parted_q4 = error_q4
+            self.heading_q4 = heading_q4
+        else:
+            good = False
+            self.heading_q4 = predicted_q4
+            if self._bad == 0:
+                self._since_bad_ms = 0
+            self._bad += 1
+            if self._bad >= _JUMPS:
+                self.faults |= _JUMP
+        self._last_q4 = heading_q4
+        good = self._check_drift(parted_q4, dt_ms) and good
+        self._good_ms = min(self._good_ms + dt_ms, _GOOD_MS) if good else 0
+        if self._good_ms >= _GOOD_MS:
+            self.faults = 0
+
+    def _check_frozen(self, same, dt_ms, moving):
+        self._same_ms = min(self._same_ms + dt_ms, _FROZEN_RESTING_MS) if same else 0
+        limit_ms = _FROZEN_TURNING_MS if moving else _FROZEN_RESTING_MS
+        if self._same_ms >= limit_ms:
+            self.faults |= _FROZEN
+            return False
+        return self._same_ms == 0 or not self.faults
+
+    # Heading and gyro may not part slowly either: a wrong fusion mode, a stuck axis.
+    def _check_drift(self, parted_q4, dt_ms):
+        self._window_q4 += parted_q4
+        self._window_ms += dt_ms
+        if self._window_ms < _DRIFT_WINDOW_MS:
+            return True
+        apart = not -_DRIFT_Q4 <= self._window_q4 <= _DRIFT_Q4
+        self._window_ms = 0
+        self._window_q4 = 0
+        if apart:
+            self.faults |= _JUMP
+        return not apart

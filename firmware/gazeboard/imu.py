@@ -1,0 +1,176 @@
+# BNO055 in IMUPLUS (no magnetometer) on the service loop's own bus: start-up, 100 Hz reads, recovery.
+#
+# Registers and times: Bosch BST-BNO055-DS000. Each poll() does at most one short transfer; nothing waits.
+# The burst takes all three gyro axes with the heading (0x14..0x1B), because their noise is what tells
+# a living sensor from a frozen one.
+
+from gazeboard.heading import HeadingMonitor
+from gazelink import codes
+
+ADDRESS = 0x28
+_CHIP_ID = 0x00
+_BURST = 0x14  # gyro x y z, heading: 4 x int16, 1/16 deg/s and 1/16 degree
+_TILT = 0x1C  # roll, pitch: 2 x int16, 1/16 degree
+_STATUS = 0x39  # SYS_STATUS, SYS_ERR, UNIT_SEL, (reserved), OPR_MODE
+_UNIT_SEL = 0x3B
+_OPR_MODE = 0x3D
+_MODE_CONFIG = 0x00
+_MODE_IMUPLUS = 0x08
+_ID = 0xA0
+_SYSTEM_ERROR = 0x01
+
+_SAMPLE_MS = 10
+_TO_CONFIG_MS = 20
+_FROM_CONFIG_MS = 10
+_FUSION_START_MS = 100
+_RETRY_MS = 100
+_RETRY_MAX_MS = 1600
+_BUS_ERRORS = 3  # in a row: fault (30 ms)
+_GIVE_UP_ERRORS = 6  # in a row: start the sensor again
+_TILT_HYSTERESIS_Q4 = 48
+
+_PROBE = 0
+_CONFIGURE = 1
+_START = 2
+_SETTLE = 3
+_RUN = 4
+
+
+def _s16(low, high):
+    value = low | (high << 8)
+    return value - 65536 if value & 0x8000 else value
+
+
+class Imu:
+    # poll(now_ms, ...) with the board's millisecond clock; results go to the attributes.
+
+    def __init__(self, i2c, ticks_diff, tilt_limit_q4):
+        self._i2c = i2c
+        self._ticks_diff = ticks_diff
+        self._tilt_limit_q4 = tilt_limit_q4
+        self._monitor = HeadingMonitor()
+        self._now = bytearray(8)
+        self._before = bytearray(8)
+        self._tilt = bytearray(4)
+        self._status = bytearray(5)
+        self._one = bytearray(1)
+        self._two = bytearray(2)
+        self._state = _PROBE
+        self._due_ms = 0
+        self._scheduled = False
+        self._last_ms = 0
+        self._turn = 0  # of the four-sample rota of extra reads
+        self._errors_in_row = 0
+        self._retry_ms = _RETRY_MS
+        self._tilt_samples = 0
+        self.heading_q4 = 0
+        self.rate_q4 = 0
+        self.tilted = False
+        self.faults = 0
+        self.samples = 0  # counts good samples: a new value means new data
+        self.errors = 0
+
+    # Returns True when there is a new sample.
+    def poll(self, now_ms, turning):
+        if not self._scheduled:
+            self._scheduled = True
+            self._due_ms = now_ms
+        late_ms = self._ticks_diff(now_ms, self._due_ms)
+        if late_ms < 0:
+            return False
+        self._due_ms = now_ms - late_ms % _SAMPLE_MS + _SAMPLE_MS if late_ms < 1000 else now_ms
+        try:
+            fresh = self._work(now_ms, turning)
+            self._errors_in_row = 0
+        except OSError:
+            fresh = False
+            self._failed(now_ms)
+        self.faults = self._monitor.faults
+        return fresh
+
+    def _work(self, now_ms, turning):
+        if self._state == _RUN:
+            return self._sample(now_ms, turning)
+        if self._state == _PROBE:
+            self._i2c.readfrom_mem_into(ADDRESS, _CHIP_ID, self._one)
+            if self._one[0] != _ID:
+                raise OSError(19)
+            self._write(_OPR_MODE, _MODE_CONFIG)
+            self._next(now_ms, _CONFIGURE, _TO_CONFIG_MS)
+        elif self._state == _CONFIGURE:
+            self._write(_UNIT_SEL, 0)  # m/s2, deg/s, degrees, Celsius
+            self._next(now_ms, _START, 1)
+        elif self._state == _START:
+            self._write(_OPR_MODE, _MODE_IMUPLUS)
+            self._next(now_ms, _SETTLE, _FROM_CONFIG_MS + _FUSION_START_MS)
+        else:
+            self._monitor.restart()
+            self._retry_ms = _RETRY_MS
+            self._last_ms = now_ms
+            self._next(now_ms, _RUN, _SAMPLE_MS)
+        return False
+
+    def _next(self, now_ms, state, delay_ms):
+        self._state = state
+        self._due_ms = now_ms + delay_ms
+
+    def _write(self, register, value):
+        self._two[0] = register
+        self._two[1] = value
+        self._i2c.writeto(ADDRESS, self._two)
+
+    def _sample(self, now_ms, turning):
+        new = self._now
+        old = self._before
+        self._i2c.readfrom_mem_into(ADDRESS, _BURST, new)
+        same = True
+        for k in range(8):
+            if new[k] != old[k]:
+                same = False
+                old[k] = new[k]
+        dt_ms = max(1, min(100, self._ticks_diff(now_ms, self._last_ms)))
+        self._last_ms = now_ms
+        self.rate_q4 = _s16(new[4], new[5])
+        clockwise_q4 = _s16(new[6], new[7])
+        if not 0 <= clockwise_q4 <= 5760:
+            clockwise_q4 = clockwise_q4 % 5760  # no angle: let the monitor see the jump
+        self._monitor.feed(-clockwise_q4 % 5760, self.rate_q4, same, dt_ms, turning)
+        self.heading_q4 = self._monitor.heading_q4
+        self.samples = (self.samples + 1) & 0xFFFF
+        self._turn = (self._turn + 1) & 3
+        if self._turn == 1:
+            self._check_status(now_ms)
+        elif self._turn == 3:
+            self._check_tilt()
+        return True
+
+    def _check_status(self, now_ms):
+        self._i2c.readfrom_mem_into(ADDRESS, _STATUS, self._status)
+        status = self._status
+        if status[0] == _SYSTEM_ERROR or status[2] != 0 or status[4] != _MODE_IMUPLUS:
+            self._monitor.faults |= 1 << codes.HEADING_RESET
+            self._next(now_ms, _PROBE, _SAMPLE_MS)
+
+    def _check_tilt(self):
+        self._i2c.readfrom_mem_into(ADDRESS, _TILT, self._tilt)
+        t = self._tilt
+        limit_q4 = self._tilt_limit_q4
+        if self.tilted:
+            limit_q4 -= _TILT_HYSTERESIS_Q4
+        if abs(_s16(t[0], t[1])) > limit_q4 or abs(_s16(t[2], t[3])) > limit_q4:
+            self._tilt_samples = min(2, self._tilt_samples + 1)
+        else:
+            self._tilt_samples = 0
+        self.tilted = self._tilt_samples == 2 or (self.tilted and self._tilt_samples > 0)
+
+    def _failed(self, now_ms):
+        self.errors = (self.errors + 1) & 0xFFFF
+        self._errors_in_row += 1
+        if self._errors_in_row >= _BUS_ERRORS or self._state != _RUN:
+            self._monitor.faults |= 1 << codes.HEADING_BUS
+        if self._state != _RUN:
+            self._state = _PROBE
+            self._due_ms = now_ms + self._retry_ms
+            self._retry_ms = min(_RETRY_MAX_MS, self._retry_ms * 2)
+        elif self._errors_in_row >= _GIVE_UP_ERRORS:
+            self._next(now_ms, _PROBE, _RETRY_MS)

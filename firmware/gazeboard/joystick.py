@@ -1,0 +1,52 @@
+# The AD5282 as a joystick: writes both wipers and reads them back, every tick. No allocation.
+#
+# AD5282 data sheet rev. E: instruction byte bit 7 selects RDAC2, bits 4 and 3 drive O2 and O1 and are
+# carried by every write (unused here: always 0). A read returns the RDAC last selected by a write.
+
+from gazeboard.limits import WIPER_MAX, WIPER_MIN, WIPER_SPAN
+
+ADDRESS = 0x2C
+_RDAC1 = 0x00  # linear
+_RDAC2 = 0x80  # turn
+
+
+def counts(permille, neutral):
+    # Wiper count of a deflection of -1000..1000, never outside the chair's window.
+    if permille >= 0:
+        value = neutral + permille * WIPER_SPAN // 1000
+    else:
+        value = neutral - -permille * WIPER_SPAN // 1000
+    return max(WIPER_MIN, min(WIPER_MAX, value))
+
+
+class Joystick:
+    def __init__(self, i2c, neutral_linear, neutral_turn):
+        self._i2c = i2c
+        self._neutral_linear = neutral_linear
+        self._neutral_turn = neutral_turn
+        self._out = bytearray(2)
+        self._in = bytearray(1)
+        self.linear_wiper = neutral_linear
+        self.turn_wiper = neutral_turn
+        self.neutral = True  # what was last asked for was neutral on both
+
+    # Write both and read both back; True: verified. A bus error or a wrong value is False at once,
+    # so that a stuck bus costs one time-out a tick, not four.
+    def write(self, linear_permille, turn_permille):
+        self.linear_wiper = counts(linear_permille, self._neutral_linear)
+        self.turn_wiper = counts(turn_permille, self._neutral_turn)
+        self.neutral = (
+            self.linear_wiper == self._neutral_linear and self.turn_wiper == self._neutral_turn
+        )
+        try:
+            return self._one(_RDAC1, self.linear_wiper) and self._one(_RDAC2, self.turn_wiper)
+        except OSError:
+            return False
+
+    def _one(self, channel, value):
+        out = self._out
+        out[0] = channel
+        out[1] = value
+        self._i2c.writeto(ADDRESS, out)
+        self._i2c.readfrom_into(ADDRESS, self._in)
+        return self._in[0] == value

@@ -1,0 +1,47 @@
+# The numbers behind the safety promises: compiled in, settings can only be stricter.
+
+try:
+    from micropython import const
+except ImportError:
+
+    def const(value):
+        return value
+
+
+# Times in ms, counted in ticks of 1 ms. MARGIN: a promise counts from the event; a tick may be up to
+# 1 ms away and the wiper write belongs to it, so each deadline is judged this much early.
+MARGIN_MS = const(2)
+HOST_SILENT_MS = const(100)  # P2 neutral
+HOST_LOST_MS = const(500)  # P2 disarm
+COMMAND_TTL_MS = const(300)  # P3
+CLEARANCE_OLD_MS = const(300)  # P6
+CLEARANCE_FRESH_MS = const(250)  # P6 clears below this (hysteresis)
+HEADING_OLD_MS = const(50)  # P7
+WIPER_TRIES = const(3)  # P8
+SERVICE_STALLED_MS = const(50)  # P9 neutral
+SERVICE_LOST_MS = const(500)  # P9 disarm
+TICK_STALLED_US = const(20000)  # P10
+TICK_STEADY_MS = const(500)  # P10 clears after this long without a stall
+FRAME_STALE_MS = const(100)  # P12: motion frames whose echoed stamp is older are ignored
+TILT_MS = const(100)  # P16
+
+NEUTRAL_PROVEN_MS = const(500)  # arming: neutral read back this long
+IDLE_MS = const(300)  # arming: nothing commanded this long
+RELAY_CLOSE_MS = const(150)  # arming: contact must close within
+RELAY_HOLD_MS = const(50)  # arming: and stay closed this long
+RELAY_RELEASE_MS = const(25)  # armed: contact seen open this long is a fault
+RELAY_STUCK_MS = const(100)  # enable off this long and still closed is a fault
+RELAY_CLEAR_MS = const(500)
+RESET_PRESS_MS = const(3000)  # P11: button at the chair
+
+AGE_MAX_MS = const(60000)  # ages saturate here
+
+# Wipers (SPEC section 1): counts 85..254 are 5..7 V, neutral near 6 V.
+WIPER_MIN = const(85)
+WIPER_MAX = const(254)
+WIPER_NEUTRAL = const(170)
+WIPER_SPAN = const(84)  # counts of deflection at 1000 permille
+
+HEADING_TURN_Q4_DEG = const(5760)  # one turn
+STEP_FORWARD_MAX_MS = const(5000)  # P4: longest step a setting can ask for
+STEP_TURN_MAX_MS = const(10000)

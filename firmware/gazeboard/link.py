@@ -1,0 +1,328 @@
+# The serial link on the board: bytes in to inputs, state out to bytes. Never blocks, never allocates.
+#
+# Every refused frame is counted, none moves the chair: corrupt and foreign ones fail their CRC, a
+# replayed or reordered one its sequence number, a late one its stamp (the echo of our own clock).
+
+import struct
+
+from gazeboard import limits
+from gazelink import VERSION, codes, frame, messages
+from gazelink.frame import i16, u16
+
+_RX_PER_POLL = 96  # bytes: the slice stays short, and four times the traffic still fits
+_TX_PER_POLL = 48
+_RING = 256
+_HELLO_MS = 200
+_STATE_MS = 10
+_STATS_MS = 200
+_NAME_SIZE = 16
+
+_HOST = 0
+_BOARD = 1
+_SIMULATED_FLAG = 1
+_ARMED_FLAG = 2
+
+
+def _at(message, field):
+    return message.offsets[field]
+
+
+_VERB = _at(messages.COMMAND, "verb")
+_MODE = _at(messages.COMMAND, "mode")
+_EDGE = _at(messages.COMMAND, "edge")
+_OWNER = _at(messages.COMMAND, "owner")
+_TTL = _at(messages.COMMAND, "ttl_ms")
+_LINEAR = _at(messages.COMMAND, "linear_permille")
+_TURN = _at(messages.COMMAND, "turn_permille")
+_ACTION = _at(messages.ORDER, "action")
+_NUMBER = _at(messages.ORDER, "number")
+_ORDER_OWNER = _at(messages.ORDER, "owner")
+_BLOCKED = _at(messages.CLEARANCE, "blocked")
+_SOURCE = _at(messages.CLEARANCE, "source")
+_AGE = _at(messages.CLEARANCE, "age_ms")
+_TOKEN = _at(messages.PING, "token_low")
+_ROLE = _at(messages.HELLO, "role")
+_FLAGS = _at(messages.HELLO, "flags")
+_SCHEMA = _at(messages.HELLO, "schema_hash")
+_SESSION = _at(messages.HELLO, "session")
+_KEY = _at(messages.MAINTENANCE, "key")
+_ACCEPTED = _at(messages.MAINTENANCE, "accepted")
+_REASON = _at(messages.MAINTENANCE, "reason")
+
+
+class Link:
+    # serial: read_byte() -> 0..255 or -1, write_byte(b) -> bool, neither ever waits.
+
+    def __init__(self, serial, inbox, outbox, boot, name, simulated):
+        self._serial = serial
+        self._inbox = inbox
+        self._outbox = outbox
+        self._boot = boot
+        self._decoder = frame.Decoder()
+        self._encoder = frame.Encoder()
+        self._simulated = simulated
+        self._ring = bytearray(_RING)
+        self._head = 0
+        self._tail = 0
+        self._session = 0
+        self._last_seq = 0
+        self._heard_at = 0  # ticks of the last valid frame
+        self._hello_at = 0
+        self._state_at = 0
+        self._stats_at = 0
+        self._greet = False
+        self._hello = bytearray(messages.HELLO.size)
+        messages.HELLO.pack(
+            self._hello,
+            (_BOARD, 0, frame.schema_hash(), 0, boot) + VERSION + (name.encode()[:_NAME_SIZE],),
+        )
+        self._key = bytearray(messages.MAINTENANCE.size)
+        messages.MAINTENANCE.pack(self._key, (messages.MAINTENANCE_KEY, 0, 0))
+        self.maintenance = False  # the host asked for the REPL and nothing stands against it
+        self.stale = 0
+        self.bad = 0
+        self.tx_dropped = 0
+
+    # One slice: some bytes in, what is due out. `stats` is the App.
+    def poll(self, stats):
+        serial = self._serial
+        decoder = self._decoder
+        for _ in range(_RX_PER_POLL):
+            byte = serial.read_byte()
+            if byte < 0:
+                break
+            if decoder.feed(byte):
+                self._received()
+        now = self._outbox.ticks
+        if self._session == 0 or self._greet:
+            if self._greet or self._elapsed(now, self._hello_at) >= _HELLO_MS:
+                self._greet = False
+                self._hello_at = now
+                self._send_hello()
+        if self._session:
+            if self._elapsed(now, self._state_at) >= _STATE_MS:
+                self._state_at = now - now % _STATE_MS
+                self._send_state()
+            if self._elapsed(now, self._stats_at) >= _STATS_MS:
+                self._stats_at = now
+                self._send_stats(stats)
+        self._drain()
+
+    def _elapsed(self, now, since):
+        return (now - since) & 0x3FFFFFFF
+
+    def _received(self):
+        buf = self._decoder.buf
+        kind = buf[messages.TYPE_AT]
+        if kind == messages.HELLO.type_id:
+            self._on_hello(buf)
+        elif kind == messages.MAINTENANCE.type_id:
+            self._on_maintenance(buf)
+        elif self._in_order(buf):
+            self._heard_at = self._outbox.ticks
+            back = self._inbox.back
+            back.host_count = (back.host_count + 1) & 0xFFFF
+            self._inbox.touch()
+            age_ms = (self._outbox.ticks - u16(buf, messages.STAMP_AT)) & 0xFFFF
+            if kind == messages.COMMAND.type_id:
+                self._on_command(buf, back, age_ms)
+            elif kind == messages.ORDER.type_id:
+                self._on_order(buf, back, age_ms)
+            elif kind == messages.CLEARANCE.type_id:
+                self._on_clearance(buf, back, age_ms)
+            elif kind == messages.PING.type_id:
+                self._send_pong(buf)
+            else:
+                self.bad = (self.bad + 1) & 0xFFFF  # a message of ours, come back
+
+    # Newer than the last one; after a silence any number will do, the stamp still guards.
+    def _in_order(self, buf):
+        seq = buf[messages.SEQ_AT]
+        ahead = (seq - self._last_seq) & 0xFF
+        silent = self._elapsed(self._outbox.ticks, self._heard_at) > limits.HOST_SILENT_MS
+        if not silent and not 1 <= ahead <= 127:
+            self.stale = (self.stale + 1) & 0xFFFF
+            return False
+        self._last_seq = seq
+        return True
+
+    def _on_hello(self, buf):
+        if buf[_ROLE] != _HOST:
+            return
+        session = u16(buf, _SESSION)
+        for k in range(4):
+            if buf[_SCHEMA + k] != self._hello[_SCHEMA + k]:
+                session = 0  # another version: answer, so that it can say so; no session
+        self._greet = True
+        if session == 0 or session == self._session:
+            return
+        self._session = session
+        self._last_seq = buf[messages.SEQ_AT]
+        self._heard_at = self._outbox.ticks
+        seed = frame.session_seed(session, self._boot)
+        self._decoder.seed = seed
+        self._encoder.seed = seed
+        back = self._inbox.back
+        back.session_count = (back.session_count + 1) & 0xFFFF or 1
+        back.verb = codes.STOP
+        back.edge = 0
+        back.ttl_ms = 0
+        back.order_number = 0
+        self._inbox.touch()
+
+    def _on_command(self, buf, back, age_ms):
+        verb = buf[_VERB]
+        if verb == codes.STOP:
+            back.verb = codes.STOP
+            back.stop_count = (back.stop_count + 1) & 0xFFFF
+            return
+        linear = i16(buf, _LINEAR)
+        turn = i16(buf, _TURN)
+        if (
+            verb > codes.DRIVE
+            or buf[_MODE] > codes.CONTINUOUS
+            or not -1000 <= linear <= 1000
+            or not -1000 <= turn <= 1000
+        ):
+            self.bad = (self.bad + 1) & 0xFFFF
+            return
+        if age_ms > limits.FRAME_STALE_MS:
+            self.stale = (self.stale + 1) & 0xFFFF
+            return
+        back.verb = verb
+        back.mode = buf[_MODE]
+        back.edge = buf[_EDGE]
+        back.owner = buf[_OWNER]
+        back.linear_permille = linear
+        back.turn_permille = turn
+        back.ttl_ms = max(0, u16(buf, _TTL) - age_ms)  # counted from when the host sent it
+        back.command_count = (back.command_count + 1) & 0xFFFF
+
+    def _on_order(self, buf, back, age_ms):
+        action = buf[_ACTION]
+        if action > codes.RESET_FAULTS or buf[_NUMBER] == 0:
+            self.bad = (self.bad + 1) & 0xFFFF
+        elif action == codes.EMERGENCY_STOP:
+            back.emergency_count = (back.emergency_count + 1) & 0xFFFF
+        elif action != codes.DISARM and age_ms > limits.FRAME_STALE_MS:
+            self.stale = (self.stale + 1) & 0xFFFF
+        else:
+            back.order_action = action
+            back.order_owner = buf[_ORDER_OWNER]
+            back.order_number = buf[_NUMBER]
+
+    def _on_clearance(self, buf, back, age_ms):
+        if buf[_SOURCE] > codes.REPLAYED:
+            self.bad = (self.bad + 1) & 0xFFFF
+            return
+        back.clearance_blocked = buf[_BLOCKED]
+        back.clearance_source = buf[_SOURCE]
+        back.clearance_age_ms = min(limits.AGE_MAX_MS, u16(buf, _AGE) + age_ms)
+        back.clearance_count = (back.clearance_count + 1) & 0xFFFF
+
+    def _on_maintenance(self, buf):
+        for k in range(4):
+            if buf[_KEY + k] != self._key[_KEY + k]:
+                self.bad = (self.bad + 1) & 0xFFFF
+                return
+        self.maintenance = self._outbox.state == codes.DISARMED
+        body = self._encoder.body
+        for k in range(4):
+            body[_KEY + k] = self._key[_KEY + k]
+        body[_ACCEPTED] = 1 if self.maintenance else 0
+        body[_REASON] = codes.NO_REASON if self.maintenance else codes.MAINTENANCE_WHILE_ARMED
+        self._send(messages.MAINTENANCE)
+
+    def _send_hello(self):
+        body = self._encoder.body
+        for k in range(messages.HEADER_SIZE, messages.HELLO.size):
+            body[k] = self._hello[k]
+        flags = _SIMULATED_FLAG if self._simulated else 0
+        if self._outbox.state != codes.DISARMED:
+            flags |= _ARMED_FLAG
+        body[_FLAGS] = flags
+        body[_SESSION] = self._session & 0xFF
+        body[_SESSION + 1] = self._session >> 8
+        self._send(messages.HELLO)
+
+    def _send_state(self):
+        o = self._outbox
+        for _ in range(3):
+            ticks = o.ticks
+            struct.pack_into(
+                messages.STATE.format,
+                self._encoder.body,
+                messages.HEADER_SIZE,
+                o.state | (o.motion << 4),
+                o.override,
+                o.arm_reason,
+                o.first_fault,
+                o.faults,
+                self._inbox.back.heading_q4,
+                o.linear_wiper,
+                o.turn_wiper,
+                o.edge,
+                o.decisions,
+            )
+            if ticks == o.ticks:
+                break
+        self._send(messages.STATE)
+
+    def _send_stats(self, s):
+        o = self._outbox
+        d = self._decoder
+        struct.pack_into(
+            messages.STATS.format,
+            self._encoder.body,
+            messages.HEADER_SIZE,
+            d.ok,
+            d.corrupt,
+            d.unknown,
+            self.stale,
+            self.bad,
+            self.tx_dropped,
+            min(o.tick_max_us, 65535),
+            o.late_ticks,
+            min(s.service_max_ms, 65535),
+            s.heap_free_kb,
+            s.imu_samples(),
+            s.imu_errors(),
+            s.reset_cause,
+            1 if o.relay_closed else 0,
+            s.imu_status(),
+            o.owner,
+        )
+        o.tick_max_us = 0
+        s.service_max_ms = 0
+        self._send(messages.STATS)
+
+    def _send_pong(self, buf):
+        body = self._encoder.body
+        for k in range(_TOKEN, _TOKEN + 4):
+            body[k] = buf[k]
+        self._send(messages.PONG)
+
+    # Into the ring if all of it fits, else dropped: telemetry is lossy, newest follows.
+    def _send(self, message):
+        n = self._encoder.finish(message, self._outbox.ticks & 0xFFFF)
+        free = _RING - 1 - ((self._head - self._tail) & (_RING - 1))
+        if n > free:
+            self.tx_dropped = (self.tx_dropped + 1) & 0xFFFF
+            return
+        wire = self._encoder.wire
+        head = self._head
+        for k in range(n):
+            self._ring[head] = wire[k]
+            head = (head + 1) & (_RING - 1)
+        self._head = head
+
+    def _drain(self):
+        for _ in range(_TX_PER_POLL):
+            if self._tail == self._head or not self._serial.write_byte(self._ring[self._tail]):
+                return
+            self._tail = (self._tail + 1) & (_RING - 1)
+
+    # Everything said before leaving for the REPL.
+    def flushed(self):
+        self._drain()
+        return self._tail == self._head

@@ -1,0 +1,402 @@
+# The safety core: given inputs and one tick of 1 ms, decides state, faults and whether the present
+# command may move the chair. Pure: no I/O, no clock, no allocation, integers only.
+#
+# Default answer: no. A command moves the chair only while nothing below speaks against it; the first
+# thing that does is kept as the override, and the same press (edge) never moves again.
+
+from gazeboard import limits
+from gazelink import codes
+
+# Faults that end the armed state at once. The others make neutral, or (heading) refuse turns.
+_DISARMING = (
+    (1 << codes.WIPER)
+    | (1 << codes.TICK_EXCEPTION)
+    | (1 << codes.TICK_STALLED)
+    | (1 << codes.EMERGENCY)
+    | (1 << codes.RELAY_OPEN)
+    | (1 << codes.RELAY_STUCK)
+    | (1 << codes.CALIBRATION)
+    | (1 << codes.WATCHDOG_BOOTS)
+    | (1 << codes.SIMULATED_SOURCE)
+    | (1 << codes.NO_HARD_TIMER)
+)
+_NEUTRAL = (1 << codes.HOST_SILENT) | (1 << codes.SERVICE_STALLED) | (1 << codes.TILT) | _DISARMING
+_LATCHED = 0
+for _row in codes.FAULTS:
+    if _row[3]:
+        _LATCHED |= 1 << _row[0]
+_ALL_BLOCKED = 15
+_ALL_UNKNOWN = 255  # codes.UNKNOWN in all four fields
+_DECISIONS = bytes(  # blocked bits -> 2-bit fields
+    [sum([codes.BLOCKED << (2 * d) for d in range(4) if b & (1 << d)]) for b in range(16)]
+)
+_LAST_REASON = codes.FAULT_REASON + len(codes.FAULTS) - 1
+
+
+def fault_reason(faults):
+    # Reason code of the lowest fault bit set; NO_REASON for none.
+    if faults == 0:
+        return codes.NO_REASON
+    code = codes.FAULT_REASON
+    while code < _LAST_REASON and faults & 1 == 0:
+        faults >>= 1
+        code += 1
+    return code
+
+
+def older(age_ms):
+    # The age one tick later, saturating.
+    return age_ms + 1 if age_ms < limits.AGE_MAX_MS else age_ms
+
+
+class Safety:
+    def __init__(self, simulated_board, relay_fitted, boot_faults):
+        self.state = codes.DISARMED
+        self.faults = boot_faults
+        self.first_fault = fault_reason(boot_faults)
+        self.owner = codes.NOBODY
+        self.enable = False  # drive the enable line in this tick
+        self.permitted = False  # the command in the inputs may move the chair in this tick
+        self.override = codes.NO_REASON
+        self.arm_reason = codes.NOT_CONNECTED
+        self.blocked = _ALL_BLOCKED  # bits per direction, old data counted as blocked
+        self.edge = 0  # press that moves the chair now, 0: none
+        self.spent_edge = 0  # press that may not move the chair any more
+        self.ttl_ms = 0
+        self._simulated_board = simulated_board
+        self._relay_fitted = relay_fitted
+        self._boot_faults = boot_faults
+        self._verb = codes.STOP  # of the press that moves the chair: a press never changes its mind
+        self._mode = codes.STEP
+        self._quiet = True  # spent_edge ended as asked: nothing to explain
+        self._host_age_ms = limits.AGE_MAX_MS
+        self._service_age_ms = limits.AGE_MAX_MS
+        self._clearance_age_ms = limits.AGE_MAX_MS
+        self._heading_age_ms = limits.AGE_MAX_MS
+        self._neutral_ms = 0
+        self._idle_ms = 0
+        self._arming_ms = 0
+        self._closed_ms = 0
+        self._open_ms = 0
+        self._off_ms = 0
+        self._steady_ms = limits.AGE_MAX_MS
+        self._button_ms = 0
+        self._wiper_bad = 0
+        # Counters of the inputs as last seen
+        self._host_count = 0
+        self._service_count = 0
+        self._command_count = 0
+        self._clearance_count = 0
+        self._heading_count = 0
+        self._session_count = 0
+        self._stop_count = 0
+        self._emergency_count = 0
+        self._order_number = 0
+
+    # One tick. `i` is an Inputs; the contacts are what the pins say now; `late` is true when the time
+    # since the last tick exceeded the limit.
+    def step(self, i, relay_closed, emergency_open, button_pressed, late):
+        self._count_ages(i, relay_closed, button_pressed)
+        faults = self._judge_faults(i, emergency_open, late)
+        if faults and self.faults == 0:
+            self.first_fault = fault_reason(faults)
+        self.faults = faults
+        self._judge_session(i)
+        self._judge_orders(i)
+        self._advance(i)
+        self._judge_command(i)
+
+    # After the write: did both wipers read back what was written, and was that neutral? Sets the
+    # fault at the third failure in a row, before the enable line is toggled. Returns: toggle it now.
+    def wipers_written(self, verified, neutral):
+        if not verified:
+            self._neutral_ms = 0
+            self._wiper_bad += 1
+            if self._wiper_bad >= limits.WIPER_TRIES:
+                self._wiper_bad = limits.WIPER_TRIES
+                self._trip(codes.WIPER)
+            return False
+        self._wiper_bad = 0
+        self._neutral_ms = older(self._neutral_ms) if neutral else 0
+        return self.enable
+
+    # An exception in the tick: enable off, latched.
+    def tick_raised(self):
+        self._trip(codes.TICK_EXCEPTION)
+
+    # Motion came to its own end: reason NO_REASON (done) or TIME_LIMIT.
+    def finished(self, reason):
+        self.permitted = False
+        self.spent_edge = self.edge
+        self.edge = 0
+        self._quiet = reason == codes.NO_REASON
+        self.override = reason
+
+    def _trip(self, fault):
+        if self.faults == 0:
+            self.first_fault = codes.FAULT_REASON + fault
+        self.faults |= 1 << fault
+        self._disarm()
+
+    def _disarm(self):
+        self.state = codes.DISARMED
+        self.owner = codes.NOBODY
+        self.enable = False
+        self.permitted = False
+
+    def _count_ages(self, i, relay_closed, button_pressed):
+        if i.host_count != self._host_count:
+            self._host_count = i.host_count
+            self._host_age_ms = 0
+        else:
+            self._host_age_ms = older(self._host_age_ms)
+        if i.service_count != self._service_count:
+            self._service_count = i.service_count
+            self._service_age_ms = 0
+        else:
+            self._service_age_ms = older(self._service_age_ms)
+        if i.clearance_count != self._clearance_count:
+            self._clearance_count = i.clearance_count
+            self._clearance_age_ms = i.clearance_age_ms
+        else:
+            self._clearance_age_ms = older(self._clearance_age_ms)
+        if i.heading_count != self._heading_count:
+            self._heading_count = i.heading_count
+            self._heading_age_ms = 0
+        else:
+            self._heading_age_ms = older(self._heading_age_ms)
+        if i.command_count != self._command_count:
+            self._command_count = i.command_count
+            self.ttl_ms = min(i.ttl_ms, limits.COMMAND_TTL_MS - limits.MARGIN_MS)
+        elif self.ttl_ms > 0:
+            self.ttl_ms -= 1
+        commanded = i.verb != codes.STOP and self.ttl_ms > 0
+        self._idle_ms = 0 if commanded else older(self._idle_ms)
+        self._closed_ms = older(self._closed_ms) if relay_closed else 0
+        self._open_ms = 0 if relay_closed else older(self._open_ms)
+        self._off_ms = 0 if self.enable else older(self._off_ms)
+        self._button_ms = older(self._button_ms) if button_pressed else 0
+
+    # All fault bits of this tick: each condition of the faults table, in one place.
+    def _judge_faults(self, i, emergency_open, late):
+        old = self.faults
+        faults = (old & _LATCHED) | self._boot_faults
+        if self._host_age_ms >= limits.HOST_SILENT_MS - limits.MARGIN_MS:
+            faults |= 1 << codes.HOST_SILENT
+        if self._service_age_ms >= limits.SERVICE_STALLED_MS - limits.MARGIN_MS:
+            faults |= 1 << codes.SERVICE_STALLED
+        limit = limits.CLEARANCE_OLD_MS
+        if old & (1 << codes.OBSTACLE_DATA_OLD):
+            limit = limits.CLEARANCE_FRESH_MS
+        if self._clearance_age_ms >= limit - limits.MARGIN_MS:
+            faults |= 1 << codes.OBSTACLE_DATA_OLD
+        elif i.clearance_source != codes.REAL and not self._simulated_board:
+            faults |= 1 << codes.SIMULATED_SOURCE
+        faults |= i.heading_faults & codes.HEADING_FAULTS
+        if self._heading_age_ms >= limits.HEADING_OLD_MS - limits.MARGIN_MS:
+            faults |= 1 << codes.HEADING_BUS
+        if i.tilted:
+            faults |= 1 << codes.TILT
+        if not i.calibrated:
+            faults |= 1 << codes.CALIBRATION
+        if late:
+            self._steady_ms = 0
+        else:
+            self._steady_ms = older(self._steady_ms)
+        if self._steady_ms < limits.TICK_STEADY_MS:
+            faults |= 1 << codes.TICK_STALLED
+        if i.emergency_count != self._emergency_count:
+            self._emergency_count = i.emergency_count
+            faults |= 1 << codes.EMERGENCY
+        if self._button_ms == limits.RESET_PRESS_MS:
+            faults = self._reset(faults)
+        if emergency_open:
+            faults |= 1 << codes.EMERGENCY
+        if self._relay_fitted:
+            faults |= self._judge_relay(old)
+        return faults
+
+    def _judge_relay(self, old):
+        if self.state == codes.ARMED:
+            if self._open_ms >= limits.RELAY_RELEASE_MS:
+                return 1 << codes.RELAY_OPEN
+            return 0
+        if self.state == codes.ARMING:
+            if self._arming_ms >= limits.RELAY_CLOSE_MS and self._closed_ms == 0:
+                return 1 << codes.RELAY_OPEN
+            return 0
+        if min(self._closed_ms, self._off_ms) >= limits.RELAY_STUCK_MS:
+            return 1 << codes.RELAY_STUCK
+        # Stands until the contact has been open, as it should be now, for a while.
+        if self._open_ms < limits.RELAY_CLEAR_MS:
+            return old & ((1 << codes.RELAY_OPEN) | (1 << codes.RELAY_STUCK))
+        return 0
+
+    # Clear the latched faults. Those whose cause still stands come back in the same or the next tick.
+    def _reset(self, faults):
+        self._wiper_bad = 0
+        return faults & ~_LATCHED | self._boot_faults
+
+    # Another host, or the same one again: nothing of the old life may go on.
+    def _judge_session(self, i):
+        if i.session_count != self._session_count:
+            self._session_count = i.session_count
+            self._order_number = 0
+            self.spent_edge = i.edge
+            self._disarm()
+
+    def _judge_orders(self, i):
+        if i.order_number == self._order_number:
+            return
+        self._order_number = i.order_number
+        if i.order_action == codes.DISARM:
+            self._disarm()
+        elif i.order_action == codes.RESET_FAULTS and i.order_owner == codes.CARETAKER:
+            self.faults = self._reset(self.faults)
+        elif i.order_action == codes.ARM:
+            self._arm(i.order_owner)
+
+    def _arm(self, owner):
+        if self.state != codes.DISARMED:
+            # Hand-over between people: stop, and wait for the new owner's own press.
+            if self.state == codes.ARMED and owner != codes.NOBODY and owner != self.owner:
+                self.owner = owner
+                self.spent_edge = self.edge if self.edge else self.spent_edge
+                self.edge = 0
+                self._quiet = False
+        elif owner != codes.NOBODY and self._why_not_arm() == codes.NO_REASON:
+            self.state = codes.ARMING
+            self.owner = owner
+            self.first_fault = codes.NO_REASON
+            self._arming_ms = 0
+
+    # What stands against arming now; NO_REASON: ready.
+    def _why_not_arm(self):
+        if self._session_count == 0:
+            return codes.NOT_CONNECTED
+        if self.faults:
+            return fault_reason(self.faults)
+        if self._neutral_ms < limits.NEUTRAL_PROVEN_MS:
+            return codes.NEUTRAL_NOT_PROVEN
+        if self._idle_ms < limits.IDLE_MS:
+            return codes.COMMAND_ACTIVE
+        if self._relay_fitted and self._open_ms == 0:
+            return codes.FAULT_REASON + codes.RELAY_STUCK  # the test needs open -> closed
+        return codes.NO_REASON
+
+    def _advance(self, i):
+        if self.state != codes.DISARMED and (
+            self.faults & _DISARMING
+            or self._host_age_ms >= limits.HOST_LOST_MS - limits.MARGIN_MS
+            or self._service_age_ms >= limits.SERVICE_LOST_MS - limits.MARGIN_MS
+        ):
+            self._disarm()
+        elif self.state == codes.ARMING:
+            self._arming_ms = older(self._arming_ms)
+            if self.faults:
+                self._disarm()
+            elif self._relay_proven():
+                self.state = codes.ARMED
+                self.spent_edge = i.edge
+                self._quiet = False
+        self.enable = self.state != codes.DISARMED
+        self.arm_reason = self._why_not_arm() if self.state == codes.DISARMED else codes.NO_REASON
+
+    def _relay_proven(self):
+        if self._relay_fitted:
+            return self._closed_ms >= limits.RELAY_HOLD_MS
+        return self._arming_ms >= limits.RELAY_HOLD_MS
+
+    def _judge_command(self, i):
+        old = self.faults & (1 << codes.OBSTACLE_DATA_OLD)
+        self.blocked = _ALL_BLOCKED if old else i.clearance_blocked & _ALL_BLOCKED
+        self.permitted = False
+        if i.stop_count != self._stop_count:
+            self._stop_count = i.stop_count
+            self._spend(self.edge, True)
+        if i.verb == codes.STOP:
+            self._spend(self.edge, True)
+            self.override = codes.NO_REASON
+            return
+        reason = self._why_not_move(i)
+        if reason == codes.NO_REASON:
+            self.permitted = True
+            self.edge = i.edge
+            self._verb = i.verb
+            self._mode = i.mode
+            self.override = codes.NO_REASON
+            return
+        if i.edge == self.spent_edge:
+            # The same press again: keep telling why it ended, unless it ended as asked.
+            if self._quiet:
+                reason = codes.NO_REASON
+            elif self.override != codes.NO_REASON:
+                reason = self.override
+            self.override = reason
+            return
+        self._spend(i.edge, False)
+        self.override = reason
+
+    # No motion on this press any more.
+    def _spend(self, edge, quiet):
+        if edge:
+            self.spent_edge = edge
+            self._quiet = quiet
+        self.edge = 0
+
+    def _why_not_move(self, i):
+        if self.state != codes.ARMED:
+            return fault_reason(self.faults) if self.faults else codes.NOT_ARMED
+        if i.owner != self.owner:
+            return codes.NOT_OWNER
+        if self.faults & _NEUTRAL:
+            return fault_reason(self.faults & _NEUTRAL)
+        if i.edge == self.spent_edge or i.edge == 0:
+            return codes.NEEDS_NEW_COMMAND
+        running = i.edge == self.edge
+        if running and (i.verb != self._verb or i.mode != self._mode):
+            return codes.BAD_COMMAND
+        stepping = running and i.mode == codes.STEP
+        if self.ttl_ms == 0 and not stepping:
+            return codes.COMMAND_EXPIRED
+        if i.verb == codes.FORWARD:
+            return self._why_not_linear(1)
+        if i.verb == codes.BACKWARD:
+            return self._why_not_linear(-1)
+        if i.verb == codes.LEFT:
+            return self._why_not_turn(1)
+        if i.verb == codes.RIGHT:
+            return self._why_not_turn(-1)
+        if i.verb == codes.DRIVE:
+            reason = self._why_not_linear(i.linear_permille)
+            return reason if reason else self._why_not_turn(i.turn_permille)
+        return codes.BAD_COMMAND
+
+    def _why_not_linear(self, sign):
+        if sign > 0 and self.blocked & (1 << codes.DIR_FORWARD):
+            return self._obstacle(codes.DIR_FORWARD)
+        if sign < 0 and self.blocked & (1 << codes.DIR_BACKWARD):
+            return self._obstacle(codes.DIR_BACKWARD)
+        return codes.NO_REASON
+
+    def _why_not_turn(self, sign):
+        if sign == 0:
+            return codes.NO_REASON
+        if self.faults & codes.HEADING_FAULTS:
+            return fault_reason(self.faults & codes.HEADING_FAULTS)
+        if sign > 0 and self.blocked & (1 << codes.DIR_LEFT):
+            return self._obstacle(codes.DIR_LEFT)
+        if sign < 0 and self.blocked & (1 << codes.DIR_RIGHT):
+            return self._obstacle(codes.DIR_RIGHT)
+        return codes.NO_REASON
+
+    def _obstacle(self, direction):
+        if self.faults & (1 << codes.OBSTACLE_DATA_OLD):
+            return codes.FAULT_REASON + codes.OBSTACLE_DATA_OLD
+        return codes.OBSTACLE_FORWARD + direction
+
+    # Decisions for the page, 2 bits per direction.
+    def decisions(self):
+        if self.faults & (1 << codes.OBSTACLE_DATA_OLD):
+            return _ALL_UNKNOWN
+        return _DECISIONS[self.blocked]

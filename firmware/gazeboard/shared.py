@@ -1,0 +1,117 @@
+# What service loop and tick share: a double buffer down, a sequence-checked record up. No allocation.
+
+from gazelink import codes
+
+
+class Inputs:
+    # Everything the tick reads. Counters change when their value is new; 16 bits, any difference counts.
+
+    FIELDS = (
+        "host_count",
+        "service_count",
+        "session_count",
+        "verb",
+        "mode",
+        "edge",
+        "owner",
+        "ttl_ms",
+        "linear_permille",
+        "turn_permille",
+        "command_count",
+        "stop_count",
+        "order_action",
+        "order_number",
+        "order_owner",
+        "emergency_count",
+        "clearance_blocked",
+        "clearance_source",
+        "clearance_age_ms",
+        "clearance_count",
+        "heading_q4",
+        "rate_q4",
+        "heading_faults",
+        "heading_count",
+        "tilted",
+        "calibrated",
+    )
+
+    def __init__(self):
+        for name in self.FIELDS:
+            setattr(self, name, 0)
+
+    # Written out, because looping over names would be slow and getattr is no faster to read.
+    def copy_from(self, o):
+        self.host_count = o.host_count
+        self.service_count = o.service_count
+        self.session_count = o.session_count
+        self.verb = o.verb
+        self.mode = o.mode
+        self.edge = o.edge
+        self.owner = o.owner
+        self.ttl_ms = o.ttl_ms
+        self.linear_permille = o.linear_permille
+        self.turn_permille = o.turn_permille
+        self.command_count = o.command_count
+        self.stop_count = o.stop_count
+        self.order_action = o.order_action
+        self.order_number = o.order_number
+        self.order_owner = o.order_owner
+        self.emergency_count = o.emergency_count
+        self.clearance_blocked = o.clearance_blocked
+        self.clearance_source = o.clearance_source
+        self.clearance_age_ms = o.clearance_age_ms
+        self.clearance_count = o.clearance_count
+        self.heading_q4 = o.heading_q4
+        self.rate_q4 = o.rate_q4
+        self.heading_faults = o.heading_faults
+        self.heading_count = o.heading_count
+        self.tilted = o.tilted
+        self.calibrated = o.calibrated
+
+
+class Inbox:
+    # The service loop fills `back`, then publish() makes it `front` by one assignment; the tick, which
+    # interrupts the service loop and never the other way round, reads `front` only.
+
+    def __init__(self):
+        self.front = Inputs()
+        self.back = Inputs()
+        self._dirty = False
+
+    def touch(self):
+        self._dirty = True
+
+    # The service loop lives: one atomic store each, without a copy.
+    def beat(self):
+        count = (self.back.service_count + 1) & 0xFFFF
+        self.back.service_count = count
+        self.front.service_count = count
+
+    def publish(self):
+        if self._dirty:
+            self._dirty = False
+            old = self.front
+            self.front = self.back
+            self.back = old
+            old.copy_from(self.front)
+
+
+class Outbox:
+    # Written by the tick; read by the service loop between two looks at `ticks` (torn if they differ).
+
+    def __init__(self):
+        self.ticks = 0  # the board's clock: ticks since start, 30 bits
+        self.state = codes.DISARMED
+        self.motion = codes.STOPPED
+        self.override = codes.NO_REASON
+        self.arm_reason = codes.NOT_CONNECTED
+        self.first_fault = codes.NO_REASON
+        self.faults = 0
+        self.owner = codes.NOBODY
+        self.edge = 0
+        self.decisions = 255
+        self.linear_wiper = 0
+        self.turn_wiper = 0
+        self.relay_closed = False
+        self.tick_max_us = 0  # since the service loop last set it to 0
+        self.late_ticks = 0

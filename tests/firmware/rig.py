@@ -1,0 +1,272 @@
+# A lockstep rig for firmware tests on CPython and MicroPython: the whole App on a virtual board over a
+# register bank in memory, a virtual clock, a scripted sensor and a small honest host. No wall clock.
+
+import struct
+
+from gazeboard.app import App
+from gazeboard.boards import bank_layout as at
+from gazeboard.boards import pins
+from gazeboard.boards.virtual import VirtualBoard
+from gazelink import codes, frame, messages
+
+_BANK_SIZE = at.SLOTS_AT + 2 * 128 * at.SLOT_SIZE
+SESSION = 0x1234
+BOOT = 0x0B07
+POT = at.SLOTS_AT + 0x2C * at.SLOT_SIZE
+IMU = at.SLOTS_AT + (128 + 0x28) * at.SLOT_SIZE
+REGS = at.SLOT_REGS
+NEUTRAL = 170
+
+
+class Clock:
+    def __init__(self, start_us=0):
+        self.now_us = start_us
+
+    def ticks_us(self):
+        return self.now_us & 0x3FFFFFFF
+
+    def ticks_diff(self, a, b):
+        return ((a - b + 0x20000000) & 0x3FFFFFFF) - 0x20000000
+
+
+class Wire:
+    # The serial line: bytes towards the board and from it, a ring each way.
+    def __init__(self):
+        self._to = bytearray(1024)
+        self._head = 0
+        self._tail = 0
+        self.sent = bytearray(4096)
+        self.count = 0
+        self.reading = True  # False: the host has stopped reading, the line takes nothing more
+
+    def read_byte(self):
+        if self._tail == self._head:
+            return -1
+        byte = self._to[self._tail]
+        self._tail = (self._tail + 1) & 1023
+        return byte
+
+    def write_byte(self, byte):
+        if not self.reading:
+            return False
+        if self.count < len(self.sent):
+            self.sent[self.count] = byte
+            self.count += 1
+        return True
+
+    def push(self, data, n):
+        for k in range(n):
+            self._to[self._head] = data[k]
+            self._head = (self._head + 1) & 1023
+
+    def clear(self):
+        self._tail = self._head
+
+
+class Files:
+    def __init__(self):
+        self.texts = {}
+
+    def load(self, name):
+        return self.texts.get(name)
+
+    def store(self, name, text):
+        self.texts[name] = text
+
+    def remove(self, name):
+        self.texts.pop(name, None)
+
+
+class Rig:
+    # bank, clock, wire, app and a host that talks every 20 ms while `host_alive`.
+
+    def __init__(self, start_us=0, files=None, relay_fitted=True):
+        self.bank = bytearray(_BANK_SIZE)
+        self.clock = Clock(start_us)
+        self.wire = Wire()
+        self.files = files or Files()
+        self._add_devices()
+        self.heading_q4 = 0.0  # counter-clockwise, as the chair stands
+        self.rate_dps = 0.0
+        self.imu_alive = True
+        self.relay_works = True
+        self._enable_edges = -1
+        self._quiet_ms = 1000
+        self._imu_noise = 0
+        self.encoder = frame.Encoder()
+        self.decoder = frame.Decoder()
+        self.host_alive = True
+        self.service_alive = True
+        self.lidar_alive = True
+        self.blocked = 0
+        self.source = codes.REAL
+        self.command = (codes.STOP, codes.STEP, 0, codes.DRIVER, 0, 0)
+        self.hold = False  # the command's time-to-live is refreshed with each frame
+        self.order = None
+        self._order_number = 0
+        self._order_left = 0
+        self.stamp = 0
+        self.now_ms = 0
+        self.state = {}
+        self.boot()
+
+    def boot(self):
+        self.board = VirtualBoard(
+            self.bank, self.wire, self.files, BOOT, self.clock.ticks_us, self.clock.ticks_diff
+        )
+        self.app = App(self.board)
+        self.encoder.seed = None
+        self.decoder.seed = None
+
+    def _add_devices(self):
+        self.bank[POT + at.SLOT_PRESENT] = 1
+        self.bank[POT + at.SLOT_STYLE] = at.STYLE_AD5282
+        self.bank[POT + REGS] = 0x80
+        self.bank[POT + REGS + 1] = 0x80
+        self.bank[IMU + at.SLOT_PRESENT] = 1
+        self.bank[IMU + REGS] = 0xA0
+        self.drive_pin(pins.EMERGENCY, 0)
+
+    def drive_pin(self, number, level):
+        offset = at.PINS_AT + number * at.PIN_SIZE
+        self.bank[offset + at.PIN_HOST_DRIVE] = 1
+        self.bank[offset + at.PIN_HOST_LEVEL] = level
+
+    # -- running ---------------------------------------------------------------------------------
+
+    def run(self, ms):
+        for _ in range(ms):
+            self.one_ms()
+
+    def one_ms(self):
+        self.now_ms += 1
+        self.clock.now_us += 1000
+        self._relay()
+        if self.now_ms % 10 == 0 and self.imu_alive:
+            self._sense()
+        if self.host_alive and self.now_ms % 20 == 0:
+            self.speak()
+        self.board.tick(self.app)
+        if self.service_alive:
+            self.app.service()
+            self.app.service()
+        self.listen()
+
+    # The relay: closed while the enable line toggles, open 15 ms after it stopped.
+    def _relay(self):
+        edges = self.bank[at.PINS_AT + pins.ENABLE * at.PIN_SIZE + at.PIN_OUT_COUNT]
+        level = self.bank[at.PINS_AT + pins.ENABLE * at.PIN_SIZE + at.PIN_OUT]
+        toggled = edges != self._enable_edges and level != getattr(self, "_level", 0)
+        self._enable_edges = edges
+        self._level = level
+        self._quiet_ms = 0 if toggled else self._quiet_ms + 1
+        self.relay_closed = self._quiet_ms < 15 and self.relay_works
+        self.drive_pin(pins.RELAY_FEEDBACK, 0 if self.relay_closed else 1)
+
+    def _sense(self):
+        self.heading_q4 += self.rate_dps * 16 / 100
+        self._imu_noise = (self._imu_noise * 5 + 3) & 7
+        raw = int(-self.heading_q4) % 5760
+        struct.pack_into(
+            "<4h",
+            self.bank,
+            IMU + REGS + 0x14,
+            self._imu_noise,
+            -self._imu_noise,
+            int(self.rate_dps * 16),
+            raw,
+        )
+
+    # -- the host ----------------------------------------------------------------------------------
+
+    def speak(self):
+        if self.encoder.seed is None:
+            self.say_hello()
+            return
+        verb, mode, edge, owner, linear, turn = self.command
+        ttl = 300 if self.hold else 0
+        self.send(messages.COMMAND, (verb, mode, edge, owner, ttl, linear, turn))
+        if self.lidar_alive:
+            self.send(messages.CLEARANCE, (self.blocked, self.source, 5))
+        if self._order_left:
+            self._order_left -= 1
+            self.send(messages.ORDER, self.order)
+
+    def say_hello(self, session=SESSION):
+        values = (0, 0, frame.schema_hash(), session, 0, 0, 1, 0, b"rig")
+        self.send(messages.HELLO, values)
+
+    def send(self, message, values):
+        message.pack(self.encoder.body, values)
+        n = self.encoder.finish(message, self.stamp)
+        self.wire.push(self.encoder.wire, n)
+
+    def give(self, action, owner=codes.DRIVER):
+        self._order_number += 1
+        self.order = (action, self._order_number, owner)
+        self._order_left = 5
+
+    def listen(self):
+        for k in range(self.wire.count):
+            if self.decoder.feed(self.wire.sent[k]):
+                self._heard()
+        self.wire.count = 0
+
+    def _heard(self):
+        buf = self.decoder.buf
+        self.stamp = frame.u16(buf, messages.STAMP_AT)
+        if buf[0] == messages.HELLO.type_id:
+            hello = messages.HELLO.unpack(buf)
+            if hello["session"]:
+                seed = frame.session_seed(hello["session"], hello["boot"])
+                self.encoder.seed = seed
+                self.decoder.seed = seed
+        elif buf[0] == messages.STATE.type_id:
+            self.state = messages.STATE.unpack(buf)
+
+    # -- what tests ask ------------------------------------------------------------------------------
+
+    def wipers(self):
+        return (self.bank[POT + REGS], self.bank[POT + REGS + 1])
+
+    def neutral(self):
+        return self.wipers() == (NEUTRAL, NEUTRAL)
+
+    def arm(self):
+        self.run(1200)
+        self.give(codes.ARM)
+        self.run(300)
+        assert self.app.safety.state == codes.ARMED, self.why()
+
+    def press(self, verb, mode=codes.CONTINUOUS, linear=0, turn=0):
+        edge = self.command[2] % 255 + 1
+        self.command = (verb, mode, edge, codes.DRIVER, linear, turn)
+        self.hold = True
+
+    def release(self):
+        self.command = (codes.STOP, 0, self.command[2], codes.DRIVER, 0, 0)
+        self.hold = False
+
+    def drive(self, verb=codes.FORWARD):
+        self.arm()
+        self.press(verb)
+        self.run(60)
+        assert not self.neutral(), self.why()
+
+    # ms until `condition` holds, at most `limit_ms`.
+    def until(self, condition, limit_ms):
+        for ms in range(limit_ms + 1):
+            if condition():
+                return ms
+            self.one_ms()
+        raise AssertionError("not within %d ms: %s" % (limit_ms, self.why()))
+
+    def why(self):
+        s = self.app.safety
+        return "state %d faults %x override %s arm_reason %s wipers %s" % (
+            s.state,
+            s.faults,
+            codes.reason_name(s.override),
+            codes.reason_name(s.arm_reason),
+            self.wipers(),
+        )
