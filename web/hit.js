@@ -1,0 +1,42 @@
+// Which target lies under a point: hit areas larger than the buttons, and sticky once entered.
+
+/** Share by which the hit area grows, in each dimension, once entered. */
+const GROWTH = 0.2;
+/** Gaze is less exact vertically: hit areas reach this share of the screen's height further. */
+const VERTICAL_MARGIN = 0.022;
+
+const contains = (box, x, y) => x >= box.left && x < box.right && y >= box.top && y < box.bottom;
+
+/** A box {left, top, right, bottom} (px) grown by `share` of its width and height. */
+const grown = (box, share) => {
+  const dx = ((box.right - box.left) * share) / 2;
+  const dy = ((box.bottom - box.top) * share) / 2;
+  return { left: box.left - dx, top: box.top - dy, right: box.right + dx, bottom: box.bottom + dy };
+};
+
+/** The hit areas of the page's targets, in CSS px of the viewport. */
+export class HitMap {
+  #areas = new Map();
+
+  /** Reads the boxes of the given elements (named by id); call again after a resize. */
+  measure(elements) {
+    this.#areas.clear();
+    for (const element of elements) {
+      const { left, top, right, bottom, width } = element.getBoundingClientRect();
+      if (width === 0) continue; // not shown, as Achteruit by default
+      const margin = element.classList.contains("drive") ? innerHeight * VERTICAL_MARGIN : 0;
+      const area = { left, right, top: top - margin, bottom: bottom + margin };
+      this.#areas.set(element.id, { area, sticky: grown(area, GROWTH) });
+    }
+  }
+
+  /** Name of the target at (x, y), null for none. `current` keeps its point a little longer. */
+  at(x, y, current) {
+    const stop = this.#areas.get("stop");
+    if (stop && contains(stop.area, x, y)) return "stop";
+    const kept = this.#areas.get(current);
+    if (kept && contains(kept.sticky, x, y)) return current;
+    for (const [name, { area }] of this.#areas) if (contains(area, x, y)) return name;
+    return null;
+  }
+}

@@ -1,0 +1,278 @@
+// The driver's intent as a pure state machine: hover, dwell, leave, press. Time is injected.
+
+/** Targets that move the chair. Every other target name is a button, except "stop". */
+export const DRIVE = ["forward", "left", "right", "backward"];
+
+/** The board's time-to-live of a command, ms: a proof of holding is worth this much. */
+const COMMAND_TTL_MS = 300;
+/** A step is said again for this long, so that one lost message does not lose the step. */
+const STEP_REPEAT_MS = 150;
+/** After a stop the gaze must be off every drive target for this long. */
+const REST_MS = 300;
+/** Gaze needs this long on a button (arm, mode); "reset" is never a matter of looking. */
+const BUTTON_DWELL_MS = 1000;
+/** How long a finger or mouse must press "reset", as the button at the chair. */
+const RESET_PRESS_MS = 3000;
+/** A shorter press in continuous mode earns the hint to keep pressing. */
+const TAP_MS = 200;
+
+const isDrive = (name) => DRIVE.includes(name);
+
+/**
+ * Turns pointer, touch and key events into commands.
+ *
+ * All times are ms of one monotonic clock. `on` receives:
+ * drive(verb, mode, edge) for every command to send, stop(), act(name) for a button,
+ * tap() when a press was too short to drive, view(dwelling, holding) when either name changed.
+ */
+export class Targets {
+  mode = "continuous";
+  #on;
+  /** Gaze starts a drive target only while the chair is armed; a press always asks the board. */
+  #armed = false;
+  #dwellMs = 600;
+  #graceMs = 200;
+  #staleMs = 500;
+  #heartbeatMs = 50;
+  #freshMs = 200;
+  #edge = 0;
+  #under = undefined; // target under the pointer, null: none, undefined: not known
+  #spent = null; // button that acted and was not left yet
+  #dwell = null; // {target, since, movedAt, leftAt}
+  #hold = null; // {target, source, mode, edge, since, provenAt, leftAt, sendAt}
+  #pressed = null; // button pressed and not released: {target, source, since}
+  #restNeeded = true;
+  #restSince = null;
+  #shown = "null null";
+
+  constructor(on) {
+    this.#on = on;
+  }
+
+  /** Takes the times of the host's welcome (ms). */
+  configure({ dwell_ms, leave_grace_ms, pointer_stale_ms, heartbeat_ms }) {
+    this.#dwellMs = dwell_ms;
+    this.#graceMs = leave_grace_ms;
+    this.#staleMs = pointer_stale_ms;
+    this.#heartbeatMs = heartbeat_ms;
+    // Heartbeats end early, so that the board's time-to-live runs out when the pointer is stale.
+    this.#freshMs = Math.max(heartbeat_ms, pointer_stale_ms - COMMAND_TTL_MS);
+  }
+
+  /** Changes between "step" and "continuous"; what was held ends. */
+  setMode(mode, at) {
+    this.mode = mode;
+    if (this.#hold) this.stop(at);
+  }
+
+  /** The pointer moved, no button down, and is now over `target` (null: none). */
+  hover(target, at) {
+    const entered = target !== this.#under;
+    this.#under = target;
+    this.#rest(target, at);
+    if (target !== this.#spent) this.#spent = null;
+    if (target === "stop") {
+      if (entered) this.stop(at);
+      return;
+    }
+    if (this.#hold) this.#hoverWhileHolding(target, at);
+    else this.#hoverIdle(target, at);
+    this.#show();
+  }
+
+  /** A mouse button, finger or key went down on `target`; `source` tells which one. */
+  press(target, source, at) {
+    this.#dwell = null;
+    this.#under = target;
+    if (target === "stop") this.stop(at);
+    else if (isDrive(target)) this.#activate(target, source, at);
+    else if (target) this.#pressed = { target, source, since: at };
+    this.#show();
+  }
+
+  /** The pointer of a press moved and is now over `target`. Leaving ends the press at once. */
+  drag(target, source, at) {
+    const entered = target !== this.#under;
+    this.#under = target;
+    if (target === "stop" && entered) this.stop(at);
+    if (this.#hold?.source === source && this.#hold.target !== target) this.#letGo(at);
+    if (this.#pressed?.source === source && this.#pressed.target !== target) this.#pressed = null;
+    this.#show();
+  }
+
+  /** The button, finger or key was released. */
+  release(source, at) {
+    const pressed = this.#pressed;
+    if (pressed?.source === source) {
+      this.#pressed = null;
+      if (pressed.target !== "reset") this.#act(pressed.target);
+    }
+    const hold = this.#hold;
+    if (hold?.source === source) {
+      this.#letGo(at);
+      if (hold.mode === "continuous" && at - hold.since < TAP_MS) this.#on.tap();
+    }
+    this.#show();
+  }
+
+  /** Stops at once and forgets every hold. */
+  stop(at) {
+    this.#dwell = this.#hold = this.#pressed = null;
+    this.#needRest(at);
+    this.#on.stop();
+    this.#show();
+  }
+
+  /** As stop(), when the pointer's place is no longer known: page hidden, focus or link lost. */
+  cancel(at) {
+    this.#under = undefined;
+    this.stop(at);
+  }
+
+  /** The chair became armed for this page, or no longer is: then every hold ends. */
+  setArmed(armed, at) {
+    if (armed === this.#armed) return;
+    this.#armed = armed;
+    if (!armed && this.#hold) this.stop(at);
+  }
+
+  /** Lets time pass; call it often (each 25 ms). */
+  tick(now) {
+    this.#rested(now);
+    const pressed = this.#pressed;
+    if (pressed?.target === "reset" && now - pressed.since >= RESET_PRESS_MS) {
+      this.#pressed = null;
+      this.#act("reset");
+    }
+    if (this.#hold) this.#tickHold(now);
+    if (this.#dwell) this.#tickDwell(now);
+    this.#show();
+  }
+
+  #hoverWhileHolding(target, at) {
+    const hold = this.#hold;
+    if (hold.source !== "gaze") return;
+    if (target === hold.target) {
+      // Late return (the page stalled): the tick that should have stopped is made up for.
+      if (this.#gazeOver(at)) return this.#letGo(at);
+      hold.provenAt = at;
+      hold.leftAt = null;
+    } else if (hold.mode === "step") {
+      this.#letGo(at);
+    } else {
+      hold.leftAt ??= at;
+    }
+  }
+
+  #hoverIdle(target, at) {
+    let dwell = this.#dwell;
+    if (dwell && (at - dwell.movedAt >= this.#staleMs || (target && target !== dwell.target))) {
+      dwell = this.#dwell = null;
+    }
+    if (dwell && target === null) {
+      dwell.leftAt ??= at;
+      return;
+    }
+    if (dwell) {
+      if (dwell.leftAt !== null) dwell.since += at - dwell.leftAt;
+      dwell.leftAt = null;
+      dwell.movedAt = at;
+    } else if (this.#mayDwell(target)) {
+      this.#dwell = { target, since: at, movedAt: at, leftAt: null };
+    }
+    this.#finishDwell(at);
+  }
+
+  #mayDwell(target) {
+    if (target === null || target === "reset" || target === this.#spent) return false;
+    return !isDrive(target) || (this.#armed && !this.#restNeeded);
+  }
+
+  #finishDwell(now) {
+    const dwell = this.#dwell;
+    if (!dwell || dwell.leftAt !== null || now - dwell.movedAt >= this.#freshMs) return;
+    const dwellMs = isDrive(dwell.target) ? this.#dwellMs : BUTTON_DWELL_MS;
+    if (now - dwell.since >= dwellMs) this.#activate(dwell.target, "gaze", now);
+  }
+
+  #activate(target, source, at) {
+    this.#dwell = null;
+    if (!isDrive(target)) return this.#act(target);
+    this.#edge += 1;
+    this.#hold = {
+      target,
+      source,
+      mode: this.mode,
+      edge: this.#edge,
+      since: at,
+      provenAt: at,
+      leftAt: null,
+      sendAt: at + this.#heartbeatMs,
+    };
+    this.#on.drive(target, this.mode, this.#edge);
+  }
+
+  #act(name) {
+    this.#spent = name;
+    this.#on.act(name);
+  }
+
+  #gazeOver(now) {
+    const hold = this.#hold;
+    const left = hold.leftAt !== null && now - hold.leftAt >= this.#graceMs;
+    return left || now - hold.provenAt >= this.#staleMs;
+  }
+
+  #tickHold(now) {
+    const hold = this.#hold;
+    const gaze = hold.source === "gaze";
+    if (gaze && hold.mode === "continuous" && this.#gazeOver(now)) return this.#letGo(now);
+    if (now < hold.sendAt) return;
+    hold.sendAt = Math.max(hold.sendAt + this.#heartbeatMs, now);
+    const wanted =
+      hold.mode === "step"
+        ? now - hold.since < STEP_REPEAT_MS
+        : !gaze || (hold.leftAt === null && now - hold.provenAt < this.#freshMs);
+    if (wanted) this.#on.drive(hold.target, hold.mode, hold.edge);
+  }
+
+  #tickDwell(now) {
+    const dwell = this.#dwell;
+    const left = dwell.leftAt !== null && now - dwell.leftAt >= this.#graceMs;
+    const gone = isDrive(dwell.target) && !this.#armed;
+    if (left || gone || now - dwell.movedAt >= this.#staleMs) this.#dwell = null;
+    else this.#finishDwell(now);
+  }
+
+  /** Ends the hold. A step runs to its end by itself; continuous motion stops now. */
+  #letGo(at) {
+    const { mode } = this.#hold;
+    this.#hold = null;
+    this.#needRest(at);
+    if (mode === "continuous") this.#on.stop();
+  }
+
+  #needRest(at) {
+    this.#restNeeded = true;
+    this.#restSince = this.#under === undefined || isDrive(this.#under) ? null : at;
+  }
+
+  #rest(target, at) {
+    this.#rested(at);
+    if (isDrive(target)) this.#restSince = null;
+    else this.#restSince ??= at;
+  }
+
+  #rested(now) {
+    if (this.#restSince !== null && now - this.#restSince >= REST_MS) this.#restNeeded = false;
+  }
+
+  #show() {
+    const dwelling = this.#dwell?.leftAt === null ? this.#dwell.target : null;
+    const holding = this.#hold?.target ?? this.#pressed?.target ?? null;
+    const shown = `${dwelling} ${holding}`;
+    if (shown === this.#shown) return;
+    this.#shown = shown;
+    this.#on.view(dwelling, holding);
+  }
+}

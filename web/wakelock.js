@@ -1,0 +1,14 @@
+// Keeps the tablet's screen on while the page is visible, where the browser can.
+
+/** Asks for the wake lock now and after each return to the page. */
+export function keepAwake() {
+  if (!navigator.wakeLock) return; // plain http beyond loopback has none
+  const ask = () => {
+    if (document.hidden) return;
+    navigator.wakeLock.request("screen").catch((error) => {
+      console.warn(`the screen may switch itself off: ${error.message}`);
+    });
+  };
+  document.addEventListener("visibilitychange", ask);
+  ask();
+}

@@ -1,0 +1,82 @@
+// One WebSocket that keeps coming back: back-off, connect time-out, silence time-out.
+
+const FIRST_RETRY_MS = 250;
+const LAST_RETRY_MS = 2000;
+const CONNECT_MS = 3000;
+
+/**
+ * A reconnecting WebSocket without timers of its own: its owner calls tick(now).
+ *
+ * `path` is on this page's host; `silenceMs` without a message counts as a dead connection;
+ * `on` receives message(data), open() and closed().
+ */
+export class Wire {
+  #path;
+  #silenceMs;
+  #on;
+  #socket = null;
+  #sinceMs = 0; // start of the attempt, then the last message
+  #retryMs = FIRST_RETRY_MS;
+  #retryAtMs = 0;
+
+  constructor(path, silenceMs, on) {
+    this.#path = path;
+    this.#silenceMs = silenceMs;
+    this.#on = on;
+  }
+
+  /** True while messages can be sent. */
+  get open() {
+    return this.#socket?.readyState === WebSocket.OPEN;
+  }
+
+  /** Bytes given to the browser and not yet on the network. */
+  get waiting() {
+    return this.#socket?.bufferedAmount ?? 0;
+  }
+
+  /** Sends text; false when the wire is not open (nothing is kept for later). */
+  send(text) {
+    if (!this.open) return false;
+    this.#socket.send(text);
+    return true;
+  }
+
+  /** Connects, gives up on a silent connection, tries again. `now` as performance.now(). */
+  tick(now) {
+    if (this.#socket === null) {
+      if (now >= this.#retryAtMs) this.#connect(now);
+      return;
+    }
+    const limitMs = this.open ? this.#silenceMs : CONNECT_MS;
+    if (now - this.#sinceMs > limitMs) this.#drop(now);
+  }
+
+  #connect(now) {
+    const scheme = location.protocol === "https:" ? "wss:" : "ws:";
+    const socket = new WebSocket(`${scheme}//${location.host}${this.#path}`);
+    socket.binaryType = "arraybuffer";
+    this.#socket = socket;
+    this.#sinceMs = now;
+    socket.onopen = () => {
+      this.#sinceMs = performance.now();
+      this.#on.open?.();
+    };
+    socket.onmessage = (event) => {
+      this.#sinceMs = performance.now();
+      this.#retryMs = FIRST_RETRY_MS;
+      this.#on.message(event.data);
+    };
+    socket.onclose = () => this.#drop(performance.now());
+  }
+
+  #drop(now) {
+    const socket = this.#socket;
+    socket.onopen = socket.onmessage = socket.onclose = null;
+    socket.close();
+    this.#socket = null;
+    this.#retryAtMs = now + this.#retryMs;
+    this.#retryMs = Math.min(this.#retryMs * 2, LAST_RETRY_MS);
+    this.#on.closed?.();
+  }
+}
