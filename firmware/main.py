@@ -1,4 +1,5 @@
-# Started at power-on. First act, before any other import: enable line off, both wipers neutral (P1).
+# Started at power-on. First act, before any other import: enable line off, both wipers neutral
+# (P1).
 try:
     from machine import I2C, Pin
 

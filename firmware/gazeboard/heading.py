@@ -1,7 +1,7 @@
 # Can this heading be believed? Compares each sample with the gyro and with its predecessors. Pure.
 #
-# One sample that disagrees with the gyro is bridged by it; three within 50 ms are a jump; bytes that
-# stop changing are frozen (the gyro's own noise changes some bit of three axes at 100 Hz).
+# One sample that disagrees with the gyro is bridged by it; three within 50 ms are a jump; bytes
+# that stop changing are frozen (the gyro's own noise changes some bit of three axes at 100 Hz).
 
 from gazeboard.limits import HEADING_TURN_Q4_DEG
 from gazeboard.turn import wrapped

@@ -1,8 +1,9 @@
-# BNO055 in IMUPLUS (no magnetometer) on the service loop's own bus: start-up, 100 Hz reads, recovery.
+# BNO055 in IMUPLUS (no magnetometer) on the service loop's own bus: start-up, 100 Hz reads,
+# recovery.
 #
-# Registers and times: Bosch BST-BNO055-DS000. Each poll() does at most one short transfer; nothing waits.
-# The burst takes all three gyro axes with the heading (0x14..0x1B), because their noise is what tells
-# a living sensor from a frozen one.
+# Registers and times: Bosch BST-BNO055-DS000. Each poll() does at most one short transfer; nothing
+# waits. The burst takes all three gyro axes with the heading (0x14..0x1B), because their noise is
+# what tells a living sensor from a frozen one.
 
 from gazeboard.heading import HeadingMonitor
 from gazelink import codes

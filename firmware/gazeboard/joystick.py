@@ -1,7 +1,8 @@
 # The AD5282 as a joystick: writes both wipers and reads them back, every tick. No allocation.
 #
-# AD5282 data sheet rev. E: instruction byte bit 7 selects RDAC2, bits 4 and 3 drive O2 and O1 and are
-# carried by every write (unused here: always 0). A read returns the RDAC last selected by a write.
+# AD5282 data sheet rev. E: instruction byte bit 7 selects RDAC2, bits 4 and 3 drive O2 and O1 and
+# are carried by every write (unused here: always 0). A read returns the RDAC last selected by a
+# write.
 
 from gazeboard.limits import WIPER_MAX, WIPER_MIN, WIPER_SPAN
 

@@ -8,8 +8,8 @@ except ImportError:
         return value
 
 
-# Times in ms, counted in ticks of 1 ms. MARGIN: a promise counts from the event; a tick may be up to
-# 1 ms away and the wiper write belongs to it, so each deadline is judged this much early.
+# Times in ms, counted in ticks of 1 ms. MARGIN: a promise counts from the event; a tick may be up
+# to 1 ms away and the wiper write belongs to it, so each deadline is judged this much early.
 MARGIN_MS = const(2)
 HOST_SILENT_MS = const(100)  # P2 neutral
 HOST_LOST_MS = const(500)  # P2 disarm

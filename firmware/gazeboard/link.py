@@ -1,4 +1,5 @@
-# The serial link on the board: bytes in to inputs, state out to bytes. Never blocks, never allocates.
+# The serial link on the board: bytes in to inputs, state out to bytes. Never blocks, never
+# allocates.
 #
 # Every refused frame is counted, none moves the chair: corrupt and foreign ones fail their CRC, a
 # replayed or reordered one its sequence number, a late one its stamp (the echo of our own clock).

@@ -50,7 +50,8 @@ class Motion:
             self._linear(i)
         else:
             self._rotate(i)
-        # A controller's correction may point the other way than the command: it only goes where it is free.
+        # A controller's correction may point the other way than the command: it only goes where it
+        # is free.
         turn = self.turn_permille
         if (turn > 0 and blocked & (1 << codes.DIR_LEFT)) or (
             turn < 0 and blocked & (1 << codes.DIR_RIGHT)

@@ -1,8 +1,8 @@
 # The safety core: given inputs and one tick of 1 ms, decides state, faults and whether the present
 # command may move the chair. Pure: no I/O, no clock, no allocation, integers only.
 #
-# Default answer: no. A command moves the chair only while nothing below speaks against it; the first
-# thing that does is kept as the override, and the same press (edge) never moves again.
+# Default answer: no. A command moves the chair only while nothing below speaks against it; the
+# first thing that does is kept as the override, and the same press (edge) never moves again.
 
 from gazeboard import limits
 from gazelink import codes
@@ -93,8 +93,8 @@ class Safety:
         self._emergency_count = 0
         self._order_number = 0
 
-    # One tick. `i` is an Inputs; the contacts are what the pins say now; `late` is true when the time
-    # since the last tick exceeded the limit.
+    # One tick. `i` is an Inputs; the contacts are what the pins say now; `late` is true when the
+    # time since the last tick exceeded the limit.
     def step(self, i, relay_closed, emergency_open, button_pressed, late):
         self._count_ages(i, relay_closed, button_pressed)
         faults = self._judge_faults(i, emergency_open, late)
@@ -107,7 +107,8 @@ class Safety:
         self._judge_command(i)
 
     # After the write: did both wipers read back what was written, and was that neutral? Sets the
-    # fault at the third failure in a row, before the enable line is toggled. Returns: toggle it now.
+    # fault at the third failure in a row, before the enable line is toggled. Returns: toggle it
+    # now.
     def wipers_written(self, verified, neutral):
         if not verified:
             self._neutral_ms = 0
@@ -232,7 +233,8 @@ class Safety:
             return old & ((1 << codes.RELAY_OPEN) | (1 << codes.RELAY_STUCK))
         return 0
 
-    # Clear the latched faults. Those whose cause still stands come back in the same or the next tick.
+    # Clear the latched faults. Those whose cause still stands come back in the same or the next
+    # tick.
     def _reset(self, faults):
         self._wiper_bad = 0
         return faults & ~_LATCHED | self._boot_faults

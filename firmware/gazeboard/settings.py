@@ -1,4 +1,5 @@
-# Settings: one table of names, defaults and limits; values from a JSON file, refused when out of range.
+# Settings: one table of names, defaults and limits; values from a JSON file, refused when out of
+# range.
 
 import json
 

@@ -1,10 +1,12 @@
-# What service loop and tick share: a double buffer down, a sequence-checked record up. No allocation.
+# What service loop and tick share: a double buffer down, a sequence-checked record up. No
+# allocation.
 
 from gazelink import codes
 
 
 class Inputs:
-    # Everything the tick reads. Counters change when their value is new; 16 bits, any difference counts.
+    # Everything the tick reads. Counters change when their value is new; 16 bits, any difference
+    # counts.
 
     FIELDS = (
         "host_count",
@@ -70,8 +72,8 @@ class Inputs:
 
 
 class Inbox:
-    # The service loop fills `back`, then publish() makes it `front` by one assignment; the tick, which
-    # interrupts the service loop and never the other way round, reads `front` only.
+    # The service loop fills `back`, then publish() makes it `front` by one assignment; the tick,
+    # which interrupts the service loop and never the other way round, reads `front` only.
 
     def __init__(self):
         self.front = Inputs()
@@ -97,7 +99,8 @@ class Inbox:
 
 
 class Outbox:
-    # Written by the tick; read by the service loop between two looks at `ticks` (torn if they differ).
+    # Written by the tick; read by the service loop between two looks at `ticks` (torn if they
+    # differ).
 
     def __init__(self):
         self.ticks = 0  # the board's clock: ticks since start, 30 bits

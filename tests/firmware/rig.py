@@ -1,5 +1,6 @@
-# A lockstep rig for firmware tests on CPython and MicroPython: the whole App on a virtual board over a
-# register bank in memory, a virtual clock, a scripted sensor and a small honest host. No wall clock.
+# A lockstep rig for firmware tests on CPython and MicroPython: the whole App on a virtual board
+# over a register bank in memory, a virtual clock, a scripted sensor and a small honest host. No
+# wall clock.
 
 import struct
 
@@ -224,7 +225,7 @@ class Rig:
         elif buf[0] == messages.STATE.type_id:
             self.state = messages.STATE.unpack(buf)
 
-    # -- what tests ask ------------------------------------------------------------------------------
+    # -- what tests ask ----------------------------------------------------------------------------
 
     def wipers(self):
         return (self.bank[POT + REGS], self.bank[POT + REGS + 1])

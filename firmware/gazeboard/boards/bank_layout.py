@@ -1,5 +1,6 @@
-# Layout of the register bank, version 1: devices, pins and flash in one file shared by board and simulator.
-# The emulated Teensy maps the same layout. Little-endian; (h) host writes, (g) guest (the board) writes.
+# Layout of the register bank, version 1: devices, pins and flash in one file shared by board and
+# simulator. The emulated Teensy maps the same layout. Little-endian; (h) host writes, (g) guest
+# (the board) writes.
 
 SIZE = 16 << 20
 MAGIC = 0x4252374D
@@ -28,7 +29,8 @@ LOG_HEAD_AT = 0x48  # (g)
 SOFT_RESETS_AT = 0x4C  # (g)
 HOST_FLAGS_AT = 0x50  # (h)
 
-# Bus n at BUSES_AT + n * BUS_SIZE: flags (h; bit 0 SCL stuck low), transfers, collisions, aborted (g), u32 each
+# Bus n at BUSES_AT + n * BUS_SIZE: flags (h; bit 0 SCL stuck low), transfers, collisions, aborted
+# (g), u32 each
 BUSES_AT = 0x80
 BUS_SIZE = 16
 BUS_COUNT = 3

@@ -48,7 +48,8 @@ class Teensy40:
     def _input(self, number):
         return machine.Pin("D%d" % number, machine.Pin.IN, machine.Pin.PULL_UP)
 
-    # Older firmware takes `hard` for a soft timer's unknown argument, or refuses it: try, don't guess.
+    # Older firmware takes `hard` for a soft timer's unknown argument, or refuses it: try, don't
+    # guess.
     def _has_hard_timer(self):
         try:
             timer = machine.Timer(-1, period=1000, callback=_nothing, hard=True)
@@ -80,7 +81,8 @@ class Teensy40:
         except OSError:
             return None
 
-    # A flash erase stops the processor for up to 400 ms: only while disarmed, with a patient watchdog.
+    # A flash erase stops the processor for up to 400 ms: only while disarmed, with a patient
+    # watchdog.
     def store(self, name, text):
         self._patience(_FLASH_WATCHDOG_MS)
         with open(_BASE + name + ".new", "w") as f:

@@ -16,7 +16,8 @@ _O_RDWR = 2
 
 
 def map_file(path, size):
-    # The first `size` bytes of the file, shared and writable, as a bytearray. OSError when it can't.
+    # The first `size` bytes of the file, shared and writable, as a bytearray. OSError when it
+    # can't.
     fd = _open(path, _O_RDWR)
     if fd < 0:
         raise OSError("can't open " + path)

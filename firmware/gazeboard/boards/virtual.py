@@ -1,7 +1,8 @@
 # The virtual board: the firmware as a process (or in lockstep) over a register bank, no hardware.
 #
-# As a process (MicroPython or CPython on Linux) the environment names the bank file and a folder for
-# small files; stdin and stdout are the serial line. In lockstep a test hands in bank, serial and clock.
+# As a process (MicroPython or CPython on Linux) the environment names the bank file and a folder
+# for small files; stdin and stdout are the serial line. In lockstep a test hands in bank, serial
+# and clock.
 
 import os
 import sys
@@ -108,7 +109,8 @@ class VirtualBoard:
 
 
 class Files:
-    # Small text files in one folder: written aside, then renamed, so that a power cut leaves the old one.
+    # Small text files in one folder: written aside, then renamed, so that a power cut leaves the
+    # old one.
 
     def __init__(self, folder):
         self._folder = folder
