@@ -85,9 +85,9 @@ class SectorsConfig:
     """Lidar sectors: [from, to] counter-clockwise in degrees, 0 = forward, left positive."""
 
     front_deg: tuple[float, float] = _setting((-30.0, 30.0), settings.arc(), "sector of forward")
-    left_deg: tuple[float, float] = _setting((30.0, 90.0), settings.arc(), "sector of turning left")
+    left_deg: tuple[float, float] = _setting((30.0, 90.0), settings.arc(), "sector of left turns")
     right_deg: tuple[float, float] = _setting(
-        (-90.0, -30.0), settings.arc(), "sector of turning right"
+        (-90.0, -30.0), settings.arc(), "sector of right turns"
     )
     rear_deg: tuple[float, float] | None = _setting(
         None, settings.arc(may_be_empty=True), "sector of backward; [] = not sensed: blocked"

@@ -33,7 +33,7 @@ class Latest(Generic[T]):
         self._version = 0
 
     def put(self, value: T, born_s: float | None = None) -> int:
-        """Replace the value, born at monotonic time `born_s` (default: now); returns its version."""
+        """Replace the value, born at monotonic `born_s` (default: now); returns its version."""
         with self._changed:
             self._version += 1
             born = self._clock() if born_s is None else born_s
