@@ -1,0 +1,72 @@
+# Known answers of the wire, worked out with tests/protocol/wire_reference.py, for both Pythons.
+
+# CRC-32 of b"123456789", the check value of every catalogue of CRCs.
+CRC_CHECK = 0xCBF43926
+
+# (data, seed as its 4 bytes, result as its 4 bytes): plain values, and values above 31 bits.
+CRCS = (
+    (b"123456789", "00000000", "2639f4cb"),
+    (b"", "00000000", "00000000"),
+    (b"", "78563412", "78563412"),
+    (b"\x00", "00000000", "8def02d2"),
+    (b"\xff\xff\xff\xff", "00000000", "ffffffff"),
+    (b"gazechair", "78563412", "af434a7b"),
+    (b"\x00" * 58, "ffffffff", "ffffffff"),
+)
+
+# The hash of the message table. Another value means that the wire changed: old boards and new hosts
+# will refuse each other, as they must. Change it here only when that is meant.
+SCHEMA_HASH = "29420d6c"
+
+# (session, boot, seed) under that hash.
+SEEDS = ((0xBEEF, 0x0102, "b69b3eb4"),)
+
+# Seed of the frames below; fixed, so that they stay when the table grows. Frozen ones ignore it.
+FRAME_SEED = "78563412"
+
+# (message, seq, stamp_ms, values in table order, frame)
+FRAMES = (
+    (
+        "hello",
+        250,
+        65280,
+        (1, 3, 0x6C0D8E99, 0xBEEF, 1, 0, 1, 0, b"gazechair" + bytes(7)),
+        "0301fa0bff0103998e0d6cefbe010102010a67617a65636861697201010101010105ddfa151000",
+    ),
+    (
+        "fault",
+        251,
+        0,
+        (40, b"OSError: 19" + bytes(29)),
+        (
+            "0302fb010d284f534572726f723a203139"
+            "01010101010101010101010101010101010101010101010101010101059cfc26b000"
+        ),
+    ),
+    ("maintenance", 252, 1, (0x11A7C0DE, 1, 0), "0403fc0106dec0a71101055bafb7a100"),
+    (
+        "command",
+        253,
+        4660,
+        (1, 1, 255, 1, 300, -1000, 1000),
+        "1310fd34120101ff012c0118fce803d17ab48900",
+    ),
+    ("order", 254, 65535, (1, 7, 1), "0c11feffff01070182c959f500"),
+    ("clearance", 255, 256, (0b1010, 1, 65535), "0312ff0a010a01ffffe2c5c89e00"),
+    ("ping", 0, 255, (0x0001, 0xFFFE), "021302ff020107feff47d128d600"),
+    (
+        "state",
+        1,
+        42,
+        (0x12, 5, 0, 0, 0x80000001, 5759, 170, 254, 9, 0b11100100),
+        "0420012a031205010201010c807f16aafe09e4ab067aa700",
+    ),
+    (
+        "stats",
+        2,
+        256,
+        (65535, 1, 2, 3, 4, 5, 1000, 0, 12, 700, 100, 0, 3, 1, 0x35, 1),
+        "0321020501ffff01020202030204020503e80301020c04bc0264010109030135016af0a32000",
+    ),
+    ("pong", 3, 10000, (0x0001, 0xFFFE), "06220310270107feff7ac2543a00"),
+)
