@@ -2,15 +2,14 @@
 # allocation.
 #
 # COBS: Cheshire & Baker, "Consistent Overhead Byte Stuffing", 1997. Bodies are at most 62 bytes, so
-# a code byte above 63 never occurs and the 0xFF special case is not needed: such a byte marks
-# corruption.
+# a code byte above 63 never occurs and the 0xFF special case is not needed: such a byte asks for
+# more than fits, and the frame is refused for its length.
 
 from gazelink import crc
-from gazelink.messages import BY_TYPE, HEADER_SIZE, MESSAGES, SEQ_AT, STAMP_AT, TYPE_AT, schema_text
+from gazelink.messages import BY_TYPE, MESSAGES, SEQ_AT, STAMP_AT, TYPE_AT, schema_text
 
 MAX_WIRE = 64
 MAX_BODY = MAX_WIRE - 2  # one COBS code byte, one delimiter
-_MAX_CODE = MAX_BODY + 1
 
 _UNKNOWN = 0
 _FROZEN = 1
@@ -79,8 +78,6 @@ class Decoder:
                 self._put(0)
             self._started = True
             self._left = byte - 1
-            if byte > _MAX_CODE:
-                self._bad = True
         else:
             self._left -= 1
             self._put(byte)
@@ -100,7 +97,7 @@ class Decoder:
         if kind == _UNKNOWN and self.seed is not None and crc.check(self.buf, n, self.seed):
             self.unknown = (self.unknown + 1) & 0xFFFF
             return False
-        if seed is None or n < HEADER_SIZE + crc.CRC_SIZE or not crc.check(self.buf, n, seed):
+        if seed is None or not crc.check(self.buf, n, seed):
             self.corrupt = (self.corrupt + 1) & 0xFFFF
             return False
         if kind == _UNKNOWN or n - crc.CRC_SIZE != _size[self.buf[TYPE_AT]]:
