@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import tempfile
 import time
@@ -19,6 +20,9 @@ KEYRINGS = (
     Path("/usr/share/keyrings/debian-archive-keyring.pgp"),
 )
 LISTS_OLD_S = 24 * 3600
+ONE_LINE = re.compile(
+    r"\s*deb\s+(\[(?P<options>[^]]*)\]\s+)?(?P<uri>\S+)\s+(?P<suite>\S+)(?P<components>.*)"
+)
 
 
 @dataclass(frozen=True)
@@ -83,17 +87,12 @@ def parse_one_line(text: str) -> list[Source]:
     """Sources of the one-line format: deb [options] uri suite component..."""
     found = []
     for line in text.splitlines():
-        words = line.split("#")[0].replace("[", " [ ").replace("]", " ] ").split()
-        if not words or words[0] != "deb":
-            continue
-        options: list[str] = []
-        if "[" in words and "]" in words:
-            options = words[words.index("[") + 1 : words.index("]")]
-            words = words[:1] + words[words.index("]") + 1 :]
-        if len(words) < 3:
-            continue
-        signed_by = next((o.split("=", 1)[1] for o in options if o.startswith("signed-by=")), "")
-        found.append(Source(words[1], (words[2],), tuple(words[3:]), signed_by))
+        match = ONE_LINE.match(line.partition("#")[0])
+        if match:
+            options = (match["options"] or "").split()
+            keys = (o.partition("=")[2] for o in options if o.startswith("signed-by="))
+            components = tuple(match["components"].split())
+            found.append(Source(match["uri"], (match["suite"],), components, next(keys, "")))
     return found
 
 

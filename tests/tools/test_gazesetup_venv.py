@@ -1,0 +1,107 @@
+"""When the checkout's virtual environment is made, extended, kept and remade."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from gazesetup import venv
+
+
+class FakeCommands:
+    """Stands in for running commands: records them, and makes what `-m venv` would make."""
+
+    def __init__(self) -> None:
+        self.made = 0
+        self.installed: list[str] = []
+        self.fail = False
+
+    def __call__(self, command: list[str | Path], **_: object) -> str:
+        words = [str(word) for word in command]
+        if "venv" in words:
+            self.made += 1
+            python = Path(words[-1]) / "bin" / "python"
+            python.parent.mkdir(parents=True)
+            python.touch()
+        else:
+            if self.fail:
+                raise venv.NotAvailable("pip ended with 1")
+            self.installed.append(words[-1].partition("[")[2].rstrip("]"))
+        return ""
+
+
+@pytest.fixture
+def commands(monkeypatch: pytest.MonkeyPatch) -> FakeCommands:
+    """No pip, no network."""
+    fake = FakeCommands()
+    monkeypatch.setattr(venv, "run_quietly", fake)
+    return fake
+
+
+@pytest.fixture
+def root(tmp_path: Path) -> Path:
+    """A checkout with nothing but what the venv rests on."""
+    (tmp_path / "pyproject.toml").write_text("[project]\n")
+    (tmp_path / "setup.py").write_text("")
+    return tmp_path
+
+
+def ensure(root: Path, *extras: str) -> Path:
+    """The venv's Python for `extras`."""
+    return venv.ensure_venv(extras, root=root, local=root / ".local")
+
+
+def test_made_once_then_kept(root: Path, commands: FakeCommands) -> None:
+    """The second start is immediate."""
+    assert ensure(root, "sim") == root / ".local" / "venv" / "bin" / "python"
+    ensure(root, "sim")
+    ensure(root)
+    assert (commands.made, commands.installed) == (1, ["sim"])
+
+
+def test_more_extras_are_added_and_none_lost(root: Path, commands: FakeCommands) -> None:
+    """The demo and the tests take turns without undoing each other."""
+    ensure(root, "sim")
+    ensure(root, "test")
+    ensure(root, "sim")
+    assert (commands.made, commands.installed) == (1, ["sim", "sim,test"])
+
+
+@pytest.mark.parametrize("file", ["pyproject.toml", "setup.py"])
+def test_remade_when_its_basis_changed(root: Path, commands: FakeCommands, file: str) -> None:
+    """Another list of dependencies or packages."""
+    ensure(root, "sim")
+    (root / file).write_text("# changed\n")
+    ensure(root)
+    assert (commands.made, commands.installed) == (2, ["sim", ""])
+
+
+def test_remade_for_another_python(
+    root: Path, commands: FakeCommands, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A venv belongs to one version."""
+    ensure(root)
+    monkeypatch.setattr(venv.sys, "version", "3.99")
+    ensure(root)
+    assert commands.made == 2
+
+
+def test_a_cut_off_installation_is_not_taken_for_a_whole_one(
+    root: Path, commands: FakeCommands
+) -> None:
+    """The stamp comes last."""
+    commands.fail = True
+    with pytest.raises(venv.NotAvailable):
+        ensure(root, "sim")
+    commands.fail = False
+    ensure(root, "sim")
+    assert (commands.made, commands.installed) == (2, ["sim"])
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "{}", json.dumps({"basis": 1, "extras": 2})])
+def test_a_broken_stamp_means_remaking(root: Path, commands: FakeCommands, text: str) -> None:
+    """Whatever it holds."""
+    ensure(root)
+    (root / ".local" / "venv" / "gazechair-stamp.json").write_text(text)
+    ensure(root)
+    assert commands.made == 2
