@@ -229,7 +229,7 @@ class Safety:
         if min(self._closed_ms, self._off_ms) >= limits.RELAY_STUCK_MS:
             return 1 << codes.RELAY_STUCK
         # Stands until the contact has been open, as it should be now, for a while.
-        if self._open_ms < limits.RELAY_CLEAR_MS:
+        if min(self._open_ms, self._off_ms) < limits.RELAY_CLEAR_MS:
             return old & ((1 << codes.RELAY_OPEN) | (1 << codes.RELAY_STUCK))
         return 0
 
@@ -348,7 +348,8 @@ class Safety:
 
     def _why_not_move(self, i):
         if self.state != codes.ARMED:
-            return fault_reason(self.faults) if self.faults else codes.NOT_ARMED
+            # What ended a motion in progress explains it; else it just is not armed.
+            return fault_reason(self.faults) if self.faults and self.edge else codes.NOT_ARMED
         if i.owner != self.owner:
             return codes.NOT_OWNER
         if self.faults & _NEUTRAL:

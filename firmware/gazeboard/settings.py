@@ -41,6 +41,9 @@ class Settings:
         try:
             values = json.loads(text)
         except ValueError:
+            values = None
+        # MicroPython's parser takes an object that was cut off as whole.
+        if values is None or text.rstrip()[-1:] not in "}]":
             self._refuse("settings: not JSON")
             return
         if not isinstance(values, dict):

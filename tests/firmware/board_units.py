@@ -1,0 +1,290 @@
+# The firmware's parts one by one: controllers, turn, motion, heading, joystick, settings, shared data.
+
+from boardtest import no_allocation, raises
+from gazeboard.boards import bank_layout as at
+from gazeboard.boards.bank_devices import BankI2C
+from gazeboard.heading import HeadingMonitor
+from gazeboard.joystick import Joystick, counts
+from gazeboard.motion import Motion
+from gazeboard.pid import OUTPUT_MAX, PD, PI, PID, P
+from gazeboard.settings import TABLE, Settings
+from gazeboard.shared import Inbox, Inputs
+from gazeboard.turn import TurnController, wrapped
+from gazelink import codes
+from rig import POT, REGS
+
+# -- PID family ----------------------------------------------------------------------------------------
+
+
+def test_p_is_proportional_and_odd():
+    p = P(320)  # 20 permille a degree
+    for degrees in range(-40, 41):
+        assert p.update(degrees * 16, 0, 1) == degrees * 20
+    assert p.update(2880, 0, 1) == OUTPUT_MAX
+    assert p.update(-2880, 0, 1) == -OUTPUT_MAX
+
+
+def test_pi_removes_what_p_leaves_and_reset_forgets():
+    pi = PI(160, 160)  # 10 permille a degree, 10 more a second
+    for _ in range(1000):
+        out = pi.update(160, 0, 1)
+    assert 195 <= out <= 205  # 10 degrees: 100 by P, 100 by I after one second
+    pi.reset()
+    assert pi.update(160, 0, 1) == 100
+
+
+def test_integral_does_not_wind_up():
+    pi = PI(3200, 3200)
+    for _ in range(100000):
+        pi.update(2880, 0, 1)
+    ms = 0
+    while pi.update(-16, 0, 1) > 0:
+        ms += 1
+        assert ms < 100
+
+
+def test_derivative_brakes():
+    pd = PD(320, 160)
+    assert pd.update(160, 0, 1) == 200
+    assert pd.update(160, 160, 1) == 100  # 10 degrees/s towards the setpoint: 10 permille each
+
+
+def test_gains_outside_their_range_are_refused():
+    for make in (lambda: PID(-1, 0, 0), lambda: PID(0, 3201, 0), lambda: PID(0, 0, 9999)):
+        assert "is outside 0..3200" in raises(ValueError, make)
+
+
+def test_products_stay_within_31_bits():
+    pid = PID(3200, 3200, 3200)
+    for error in (-2880, 2880):
+        for rate in (-32768, 32767):
+            for _ in range(3):
+                no_allocation(lambda: pid.update(error, rate, 10))
+
+
+# -- turn ----------------------------------------------------------------------------------------------
+
+
+def turn_on_a_chair(start_deg, setpoint_deg):
+    # A first-order chair: 90 degrees/s at full deflection, 0.2 s lag. Returns final error, ms taken.
+    turn = TurnController(PID(400, 0, 100), 20, 0, 500, 150, 48)
+    turn.start(setpoint_deg * 16)
+    heading = start_deg * 16.0
+    rate = 0.0
+    for ms in range(6000):
+        out = turn.update(int(heading) % 5760, int(rate))
+        if turn.arrived:
+            return abs(wrapped(int(heading) - setpoint_deg * 16)) / 16, ms
+        rate += (out * 90 * 16 / 1000 - rate) / 200
+        heading += rate / 1000
+    raise AssertionError("never arrived")
+
+
+def test_turns_land_both_ways_and_across_north():
+    for start, setpoint in ((0, 10), (0, -10), (355, 5), (5, 355), (175, 185), (0, 45)):
+        error_deg, ms = turn_on_a_chair(start, setpoint)
+        assert error_deg < 2
+        assert ms < 3000
+
+
+def test_wrapped_is_the_shorter_way():
+    assert wrapped(0) == 0
+    assert wrapped(5759) == -1
+    assert wrapped(2879) == 2879
+    assert wrapped(2881) == -2879
+    assert wrapped(-160) == -160
+
+
+# -- motion --------------------------------------------------------------------------------------------
+
+
+class NeverThere:
+    arrived = False
+    setpoint = None
+
+    def start(self, setpoint_q4):
+        self.setpoint = setpoint_q4
+
+    def update(self, heading_q4, rate_q4):
+        return 300 if wrapped(self.setpoint - heading_q4) > 0 else -300
+
+
+def moving(verb, mode=codes.CONTINUOUS, linear=0, turn=0):
+    i = Inputs()
+    i.verb = verb
+    i.mode = mode
+    i.edge = 1
+    i.linear_permille = linear
+    i.turn_permille = turn
+    motion = Motion(Settings(), NeverThere())
+    motion.step(i, 0)
+    return motion, i
+
+
+def test_each_verb_moves_its_own_way():
+    for verb, linear, turn, state in (
+        (codes.FORWARD, 600, 0, codes.MOVING_FORWARD),
+        (codes.BACKWARD, -600, 0, codes.MOVING_BACKWARD),
+        (codes.LEFT, 0, 500, codes.TURNING),
+        (codes.RIGHT, 0, -500, codes.TURNING),
+    ):
+        motion, _ = moving(verb)
+        assert (motion.linear_permille, motion.turn_permille, motion.state) == (linear, turn, state)
+
+
+def test_drive_is_proportional_and_clamped_to_the_settings():
+    motion, _ = moving(codes.DRIVE, codes.CONTINUOUS, 250, -120)
+    assert (motion.linear_permille, motion.turn_permille) == (250, -120)
+    motion, _ = moving(codes.DRIVE, codes.CONTINUOUS, 1000, -1000)
+    assert (motion.linear_permille, motion.turn_permille) == (600, -500)
+
+
+def test_a_step_turn_starts_from_the_present_heading():
+    for verb, heading, setpoint in ((codes.LEFT, 5700, 5860), (codes.RIGHT, 100, -60)):
+        i = Inputs()
+        i.verb = verb
+        i.edge = 3
+        i.heading_q4 = heading
+        turn = NeverThere()
+        Motion(Settings(), turn).step(i, 0)
+        assert turn.setpoint == setpoint
+
+
+def test_stop_forgets_the_setpoint():
+    motion, i = moving(codes.LEFT, codes.STEP)
+    motion.stop()
+    assert (motion.linear_permille, motion.turn_permille) == (0, 0)
+    assert motion.state == codes.STOPPED
+    i.heading_q4 = 1600
+    motion.step(i, 0)
+    assert motion._turn.setpoint == 1760
+
+
+# -- heading -------------------------------------------------------------------------------------------
+
+
+def test_a_healthy_turn_raises_nothing():
+    monitor = HeadingMonitor()
+    heading = 0.0
+    for k in range(3000):
+        rate = 60 if k % 400 < 200 else -60
+        heading += rate * 16 / 100
+        monitor.feed(int(heading) % 5760, rate * 16, False, 10, True)
+        assert monitor.faults == 0
+        assert abs(wrapped(monitor.heading_q4 - int(heading))) < 2
+
+
+def test_a_gyro_scale_error_of_three_percent_is_no_fault():
+    monitor = HeadingMonitor()
+    heading = 0.0
+    for _ in range(3000):
+        heading += 90 * 16 / 100
+        monitor.feed(int(heading) % 5760, int(90 * 16 * 1.03), False, 10, True)
+    assert monitor.faults == 0
+
+
+def test_a_heading_that_reads_30_for_90_is_found():
+    monitor = HeadingMonitor()
+    heading = 0.0
+    for _ in range(100):
+        heading += 20 * 16 / 100  # the heading says 20 degrees/s, the gyro 60
+        monitor.feed(int(heading) % 5760, 60 * 16, False, 10, True)
+    assert monitor.faults & (1 << codes.HEADING_JUMP)
+
+
+def test_faults_clear_after_half_a_second_of_good_samples():
+    monitor = HeadingMonitor()
+    monitor.feed(0, 0, False, 10, False)
+    for _ in range(12):
+        monitor.feed(0, 0, True, 10, False)
+    assert monitor.faults == 1 << codes.HEADING_FROZEN
+    for k in range(60):
+        monitor.feed(k & 1, 0, False, 10, False)
+        if k < 45:
+            assert monitor.faults
+    assert monitor.faults == 0
+
+
+# -- joystick ------------------------------------------------------------------------------------------
+
+
+def test_counts_never_leave_the_chairs_window():
+    for neutral in (150, 170, 190):
+        before = 0
+        for permille in range(-1000, 1001):
+            value = counts(permille, neutral)
+            assert 85 <= value <= 254
+            assert value >= before
+            before = value
+        assert counts(0, neutral) == neutral
+
+
+def test_writes_and_verifies_both_wipers():
+    bank = bytearray(at.SLOTS_AT + 128 * at.SLOT_SIZE)
+    bank[POT + at.SLOT_PRESENT] = 1
+    bank[POT + at.SLOT_STYLE] = at.STYLE_AD5282
+    joystick = Joystick(BankI2C(bank, 0), 170, 168)
+    assert joystick.write(0, 0)
+    assert joystick.neutral
+    assert (bank[POT + REGS], bank[POT + REGS + 1]) == (170, 168)
+    assert joystick.write(1000, -1000)
+    assert not joystick.neutral
+    assert (bank[POT + REGS], bank[POT + REGS + 1]) == (254, 85)
+    bank[POT + at.SLOT_NAK_COUNT] = 1
+    assert not joystick.write(0, 0)
+    assert joystick.write(0, 0)
+
+
+# -- settings ------------------------------------------------------------------------------------------
+
+
+def test_defaults_lie_within_their_own_limits():
+    for name in TABLE:
+        default, low, high = TABLE[name]
+        assert low <= default <= high, name
+
+
+def test_good_settings_are_taken_and_bad_ones_refused_whole():
+    s = Settings('{"linear_permille": 300, "turn_permille": 250}')
+    assert (s.linear_permille, s.turn_permille, s.calibrated) == (300, 250, True)
+    for text, reason in (
+        ("{", "not JSON"),
+        ("[1]", "not a JSON object"),
+        ('{"linear_permille": 300, "speed": 1}', "unknown name speed"),
+        ('{"turn_permille": 250, "linear_permille": 1001}', "whole number 50..1000"),
+        ('{"linear_permille": 30.5}', "whole number"),
+        ('{"linear_permille": "fast"}', "whole number"),
+        ('{"linear_permille": true}', "whole number"),
+    ):
+        s = Settings(text)
+        assert not s.calibrated
+        assert reason in s.error, s.error
+        assert (s.linear_permille, s.turn_permille) == (600, 500)
+
+
+# -- shared data ---------------------------------------------------------------------------------------
+
+
+def test_inputs_copy_every_field():
+    a = Inputs()
+    b = Inputs()
+    for k in range(len(Inputs.FIELDS)):
+        setattr(a, Inputs.FIELDS[k], k + 1)
+    b.copy_from(a)
+    for k in range(len(Inputs.FIELDS)):
+        assert getattr(b, Inputs.FIELDS[k]) == k + 1
+
+
+def test_publish_is_one_swap_and_beat_reaches_both():
+    inbox = Inbox()
+    front = inbox.front
+    inbox.back.verb = codes.LEFT
+    inbox.publish()
+    assert inbox.front is front  # nothing touched: nothing copied
+    inbox.touch()
+    inbox.publish()
+    assert inbox.front is not front
+    assert inbox.front.verb == codes.LEFT
+    assert inbox.back.verb == codes.LEFT
+    inbox.beat()
+    assert inbox.front.service_count == inbox.back.service_count == 1
