@@ -1,0 +1,94 @@
+"""What the board tells: its state, its statistics, who it is. Decoded from the message table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gazelink import codes
+
+
+@dataclass(frozen=True)
+class BoardId:
+    """Who answered the handshake."""
+
+    name: str
+    version: str
+    """ "major.minor.patch" of its firmware."""
+    simulated: bool
+    boot: int
+    """Drawn by the board at each reset, 0..65535."""
+    session: int
+    """Chosen by this host, 1..65535."""
+
+
+@dataclass(frozen=True)
+class BoardState:
+    """One STATE frame; numbers as in gazelink.codes, in words by the `..._name` properties."""
+
+    state: int
+    motion: int
+    override: int
+    """Why the present command is overruled; 0 = it is not."""
+    arm_reason: int
+    """What prevents arming; 0 = ready."""
+    first_fault: int
+    faults: int
+    """Bit set, bits of codes.FAULTS."""
+    heading_deg: float
+    """0..360, counter-clockwise positive; meaningless while a heading fault is set."""
+    linear_wiper: int
+    turn_wiper: int
+    edge: int
+    """Edge of the command the board last accepted, 1..255; 0 = none yet."""
+    decisions: int
+    """2 bits per direction."""
+    board_ms: int
+    """The board's tick clock, modulo 65536."""
+    received_s: float
+    """Monotonic time of arrival."""
+
+    @property
+    def state_name(self) -> str:
+        """One of codes.STATES."""
+        return name_of(codes.STATES, self.state)
+
+    @property
+    def motion_name(self) -> str:
+        """One of codes.MOTIONS."""
+        return name_of(codes.MOTIONS, self.motion)
+
+    @property
+    def override_name(self) -> str:
+        """Name of the reason, "none" when nothing is overruled."""
+        return str(codes.reason_name(self.override))
+
+    @property
+    def arm_reason_name(self) -> str:
+        """Name of what prevents arming, "none" when nothing does."""
+        return str(codes.reason_name(self.arm_reason))
+
+    @property
+    def decision_names(self) -> dict[str, str]:
+        """{direction: one of codes.DECISIONS}."""
+        return {
+            direction: codes.DECISIONS[(self.decisions >> (2 * at)) & 3]
+            for at, direction in enumerate(codes.DIRECTIONS)
+        }
+
+    @property
+    def heading_known(self) -> bool:
+        """False while the board reports any fault of the heading."""
+        return not self.faults & codes.HEADING_FAULTS
+
+
+@dataclass(frozen=True)
+class BoardStats:
+    """One STATS frame: counters by the names of the message table."""
+
+    counters: dict[str, int]
+    received_s: float
+
+
+def name_of(names: tuple[str, ...], number: int) -> str:
+    """names[number], or "unknown_<number>" from a newer board."""
+    return names[number] if number < len(names) else f"unknown_{number}"

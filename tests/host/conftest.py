@@ -1,0 +1,96 @@
+"""A board on the other end of the wire, honest unless told otherwise, for the link's tests."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from gazelink import VERSION, frame, messages
+
+BOOT = 0x0B07
+
+
+class FakeBoard:
+    """Answers HELLO and PING like the firmware; the rest is sent when the test says so."""
+
+    def __init__(self, boot: int = BOOT) -> None:
+        self.boot = boot
+        self.session = 0
+        self.schema_hash = frame.schema_hash()
+        self.stamp_ms = 1000
+        self.flags = 0
+        self.heard: list[tuple[str, dict[str, Any]]] = []
+        self.stamps: list[int] = []
+        self._decoder = frame.Decoder()
+        self._encoder = frame.Encoder()
+
+    def receive(self, data: bytes) -> bytes:
+        """Take bytes from the host; the bytes with which the board answers at once."""
+        answer = b""
+        for byte in data:
+            if self._decoder.feed(byte):
+                answer += self._on_frame(self._decoder.buf)
+        return answer
+
+    def hello(self) -> bytes:
+        values = (1, self.flags, self.schema_hash, self.session, self.boot, *VERSION, b"fake")
+        return self._frame(messages.HELLO, values)
+
+    def state(self, **changes: int) -> bytes:
+        values = dict.fromkeys(messages.STATE.names, 0) | {"linear_wiper": 170, "turn_wiper": 170}
+        return self._frame(messages.STATE, tuple((values | changes).values()))
+
+    def stats(self, **changes: int) -> bytes:
+        values = dict.fromkeys(messages.STATS.names, 0) | changes
+        return self._frame(messages.STATS, tuple(values.values()))
+
+    def fault(self, reason: int, detail: bytes) -> bytes:
+        return self._frame(messages.FAULT, (reason, detail))
+
+    def restart(self) -> None:
+        """A reset: another boot id, no session."""
+        self.boot = (self.boot + 1) & 0xFFFF
+        self.session = 0
+        self._decoder = frame.Decoder()
+        self._encoder = frame.Encoder()
+
+    def take(self, name: str) -> list[dict[str, Any]]:
+        """The messages of this name heard since the last call of take or forget."""
+        found = [fields for kind, fields in self.heard if kind == name]
+        self.heard.clear()
+        return found
+
+    def _on_frame(self, buf: bytearray) -> bytes:
+        message = messages.BY_TYPE[buf[messages.TYPE_AT]]
+        fields = message.unpack(buf)
+        self.heard.append((message.name, fields))
+        self.stamps.append(frame.u16(buf, messages.STAMP_AT))
+        if message is messages.HELLO:
+            if fields["schema_hash"] == self.schema_hash:
+                self.session = fields["session"]
+                seed = frame.session_seed(self.session, self.boot)
+                self._decoder.seed = seed
+                self._encoder.seed = seed
+            return self.hello()
+        if message is messages.PING:
+            return self._frame(messages.PONG, (fields["token_low"], fields["token_high"]))
+        return b""
+
+    def _frame(self, message: messages.Message, values: tuple[Any, ...]) -> bytes:
+        message.pack(self._encoder.body, values)
+        size = self._encoder.finish(message, self.stamp_ms)
+        return bytes(self._encoder.wire[:size])
+
+
+@pytest.fixture(scope="session")
+def new_board() -> Callable[[], FakeBoard]:
+    """A maker of fake boards."""
+    return FakeBoard
+
+
+@pytest.fixture
+def board() -> FakeBoard:
+    """One fake board."""
+    return FakeBoard()
