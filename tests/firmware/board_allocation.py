@@ -1,5 +1,5 @@
-# The tick allocates nothing, and neither does the service loop with live traffic: proven with the heap
-# locked on MicroPython, in every state, through faults and refusals.
+# The tick allocates nothing, and neither does the service loop with live traffic: proven with the
+# heap locked on MicroPython, in every state, through faults and refusals.
 
 from boardtest import no_allocation
 from gazeboard.boards import bank_layout as at

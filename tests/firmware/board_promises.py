@@ -1,5 +1,6 @@
-# The safety promises P1 to P16 on the whole firmware in lockstep virtual time, one named test or more
-# each. "Neutral" = both wipers read the stored centre; times count from the event on the board.
+# The safety promises P1 to P16 on the whole firmware in lockstep virtual time, one named test or
+# more each. "Neutral" = both wipers read the stored centre; times count from the event on the
+# board.
 
 from boardtest import raises
 from gazeboard import limits
@@ -43,7 +44,7 @@ def stays_still_until_pressed_anew(rig):
     rig.until(lambda: not rig.neutral(), 60)
 
 
-# -- P1 ------------------------------------------------------------------------------------------------
+# -- P1 --------------------------------------------------------------------------------------------
 
 
 def test_p1_neutral_before_the_first_tick():
@@ -69,7 +70,7 @@ def test_p1_a_reset_while_driving_comes_back_neutral_and_disarmed():
     assert rig.app.safety.state == codes.DISARMED
 
 
-# -- P2 ------------------------------------------------------------------------------------------------
+# -- P2 --------------------------------------------------------------------------------------------
 
 
 def test_p2_host_silent_is_neutral_within_100_ms_and_disarmed_after_500():
@@ -94,7 +95,7 @@ def test_p2_a_short_silence_keeps_it_armed_but_needs_a_new_press():
     assert armed(rig)
 
 
-# -- P3 ------------------------------------------------------------------------------------------------
+# -- P3 --------------------------------------------------------------------------------------------
 
 
 def test_p3_a_command_not_refreshed_ends_within_300_ms():
@@ -144,7 +145,7 @@ def test_p3_time_on_the_way_counts():
     assert last - sent_at <= limits.COMMAND_TTL_MS
 
 
-# -- P4 ------------------------------------------------------------------------------------------------
+# -- P4 --------------------------------------------------------------------------------------------
 
 
 def test_p4_a_forward_step_ends_by_itself():
@@ -168,7 +169,7 @@ def test_p4_a_turn_that_never_arrives_ends_at_its_limit():
     assert rig.app.safety.override == codes.TIME_LIMIT
 
 
-# -- P5, P6 --------------------------------------------------------------------------------------------
+# -- P5, P6 ----------------------------------------------------------------------------------------
 
 
 def test_p5_an_obstacle_on_the_path_stops_within_2_ms_with_the_reason():
@@ -241,11 +242,12 @@ def test_p6_a_sender_whose_producer_died_does_not_keep_data_fresh():
             assert rig.neutral()
 
 
-# -- P7 ------------------------------------------------------------------------------------------------
+# -- P7 --------------------------------------------------------------------------------------------
 
 
 def heading_fault_stops_turns(spoil, bits):
-    # Continuous turn: neutral within 50 ms of spoil(rig); forward stays possible, turns are refused.
+    # Continuous turn: neutral within 50 ms of spoil(rig); forward stays possible, turns are
+    # refused.
     rig = Rig()
     rig.arm()
     rig.rate_dps = 20.0
@@ -338,7 +340,7 @@ def test_p7_the_sensor_comes_back_by_itself():
         rig.until(lambda: not rig.neutral(), 60)
 
 
-# -- P8 ------------------------------------------------------------------------------------------------
+# -- P8 --------------------------------------------------------------------------------------------
 
 
 def pot_nak(rig):
@@ -387,7 +389,7 @@ def test_p8_two_failures_in_a_row_are_retried():
     assert not rig.neutral()
 
 
-# -- P9, P10 -------------------------------------------------------------------------------------------
+# -- P9, P10 ---------------------------------------------------------------------------------------
 
 
 def test_p9_a_stalled_service_loop_is_neutral_within_50_ms_and_disarmed_after_500():
@@ -444,7 +446,7 @@ def test_p10_the_watchdog_is_fed_only_while_the_tick_lives():
     assert rig.bank[at.WDT_FEEDS_AT] - feeds <= 1
 
 
-# -- P11 -----------------------------------------------------------------------------------------------
+# -- P11 -------------------------------------------------------------------------------------------
 
 
 def open_input(rig):
@@ -506,7 +508,7 @@ def test_p11_three_seconds_at_the_chairs_button_reset_it():
     rig.arm()
 
 
-# -- P12 -----------------------------------------------------------------------------------------------
+# -- P12 -------------------------------------------------------------------------------------------
 
 
 def test_p12_every_single_bit_flip_of_a_command_is_ignored():
@@ -602,7 +604,7 @@ def test_p12_frames_late_by_their_own_stamp_are_refused_but_a_late_stop_counts()
     rig.until(rig.neutral, 2)
 
 
-# -- P13 -----------------------------------------------------------------------------------------------
+# -- P13 -------------------------------------------------------------------------------------------
 
 
 def test_p13_only_the_owner_moves_and_anyones_stop_wins_in_one_tick():
@@ -640,7 +642,7 @@ def test_p13_hand_over_stops_first():
     assert armed(rig)
 
 
-# -- P14, P15 ------------------------------------------------------------------------------------------
+# -- P14, P15 --------------------------------------------------------------------------------------
 
 
 def test_p14_a_new_session_disarms_and_needs_arming_and_a_new_press():
@@ -702,7 +704,7 @@ def test_a_relay_that_stays_open_or_closed_is_a_fault():
     assert not armed(rig)
 
 
-# -- P16 -----------------------------------------------------------------------------------------------
+# -- P16 -------------------------------------------------------------------------------------------
 
 
 def test_p16_tilt_is_neutral_within_100_ms_with_the_reason():
@@ -720,7 +722,7 @@ def test_p16_tilt_is_neutral_within_100_ms_with_the_reason():
             stays_still_until_pressed_anew(rig)
 
 
-# -- arming --------------------------------------------------------------------------------------------
+# -- arming ----------------------------------------------------------------------------------------
 
 
 def test_arming_says_what_is_missing():
@@ -778,8 +780,8 @@ def test_a_host_that_stops_reading_delays_nothing():
     rig = Rig()
     rig.drive()
     rig.wire.reading = False
-    # No fresh stamp reaches the host, so its commands age by our clock: stale after 100 ms, and what
-    # was left of their life then ends as if the driver had let go.
+    # No fresh stamp reaches the host, so its commands age by our clock: stale after 100 ms, and
+    # what was left of their life then ends as if the driver had let go.
     stopped = rig.until(rig.neutral, 400)
     assert limits.FRAME_STALE_MS < stopped <= limits.COMMAND_TTL_MS + 10
     assert rig.app.link.tx_dropped > 0

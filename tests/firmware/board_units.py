@@ -1,4 +1,5 @@
-# The firmware's parts one by one: controllers, turn, motion, heading, joystick, settings, shared data.
+# The firmware's parts one by one: controllers, turn, motion, heading, joystick, settings, shared
+# data.
 
 from boardtest import no_allocation, raises
 from gazeboard.boards import bank_layout as at
@@ -13,7 +14,7 @@ from gazeboard.turn import TurnController, wrapped
 from gazelink import codes
 from rig import POT, REGS
 
-# -- PID family ----------------------------------------------------------------------------------------
+# -- PID family ------------------------------------------------------------------------------------
 
 
 def test_p_is_proportional_and_odd():
@@ -62,11 +63,12 @@ def test_products_stay_within_31_bits():
                 no_allocation(lambda: pid.update(error, rate, 10))
 
 
-# -- turn ----------------------------------------------------------------------------------------------
+# -- turn ------------------------------------------------------------------------------------------
 
 
 def turn_on_a_chair(start_deg, setpoint_deg):
-    # A first-order chair: 90 degrees/s at full deflection, 0.2 s lag. Returns final error, ms taken.
+    # A first-order chair: 90 degrees/s at full deflection, 0.2 s lag. Returns final error, ms
+    # taken.
     turn = TurnController(PID(400, 0, 100), 20, 0, 500, 150, 48)
     turn.start(setpoint_deg * 16)
     heading = start_deg * 16.0
@@ -95,7 +97,7 @@ def test_wrapped_is_the_shorter_way():
     assert wrapped(-160) == -160
 
 
-# -- motion --------------------------------------------------------------------------------------------
+# -- motion ----------------------------------------------------------------------------------------
 
 
 class NeverThere:
@@ -160,7 +162,7 @@ def test_stop_forgets_the_setpoint():
     assert motion._turn.setpoint == 1760
 
 
-# -- heading -------------------------------------------------------------------------------------------
+# -- heading ---------------------------------------------------------------------------------------
 
 
 def test_a_healthy_turn_raises_nothing():
@@ -205,7 +207,7 @@ def test_faults_clear_after_half_a_second_of_good_samples():
     assert monitor.faults == 0
 
 
-# -- joystick ------------------------------------------------------------------------------------------
+# -- joystick --------------------------------------------------------------------------------------
 
 
 def test_counts_never_leave_the_chairs_window():
@@ -235,7 +237,7 @@ def test_writes_and_verifies_both_wipers():
     assert joystick.write(0, 0)
 
 
-# -- settings ------------------------------------------------------------------------------------------
+# -- settings --------------------------------------------------------------------------------------
 
 
 def test_defaults_lie_within_their_own_limits():
@@ -262,7 +264,7 @@ def test_good_settings_are_taken_and_bad_ones_refused_whole():
         assert (s.linear_permille, s.turn_permille) == (600, 500)
 
 
-# -- shared data ---------------------------------------------------------------------------------------
+# -- shared data -----------------------------------------------------------------------------------
 
 
 def test_inputs_copy_every_field():
