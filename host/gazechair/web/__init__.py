@@ -1,0 +1,5 @@
+"""The server of the driver's page: HTTP for files, a socket for control, one for the picture."""
+
+from gazechair.web.server import WebError, WebServer
+
+__all__ = ["WebError", "WebServer"]

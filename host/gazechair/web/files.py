@@ -1,0 +1,83 @@
+"""The page's files: where they are, and what may be served from there."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+
+from flask import Flask, Response, abort, send_file
+
+_TYPES = {
+    ".html": "text/html; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".json": "application/json; charset=utf-8",
+    ".svg": "image/svg+xml",
+    ".png": "image/png",
+    ".ico": "image/x-icon",
+}
+
+_HEADERS = {
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+        "connect-src 'self'; media-src 'self'; base-uri 'none'; form-action 'none'; "
+        "frame-ancestors 'none'"
+    ),
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+}
+
+
+def web_folder() -> Path:
+    """The folder of index.html: package `gazeweb` when installed, else web/ beside host/.
+
+    Raises FileNotFoundError with what to do when neither is there.
+    """
+    try:
+        package = importlib.import_module("gazeweb")
+    except ModuleNotFoundError:
+        folder = Path(__file__).resolve().parents[3] / "web"
+    else:
+        folder = Path(str(package.__file__)).parent
+    if not (folder / "index.html").is_file():
+        raise FileNotFoundError(
+            f"the page's files are not at {folder}: install gazechair again, or run it from a clone"
+        )
+    return folder
+
+
+def add_routes(app: Flask, folder: Path) -> None:
+    """Serve `folder`: its index.html at /, files at /static/, string tables at /strings/."""
+    root = folder.resolve()
+
+    def answer(path: str) -> Response:
+        file = (root / path).resolve()
+        kind = _TYPES.get(file.suffix)
+        hidden = any(part.startswith((".", "_")) for part in Path(path).parts)
+        if kind is None or hidden or not file.is_relative_to(root) or not file.is_file():
+            abort(404)
+        # conditional: an unchanged file costs the tablet a 304, and a changed one is never missed.
+        response = send_file(file, mimetype=kind, conditional=True, etag=True, max_age=0)
+        response.headers["Content-Type"] = kind
+        response.headers["Cache-Control"] = "no-cache"
+        return response
+
+    @app.get("/")
+    def index() -> Response:
+        return answer("index.html")
+
+    @app.get("/static/<path:path>")
+    def static_file(path: str) -> Response:
+        return answer(path)
+
+    @app.get("/strings/<language>.json")
+    def strings(language: str) -> Response:
+        return answer(f"strings/{language}.json")
+
+    @app.after_request
+    def harden(response: Response) -> Response:
+        for name, value in _HEADERS.items():
+            response.headers.setdefault(name, value)
+        return response

@@ -1,0 +1,24 @@
+"""A rate limit with injected time."""
+
+from __future__ import annotations
+
+
+class RateLimit:
+    """A bucket of `burst` allowances, refilled at `per_s` a second."""
+
+    def __init__(self, per_s: float, burst: float) -> None:
+        self._per_s = per_s
+        self._burst = burst
+        self._level = burst
+        self._last_s: float | None = None
+
+    def allow(self, now_s: float) -> bool:
+        """Take one allowance; False when there is none left."""
+        if self._last_s is not None:
+            gained = max(0.0, now_s - self._last_s) * self._per_s
+            self._level = min(self._burst, self._level + gained)
+        self._last_s = now_s
+        if self._level < 1.0:
+            return False
+        self._level -= 1.0
+        return True
