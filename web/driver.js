@@ -38,7 +38,7 @@ strings.fill(document);
 const hits = new HitMap();
 const measure = () => hits.measure(document.querySelectorAll(".target"));
 const banner = new Banner(strings, new Tone());
-const corner = new StatusCorner(strings);
+const corner = new StatusCorner(strings, measure);
 const line = new ObstacleLine(strings);
 const picture = new Picture(byId("picture"), (age) => setData(body, "picture", age));
 

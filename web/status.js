@@ -3,13 +3,15 @@
 /** Host messages that only a person standing by clears, by pressing the reset button. */
 const LATCHED = ["wiper", "tick_exception", "emergency", "watchdog_boots"];
 
-/** The status at the bottom right of the page. */
+/** The status at the bottom right; calls `moved()` when its reset button may have moved. */
 export class StatusCorner {
   #strings;
+  #moved;
   #shown = "";
 
-  constructor(strings) {
+  constructor(strings, moved) {
     this.#strings = strings;
+    this.#moved = moved;
   }
 
   /** `level`: "ok", "warning" or "error"; `key`: the message's string key. */
@@ -23,5 +25,6 @@ export class StatusCorner {
     corner.querySelector(".text").textContent = message.text;
     corner.querySelector(".do").textContent = message.do;
     document.getElementById("reset").classList.toggle("shown", LATCHED.includes(key));
+    this.#moved();
   }
 }

@@ -1,27 +1,17 @@
-"""A small stand-in for the host, and the driver's page in a real Chromium with a clock of ours."""
+"""The driver's page in a real Chromium, with a clock of ours, before a person of ours."""
 
-import io
 import json
 import os
-import struct
-import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from flask import Flask, Response, send_from_directory
-from flask_sock import Sock
-from PIL import Image, ImageDraw
 from playwright.sync_api import Browser, Page, sync_playwright
-from simple_websocket import ConnectionClosed, Server
-from werkzeug.serving import make_server
 
 import gazesetup
+from fakehost import FakeHost, wait_until
 
-WEB = Path(__file__).parents[2] / "web"
-PATIENCE_S = 30.0
 CHROMIUM_OPTIONS = [
     "--headless",
     "--no-sandbox",
@@ -32,35 +22,6 @@ CHROMIUM_OPTIONS = [
     "--disable-component-update",
     "--disable-sync",
 ]
-WELCOME = {
-    "k": "welcome",
-    "role": "driver",
-    "simulated": False,
-    "backward": False,
-    "dwell_ms": 600,
-    "leave_grace_ms": 200,
-    "heartbeat_ms": 50,
-    "pointer_stale_ms": 500,
-}
-ARMED = {
-    "k": "state",
-    "state": "armed",
-    "motion": "stopped",
-    "override": "none",
-    "arm_reason": "none",
-    "decisions": dict.fromkeys(("forward", "backward", "left", "right"), "free"),
-    "level": "ok",
-    "message": "ok",
-    "board": "ok",
-    "lidar": "ok",
-    "camera": "ok",
-    "owner": "driver",
-    "you": True,
-    "edge": 0,
-    "heading_deg": 0.0,
-    "wipers": [170, 170],
-    "simulated": False,
-}
 # Counts what reached the page, and lets a test speak on the page's own sockets.
 SPY = """
 window.spied = {token: 0, sockets: []};
@@ -75,132 +36,6 @@ window.WebSocket = class extends Plain {
   }
 };
 """
-
-
-def wait_until(condition: Callable[[], Any], what: str) -> Any:
-    """The condition's first true value; the test fails when it does not come."""
-    deadline = time.monotonic() + PATIENCE_S
-    while time.monotonic() < deadline:
-        if value := condition():
-            return value
-        time.sleep(0.005)
-    pytest.fail(f"waited {PATIENCE_S:.0f} s in vain for {what}")
-
-
-def picture(width: int = 1280, height: int = 720, shade: int = 0) -> bytes:
-    """A JPEG of a bright corridor, so that screenshots show the page over a camera picture."""
-    image = Image.new("RGB", (width, height), (226 - shade, 222 - shade, 210 - shade))
-    draw = ImageDraw.Draw(image)
-    x, y = width // 2, int(height * 0.42)
-    draw.polygon([(0, height), (width, height), (x + 130, y + 60), (x - 130, y + 60)], "#a98c66")
-    draw.rectangle([x - 130, y - 130, x + 130, y + 60], fill="#cfd6d8")
-    draw.rectangle([x - 50, y - 90, x + 50, y + 60], fill="#7d5a3c")
-    for side in (-1, 1):
-        draw.line([(x + side * 130, y - 130), (x + side * width, -300)], "#b7b2a4", 4)
-        draw.line([(x + side * 130, y + 60), (x + side * x, height)], "#8d8775", 4)
-    out = io.BytesIO()
-    image.save(out, "JPEG", quality=80)
-    return out.getvalue()
-
-
-class FakeHost:
-    """Serves the real page; the test says what the host would say and reads what it hears."""
-
-    def __init__(self) -> None:
-        self.welcome: dict[str, Any] = dict(WELCOME)
-        self.state: dict[str, Any] = dict(ARMED)
-        self.heard: list[dict[str, Any]] = []
-        self.acknowledged: list[str] = []
-        self.accepting = True
-        self.token = 0
-        self._marks = 0
-        self._sockets: dict[str, list[Server]] = {"control": [], "video": []}
-        self._lock = threading.Lock()
-        self._server = make_server("127.0.0.1", 0, self._application(), threaded=True)
-        self.url = f"http://127.0.0.1:{self._server.server_port}/"
-        self._thread = threading.Thread(target=self._server.serve_forever, name="fake host")
-        self._thread.start()
-
-    def _application(self) -> Flask:
-        app = Flask("fakehost", static_folder=str(WEB), static_url_path="/static")
-        sock = Sock(app)
-
-        @app.get("/")
-        def page() -> Response:
-            return send_from_directory(WEB, "index.html")
-
-        @app.get("/strings/<name>")
-        def strings(name: str) -> Response:
-            return send_from_directory(WEB / "strings", name)
-
-        @app.after_request
-        def strict(answer: Response) -> Response:
-            answer.headers["Content-Security-Policy"] = (
-                "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:;"
-                " connect-src 'self'"
-            )
-            return answer
-
-        @sock.route("/ws/control")
-        def control(ws: Server) -> None:
-            self._serve(ws, "control", lambda text: self.heard.append(json.loads(text)))
-
-        @sock.route("/ws/video")
-        def video(ws: Server) -> None:
-            self._serve(ws, "video", self.acknowledged.append)
-
-        return app
-
-    def _serve(self, ws: Server, kind: str, hear: Callable[[str], None]) -> None:
-        if not self.accepting:
-            return
-        with self._lock:
-            if kind == "control":
-                ws.send(json.dumps(self.welcome))
-            self._sockets[kind].append(ws)
-        try:
-            while True:
-                hear(ws.receive())
-        finally:
-            with self._lock:
-                self._sockets[kind].remove(ws)
-
-    def say(self, message: dict[str, Any]) -> None:
-        self._send("control", json.dumps(message))
-
-    def say_state(self, **changes: Any) -> int:
-        """Sends the state with these changes and a fresh token; returns the token."""
-        self.state.update(changes)
-        self.token += 1
-        self.say({**self.state, "token": self.token})
-        return self.token
-
-    def show(self, jpeg: bytes, sequence: int, age_ms: int = 0) -> None:
-        self._send("video", struct.pack("<II", sequence, age_ms) + jpeg)
-
-    def connected(self, kind: str) -> bool:
-        return bool(self._sockets[kind])
-
-    def cut(self) -> None:
-        """Closes every socket and takes no new one, as a host that died."""
-        self.accepting = False
-        for ws in [*self._sockets["control"], *self._sockets["video"]]:
-            ws.close()
-        wait_until(lambda: not self.connected("control"), "the sockets to close")
-
-    def _send(self, kind: str, data: str | bytes) -> None:
-        with self._lock:
-            for ws in self._sockets[kind]:
-                try:
-                    ws.send(data)
-                except ConnectionClosed:
-                    continue  # its own thread takes it off the list
-
-    def stop(self) -> None:
-        self.cut()
-        self._server.shutdown()
-        self._thread.join(PATIENCE_S)
-        self._server.server_close()
 
 
 class Driver:
@@ -239,7 +74,7 @@ class Driver:
         wait_until(lambda: self.page.evaluate("spied.token") >= token, "a state to arrive")
 
     def advance(self, ms: int, look: str | tuple[float, float] | None = None) -> None:
-        """Lets `ms` pass; with `look` the pointer keeps trembling on a target or share of screen."""
+        """Lets `ms` pass; with `look` the pointer keeps trembling there."""
         for step in range(0, ms, 25):
             if step % 100 == 0:
                 self.state()
@@ -293,11 +128,23 @@ class Driver:
         return path
 
 
+@pytest.fixture(scope="module")
+def serve() -> Iterator[Callable[[], FakeHost]]:
+    """Starts hosts, and stops them all when the file's tests are done."""
+    started: list[FakeHost] = []
+
+    def start() -> FakeHost:
+        started.append(FakeHost())
+        return started[-1]
+
+    yield start
+    for fake in started:
+        fake.stop()
+
+
 @pytest.fixture
-def host() -> Iterator[FakeHost]:
-    fake = FakeHost()
-    yield fake
-    fake.stop()
+def host(serve: Callable[[], FakeHost]) -> FakeHost:
+    return serve()
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,171 @@
+"""What the page looks like: sizes and places of the targets, legible words, screenshots."""
+
+import pytest
+
+from fakehost import FakeHost, picture, wait_until
+
+pytestmark = pytest.mark.browser
+
+SCREENS = [(1920, 1080), (1366, 768)]
+DRIVE = ["forward", "left", "right", "backward"]
+TARGETS = [*DRIVE, "stop", "arm", "mode"]
+
+# Share of the screen, on a grid, that is one piece around the middle and under no target.
+REST = """
+async () => {
+  const { HitMap } = await import("/static/hit.js");
+  const hits = new HitMap();
+  hits.measure(document.querySelectorAll(".target"));
+  const wide = 96, high = 54, seen = new Set();
+  const free = (x, y) => hits.at((x + 0.5) * innerWidth / wide, (y + 0.5) * innerHeight / high,
+    null) === null;
+  const open = [[wide / 2, 30]];
+  while (open.length) {
+    const [x, y] = open.pop();
+    const key = y * wide + x;
+    if (x < 0 || y < 0 || x >= wide || y >= high || seen.has(key) || !free(x, y)) continue;
+    seen.add(key);
+    open.push([x + 1, y], [x - 1, y], [x, y + 1], [x, y - 1]);
+  }
+  return seen.size / wide / high;
+}
+"""
+# Every element whose words do not fit into it, or into the target or panel around it.
+OVERFLOWING = """
+() => [...document.querySelectorAll("button, .panel, #status, .tag, header")].filter(e => {
+  const box = e.getBoundingClientRect();
+  return box.width && getComputedStyle(e).visibility === "visible" &&
+    [...e.querySelectorAll("*")].some(part => {
+      const inner = part.getBoundingClientRect();
+      return part.textContent.trim() && inner.width && (inner.left < box.left - 1 ||
+        inner.right > box.right + 1 || inner.top < box.top - 1 || inner.bottom > box.bottom + 1);
+    });
+}).map(e => e.id || e.className)
+"""
+
+
+@pytest.fixture(params=SCREENS, ids=lambda size: f"{size[0]}x{size[1]}")
+def screen(request, page):
+    page.set_viewport_size({"width": request.param[0], "height": request.param[1]})
+    return request.param
+
+
+@pytest.fixture(params=[False, True], ids=["", "backward"])
+def shown(request, host, driver):
+    """The page with or without Achteruit."""
+    if request.param:
+        host.welcome["backward"] = True
+        driver.page.clock.run_for(100)
+        driver.open()
+    return driver
+
+
+def boxes(driver, names):
+    found = {name: driver.page.locator(f"#{name}").bounding_box() for name in names}
+    return {name: box for name, box in found.items() if box}
+
+
+def test_drive_targets_are_large_enough_for_gaze(screen, shown):
+    """390 px at 1920x1080 is 60 mm on a 13.3 inch tablet; other screens in proportion."""
+    margin = 2 * 0.022 * screen[1]  # the hit area's vertical extension
+    for name, box in boxes(shown, DRIVE).items():
+        assert box["width"] >= 390 / 1920 * screen[0], name
+        assert box["height"] + margin >= 390 / 1080 * screen[1], name
+
+
+def test_a_third_of_the_screen_around_the_middle_never_drives(screen, shown):
+    assert shown.page.evaluate(REST) >= 0.35
+
+
+def test_hit_areas_never_touch_each_other_even_when_grown(screen, shown):
+    found = boxes(shown, TARGETS)
+    for name, box in found.items():
+        margin = 0.022 * screen[1] if name in DRIVE else 0
+        width, height = box["width"], box["height"] + 2 * margin
+        left, top = box["x"] - 0.1 * width, box["y"] - margin - 0.1 * height
+        for other, there in found.items():
+            apart = (
+                left + 1.2 * width <= there["x"]
+                or there["x"] + there["width"] <= left
+                or top + 1.2 * height <= there["y"]
+                or there["y"] + there["height"] <= top
+            )
+            assert other == name or apart, f"{name} grown reaches {other}"
+
+
+def test_no_target_ever_moves(shown):
+    before = boxes(shown, TARGETS)
+    long_one = "heading_frozen"
+    for change in (
+        {
+            "state": "disarmed",
+            "arm_reason": "relay_stuck",
+            "level": "error",
+            "message": "emergency",
+        },
+        {"state": "armed", "override": long_one, "level": "warning", "message": long_one},
+        {"simulated": True, "override": "none", "motion": "backward", "level": "ok"},
+    ):
+        shown.state(**change)
+        assert boxes(shown, TARGETS) == before
+    shown.hover("forward")
+    assert boxes(shown, TARGETS) == before
+
+
+STATES = {
+    "disarmed": {"state": "disarmed", "you": False, "owner": "nobody", "simulated": True},
+    "not-ready": {
+        "state": "disarmed",
+        "you": False,
+        "owner": "nobody",
+        "level": "error",
+        "message": "obstacle_data_old",
+        "arm_reason": "obstacle_data_old",
+        "decisions": dict.fromkeys(DRIVE, "unknown"),
+    },
+    "armed": {},
+    "override": {
+        "override": "obstacle_forward",
+        "simulated": True,
+        "decisions": {"forward": "blocked", "left": "slow", "right": "free", "backward": "blocked"},
+    },
+    "warning": {"level": "warning", "message": "heading_bus", "override": "heading_bus"},
+    "emergency": {"state": "disarmed", "level": "error", "message": "emergency"},
+}
+
+
+@pytest.mark.parametrize("language", ["nl", "en"])
+@pytest.mark.parametrize("name", STATES)
+def test_every_word_fits_and_here_is_how_it_looks(page, host, screen, driver, name, language):
+    host.welcome["backward"] = name in ("warning", "override")
+    page.clock.run_for(100)
+    driver.open(f"?lang={language}")
+    host.show(picture(), 1)
+    wait_until(lambda: host.acknowledged, "the picture")
+    if name == "armed":
+        driver.hover("forward")
+    driver.state(**STATES[name])
+    driver.advance(25)
+    driver.screenshot(f"driver-{name}-{language}-{screen[0]}")
+    assert page.evaluate(OVERFLOWING) == []
+
+
+def test_the_longest_words_fit_in_the_corner_and_the_banner(screen, page, host: FakeHost, driver):
+    messages = page.evaluate("fetch('/strings/nl.json').then(answer => answer.json())")["messages"]
+    page.evaluate("document.body.dataset.backward = true")
+    below = page.locator("#backward").bounding_box()["y"]
+    for key in messages:
+        driver.state(level="error", message=key, override=key)
+        assert page.evaluate(OVERFLOWING) == [], key
+        box = page.locator("#banner").bounding_box()
+        assert box["y"] + box["height"] < below, key
+
+
+def test_links_lost_and_old_pictures_look_like_it(page, host, driver):
+    host.show(picture(), 1)
+    wait_until(lambda: host.acknowledged, "the picture")
+    driver.advance(800)
+    driver.screenshot("driver-stale")
+    page.clock.run_for(800)
+    driver.screenshot("driver-lost")
+    assert page.locator("#lost").is_visible()

@@ -1,0 +1,304 @@
+"""Driving by the page, in a real Chromium against a stand-in for the host."""
+
+from itertools import pairwise
+
+import pytest
+
+from fakehost import wait_until
+
+pytestmark = pytest.mark.browser
+
+KEYS = {"ArrowUp": "forward", "ArrowLeft": "left", "ArrowRight": "right"}
+
+
+def last(driver):
+    """The newest message that moves or stops."""
+    return driver.heard("cmd", "stop")[-1]
+
+
+def choose_step(driver):
+    driver.page.locator("#mode").click()
+    assert driver.data("mode") == "step"
+    driver.forget()
+
+
+def test_heartbeats_echo_the_newest_token(driver):
+    driver.forget()
+    driver.state()
+    driver.advance(1000)
+    beats = driver.heard("hb")
+    assert len(beats) in (9, 10, 11)
+    assert beats[-1]["token"] >= driver.host.token - 1
+    assert all(a["token"] < b["token"] for a, b in pairwise(beats))
+
+
+def test_a_newcomer_drives_with_the_mouse_by_press_and_hold(driver):
+    driver.look("forward")
+    driver.page.mouse.down()
+    first = driver.heard("cmd")[0]  # before any time passed
+    intent = {"verb": "forward", "mode": "continuous", "edge": 1}
+    assert first == {"k": "cmd", **intent, "token": driver.host.token}
+    driver.advance(1000)
+    assert len(driver.heard("cmd")) in (20, 21)
+    driver.page.mouse.up()
+    assert last(driver)["k"] == "stop"
+    driver.forget()
+    driver.advance(1500, look="forward")
+    assert driver.heard("cmd") == []
+
+
+def test_hovering_drives_after_the_dwell_and_leaving_stops(driver):
+    driver.hover("forward")
+    driver.advance(500, look="forward")
+    assert last(driver)["verb"] == "forward"
+    driver.advance(100, look=(0.5, 0.6))
+    assert last(driver)["k"] == "cmd"  # a blink's length is forgiven
+    driver.advance(150, look=(0.5, 0.6))
+    assert last(driver)["k"] == "stop"
+
+
+def test_a_frozen_pointer_stops(driver):
+    driver.hover("left")
+    assert last(driver)["verb"] == "left"
+    driver.advance(300)
+    driver.forget()
+    driver.advance(400)
+    assert [message["k"] for message in driver.heard("cmd", "stop")] == ["stop"]
+
+
+def test_a_pointer_event_at_the_same_place_is_no_proof(driver):
+    driver.hover("left")
+    x, y = driver.spot("left")
+    driver.forget()
+    for _ in range(8):
+        driver.page.mouse.move(x, y)
+        driver.advance(100)
+    assert last(driver)["k"] == "stop"
+
+
+def test_a_step_is_one_edge_until_the_gaze_left_and_returned(driver):
+    choose_step(driver)
+    driver.hover("left")
+    driver.advance(2000, look="left")
+    steps = driver.heard("cmd", "stop")
+    assert {(m["verb"], m["mode"], m["edge"]) for m in steps} == {("left", "step", 1)}
+    assert len(steps) == 3
+    driver.hover("left")
+    driver.advance(200, look="left")
+    assert [m["edge"] for m in driver.heard("cmd", "stop")] == [1, 1, 1, 2, 2, 2]
+
+
+def test_a_touch_drives_while_it_lasts_and_a_step_survives_its_end(chromium, page, driver):
+    session = page.context.new_cdp_session(page)
+
+    def touch(kind, points):
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    x, y = driver.spot("right")
+    touch("touchStart", [{"x": x, "y": y}])
+    driver.advance(500)
+    assert last(driver)["verb"] == "right"
+    touch("touchEnd", [])
+    assert last(driver)["k"] == "stop"
+    choose_step(driver)
+    touch("touchStart", [{"x": x, "y": y}])
+    touch("touchEnd", [])
+    driver.advance(300)
+    assert [m["k"] for m in driver.heard("cmd", "stop")] == ["cmd"]
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_an_arrow_key_drives_while_held(driver, key):
+    driver.page.keyboard.down(key)
+    driver.page.keyboard.down(key)  # the keyboard's own repeat is no new press
+    driver.advance(400)
+    driver.page.keyboard.up(key)
+    said = driver.heard("cmd", "stop")
+    assert {(m["verb"], m["edge"]) for m in said[:-1]} == {(KEYS[key], 1)}
+    assert len(said) in (9, 10)
+    assert last(driver)["k"] == "stop"
+
+
+def test_space_stops_and_enter_arms(driver):
+    driver.page.keyboard.press(" ")
+    assert last(driver)["k"] == "stop"
+    driver.state(state="disarmed")
+    driver.page.keyboard.press("Enter")
+    assert driver.heard("arm") == [{"k": "arm", "token": driver.host.token}]
+
+
+def test_backward_exists_only_when_the_host_says_so(driver, host):
+    assert not driver.page.locator("#backward").is_visible()
+    driver.page.keyboard.press("ArrowDown")
+    assert driver.heard("cmd") == []
+    host.welcome["backward"] = True
+    driver.page.clock.run_for(100)
+    driver.open()
+    assert driver.page.locator("#backward").is_visible()
+    driver.page.keyboard.press("ArrowDown")
+    assert driver.heard("cmd")[0]["verb"] == "backward"
+
+
+def test_stop_acts_on_entry_of_the_pointer(driver):
+    driver.hover("forward")
+    driver.forget()
+    driver.look("stop")
+    assert [m["k"] for m in driver.heard("cmd", "stop")] == ["stop"]
+
+
+def test_stop_under_a_pressed_pointer_and_by_a_click(driver):
+    driver.look("stop")
+    driver.forget()
+    driver.page.mouse.down()
+    driver.page.mouse.up()
+    assert len(driver.heard("stop")) == 1
+
+
+def test_arming_by_dwell_by_click_and_back(driver):
+    driver.state(state="disarmed", you=False, owner="nobody")
+    assert driver.text("#arm-label") == "Rijden aan"
+    driver.advance(975, look="arm")
+    assert driver.heard("arm") == []
+    driver.advance(1500, look="arm")
+    assert len(driver.heard("arm")) == 1
+    driver.state(state="armed", you=True, owner="driver")
+    assert driver.text("#arm-label") == "Rijden uit"
+    driver.page.mouse.down()
+    driver.page.mouse.up()
+    assert len(driver.heard("disarm")) == 1
+
+
+def test_gaze_commands_nothing_while_disarmed_or_when_another_drives(driver):
+    driver.state(state="disarmed", you=False, owner="nobody")
+    driver.hover("forward")
+    driver.state(state="armed", you=False, owner="caretaker")
+    driver.hover("forward")
+    assert driver.heard("cmd") == []
+    assert "begeleider" in driver.text("#owner")
+
+
+def test_losing_the_armed_state_ends_a_hold_for_good(driver):
+    driver.hover("forward")
+    driver.state(state="disarmed")
+    driver.state(state="armed")
+    driver.forget()
+    driver.advance(2000, look="forward")
+    assert driver.heard("cmd") == []
+
+
+HIDE = {
+    "blur": "dispatchEvent(new Event('blur'))",
+    "pagehide": "dispatchEvent(new Event('pagehide'))",
+    "freeze": "document.dispatchEvent(new Event('freeze'))",
+    "hidden": "Object.defineProperty(document, 'hidden', {value: true, configurable: true});"
+    "document.dispatchEvent(new Event('visibilitychange'))",
+    "leaving the document": "document.documentElement.dispatchEvent("
+    "new PointerEvent('pointerleave', {pointerType: 'mouse'}))",
+    "pointer cancelled": "document.body.dispatchEvent("
+    "new PointerEvent('pointercancel', {bubbles: true}))",
+}
+
+
+@pytest.mark.parametrize("how", HIDE)
+@pytest.mark.parametrize("by", ["gaze", "press", "key"])
+def test_hiding_the_page_in_any_way_stops_at_once(driver, how, by):
+    if by == "gaze":
+        driver.hover("forward")
+    elif by == "press":
+        driver.look("forward")
+        driver.page.mouse.down()
+    else:
+        driver.page.keyboard.down("ArrowUp")
+    driver.advance(200, look="forward" if by == "gaze" else None)
+    assert last(driver)["k"] == "cmd"
+    driver.forget()
+    driver.page.evaluate(HIDE[how])
+    assert driver.heard("cmd", "stop") == [{"k": "stop"}]
+    driver.advance(500, look="forward" if by == "gaze" else None)
+    assert driver.heard("cmd") == []
+
+
+def test_going_to_another_page_says_stop(driver, host):
+    driver.page.keyboard.down("ArrowUp")
+    driver.forget()
+    driver.page.goto("about:blank")
+    wait_until(lambda: {"k": "stop"} in host.heard, "the stop of a page that goes")
+
+
+def test_a_silent_host_ends_the_hold_and_is_shown(driver):
+    driver.page.keyboard.down("ArrowUp")
+    driver.advance(200)
+    assert not driver.page.locator("#lost").is_visible()
+    driver.page.clock.run_for(700)  # and the host says nothing
+    assert driver.page.locator("#lost").is_visible()
+    assert last(driver)["k"] == "stop"
+    driver.state()
+    assert not driver.page.locator("#lost").is_visible()
+    driver.forget()
+    driver.advance(500)
+    assert driver.heard("cmd") == []  # the key is still down: a new press is needed
+    driver.page.keyboard.up("ArrowUp")
+    driver.page.keyboard.down("ArrowUp")
+    assert last(driver)["edge"] == 2
+
+
+def test_the_page_comes_back_by_itself_after_the_host_died(driver, host):
+    driver.hover("forward")
+    host.cut()
+    wait_until(lambda: driver.data("link") == "lost", "the page to notice")
+    driver.page.clock.run_for(20_000)  # tries in vain for a while
+    host.accepting = True
+    host.heard.clear()
+    driver.connect()
+    driver.advance(1000, look="forward")
+    assert driver.heard("cmd") == []  # the gaze never left: nothing starts by itself
+    driver.hover("forward")
+    assert last(driver)["edge"] == 2
+
+
+def test_a_silent_connection_is_made_anew(driver):
+    driver.page.clock.run_for(3000)
+    driver.connect()
+    assert driver.page.evaluate("spied.sockets.filter(s => s.url.endsWith('control')).length") == 2
+
+
+def test_commands_are_dropped_not_queued_when_the_network_is_stuck(driver):
+    driver.page.evaluate(
+        "for (const s of spied.sockets) Object.defineProperty(s, 'bufferedAmount', {value: 9999})"
+    )
+    driver.forget()
+    driver.page.keyboard.down("ArrowUp")
+    driver.advance(300)
+    driver.page.keyboard.up("ArrowUp")
+    assert [m["k"] for m in driver.heard("cmd", "hb", "stop")] == ["stop"]
+
+
+def test_a_latched_fault_is_cleared_by_pressing_three_seconds(driver):
+    assert not driver.page.locator("#reset").is_visible()
+    driver.state(level="error", message="emergency", state="disarmed")
+    driver.look("reset")
+    driver.advance(4000, look="reset")
+    driver.page.mouse.down()
+    driver.advance(2900)
+    assert driver.heard("reset") == []
+    driver.advance(300)
+    assert len(driver.heard("reset")) == 1
+
+
+def test_assistive_clicks_without_a_pointer_work(driver):
+    driver.page.evaluate("document.getElementById('stop').click()")
+    assert last(driver)["k"] == "stop"
+    driver.state(state="disarmed")
+    driver.page.evaluate("document.getElementById('arm').click()")
+    assert len(driver.heard("arm")) == 1
+
+
+def test_an_entered_target_holds_the_gaze_a_little_longer(driver):
+    box = driver.page.locator("#left").bounding_box()
+    beside = ((box["x"] + box["width"] * 1.08) / 1920, (box["y"] + box["height"] / 2) / 1080)
+    driver.advance(350, look=(0.5, 0.6))
+    driver.advance(1000, look=beside)
+    assert driver.heard("cmd") == []
+    driver.hover("left")
+    driver.advance(600, look=beside)
+    assert last(driver)["k"] == "cmd"

@@ -1,0 +1,198 @@
+"""What the page tells the driver: status, override, obstacle line, picture, language."""
+
+import pytest
+
+from fakehost import picture, wait_until
+
+pytestmark = pytest.mark.browser
+
+
+def banner(driver):
+    """The banner's kind and words; kind "none" when it is not shown."""
+    kind = driver.page.locator("#banner").get_attribute("data-kind")
+    assert driver.page.locator("#banner").is_visible() == (kind != "none")
+    return kind, driver.text("#banner")
+
+
+def test_an_override_is_shown_at_once_with_its_reason_and_goes_with_it(driver):
+    driver.state(override="obstacle_forward")
+    kind, words = banner(driver)
+    assert kind == "override"
+    assert "Er staat iets voor de rolstoel." in words
+    driver.advance(5000)
+    assert banner(driver)[0] == "override"
+    driver.state(override="none")
+    driver.advance(100)
+    assert banner(driver)[0] == "none"
+
+
+def test_a_short_override_stays_readable(driver):
+    driver.state(override="obstacle_left")
+    driver.state(override="none")
+    driver.advance(1400)
+    assert banner(driver)[0] == "override"
+    driver.advance(200)
+    assert banner(driver)[0] == "none"
+
+
+def test_an_override_is_heard_once_the_browser_allows_sound(driver):
+    driver.page.evaluate(
+        "() => { window.tones = 0; const start = OscillatorNode.prototype.start;"
+        "OscillatorNode.prototype.start = function(t) { tones += 1; start.call(this, t); } }"
+    )
+    driver.state(override="time_limit")
+    driver.state(override="none")
+    assert driver.page.evaluate("tones") == 0
+    driver.page.keyboard.press(" ")
+
+    def heard():
+        driver.state(override="time_limit")
+        driver.state(override="none")
+        return driver.page.evaluate("tones") > 0
+
+    wait_until(heard, "a tone")
+
+
+def test_an_unknown_reason_of_a_newer_board_is_shown_by_name(driver):
+    driver.state(override="unknown_61")
+    assert "unknown_61" in banner(driver)[1]
+
+
+def test_a_refused_arming_says_why(driver):
+    driver.state(state="disarmed", you=False, owner="nobody", arm_reason="obstacle_data_old")
+    assert "obstakelsensor" in driver.text("#hint")
+    driver.page.keyboard.press("Enter")
+    driver.advance(500)
+    assert banner(driver)[0] == "none"
+    driver.advance(300)
+    kind, words = banner(driver)
+    assert kind == "notice"
+    assert "Rijden kan niet aan" in words
+    assert "obstakelsensor" in words
+    driver.advance(4000)
+    assert banner(driver)[0] == "none"
+
+
+def test_an_arming_that_succeeds_says_nothing(driver):
+    driver.state(state="disarmed", you=False, owner="nobody")
+    assert "Klaar om te rijden" in driver.text("#hint")
+    driver.page.keyboard.press("Enter")
+    driver.state(state="arming")
+    driver.advance(200)
+    driver.state(state="armed", you=True, owner="driver")
+    driver.advance(1000)
+    assert banner(driver)[0] == "none"
+    assert not driver.page.locator("#hint").is_visible()
+
+
+@pytest.mark.parametrize(
+    ("what", "reason", "words"),
+    [("cmd", "not_owner", "Iemand anders"), ("arm", "stale_token", "te traag")],
+)
+def test_a_refusal_of_the_host_says_why(driver, host, what, reason, words):
+    host.say({"k": "refused", "what": what, "reason": reason, "detail": "for the log"})
+    driver.state()
+    assert words in banner(driver)[1]
+
+
+def test_a_tap_in_continuous_mode_is_explained(driver):
+    driver.page.locator("#forward").click()
+    assert "Houd ingedrukt" in banner(driver)[1]
+
+
+@pytest.mark.parametrize("level", ["ok", "warning", "error"])
+def test_the_corner_says_how_things_are(driver, level):
+    key, words = {
+        "ok": ("ok", "Alles in orde."),
+        "warning": ("camera_lost", "De camera geeft geen beeld."),
+        "error": ("lidar_lost", "De obstakelsensor is niet verbonden."),
+    }[level]
+    driver.state(level=level, message=key)
+    assert words in driver.text("#status")
+    assert driver.page.locator("#status").get_attribute("data-level") == level
+
+
+def test_the_obstacle_line_has_a_colour_and_a_word_for_each_segment(driver):
+    driver.state(
+        decisions={"left": "blocked", "forward": "slow", "right": "unknown", "backward": "free"}
+    )
+    words = [driver.text(f"#line-{segment} .tag") for segment in ("left", "front", "right")]
+    assert words == ["Links bezet", "Voor langzaam", "Rechts onbekend"]
+    looks = driver.page.evaluate(
+        "[...document.querySelectorAll('.bar')].map(e => { const s = getComputedStyle(e);"
+        "return s.backgroundColor + s.backgroundImage; })"
+    )
+    assert len(set(looks)) == 3
+
+
+def test_the_simulation_banner_shows_whenever_the_host_simulates(driver, host):
+    simulation = driver.page.get_by_text("SIMULATIE", exact=True)
+    assert not simulation.is_visible()
+    driver.state(simulated=True)
+    assert simulation.is_visible()
+
+
+def test_who_drives_what_the_chair_does_and_the_link_age_are_shown(driver):
+    driver.state(motion="turn")
+    driver.advance(1200)
+    words = driver.text("header .facts")
+    assert "Jij bestuurt" in words
+    assert "Draait" in words
+    assert " ms" in words
+
+
+def test_the_picture_is_drawn_and_then_acknowledged(driver, host):
+    assert driver.data("picture") == "none"
+    host.show(picture(640, 360), 7)
+    wait_until(lambda: host.acknowledged, "an acknowledgement")
+    driver.advance(100)
+    assert host.acknowledged == ["7"]
+    assert driver.data("picture") == "fresh"
+    assert driver.page.evaluate("document.getElementById('picture').width") == 640
+
+
+@pytest.mark.parametrize("age_ms", [0, 450])
+def test_an_old_picture_is_marked(driver, host, age_ms):
+    host.show(picture(640, 360), 1, age_ms)
+    wait_until(lambda: host.acknowledged, "an acknowledgement")
+    driver.page.clock.run_for(25)
+    assert driver.data("picture") == "fresh"
+    driver.advance(550 - age_ms)
+    assert driver.data("picture") == "stale"
+    assert driver.page.get_by_text("beeld oud").is_visible()
+    host.show(picture(640, 360), 2)
+    wait_until(lambda: len(host.acknowledged) == 2, "an acknowledgement")
+    driver.advance(25)
+    assert driver.data("picture") == "fresh"
+
+
+def test_a_broken_picture_is_acknowledged_and_does_not_count_as_fresh(driver, host):
+    host.show(b"\xff\xd8 not a JPEG", 3)
+    wait_until(lambda: host.acknowledged, "an acknowledgement")
+    driver.advance(100)
+    assert driver.data("picture") == "none"
+
+
+def test_english_by_address_and_by_link(page, driver):
+    driver.page.locator("#language").click()
+    driver.connect()
+    assert "lang=en" in page.url
+    assert driver.text("#forward") == "Forward"
+    assert page.evaluate("document.documentElement.lang") == "en"
+    assert driver.page.locator("#language").inner_text() == "Nederlands"
+
+
+def test_dutch_is_the_page_of_its_own_accord(driver):
+    for target, word in {"forward": "Vooruit", "left": "Links", "right": "Rechts"}.items():
+        assert driver.text(f"#{target}") == word
+
+
+def test_nothing_in_the_page_is_touched_when_nothing_changed(driver):
+    driver.advance(1200)
+    driver.page.evaluate(
+        "() => { window.touched = []; new MutationObserver(l => touched.push(...l)).observe("
+        "document, {subtree: true, childList: true, attributes: true, characterData: true}); }"
+    )
+    for heading in range(8):
+        driver.state(heading_deg=float(heading), wipers=[170, 170 + heading])
+    assert driver.page.evaluate("touched.length") == 0

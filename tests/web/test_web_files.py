@@ -1,0 +1,99 @@
+"""The page's files: words for everything the wire can say, small, self-contained, CSP-safe."""
+
+import json
+import re
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+
+import pytest
+
+from gazelink import codes
+
+WEB = Path(__file__).parents[2] / "web"
+LANGUAGES = ("nl", "en")
+HOST_KEYS = ["ok", "board_lost", "board_starting", "board_busy", "wrong_port", "version_differs"]
+HOST_KEYS += ["lidar_lost", "lidar_starting", "camera_lost", "page_silent"]
+HOST_KEYS += ["not_owner", "stale_token", "bad_message", "too_fast"]
+PAGE_KEYS = ["unknown", "ready", "tap"]
+MODULES = sorted(WEB.glob("*.js"))
+PAGES = sorted(WEB.glob("*.html"))
+
+
+def table(language: str) -> dict:
+    return json.loads((WEB / "strings" / f"{language}.json").read_text("utf-8"))
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_every_reason_fault_and_host_key_has_words(language):
+    keys = {*codes.REASONS, *(fault[1] for fault in codes.FAULTS), *HOST_KEYS, *PAGE_KEYS}
+    assert keys == set(table(language)["messages"])
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_message_is_one_short_plain_sentence_and_what_to_do(language):
+    for key, message in table(language)["messages"].items():
+        assert set(message) == {"text", "do"}, key
+        assert 5 < len(message["text"]) <= 80, key
+        assert message["text"].endswith("."), key
+        assert len(message["do"]) <= 80, key
+
+
+def test_both_languages_have_the_same_keys():
+    dutch, english = (table(language) for language in LANGUAGES)
+    assert list(dutch["labels"]) == list(english["labels"])
+    assert list(dutch["messages"]) == list(english["messages"])
+
+
+def test_every_state_motion_owner_and_decision_has_a_label():
+    wanted = {*codes.STATES, *codes.DECISIONS, "ok", "warning", "error"}
+    wanted |= {f"motion_{name}" for name in codes.MOTIONS}
+    wanted |= {f"owner_{name}" for name in codes.OWNERS}
+    assert wanted <= set(table("nl")["labels"])
+
+
+def test_every_label_named_in_the_page_exists_and_none_is_unused():
+    labels = set(table("nl")["labels"])
+    text = "".join(path.read_text("utf-8") for path in [*PAGES, *MODULES])
+    named = set(re.findall(r'data-label="(\w+)"', text))
+    assert named <= labels
+    built = {*codes.STATES, *codes.DECISIONS, "ok", "warning", "error"}
+    built |= {label for label in labels if label.startswith(("motion_", "owner_"))}
+    in_code = {label for label in labels if f'"{label}"' in text}
+    assert labels - named - built - in_code == set()
+
+
+def test_the_page_weighs_less_than_80_kb():
+    files = [path for path in WEB.rglob("*") if path.suffix in (".html", ".css", ".js", ".svg")]
+    heaviest = max((WEB / "strings" / f"{language}.json").stat().st_size for language in LANGUAGES)
+    assert sum(path.stat().st_size for path in files) + heaviest < 80_000
+
+
+def test_nothing_is_fetched_from_elsewhere():
+    for path in [*PAGES, *MODULES, *WEB.glob("*.css")]:
+        assert re.findall(r"(?:https?:)?//[\w.-]+\.\w+", path.read_text("utf-8")) == [], path.name
+
+
+def test_a_page_has_no_inline_script_style_or_handler():
+    for path in PAGES:
+        html = path.read_text("utf-8")
+        assert not re.search(r"<style|\sstyle=|\son\w+=|javascript:", html), path.name
+        assert re.findall(r"<script(?![^>]*\ssrc=)", html) == [], path.name
+    for path in MODULES:
+        code = path.read_text("utf-8")
+        assert not re.search(r"\beval\(|new Function|innerHTML|insertAdjacentHTML", code), path.name
+
+
+@pytest.mark.parametrize("path", [*PAGES, *MODULES, *WEB.glob("*.css")], ids=lambda p: p.name)
+def test_a_file_says_its_purpose_first_and_stays_small(path):
+    lines = path.read_text("utf-8").splitlines()
+    first = lines[1] if lines[0].startswith("<!DOCTYPE") else lines[0]
+    assert re.match(r"//|/\*|<!--", first)
+    assert max(len(line) for line in lines if "<" not in line) <= 100
+    assert len(lines) < 300
+
+
+def test_python_finds_the_files_as_a_package():
+    spec = spec_from_file_location("gazeweb", WEB / "__init__.py")
+    assert spec is not None
+    assert spec.loader is not None
+    spec.loader.exec_module(module_from_spec(spec))
