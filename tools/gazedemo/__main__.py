@@ -1,0 +1,101 @@
+"""`tools/demo` inside the venv: starts everything, prints where the page is, ends it all on Ctrl-C.
+
+With --check it drives the chair through the page in a real Chromium instead, prints one JSON line
+of figures and exits 0, or 1 with the step that failed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import sys
+import time
+import webbrowser
+from pathlib import Path
+
+import gazesetup
+from gazedemo.stack import Stack, StackError
+
+_PORT = 8080
+_CPYTHON = "cpython"
+
+
+def main() -> int:
+    """Returns the exit code: 0 ended as asked, 1 a step of the check failed, 2 can't start."""
+    parser = argparse.ArgumentParser(prog="tools/demo", description=__doc__)
+    parser.add_argument("--check", action="store_true", help="drive it headless and print figures")
+    parser.add_argument("--room", default="living", help="room of the simulator (default: living)")
+    parser.add_argument("--profile", default="3.1", help="the chair's speed profile (default: 3.1)")
+    parser.add_argument("--port", type=int, default=_PORT, help=f"of the page (default: {_PORT})")
+    parser.add_argument(
+        "--artefacts",
+        type=Path,
+        default=Path(os.environ.get("GAZECHAIR_ARTEFACTS", gazesetup.LOCAL / "artefacts")),
+        help="folder for the check's screenshots",
+    )
+    arguments = parser.parse_args()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ended like Ctrl-C: in order
+    try:
+        if arguments.check:
+            return _check(arguments)
+        return _show(arguments)
+    except (gazesetup.NotAvailable, StackError) as error:
+        print(f"tools/demo: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("\nended", flush=True)
+        return 0
+
+
+def _interpreter() -> str:
+    """A MicroPython's path, or CPython, said aloud."""
+    try:
+        found = gazesetup.ensure_micropython()
+    except gazesetup.NotAvailable as error:
+        gazesetup.note(f"no MicroPython: {error}")
+        gazesetup.note("the firmware runs on CPython instead: same files, for this demo only")
+        return _CPYTHON
+    gazesetup.note(found.description)
+    return str(found.path)
+
+
+def _show(arguments: argparse.Namespace) -> int:
+    with Stack(_interpreter(), arguments.room, arguments.profile, arguments.port) as stack:
+        print(
+            f"\nThe driver's page: {stack.url}\n"
+            "Press and hold 'Rijden aan', then hold Vooruit, Links or Rechts with the mouse, "
+            "a finger or the arrow keys; or let the pointer rest on a button.\n"
+            "Ctrl-C ends everything.",
+            flush=True,
+        )
+        if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
+            webbrowser.open(stack.url)
+        while True:
+            stack.check_alive()
+            time.sleep(0.5)
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    from gazedemo.check import CheckFailed, check
+
+    chromium = gazesetup.ensure_chromium()
+    start_s = time.monotonic()
+    with Stack(_interpreter(), arguments.room, arguments.profile) as stack:
+        figures: dict[str, object] = {"ready_s": round(time.monotonic() - start_s, 1)}
+        code = 0
+        with gazesetup.say("driving through the page"):
+            try:
+                figures |= check(stack, chromium, arguments.artefacts)
+                figures["passed"] = True
+            except CheckFailed as error:
+                figures |= {"passed": False, "failed": str(error)}
+                code = 1
+                sys.stderr.write(stack.log("host")[-2000:])
+    print(json.dumps(figures), flush=True)
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,92 @@
+"""A real Chromium before the driver's page: finds targets, presses, lets go, reads what is shown."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from playwright.sync_api import Page, sync_playwright
+
+OPTIONS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+
+
+class Driver:
+    """A person with a mouse: presses and holds. Times are wall-clock seconds."""
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+
+    def data(self, name: str) -> str:
+        """A fact the page keeps on its body: state, mode, link, picture, simulated."""
+        value: str = self.page.evaluate("name => document.body.dataset[name]", name)
+        return value
+
+    def text(self, selector: str) -> str:
+        """What a person reads there."""
+        return self.page.locator(selector).inner_text()
+
+    def press(self, target: str) -> None:
+        """Press the mouse button on a target and hold it."""
+        box = self.page.locator(f"#{target}").bounding_box()
+        if box is None:
+            raise RuntimeError(f"the page shows no target {target!r}")
+        self.page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        self.page.mouse.down()
+
+    def release(self) -> None:
+        """Let go."""
+        self.page.mouse.up()
+
+    def rest(self) -> None:
+        """Move the pointer to the rest zone, where nothing is."""
+        size = self.page.viewport_size
+        assert size is not None
+        self.page.mouse.move(size["width"] * 0.5, size["height"] * 0.6)
+
+    def click(self, target: str) -> None:
+        """Press and let go, then rest."""
+        self.press(target)
+        self.release()
+        self.rest()
+
+    def wait(self, condition: Callable[[], bool], limit_s: float, what: str) -> float:
+        """Seconds until `condition`; TimeoutError naming `what`."""
+        start_s = time.monotonic()
+        while not condition():
+            if time.monotonic() - start_s > limit_s:
+                shown = f"state {self.data('state')}, link {self.data('link')}"
+                status = " ".join(self.text("#status").split())
+                raise TimeoutError(f"not within {limit_s:g} s: {what}; page: {shown}, {status!r}")
+            self.page.wait_for_timeout(20)
+        return time.monotonic() - start_s
+
+    def screenshot(self, path: Path) -> None:
+        """Save what is seen."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self.page.screenshot(path=path)
+
+
+@contextlib.contextmanager
+def open_page(
+    chromium: str | Path, url: str, size: tuple[int, int] = (1366, 768)
+) -> Iterator[Driver]:
+    """The page at `url` in a fresh headless Chromium."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=str(chromium), args=list(OPTIONS))
+        try:
+            page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+            page.goto(url)
+            yield Driver(page)
+        finally:
+            browser.close()

@@ -1,0 +1,213 @@
+"""The demo's own check: drives the chair through the page in a real Chromium, end to end."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from gazedemo.browser import Driver, open_page
+from gazedemo.sim_control import SimControl
+from gazedemo.stack import Stack
+
+NEUTRAL = (170, 170)
+_HOST_SILENT_MS = 100.0  # promise P2; the cable's own last bytes are on their way when it is pulled
+_SIM_STEP_MS = 5.0  # what the simulator's own look at the wipers may add
+_TRIES = 4
+# Reasons that a PC which stalls for a moment gives rise to: the driver presses again, as a person
+# would. Each such press is counted in the figures.
+_STALLS = ("host_silent", "service_stalled", "needs_new_command", "command_expired", "stale_token")
+
+
+class CheckFailed(Exception):
+    """A step did not do what it must; the text names the step and what was seen."""
+
+
+class Check:
+    """Runs the steps in order; `figures` is what --check prints."""
+
+    def __init__(self, stack: Stack, driver: Driver, artefacts: Path) -> None:
+        self._stack = stack
+        self._sim: SimControl = stack.control()
+        self._driver = driver
+        self._artefacts = artefacts
+        self.figures: dict[str, Any] = {"pressed_again": 0}
+
+    def run(self) -> dict[str, Any]:
+        """All steps; CheckFailed at the first that fails."""
+        for step in (
+            self.simulation_is_said,
+            self.arm,
+            self.hold_forward_and_leave,
+            self.step_left,
+            self.stop_before_the_wall,
+            self.pull_the_cable_and_plug_it_in,
+        ):
+            try:
+                step()
+            except (TimeoutError, AssertionError) as error:
+                self._driver.screenshot(self._artefacts / f"failed-{step.__name__}.png")
+                raise CheckFailed(f"{step.__name__}: {error}") from error
+        return self.figures
+
+    def simulation_is_said(self) -> None:
+        """The page is linked, shows a picture and says that this is a simulation."""
+        driver = self._driver
+        driver.wait(lambda: driver.data("link") == "ok", 20, "the page is linked to the host")
+        driver.wait(lambda: driver.data("picture") == "fresh", 20, "a picture is shown")
+        assert driver.data("simulated") == "true", "no SIMULATIE banner"
+
+    def arm(self) -> None:
+        """Ask for driving until the board is armed."""
+        driver = self._driver
+        start_s = time.monotonic()
+        for _ in range(_TRIES):
+            driver.click("arm")
+            try:
+                driver.wait(lambda: driver.data("state") == "armed", 4, "armed")
+                break
+            except TimeoutError:
+                self.figures["pressed_again"] += 1
+        assert driver.data("state") == "armed", f"not armed: {driver.text('#hint')}"
+        self.figures.setdefault("arm_s", round(time.monotonic() - start_s, 2))
+
+    def hold_forward_and_leave(self) -> None:
+        """Hold Vooruit: the chair moves. Leave: the wipers are neutral at once."""
+        self._mode("continuous")
+        start = self._sim.truth()
+        self._hold("forward", lambda truth: truth["speed_m_s"] > 0.15, "the chair drives forward")
+        self._driver.screenshot(self._artefacts / "driving.png")
+        mark = self._sim.do("wiper_log", since=0)["last"]
+        released_s = time.monotonic()
+        self._driver.release()
+        self._driver.rest()
+        self._sim.wait(lambda t: tuple(t["wipers"]) == NEUTRAL, 2, "neutral wipers after leaving")
+        entries = self._sim.do("wiper_log", since=mark)["entries"]
+        neutral_s = next(e[1] for e in entries if (e[2], e[3]) == NEUTRAL)
+        self.figures["leave_to_neutral_ms"] = round(1000 * (neutral_s - released_s), 1)
+        end = self._sim.wait(lambda t: t["speed_m_s"] == 0, 5, "the chair stands")
+        self.figures["forward_m"] = round(_distance(start, end), 2)
+        assert self.figures["forward_m"] > 0.1, "it did not get anywhere"
+
+    def step_left(self) -> None:
+        """Links in step mode: about 10 degrees, then it stops by itself."""
+        self._mode("step")
+        for _ in range(_TRIES):
+            before = self._sim.truth()["heading_deg"]
+            start_s = time.monotonic()
+            self._driver.click("left")
+            self._sim.wait(lambda t: tuple(t["wipers"]) != NEUTRAL, 3, "the turn begins")
+            self._sim.wait(self._standing, 10, "the turn ends")
+            turned = self._sim.truth()["heading_deg"] - before
+            if 7.0 <= turned <= 13.0 or not self._stalled():
+                break
+        self.figures["step_turn_deg"] = round(turned, 1)
+        self.figures["step_turn_s"] = round(time.monotonic() - start_s, 2)
+        assert 7.0 <= turned <= 13.0, f"turned {turned:.1f} degrees, not about 10"
+        self._mode("continuous")
+
+    def stop_before_the_wall(self) -> None:
+        """Hold Vooruit towards a wall: override on the page, the chair stands before it."""
+        driver = self._driver
+        self._sim.do("teleport", x_m=2.0, y_m=0.2, heading_deg=0)
+        self._quiet()
+        self._hold(
+            "forward", lambda truth: truth["speed_m_s"] > 0.1, "the chair drives at the wall"
+        )
+        driver.wait(lambda: "obstacle" in self._banner(), 20, "the page shows the override")
+        driver.screenshot(self._artefacts / "override.png")
+        truth = self._sim.wait(self._standing, 5, "the chair stands before the wall")
+        driver.release()
+        driver.rest()
+        self.figures["wall_clearance_m"] = round(truth["clearance_m"], 2)
+        self.figures["override_text"] = " ".join(driver.text("#banner").split())
+        assert not truth["collided"], "it touched the wall"
+        assert truth["clearance_m"] > 0.0, "it stands in the wall"
+
+    def pull_the_cable_and_plug_it_in(self) -> None:
+        """Pull the board's cable while driving; plug it in; drive again after arming."""
+        driver = self._driver
+        self._sim.do("teleport", x_m=0.0, y_m=0.2, heading_deg=0)
+        self._quiet()
+        self._hold("forward", lambda truth: truth["speed_m_s"] > 0.1, "the chair drives")
+        mark = self._sim.do("wiper_log", since=0)["last"]
+        pulled_s = time.monotonic()
+        self._sim.do("pull_cable")
+        self._sim.wait(lambda t: tuple(t["wipers"]) == NEUTRAL, 3, "neutral without the cable")
+        entries = self._sim.do("wiper_log", since=mark)["entries"]
+        took_ms = 1000 * (next(e[1] for e in entries if (e[2], e[3]) == NEUTRAL) - pulled_s)
+        self.figures["cable_to_neutral_ms"] = round(took_ms, 1)
+        limit_ms = _HOST_SILENT_MS + _SIM_STEP_MS
+        self.figures["cable_within_promise"] = took_ms <= limit_ms
+        said_s = driver.wait(
+            lambda: driver.page.locator("#status[data-level=error]").count() == 1,
+            10,
+            "the page says that the board is gone",
+        )
+        self.figures["cable_said_after_s"] = round(said_s, 2)
+        driver.screenshot(self._artefacts / "cable-pulled.png")
+        driver.release()
+        driver.rest()
+        plugged_s = time.monotonic()
+        self._sim.do("plug_cable")
+        driver.wait(lambda: self._stack.health()["board"]["state"] == "ok", 20, "the board is back")
+        self.figures["replug_to_ready_s"] = round(time.monotonic() - plugged_s, 2)
+        assert tuple(self._sim.wipers()) == NEUTRAL, "it moved by itself"
+        self._quiet()
+        self.arm()
+        self._hold("forward", lambda truth: truth["speed_m_s"] > 0.1, "it drives again")
+        driver.release()
+        driver.rest()
+        self._sim.wait(self._standing, 5, "the chair stands")
+
+    # -- small things --------------------------------------------------------------------------------
+
+    def _mode(self, mode: str) -> None:
+        if self._driver.data("mode") != mode:
+            self._driver.click("mode")
+        self._driver.wait(lambda: self._driver.data("mode") == mode, 5, f"mode {mode}")
+
+    def _hold(self, target: str, condition: Callable[[dict[str, Any]], bool], what: str) -> None:
+        for tries_left in range(_TRIES - 1, -1, -1):
+            self._driver.press(target)
+            try:
+                self._sim.wait(condition, 3, what)
+                return
+            except TimeoutError:
+                if tries_left == 0 or not (self._stalled() or self._disarmed()):
+                    raise
+            self._driver.release()
+            self._driver.rest()
+            self.figures["pressed_again"] += 1
+            self._quiet()
+            if self._disarmed():
+                self.arm()
+
+    def _disarmed(self) -> bool:
+        return self._driver.data("state") == "disarmed"
+
+    def _stalled(self) -> bool:
+        return self._banner() in _STALLS
+
+    def _banner(self) -> str:
+        key: str = self._driver.page.evaluate("document.getElementById('banner').dataset.key ?? ''")
+        return key
+
+    def _quiet(self) -> None:
+        """A moment in which nothing is asked, as between two looks; then the old override is gone."""
+        self._driver.page.wait_for_timeout(500)
+
+    def _standing(self, truth: dict[str, Any]) -> bool:
+        still = abs(truth["speed_m_s"]) < 0.01 and abs(truth["yaw_rate_deg_s"]) < 0.5
+        return still and tuple(truth["wipers"]) == NEUTRAL
+
+
+def _distance(a: dict[str, Any], b: dict[str, Any]) -> float:
+    return float(((a["x_m"] - b["x_m"]) ** 2 + (a["y_m"] - b["y_m"]) ** 2) ** 0.5)
+
+
+def check(stack: Stack, chromium: str | Path, artefacts: Path) -> dict[str, Any]:
+    """Run the whole check on a running stack; returns the figures, raises CheckFailed."""
+    with open_page(chromium, stack.url) as driver:
+        return Check(stack, driver, artefacts).run()

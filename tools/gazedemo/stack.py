@@ -1,0 +1,199 @@
+"""Starts and ends the demo's processes: the simulator with its board, and the host daemon."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import urllib.request
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import gazesetup
+from gazedemo.sim_control import SimControl
+
+_START_S = 60.0
+_END_S = 8.0
+_CONFIG = """\
+[board]
+port = "{board}"
+[lidar]
+kind = "s2"
+port = "{lidar}"
+[camera]
+kind = "http"
+url = "{camera}"
+[web]
+port = {port}
+[driver]
+mode = "continuous"
+"""
+
+
+class StackError(Exception):
+    """A part did not start or ended by itself; one line: what, and where its log is."""
+
+
+class Stack:
+    """Use as a context: inside it everything runs, after it nothing is left.
+
+    `interpreter` is a MicroPython's path or "cpython"; `port` 0 takes any free one. Logs and ports
+    live in `folder`, which goes at the end.
+    """
+
+    def __init__(
+        self, interpreter: str, room: str = "living", profile: str = "3.1", port: int = 0
+    ) -> None:
+        self._interpreter = interpreter
+        self._room = room
+        self._profile = profile
+        self._port = port or _free_port()
+        # Short: a unix socket's path must stay under 108 bytes, wherever the checkout is.
+        self.folder = Path(tempfile.mkdtemp(prefix="gazechair-"))
+        self._processes: dict[str, subprocess.Popen[bytes]] = {}
+        self.sim: SimControl | None = None
+        self.paths: dict[str, Any] = {}
+
+    @property
+    def url(self) -> str:
+        """Where the driver's page is."""
+        return f"http://127.0.0.1:{self._port}/"
+
+    def __enter__(self) -> Stack:
+        try:
+            self._start()
+        except BaseException:
+            self._end()
+            raise
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._end()
+
+    def control(self) -> SimControl:
+        """The simulator's control connection."""
+        assert self.sim is not None, "the stack is not running"
+        return self.sim
+
+    def health(self) -> dict[str, Any]:
+        """The host's own word on its parts (GET /health)."""
+        with urllib.request.urlopen(self.url + "health", timeout=5) as answer:
+            parts: dict[str, Any] = json.load(answer)
+        return parts
+
+    def check_alive(self) -> None:
+        """StackError when a process has ended by itself."""
+        for name, process in self._processes.items():
+            if process.poll() is not None:
+                raise StackError(f"{name} ended ({process.returncode}): {self._tail(name)}")
+
+    def pid(self, name: str) -> int:
+        """Process id of "simulator" or "host"."""
+        return self._processes[name].pid
+
+    def _start(self) -> None:
+        with gazesetup.say("simulator and firmware"):
+            words = ["-m", "gazesim", "--dir", str(self.folder), "--micropython"]
+            words += [self._interpreter, "--room", self._room, "--profile", self._profile]
+            self._spawn("simulator", words, stdout=subprocess.PIPE)
+            self.paths = self._ready_line()
+            self.sim = SimControl(Path(self.paths["control"]))
+        with gazesetup.say("host and driver's page"):
+            config = self.folder / "gazechair.toml"
+            config.write_text(_CONFIG.format(port=self._port, **self.paths))
+            self._spawn("host", ["-m", "gazechair", "run", "--config", str(config)])
+            self._wait_for_parts()
+
+    def _spawn(self, name: str, words: list[str], stdout: int | None = None) -> None:
+        with open(self.folder / f"{name}.log", "wb") as log:
+            self._processes[name] = subprocess.Popen(
+                [sys.executable, *words],
+                stdin=subprocess.DEVNULL,
+                stdout=stdout if stdout is not None else log,
+                stderr=log,
+                env=gazesetup.source_environment(),
+                cwd=gazesetup.ROOT,
+                start_new_session=True,  # Ctrl-C is for us; we end them in order
+            )
+
+    def _ready_line(self) -> dict[str, Any]:
+        process = self._processes["simulator"]
+        assert process.stdout is not None
+        timer = threading.Timer(_START_S, process.kill)
+        timer.name = "simulator-start-limit"
+        timer.start()
+        line = process.stdout.readline()
+        timer.cancel()
+        if not line:
+            raise StackError(f"the simulator did not start: {self._tail('simulator')}")
+        paths: dict[str, Any] = json.loads(line)
+        return paths
+
+    def _wait_for_parts(self) -> None:
+        end_s = time.monotonic() + _START_S
+        missing = "no answer"
+        while time.monotonic() < end_s:
+            self.check_alive()
+            with contextlib.suppress(OSError, ValueError):
+                parts = self.health()
+                missing = ", ".join(
+                    f"{name} {part['state']}"
+                    for name, part in parts.items()
+                    if part["state"] != "ok"
+                )
+                if not missing:
+                    return
+            time.sleep(0.1)
+        raise StackError(f"not ready after {_START_S:g} s ({missing}): {self._tail('host')}")
+
+    def _tail(self, name: str) -> str:
+        lines = (self.folder / f"{name}.log").read_text(errors="replace").strip().splitlines()
+        return " | ".join(lines[-3:]) or "no message"
+
+    def log(self, name: str) -> str:
+        """What "simulator" or "host" has printed."""
+        return (self.folder / f"{name}.log").read_text(errors="replace")
+
+    def _end(self) -> None:
+        if self.sim is not None:
+            self.sim.close()
+            self.sim = None
+        for name in ("host", "simulator"):
+            process = self._processes.get(name)
+            if process is None:
+                continue
+            process.terminate()
+            try:
+                process.wait(_END_S)
+            except subprocess.TimeoutExpired:
+                with contextlib.suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+            if process.stdout is not None:
+                process.stdout.close()
+        self._processes.clear()
+        if os.environ.get("GAZECHAIR_KEEP_LOGS"):
+            gazesetup.note(f"logs kept in {self.folder}")
+        else:
+            shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+        return port
