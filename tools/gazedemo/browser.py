@@ -1,4 +1,4 @@
-"""A real Chromium before the driver's page: finds targets, presses, lets go, reads what is shown."""
+"""A real Chromium before the driver's page: presses targets, lets go, reads what is shown."""
 
 from __future__ import annotations
 
