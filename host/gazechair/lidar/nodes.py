@@ -116,7 +116,7 @@ def our_angle(raw_deg: FloatArray) -> FloatArray:
 
 
 def _rows(buf: bytes, at: int) -> NDArray[np.uint8]:
-    count = (len(buf) - at) // NODE_SIZE
+    count = max(0, len(buf) - at) // NODE_SIZE
     flat = np.frombuffer(buf, dtype=np.uint8, count=count * NODE_SIZE, offset=at if count else 0)
     return flat.reshape(-1, NODE_SIZE)
 
