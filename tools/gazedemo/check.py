@@ -112,9 +112,7 @@ class Check:
         driver = self._driver
         self._sim.do("teleport", x_m=2.0, y_m=0.2, heading_deg=0)
         self._quiet()
-        self._hold(
-            "forward", lambda truth: truth["speed_m_s"] > 0.1, "the chair drives at the wall"
-        )
+        self._hold("forward", lambda truth: truth["speed_m_s"] > 0.1, "it drives at the wall")
         driver.wait(lambda: "obstacle" in self._banner(), 20, "the page shows the override")
         driver.screenshot(self._artefacts / "override.png")
         truth = self._sim.wait(self._standing, 5, "the chair stands before the wall")
@@ -195,7 +193,7 @@ class Check:
         return key
 
     def _quiet(self) -> None:
-        """A moment in which nothing is asked, as between two looks; then the old override is gone."""
+        """A moment in which nothing is asked, as between two looks; an old override ends."""
         self._driver.page.wait_for_timeout(500)
 
     def _standing(self, truth: dict[str, Any]) -> bool:

@@ -47,7 +47,7 @@ class SimControl:
     def wait(
         self, condition: Callable[[dict[str, Any]], bool], limit_s: float, what: str
     ) -> dict[str, Any]:
-        """Poll the truth until `condition`; returns it. TimeoutError naming `what` after limit_s."""
+        """Poll the truth until `condition`; returns it. TimeoutError naming `what`."""
         end_s = time.monotonic() + limit_s
         while True:
             truth = self.truth()
