@@ -20,7 +20,7 @@ class Fault:
     name: str
     meaning: str
     inject: Callable[..., None]  # (target, **arguments)
-    clear: Callable[[Any], None]
+    clear: Callable[[Any], None] | None = None  # None: over as soon as it happened
     defaults: tuple[tuple[str, float | str], ...] = ()
 
 
@@ -29,7 +29,7 @@ class Faults:
 
     def __init__(self, target: Any, table: Iterable[Fault]) -> None:
         self._known: dict[str, tuple[Any, Fault]] = {}
-        self._active: dict[str, dict[str, float | str]] = {}
+        self._active: dict[str, None] = {}  # in order of injection
         self.add(target, table)
 
     def add(self, target: Any, table: Iterable[Fault]) -> None:
@@ -40,6 +40,10 @@ class Faults:
     def names(self) -> list[str]:
         """All names that can be injected."""
         return sorted(self._known)
+
+    def meanings(self) -> dict[str, str]:
+        """What each fault means, by name."""
+        return {name: self._known[name][1].meaning for name in self.names()}
 
     def active(self) -> list[str]:
         """Those injected and not cleared, oldest first."""
@@ -60,12 +64,14 @@ class Faults:
                 raise ValueError(f"fault {name}: {key} = {value!r} is not like {default!r}")
             values[key] = value
         fault.inject(target, **values)
-        self._active[name] = values
+        if fault.clear is not None:
+            self._active[name] = None
 
     def clear(self, name: str) -> None:
         """End a fault, injected or not; ValueError for an unknown name."""
         target, fault = self._find(name)
-        fault.clear(target)
+        if fault.clear is not None:
+            fault.clear(target)
         self._active.pop(name, None)
 
     def _find(self, name: str) -> tuple[Any, Fault]:
@@ -117,10 +123,6 @@ def _lidar_share(name: str) -> tuple[Callable[..., None], Callable[[World], None
     return set_it, end_it
 
 
-def _nothing(world: World) -> None:
-    """Some faults are over as soon as they happened."""
-
-
 WORLD_FAULTS = (
     Fault(
         "imu_freeze",
@@ -139,7 +141,6 @@ WORLD_FAULTS = (
         "imu_self_reset",
         "heading sensor falls back to CONFIG, outputs zero",
         lambda w: w.imu.self_reset(),
-        _nothing,
     ),
     Fault(
         "imu_nak",
@@ -151,8 +152,7 @@ WORLD_FAULTS = (
         "imu_jump",
         "heading is off from now on",
         lambda w, jump_deg: w.imu.jump(jump_deg),
-        _nothing,
-        (("jump_deg", 30.0),),
+        defaults=(("jump_deg", 30.0),),
     ),
     Fault(
         "imu_error",

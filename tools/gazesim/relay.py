@@ -30,6 +30,7 @@ class Relay:
         self._last_tick = bank.tick_ms
         self._last_count = self._enable.out_count
         self._last_latch = self._enable.latch
+        self._was_backwards = False
         self._still_s = 0.0
         self._quiet_ms = DROP_OUT_MS
         self._toggling_ms = 0
@@ -41,15 +42,8 @@ class Relay:
 
     def step(self, dt_s: float) -> None:
         """Look at the enable line after another `dt_s` seconds."""
-        tick = self._bank.tick_ms
-        ticks = (tick - self._last_tick) & 0xFFFFFFFF
-        self._last_tick = tick
-        if ticks == 0:
-            self._still_s += dt_s
-        else:
-            self._still_s = 0.0
-            if ticks > 0x7FFFFFFF:  # the board restarted: its clock began anew
-                ticks = tick
+        ticks = self._ticks()
+        self._still_s = 0.0 if ticks else self._still_s + dt_s
         if self._toggled():
             self._quiet_ms = 0
             self._toggling_ms += ticks
@@ -61,6 +55,19 @@ class Relay:
         if closed != self.closed:
             self.closed = closed
             self._show()
+
+    def _ticks(self) -> int:
+        """The board's ticks since the last step."""
+        tick = self._bank.tick_ms
+        ticks = (tick - self._last_tick) & 0xFFFFFFFF
+        backwards = ticks > 0x7FFFFFFF
+        if backwards and not self._was_backwards:
+            # Either a counter caught between two of its bytes, or a restart: the next look tells.
+            self._was_backwards = True
+            return 0
+        self._was_backwards = False
+        self._last_tick = tick
+        return tick if backwards else ticks
 
     def _toggled(self) -> bool:
         # Writing the same level again pumps nothing: each write must have flipped the latch.

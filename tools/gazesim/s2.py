@@ -1,6 +1,6 @@
 """A byte-accurate RPLIDAR S2 without its cable: requests in, replies and scans out.
 
-Slamtec's protocol, little-endian; time is injected. Raw angles are clockwise; the lidar looks forward.
+Slamtec's protocol, little-endian; time is injected. Raw angles are clockwise.
 """
 
 from __future__ import annotations

@@ -1,0 +1,84 @@
+"""`python -m gazesim`: the simulator in real time, with the firmware as its board.
+
+Prints one JSON line when ready: where the board's and the lidar's ports, the camera and the control
+socket are. SIGTERM, SIGINT or the control socket's quit end it and everything it started.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: no helper threads that spin
+
+import argparse
+import json
+import signal
+import sys
+import time
+from pathlib import Path
+
+from gazesim import plans
+from gazesim.board_process import CPYTHON
+from gazesim.chair import PROFILES
+from gazesim.rig import Rig
+
+_READY_S = 20.0
+
+
+def main() -> int:
+    """Run the simulator; returns the exit code: 0 ended, 1 the board did not start, 2 bad usage."""
+    parser = argparse.ArgumentParser(prog="gazesim", description="a simulated chair in a room")
+    parser.add_argument("--dir", type=Path, required=True, help="folder for ports and files")
+    parser.add_argument(
+        "--micropython", default=CPYTHON, help="path of a MicroPython to run the board, or cpython"
+    )
+    parser.add_argument("--room", choices=plans.names(), default="living")
+    parser.add_argument("--profile", choices=tuple(PROFILES), default="3.1")
+    arguments = parser.parse_args()
+    sys.setswitchinterval(0.0005)  # the camera's thread must not hold up the board's bytes
+    try:
+        rig = Rig(arguments.dir, arguments.micropython, arguments.room, arguments.profile)
+    except (OSError, ValueError) as error:
+        print(f"gazesim: {error}", file=sys.stderr)
+        return 2
+
+    def end(*_: object) -> None:
+        rig.stopping = True
+
+    signal.signal(signal.SIGTERM, end)
+    signal.signal(signal.SIGINT, end)
+    try:
+        return _run(rig)
+    finally:
+        rig.stop()
+
+
+def _run(rig: Rig) -> int:
+    try:
+        rig.start()
+    except OSError as error:
+        print(f"gazesim: the board does not start: {error}", file=sys.stderr)
+        return 2
+    give_up_s = time.monotonic() + _READY_S
+    while not rig.stopping and not rig.bank.tick_ms:
+        rig.run(until_s=time.monotonic() + 0.02)
+        if time.monotonic() > give_up_s:
+            log = rig.folder / "files" / "board.log"
+            print(f"gazesim: the board does not tick; see {log}", file=sys.stderr)
+            return 1
+    if rig.stopping:
+        return 0
+    ready = {
+        "ready": True,
+        "board": str(rig.cable.port.path),
+        "lidar": str(rig.lidar_port.path),
+        "camera": rig.camera.url,
+        "control": str(rig.control.path),
+    }
+    print(json.dumps(ready), flush=True)
+    rig.run()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,224 @@
+"""Everything in real time: the world, the board's process, ports, camera and control socket."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import time
+from collections import deque
+from pathlib import Path
+from typing import Any
+
+from gazesim.bank import Bank
+from gazesim.board_process import BoardProcess
+from gazesim.cable import Cable
+from gazesim.camera import Camera
+from gazesim.control import Control
+from gazesim.faults import Fault
+from gazesim.pty_port import PtyPort
+from gazesim.rooms import Room
+from gazesim.world import World
+
+_STEP_S = 0.001
+_STALL_S = 0.020  # wall time a pass makes up for at most: a stalled PC pauses the world
+_TICK_STALL_S = 0.100  # ticks may stand still that long on a stalled PC before the relay opens
+_CONTROL_S = 0.005
+_BOARD_S = 0.050
+_WIPER_LOG = 1000
+
+
+class Rig:
+    """The simulator as a process sees it; `folder` gets the ports, the bank, the board's files.
+
+    Call everything from one thread: the board's process lives as long as that thread.
+    """
+
+    def __init__(
+        self, folder: Path, interpreter: str, room: str = "living", profile: str = "3.1"
+    ) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self.folder = folder
+        self._lock = os.open(folder / "lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            os.close(self._lock)
+            raise ValueError(f"{folder} is in use by another simulator") from error
+        self.bank = Bank(folder / "bank")
+        self.bank.power_on()
+        self.world = World(self.bank, room, profile, tick_stall_s=_TICK_STALL_S)
+        self.cable = Cable(folder / "board")
+        self.board = BoardProcess(
+            interpreter, self.bank, folder / "bank", folder / "files", self.cable
+        )
+        self.lidar_port = PtyPort(folder / "lidar")
+        self.camera = Camera(self._scene)
+        self.world.faults.add(self, RIG_FAULTS)
+        self.control = Control(folder / "control", self.handle)
+        self.stopping = False
+        self._wiper_log: deque[tuple[int, float, int, int]] = deque(maxlen=_WIPER_LOG)
+        self._wiper_changes = 0
+
+    def start(self) -> None:
+        """Start it all; OSError when the board's interpreter can't be run."""
+        self.lidar_port.plug()
+        self.cable.start()
+        self.camera.start()
+        self.board.start()
+
+    def stop(self) -> None:
+        """End everything that was started."""
+        self.control.close()
+        self.board.stop()
+        self.cable.stop()
+        self.lidar_port.unplug()
+        self.camera.stop()
+        os.close(self._lock)
+
+    def run(self, until_s: float | None = None) -> None:
+        """Let time pass until `stopping`, or until CLOCK_MONOTONIC `until_s`."""
+        last_s = control_s = board_s = time.monotonic()
+        owed_s = 0.0
+        while not self.stopping and (until_s is None or last_s < until_s):
+            time.sleep(_STEP_S)
+            now_s = time.monotonic()
+            owed_s += min(now_s - last_s, _STALL_S)
+            last_s = now_s
+            if command := self.lidar_port.read():
+                self.world.lidar.receive(command)
+            while owed_s >= _STEP_S:
+                owed_s -= _STEP_S
+                self._step(now_s)
+            if now_s >= control_s:
+                control_s = now_s + _CONTROL_S
+                self.control.poll()
+            if now_s >= board_s:
+                board_s = now_s + _BOARD_S
+                self.board.poll()
+
+    def _step(self, now_s: float) -> None:
+        wipers = self.world.wipers
+        if scan := self.world.step(_STEP_S):
+            self.lidar_port.write(scan)  # what the host does not take in time is lost
+        if self.world.wipers != wipers:
+            self._wiper_changes += 1
+            self._wiper_log.append((self._wiper_changes, now_s, *self.world.wipers))
+
+    def _scene(self) -> tuple[Room, tuple[float, float, float]]:
+        return self.world.room, self.world.pose
+
+    def handle(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Answer one control request; ValueError with the reason when it is no good one."""
+        do = request.get("do")
+        if do == "truth":
+            return self.world.truth()
+        if do == "faults":
+            return {"faults": self.world.faults.meanings()}
+        if do == "inject":
+            arguments = {k: v for k, v in request.items() if k not in ("do", "fault")}
+            self.world.faults.inject(_text(request, "fault"), **arguments)
+        elif do == "clear":
+            self.world.faults.clear(_text(request, "fault"))
+        elif do == "pull_cable":
+            self.world.faults.inject("cable_pulled")
+        elif do == "plug_cable":
+            self.world.faults.clear("cable_pulled")
+        elif do == "teleport":
+            pose = [_number(request, key) for key in ("x_m", "y_m", "heading_deg")]
+            self.world.teleport(*pose)
+        elif do == "profile":
+            self.world.chair.set_profile(_text(request, "name"))
+        elif do == "wiper_log":
+            since = int(_number(request, "since"))
+            entries = [list(entry) for entry in self._wiper_log if entry[0] > since]
+            return {"entries": entries, "last": self._wiper_changes}
+        elif do == "quit":
+            self.stopping = True
+        else:
+            raise ValueError(f"can't do {do!r}; can do {', '.join(_CAN_DO)}")
+        return {"ok": True}
+
+
+_CAN_DO = (
+    "truth",
+    "faults",
+    "inject",
+    "clear",
+    "pull_cable",
+    "plug_cable",
+    "teleport",
+    "profile",
+    "wiper_log",
+    "quit",
+)
+
+
+def _text(request: dict[str, Any], key: str) -> str:
+    value = request.get(key)
+    if not isinstance(value, str):
+        raise ValueError(f"{request['do']} needs {key!r}, a name")
+    return value
+
+
+def _number(request: dict[str, Any], key: str) -> float:
+    value = request.get(key)
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        raise ValueError(f"{request['do']} needs {key!r}, a number")
+    return value
+
+
+def _unplug_lidar(rig: Rig) -> None:
+    rig.lidar_port.unplug()
+
+
+def _plug_lidar(rig: Rig) -> None:
+    if not rig.lidar_port.plugged:
+        rig.world.lidar.power_on()
+        rig.lidar_port.plug()
+
+
+def _set_camera(rig: Rig, off: bool, stalled: bool) -> None:
+    rig.camera.off, rig.camera.stalled = off, stalled
+
+
+RIG_FAULTS = (
+    Fault(
+        "cable_pulled",
+        "the board's USB plug is pulled",
+        lambda rig: rig.board.pull_cable(),
+        lambda rig: rig.board.plug_cable(),
+    ),
+    Fault(
+        "cable_damage",
+        "shares of the bytes both ways are wrong, lost or doubled; all are late",
+        lambda rig, **damage: rig.cable.set_damage(**damage),
+        lambda rig: rig.cable.set_damage(),
+        (("corrupt", 0.0), ("drop", 0.0), ("duplicate", 0.0), ("delay_ms", 0.0)),
+    ),
+    Fault("lidar_unplugged", "the lidar's USB plug is pulled", _unplug_lidar, _plug_lidar),
+    Fault(
+        "board_hang",
+        "the board stops in the middle of whatever it does",
+        lambda rig: rig.board.pause(),
+        lambda rig: rig.board.resume(),
+    ),
+    Fault(
+        "board_off",
+        "the board has no power",
+        lambda rig: rig.board.kill(),
+        lambda rig: rig.board.power_cycle(),
+    ),
+    Fault("board_reset", "the board resets", lambda rig: rig.board.restart()),
+    Fault(
+        "camera_off",
+        "the camera refuses everybody",
+        lambda rig: _set_camera(rig, off=True, stalled=False),
+        lambda rig: _set_camera(rig, off=False, stalled=False),
+    ),
+    Fault(
+        "camera_stalled",
+        "the camera sends no new picture",
+        lambda rig: _set_camera(rig, off=False, stalled=True),
+        lambda rig: _set_camera(rig, off=False, stalled=False),
+    ),
+)
