@@ -1,5 +1,5 @@
 # Started at power-on. First act, before any other import: enable line off, both wipers neutral
-# (P1).
+# (promise P1).
 try:
     from machine import I2C, Pin
 
@@ -13,12 +13,33 @@ try:
 except ImportError:
     I2C = None  # not a microcontroller: the virtual board does the same first
 
+from gazeboard import bootlog
 from gazeboard.app import App
+from gazelink import codes
 
 if I2C is None:
     from gazeboard.boards.virtual import from_environment as find_board
 else:
-    from gazeboard.boards.teensy40 import find_board
+    from gazeboard.boards.teensy40 import Teensy40 as find_board
 
-board = find_board()
-board.run(App(board))
+
+def main():
+    board = find_board()
+    if bootlog.watchdog_boots(board) >= bootlog.LIMIT:
+        # Something hangs each time: enable off, and the REPL for whoever comes to look.
+        bootlog.send_fault(
+            board, codes.FAULT_REASON + codes.WATCHDOG_BOOTS, "3 watchdog resets: REPL"
+        )
+        return
+    try:
+        board.run(App(board))
+    except Exception as error:  # noqa: BLE001  the board's last words, then the watchdog resets it
+        bootlog.send_fault(
+            board,
+            codes.FAULT_REASON + codes.SERVICE_STALLED,
+            "%s: %s" % (type(error).__name__, error),
+        )
+        raise
+
+
+main()

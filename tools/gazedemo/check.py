@@ -159,7 +159,7 @@ class Check:
         driver.rest()
         self._sim.wait(self._standing, 5, "the chair stands")
 
-    # -- small things --------------------------------------------------------------------------------
+    # -- small things
 
     def _mode(self, mode: str) -> None:
         if self._driver.data("mode") != mode:

@@ -114,17 +114,15 @@ class Teensy40:
         try:
             while app.service():
                 pass
+            self._patience(_MAINTENANCE_WATCHDOG_MS)  # asked for: time to work in the REPL
         finally:
+            # After an exception the watchdog is left to bite: a reset, then neutral (P1, P10).
             self.enable_pin(0)
             if self._timer is not None:
                 self._timer.deinit()
             app.shut_down()
-            self._patience(_MAINTENANCE_WATCHDOG_MS)
             micropython.kbd_intr(3)
 
 
 def _nothing(_timer):
     pass
-
-
-find_board = Teensy40

@@ -90,7 +90,7 @@ class VirtualBoard:
     def run(self, app):
         due_us = self.ticks_us()
         running = True
-        while running:
+        while running:  # an exception ends the process: the simulator starts it again, as a reset
             behind_us = self.ticks_diff(self.ticks_us(), due_us)
             if behind_us > _CATCH_UP_US:
                 due_us = self.ticks_us()

@@ -1,0 +1,37 @@
+# How the board came up: counts watchdog resets in a row, and sends the last words of a board that
+# will not go on, in the FAULT message that every version of the host understands.
+
+from gazelink import frame, messages
+
+_FILE = "watchdog_boots"
+_REASON_AT = messages.FAULT.offsets["reason"]
+_DETAIL_AT = messages.FAULT.offsets["detail"]
+_WATCHDOG = 3
+LIMIT = 3  # watchdog resets in a row after which the board stays in the REPL
+
+
+# Watchdog resets in a row up to this boot, counted in a small file; any other cause starts anew.
+def watchdog_boots(board):
+    stored = board.load(_FILE)
+    before = int(stored) if stored and stored.isdigit() else 0
+    if board.reset_cause != _WATCHDOG:
+        if stored is not None:
+            board.remove(_FILE)
+        return 0
+    board.store(_FILE, str(before + 1))
+    return before + 1
+
+
+# One FAULT frame, a byte at a time for at most `tries` refusals: the host may not be there.
+def send_fault(board, reason, detail, tries=10000):
+    encoder = frame.Encoder()
+    text = detail.encode()[:40]
+    encoder.body[_REASON_AT] = reason
+    for k in range(40):
+        encoder.body[_DETAIL_AT + k] = text[k] if k < len(text) else 0
+    for k in range(encoder.finish(messages.FAULT, 0)):
+        while not board.serial.write_byte(encoder.wire[k]):
+            tries -= 1
+            if tries <= 0:
+                return False
+    return True

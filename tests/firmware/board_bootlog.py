@@ -1,0 +1,49 @@
+# Watchdog resets in a row are counted across boots; the last words reach any host.
+
+from gazeboard import bootlog
+from gazelink import codes, frame, messages
+from rig import Rig
+
+
+def boot_with(rig, cause):
+    rig.board.reset_cause = cause
+    return bootlog.watchdog_boots(rig.board)
+
+
+def test_three_watchdog_boots_in_a_row_are_counted():
+    rig = Rig()
+    assert [boot_with(rig, 3) for _ in range(3)] == [1, 2, 3]
+    assert bootlog.LIMIT == 3
+
+
+def test_any_other_boot_starts_the_count_anew():
+    for cause in (1, 5):
+        rig = Rig()
+        boot_with(rig, 3)
+        boot_with(rig, 3)
+        assert boot_with(rig, cause) == 0
+        assert boot_with(rig, 3) == 1
+
+
+def test_a_spoilt_count_file_is_a_first_time():
+    rig = Rig()
+    rig.files.texts["watchdog_boots"] = "a lot"
+    assert boot_with(rig, 3) == 1
+
+
+def test_the_last_words_need_no_session():
+    rig = Rig()
+    reason = codes.FAULT_REASON + codes.WATCHDOG_BOOTS
+    assert bootlog.send_fault(rig.board, reason, "because " * 10)
+    decoder = frame.Decoder()
+    good = [decoder.feed(rig.wire.sent[k]) for k in range(rig.wire.count)]
+    assert good[-1]
+    words = messages.FAULT.unpack(decoder.buf)
+    assert words["reason"] == reason
+    assert words["detail"] == (b"because " * 10)[:40]
+
+
+def test_a_line_that_takes_nothing_is_given_up():
+    rig = Rig()
+    rig.wire.reading = False
+    assert not bootlog.send_fault(rig.board, 1, "nobody listens", 100)
