@@ -1,0 +1,254 @@
+"""Control: joins pages, arbiter, link and error handler; the DriverPort of a running host."""
+
+from __future__ import annotations
+
+import secrets
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from gazechair import errors
+from gazechair.arbiter import Arbiter, Refusal
+from gazechair.board_state import BoardId, BoardState
+from gazechair.config import Config
+from gazechair.driver_port import Message
+from gazechair.health import HealthRegistry
+from gazechair.outgoing import STOP_COMMAND
+from gazechair.page_messages import BadMessage, parse
+from gazechair.slots import Clock
+from gazelink import codes
+
+HEARTBEAT_MS = 50
+_TICK_S = 0.025
+_UNKNOWN = dict.fromkeys(codes.DIRECTIONS, "unknown")
+
+
+class Link(Protocol):
+    """What Control needs of the link to the board (gazechair.link.BoardLink)."""
+
+    def command(
+        self, verb: int, mode: int, edge: int, owner: int, ttl_deadline_s: float
+    ) -> None: ...
+    def order(self, action: int, owner: int) -> None: ...
+    def clearance(self, blocked: int, source: int, acquired_s: float) -> None: ...
+    def state(self) -> BoardState | None: ...
+    def board(self) -> BoardId | None: ...
+
+
+class Control:
+    """The DriverPort. Lock order: this object's, then the link's; callbacks come without either."""
+
+    def __init__(
+        self,
+        config: Config,
+        link: Link,
+        parts: HealthRegistry,
+        picture_age_s: Callable[[], float | None] = lambda: None,
+        clock: Clock = time.monotonic,
+    ) -> None:
+        """`picture_age_s` is the age of the newest picture, None before the first."""
+        self._config = config
+        self._link = link
+        self._parts = parts
+        self._picture_age_s = picture_age_s
+        self._clock = clock
+        self._lock = threading.Condition()
+        self._arbiter = Arbiter(secrets.randbelow(256), secrets.randbelow(1 << 30))
+        self._errors = errors.ErrorHandler()
+        self._verdict = errors.Verdict("ok", "ok")
+        self._sent = STOP_COMMAND
+        self._source: int | None = None
+        self._scan_s: float | None = None
+        self._shown: tuple[Any, ...] = ()
+        self._version = 0
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="arbiter", daemon=True)
+
+    def start(self) -> None:
+        """Begin to let time act."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Stop the chair, disarm it, and end the thread. The link must still be running."""
+        self._stopping.set()
+        if self._thread.is_alive():
+            self._thread.join(5.0)
+        self._link.command(*_fields(STOP_COMMAND))
+        self._link.order(codes.DISARM, codes.NOBODY)
+
+    # For the other parts
+
+    def clearance(self, blocked: int, source: int, acquired_s: float) -> None:
+        """A scan's obstacle flags on their way to the board."""
+        self._link.clearance(blocked, source, acquired_s)
+        self._source = source
+        self._scan_s = acquired_s
+
+    def update(self) -> None:
+        """Something about the board or a part's health has changed."""
+        with self._lock:
+            self._refresh(self._clock())
+
+    # DriverPort
+
+    def connect(self, role: str) -> int:
+        with self._lock:
+            return self._arbiter.connect(role, self._clock())
+
+    def disconnect(self, client: int) -> None:
+        with self._lock:
+            now_s = self._clock()
+            self._arbiter.disconnect(client, now_s)
+            self._refresh(now_s)
+
+    def welcome(self, client: int) -> Message:
+        driver = self._config.driver
+        return {
+            "k": "welcome",
+            "role": "driver",
+            "simulated": self._simulated(),
+            "backward": driver.backward,
+            "mode": driver.mode,
+            "dwell_ms": driver.dwell_ms,
+            "leave_grace_ms": driver.leave_grace_ms,
+            "heartbeat_ms": HEARTBEAT_MS,
+            "pointer_stale_ms": driver.pointer_stale_ms,
+        }
+
+    def receive(self, client: int, message: Message) -> list[Message]:
+        try:
+            meaning = parse(message)
+        except BadMessage as error:
+            return [_refused(Refusal("message", "bad_message", str(error)))]
+        with self._lock:
+            refusal = self._arbiter.receive(client, meaning, self._clock())
+            self._tell_board()
+        return [] if refusal is None else [_refused(refusal)]
+
+    def snapshot(self, client: int) -> Message:
+        with self._lock:
+            now_s = self._clock()
+            state = self._link.state()
+            parts = self._parts.states()
+            return {
+                "k": "state",
+                "token": self._arbiter.issue_token(now_s),
+                **_board_words(state),
+                "level": self._verdict.level,
+                "message": self._verdict.message,
+                **{name: parts[name].state for name in ("board", "lidar", "camera")},
+                "owner": codes.OWNERS[self._arbiter.owner_code],
+                "you": self._arbiter.owner == client,
+                "edge": self._arbiter.page_edge(client),
+                "heading_deg": state.heading_deg if state and state.heading_known else None,
+                "wipers": [state.linear_wiper, state.turn_wiper] if state else None,
+                "simulated": self._simulated(),
+            }
+
+    def wait_change(self, timeout_s: float, last_version: int) -> int:
+        with self._lock:
+            self._lock.wait_for(lambda: self._version != last_version, timeout_s)
+            return self._version
+
+    def health(self) -> Message:
+        return dict(self._parts.as_json())
+
+    # Inside
+
+    def _run(self) -> None:
+        while not self._stopping.wait(_TICK_S):
+            self.update()
+
+    def _refresh(self, now_s: float) -> None:
+        state = self._link.state()
+        board = self._link.board()
+        self._arbiter.board(
+            0 if board is None or state is None else board.session,
+            codes.DISARMED if state is None else state.state,
+            0 if state is None else state.edge,
+            now_s,
+        )
+        self._tell_board()
+        parts = self._parts.states()
+        self._verdict = self._errors.fold(self._problems(state, now_s), now_s)
+        shown = (
+            *_board_key(state),
+            self._verdict,
+            *(part.state for part in parts.values()),
+            self._arbiter.owner,
+            self._simulated(),
+        )
+        if shown != self._shown:
+            self._shown = shown
+            self._version += 1
+            self._lock.notify_all()
+
+    def _problems(self, state: BoardState | None, now_s: float) -> list[errors.Problem]:
+        problems = errors.of_parts(self._parts.states())
+        if state is not None:
+            problems += errors.of_board(state)
+        scan_s = self._scan_s
+        problems += errors.of_silence("lidar", None if scan_s is None else now_s - scan_s)
+        problems += errors.of_silence("camera", self._picture_age_s())
+        if self._arbiter.page_silent:
+            problems.append(errors.Problem("page_silent", codes.WARNING))
+        return problems
+
+    def _tell_board(self) -> None:
+        # Orders first: nothing may move between a disarming and its order.
+        for action, owner in self._arbiter.take_orders():
+            self._link.order(action, owner)
+        command = self._arbiter.command
+        if command != self._sent:
+            self._sent = command
+            self._link.command(*_fields(command))
+
+    def _simulated(self) -> bool:
+        board = self._link.board()
+        return self._source not in (None, codes.REAL) or (board is not None and board.simulated)
+
+
+def _fields(command: Any) -> tuple[int, int, int, int, float]:
+    return (command.verb, command.mode, command.edge, command.owner, command.ttl_deadline_s)
+
+
+def _refused(refusal: Refusal) -> Message:
+    return {
+        "k": "refused",
+        "what": refusal.what,
+        "reason": refusal.reason,
+        "detail": refusal.detail,
+    }
+
+
+def _board_key(state: BoardState | None) -> tuple[int, ...]:
+    # All of the state that a page shows, but what changes all the time.
+    if state is None:
+        return ()
+    return (
+        state.state,
+        state.motion,
+        state.override,
+        state.arm_reason,
+        state.decisions,
+        state.edge,
+    )
+
+
+def _board_words(state: BoardState | None) -> Message:
+    if state is None:
+        return {
+            "state": "disarmed",
+            "motion": "stopped",
+            "override": "none",
+            "arm_reason": "not_connected",
+            "decisions": _UNKNOWN,
+        }
+    return {
+        "state": state.state_name,
+        "motion": state.motion_name,
+        "override": state.override_name,
+        "arm_reason": state.arm_reason_name,
+        "decisions": state.decision_names,
+    }
