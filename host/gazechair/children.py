@@ -1,8 +1,8 @@
 """Child processes that own a device whose library can hang: started, watched, killed, restarted.
 
-A child writes records to its standard output: length of what follows (u32, little-endian), kind (one
-byte), payload. Kind "S" is a status, JSON {"state", "reason", "detail"}; kind "D" is the newest
-value. The parent keeps nothing but the newest.
+A child writes records to its standard output: length of what follows (u32, little-endian), kind
+(one byte), payload. Kind "S" is a status, JSON {"state", "reason", "detail"}; kind "D" is the
+newest value. The parent keeps nothing but the newest.
 """
 
 from __future__ import annotations

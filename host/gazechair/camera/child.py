@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import http.client
-import struct
 import sys
 import threading
 import time
@@ -12,12 +11,10 @@ import urllib.request
 from typing import Any
 
 from gazechair.camera.mjpeg import MjpegParser, NotMjpeg, Part, boundary_of
+from gazechair.camera.record import LOST, STARTING, Frame
 from gazechair.children import RecordWriter, enter_child
 from gazechair.slots import Latest
 
-LOST = "camera_lost"
-STARTING = "camera_starting"
-ACQUIRED = struct.Struct("<d")  # before the JPEG in each record: CLOCK_MONOTONIC seconds
 _TIMEOUT_S = 3.0
 # A stamp from another clock than this machine's is off by more than this.
 _OLDEST_STAMP_S = 10.0
@@ -28,7 +25,7 @@ class CameraError(Exception):
 
 
 def acquired_s(part: Part, arrived_s: float) -> float:
-    """When the picture was taken: its X-Timestamp when that is this machine's clock, else arrival."""
+    """When the picture was taken: its X-Timestamp if that is this machine's clock, else arrival."""
     try:
         stamp_s = float(part.headers.get("x-timestamp", ""))
     except ValueError:
@@ -56,8 +53,8 @@ def connect(url: str) -> tuple[Any, bytes]:
         raise CameraError(f"the camera at {url} {error}") from error
 
 
-def read(url: str, newest: Latest[bytes]) -> None:
-    """Put each picture into `newest` as a record until the stream fails (CameraError)."""
+def read(url: str, newest: Latest[Frame]) -> None:
+    """Put each picture into `newest` until the stream fails (CameraError)."""
     response, boundary = connect(url)
     parser = MjpegParser(boundary)
     good_s = time.monotonic()
@@ -75,12 +72,12 @@ def read(url: str, newest: Latest[bytes]) -> None:
             now_s = time.monotonic()
             if parts:
                 good_s = now_s
-                newest.put(ACQUIRED.pack(acquired_s(parts[-1], now_s)) + parts[-1].jpeg)
+                newest.put(Frame(parts[-1].jpeg, acquired_s(parts[-1], now_s)))
             elif now_s - good_s > _TIMEOUT_S:
                 raise CameraError(f"the camera at {url} sends no whole JPEG picture")
 
 
-def _hand_on(newest: Latest[bytes], out: RecordWriter, failed: threading.Event) -> None:
+def _hand_on(newest: Latest[Frame], out: RecordWriter, failed: threading.Event) -> None:
     """Write the newest record whenever there is one; a slow parent skips pictures."""
     version = 0
     while not failed.is_set():
@@ -88,7 +85,7 @@ def _hand_on(newest: Latest[bytes], out: RecordWriter, failed: threading.Event) 
         if entry is not None:
             version = entry.version
             try:
-                out.data(entry.value)
+                out.data(entry.value.pack())
             except BrokenPipeError:
                 return
 
@@ -98,7 +95,7 @@ def main() -> int:
     url = sys.argv[1]
     out = enter_child()
     out.status("starting", STARTING, f"connecting to the camera at {url}")
-    newest: Latest[bytes] = Latest()
+    newest: Latest[Frame] = Latest()
     failed = threading.Event()
     writer = threading.Thread(
         target=_hand_on, args=(newest, out, failed), name="camera-writer", daemon=True

@@ -2,23 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from gazechair import health as states
-from gazechair.camera.child import ACQUIRED, LOST
 from gazechair.camera.mjpeg import is_jpeg
+from gazechair.camera.record import LOST, Frame
 from gazechair.children import Status, Supervisor
 from gazechair.config import CameraConfig
 from gazechair.health import Health
 from gazechair.slots import Latest
-
-
-@dataclass(frozen=True)
-class Frame:
-    """One picture: a whole JPEG of at most 512 kB and when it was taken (CLOCK_MONOTONIC, s)."""
-
-    jpeg: bytes
-    acquired_monotonic: float
 
 
 class CameraService:
@@ -38,6 +28,11 @@ class CameraService:
     def restarts(self) -> int:
         """How often the child process had to be started again."""
         return self._supervisor.restarts if self._supervisor else 0
+
+    @property
+    def pid(self) -> int | None:
+        """Process id of the child, None while there is none."""
+        return self._supervisor.pid if self._supervisor else None
 
     def start(self) -> None:
         """Start the child process; with kind "off" there is none and that is no fault."""
@@ -60,10 +55,9 @@ class CameraService:
             self._supervisor.stop()
 
     def _on_data(self, payload: bytes) -> None:
-        (acquired_s,) = ACQUIRED.unpack_from(payload)
-        jpeg = payload[ACQUIRED.size :]
-        if is_jpeg(jpeg):
-            self._latest.put(Frame(jpeg, acquired_s), acquired_s)
+        frame = Frame.unpack(payload)
+        if is_jpeg(frame.jpeg):
+            self._latest.put(frame, frame.acquired_monotonic)
             self._health.set(states.OK)
 
     def _on_status(self, status: Status) -> None:

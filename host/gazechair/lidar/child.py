@@ -9,12 +9,11 @@ import time
 from gazechair.children import RecordWriter, enter_child
 from gazechair.lidar.device import S2, LidarError, find_port, stale_backlog
 from gazechair.lidar.nodes import NodeDecoder
+from gazechair.lidar.report import LOST, STARTING, Report
 from gazechair.lidar.sectors import Sector, measure
 from gazechair.lidar.sweep import Sweep
 from gazelink import codes
 
-LOST = "lidar_lost"
-STARTING = "lidar_starting"
 _GATHER_S = 0.02  # bytes are taken in pieces of about a fifth of a turn
 _READ_S = 0.25
 _SILENT_S = 1.0
@@ -50,16 +49,15 @@ def _stream(device: S2, sectors: tuple[Sector, ...], out: RecordWriter) -> None:
         if scan is not None:
             last_s = now_s
             if sweep.turns >= 2:  # before that there is no whole turn
-                readings = [measure(scan.angles_deg, scan.distances_m, s) for s in sectors]
-                report = {
-                    "readings": [(r.nearest_m, r.coverage) for r in readings],
-                    "acquired_s": scan.acquired_s,
-                    "source": source,
-                    "points": len(scan),
-                    "turns": sweep.turns,
-                    "resyncs": decoder.resyncs,
-                }
-                out.data(json.dumps(report).encode())
+                report = Report(
+                    tuple(measure(scan.angles_deg, scan.distances_m, s) for s in sectors),
+                    scan.acquired_s,
+                    source,
+                    points=len(scan),
+                    turns=sweep.turns,
+                    resyncs=decoder.resyncs,
+                )
+                out.data(report.pack())
         elif now_s - last_s > _SILENT_S:
             raise LidarError("the lidar sends no measurements; is its motor turning?")
         time.sleep(_GATHER_S)

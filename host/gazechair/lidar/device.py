@@ -94,7 +94,8 @@ class S2:
         try:
             self._lidar.start_motor()
             refused = self._lidar.start("normal")  # checks health first; resets once on error
-        except (RPLidarException, OSError, KeyError) as error:
+        except (RPLidarException, OSError, KeyError, ValueError) as error:
+            # ValueError: the library unpacks its own complaint about bytes still coming in.
             raise LidarError(
                 f"the lidar at {self._port} does not start: {error}; "
                 "check that it turns freely and its power supply"

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from gazechair import health as states
 from gazechair.children import Status, Supervisor
 from gazechair.config import LidarConfig, SectorsConfig
 from gazechair.health import Health
-from gazechair.lidar.child import LOST
+from gazechair.lidar.report import LOST, Report
 from gazechair.lidar.sectors import ALL_BLOCKED, MIN_COVERAGE, Reading, Sector, blocked_bits
 from gazelink import codes
 
@@ -18,18 +17,6 @@ from gazelink import codes
 _STEADY = 12
 
 Publish = Callable[[int, int, float], None]
-
-
-@dataclass(frozen=True)
-class Report:
-    """The child's newest word on the sectors; see `gazechair.lidar.sectors.Reading`."""
-
-    readings: tuple[Reading, ...]
-    acquired_s: float
-    source: int
-    points: int
-    turns: int
-    resyncs: int
 
 
 class LidarService:
@@ -57,6 +44,11 @@ class LidarService:
         """How often the child process had to be started again."""
         return self._supervisor.restarts if self._supervisor else 0
 
+    @property
+    def pid(self) -> int | None:
+        """Process id of the child, None while there is none."""
+        return self._supervisor.pid if self._supervisor else None
+
     def start(self) -> None:
         """Start the child process; with kind "off" only the health says so."""
         if self._config.kind == "off":
@@ -81,9 +73,7 @@ class LidarService:
             self._supervisor.stop()
 
     def _on_data(self, payload: bytes) -> None:
-        fields = json.loads(payload)
-        fields["readings"] = tuple(Reading(*pair) for pair in fields["readings"])
-        report = Report(**fields)
+        report = Report.unpack(payload)
         self._bits = blocked_bits(self._sectors, report.readings, self._distance_m, self._bits)
         self._publish(self._bits, report.source, report.acquired_s)
         self.report = report

@@ -1,0 +1,86 @@
+"""The door of the web server: which Host and Origin pass, how fast, and what files it serves."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gazechair.web import files
+from gazechair.web.guard import own_names, refusal
+from gazechair.web.limits import RateLimit
+
+NAMES = frozenset({"localhost", "chair", "chair.local"})
+
+
+def upgrade(host: str, origin: str | None) -> dict[str, str]:
+    environ = {"HTTP_HOST": host, "HTTP_UPGRADE": "websocket"}
+    return environ if origin is None else environ | {"HTTP_ORIGIN": origin}
+
+
+@pytest.mark.parametrize(
+    "host",
+    ["127.0.0.1", "127.0.0.1:8080", "192.168.1.7:80", "[::1]:8080", "localhost:1", "CHAIR.local"],
+)
+def test_addresses_and_our_own_names_pass(host: str) -> None:
+    assert refusal({"HTTP_HOST": host}, NAMES) is None
+    assert refusal(upgrade(host, f"http://{host}"), NAMES) is None
+
+
+@pytest.mark.parametrize(
+    "host", ["", "evil.example", "127.0.0.1.evil.example", "localhost@evil.example", "[::1", "a b"]
+)
+def test_other_names_do_not(host: str) -> None:
+    assert "is not this machine" in str(refusal({"HTTP_HOST": host}, NAMES))
+    assert "is not this machine" in str(refusal(upgrade(host, f"http://{host}"), NAMES))
+
+
+def test_a_missing_host_is_refused() -> None:
+    assert refusal({}, NAMES) is not None
+
+
+@pytest.mark.parametrize(
+    "origin",
+    ["http://evil.example", "null", "", "http://127.0.0.1", "http://127.0.0.1:81", "file://", "x"],
+)
+def test_a_socket_of_another_site_is_refused(origin: str) -> None:
+    assert "is another site" in str(refusal(upgrade("127.0.0.1:80", origin), NAMES))
+
+
+def test_a_client_that_is_no_browser_sends_no_origin() -> None:
+    assert refusal(upgrade("127.0.0.1:80", None), NAMES) is None
+
+
+@settings(deadline=None)
+@given(st.text(max_size=40), st.text(max_size=40))
+def test_any_header_gets_an_answer_of_one_line(host: str, origin: str) -> None:
+    reason = refusal(upgrade(host, origin), NAMES)
+    assert reason is None or "\n" not in reason
+
+
+def test_own_names_know_the_configured_one() -> None:
+    assert {"localhost", "wheels"} <= own_names("Wheels")
+    assert "" not in own_names("")
+
+
+def test_the_rate_limit_lets_a_burst_through_and_refills() -> None:
+    limit = RateLimit(per_s=10, burst=5)
+    assert [limit.allow(0.0) for _ in range(6)] == [True] * 5 + [False]
+    assert [limit.allow(0.1), limit.allow(0.1)] == [True, False]
+    assert [limit.allow(99.0) for _ in range(6)] == [True] * 5 + [False]
+
+
+@settings(deadline=None)
+@given(st.lists(st.floats(0, 0.5), max_size=200))
+def test_the_rate_limit_holds_over_any_time(pauses_s: list[float]) -> None:
+    limit = RateLimit(per_s=100, burst=20)
+    now_s = 0.0
+    allowed = 0
+    for pause_s in pauses_s:
+        now_s += pause_s
+        allowed += limit.allow(now_s)
+    assert allowed <= 20 + 100 * now_s + 1
+
+
+def test_the_page_s_files_are_found_in_the_checkout() -> None:
+    assert (files.web_folder() / "index.html").is_file()
