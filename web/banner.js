@@ -23,7 +23,7 @@ export class Banner {
     if (key === this.#override) return;
     this.#override = key;
     if (key === "none") return;
-    this.#render("override", this.#strings.label("overruled"), this.#strings.message(key));
+    this.#render("override", this.#strings.label("overruled"), key);
     this.#untilMs = now + OVERRIDE_MS;
     this.#tone.play();
   }
@@ -31,17 +31,21 @@ export class Banner {
   /** A short notice: a label as title, a message key as reason. */
   notice(title, key, now) {
     if (this.#override !== "none") return;
-    this.#render("notice", this.#strings.label(title), this.#strings.message(key));
+    this.#render("notice", this.#strings.label(title), key);
     this.#untilMs = now + NOTICE_MS;
   }
 
   tick(now) {
     if (this.#override !== "none" || now < this.#untilMs) return;
-    if (this.#element.dataset.kind !== "none") this.#element.dataset.kind = "none";
+    if (this.#element.dataset.kind === "none") return;
+    this.#element.dataset.kind = "none";
+    delete this.#element.dataset.key;
   }
 
-  #render(kind, title, message) {
+  #render(kind, title, key) {
+    const message = this.#strings.message(key);
     this.#element.dataset.kind = kind;
+    this.#element.dataset.key = key;
     this.#element.querySelector(".title").textContent = title;
     this.#element.querySelector(".text").textContent = message.text;
     this.#element.querySelector(".do").textContent = message.do;

@@ -94,7 +94,6 @@ const receivers = {
     targets.setArmed(news.state === "armed" && news.you, now);
     setData(body, "state", news.state);
     setData(body, "simulated", news.simulated);
-    setData(byId("backward"), "decision", news.decisions.backward);
     setText("arm-label", strings.label(news.state === "disarmed" ? "arm" : "disarm"));
     setText("arm-state", strings.label(news.state));
     setText("motion", strings.label(`motion_${news.motion}`));

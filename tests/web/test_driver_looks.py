@@ -112,17 +112,16 @@ def test_no_target_ever_moves(shown):
     assert boxes(shown, TARGETS) == before
 
 
+OFF = {"state": "disarmed", "you": False, "owner": "nobody"}
 STATES = {
-    "disarmed": {"state": "disarmed", "you": False, "owner": "nobody", "simulated": True},
-    "not-ready": {
-        "state": "disarmed",
-        "you": False,
-        "owner": "nobody",
-        "level": "error",
-        "message": "obstacle_data_old",
-        "arm_reason": "obstacle_data_old",
-        "decisions": dict.fromkeys(DRIVE, "unknown"),
-    },
+    "disarmed": dict(OFF, simulated=True),
+    "not-ready": dict(
+        OFF,
+        level="error",
+        message="obstacle_data_old",
+        arm_reason="obstacle_data_old",
+        decisions=dict.fromkeys(DRIVE, "unknown"),
+    ),
     "armed": {},
     "override": {
         "override": "obstacle_forward",
@@ -130,7 +129,7 @@ STATES = {
         "decisions": {"forward": "blocked", "left": "slow", "right": "free", "backward": "blocked"},
     },
     "warning": {"level": "warning", "message": "heading_bus", "override": "heading_bus"},
-    "emergency": {"state": "disarmed", "level": "error", "message": "emergency"},
+    "emergency": dict(OFF, level="error", message="emergency", arm_reason="emergency"),
 }
 
 

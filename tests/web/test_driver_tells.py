@@ -19,6 +19,7 @@ def test_an_override_is_shown_at_once_with_its_reason_and_goes_with_it(driver):
     kind, words = banner(driver)
     assert kind == "override"
     assert "Er staat iets voor de rolstoel." in words
+    assert driver.page.locator("#banner").get_attribute("data-key") == "obstacle_forward"
     driver.advance(5000)
     assert banner(driver)[0] == "override"
     driver.state(override="none")
@@ -117,7 +118,7 @@ def test_the_obstacle_line_has_a_colour_and_a_word_for_each_segment(driver):
         decisions={"left": "blocked", "forward": "slow", "right": "unknown", "backward": "free"}
     )
     words = [driver.text(f"#line-{segment} .tag") for segment in ("left", "front", "right")]
-    assert words == ["Links bezet", "Voor langzaam", "Rechts onbekend"]
+    assert words == ["Links\nbezet", "Voor langzaam", "Rechts\nonbekend"]
     looks = driver.page.evaluate(
         "[...document.querySelectorAll('.bar')].map(e => { const s = getComputedStyle(e);"
         "return s.backgroundColor + s.backgroundImage; })"
