@@ -74,7 +74,8 @@ class BoardLink:
         """End the thread and close the port; the board goes neutral by itself."""
         self._stopping.set()
         self._wake()
-        self._thread.join(5.0)
+        if self._thread.is_alive():
+            self._thread.join(5.0)
 
     # What the host wants said
 

@@ -14,6 +14,8 @@ BOARD = "board"
 LIDAR = "lidar"
 OTHER = "other"
 
+PERMIT = "run `sudo usermod -aG dialout $USER` and log in again"
+
 # (vendor, product or None for any, role, what it is). Only role BOARD is ever opened as the board:
 # opening a foreign device can reset it, and a lidar's motor would start.
 _KNOWN: tuple[tuple[int, int | None, str, str], ...] = (

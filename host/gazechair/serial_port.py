@@ -9,6 +9,8 @@ import termios
 
 import serial
 
+from gazechair.ports import PERMIT
+
 # Means nothing on USB and pseudo terminals. Never 1200: it resets boards into their bootloader.
 _BAUD = 115200
 _READ_SIZE = 1024
@@ -73,10 +75,7 @@ def _why(path: str, error: Exception) -> str:
     if number == errno.ENOENT:
         return f"{path} is not there; plug the device in"
     if number in (errno.EACCES, errno.EPERM):
-        return (
-            f"{path} is not permitted to this user;"
-            " run `sudo usermod -aG dialout $USER` and log in again"
-        )
+        return f"{path} is not permitted to this user; {PERMIT}"
     if number in (errno.EBUSY, errno.EWOULDBLOCK):
         return f"{path} is in use by another program; end that one"
     if number in (errno.EINVAL, errno.EISDIR) or "configure port" in str(error):

@@ -1,0 +1,83 @@
+"""The command line: `gazechair run`, `gazechair doctor`, `gazechair config`."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import signal
+import sys
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+
+from gazechair import config as configuration
+from gazechair.config import ConfigError
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; its exit code: 0 well, 1 the doctor found a failure, 2 cannot run."""
+    options = _parser().parse_args(arguments)
+    try:
+        return int(options.act(options))
+    except ConfigError as error:
+        return _refuse(str(error))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="gazechair", description="Drive a power wheelchair with the eyes."
+    )
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    run = commands.add_parser("run", help="run the host: board, lidar, camera, driver's page")
+    run.set_defaults(act=_run)
+    doctor = commands.add_parser("doctor", help="check this machine and say what to do")
+    doctor.add_argument("--json", action="store_true", help="print the findings as JSON")
+    doctor.set_defaults(act=_doctor)
+    for command in (run, doctor):
+        command.add_argument(
+            "--config", type=Path, metavar="FILE", help="configuration file (default: none)"
+        )
+    config = commands.add_parser("config", help="print a configuration file with all defaults")
+    config.set_defaults(act=_config)
+    return parser
+
+
+def _run(options: argparse.Namespace) -> int:
+    # Imported late: `gazechair config` works with the standard library alone.
+    from gazechair.daemon import Daemon
+    from gazechair.web import WebError
+
+    daemon = Daemon(configuration.load(options.config))
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s: %(message)s")
+    ending = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: ending.set())
+    try:
+        daemon.start()
+    except WebError as error:
+        return _refuse(str(error))
+    try:
+        print(f"gazechair: the driver's page is at {daemon.url}", flush=True)
+        while not ending.wait(1.0):
+            pass
+    finally:
+        daemon.stop()
+    return 0
+
+
+def _doctor(options: argparse.Namespace) -> int:
+    from gazechair import doctor
+
+    findings = doctor.examine(options.config)
+    print(doctor.as_json(findings) if options.json else doctor.as_text(findings))
+    return 1 if doctor.failed(findings) else 0
+
+
+def _config(options: argparse.Namespace) -> int:
+    print(configuration.annotated_default(), end="")
+    return 0
+
+
+def _refuse(line: str) -> int:
+    print(f"gazechair: {line}", file=sys.stderr)
+    return 2

@@ -1,0 +1,104 @@
+"""The daemon: builds every part of the host from a configuration, starts and stops them."""
+
+from __future__ import annotations
+
+import logging
+import time
+from typing import Protocol
+
+from gazechair import health as h
+from gazechair import ports
+from gazechair.camera import CameraService
+from gazechair.config import Config, is_loopback
+from gazechair.control import Control
+from gazechair.health import Health, HealthRegistry
+from gazechair.lidar import LidarService
+from gazechair.link import BoardLink
+from gazechair.web import WebServer
+
+_LAST_WORDS_S = 0.06  # three repeats of stop and disarm
+
+log = logging.getLogger(__name__)
+
+
+class _Part(Protocol):
+    def start(self) -> None: ...
+    def stop(self) -> None: ...
+
+
+class Daemon:
+    """The whole host in one process; lidar and camera add a child process each."""
+
+    def __init__(self, config: Config) -> None:
+        self._config = config
+        self._running = False
+        self.parts = HealthRegistry(on_change=self._changed)
+        self.link = BoardLink(
+            ports.finder(config.board.port, ports.BOARD),
+            self.parts.part("board"),
+            self._changed,
+        )
+        self._lidar = LidarService(
+            config.lidar, config.sectors, self._clearance, self.parts.part("lidar")
+        )
+        self._camera = CameraService(config.camera, self.parts.part("camera"))
+        self.control = Control(config, self.link, self.parts, self._camera.latest().age_s)
+        self._web = WebServer(config, self.control, self._camera.latest())
+
+    @property
+    def url(self) -> str:
+        """Where the driver's page is."""
+        host = self._config.web.host
+        if host in ("0.0.0.0", "::"):
+            host = "127.0.0.1"
+        language = "" if self._config.web.language == "nl" else f"?lang={self._config.web.language}"
+        return f"http://{f'[{host}]' if ':' in host else host}:{self._web.port}/{language}"
+
+    def start(self) -> None:
+        """Start every part. Raises gazechair.web.WebError when the page cannot be served.
+
+        Any other part that fails to start is a health state, and the rest goes on.
+        """
+        self._running = True
+        if not is_loopback(self._config.web.host):
+            log.warning("insecure_http: anyone on this network can see and drive this chair")
+        try:
+            self._web.start()
+        except Exception:
+            self.stop()
+            raise
+        self.link.start()
+        self.control.start()
+        for part, health in (
+            (self._lidar, self.parts.part("lidar")),
+            (self._camera, self.parts.part("camera")),
+        ):
+            _start(part, health)
+
+    def stop(self) -> None:
+        """Stop the chair and disarm it, then end every part, thread and child process."""
+        if not self._running:
+            return
+        self._running = False
+        self._web.stop()
+        self.control.stop()
+        time.sleep(_LAST_WORDS_S)
+        self._lidar.stop()
+        self._camera.stop()
+        self.link.stop()
+
+    def _clearance(self, blocked: int, source: int, acquired_s: float) -> None:
+        self.control.clearance(blocked, source, acquired_s)
+
+    def _changed(self) -> None:
+        # Parts report while they are being built too.
+        if self._running:
+            self.control.update()
+
+
+def _start(part: _Part, health: Health) -> None:
+    try:
+        part.start()
+    except Exception as error:
+        log.exception("%s does not start", health.name)
+        health.set(h.LOST, f"{health.name}_lost", f"does not start: {error}")
