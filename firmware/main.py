@@ -33,7 +33,7 @@ def main():
         return
     try:
         board.run(App(board))
-    except Exception as error:  # noqa: BLE001  the board's last words, then the watchdog resets it
+    except Exception as error:
         bootlog.send_fault(
             board,
             codes.FAULT_REASON + codes.SERVICE_STALLED,

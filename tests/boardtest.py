@@ -6,12 +6,11 @@
 import gc
 import sys
 
-try:
+# By name: Blinka, on CPython, installs a module called micropython too.
+ON_MICROPYTHON = sys.implementation.name == "micropython"
+if ON_MICROPYTHON:
     import micropython
-except ImportError:
-    micropython = None
 
-ON_MICROPYTHON = micropython is not None
 # Small integers of the 32-bit board reach from -2**30 to 2**30 - 1.
 ON_32_BIT = ON_MICROPYTHON and sys.maxsize < 1 << 32
 

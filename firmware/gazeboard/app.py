@@ -9,16 +9,17 @@ from gazeboard.link import Link
 from gazeboard.motion import Motion
 from gazeboard.pid import PID
 from gazeboard.safety import Safety
+from gazeboard.settings import FILE as SETTINGS_FILE
 from gazeboard.settings import Settings
 from gazeboard.shared import Inbox, Outbox
 from gazeboard.turn import TurnController
 from gazelink import codes
+from gazelink.settings_table import TABLE as SETTINGS_TABLE
 
 _GC_MS = 1000
 _SETTLE_MS = 150
 _REST_Q4 = 48  # 3 degrees/s
 _EMERGENCY_FILE = "emergency"
-_SETTINGS_FILE = "settings.json"
 
 # LED: on for the first `on` of `period` ms. (condition order: see _blink)
 _LED_FAULT = (100, 200)
@@ -32,7 +33,7 @@ class App:
 
     def __init__(self, board):
         self._board = board
-        s = Settings(board.load(_SETTINGS_FILE))
+        s = Settings(board.load(SETTINGS_FILE))
         self.settings = s
         self.inbox = Inbox()
         self.outbox = Outbox()
@@ -40,26 +41,13 @@ class App:
             board.serial, self.inbox, self.outbox, board.boot_id, board.name, board.simulated
         )
         self._imu = Imu(board.imu_i2c, board.ticks_diff, s.tilt_limit_q4_deg)
-        self.joystick = Joystick(board.joystick_i2c, s.neutral_linear_count, s.neutral_turn_count)
+        self.joystick = Joystick(board.joystick_i2c)
         boot_faults = 0 if board.hard_timer else 1 << codes.NO_HARD_TIMER
         self.safety = Safety(board.simulated, s.relay_fitted, boot_faults)
         self._emergency_stored = board.load(_EMERGENCY_FILE) is not None
         if self._emergency_stored:
             self.safety.faults |= 1 << codes.EMERGENCY
-        controller = PID(s.turn_kp_q4, s.turn_ki_q4, s.turn_kd_q4)
-        self.motion = Motion(
-            s,
-            TurnController(
-                controller,
-                s.turn_cutoff_q4_deg,
-                s.turn_offset_permille,
-                s.turn_permille,
-                _SETTLE_MS,
-                _REST_Q4,
-            ),
-        )
-        self.inbox.back.calibrated = s.calibrated
-        self.inbox.touch()
+        self._apply_settings()
         self.inbox.publish()
         self._enable_level = 0
         self._last_us = 0
@@ -72,6 +60,25 @@ class App:
         self.service_max_ms = 0
         self.heap_free_kb = 0
         self.reset_cause = board.reset_cause
+
+    # Settings into the parts that use them; only while disarmed.
+    def _apply_settings(self):
+        s = self.settings
+        self.joystick.set_neutral(s.neutral_linear_count, s.neutral_turn_count)
+        self._imu.tilt_limit_q4 = s.tilt_limit_q4_deg
+        self.motion = Motion(
+            s,
+            TurnController(
+                PID(s.turn_kp_q4, s.turn_ki_q4, s.turn_kd_q4),
+                s.turn_cutoff_q4_deg,
+                s.turn_offset_permille,
+                s.turn_permille,
+                _SETTLE_MS,
+                _REST_Q4,
+            ),
+        )
+        self.inbox.back.calibrated = s.calibrated
+        self.inbox.touch()
 
     # -- the tick: hard interrupt, heap locked, integers only ------------------------------------
 
@@ -156,12 +163,44 @@ class App:
             self._seen = self._imu.samples
             self.inbox.back.heading_faults = self._imu.faults
             self.inbox.touch()
+        if self.link.setting_pending:
+            self._answer_setting()
         self.inbox.publish()
         self._watchdog()
         self._keep_emergency()
         self._collect()
         self._blink()
         return not (self.link.maintenance and self.link.flushed())
+
+    # Reading is always allowed; changing and saving only while disarmed (a flash write stops the
+    # tick).
+    def _answer_setting(self):
+        link = self.link
+        request = link.setting_request
+        index = link.setting_index
+        reads = request == codes.SETTING_GET
+        refused = codes.NO_REASON
+        if not reads and self.outbox.state != codes.DISARMED:
+            refused = codes.SETTING_WHILE_ARMED
+        elif (reads or request == codes.SETTING_SET) and index >= len(SETTINGS_TABLE):
+            refused = codes.SETTING_UNKNOWN
+        elif request == codes.SETTING_SET:
+            refused = self.settings.set(index, link.setting_value)
+        elif request == codes.SETTING_DEFAULTS:
+            self.settings.defaults()
+        elif request == codes.SETTING_SAVE:
+            refused = self._save_settings()
+        if not reads and refused == codes.NO_REASON:
+            self._apply_settings()
+        link.answer_setting(self.settings.get(index) if index < len(SETTINGS_TABLE) else 0, refused)
+
+    def _save_settings(self):
+        try:
+            self._board.store(SETTINGS_FILE, self.settings.text())
+        except OSError:
+            return codes.SETTING_NOT_STORED
+        self.settings.calibrated = True
+        return codes.NO_REASON
 
     # Fed only while the tick lives.
     def _watchdog(self):

@@ -48,7 +48,7 @@ class Imu:
     def __init__(self, i2c, ticks_diff, tilt_limit_q4):
         self._i2c = i2c
         self._ticks_diff = ticks_diff
-        self._tilt_limit_q4 = tilt_limit_q4
+        self.tilt_limit_q4 = tilt_limit_q4
         self._monitor = HeadingMonitor()
         self._now = bytearray(8)
         self._before = bytearray(8)
@@ -155,7 +155,7 @@ class Imu:
     def _check_tilt(self):
         self._i2c.readfrom_mem_into(ADDRESS, _TILT, self._tilt)
         t = self._tilt
-        limit_q4 = self._tilt_limit_q4
+        limit_q4 = self.tilt_limit_q4
         if self.tilted:
             limit_q4 -= _TILT_HYSTERESIS_Q4
         if abs(_s16(t[0], t[1])) > limit_q4 or abs(_s16(t[2], t[3])) > limit_q4:

@@ -4,7 +4,7 @@
 # are carried by every write (unused here: always 0). A read returns the RDAC last selected by a
 # write.
 
-from gazeboard.limits import WIPER_MAX, WIPER_MIN, WIPER_SPAN
+from gazeboard.limits import WIPER_MAX, WIPER_MIN, WIPER_NEUTRAL, WIPER_SPAN
 
 ADDRESS = 0x2C
 _RDAC1 = 0x00  # linear
@@ -21,14 +21,18 @@ def counts(permille, neutral):
 
 
 class Joystick:
-    def __init__(self, i2c, neutral_linear, neutral_turn):
+    def __init__(self, i2c):
         self._i2c = i2c
-        self._neutral_linear = neutral_linear
-        self._neutral_turn = neutral_turn
         self._out = bytearray(2)
         self._in = bytearray(1)
-        self.linear_wiper = neutral_linear
-        self.turn_wiper = neutral_turn
+        self.set_neutral(WIPER_NEUTRAL, WIPER_NEUTRAL)
+
+    # The stored centre of both channels; only while disarmed.
+    def set_neutral(self, linear_count, turn_count):
+        self._neutral_linear = linear_count
+        self._neutral_turn = turn_count
+        self.linear_wiper = linear_count
+        self.turn_wiper = turn_count
         self.neutral = True  # what was last asked for was neutral on both
 
     # Write both and read both back; True: verified. A bus error or a wrong value is False at once,

@@ -46,6 +46,11 @@ _ROLE = _at(messages.HELLO, "role")
 _FLAGS = _at(messages.HELLO, "flags")
 _SCHEMA = _at(messages.HELLO, "schema_hash")
 _SESSION = _at(messages.HELLO, "session")
+_PERIOD = _at(messages.TELEMETRY, "state_period_ms")
+_REQUEST = _at(messages.SETTING, "request")
+_INDEX = _at(messages.SETTING, "index")
+_VALUE = _at(messages.SETTING, "value")
+_REFUSED = _at(messages.SETTING_REPLY, "refused")
 _KEY = _at(messages.MAINTENANCE, "key")
 _ACCEPTED = _at(messages.MAINTENANCE, "accepted")
 _REASON = _at(messages.MAINTENANCE, "reason")
@@ -79,7 +84,12 @@ class Link:
         )
         self._key = bytearray(messages.MAINTENANCE.size)
         messages.MAINTENANCE.pack(self._key, (messages.MAINTENANCE_KEY, 0, 0))
+        self._state_period_ms = _STATE_MS
         self.maintenance = False  # the host asked for the REPL and nothing stands against it
+        self.setting_pending = False  # a request waits below for the app's answer
+        self.setting_request = 0
+        self.setting_index = 0
+        self.setting_value = 0
         self.stale = 0
         self.bad = 0
         self.tx_dropped = 0
@@ -101,8 +111,9 @@ class Link:
                 self._hello_at = now
                 self._send_hello()
         if self._session:
-            if self._elapsed(now, self._state_at) >= _STATE_MS:
-                self._state_at = now - now % _STATE_MS
+            period_ms = self._state_period_ms
+            if self._elapsed(now, self._state_at) >= period_ms:
+                self._state_at = now - now % period_ms
                 self._send_state()
             if self._elapsed(now, self._stats_at) >= _STATS_MS:
                 self._stats_at = now
@@ -133,8 +144,12 @@ class Link:
                 self._on_clearance(buf, back, age_ms)
             elif kind == messages.PING.type_id:
                 self._send_pong(buf)
+            elif kind == messages.SETTING.type_id:
+                self._on_setting(buf)
+            elif kind == messages.TELEMETRY.type_id and 1 <= buf[_PERIOD] <= 100:
+                self._state_period_ms = buf[_PERIOD]
             else:
-                self.bad = (self.bad + 1) & 0xFFFF  # a message of ours, come back
+                self.bad = (self.bad + 1) & 0xFFFF  # or a message of ours, come back
 
     # Newer than the last one; after a silence any number will do, the stamp still guards.
     def _in_order(self, buf):
@@ -158,6 +173,7 @@ class Link:
         if session == 0 or session == self._session:
             return
         self._session = session
+        self._state_period_ms = _STATE_MS
         self._last_seq = buf[messages.SEQ_AT]
         self._heard_at = self._outbox.ticks
         seed = frame.session_seed(session, self._boot)
@@ -220,6 +236,27 @@ class Link:
         back.clearance_source = buf[_SOURCE]
         back.clearance_age_ms = min(limits.AGE_MAX_MS, u16(buf, _AGE) + age_ms)
         back.clearance_count = (back.clearance_count + 1) & 0xFFFF
+
+    # Kept for the app, which owns settings and files; a newer request replaces one not yet
+    # answered.
+    def _on_setting(self, buf):
+        if buf[_REQUEST] > codes.SETTING_DEFAULTS:
+            self.bad = (self.bad + 1) & 0xFFFF
+            return
+        self.setting_request = buf[_REQUEST]
+        self.setting_index = buf[_INDEX]
+        self.setting_value = u16(buf, _VALUE)
+        self.setting_pending = True
+
+    def answer_setting(self, value, refused):
+        self.setting_pending = False
+        body = self._encoder.body
+        body[_REQUEST] = self.setting_request
+        body[_INDEX] = self.setting_index
+        body[_VALUE] = value & 0xFF
+        body[_VALUE + 1] = value >> 8
+        body[_REFUSED] = refused
+        self._send(messages.SETTING_REPLY)
 
     def _on_maintenance(self, buf):
         for k in range(4):

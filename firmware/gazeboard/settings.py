@@ -1,66 +1,81 @@
-# Settings: one table of names, defaults and limits; values from a JSON file, refused when out of
-# range.
+# The board's settings in force: loaded at start, changed over the wire while disarmed, saved with a
+# CRC.
 
 import json
 
-from gazeboard import limits
+from gazelink import codes, crc
+from gazelink.settings_table import NAMES, TABLE
 
-# name: (default, lowest, highest). Units are in the names; *_permille is of full deflection,
-# q4 is sixteenths. Nothing here can exceed what the safety promises allow.
-TABLE = {
-    "neutral_linear_count": (limits.WIPER_NEUTRAL, 150, 190),
-    "neutral_turn_count": (limits.WIPER_NEUTRAL, 150, 190),
-    "linear_permille": (600, 50, 1000),
-    "turn_permille": (500, 50, 1000),
-    "step_forward_ms": (2000, 100, limits.STEP_FORWARD_MAX_MS),
-    "step_turn_q4_deg": (160, 32, 720),
-    "step_turn_limit_ms": (6000, 1000, limits.STEP_TURN_MAX_MS),
-    "turn_kp_q4": (400, 0, 3200),
-    "turn_ki_q4": (0, 0, 3200),
-    "turn_kd_q4": (100, 0, 3200),
-    "turn_cutoff_q4_deg": (20, 8, 80),
-    "turn_offset_permille": (100, 0, 300),
-    "tilt_limit_q4_deg": (240, 80, 480),
-    "relay_fitted": (1, 0, 1),
-}
+FILE = "settings.json"
 
 
 class Settings:
-    # Attributes as named in TABLE. `calibrated` is False when the stored text was refused: the
+    # Attributes as named in the table. `calibrated` is False when the stored text was refused: the
     # defaults are in force then, the board does not arm, and `error` says why.
 
     def __init__(self, text=None):
-        self.calibrated = True
-        self.error = ""
-        for name in TABLE:
-            setattr(self, name, TABLE[name][0])
+        self.defaults()
         if text is not None:
             self._load(text)
 
+    def defaults(self):
+        self.calibrated = True
+        self.error = ""
+        for name, default, _low, _high in TABLE:
+            setattr(self, name, default)
+
+    def get(self, index):
+        return getattr(self, NAMES[index])
+
+    # Returns NO_REASON, or why the value is refused (nothing changed then).
+    def set(self, index, value):
+        if index >= len(TABLE):
+            return codes.SETTING_UNKNOWN
+        name, _default, low, high = TABLE[index]
+        if not low <= value <= high:
+            return codes.SETTING_OUT_OF_RANGE
+        setattr(self, name, value)
+        return codes.NO_REASON
+
+    # As it is stored: one line of JSON, one line with the JSON's CRC-32.
+    def text(self):
+        line = json.dumps({name: getattr(self, name) for name in NAMES})
+        return line + "\n" + _crc_of(line) + "\n"
+
     def _load(self, text):
+        line, _, rest = text.partition("\n")
+        if rest.strip() != _crc_of(line):
+            self._refuse("settings: damaged (CRC)")
+            return
         try:
-            values = json.loads(text)
+            values = json.loads(line)
         except ValueError:
             values = None
-        # MicroPython's parser takes an object that was cut off as whole.
-        if values is None or text.rstrip()[-1:] not in "}]":
-            self._refuse("settings: not JSON")
-            return
         if not isinstance(values, dict):
             self._refuse("settings: not a JSON object")
             return
         for name in values:
-            if name not in TABLE:
-                self._refuse("settings: unknown name " + name)
-                return
-            low, high = TABLE[name][1:]
-            value = values[name]
-            if type(value) is not int or not low <= value <= high:
-                self._refuse("settings: %s must be a whole number %d..%d" % (name, low, high))
+            refused = self._check(name, values[name])
+            if refused:
+                self._refuse(refused)
                 return
         for name in values:
             setattr(self, name, values[name])
 
+    def _check(self, name, value):
+        for row in TABLE:
+            if row[0] == name:
+                if type(value) is int and row[2] <= value <= row[3]:
+                    return ""
+                return "settings: %s must be a whole number %d..%d" % (name, row[2], row[3])
+        return "settings: unknown name " + name
+
     def _refuse(self, reason):
+        self.defaults()
         self.calibrated = False
         self.error = reason
+
+
+def _crc_of(line):
+    seed = crc.make_seed(line.encode())
+    return "%02x%02x%02x%02x" % (seed[3], seed[2], seed[1], seed[0])

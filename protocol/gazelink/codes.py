@@ -56,6 +56,14 @@ EMERGENCY_STOP = 2
 RESET_FAULTS = 3
 ORDERS = ("disarm", "arm", "emergency_stop", "reset_faults")
 
+# What can be asked of the settings (settings_table.py). A set value is in force at once and kept
+# across a reset only after a save.
+SETTING_GET = 0
+SETTING_SET = 1
+SETTING_SAVE = 2
+SETTING_DEFAULTS = 3
+SETTING_REQUESTS = ("get", "set", "save", "defaults")
+
 # Where obstacle data comes from. A real board never arms behind anything but REAL.
 REAL = 0
 SIMULATED = 1
@@ -80,6 +88,10 @@ NO_OWNER = 13
 BAD_COMMAND = 14
 VERSION_DIFFERS = 15
 MAINTENANCE_WHILE_ARMED = 16
+SETTING_UNKNOWN = 17
+SETTING_OUT_OF_RANGE = 18
+SETTING_WHILE_ARMED = 19
+SETTING_NOT_STORED = 20
 REASONS = (
     "none",
     "not_armed",
@@ -98,6 +110,10 @@ REASONS = (
     "bad_command",
     "version_differs",
     "maintenance_while_armed",
+    "setting_unknown",
+    "setting_out_of_range",
+    "setting_while_armed",
+    "setting_not_stored",
 )
 
 # Faults: bit numbers in `faults`. As a reason, fault n is code FAULT_REASON + n.

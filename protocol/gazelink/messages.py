@@ -6,6 +6,8 @@
 
 import struct
 
+from gazelink.settings_table import TABLE
+
 try:
     from micropython import const
 except ImportError:
@@ -90,6 +92,10 @@ COMMAND = Message(
 ORDER = Message(0x11, "order", UP, "action:B number:B owner:B")
 CLEARANCE = Message(0x12, "clearance", UP, "blocked:B source:B age_ms:H")
 PING = Message(0x13, "ping", UP, "token_low:H token_high:H")
+# index and value count for get and set only. Answered by SETTING_REPLY.
+SETTING = Message(0x14, "setting", UP, "request:B index:B value:H")
+# Period of STATE: 1..100 ms, 10 in each new session.
+TELEMETRY = Message(0x15, "telemetry", UP, "state_period_ms:B")
 
 STATE = Message(
     0x20,
@@ -110,13 +116,30 @@ STATS = Message(
     "owner:B",
 )
 PONG = Message(0x22, "pong", DOWN, "token_low:H token_high:H")
+# refused: a reason, 0 = done; value: what is in force now.
+SETTING_REPLY = Message(0x23, "setting_reply", DOWN, "request:B index:B value:H refused:B")
 
-MESSAGES = (HELLO, FAULT, MAINTENANCE, COMMAND, ORDER, CLEARANCE, PING, STATE, STATS, PONG)
+MESSAGES = (
+    HELLO,
+    FAULT,
+    MAINTENANCE,
+    COMMAND,
+    ORDER,
+    CLEARANCE,
+    PING,
+    SETTING,
+    TELEMETRY,
+    STATE,
+    STATS,
+    PONG,
+    SETTING_REPLY,
+)
 BY_TYPE = {m.type_id: m for m in MESSAGES}
 
 
-def schema_text(messages=MESSAGES):
-    # The table as canonical text: any change that alters a byte on the wire alters it.
-    return "\n".join(
+def schema_text(messages=MESSAGES, settings=TABLE):
+    # Both tables as canonical text: any change that alters a meaning on the wire alters it.
+    lines = [
         "%d %s %s %s %d" % (m.type_id, m.name, m.direction, m.fields, m.frozen) for m in messages
-    )
+    ]
+    return "\n".join(lines + ["%s %d %d %d" % row for row in settings])

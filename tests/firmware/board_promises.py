@@ -735,11 +735,11 @@ def test_arming_says_what_is_missing():
     rig.run(1200)
     assert rig.state["arm_reason"] == codes.FAULT_REASON + codes.OBSTACLE_DATA_OLD
     files = Files()
-    files.texts["settings.json"] = '{"linear_permille": 100000}'
+    files.texts["settings.json"] = "spoilt"
     rig = Rig(0, files)
     rig.run(1200)
     assert rig.state["arm_reason"] == codes.FAULT_REASON + codes.CALIBRATION
-    assert "linear_permille must be a whole number 50..1000" in rig.app.settings.error
+    assert "damaged" in rig.app.settings.error
     rig = Rig()
     rig.run(400)
     assert rig.app.outbox.arm_reason == codes.NEUTRAL_NOT_PROVEN

@@ -2,16 +2,18 @@
 # data.
 
 from boardtest import no_allocation, raises
+from gazeboard import limits
 from gazeboard.boards import bank_layout as at
 from gazeboard.boards.bank_devices import BankI2C
 from gazeboard.heading import HeadingMonitor
 from gazeboard.joystick import Joystick, counts
 from gazeboard.motion import Motion
 from gazeboard.pid import OUTPUT_MAX, PD, PI, PID, P
-from gazeboard.settings import TABLE, Settings
+from gazeboard.settings import Settings, _crc_of
 from gazeboard.shared import Inbox, Inputs
 from gazeboard.turn import TurnController, wrapped
 from gazelink import codes
+from gazelink.settings_table import NAMES, TABLE, index_of
 from rig import POT, REGS
 
 # -- PID family ------------------------------------------------------------------------------------
@@ -225,7 +227,8 @@ def test_writes_and_verifies_both_wipers():
     bank = bytearray(at.SLOTS_AT + 128 * at.SLOT_SIZE)
     bank[POT + at.SLOT_PRESENT] = 1
     bank[POT + at.SLOT_STYLE] = at.STYLE_AD5282
-    joystick = Joystick(BankI2C(bank, 0), 170, 168)
+    joystick = Joystick(BankI2C(bank, 0))
+    joystick.set_neutral(170, 168)
     assert joystick.write(0, 0)
     assert joystick.neutral
     assert (bank[POT + REGS], bank[POT + REGS + 1]) == (170, 168)
@@ -240,23 +243,57 @@ def test_writes_and_verifies_both_wipers():
 # -- settings --------------------------------------------------------------------------------------
 
 
-def test_defaults_lie_within_their_own_limits():
-    for name in TABLE:
-        default, low, high = TABLE[name]
+def stored(line):
+    return line + "\n" + _crc_of(line) + "\n"
+
+
+def test_defaults_and_limits_keep_the_promises():
+    for name, default, low, high in TABLE:
         assert low <= default <= high, name
+    rows = {row[0]: row for row in TABLE}
+    for name in ("neutral_linear_count", "neutral_turn_count"):
+        assert rows[name][1] == limits.WIPER_NEUTRAL
+        assert limits.WIPER_MIN < rows[name][2]
+        assert rows[name][3] < limits.WIPER_MAX
+    assert rows["step_forward_ms"][3] == limits.STEP_FORWARD_MAX_MS
+    assert rows["step_turn_limit_ms"][3] == limits.STEP_TURN_MAX_MS
 
 
-def test_good_settings_are_taken_and_bad_ones_refused_whole():
-    s = Settings('{"linear_permille": 300, "turn_permille": 250}')
-    assert (s.linear_permille, s.turn_permille, s.calibrated) == (300, 250, True)
+def test_settings_survive_being_stored():
+    s = Settings()
+    assert s.set(index_of("linear_permille"), 300) == codes.NO_REASON
+    again = Settings(s.text())
+    assert again.calibrated
+    for name in NAMES:
+        assert getattr(again, name) == getattr(s, name)
+    assert again.linear_permille == 300
+
+
+def test_a_value_out_of_range_is_refused_and_changes_nothing():
+    s = Settings()
+    for index in range(len(TABLE)):
+        _name, default, low, high = TABLE[index]
+        for value in (low - 1, high + 1, 65535):
+            assert s.set(index, value) == codes.SETTING_OUT_OF_RANGE
+            assert s.get(index) == default
+        assert s.set(index, high) == codes.NO_REASON
+        assert s.set(index, low) == codes.NO_REASON
+    assert s.set(len(TABLE), 1) == codes.SETTING_UNKNOWN
+
+
+def test_damaged_or_foreign_settings_are_refused_whole():
+    good = Settings().text()
     for text, reason in (
-        ("{", "not JSON"),
-        ("[1]", "not a JSON object"),
-        ('{"linear_permille": 300, "speed": 1}', "unknown name speed"),
-        ('{"turn_permille": 250, "linear_permille": 1001}', "whole number 50..1000"),
-        ('{"linear_permille": 30.5}', "whole number"),
-        ('{"linear_permille": "fast"}', "whole number"),
-        ('{"linear_permille": true}', "whole number"),
+        (good[:-3], "CRC"),
+        (good.replace("600", "601"), "CRC"),
+        ('{"linear_permille": 300}', "CRC"),
+        ("", "CRC"),
+        (stored("[1]"), "not a JSON object"),
+        (stored('{"linear_permille": 300, "speed": 1}'), "unknown name speed"),
+        (stored('{"turn_permille": 250, "linear_permille": 1001}'), "whole number 50..1000"),
+        (stored('{"linear_permille": 30.5}'), "whole number"),
+        (stored('{"linear_permille": "fast"}'), "whole number"),
+        (stored('{"linear_permille": true}'), "whole number"),
     ):
         s = Settings(text)
         assert not s.calibrated

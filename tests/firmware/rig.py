@@ -109,6 +109,8 @@ class Rig:
         self.stamp = 0
         self.now_ms = 0
         self.state = {}
+        self.states = 0
+        self.reply = None
         self.boot()
 
     def boot(self):
@@ -224,6 +226,9 @@ class Rig:
                 self.decoder.seed = seed
         elif buf[0] == messages.STATE.type_id:
             self.state = messages.STATE.unpack(buf)
+            self.states += 1
+        elif buf[0] == messages.SETTING_REPLY.type_id:
+            self.reply = messages.SETTING_REPLY.unpack(buf)
 
     # -- what tests ask ----------------------------------------------------------------------------
 
