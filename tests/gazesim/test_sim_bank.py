@@ -1,6 +1,7 @@
-"""The register bank seen from the simulator, with the firmware's own bus and pins on the other side."""
+"""The register bank from the simulator's side, the firmware's own bus and pins on the other."""
 
 import pytest
+
 from gazeboard.boards import bank_layout as layout
 from gazeboard.boards.bank_devices import BankI2C, BankPin, count_up
 from gazesim.bank import Bank

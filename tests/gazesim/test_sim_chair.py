@@ -1,6 +1,7 @@
 """The chair's model: profile speeds, dead time, deadband, ramps, coasting, and a lost joystick."""
 
 import pytest
+
 from gazesim import chair
 from gazesim.chair import PROFILES, SPEEDS_KM_H, Chair
 

@@ -1,6 +1,7 @@
 """Wipers, relay and switches, driven through the firmware's own bus and pins."""
 
 import pytest
+
 from gazeboard.boards import bank_layout as layout
 from gazeboard.boards.bank_devices import BankI2C, BankPin, count_up, put_u32
 from gazesim import pot, relay

@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from gazesim import chair, plans
-from gazesim.rooms import Door, Person, Room, Solid, box
 from hypothesis import given
 from hypothesis import strategies as st
+
+from gazesim import chair, plans
+from gazesim.rooms import Door, Person, Room, Solid, box
 
 SQUARE = ((-5, -5, 5, -5), (5, -5, 5, 5), (5, 5, -5, 5), (-5, 5, -5, -5))
 angles = st.floats(-180, 180)

@@ -158,15 +158,15 @@ class S2:
         if not count:
             return
         self._due_s -= count / rate
-        per_turn = rate * _TURN_S
+        per_turn = round(rate * _TURN_S)
         index = np.arange(self._sample, self._sample + count, dtype=np.int64)
         self._sample += count
-        raw_turns = index / per_turn
-        distances = self._measure(raw_turns % 1.0)
+        turns = (index % per_turn) / per_turn
+        distances = self._measure(turns)
         if dense:
-            self._capsules(raw_turns, distances, first=bool(index[0] == 0))
+            self._capsules(turns, distances, first=bool(index[0] == 0))
         else:
-            self._nodes(raw_turns, distances, per_turn)
+            self._nodes(turns, distances)
 
     def _measure(self, turns: Array) -> Array:
         # Distances in mm at raw (clockwise) mirror positions; 0 is no measurement.
@@ -180,12 +180,12 @@ class S2:
         seen &= self._random.random(len(turns)) >= _MISSING
         return np.where(seen, (np.where(seen, metres, 0.0) + noise) * 1000.0, 0.0)
 
-    def _nodes(self, turns: Array, distances: Array, per_turn: float) -> None:
+    def _nodes(self, turns: Array, distances: Array) -> None:
         nodes = np.empty((len(turns), 5), dtype=np.uint8)
-        first = (np.floor(turns) != np.floor(turns - 1.0 / per_turn)).astype(np.uint8)
+        first = (turns == 0.0).astype(np.uint8)  # a new turn begins
         quality = np.where(distances > 0, _QUALITY, 0).astype(np.uint8)
         nodes[:, 0] = quality << 2 | (1 - first) << 1 | first
-        angle = ((turns % 1.0) * 360.0 * 64.0).astype(np.uint16) << 1 | 1
+        angle = (turns * 360.0 * 64.0).astype(np.uint16) << 1 | 1
         nodes[:, 1:3] = angle.astype("<u2").view(np.uint8).reshape(-1, 2)
         fits = distances < 16384.0  # what 16 bits of quarter millimetres can say
         distance = np.where(fits, np.maximum(distances, 0.0) * 4.0, 0.0).astype("<u2")
@@ -195,7 +195,7 @@ class S2:
     def _capsules(self, turns: Array, distances: Array, first: bool) -> None:
         count = len(turns) // _POINTS_PER_CAPSULE
         capsules = np.empty((count, 84), dtype=np.uint8)
-        start = ((turns[::_POINTS_PER_CAPSULE] % 1.0) * 360.0 * 64.0).astype("<u2")
+        start = (turns[::_POINTS_PER_CAPSULE] * 360.0 * 64.0).astype("<u2")
         if first:
             start[0] |= 0x8000  # the encoder was reset; not set at each turn
         capsules[:, 2:4] = start.view(np.uint8).reshape(-1, 2)
