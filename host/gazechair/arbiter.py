@@ -73,6 +73,7 @@ class Arbiter:
         self._board_edge = 0
         self._orders: list[tuple[int, int]] = []
         self.page_silent = False
+        """The owner has not been heard for 300 ms."""
 
     # What comes out
 
@@ -121,8 +122,9 @@ class Arbiter:
 
     def disconnect(self, client: int, now_s: float) -> None:
         """A page has gone. When it drove: stop and disarm."""
-        if client == self._owner:
+        if self._press is not None and self._press.client == client:
             self._stop()
+        if client == self._owner:
             self._order(codes.DISARM, client)
             self._owner = None
         self._clients.pop(client, None)
@@ -139,7 +141,7 @@ class Arbiter:
             return self._arm(client, page, message, now_s)
         if isinstance(message, Beat):
             if self._fresh(message.token, now_s):
-                page.heard_s = now_s
+                self._heard(client, page, now_s)
             return None
         if message is STOP:
             self._stop()
@@ -168,7 +170,7 @@ class Arbiter:
         self._board_edge = edge
         # Just asked to arm, the board may still be on its way from an earlier disarming.
         if state == codes.DISARMED != was and self._arm_asked_s is None:
-            self._stop()
+            self._end_press()
             self._owner = None
         self.tick(now_s)
 
@@ -184,15 +186,20 @@ class Arbiter:
         if self.page_silent:
             self._stop()
         press = self._press
-        if press is not None and press.alive and now_s >= press.command.ttl_deadline_s:
+        if press is not None and now_s >= press.command.ttl_deadline_s:
             self._end_press()
+
+    def _heard(self, client: int, page: _Client, now_s: float) -> None:
+        page.heard_s = now_s
+        if client == self._owner:
+            self.page_silent = False
 
     # Driving
 
     def _drive(self, client: int, page: _Client, wish: Drive, now_s: float) -> Refusal | None:
         if not self._fresh(wish.token, now_s):
             return Refusal("cmd", "stale_token", "the command was too long on its way")
-        page.heard_s = now_s
+        self._heard(client, page, now_s)
         new = wish.edge > page.last_edge
         if new:
             page.last_edge = wish.edge
@@ -236,7 +243,7 @@ class Arbiter:
     def _arm(self, client: int, page: _Client, wish: Arm, now_s: float) -> Refusal | None:
         if not self._fresh(wish.token, now_s):
             return Refusal("arm", "stale_token", "the wish to drive was too long on its way")
-        page.heard_s = now_s
+        self._heard(client, page, now_s)
         if self._session == 0:
             return Refusal("arm", "not_connected", "the board is not connected")
         free = self._owner in (None, client)
@@ -252,9 +259,11 @@ class Arbiter:
         self._press = None
 
     def _end_press(self) -> None:
-        # It stays the board's last command, counted down to nothing, so that a step may finish.
-        if self._press is not None:
-            self._press = replace(self._press, alive=False)
+        # It stays the last command, without time to live: a step may finish, and the board goes
+        # on explaining why it overruled this press until the page lets go.
+        if self._press is not None and self._press.alive:
+            command = replace(self._press.command, ttl_deadline_s=0.0)
+            self._press = replace(self._press, command=command, alive=False)
 
     def _order(self, action: int, client: int) -> None:
         self._orders.append((action, self._clients[client].role))
