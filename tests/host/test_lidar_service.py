@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import signal
 import threading
@@ -37,7 +38,8 @@ class Rig:
         self._thread = threading.Thread(target=self._pump, name="rig", daemon=True)
         self._thread.start()
         self.published: list[tuple[int, int, float]] = []
-        self.health = Health("lidar")
+        self.states: list[str] = []
+        self.health = Health("lidar", on_change=self._note_state)
         self.service = LidarService(
             LidarConfig(kind="s2", port=str(path)), SectorsConfig(), self._publish, self.health
         )
@@ -46,6 +48,9 @@ class Rig:
         degrees = np.degrees(angles) % 360.0
         ahead = (degrees < 10.0) | (degrees > 350.0)
         return np.where(ahead, self.front_m, 3.0)
+
+    def _note_state(self) -> None:
+        self.states.append(self.health.state)
 
     def _publish(self, blocked: int, source: int, acquired_s: float) -> None:
         self.published.append((blocked, source, acquired_s))
@@ -138,6 +143,17 @@ def test_a_pulled_cable_is_said_and_healed(rig: Rig) -> None:
     assert len(rig.published) == count
     rig.device.power_on()
     rig.port.plug()
+    rig.wait_fresh(BACKWARD)
+    rig.wait(lambda: rig.health.state == "ok")
+    since_lost = rig.states[rig.states.index("lost") :]
+    assert set(since_lost) == {"lost", "ok"}, "attempts to reopen are no news"
+
+
+def test_a_port_that_another_program_holds_is_said(rig: Rig) -> None:
+    with rig.port.path.open("rb", buffering=0) as other:
+        fcntl.flock(other, fcntl.LOCK_EX)
+        rig.service.start()
+        rig.wait(lambda: "used by another program" in rig.health.detail)
     rig.wait_fresh(BACKWARD)
 
 

@@ -61,4 +61,6 @@ class CameraService:
             self._health.set(states.OK)
 
     def _on_status(self, status: Status) -> None:
+        if status.state == states.STARTING and self._health.state == states.LOST:
+            return  # one more attempt: it stays lost, with its explanation, until it delivers
         self._health.set(status.state, status.reason, status.detail)

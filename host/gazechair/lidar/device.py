@@ -7,12 +7,12 @@ The library opens, identifies, checks health, starts and stops; its own stream r
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import select
 import struct
 import time
 
-import serial
 import serial.tools.list_ports
 from rplidar import RPLidar, RPLidarException
 
@@ -77,7 +77,10 @@ class S2:
         except (RPLidarException, OSError, ValueError) as error:
             raise LidarError(_cannot_open(port, error)) from error
         try:
-            self._lidar._serial.exclusive = True
+            try:
+                self._lidar._serial.exclusive = True
+            except OSError as error:  # pyserial's SerialException is one
+                raise LidarError(_in_use(port)) from error
             self._quiet()
             self.serial = self._identify()
         except BaseException:
@@ -159,13 +162,17 @@ def stale_backlog(data: bytes) -> bool:
     return len(data) >= min(_MAX_READ, _SECOND_OF_NODES)
 
 
+def _in_use(port: str) -> str:
+    return f"the lidar's port {port} is used by another program; end that one"
+
+
 def _cannot_open(port: str, error: Exception) -> str:
     cause = error.__context__ if error.__context__ is not None else error
     number = getattr(cause, "errno", None)
-    if number == 13:
+    if number == errno.EACCES:
         return f"no permission to open the lidar at {port}; add your user to group dialout"
-    if number == 2 or not os.path.exists(port):
+    if number == errno.ENOENT or not os.path.exists(port):
         return f"there is no port {port}; check the lidar's USB plug and lidar.port"
-    if isinstance(cause, serial.SerialException) and "lock" in str(cause):
-        return f"the lidar's port {port} is used by another program; end that one"
+    if number == errno.EBUSY:
+        return _in_use(port)
     return f"the lidar's port {port} can't be opened: {cause}"

@@ -91,6 +91,8 @@ class LidarService:
     def _on_status(self, status: Status) -> None:
         self._bits = ALL_BLOCKED
         self._view.forget()
+        if status.state == states.STARTING and self._health.state == states.LOST:
+            return  # one more attempt: it stays lost, with its explanation, until it delivers
         self._health.set(status.state, status.reason, status.detail)
 
 

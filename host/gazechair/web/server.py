@@ -64,7 +64,7 @@ class WebServer:
         finally:
             listener.close()  # the server works on its own duplicate
         self._thread = threading.Thread(
-            target=self._server.serve_forever, args=(0.2,), name="web-accept", daemon=True
+            target=self._server.serve_forever, args=(0.05,), name="web-accept", daemon=True
         )
         self._control.start()
         self._thread.start()
@@ -144,6 +144,9 @@ class _Handler(WSGIRequestHandler):
         threading.current_thread().name = f"web-request-{self.client_address[1]}"
         tune(self.request)
         super().setup()
+
+    def version_string(self) -> str:
+        return "gazechair"
 
     def connection_dropped(self, error: BaseException, environ: Any = None) -> None:
         # Else what a closed socket's client still sent would be read as a next HTTP request.

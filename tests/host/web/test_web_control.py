@@ -1,0 +1,163 @@
+"""The control socket: messages in, states out, everything malformed refused in words."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import threading
+import time
+from typing import Any
+
+import pytest
+import simple_websocket
+from wsproto.events import Ping
+
+from gazechair.web import control
+
+LONG_S = 20.0
+
+
+def test_a_page_is_welcomed_and_then_hears_states(open_page: Any) -> None:
+    page = open_page()
+    assert page.next()["k"] == "welcome"
+    assert page.next() == {"k": "state", "token": 7, "level": "ok"}
+    assert page.next()["k"] == "state"
+
+
+def test_a_change_is_told(port: Any, open_page: Any) -> None:
+    page = open_page()
+    page.next_of("state")
+    port.set_level("error")
+    while page.next_of("state")["level"] != "error":
+        pass
+
+
+def test_messages_reach_the_driver_port_with_their_client(port: Any, open_page: Any) -> None:
+    first, second = open_page(), open_page()
+    first.next_of("welcome")
+    client = second.next_of("welcome")["client"]
+    second.send({"k": "stop"})
+    port.wait_for(lambda: (client, {"k": "stop"}) in port.received)
+
+
+def test_a_refusal_goes_back_to_its_page(open_page: Any) -> None:
+    page = open_page()
+    page.send({"k": "cmd", "verb": "forward"})
+    assert page.next_of("refused")["reason"] == "stale_token"
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        b"\x00\x01",
+        "",
+        "forward",
+        "{",
+        "[]",
+        "5",
+        "null",
+        '{"k":5}',
+        "{}",
+        '{"k":"cmd","token":NaN}',
+        '{"k":"cmd","token":Infinity}',
+        "[" * 200,
+        '{"k":"' + "x" * 300 + '"}',
+        '{"k":"\u20ac' + "\u20ac" * 90 + '"}',
+    ],
+)
+def test_a_malformed_message_is_refused_and_the_socket_lives(
+    port: Any, bad: str | bytes, open_page: Any
+) -> None:
+    page = open_page()
+    page.send(bad)
+    answer = page.next_of("refused")
+    assert (answer["what"], answer["reason"]) == ("message", "bad_message")
+    assert "\n" not in answer["detail"]
+    page.send({"k": "hb", "token": 1})
+    port.wait_for(lambda: port.kinds() == ["hb"])
+
+
+def test_an_oversized_message_closes_the_socket(port: Any, open_page: Any) -> None:
+    page = open_page()
+    page.send("x" * 1_100)
+    code, _ = page.until_closed()
+    assert code == 1009
+    port.wait_for(lambda: port.gone == [1])
+    assert port.received == []
+
+
+def test_what_comes_too_fast_is_refused_but_never_a_stop(port: Any, open_page: Any) -> None:
+    page = open_page()
+    for _ in range(180):
+        page.send({"k": "hb", "token": 1})
+    for _ in range(20):
+        page.send({"k": "stop"})
+    assert page.next_of("refused")["reason"] == "too_fast"
+    port.wait_for(lambda: port.kinds().count("stop") == 20)
+
+
+def test_a_flood_ends_the_connection(port: Any, open_page: Any) -> None:
+    page = open_page()
+    with contextlib.suppress(OSError, simple_websocket.ConnectionClosed):
+        for _ in range(100_000):
+            page.send({"k": "hb", "token": 1})
+    port.wait_for(lambda: port.gone == [1])
+
+
+def test_a_closed_socket_disconnects_its_client(port: Any, open_page: Any) -> None:
+    page = open_page()
+    page.next()
+    page.ws.close()
+    port.wait_for(lambda: port.gone == [1])
+
+
+def test_a_cut_connection_disconnects_its_client(port: Any, open_page: Any) -> None:
+    page = open_page()
+    page.next()
+    page.ws.sock.shutdown(socket.SHUT_RDWR)
+    port.wait_for(lambda: port.gone == [1])
+
+
+def test_at_most_eight_pages(port: Any, open_page: Any) -> None:
+    pages = [open_page() for _ in range(control.MAX_CLIENTS)]
+    for page in pages:
+        page.next_of("state")
+    assert open_page().until_closed()[0] == 1013
+    pages[0].ws.close()
+    port.wait_for(lambda: len(port.gone) == 1)
+    deadline_s = time.monotonic() + LONG_S
+    while time.monotonic() < deadline_s:
+        late = open_page()
+        if late.next()["k"] == "welcome":
+            return
+    pytest.fail("the freed place was not given again")
+
+
+def test_a_slow_reader_delays_nobody_else(port: Any, open_page: Any) -> None:
+    slow = open_page()
+    slow.next()
+    # It reads no more, and its backlog of states is kept growing by changes.
+    slow.ws.input_buffer = _Blocking()
+    quick = open_page()
+    quick.next_of("state")
+    for number in range(30):
+        quick.send({"k": "hb", "token": number})
+        port.set_level(f"level {number}")
+        while quick.next_of("state")["level"] != f"level {number}":
+            pass
+    port.wait_for(lambda: port.kinds().count("hb") == 30)
+
+
+class _Blocking(list[Any]):
+    def append(self, item: Any) -> None:
+        threading.Event().wait(60.0)
+
+
+def test_answers_to_pings_do_not_break_the_states_under_way(port: Any, open_page: Any) -> None:
+    page = open_page()
+    for number in range(300):
+        page.ws.sock.send(page.ws.ws.send(Ping(b"p" * 100)))
+        if number % 3 == 0:
+            port.set_level(f"level {number}")
+    while page.next_of("state")["level"] != "level 297":
+        pass

@@ -1,0 +1,145 @@
+"""Files, headers and the door of the page's server; how many connections it bears."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import socket
+import time
+from typing import Any
+
+import pytest
+import simple_websocket
+
+from gazechair.config import Config, WebConfig
+from gazechair.web import WebError, WebServer
+from gazechair.web.server import MAX_CONNECTIONS
+
+LONG_S = 20.0
+
+
+@pytest.mark.parametrize(
+    ("path", "kind"),
+    [
+        ("/", "text/html; charset=utf-8"),
+        ("/static/driver.js", "text/javascript; charset=utf-8"),
+        ("/static/driver.css", "text/css; charset=utf-8"),
+        ("/strings/nl.json", "application/json; charset=utf-8"),
+        ("/health", "application/json"),
+    ],
+)
+def test_files_come_with_their_type_and_strict_headers(path: str, kind: str, get: Any) -> None:
+    status, headers, _ = get(path)
+    assert status == 200
+    assert headers["Content-Type"] == kind
+    assert "default-src 'none'" in headers["Content-Security-Policy"]
+    assert "unsafe" not in headers["Content-Security-Policy"]
+    assert headers["X-Content-Type-Options"] == "nosniff"
+    assert headers["Cache-Control"] in ("no-cache", "no-store")
+
+
+def test_an_unchanged_file_is_not_sent_again(get: Any) -> None:
+    _, headers, _ = get("/static/driver.js")
+    status, _, body = get("/static/driver.js", **{"If-None-Match": headers["ETag"]})
+    assert (status, body) == (304, b"")
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/static/__init__.py",
+        "/static/.hidden.js",
+        "/static/../outside.json",
+        "/static/%2e%2e/outside.json",
+        "/static/..%2foutside.json",
+        "/strings/../outside.json",
+        "/strings/fr.json",
+        "/static/",
+        "/nothing",
+    ],
+)
+def test_nothing_else_is_served(path: str, get: Any) -> None:
+    assert get(path)[0] == 404
+
+
+def test_a_foreign_host_name_is_refused(get: Any) -> None:
+    status, _, body = get("/", Host="evil.example")
+    assert status == 403
+    assert b"is not this machine" in body
+
+
+def test_the_health_of_all_parts_is_shown(get: Any) -> None:
+    assert json.loads(get("/health")[2]) == {"board": {"state": "ok"}}
+
+
+def test_a_taken_port_is_one_plain_line(server: WebServer, port: Any) -> None:
+    second = WebServer(Config(web=WebConfig(port=server.port)), port, None)
+    with pytest.raises(WebError, match=r"can't serve the page at .*choose another web\.port"):
+        second.start()
+    second.stop()
+
+
+@pytest.mark.parametrize("path", ["/ws/control", "/ws/video"])
+@pytest.mark.parametrize("origin", ["http://evil.example", "null", "https://127.0.0.1:1"])
+def test_a_foreign_origin_is_refused(port: Any, path: str, origin: str, open_page: Any) -> None:
+    with pytest.raises(simple_websocket.ConnectionError):
+        open_page(path, Origin=origin)
+    assert port.clients == 0
+
+
+def test_the_page_s_own_origin_is_let_in(open_page: Any) -> None:
+    # This client's Host has no port, a browser's has; both must be equal to their Origin's.
+    page = open_page(Origin="http://127.0.0.1")
+    assert page.next()["k"] == "welcome"
+
+
+def test_idle_connections_delay_nobody(server: WebServer, open_page: Any, get: Any) -> None:
+    idle = [socket.create_connection(("127.0.0.1", server.port)) for _ in range(40)]
+    page = open_page()
+    assert page.next()["k"] == "welcome"
+    assert get("/")[0] == 200
+    for connection in idle:
+        connection.close()
+
+
+def test_too_many_connections_are_turned_away_and_then_let_in_again(
+    server: WebServer, open_page: Any, get: Any
+) -> None:
+    page = open_page()
+    page.next()
+    many = [socket.create_connection(("127.0.0.1", server.port)) for _ in range(MAX_CONNECTIONS)]
+    many[-1].settimeout(LONG_S)
+    assert many[-1].recv(1) == b""
+    for connection in many:
+        connection.close()
+    deadline_s = time.monotonic() + LONG_S
+    while time.monotonic() < deadline_s:
+        with contextlib.suppress(OSError):
+            assert get("/")[0] == 200
+            break
+    assert page.next()["k"] == "state"
+
+
+def test_stopping_the_server_disconnects_everyone(
+    server: WebServer, port: Any, open_page: Any
+) -> None:
+    page = open_page()
+    page.next()
+    server.stop()
+    assert port.gone == [1]
+    page.until_closed()
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Upgrade": "websocket", "Connection": "Upgrade"},
+        {"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "1"},
+        {},
+    ],
+)
+def test_a_broken_handshake_is_answered_in_one_line(
+    port: Any, headers: dict[str, str], get: Any
+) -> None:
+    assert get("/ws/control", **headers)[0] == 400
+    assert port.clients == 0
