@@ -1,0 +1,146 @@
+"""The command line and the doctor: exit codes, one line for what is wrong, a clean end."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+from gazechair import cli, config, doctor, doctor_devices
+from gazechair.doctor import FAIL, OK, WARN, Finding
+from gazechair.health import HealthState
+
+PATIENCE_S = 60
+
+
+def answers(board: str = "ok", lidar: str = "ok") -> dict[str, HealthState]:
+    return {
+        "board": HealthState(board, "ok", "", 0.0),
+        "lidar": HealthState(lidar, "ok", "no lidar is configured", 0.0),
+        "camera": HealthState("ok", "ok", "", 0.0),
+    }
+
+
+@pytest.fixture
+def devices(monkeypatch: pytest.MonkeyPatch) -> dict[str, HealthState]:
+    """What the devices will answer the doctor."""
+    found = answers()
+    monkeypatch.setattr(doctor_devices, "ask", lambda _: found)
+    return found
+
+
+def found(findings: list[Finding], what: str) -> Finding:
+    return next(finding for finding in findings if finding.what == what)
+
+
+def test_config_prints_a_file_that_is_the_default(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["config"]) == 0
+    assert config.parse(capsys.readouterr().out) == config.Config()
+
+
+def test_a_bad_configuration_ends_run_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "chair.toml"
+    file.write_text("[web]\nport = -1\n")
+    assert cli.main(["run", "--config", str(file)]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"gazechair: {file}:2: web.port must be")
+    assert said.count("\n") == 1
+
+
+def test_a_taken_web_port_ends_run_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        file = tmp_path / "chair.toml"
+        file.write_text(f'[board]\nport = "{tmp_path}/none"\n[web]\nport = {port}\n')
+        process = subprocess.run(
+            [sys.executable, "-m", "gazechair", "run", "--config", str(file)],
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE_S,
+            env=_environment(),
+        )
+    assert process.returncode == 2
+    assert f"{port}" in process.stderr.splitlines()[-1]
+    assert "Traceback" not in process.stderr
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_run_serves_without_any_device_and_ends_cleanly(tmp_path: Path, number: int) -> None:
+    file = tmp_path / "chair.toml"
+    file.write_text(f'[board]\nport = "{tmp_path}/none"\n[web]\nport = 0\nlanguage = "en"\n')
+    process = subprocess.Popen(
+        [sys.executable, "-m", "gazechair", "run", "--config", str(file)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        env=_environment(),
+    )
+    try:
+        assert process.stdout is not None
+        url = process.stdout.readline().split()[-1]
+        assert url.endswith("/?lang=en")
+        health_url = url.split("?")[0] + "health"
+        with urllib.request.urlopen(health_url, timeout=PATIENCE_S) as answer:
+            health = json.load(answer)
+        assert set(health) == {"board", "lidar", "camera"}
+        process.send_signal(number)
+        assert process.wait(PATIENCE_S) == 0
+    finally:
+        process.kill()
+        process.wait()
+        if process.stdout is not None:
+            process.stdout.close()
+
+
+def test_the_doctor_of_a_sound_machine(devices: dict[str, HealthState]) -> None:
+    findings = doctor.examine(None)
+    assert found(findings, "python").level == OK
+    assert found(findings, "numpy").level == OK
+    assert found(findings, "board").level == OK
+    assert found(findings, "lidar").level == WARN  # off by default
+    assert not doctor.failed(findings)
+
+
+def test_a_missing_board_fails(
+    devices: dict[str, HealthState], capsys: pytest.CaptureFixture[str]
+) -> None:
+    devices["board"] = HealthState("lost", "board_lost", "no board found; plug it in", 0.0)
+    assert cli.main(["doctor", "--json"]) == 1
+    rows = json.loads(capsys.readouterr().out)
+    (board,) = [row for row in rows if row["what"] == "board"]
+    assert board["level"] == FAIL
+    assert "plug it in" in board["found"]
+
+
+def test_a_bad_configuration_is_a_finding(devices: dict[str, HealthState], tmp_path: Path) -> None:
+    file = tmp_path / "chair.toml"
+    file.write_text("[wob]\n")
+    finding = found(doctor.examine(file), "configuration")
+    assert finding.level == FAIL
+    assert f"{file}:1:" in finding.found
+
+
+def test_a_missing_package_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor, "_PACKAGES", ("no-such-package",))
+    (finding,) = doctor._packages()
+    assert (finding.level, finding.do) == (FAIL, "pip install no-such-package")
+
+
+def test_the_text_has_a_line_for_each_finding() -> None:
+    text = doctor.as_text([Finding(OK, "a", "1"), Finding(FAIL, "b", "2", "mend it")])
+    assert text.splitlines() == ["OK    a: 1", "FAIL  b: 2 -> mend it"]
+
+
+def _environment() -> dict[str, str]:
+    return dict(os.environ, PYTHONPATH=os.pathsep.join(path for path in sys.path if path))
