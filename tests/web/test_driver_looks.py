@@ -160,6 +160,25 @@ def test_the_longest_words_fit_in_the_corner_and_the_banner(screen, page, host: 
         assert box["y"] + box["height"] < below, key
 
 
+@pytest.mark.parametrize("language", ["nl", "en"])
+def test_the_bar_has_room_for_its_longest_words(screen, page, driver, language):
+    page.clock.run_for(100)
+    driver.open(f"?lang={language}")
+    page.evaluate("document.body.dataset.backward = true")
+    driver.state(you=False, owner="driver", motion="backward", simulated=True)
+    page.evaluate("document.getElementById('link-age').textContent = '1230 ms'")
+    facts = page.locator(".facts").bounding_box()
+    assert facts["x"] + facts["width"] < page.locator(".simulation").bounding_box()["x"]
+
+
+def test_the_tag_on_achteruit_hides_neither_its_arrow_nor_its_word(screen, page, driver):
+    page.evaluate("document.body.dataset.backward = true")
+    driver.state(decisions=dict.fromkeys(DRIVE, "blocked"))
+    tag = page.locator("#backward .tag").bounding_box()
+    assert page.locator("#backward .tag").is_visible()
+    assert tag["y"] + tag["height"] < page.locator("#backward .arrow").bounding_box()["y"]
+
+
 def test_links_lost_and_old_pictures_look_like_it(page, host, driver):
     host.show(picture(), 1)
     wait_until(lambda: host.acknowledged, "the picture")
