@@ -27,6 +27,7 @@ from gazechair.link_protocol import (
 from gazechair.outgoing import Clearance, Command
 from gazechair.serial_port import PortError, SerialPort
 from gazechair.slots import Clock, Latest
+from gazechair.state_log import StateLog
 
 _BACK_OFF_S = (0.1, 1.0)
 _MAX_WAIT_S = 0.05
@@ -52,6 +53,7 @@ class BoardLink:
         self._on_change = on_change
         self._clock = clock
         self._judge = LinkJudge(answer_s)
+        self._story = StateLog()
         self._lock = threading.Lock()
         self._protocol = LinkProtocol()
         self._port: SerialPort | None = None
@@ -226,6 +228,7 @@ class BoardLink:
         for event in events:
             if isinstance(event, BoardState):
                 self._judge.heard(now_s)
+                self._story.note(event)
                 self._state.put(event, event.received_s)
                 changed = True
             elif isinstance(event, BoardStats):
@@ -257,6 +260,7 @@ class BoardLink:
     def _forget(self) -> None:
         # What an ended session said is not the present.
         self._state.clear()
+        self._story.forget()
         self._on_change()
 
     def _wake(self) -> None:

@@ -110,7 +110,7 @@ class Check:
     def stop_before_the_wall(self) -> None:
         """Hold Vooruit towards a wall: override on the page, the chair stands before it."""
         driver = self._driver
-        self._sim.do("teleport", x_m=2.0, y_m=0.2, heading_deg=0)
+        self._sim.do("teleport", x_m=0.3, y_m=0.8, heading_deg=90)
         self._quiet()
         self._hold("forward", lambda truth: truth["speed_m_s"] > 0.1, "it drives at the wall")
         driver.wait(lambda: "obstacle" in self._banner(), 20, "the page shows the override")

@@ -14,7 +14,8 @@ from gazeboard.joystick import ADDRESS
 from gazeboard.limits import WIPER_NEUTRAL
 
 _TICK_US = 1000
-_CATCH_UP_US = 5000  # a PC that stalled longer lost these ticks, as a stopped clock would
+_CATCH_UP_US = 5000  # a PC that stalled longer paused the board
+_TICKS_MASK = 0x3FFFFFFF
 _IDLE_US = 200
 
 
@@ -36,8 +37,11 @@ class VirtualBoard:
         self.serial = serial
         self._files = files
         self.boot_id = boot_id
-        self.ticks_us = ticks_us
+        self._clock_us = ticks_us
         self.ticks_diff = ticks_diff
+        self._lost_us = 0
+        self._ms = 0
+        self._ms_at_us = self.ticks_us()
         cause = u32(bank, at.NEXT_CAUSE_AT)
         self.reset_cause = cause if cause else 1
         put_u32(bank, at.RESET_CAUSE_AT, self.reset_cause)
@@ -63,8 +67,18 @@ class VirtualBoard:
     def button_pressed(self):
         return self._button() == 0
 
+    # The board's time: the PC's, less what the PC stalled. A real timer would have gone on ticking; a
+    # PC that takes the process off its processor is not firmware that hangs.
+    def ticks_us(self):
+        return (self._clock_us() - self._lost_us) & _TICKS_MASK
+
+    # Milliseconds counted from those, because their own wrap is not at a whole number of them.
     def ticks_ms(self):
-        return self.ticks_us() // 1000
+        whole = self.ticks_diff(self.ticks_us(), self._ms_at_us) // 1000
+        if whole > 0:
+            self._ms = (self._ms + whole) & _TICKS_MASK
+            self._ms_at_us = (self._ms_at_us + whole * 1000) & _TICKS_MASK
+        return self._ms
 
     def feed_watchdog(self):
         count_up(self._bank, at.WDT_FEEDS_AT)
@@ -93,19 +107,16 @@ class VirtualBoard:
         while running:  # an exception ends the process: the simulator starts it again, as a reset
             behind_us = self.ticks_diff(self.ticks_us(), due_us)
             if behind_us > _CATCH_UP_US:
-                due_us = self.ticks_us()
+                self._lost_us = (self._lost_us + behind_us) & _TICKS_MASK
                 behind_us = 0
             if behind_us >= 0:
-                due_us = self.ticks_add(due_us, _TICK_US)
+                due_us = (due_us + _TICK_US) & _TICKS_MASK
                 self.tick(app)
             running = app.service()
             left_us = self.ticks_diff(due_us, self.ticks_us())
             if left_us > 50:
                 sleep_us(min(left_us, _IDLE_US))
         app.shut_down()
-
-    def ticks_add(self, ticks, delta_us):
-        return (ticks + delta_us) & 0x3FFFFFFF
 
 
 class Files:
