@@ -11,6 +11,7 @@ export class Banner {
   #tone;
   #element = document.getElementById("banner");
   #override = "none";
+  #shown = "";
   #untilMs = 0;
 
   constructor(strings, tone) {
@@ -40,9 +41,12 @@ export class Banner {
     if (this.#element.dataset.kind === "none") return;
     this.#element.dataset.kind = "none";
     delete this.#element.dataset.key;
+    this.#shown = "";
   }
 
   #render(kind, title, key) {
+    if (this.#shown === `${kind} ${title} ${key}`) return; // a refusal comes once per command
+    this.#shown = `${kind} ${title} ${key}`;
     const message = this.#strings.message(key);
     this.#element.dataset.kind = kind;
     this.#element.dataset.key = key;

@@ -96,6 +96,22 @@ def test_a_refusal_of_the_host_says_why(driver, host, what, reason, words):
     assert words in banner(driver)[1]
 
 
+def test_a_refusal_said_again_stays_and_touches_nothing(driver, host):
+    refusal = {"k": "refused", "what": "cmd", "reason": "not_armed", "detail": "for the log"}
+    host.say(refusal)
+    driver.advance(3000)
+    driver.page.evaluate(
+        "() => { window.touched = 0; new MutationObserver(() => { touched += 1; }).observe("
+        "document.getElementById('banner'), {subtree: true, childList: true, attributes: true}); }"
+    )
+    host.say(refusal)
+    driver.advance(3000)
+    assert banner(driver)[0] == "notice"
+    assert driver.page.evaluate("touched") == 0
+    driver.advance(1100)
+    assert banner(driver)[0] == "none"
+
+
 def test_a_tap_in_continuous_mode_is_explained(driver):
     driver.page.locator("#forward").click()
     assert "Houd ingedrukt" in banner(driver)[1]
