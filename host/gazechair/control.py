@@ -122,7 +122,9 @@ class Control:
         except BadMessage as error:
             return [_refused(Refusal("message", "bad_message", str(error)))]
         with self._lock:
-            refusal = self._arbiter.receive(client, meaning, self._clock())
+            now_s = self._clock()
+            self._hear_board(now_s)  # what the page has seen, the arbiter must know
+            refusal = self._arbiter.receive(client, meaning, now_s)
             self._tell_board()
         return [] if refusal is None else [_refused(refusal)]
 
@@ -160,7 +162,7 @@ class Control:
         while not self._stopping.wait(_TICK_S):
             self.update()
 
-    def _refresh(self, now_s: float) -> None:
+    def _hear_board(self, now_s: float) -> BoardState | None:
         state = self._link.state()
         board = self._link.board()
         self._arbiter.board(
@@ -169,6 +171,10 @@ class Control:
             0 if state is None else state.edge,
             now_s,
         )
+        return state
+
+    def _refresh(self, now_s: float) -> None:
+        state = self._hear_board(now_s)
         self._tell_board()
         parts = self._parts.states()
         self._verdict = self._errors.fold(self._problems(state, now_s), now_s)

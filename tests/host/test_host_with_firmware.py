@@ -1,0 +1,305 @@
+"""Page to wipers in virtual time: control, arbiter and link protocol before the real firmware."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from gazechair.board_state import BoardId, BoardState
+from gazechair.config import Config
+from gazechair.control import Control
+from gazechair.health import OK, HealthRegistry
+from gazechair.link_protocol import Event, LinkProtocol, SessionBegun, SessionEnded
+from gazechair.outgoing import Clearance, Command
+from gazelink import codes
+from rig import Rig
+
+
+class LockstepLink:
+    """BoardLink without thread and port: bytes go to the firmware within the same millisecond."""
+
+    def __init__(self, rig: Chain) -> None:
+        self._rig = rig
+        self.protocol = LinkProtocol()
+        self.protocol.opened(rig.now_s)
+        self.plugged = True
+        self.sessions = 0
+        self._state: BoardState | None = None
+
+    def command(self, verb: int, mode: int, edge: int, owner: int, ttl_deadline_s: float) -> None:
+        value = Command(verb, mode, edge, owner, ttl_deadline_s)
+        self.protocol.command(value, self._rig.now_s)
+        self.pump()
+
+    def order(self, action: int, owner: int) -> None:
+        self.protocol.order(action, owner, self._rig.now_s)
+        self.pump()
+
+    def clearance(self, blocked: int, source: int, acquired_s: float) -> None:
+        self.protocol.clearance(Clearance(blocked, source, acquired_s), self._rig.now_s)
+        self.pump()
+
+    def state(self) -> BoardState | None:
+        return self._state
+
+    def board(self) -> BoardId | None:
+        return self.protocol.board
+
+    def pump(self) -> None:
+        data = self.protocol.poll(self._rig.now_s)
+        if self.plugged:
+            self._rig.wire.push(data, len(data))
+
+    def heard(self, data: bytes) -> list[Event]:
+        now_s = self._rig.now_s
+        events = self.protocol.feed(data if self.plugged else b"", now_s)
+        events += self.protocol.check(now_s)
+        for event in events:
+            if isinstance(event, BoardState):
+                self._state = event
+            elif isinstance(event, SessionEnded):
+                self._state = None
+            elif isinstance(event, SessionBegun):
+                self.sessions += 1
+        return events
+
+
+class Chain(Rig):
+    """The firmware's rig with the real host in place of its small one, and a page on top."""
+
+    def __init__(self) -> None:
+        self.link: LockstepLink | None = None
+        super().__init__()
+        self.host_alive = False  # the rig's own small host
+        self.link = LockstepLink(self)
+        parts = HealthRegistry(lambda: self.now_s)
+        for name in ("board", "lidar", "camera"):
+            parts.part(name).set(OK)
+        self.control = Control(Config(), self.link, parts, clock=lambda: self.now_s)
+        self.page = self.control.connect("driver")
+        self.page_alive = True
+        self.scanning = True
+        self.held: tuple[str, str, int] | None = None
+        self.refusals: list[str] = []
+
+    @property
+    def now_s(self) -> float:
+        return float(self.clock.now_us) / 1e6
+
+    def listen(self) -> None:
+        if self.link is None:
+            return
+        self.link.heard(bytes(self.wire.sent[: self.wire.count]))
+        self.wire.count = 0
+        self.link.pump()
+        if self.scanning and self.now_ms % 100 == 0:
+            self.control.clearance(self.blocked, codes.SIMULATED, self.now_s - 0.03)
+        if self.now_ms % 25 == 0:
+            self.control.update()
+        if self.page_alive and self.now_ms % 100 == 0:
+            self.say(k="hb", token=self.look()["token"])
+        if self.page_alive and self.held and self.now_ms % 50 == 0:
+            self._hold()
+
+    def look(self) -> dict[str, Any]:
+        return self.control.snapshot(self.page)
+
+    def say(self, **message: Any) -> None:
+        for refusal in self.control.receive(self.page, message):
+            self.refusals.append(refusal["reason"])
+
+    def ready(self) -> None:
+        """Armed by the page."""
+        self.until(lambda: self.look()["arm_reason"] == "none", 3000)
+        self.say(k="arm", token=self.look()["token"])
+        self.until(lambda: self.look()["state"] == "armed", 1000)
+
+    def hold_button(self, verb: str, edge: int, mode: str = "continuous") -> None:
+        """The driver presses and holds."""
+        self.held = (verb, mode, edge)
+        self._hold()
+
+    def _hold(self) -> None:
+        assert self.held is not None
+        verb, mode, edge = self.held
+        token = self.look()["token"]
+        self.say(k="cmd", verb=verb, mode=mode, edge=edge, token=token)
+
+    def let_go(self) -> None:
+        """The driver leaves the button."""
+        self.held = None
+        self.say(k="stop")
+
+
+@pytest.fixture
+def chain() -> Chain:
+    chain = Chain()
+    chain.ready()
+    return chain
+
+
+@pytest.fixture
+def driving(chain: Chain) -> Chain:
+    chain.hold_button("forward", 1)
+    chain.until(lambda: not chain.neutral(), 5)
+    chain.run(500)
+    assert not chain.neutral(), chain.why()
+    return chain
+
+
+def test_a_press_moves_the_wipers_within_3_ms_and_a_release_ends_it(chain: Chain) -> None:
+    chain.run(200)
+    chain.hold_button("forward", 1)
+    assert chain.until(lambda: not chain.neutral(), 3) <= 3
+    chain.run(2000)
+    assert chain.wipers()[0] > 170
+    assert chain.look()["motion"] == "forward"
+    chain.let_go()
+    assert chain.until(chain.neutral, 3) <= 3
+
+
+def test_nothing_moves_before_arming(chain: Chain) -> None:
+    fresh = Chain()
+    fresh.hold_button("forward", 1)
+    for _ in range(2000):
+        fresh.one_ms()
+        assert fresh.neutral()
+    assert set(fresh.refusals) <= {"not_armed"}
+
+
+def test_the_page_sees_its_edge_and_the_wipers(driving: Chain) -> None:
+    seen = driving.look()
+    assert (seen["edge"], seen["you"], seen["simulated"]) == (1, True, True)
+    assert seen["wipers"] == list(driving.wipers())
+
+
+def test_a_hold_no_longer_proven_ends_within_300_ms(driving: Chain) -> None:
+    driving.held = None  # no stop, only heartbeats
+    assert driving.until(driving.neutral, 301) <= 301
+    driving.run(30)
+    assert driving.look()["override"] == "command_expired"
+    driving.hold_button("forward", 1)
+    driving.run(500)
+    assert driving.neutral()
+    driving.hold_button("forward", 2)
+    driving.run(5)
+    assert not driving.neutral()
+
+
+def test_a_step_ends_by_itself_and_needs_a_new_press(chain: Chain) -> None:
+    chain.hold_button("forward", 1, "step")
+    chain.run(100)
+    chain.held = None
+    assert not chain.neutral()
+    took_ms = chain.until(chain.neutral, 2500)
+    assert 1700 < took_ms < 2100
+    chain.run(500)
+    assert chain.neutral()
+    chain.hold_button("forward", 2, "step")
+    chain.run(5)
+    assert not chain.neutral()
+
+
+def test_a_step_of_a_page_fallen_silent_is_cut_short(chain: Chain) -> None:
+    chain.hold_button("forward", 1, "step")
+    chain.run(100)
+    chain.page_alive = False
+    assert chain.until(chain.neutral, 400) <= 400
+    chain.run(30)
+    assert chain.look()["message"] == "page_silent"
+
+
+def test_an_obstacle_overrules_with_its_reason_and_ends_the_press(driving: Chain) -> None:
+    driving.blocked = 1 << codes.DIR_FORWARD
+    driving.until(driving.neutral, 105)
+    driving.run(30)
+    seen = driving.look()
+    assert seen["override"] == "obstacle_forward"
+    assert seen["decisions"]["forward"] == "blocked"
+    assert (seen["level"], seen["message"]) == ("warning", "obstacle_forward")
+    driving.blocked = 0
+    driving.run(1000)
+    assert driving.neutral()
+    driving.hold_button("forward", 2)
+    driving.run(5)
+    assert not driving.neutral()
+    assert driving.look()["state"] == "armed"
+
+
+def test_a_lidar_gone_silent_blocks_by_its_age(driving: Chain) -> None:
+    driving.scanning = False
+    assert driving.until(driving.neutral, 301) <= 301
+    driving.run(30)
+    assert driving.look()["message"] == "obstacle_data_old"
+
+
+def test_a_pulled_cable_stops_and_plugging_back_drives_only_when_armed_anew(
+    driving: Chain,
+) -> None:
+    link = driving.link
+    assert link is not None
+    link.plugged = False
+    assert driving.until(driving.neutral, 100) <= 100
+    driving.run(1500)
+    assert driving.look()["arm_reason"] == "not_connected"
+    assert driving.app.safety.state == codes.DISARMED
+    link.plugged = True
+    driving.run(1000)
+    assert link.sessions == 2
+    assert driving.neutral()
+    driving.ready()
+    driving.run(500)  # still holding the old press
+    assert driving.neutral()
+    driving.hold_button("forward", 2)
+    driving.run(5)
+    assert not driving.neutral()
+
+
+def test_a_board_reset_while_driving_begins_a_new_session_disarmed(driving: Chain) -> None:
+    driving.boot()
+    for _ in range(2500):
+        driving.one_ms()
+        assert driving.neutral()
+    link = driving.link
+    assert link is not None
+    assert link.sessions == 2
+    assert driving.look()["state"] == "disarmed"
+    driving.ready()
+    driving.hold_button("forward", 2)
+    driving.run(5)
+    assert not driving.neutral()
+
+
+def test_a_closed_page_stops_and_disarms(driving: Chain) -> None:
+    driving.page_alive = False
+    driving.control.disconnect(driving.page)
+    assert driving.until(driving.neutral, 3) <= 3
+    assert driving.until(lambda: driving.app.safety.state == codes.DISARMED, 3) <= 3
+
+
+def test_an_emergency_is_latched_and_the_driver_cannot_reset_it(driving: Chain) -> None:
+    driving.say(k="emergency")
+    assert driving.until(driving.neutral, 3) <= 3
+    driving.run(500)
+    driving.say(k="reset")
+    driving.run(500)
+    assert driving.look()["arm_reason"] == "emergency"
+    assert (driving.look()["level"], driving.look()["message"]) == ("error", "emergency")
+    assert "not_owner" in driving.refusals
+    caretaker = driving.control.connect("caretaker")
+    assert driving.control.receive(caretaker, {"k": "reset"}) == []
+    driving.let_go()
+    driving.run(1000)
+    assert driving.look()["arm_reason"] == "none"
+
+
+def test_the_caretaker_takes_over_while_driving(driving: Chain) -> None:
+    caretaker = driving.control.connect("caretaker")
+    token = driving.control.snapshot(caretaker)["token"]
+    assert driving.control.receive(caretaker, {"k": "arm", "token": token}) == []
+    assert driving.until(driving.neutral, 3) <= 3
+    driving.run(200)  # the driver goes on holding
+    assert driving.neutral()
+    assert driving.look()["owner"] == "caretaker"
+    assert "not_owner" in driving.refusals
