@@ -10,6 +10,10 @@ try:
         _bus.writeto(0x2C, b"\x80\xaa")
     except OSError:
         pass  # no answer from the pot: the relay stays open, and the firmware will say so
+    from micropython import kbd_intr
+
+    # A host that is already talking sends byte 3 in every frame: no Ctrl-C, or it ends us here.
+    kbd_intr(-1)
 except ImportError:
     I2C = None  # not a microcontroller: the virtual board does the same first
 
