@@ -7,6 +7,8 @@ ROOTS = {
     "gazeboard": "firmware",
     "gazechair": "host",
     "gazesim": "tools",
+    "gazedemo": "tools",
+    "gazemeasure": "tools",
 }
 
 packages = ["gazeweb"]

@@ -1,8 +1,9 @@
-"""The command line: `gazechair run`, `gazechair doctor`, `gazechair config`."""
+"""The command line: `gazechair run`, `doctor`, `measure`, `config`."""
 
 from __future__ import annotations
 
 import argparse
+import importlib
 import logging
 import signal
 import sys
@@ -37,6 +38,11 @@ def _parser() -> argparse.ArgumentParser:
         command.add_argument(
             "--config", type=Path, metavar="FILE", help="configuration file (default: none)"
         )
+    measure = commands.add_parser("measure", help="run a benchmark on the simulated chair")
+    measure.add_argument("name", help="which one; an unknown name lists them")
+    measure.add_argument("--quick", action="store_true", help="fewer samples")
+    measure.add_argument("--json", action="store_true", help="print one line of JSON")
+    measure.set_defaults(act=_measure)
     config = commands.add_parser("config", help="print a configuration file with all defaults")
     config.set_defaults(act=_config)
     return parser
@@ -71,6 +77,20 @@ def _doctor(options: argparse.Namespace) -> int:
     findings = doctor.examine(options.config)
     print(doctor.as_json(findings) if options.json else doctor.as_text(findings))
     return 1 if doctor.failed(findings) else 0
+
+
+def _measure(options: argparse.Namespace) -> int:
+    # The benchmarks use the simulator, which an installed host has no need of.
+    try:
+        gazemeasure = importlib.import_module("gazemeasure")
+    except ImportError as error:
+        return _refuse(f"measure needs a checkout and the extras sim and test: {error}")
+    if options.name not in gazemeasure.BENCHMARKS:
+        known = "; ".join(f"{name}: {row[1]}" for name, row in gazemeasure.BENCHMARKS.items())
+        return _refuse(f"no benchmark {options.name!r}; there are {known}")
+    report = gazemeasure.run(options.name, options.quick)
+    print(report.json() if options.json else report.table())
+    return 0 if report.ok else 1
 
 
 def _config(options: argparse.Namespace) -> int:

@@ -1,0 +1,19 @@
+"""The benchmarks behind `gazechair measure NAME`: each measures, prints a table, judges itself."""
+
+from __future__ import annotations
+
+import importlib
+
+from gazemeasure.report import Report
+
+# name: (module, what it measures)
+BENCHMARKS = {
+    "glance": ("gazemeasure.glance", "from the page's event handler to the wipers and back"),
+}
+
+
+def run(name: str, quick: bool) -> Report:
+    """Run one benchmark; KeyError when there is none of that name."""
+    module = importlib.import_module(BENCHMARKS[name][0])
+    report: Report = module.measure(quick)
+    return report
