@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from gazechair.board_state import BoardState, BoardStats
@@ -354,7 +354,7 @@ def test_an_order_given_before_the_session_is_not_kept_for_later(line: Line) -> 
 # Any bytes at all
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(chunks=st.lists(st.binary(max_size=80), max_size=10))
 def test_no_bytes_make_it_raise_or_begin_a_session(chunks: list[bytes]) -> None:
     protocol = LinkProtocol()
@@ -364,7 +364,7 @@ def test_no_bytes_make_it_raise_or_begin_a_session(chunks: list[bytes]) -> None:
     assert protocol.poll(10.0)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(garbage=st.binary(max_size=200))
 def test_after_garbage_the_next_but_one_frame_is_heard(
     new_board: Callable[[], Any], garbage: bytes

