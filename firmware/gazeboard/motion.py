@@ -40,52 +40,61 @@ class Motion:
     def step(self, i, blocked):
         if i.edge != self._edge:
             self._begin(i)
-        self._elapsed_ms += 1
+        self.ended = False
         self.linear_permille = 0
         self.turn_permille = 0
         if i.verb == codes.DRIVE:
-            self.linear_permille = _clamped(i.linear_permille, self._settings.linear_permille)
-            self.turn_permille = _clamped(i.turn_permille, self._settings.turn_permille)
-        elif i.verb == codes.FORWARD or i.verb == codes.BACKWARD:
-            self._linear(i)
+            self.linear_permille = i.linear_permille
+            self.turn_permille = i.turn_permille
+        elif i.mode == codes.CONTINUOUS:
+            self._hold(i.verb)
         else:
-            self._rotate(i)
+            self._step_on(i)
+        self.linear_permille = _clamped(self.linear_permille, self._settings.linear_permille)
+        turn = _clamped(self.turn_permille, self._settings.turn_permille)
         # A controller's correction may point the other way than the command: it only goes where it
         # is free.
-        turn = self.turn_permille
         if (turn > 0 and blocked & (1 << codes.DIR_LEFT)) or (
             turn < 0 and blocked & (1 << codes.DIR_RIGHT)
         ):
-            self.turn_permille = 0
+            turn = 0
+        self.turn_permille = turn
 
     def _begin(self, i):
         self._edge = i.edge
         self._elapsed_ms = 0
-        self.ended = False
         self.state = _WORD[i.verb]
-        if i.mode == codes.STEP and (i.verb == codes.LEFT or i.verb == codes.RIGHT):
+        if i.mode == codes.STEP:
             angle_q4 = self._settings.step_turn_q4_deg
-            self._turn.start(i.heading_q4 + (angle_q4 if i.verb == codes.LEFT else -angle_q4))
+            if i.verb == codes.LEFT:
+                self._turn.start(i.heading_q4 + angle_q4)
+            elif i.verb == codes.RIGHT:
+                self._turn.start(i.heading_q4 - angle_q4)
 
-    def _linear(self, i):
-        if i.mode == codes.STEP and self._elapsed_ms > self._settings.step_forward_ms:
-            self._end(codes.NO_REASON)
-            return
-        speed = self._settings.linear_permille
-        self.linear_permille = speed if i.verb == codes.FORWARD else -speed
+    def _hold(self, verb):
+        if verb == codes.FORWARD:
+            self.linear_permille = self._settings.linear_permille
+        elif verb == codes.BACKWARD:
+            self.linear_permille = -self._settings.linear_permille
+        elif verb == codes.LEFT:
+            self.turn_permille = self._settings.turn_permille
+        else:
+            self.turn_permille = -self._settings.turn_permille
 
-    def _rotate(self, i):
-        if i.mode == codes.CONTINUOUS:
-            speed = self._settings.turn_permille
-            self.turn_permille = speed if i.verb == codes.LEFT else -speed
+    # Counted in steps only: a held motion may last longer than a small integer can count.
+    def _step_on(self, i):
+        self._elapsed_ms += 1
+        if i.verb == codes.FORWARD or i.verb == codes.BACKWARD:
+            if self._elapsed_ms > self._settings.step_forward_ms:
+                self._end(codes.NO_REASON)
+            else:
+                self._hold(i.verb)
             return
-        out = self._turn.update(i.heading_q4, i.rate_q4)
+        self.turn_permille = self._turn.update(i.heading_q4, i.rate_q4)
         if self._turn.arrived:
             self._end(codes.NO_REASON)
         elif self._elapsed_ms > self._settings.step_turn_limit_ms:
             self._end(codes.TIME_LIMIT)
-        else:
-            self.turn_permille = out
 
     def _end(self, reason):
         self.stop()

@@ -50,6 +50,8 @@ def older(age_ms):
 
 
 class Safety:
+    # boot_faults: bits found at start. The latched ones clear like any latched fault, the others
+    # stand until the next boot.
     def __init__(self, simulated_board, relay_fitted, boot_faults):
         self.state = codes.DISARMED
         self.faults = boot_faults
@@ -65,10 +67,10 @@ class Safety:
         self.ttl_ms = 0
         self._simulated_board = simulated_board
         self._relay_fitted = relay_fitted
-        self._boot_faults = boot_faults
+        self._standing = boot_faults & ~_LATCHED
         self._verb = codes.STOP  # of the press that moves the chair: a press never changes its mind
         self._mode = codes.STEP
-        self._quiet = True  # spent_edge ended as asked: nothing to explain
+        self._quiet = False  # spent_edge ended as asked: nothing to explain
         self._host_age_ms = limits.AGE_MAX_MS
         self._service_age_ms = limits.AGE_MAX_MS
         self._clearance_age_ms = limits.AGE_MAX_MS
@@ -80,7 +82,7 @@ class Safety:
         self._open_ms = 0
         self._off_ms = 0
         self._steady_ms = limits.AGE_MAX_MS
-        self._button_ms = 0
+        self._button_ms = limits.AGE_MAX_MS  # a button pressed at boot is stuck: no reset
         self._wiper_bad = 0
         # Counters of the inputs as last seen
         self._host_count = 0
@@ -97,12 +99,20 @@ class Safety:
     # time since the last tick exceeded the limit.
     def step(self, i, relay_closed, emergency_open, button_pressed, late):
         self._count_ages(i, relay_closed, button_pressed)
-        faults = self._judge_faults(i, emergency_open, late)
+        self._judge_session(i)
+        ordered = i.order_number != self._order_number
+        self._order_number = i.order_number
+        reset = self._button_ms == limits.RESET_PRESS_MS or (
+            ordered and i.order_action == codes.RESET_FAULTS and i.order_owner == codes.CARETAKER
+        )
+        faults = self._judge_faults(i, emergency_open, late, reset)
         if faults and self.faults == 0:
             self.first_fault = fault_reason(faults)
         self.faults = faults
-        self._judge_session(i)
-        self._judge_orders(i)
+        if ordered and i.order_action == codes.DISARM:
+            self._disarm(codes.NOT_ARMED)
+        elif ordered and i.order_action == codes.ARM:
+            self._arm(i.order_owner)
         self._advance(i)
         self._judge_command(i)
 
@@ -128,22 +138,29 @@ class Safety:
     # Motion came to its own end: reason NO_REASON (done) or TIME_LIMIT.
     def finished(self, reason):
         self.permitted = False
-        self.spent_edge = self.edge
-        self.edge = 0
+        self._end_press(reason)
         self._quiet = reason == codes.NO_REASON
-        self.override = reason
 
     def _trip(self, fault):
         if self.faults == 0:
             self.first_fault = codes.FAULT_REASON + fault
         self.faults |= 1 << fault
-        self._disarm()
+        self._disarm(codes.FAULT_REASON + fault)
 
-    def _disarm(self):
+    def _disarm(self, reason):
         self.state = codes.DISARMED
         self.owner = codes.NOBODY
         self.enable = False
         self.permitted = False
+        self._end_press(reason)
+
+    # The press that moves the chair, if any, never moves it again.
+    def _end_press(self, reason):
+        if self.edge:
+            self.spent_edge = self.edge
+            self.edge = 0
+            self.override = reason
+            self._quiet = False
 
     def _count_ages(self, i, relay_closed, button_pressed):
         if i.host_count != self._host_count:
@@ -168,7 +185,7 @@ class Safety:
             self._heading_age_ms = older(self._heading_age_ms)
         if i.command_count != self._command_count:
             self._command_count = i.command_count
-            self.ttl_ms = min(i.ttl_ms, limits.COMMAND_TTL_MS - limits.MARGIN_MS)
+            self.ttl_ms = max(0, min(i.ttl_ms, limits.COMMAND_TTL_MS) - limits.MARGIN_MS)
         elif self.ttl_ms > 0:
             self.ttl_ms -= 1
         commanded = i.verb != codes.STOP and self.ttl_ms > 0
@@ -178,10 +195,11 @@ class Safety:
         self._off_ms = 0 if self.enable else older(self._off_ms)
         self._button_ms = older(self._button_ms) if button_pressed else 0
 
-    # All fault bits of this tick: each condition of the faults table, in one place.
-    def _judge_faults(self, i, emergency_open, late):
+    # All fault bits of this tick: each condition of the faults table, in one place. A reset clears
+    # the latched ones first, so that a cause which stands or comes in this very tick is not lost.
+    def _judge_faults(self, i, emergency_open, late, reset):
         old = self.faults
-        faults = (old & _LATCHED) | self._boot_faults
+        faults = self._standing if reset else old & _LATCHED | self._standing
         if self._host_age_ms >= limits.HOST_SILENT_MS - limits.MARGIN_MS:
             faults |= 1 << codes.HOST_SILENT
         if self._service_age_ms >= limits.SERVICE_STALLED_MS - limits.MARGIN_MS:
@@ -209,8 +227,6 @@ class Safety:
         if i.emergency_count != self._emergency_count:
             self._emergency_count = i.emergency_count
             faults |= 1 << codes.EMERGENCY
-        if self._button_ms == limits.RESET_PRESS_MS:
-            faults = self._reset(faults)
         if emergency_open:
             faults |= 1 << codes.EMERGENCY
         if self._relay_fitted:
@@ -233,40 +249,21 @@ class Safety:
             return old & ((1 << codes.RELAY_OPEN) | (1 << codes.RELAY_STUCK))
         return 0
 
-    # Clear the latched faults. Those whose cause still stands come back in the same or the next
-    # tick.
-    def _reset(self, faults):
-        self._wiper_bad = 0
-        return faults & ~_LATCHED | self._boot_faults
-
     # Another host, or the same one again: nothing of the old life may go on.
     def _judge_session(self, i):
         if i.session_count != self._session_count:
             self._session_count = i.session_count
             self._order_number = 0
-            self.spent_edge = i.edge
-            self._disarm()
-
-    def _judge_orders(self, i):
-        if i.order_number == self._order_number:
-            return
-        self._order_number = i.order_number
-        if i.order_action == codes.DISARM:
-            self._disarm()
-        elif i.order_action == codes.RESET_FAULTS and i.order_owner == codes.CARETAKER:
-            self.faults = self._reset(self.faults)
-        elif i.order_action == codes.ARM:
-            self._arm(i.order_owner)
+            self._disarm(codes.NOT_ARMED)
 
     def _arm(self, owner):
-        if self.state != codes.DISARMED:
+        if owner != codes.DRIVER and owner != codes.CARETAKER:
+            return
+        if self.state == codes.ARMED and owner != self.owner:
             # Hand-over between people: stop, and wait for the new owner's own press.
-            if self.state == codes.ARMED and owner != codes.NOBODY and owner != self.owner:
-                self.owner = owner
-                self.spent_edge = self.edge if self.edge else self.spent_edge
-                self.edge = 0
-                self._quiet = False
-        elif owner != codes.NOBODY and self._why_not_arm() == codes.NO_REASON:
+            self.owner = owner
+            self._end_press(codes.NOT_OWNER)
+        elif self.state == codes.DISARMED and self._why_not_arm() == codes.NO_REASON:
             self.state = codes.ARMING
             self.owner = owner
             self.first_fault = codes.NO_REASON
@@ -287,19 +284,21 @@ class Safety:
         return codes.NO_REASON
 
     def _advance(self, i):
-        if self.state != codes.DISARMED and (
-            self.faults & _DISARMING
-            or self._host_age_ms >= limits.HOST_LOST_MS - limits.MARGIN_MS
-            or self._service_age_ms >= limits.SERVICE_LOST_MS - limits.MARGIN_MS
-        ):
-            self._disarm()
+        if self.state == codes.ARMED:
+            if (
+                self.faults & _DISARMING
+                or self._host_age_ms >= limits.HOST_LOST_MS - limits.MARGIN_MS
+                or self._service_age_ms >= limits.SERVICE_LOST_MS - limits.MARGIN_MS
+            ):
+                self._disarm(fault_reason(self.faults & _NEUTRAL))
         elif self.state == codes.ARMING:
             self._arming_ms = older(self._arming_ms)
             if self.faults:
-                self._disarm()
+                self._disarm(codes.NOT_ARMED)
             elif self._relay_proven():
                 self.state = codes.ARMED
-                self.spent_edge = i.edge
+                self.spent_edge = i.edge  # a press held until now is an old one
+                self.override = codes.NO_REASON
                 self._quiet = False
         self.enable = self.state != codes.DISARMED
         self.arm_reason = self._why_not_arm() if self.state == codes.DISARMED else codes.NO_REASON
@@ -315,9 +314,9 @@ class Safety:
         self.permitted = False
         if i.stop_count != self._stop_count:
             self._stop_count = i.stop_count
-            self._spend(self.edge, True)
+            self._end_press(codes.NO_REASON)
         if i.verb == codes.STOP:
-            self._spend(self.edge, True)
+            self._end_press(codes.NO_REASON)
             self.override = codes.NO_REASON
             return
         reason = self._why_not_move(i)
@@ -328,28 +327,18 @@ class Safety:
             self._mode = i.mode
             self.override = codes.NO_REASON
             return
-        if i.edge == self.spent_edge:
-            # The same press again: keep telling why it ended, unless it ended as asked.
-            if self._quiet:
-                reason = codes.NO_REASON
-            elif self.override != codes.NO_REASON:
-                reason = self.override
+        self._end_press(reason)
+        if i.edge != self.spent_edge:
+            self.spent_edge = i.edge or self.spent_edge
             self.override = reason
-            return
-        self._spend(i.edge, False)
-        self.override = reason
-
-    # No motion on this press any more.
-    def _spend(self, edge, quiet):
-        if edge:
-            self.spent_edge = edge
-            self._quiet = quiet
-        self.edge = 0
+            self._quiet = False
+        elif self.override == codes.NO_REASON and not self._quiet:
+            # The same press again: the reason why it ended stays, unless it ended as asked.
+            self.override = reason
 
     def _why_not_move(self, i):
         if self.state != codes.ARMED:
-            # What ended a motion in progress explains it; else it just is not armed.
-            return fault_reason(self.faults) if self.faults and self.edge else codes.NOT_ARMED
+            return codes.NOT_ARMED
         if i.owner != self.owner:
             return codes.NOT_OWNER
         if self.faults & _NEUTRAL:
@@ -359,7 +348,8 @@ class Safety:
         running = i.edge == self.edge
         if running and (i.verb != self._verb or i.mode != self._mode):
             return codes.BAD_COMMAND
-        stepping = running and i.mode == codes.STEP
+        # A step ends by itself; a proportional command never does, whatever its mode says.
+        stepping = running and i.mode == codes.STEP and i.verb != codes.DRIVE
         if self.ttl_ms == 0 and not stepping:
             return codes.COMMAND_EXPIRED
         if i.verb == codes.FORWARD:

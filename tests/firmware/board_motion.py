@@ -1,0 +1,219 @@
+# Motion to the tick: outputs of every verb and mode, ends of steps, limits, no way into a blocked
+# turn.
+
+from corerig import Turn
+from gazeboard.motion import Motion
+from gazeboard.settings import Settings
+from gazeboard.shared import Inputs
+from gazelink import codes
+
+LINEAR = (codes.FORWARD, codes.BACKWARD)
+TURNS = (codes.LEFT, codes.RIGHT)
+ALL = (codes.FORWARD, codes.BACKWARD, codes.LEFT, codes.RIGHT, codes.DRIVE)
+LEFT_BIT = 1 << codes.DIR_LEFT
+RIGHT_BIT = 1 << codes.DIR_RIGHT
+
+
+def begun(verb, mode, linear=0, turn=0):
+    i = Inputs()
+    i.verb = verb
+    i.mode = mode
+    i.edge = 1
+    i.linear_permille = linear
+    i.turn_permille = turn
+    settings = Settings()
+    settings.linear_permille = 600
+    settings.turn_permille = 500
+    settings.step_forward_ms = 200
+    settings.step_turn_limit_ms = 300
+    settings.step_turn_q4_deg = 160
+    return Motion(settings, Turn()), i
+
+
+def outputs(motion):
+    return (motion.linear_permille, motion.turn_permille)
+
+
+def test_it_starts_at_rest():
+    motion, _ = begun(codes.FORWARD, codes.STEP)
+    assert outputs(motion) == (0, 0)
+    assert motion.state == codes.STOPPED
+    assert not motion.ended
+    assert motion.end_reason == codes.NO_REASON
+
+
+def test_every_verb_has_its_output_and_word():
+    for mode in (codes.STEP, codes.CONTINUOUS):
+        for verb, expected, word in (
+            (codes.FORWARD, (600, 0), codes.MOVING_FORWARD),
+            (codes.BACKWARD, (-600, 0), codes.MOVING_BACKWARD),
+            (codes.LEFT, (0, 500), codes.TURNING),
+            (codes.RIGHT, (0, -500), codes.TURNING),
+            (codes.DRIVE, (250, -120), codes.DRIVING),
+        ):
+            motion, i = begun(verb, mode, 250, -120)
+            motion._turn.out = 500 if verb == codes.LEFT else -500
+            motion.step(i, 0)
+            assert outputs(motion) == expected
+            assert motion.state == word
+            assert not motion.ended
+
+
+def test_outputs_stay_within_the_settings():
+    for linear in (-1000, -601, -600, 0, 600, 601, 1000):
+        for turn in (-1000, -501, -500, 0, 500, 501, 1000):
+            motion, i = begun(codes.DRIVE, codes.CONTINUOUS, linear, turn)
+            motion.step(i, 0)
+            assert outputs(motion) == (max(-600, min(600, linear)), max(-500, min(500, turn)))
+    motion, i = begun(codes.LEFT, codes.STEP)
+    for out in (-9999, 9999):
+        motion._turn.out = out
+        motion.step(i, 0)
+        assert outputs(motion) == (0, 500 if out > 0 else -500)
+
+
+def test_p4_a_linear_step_ends_at_its_time():
+    for verb in LINEAR:
+        motion, i = begun(verb, codes.STEP)
+        for _ in range(200):
+            motion.step(i, 0)
+            assert motion.linear_permille
+            assert not motion.ended
+        motion.step(i, 0)
+        assert outputs(motion) == (0, 0)
+        assert motion.ended
+        assert motion.end_reason == codes.NO_REASON
+        assert motion.state == codes.STOPPED
+
+
+def test_p4_a_turn_that_never_arrives_ends_at_its_limit():
+    for verb in TURNS:
+        motion, i = begun(verb, codes.STEP)
+        for _ in range(300):
+            motion.step(i, 0)
+            assert motion.turn_permille
+        motion.step(i, 0)
+        assert outputs(motion) == (0, 0)
+        assert motion.ended
+        assert motion.end_reason == codes.TIME_LIMIT
+
+
+def test_a_turn_that_arrives_has_ended_as_asked():
+    for verb in TURNS:
+        motion, i = begun(verb, codes.STEP)
+        motion.end_reason = codes.TIME_LIMIT
+        motion.step(i, 0)
+        motion._turn.arrived = True
+        motion.step(i, 0)
+        assert outputs(motion) == (0, 0)
+        assert motion.ended
+        assert motion.end_reason == codes.NO_REASON
+        assert motion.state == codes.STOPPED
+
+
+def test_a_held_motion_has_no_end_of_its_own():
+    for verb in ALL:
+        motion, i = begun(verb, codes.CONTINUOUS, 100, 100)
+        for _ in range(1000):
+            motion.step(i, 0)
+            assert outputs(motion) != (0, 0)
+            assert not motion.ended
+
+
+def test_a_step_turn_starts_from_the_present_heading():
+    for verb, setpoint in ((codes.LEFT, 1160), (codes.RIGHT, 840)):
+        motion, i = begun(verb, codes.STEP)
+        i.heading_q4 = 1000
+        i.rate_q4 = 7
+        motion.step(i, 0)
+        assert motion._turn.setpoint_q4 == setpoint
+        assert motion._turn.seen == (1000, 7)
+        i.heading_q4 = 1100
+        i.rate_q4 = 8
+        motion.step(i, 0)
+        assert motion._turn.setpoint_q4 == setpoint  # the same press, the same setpoint
+        assert motion._turn.seen == (1100, 8)
+
+
+def test_only_step_turns_have_a_setpoint():
+    for verb, mode in (
+        (codes.FORWARD, codes.STEP),
+        (codes.BACKWARD, codes.STEP),
+        (codes.DRIVE, codes.STEP),
+        (codes.LEFT, codes.CONTINUOUS),
+        (codes.RIGHT, codes.CONTINUOUS),
+    ):
+        motion, i = begun(verb, mode)
+        motion.step(i, 0)
+        assert motion._turn.setpoint_q4 is None
+        assert motion._turn.seen is None
+
+
+def test_no_turn_into_a_blocked_side():
+    for verb in TURNS:
+        for mode in (codes.STEP, codes.CONTINUOUS):
+            for out in (-300, 300):
+                motion, i = begun(verb, mode)
+                motion._turn.out = out
+                motion.step(i, 0)
+                free = motion.turn_permille
+                assert free
+                for blocked in range(16):
+                    motion.step(i, blocked)
+                    against = LEFT_BIT if free > 0 else RIGHT_BIT
+                    assert motion.turn_permille == (0 if blocked & against else free)
+
+
+def test_stop_is_neutral_and_forgets():
+    motion, i = begun(codes.LEFT, codes.STEP)
+    for _ in range(300):
+        motion.step(i, 0)
+    motion.stop()
+    assert outputs(motion) == (0, 0)
+    assert motion.state == codes.STOPPED
+    i.heading_q4 = 2000
+    for _ in range(300):  # the same press number: begun anew, with its own time and setpoint
+        motion.step(i, 0)
+        assert not motion.ended
+    assert motion._turn.setpoint_q4 == 2160
+    motion.step(i, 0)
+    assert motion.ended
+    motion.stop()
+    assert not motion.ended
+
+
+def test_stop_while_moving_straight():
+    motion, i = begun(codes.DRIVE, codes.CONTINUOUS, 300, 200)
+    motion.step(i, 0)
+    motion.stop()
+    assert outputs(motion) == (0, 0)
+    assert motion.state == codes.STOPPED
+
+
+def test_a_new_press_begins_anew():
+    motion, i = begun(codes.FORWARD, codes.STEP)
+    for _ in range(201):
+        motion.step(i, 0)
+    assert motion.ended
+    i.edge = 2
+    i.verb = codes.BACKWARD
+    for _ in range(200):
+        motion.step(i, 0)
+        assert outputs(motion) == (-600, 0)
+        assert not motion.ended
+        assert motion.state == codes.MOVING_BACKWARD
+    motion.step(i, 0)
+    assert motion.ended
+
+
+def test_an_axis_that_is_not_asked_for_is_neutral():
+    motion, i = begun(codes.DRIVE, codes.CONTINUOUS, 300, 200)
+    motion.step(i, 0)
+    i.edge = 2
+    i.verb = codes.FORWARD
+    motion.step(i, 0)
+    assert outputs(motion) == (600, 0)
+    i.edge = 3
+    i.verb = codes.RIGHT
+    motion.step(i, 0)
+    assert outputs(motion) == (0, -500)

@@ -1,0 +1,509 @@
+# The safety core's faults, one by one and to the tick: when each is set, what it does, when it
+# clears. Arming and presses: board_safety_press.py.
+
+from corerig import Core
+from gazeboard import limits
+from gazeboard.safety import fault_reason, older
+from gazelink import codes
+
+REASON = codes.FAULT_REASON
+
+
+def ticks_until(core, condition):
+    return core.until(condition, 4000)
+
+
+def moves_again_with_a_new_press_only(core):
+    # P14: armed still; the old press never moves again, a new one does at once.
+    for _ in range(50):
+        core.tick()
+        assert not core.moving(), core.why()
+    assert core.armed(), core.why()
+    core.press(codes.FORWARD)
+    core.tick()
+    assert core.moving(), core.why()
+
+
+def test_nothing_is_allowed_at_the_start():
+    core = Core()
+    s = core.safety
+    assert (s.state, s.faults, s.first_fault, s.owner) == (0, 0, codes.NO_REASON, codes.NOBODY)
+    assert not s.enable
+    assert not s.permitted
+    assert (s.override, s.arm_reason) == (codes.NO_REASON, codes.NOT_CONNECTED)
+    assert (s.edge, s.spent_edge, s.ttl_ms) == (0, 0, 0)
+    assert s.blocked == 15
+    core.host = core.service = core.lidar = core.imu = False
+    core.tick()
+    assert s.faults == (
+        (1 << codes.HOST_SILENT)
+        | (1 << codes.SERVICE_STALLED)
+        | (1 << codes.OBSTACLE_DATA_OLD)
+        | (1 << codes.HEADING_BUS)
+    )
+    assert s.first_fault == REASON + codes.HOST_SILENT
+    assert s.blocked == 15
+    assert not core.toggled
+
+
+def test_the_reason_of_faults_is_the_lowest_bit():
+    assert fault_reason(0) == codes.NO_REASON
+    for bit in range(len(codes.FAULTS)):
+        assert fault_reason(1 << bit) == REASON + bit
+        assert fault_reason((1 << bit) | (1 << 17)) == REASON + bit
+    assert fault_reason(1 << 25) == REASON + 17  # never a reason that has no name
+
+
+def test_ages_saturate():
+    assert older(0) == 1
+    assert older(limits.AGE_MAX_MS - 1) == limits.AGE_MAX_MS
+    assert older(limits.AGE_MAX_MS) == limits.AGE_MAX_MS
+
+
+def test_faults_found_at_boot_stand_or_latch():
+    for bit, stands in (
+        (codes.NO_HARD_TIMER, True),
+        (codes.EMERGENCY, False),
+        (codes.WATCHDOG_BOOTS, False),
+    ):
+        core = Core(boot_faults=1 << bit)
+        assert core.safety.faults == 1 << bit
+        assert core.safety.first_fault == REASON + bit
+        core.run(600)
+        assert core.only_fault(bit)
+        assert core.safety.arm_reason == REASON + bit
+        core.order(codes.RESET_FAULTS, codes.CARETAKER)
+        core.run(2)
+        assert core.only_fault(bit) == stands
+
+
+# -- P2, P9: the host, the service loop ------------------------------------------------------------
+
+
+def test_p2_p9_silence_is_neutral_at_its_limit_and_disarms_at_the_next():
+    for name, bit, limit_ms in (("host", codes.HOST_SILENT, 100), ("service", 1, 50)):
+        core = Core()
+        core.drive()
+        core.hold_ms = 0
+        core.command(300)
+        setattr(core, name, False)
+        core.run(limit_ms - limits.MARGIN_MS - 1)
+        assert core.moving()
+        assert core.safety.faults == 0
+        core.tick()
+        assert not core.moving()
+        assert core.only_fault(bit)
+        assert core.safety.override == REASON + bit
+        core.run(500 - limit_ms - 1)
+        assert core.armed()
+        core.tick()
+        assert core.safety.state == codes.DISARMED
+        assert core.safety.owner == codes.NOBODY
+        assert not core.toggled
+        assert core.safety.override == REASON + bit  # still the reason why it stands
+        setattr(core, name, True)
+        core.tick()
+        assert core.safety.faults == 0
+        assert core.safety.first_fault == REASON + bit  # kept for the explanation
+
+
+def test_p2_p9_a_short_silence_needs_a_new_press_only():
+    for name in ("host", "service"):
+        core = Core()
+        core.drive()
+        setattr(core, name, False)
+        core.run(150)
+        setattr(core, name, True)
+        moves_again_with_a_new_press_only(core)
+
+
+# -- P6: obstacle data -----------------------------------------------------------------------------
+
+
+def test_p6_obstacle_data_is_old_300_ms_after_acquisition_and_fresh_again_below_250():
+    core = Core()
+    core.drive()
+    core.lidar = False
+    core.i.clearance_age_ms = 40
+    core.i.clearance_count += 1
+    core.run(limits.CLEARANCE_OLD_MS - limits.MARGIN_MS - 40)
+    assert core.moving()
+    core.tick()
+    assert not core.moving()
+    assert core.only_fault(codes.OBSTACLE_DATA_OLD)
+    assert core.safety.override == REASON + codes.OBSTACLE_DATA_OLD
+    assert core.safety.blocked == 15
+    assert core.safety.decisions() == 255
+    for age_ms, old in ((248, True), (247, False), (297, False), (298, True), (60000, True)):
+        core.i.clearance_age_ms = age_ms
+        core.i.clearance_count += 1
+        core.tick()
+        assert core.fault(codes.OBSTACLE_DATA_OLD) == old, age_ms
+    core.lidar = True
+    core.i.clearance_age_ms = 0
+    moves_again_with_a_new_press_only(core)
+
+
+def test_data_of_a_simulation_never_moves_a_real_board():
+    for source in (codes.SIMULATED, codes.REPLAYED):
+        core = Core()
+        core.drive()
+        core.i.clearance_source = source
+        core.tick()
+        assert core.safety.state == codes.DISARMED
+        assert core.only_fault(codes.SIMULATED_SOURCE)
+        core.run(700)
+        assert core.safety.arm_reason == REASON + codes.SIMULATED_SOURCE
+        core.lidar = False
+        core.run(400)
+        assert core.only_fault(codes.OBSTACLE_DATA_OLD)  # there is no source any more
+        core = Core(simulated=True)
+        core.i.clearance_source = source
+        core.drive()
+
+
+def test_decisions_tell_what_is_blocked():
+    core = Core()
+    for blocked in range(16):
+        core.i.clearance_blocked = blocked | 0xF0
+        core.tick()
+        assert core.safety.blocked == blocked
+        for direction in range(4):
+            decision = core.safety.decisions() >> (2 * direction) & 3
+            assert decision == (codes.BLOCKED if blocked >> direction & 1 else codes.FREE)
+
+
+# -- P7: heading -----------------------------------------------------------------------------------
+
+
+def test_p7_a_heading_without_samples_ends_turns_at_50_ms_and_nothing_else():
+    for verb in (codes.LEFT, codes.RIGHT):
+        core = Core()
+        core.drive(verb)
+        core.imu = False
+        core.run(limits.HEADING_OLD_MS - limits.MARGIN_MS - 1)
+        assert core.moving()
+        core.tick()
+        assert not core.moving()
+        assert core.only_fault(codes.HEADING_BUS)
+        assert core.safety.override == REASON + codes.HEADING_BUS
+        assert core.armed()
+        core.press(codes.FORWARD)
+        core.tick()
+        assert core.moving()
+
+
+def test_p7_each_heading_fault_refuses_turns_with_its_reason():
+    for bit in (3, 4, 5, 6):
+        for verb, moves in (
+            (codes.LEFT, False),
+            (codes.RIGHT, False),
+            (codes.FORWARD, True),
+            (codes.BACKWARD, True),
+        ):
+            core = Core()
+            core.arm()
+            core.i.heading_faults = (1 << bit) | (1 << codes.WIPER)  # only heading bits count
+            core.press(verb)
+            core.tick()
+            assert core.only_fault(bit)
+            assert core.moving() == moves
+            assert core.safety.override == (codes.NO_REASON if moves else REASON + bit)
+            core.i.heading_faults = 0
+            core.tick()
+            assert core.safety.faults == 0
+
+
+# -- P8: wipers ------------------------------------------------------------------------------------
+
+
+def test_p8_three_failures_in_a_row_trip_and_two_do_not():
+    core = Core()
+    core.drive()
+    for _ in range(5):
+        core.verified = False
+        core.run(limits.WIPER_TRIES - 1)
+        assert not core.toggled
+        assert core.moving()
+        core.verified = True
+        core.tick()
+        assert core.toggled
+    core.verified = False
+    core.run(limits.WIPER_TRIES)
+    assert core.only_fault(codes.WIPER)
+    assert core.safety.state == codes.DISARMED
+    assert not core.safety.enable
+    assert not core.safety.permitted
+    assert core.safety.override == REASON + codes.WIPER
+    assert core.safety.first_fault == REASON + codes.WIPER
+    core.verified = True
+    core.run(2000)
+    assert core.only_fault(codes.WIPER)
+    core.order(codes.RESET_FAULTS, codes.CARETAKER)
+    core.tick()
+    assert core.safety.faults == 0
+
+
+def test_p8_a_reset_while_writes_still_fail_trips_again_in_the_same_tick():
+    core = Core()
+    core.verified = False
+    core.run(70000)
+    core.order(codes.RESET_FAULTS, codes.CARETAKER)
+    core.tick()
+    assert core.only_fault(codes.WIPER)
+    assert core.safety._wiper_bad == limits.WIPER_TRIES  # counts no further
+
+
+def test_p8_resets_never_lengthen_the_three_tries():
+    core = Core()
+    core.drive()
+    core.verified = False
+    for _ in range(limits.WIPER_TRIES):
+        core.order(codes.RESET_FAULTS, codes.CARETAKER)
+        core.tick()
+    assert core.only_fault(codes.WIPER)
+
+
+# -- P10: the tick ---------------------------------------------------------------------------------
+
+
+def test_p10_a_late_tick_disarms_and_clears_after_half_a_second_without_another():
+    core = Core()
+    core.drive()
+    core.late = True
+    core.tick()
+    assert not core.moving()
+    assert core.only_fault(codes.TICK_STALLED)
+    assert core.safety.state == codes.DISARMED
+    assert core.safety.override == REASON + codes.TICK_STALLED
+    core.run(100)
+    core.late = False
+    core.run(limits.TICK_STEADY_MS - 1)
+    assert core.only_fault(codes.TICK_STALLED)
+    core.tick()
+    assert core.safety.faults == 0
+
+
+def test_p10_an_exception_disarms_and_latches():
+    core = Core()
+    core.drive()
+    core.safety.tick_raised()
+    assert not core.safety.enable
+    assert not core.safety.permitted
+    assert core.only_fault(codes.TICK_EXCEPTION)
+    assert core.safety.first_fault == REASON + codes.TICK_EXCEPTION
+    core.run(1000)
+    assert not core.moving()
+    assert core.safety.override == REASON + codes.TICK_EXCEPTION
+    assert core.only_fault(codes.TICK_EXCEPTION)
+    core.order(codes.RESET_FAULTS, codes.CARETAKER)
+    core.tick()
+    assert core.safety.faults == 0
+
+
+def test_the_first_reason_is_kept():
+    core = Core()
+    core.drive()
+    core.i.heading_faults = 1 << codes.HEADING_JUMP
+    core.tick()
+    core.i.tilted = True
+    core.tick()
+    core.safety.tick_raised()
+    core.tick()
+    assert core.safety.first_fault == REASON + codes.HEADING_JUMP
+
+
+# -- P11: emergency --------------------------------------------------------------------------------
+
+
+def stopped_by_emergency(core):
+    return (
+        core.only_fault(codes.EMERGENCY)
+        and core.safety.state == codes.DISARMED
+        and not core.moving()
+        and not core.toggled
+    )
+
+
+def open_input(core):
+    core.emergency = True
+
+
+def test_p11_input_or_message_stops_at_once_and_latches():
+    for cause in (open_input, Core.emergency_message):
+        core = Core()
+        core.drive()
+        cause(core)
+        core.tick()
+        assert stopped_by_emergency(core)
+        assert core.safety.override == REASON + codes.EMERGENCY
+        core.emergency = False
+        core.run(5000)
+        assert core.only_fault(codes.EMERGENCY)
+        assert core.safety.arm_reason == REASON + codes.EMERGENCY
+
+
+def test_p11_only_the_caretakers_order_resets_it():
+    for owner, resets in ((0, False), (1, False), (2, True), (3, False)):
+        core = Core()
+        core.emergency_message()
+        core.tick()
+        core.order(codes.RESET_FAULTS, owner)
+        core.tick()
+        assert core.fault(codes.EMERGENCY) != resets
+    for action in (codes.DISARM, codes.ARM, codes.EMERGENCY_STOP):
+        core = Core()
+        core.emergency_message()
+        core.tick()
+        core.order(action, codes.CARETAKER)
+        core.tick()
+        assert core.fault(codes.EMERGENCY)
+
+
+def test_p11_a_reset_never_hides_an_emergency_of_the_same_tick():
+    for cause in (open_input, Core.emergency_message):
+        core = Core()
+        core.drive()
+        core.order(codes.RESET_FAULTS, codes.CARETAKER)
+        cause(core)
+        core.tick()
+        assert stopped_by_emergency(core)
+        core = Core()
+        core.drive()
+        core.button = True
+        core.run(limits.RESET_PRESS_MS - 1)
+        assert core.moving()
+        cause(core)
+        core.tick()
+        assert stopped_by_emergency(core)
+
+
+def test_p11_three_seconds_at_the_button_reset_once():
+    core = Core()
+    core.tick()
+    core.emergency_message()
+    core.button = True
+    core.run(limits.RESET_PRESS_MS - 1)
+    assert core.fault(codes.EMERGENCY)
+    core.tick()
+    assert not core.fault(codes.EMERGENCY)
+    core.emergency_message()
+    core.run(70000)
+    assert core.fault(codes.EMERGENCY)  # held on: not again
+    core.button = False
+    core.tick()
+    core.button = True
+    core.run(limits.RESET_PRESS_MS - 1)
+    core.button = False
+    core.tick()
+    core.button = True
+    core.run(limits.RESET_PRESS_MS - 1)
+    assert core.fault(codes.EMERGENCY)  # two short presses are not a long one
+
+
+def test_p11_a_button_stuck_since_boot_resets_nothing():
+    core = Core(boot_faults=1 << codes.EMERGENCY)
+    core.button = True
+    core.run(limits.RESET_PRESS_MS + 10)
+    assert core.fault(codes.EMERGENCY)
+
+
+# -- P16, calibration ------------------------------------------------------------------------------
+
+
+def test_p16_tilt_is_neutral_with_the_reason_and_needs_a_new_press():
+    core = Core()
+    core.drive()
+    core.i.tilted = True
+    core.tick()
+    assert not core.moving()
+    assert core.only_fault(codes.TILT)
+    assert core.safety.override == REASON + codes.TILT
+    core.i.tilted = False
+    core.tick()
+    assert core.safety.faults == 0
+    moves_again_with_a_new_press_only(core)
+
+
+def test_without_calibration_it_disarms():
+    core = Core()
+    core.drive()
+    core.i.calibrated = False
+    core.tick()
+    assert core.only_fault(codes.CALIBRATION)
+    assert core.safety.state == codes.DISARMED
+
+
+# -- the relay -------------------------------------------------------------------------------------
+
+
+def test_a_contact_open_for_25_ms_while_armed_disarms():
+    core = Core()
+    core.drive()
+    for _ in range(3):
+        core.contact = False
+        core.run(limits.RELAY_RELEASE_MS - 1)
+        assert core.moving()
+        core.contact = True
+        core.tick()
+    core.contact = False
+    core.run(limits.RELAY_RELEASE_MS)
+    assert core.only_fault(codes.RELAY_OPEN)
+    assert core.safety.state == codes.DISARMED
+    core.run(limits.RELAY_CLEAR_MS - 1)
+    assert core.only_fault(codes.RELAY_OPEN)
+    core.tick()
+    assert core.safety.faults == 0
+
+
+def test_a_contact_that_stays_closed_is_a_fault_until_it_was_open_for_half_a_second():
+    core = Core()
+    core.drive()
+    core.contact = True
+    core.order(codes.DISARM)
+    core.tick()
+    assert core.safety.state == codes.DISARMED
+    core.run(limits.RELAY_STUCK_MS - 1)
+    assert core.safety.faults == 0
+    core.tick()
+    assert core.only_fault(codes.RELAY_STUCK)
+    core.contact = False
+    core.run(limits.RELAY_CLEAR_MS - 1)
+    assert core.only_fault(codes.RELAY_STUCK)
+    core.contact = True
+    core.tick()
+    core.contact = False
+    core.run(limits.RELAY_CLEAR_MS - 1)
+    assert core.only_fault(codes.RELAY_STUCK)
+    core.tick()
+    assert core.safety.faults == 0
+
+
+def test_a_contact_closed_without_the_enable_line_is_stuck_after_100_ms():
+    core = Core()
+    core.run(300)
+    core.contact = True
+    core.run(limits.RELAY_STUCK_MS - 1)
+    assert core.safety.faults == 0
+    core.tick()
+    assert core.only_fault(codes.RELAY_STUCK)
+
+
+def test_without_feedback_the_contact_is_no_concern():
+    core = Core(relay_fitted=False)
+    for contact in (True, False):
+        core.contact = contact
+        core.run(700)
+        assert core.safety.faults == 0
+    core.drive()
+    core.run(100)
+    assert core.moving()
+
+
+def test_counters_wrap_and_any_difference_counts():
+    core = Core()
+    core.i.host_count = core.i.service_count = 0xFFF0
+    core.i.clearance_count = core.i.heading_count = 0xFFF0
+    core.drive()
+    core.run(100)
+    assert core.moving()

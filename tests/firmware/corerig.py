@@ -1,0 +1,173 @@
+# Safety and motion alone, in the order in which the tick calls them: inputs set by hand, one call
+# a millisecond, on CPython and MicroPython.
+
+from gazeboard.motion import Motion
+from gazeboard.safety import Safety
+from gazeboard.settings import Settings
+from gazeboard.shared import Inputs
+from gazelink import codes
+
+CLOSES_MS = 3  # the contact follows the enable line
+OPENS_MS = 15
+
+
+class Turn:
+    # A turn controller that says what the test wants.
+
+    def __init__(self):
+        self.setpoint_q4 = None
+        self.out = 300
+        self.arrived = False
+        self.seen = None
+
+    def start(self, setpoint_q4):
+        self.setpoint_q4 = setpoint_q4
+        self.arrived = False
+
+    def update(self, heading_q4, rate_q4):
+        self.seen = (heading_q4, rate_q4)
+        return self.out
+
+
+class Core:
+    # Everything is well until a test says otherwise: `host`, `service`, `lidar` and `imu` live,
+    # writes are `verified`, the contact follows the enable line unless `contact` is set.
+
+    def __init__(self, relay_fitted=True, simulated=False, boot_faults=0):
+        self.i = Inputs()
+        self.i.session_count = 1
+        self.i.calibrated = True
+        self.i.clearance_source = codes.REAL
+        self.turn = Turn()
+        self.settings = Settings()
+        self.safety = Safety(simulated, relay_fitted, boot_faults)
+        self.motion = Motion(self.settings, self.turn)
+        self.host = True
+        self.service = True
+        self.lidar = True
+        self.imu = True
+        self.verified = True
+        self.emergency = False
+        self.button = False
+        self.late = False
+        self.contact = None
+        self.hold_ms = 0  # time to live that each tick's command brings; 0: no new command
+        self.toggled = False
+        self._on_ms = 0
+        self._off_ms = OPENS_MS
+
+    def closed(self):
+        if self.contact is not None:
+            return self.contact
+        return self._on_ms >= CLOSES_MS or 0 < self._off_ms < OPENS_MS
+
+    def tick(self):
+        i = self.i
+        if self.host:
+            i.host_count = (i.host_count + 1) & 0xFFFF
+        if self.service:
+            i.service_count = (i.service_count + 1) & 0xFFFF
+        if self.lidar:
+            i.clearance_count = (i.clearance_count + 1) & 0xFFFF
+        if self.imu:
+            i.heading_count = (i.heading_count + 1) & 0xFFFF
+        if self.hold_ms:
+            self.command(self.hold_ms)
+        safety = self.safety
+        motion = self.motion
+        safety.step(i, self.closed(), self.emergency, self.button, self.late)
+        if safety.permitted:
+            motion.step(i, safety.blocked)
+            if motion.ended:
+                safety.finished(motion.end_reason)
+        else:
+            motion.stop()
+        self.toggled = safety.wipers_written(self.verified, not self.moving())
+        self._on_ms = self._on_ms + 1 if self.toggled else 0
+        self._off_ms = 0 if self.toggled else self._off_ms + 1
+
+    def run(self, ms):
+        for _ in range(ms):
+            self.tick()
+
+    # Ticks until `condition` holds, at most `limit_ms`.
+    def until(self, condition, limit_ms):
+        for ms in range(limit_ms + 1):
+            if condition():
+                return ms
+            self.tick()
+        raise AssertionError(f"not within {limit_ms} ticks: {self.why()}")
+
+    # -- what people do ----------------------------------------------------------------------------
+
+    def command(self, ttl_ms):
+        self.i.ttl_ms = ttl_ms
+        self.i.command_count = (self.i.command_count + 1) & 0xFFFF
+
+    # A new press, held from now on when hold_ms is given.
+    def press(self, verb, mode=codes.CONTINUOUS, ttl_ms=300, hold_ms=300):
+        i = self.i
+        i.verb = verb
+        i.mode = mode
+        i.edge = i.edge % 255 + 1
+        i.owner = codes.DRIVER
+        self.hold_ms = hold_ms
+        self.command(ttl_ms)
+
+    def release(self):
+        self.i.verb = codes.STOP
+        self.hold_ms = 0
+
+    def order(self, action, owner=codes.DRIVER):
+        i = self.i
+        i.order_action = action
+        i.order_owner = owner
+        i.order_number = i.order_number % 255 + 1
+
+    # A stop by anyone, while a press may go on.
+    def stop(self):
+        self.i.stop_count = (self.i.stop_count + 1) & 0xFFFF
+
+    def emergency_message(self):
+        self.i.emergency_count = (self.i.emergency_count + 1) & 0xFFFF
+
+    def new_session(self):
+        self.i.session_count += 1
+        self.i.verb = codes.STOP
+        self.i.edge = 0
+        self.i.order_number = 0
+
+    def make_ready(self):
+        self.until(lambda: self.safety.arm_reason == codes.NO_REASON, 1500)
+
+    def arm(self, owner=codes.DRIVER):
+        self.make_ready()
+        self.order(codes.ARM, owner)
+        self.until(self.armed, 200)
+
+    def drive(self, verb=codes.FORWARD, mode=codes.CONTINUOUS):
+        self.arm()
+        self.press(verb, mode)
+        self.tick()
+        assert self.moving(), self.why()
+
+    # -- what tests ask ----------------------------------------------------------------------------
+
+    def moving(self):
+        return self.motion.linear_permille != 0 or self.motion.turn_permille != 0
+
+    def armed(self):
+        return self.safety.state == codes.ARMED
+
+    def fault(self, bit):
+        return self.safety.faults & (1 << bit) != 0
+
+    def only_fault(self, bit):
+        return self.safety.faults == 1 << bit
+
+    def why(self):
+        s = self.safety
+        return (
+            f"state {s.state} faults {s.faults:x} override {codes.reason_name(s.override)}"
+            f" arm_reason {codes.reason_name(s.arm_reason)} edge {s.edge} spent {s.spent_edge}"
+        )
