@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import contextlib
+import os
+import select
+import threading
+import tty
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -84,6 +90,73 @@ class FakeBoard:
         return bytes(self._encoder.wire[:size])
 
 
+class Cable:
+    """A fake board on a pty behind a symlink; the thread answers and sends STATE."""
+
+    def __init__(self, board: Any, link_path: Path) -> None:
+        self.board = board
+        self.path = link_path
+        self.reading = True
+        self.telling = True
+        self.state: dict[str, int] = {}
+        self._master = -1
+        self._ending = threading.Event()
+        self._lock = threading.Lock()
+        self._thread = threading.Thread(target=self._run, name="fake-board")
+        self.plug()
+        self._thread.start()
+
+    def plug(self) -> None:
+        with self._lock:
+            self._master, slave = os.openpty()
+            tty.setraw(slave)
+            os.set_blocking(self._master, False)
+            fresh = self.path.with_suffix(".new")
+            fresh.symlink_to(os.ttyname(slave))
+            fresh.rename(self.path)
+            self._slave = slave  # kept open, so that the line survives without a host
+
+    def pull(self) -> None:
+        with self._lock:
+            self.path.unlink()
+            os.close(self._slave)
+            os.close(self._master)
+            self._master = -1
+
+    def say(self, data: bytes) -> None:
+        with self._lock:
+            if self._master >= 0:
+                with contextlib.suppress(OSError):  # nobody listens
+                    os.write(self._master, data)
+
+    def heard(self, name: str) -> list[dict[str, Any]]:
+        with self._lock:
+            return [fields for kind, fields in list(self.board.heard) if kind == name]
+
+    def close(self) -> None:
+        self._ending.set()
+        self._thread.join(30)
+        if self._master >= 0:
+            self.pull()
+
+    def _run(self) -> None:
+        while not self._ending.wait(0.005):
+            with self._lock:
+                answer = b""
+                if self._master >= 0 and self.reading:
+                    ready = select.select([self._master], [], [], 0)[0]
+                    try:
+                        data = os.read(self._master, 4096) if ready else b""
+                    except OSError:
+                        data = b""
+                    answer = self.board.receive(data)
+                self.board.stamp_ms = (self.board.stamp_ms + 5) & 0xFFFF
+                if self.board.session and self.telling:
+                    answer += self.board.state(**self.state)
+            if answer:
+                self.say(answer)
+
+
 @pytest.fixture(scope="session")
 def new_board() -> Callable[[], FakeBoard]:
     """A maker of fake boards."""
@@ -94,3 +167,16 @@ def new_board() -> Callable[[], FakeBoard]:
 def board() -> FakeBoard:
     """One fake board."""
     return FakeBoard()
+
+
+@pytest.fixture(scope="session")
+def new_cable() -> Callable[..., Cable]:
+    """A maker of cables: board, path of the symlink to its port."""
+    return Cable
+
+
+@pytest.fixture
+def cable(board: Any, tmp_path: Path) -> Iterator[Cable]:
+    cable = Cable(board, tmp_path / "board")
+    yield cable
+    cable.close()

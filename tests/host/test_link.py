@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
-import select
 import threading
 import time
 import tty
@@ -28,89 +26,15 @@ def until(condition: Callable[[], Any], what: str) -> None:
         time.sleep(0.005)
 
 
-class Cable:
-    """A fake board on a pty behind a symlink; the thread answers and sends STATE."""
-
-    def __init__(self, board: Any, link_path: Path) -> None:
-        self.board = board
-        self.path = link_path
-        self.reading = True
-        self.telling = True
-        self.state: dict[str, int] = {}
-        self._master = -1
-        self._ending = threading.Event()
-        self._lock = threading.Lock()
-        self._thread = threading.Thread(target=self._run, name="fake-board")
-        self.plug()
-        self._thread.start()
-
-    def plug(self) -> None:
-        with self._lock:
-            self._master, slave = os.openpty()
-            tty.setraw(slave)
-            os.set_blocking(self._master, False)
-            fresh = self.path.with_suffix(".new")
-            fresh.symlink_to(os.ttyname(slave))
-            fresh.rename(self.path)
-            self._slave = slave  # kept open, so that the line survives without a host
-
-    def pull(self) -> None:
-        with self._lock:
-            self.path.unlink()
-            os.close(self._slave)
-            os.close(self._master)
-            self._master = -1
-
-    def say(self, data: bytes) -> None:
-        with self._lock:
-            if self._master >= 0:
-                with contextlib.suppress(OSError):  # nobody listens
-                    os.write(self._master, data)
-
-    def heard(self, name: str) -> list[dict[str, Any]]:
-        with self._lock:
-            return [fields for kind, fields in list(self.board.heard) if kind == name]
-
-    def close(self) -> None:
-        self._ending.set()
-        self._thread.join(PATIENCE_S)
-        if self._master >= 0:
-            self.pull()
-
-    def _run(self) -> None:
-        while not self._ending.wait(0.005):
-            with self._lock:
-                answer = b""
-                if self._master >= 0 and self.reading:
-                    ready = select.select([self._master], [], [], 0)[0]
-                    try:
-                        data = os.read(self._master, 4096) if ready else b""
-                    except OSError:
-                        data = b""
-                    answer = self.board.receive(data)
-                self.board.stamp_ms = (self.board.stamp_ms + 5) & 0xFFFF
-                if self.board.session and self.telling:
-                    answer += self.board.state(**self.state)
-            if answer:
-                self.say(answer)
-
-
 @pytest.fixture
-def cable(board: Any, tmp_path: Path) -> Iterator[Cable]:
-    cable = Cable(board, tmp_path / "board")
-    yield cable
-    cable.close()
-
-
-@pytest.fixture
-def link(cable: Cable) -> Iterator[BoardLink]:
+def link(cable: Any) -> Iterator[BoardLink]:
     link = BoardLink(lambda: [str(cable.path)], Health("board"))
     link.start()
     yield link
     link.stop()
 
 
-def test_it_connects_and_publishes_the_state(cable: Cable, link: BoardLink) -> None:
+def test_it_connects_and_publishes_the_state(cable: Any, link: BoardLink) -> None:
     cable.state = {"status": codes.ARMED, "edge": 3}
     until(lambda: link.state() is not None, "a state arrives")
     state = link.state()
@@ -122,14 +46,14 @@ def test_it_connects_and_publishes_the_state(cable: Cable, link: BoardLink) -> N
     assert board.name == "fake"
 
 
-def test_a_ping_comes_back(cable: Cable, link: BoardLink) -> None:
+def test_a_ping_comes_back(cable: Any, link: BoardLink) -> None:
     until(lambda: link.state() is not None, "a state arrives")
     round_trip_s = link.ping(PATIENCE_S)
     assert round_trip_s is not None
     assert round_trip_s > 0
 
 
-def test_commands_clearance_and_orders_reach_the_board(cable: Cable, link: BoardLink) -> None:
+def test_commands_clearance_and_orders_reach_the_board(cable: Any, link: BoardLink) -> None:
     until(lambda: link.state() is not None, "a state arrives")
     now_s = time.monotonic()
     link.clearance(5, codes.SIMULATED, now_s)
@@ -140,7 +64,7 @@ def test_commands_clearance_and_orders_reach_the_board(cable: Cable, link: Board
     until(lambda: cable.heard("command")[-1]["edge"] == 9, "the command arrives")
 
 
-def test_a_pulled_cable_is_lost_and_plugged_back_found(cable: Cable, link: BoardLink) -> None:
+def test_a_pulled_cable_is_lost_and_plugged_back_found(cable: Any, link: BoardLink) -> None:
     until(lambda: link.state() is not None, "a state arrives")
     session = cable.board.session
     cable.pull()
@@ -153,7 +77,7 @@ def test_a_pulled_cable_is_lost_and_plugged_back_found(cable: Cable, link: Board
     assert cable.board.session not in (0, session)
 
 
-def test_a_restarted_board_gets_a_new_session(cable: Cable, link: BoardLink) -> None:
+def test_a_restarted_board_gets_a_new_session(cable: Any, link: BoardLink) -> None:
     until(lambda: link.state() is not None, "a state arrives")
     session = cable.board.session
     with cable._lock:
@@ -164,13 +88,13 @@ def test_a_restarted_board_gets_a_new_session(cable: Cable, link: BoardLink) -> 
     until(lambda: link.health.state == "ok", "the link is healthy")
 
 
-def test_the_host_may_come_first(board: Any, tmp_path: Path) -> None:
+def test_the_host_may_come_first(board: Any, new_cable: Callable[..., Any], tmp_path: Path) -> None:
     link = BoardLink(lambda: [str(tmp_path / "board")], Health("board"))
     link.start()
     try:
         until(lambda: link.health.state == "lost", "the missing port is told")
         assert "is not there" in link.health.detail
-        cable = Cable(board, tmp_path / "board")
+        cable = new_cable(board, tmp_path / "board")
         try:
             until(lambda: link.health.state == "ok", "the board is found")
         finally:
@@ -179,7 +103,7 @@ def test_the_host_may_come_first(board: Any, tmp_path: Path) -> None:
         link.stop()
 
 
-def test_a_silent_port_is_the_wrong_one_and_the_next_is_tried(cable: Cable, tmp_path: Path) -> None:
+def test_a_silent_port_is_the_wrong_one_and_the_next_is_tried(cable: Any, tmp_path: Path) -> None:
     master, slave = os.openpty()
     tty.setraw(slave)
     silent = os.ttyname(slave)
@@ -196,9 +120,7 @@ def test_a_silent_port_is_the_wrong_one_and_the_next_is_tried(cable: Cable, tmp_
         os.close(slave)
 
 
-def test_a_board_that_does_not_read_is_busy_and_nothing_blocks(
-    cable: Cable, link: BoardLink
-) -> None:
+def test_a_board_that_does_not_read_is_busy_and_nothing_blocks(cable: Any, link: BoardLink) -> None:
     until(lambda: link.state() is not None, "a state arrives")
     cable.reading = False
 
@@ -212,7 +134,7 @@ def test_a_board_that_does_not_read_is_busy_and_nothing_blocks(
     until(lambda: link.health.state == "ok", "it recovers")
 
 
-def test_garbage_on_the_line_does_no_harm(cable: Cable, link: BoardLink) -> None:
+def test_garbage_on_the_line_does_no_harm(cable: Any, link: BoardLink) -> None:
     until(lambda: link.state() is not None, "a state arrives")
     for _ in range(20):
         cable.say(os.urandom(200))
@@ -221,7 +143,7 @@ def test_garbage_on_the_line_does_no_harm(cable: Cable, link: BoardLink) -> None
     until(lambda: link.health.state == "ok", "the link is healthy")
 
 
-def test_another_version_is_told(cable: Cable, tmp_path: Path) -> None:
+def test_another_version_is_told(cable: Any, tmp_path: Path) -> None:
     cable.board.schema_hash ^= 1
     link = BoardLink(lambda: [str(cable.path)], Health("board"))
     link.start()
@@ -233,7 +155,7 @@ def test_another_version_is_told(cable: Cable, tmp_path: Path) -> None:
 
 
 def test_a_file_and_a_busy_port_are_refused_in_plain_words(
-    cable: Cable, link: BoardLink, tmp_path: Path
+    cable: Any, link: BoardLink, tmp_path: Path
 ) -> None:
     (tmp_path / "file").write_text("no port")
     until(lambda: link.state() is not None, "the port is taken")

@@ -1,0 +1,147 @@
+"""The daemon: all parts together, with a fake board on a pseudo terminal."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from simple_websocket import Client
+
+from gazechair import config
+from gazechair.daemon import Daemon
+from gazechair.lidar import LidarService
+from gazelink import codes
+
+PATIENCE_S = 30
+
+
+def until(condition: Callable[[], Any], what: str) -> Any:
+    deadline_s = time.monotonic() + PATIENCE_S
+    while not (found := condition()):
+        assert time.monotonic() < deadline_s, f"waited in vain until {what}"
+        time.sleep(0.005)
+    return found
+
+
+def read_config(port: Path) -> config.Config:
+    return config.parse(f'[board]\nport = "{port}"\n[web]\nport = 0\n')
+
+
+@pytest.fixture
+def daemon(cable: Any) -> Iterator[Daemon]:
+    daemon = Daemon(read_config(cable.path))
+    daemon.start()
+    yield daemon
+    daemon.stop()
+
+
+class Page:
+    """A page that answers every state with a heartbeat."""
+
+    def __init__(self, url: str) -> None:
+        self._socket = Client(url.replace("http", "ws") + "ws/control")
+        self.state: dict[str, Any] = {}
+
+    def say(self, **message: Any) -> None:
+        self._socket.send(json.dumps(message))
+
+    def saw(self, **expected: Any) -> bool:
+        """Take one message; True if the newest state has all that is expected."""
+        raw = self._socket.receive(timeout=1)
+        if raw is not None:
+            message = json.loads(raw)
+            if message["k"] == "state":
+                self.state = message
+                self.say(k="hb", token=message["token"])
+        return bool(self.state) and all(self.state[key] == expected[key] for key in expected)
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+@pytest.fixture
+def page(daemon: Daemon) -> Iterator[Page]:
+    page = Page(daemon.url)
+    yield page
+    page.close()
+
+
+def test_a_page_arms_drives_and_stops_through_all_parts(cable: Any, page: Page) -> None:
+    until(lambda: page.saw(board="ok", state="disarmed"), "the board is seen")
+    page.say(k="arm", token=page.state["token"])
+    until(lambda: cable.heard("order"), "the order to arm arrives")
+    cable.state = {"status": codes.ARMED}
+    until(lambda: page.saw(state="armed", you=True), "the page sees it armed")
+    token = page.state["token"]
+    page.say(k="cmd", verb="left", mode="step", edge=1, token=token)
+    until(
+        lambda: any(row["verb"] == codes.LEFT for row in cable.heard("command")),
+        "the command arrives",
+    )
+    page.say(k="stop")
+    until(lambda: cable.heard("command")[-1]["verb"] == codes.STOP, "the stop arrives")
+
+
+def test_a_pulled_cable_is_told_to_the_page_and_found_again(cable: Any, page: Page) -> None:
+    until(lambda: page.saw(board="ok"), "the board is seen")
+    cable.pull()
+    until(
+        lambda: page.saw(board="lost", level="error", arm_reason="not_connected"),
+        "the loss is seen",
+    )
+    cable.plug()
+    until(lambda: page.saw(board="ok"), "the board is seen again")
+
+
+def test_without_a_lidar_the_page_is_told(page: Page) -> None:
+    until(lambda: page.saw(board="ok", lidar="lost", message="lidar_lost"), "it is told")
+
+
+def test_stopping_disarms_the_board_and_leaves_no_thread(cable: Any) -> None:
+    before = set(threading.enumerate())
+    daemon = Daemon(read_config(cable.path))
+    daemon.start()
+    until(lambda: daemon.link.state() is not None, "the board is found")
+    daemon.stop()
+    until(
+        lambda: any(row["action"] == codes.DISARM for row in cable.heard("order")),
+        "the order to disarm arrives",
+    )
+    left = [thread.name for thread in set(threading.enumerate()) - before]
+    assert left == []
+    daemon.stop()  # once more does no harm
+
+
+def test_a_part_that_does_not_start_is_a_health_state(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(_: LidarService) -> None:
+        raise OSError("no processes left")
+
+    monkeypatch.setattr(LidarService, "start", fail)
+    daemon = Daemon(read_config(tmp_path / "none"))
+    daemon.start()
+    try:
+        lidar = daemon.parts.part("lidar").now()
+        assert (lidar.state, lidar.reason) == ("lost", "lidar_lost")
+        assert "no processes left" in lidar.detail
+    finally:
+        daemon.stop()
+
+
+@pytest.mark.parametrize(
+    ("host", "language", "url"),
+    [
+        ("127.0.0.1", "nl", "http://127.0.0.1:0/"),
+        ("0.0.0.0", "nl", "http://127.0.0.1:0/"),
+        ("::1", "en", "http://[::1]:0/?lang=en"),
+    ],
+)
+def test_the_url_is_one_to_open_here(host: str, language: str, url: str) -> None:
+    text = f'[web]\nport = 0\nhost = "{host}"\ninsecure_http = true\nlanguage = "{language}"\n'
+    assert Daemon(config.parse(text)).url == url
