@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gazeboard.boards import bank_layout as layout
 from gazesim import pot as pot_model
 from gazesim.bank import Bank
 from gazesim.bno055 import Bno055
@@ -26,6 +27,7 @@ LIDAR_X_M = 0.50  # in the chair's frame, facing forward
 LIDAR_HEIGHT_M = 0.25
 _COLLISION_S = 0.010
 _PEOPLE_S = 0.050
+_APART_M = 0.02  # that far from what it bumped into, the next touch is a new collision
 
 
 class World:
@@ -62,6 +64,7 @@ class World:
     def step(self, dt_s: float) -> bytes:
         """Advance by `dt_s` (1 ms is the board's tick; up to 5); returns what the lidar sends."""
         self.time_s += dt_s
+        self.bank.set_u32(layout.WORLD_MS_AT, round(self.time_s * 1000))
         self.relay.step(dt_s)
         self.wipers = self.pot.poll()
         stick = None
@@ -104,7 +107,8 @@ class World:
         self._collision_in_s += _COLLISION_S
         if not self.room.collides(*self.pose):
             self._good_pose = self.pose
-            self._touching = False
+            if self._touching and self.room.clearance_m(*self.pose) > _APART_M:
+                self._touching = False
             return
         if not self._touching:
             self.collisions += 1

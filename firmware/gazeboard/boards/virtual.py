@@ -15,6 +15,7 @@ from gazeboard.limits import WIPER_NEUTRAL
 
 _TICK_US = 1000
 _CATCH_UP_US = 5000  # a PC that stalled longer paused the board
+_LEAD_MS = 10  # the board waits for a simulated world that is further behind than this
 _TICKS_MASK = 0x3FFFFFFF
 _IDLE_US = 200
 
@@ -42,6 +43,8 @@ class VirtualBoard:
         self._lost_us = 0
         self._ms = 0
         self._ms_at_us = self.ticks_us()
+        self._lead_ms = 0
+        self._world_ms = 0
         cause = u32(bank, at.NEXT_CAUSE_AT)
         self.reset_cause = cause if cause else 1
         put_u32(bank, at.RESET_CAUSE_AT, self.reset_cause)
@@ -106,17 +109,29 @@ class VirtualBoard:
         running = True
         while running:  # an exception ends the process: the simulator starts it again, as a reset
             behind_us = self.ticks_diff(self.ticks_us(), due_us)
-            if behind_us > _CATCH_UP_US:
+            waiting = self._ahead_of_world()
+            if behind_us > _CATCH_UP_US or (waiting and behind_us > 0):
                 self._lost_us = (self._lost_us + behind_us) & _TICKS_MASK
                 behind_us = 0
-            if behind_us >= 0:
+            if behind_us >= 0 and not waiting:
                 due_us = (due_us + _TICK_US) & _TICKS_MASK
                 self.tick(app)
+                self._lead_ms += 1
             running = app.service()
             left_us = self.ticks_diff(due_us, self.ticks_us())
             if left_us > 50:
                 sleep_us(min(left_us, _IDLE_US))
         app.shut_down()
+
+
+    # Is the simulated world, a process of its own, stalled? Then its sensors stand still for no fault
+    # of theirs: the board's time waits for it. A world that is ahead is not caught up with.
+    def _ahead_of_world(self):
+        world_ms = u32(self._bank, at.WORLD_MS_AT)
+        passed_ms = world_ms - self._world_ms
+        self._lead_ms = max(-_LEAD_MS, self._lead_ms - passed_ms) if passed_ms >= 0 else 0
+        self._world_ms = world_ms
+        return world_ms != 0 and self._lead_ms > _LEAD_MS
 
 
 class Files:
