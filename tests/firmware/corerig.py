@@ -171,3 +171,12 @@ class Core:
             f"state {s.state} faults {s.faults:x} override {codes.reason_name(s.override)}"
             f" arm_reason {codes.reason_name(s.arm_reason)} edge {s.edge} spent {s.spent_edge}"
         )
+
+
+def refused(core, reason):
+    # The chair stands, and this is said, now and in the ticks after.
+    for _ in range(3):
+        core.tick()
+        assert not core.moving(), core.why()
+        assert core.safety.override == reason, core.why()
+    return True

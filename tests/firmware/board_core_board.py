@@ -1,0 +1,267 @@
+# The safety core, to the tick: faults of the board itself, the relay and the emergency stop.
+
+from corerig import Core
+from gazeboard import limits
+from gazelink import codes
+
+REASON = codes.FAULT_REASON
+
+
+# -- P8: wipers ------------------------------------------------------------------------------------
+
+
+def test_p8_three_failures_in_a_row_trip_and_two_do_not():
+    core = Core()
+    core.drive()
+    for _ in range(5):
+        core.verified = False
+        core.run(limits.WIPER_TRIES - 1)
+        assert not core.toggled
+        assert core.moving()
+        core.verified = True
+        core.tick()
+        assert core.toggled
+    core.verified = False
+    core.run(limits.WIPER_TRIES)
+    assert core.only_fault(codes.WIPER)
+    assert core.safety.state == codes.DISARMED
+    assert not core.safety.enable
+    assert not core.safety.permitted
+    assert core.safety.override == REASON + codes.WIPER
+    assert core.safety.first_fault == REASON + codes.WIPER
+    core.verified = True
+    core.run(2000)
+    assert core.only_fault(codes.WIPER)
+    core.order(codes.RESET_FAULTS, codes.CARETAKER)
+    core.tick()
+    assert core.safety.faults == 0
+
+
+def test_p8_a_reset_while_writes_still_fail_trips_again_in_the_same_tick():
+    core = Core()
+    core.verified = False
+    core.run(70000)
+    core.order(codes.RESET_FAULTS, codes.CARETAKER)
+    core.tick()
+    assert core.only_fault(codes.WIPER)
+    assert core.safety._wiper_bad == limits.WIPER_TRIES  # counts no further
+
+
+def test_p8_resets_never_lengthen_the_three_tries():
+    core = Core()
+    core.drive()
+    core.verified = False
+    for _ in range(limits.WIPER_TRIES):
+        core.order(codes.RESET_FAULTS, codes.CARETAKER)
+        core.tick()
+    assert core.only_fault(codes.WIPER)
+
+
+# -- P10: the tick ---------------------------------------------------------------------------------
+
+
+def test_p10_a_late_tick_disarms_and_clears_after_half_a_second_without_another():
+    core = Core()
+    core.drive()
+    core.late = True
+    core.tick()
+    assert not core.moving()
+    assert core.only_fault(codes.TICK_STALLED)
+    assert core.safety.state == codes.DISARMED
+    assert core.safety.override == REASON + codes.TICK_STALLED
+    core.run(100)
+    core.late = False
+    core.run(limits.TICK_STEADY_MS - 1)
+    assert core.only_fault(codes.TICK_STALLED)
+    core.tick()
+    assert core.safety.faults == 0
+
+
+def test_p10_an_exception_disarms_and_latches():
+    core = Core()
+    core.drive()
+    core.safety.tick_raised()
+    assert not core.safety.enable
+    assert not core.safety.permitted
+    assert core.only_fault(codes.TICK_EXCEPTION)
+    assert core.safety.first_fault == REASON + codes.TICK_EXCEPTION
+    core.run(1000)
+    assert not core.moving()
+    assert core.safety.override == REASON + codes.TICK_EXCEPTION
+    assert core.only_fault(codes.TICK_EXCEPTION)
+    core.order(codes.RESET_FAULTS, codes.CARETAKER)
+    core.tick()
+    assert core.safety.faults == 0
+
+
+def test_the_first_reason_is_kept():
+    core = Core()
+    core.drive()
+    core.i.heading_faults = 1 << codes.HEADING_JUMP
+    core.tick()
+    core.i.tilted = True
+    core.tick()
+    core.safety.tick_raised()
+    core.tick()
+    assert core.safety.first_fault == REASON + codes.HEADING_JUMP
+
+
+# -- P11: emergency --------------------------------------------------------------------------------
+
+
+def stopped_by_emergency(core):
+    return (
+        core.only_fault(codes.EMERGENCY)
+        and core.safety.state == codes.DISARMED
+        and not core.moving()
+        and not core.toggled
+    )
+
+
+def open_input(core):
+    core.emergency = True
+
+
+def test_p11_input_or_message_stops_at_once_and_latches():
+    for cause in (open_input, Core.emergency_message):
+        core = Core()
+        core.drive()
+        cause(core)
+        core.tick()
+        assert stopped_by_emergency(core)
+        assert core.safety.override == REASON + codes.EMERGENCY
+        core.emergency = False
+        core.run(5000)
+        assert core.only_fault(codes.EMERGENCY)
+        assert core.safety.arm_reason == REASON + codes.EMERGENCY
+
+
+def test_p11_only_the_caretakers_order_resets_it():
+    for owner, resets in ((0, False), (1, False), (2, True), (3, False)):
+        core = Core()
+        core.emergency_message()
+        core.tick()
+        core.order(codes.RESET_FAULTS, owner)
+        core.tick()
+        assert core.fault(codes.EMERGENCY) != resets
+    for action in (codes.DISARM, codes.ARM, codes.EMERGENCY_STOP):
+        core = Core()
+        core.emergency_message()
+        core.tick()
+        core.order(action, codes.CARETAKER)
+        core.tick()
+        assert core.fault(codes.EMERGENCY)
+
+
+def test_p11_a_reset_never_hides_an_emergency_of_the_same_tick():
+    for cause in (open_input, Core.emergency_message):
+        core = Core()
+        core.drive()
+        core.order(codes.RESET_FAULTS, codes.CARETAKER)
+        cause(core)
+        core.tick()
+        assert stopped_by_emergency(core)
+        core = Core()
+        core.drive()
+        core.button = True
+        core.run(limits.RESET_PRESS_MS - 1)
+        assert core.moving()
+        cause(core)
+        core.tick()
+        assert stopped_by_emergency(core)
+
+
+def test_p11_three_seconds_at_the_button_reset_once():
+    core = Core()
+    core.tick()
+    core.emergency_message()
+    core.button = True
+    core.run(limits.RESET_PRESS_MS - 1)
+    assert core.fault(codes.EMERGENCY)
+    core.tick()
+    assert not core.fault(codes.EMERGENCY)
+    core.emergency_message()
+    core.run(70000)
+    assert core.fault(codes.EMERGENCY)  # held on: not again
+    core.button = False
+    core.tick()
+    core.button = True
+    core.run(limits.RESET_PRESS_MS - 1)
+    core.button = False
+    core.tick()
+    core.button = True
+    core.run(limits.RESET_PRESS_MS - 1)
+    assert core.fault(codes.EMERGENCY)  # two short presses are not a long one
+
+
+def test_p11_a_button_stuck_since_boot_resets_nothing():
+    core = Core(boot_faults=1 << codes.EMERGENCY)
+    core.button = True
+    core.run(limits.RESET_PRESS_MS + 10)
+    assert core.fault(codes.EMERGENCY)
+
+
+# -- the relay -------------------------------------------------------------------------------------
+
+
+def test_a_contact_open_for_25_ms_while_armed_disarms():
+    core = Core()
+    core.drive()
+    for _ in range(3):
+        core.contact = False
+        core.run(limits.RELAY_RELEASE_MS - 1)
+        assert core.moving()
+        core.contact = True
+        core.tick()
+    core.contact = False
+    core.run(limits.RELAY_RELEASE_MS)
+    assert core.only_fault(codes.RELAY_OPEN)
+    assert core.safety.state == codes.DISARMED
+    core.run(limits.RELAY_CLEAR_MS - 1)
+    assert core.only_fault(codes.RELAY_OPEN)
+    core.tick()
+    assert core.safety.faults == 0
+
+
+def test_a_contact_that_stays_closed_is_a_fault_until_it_was_open_for_half_a_second():
+    core = Core()
+    core.drive()
+    core.contact = True
+    core.order(codes.DISARM)
+    core.tick()
+    assert core.safety.state == codes.DISARMED
+    core.run(limits.RELAY_STUCK_MS - 1)
+    assert core.safety.faults == 0
+    core.tick()
+    assert core.only_fault(codes.RELAY_STUCK)
+    core.contact = False
+    core.run(limits.RELAY_CLEAR_MS - 1)
+    assert core.only_fault(codes.RELAY_STUCK)
+    core.contact = True
+    core.tick()
+    core.contact = False
+    core.run(limits.RELAY_CLEAR_MS - 1)
+    assert core.only_fault(codes.RELAY_STUCK)
+    core.tick()
+    assert core.safety.faults == 0
+
+
+def test_a_contact_closed_without_the_enable_line_is_stuck_after_100_ms():
+    core = Core()
+    core.run(300)
+    core.contact = True
+    core.run(limits.RELAY_STUCK_MS - 1)
+    assert core.safety.faults == 0
+    core.tick()
+    assert core.only_fault(codes.RELAY_STUCK)
+
+
+def test_without_feedback_the_contact_is_no_concern():
+    core = Core(relay_fitted=False)
+    for contact in (True, False):
+        core.contact = contact
+        core.run(700)
+        assert core.safety.faults == 0
+    core.drive()
+    core.run(100)
+    assert core.moving()

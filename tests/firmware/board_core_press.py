@@ -1,0 +1,232 @@
+# The safety core, to the tick: which press moves the chair, for how long, and what is said when it
+# does not.
+
+from corerig import CLOSES_MS, Core, refused
+from gazeboard import limits
+from gazelink import codes
+
+REASON = codes.FAULT_REASON
+TTL_MS = limits.COMMAND_TTL_MS - limits.MARGIN_MS
+
+
+def moved_ticks(core, limit=8000):
+    # How many ticks it moves from now on.
+    for moved in range(limit):
+        core.tick()
+        if not core.moving():
+            return moved
+    raise AssertionError("moves for ever")
+
+
+def test_p3_a_command_moves_for_what_is_left_of_its_time():
+    for ttl_ms in (1, 2, 3, 100, 298, 299, 300, 301, 65535):
+        core = Core()
+        core.arm()
+        core.press(codes.FORWARD, codes.CONTINUOUS, ttl_ms, 0)
+        expected = max(0, min(ttl_ms, limits.COMMAND_TTL_MS) - limits.MARGIN_MS)
+        assert moved_ticks(core) == expected
+        assert refused(core, codes.COMMAND_EXPIRED)
+        core.command(300)
+        assert refused(core, codes.COMMAND_EXPIRED)  # the same press never moves again
+
+
+def test_p3_holding_on_moves_on():
+    core = Core()
+    core.drive()
+    for _ in range(10):
+        core.run(TTL_MS)
+        assert core.moving()
+        core.command(300)
+
+
+def test_p3_a_proportional_command_lives_by_its_time_whatever_its_mode():
+    for mode in (codes.STEP, codes.CONTINUOUS):
+        core = Core()
+        core.arm()
+        core.i.linear_permille = 200
+        core.press(codes.DRIVE, mode, 300, 0)
+        assert moved_ticks(core) == TTL_MS
+        assert refused(core, codes.COMMAND_EXPIRED)
+
+
+def test_a_step_runs_to_its_end_by_itself_and_says_nothing():
+    for verb in (codes.FORWARD, codes.BACKWARD):
+        core = Core()
+        core.arm()
+        core.press(verb, codes.STEP, 10, 0)
+        assert moved_ticks(core) == core.settings.step_forward_ms
+        assert core.safety.override == codes.NO_REASON
+        assert not core.safety.permitted
+        assert refused(core, codes.NO_REASON)
+        core.command(300)
+        assert refused(core, codes.NO_REASON)
+        core.order(codes.DISARM)
+        assert refused(core, codes.NO_REASON)
+
+
+def test_a_step_that_reaches_its_time_limit_says_so():
+    core = Core()
+    core.arm()
+    core.press(codes.LEFT, codes.STEP, 10, 0)
+    assert moved_ticks(core) == core.settings.step_turn_limit_ms
+    assert refused(core, codes.TIME_LIMIT)
+
+
+def test_a_step_needs_time_to_live_to_begin():
+    core = Core()
+    core.arm()
+    core.press(codes.FORWARD, codes.STEP, 0, 0)
+    assert refused(core, codes.COMMAND_EXPIRED)
+
+
+def test_a_press_without_a_number_never_moves():
+    core = Core()
+    core.arm()
+    core.press(codes.FORWARD)
+    core.i.edge = 0
+    assert refused(core, codes.NEEDS_NEW_COMMAND)
+
+
+def test_a_press_keeps_its_verb_and_mode():
+    for verb, mode in ((codes.BACKWARD, codes.CONTINUOUS), (codes.FORWARD, codes.STEP)):
+        core = Core()
+        core.drive(codes.FORWARD, codes.CONTINUOUS)
+        core.i.verb = verb
+        core.i.mode = mode
+        assert refused(core, codes.BAD_COMMAND)
+        core.i.verb = codes.FORWARD
+        core.i.mode = codes.CONTINUOUS
+        assert refused(core, codes.BAD_COMMAND)
+
+
+def test_an_unknown_verb_never_moves():
+    core = Core()
+    core.arm()
+    core.press(6)
+    assert refused(core, codes.BAD_COMMAND)
+
+
+def test_stop_ends_the_press_and_has_no_reason():
+    core = Core()
+    core.drive()
+    core.i.verb = codes.STOP
+    assert refused(core, codes.NO_REASON)
+    core.i.verb = codes.FORWARD
+    assert refused(core, codes.NEEDS_NEW_COMMAND)
+
+
+def test_p13_anyones_stop_ends_the_press_with_a_reason_for_who_still_holds_it():
+    for mode in (codes.STEP, codes.CONTINUOUS):
+        core = Core()
+        core.drive(codes.FORWARD, mode)
+        core.stop()
+        assert refused(core, codes.NEEDS_NEW_COMMAND)
+        core.press(codes.FORWARD)
+        core.tick()
+        assert core.moving()  # the stop is not remembered
+
+
+def test_p13_a_stop_after_a_finished_step_ends_its_silence_only_for_a_new_press():
+    core = Core()
+    core.arm()
+    core.press(codes.FORWARD, codes.STEP, 10, 0)
+    moved_ticks(core)
+    core.stop()
+    assert refused(core, codes.NO_REASON)
+    core.press(codes.FORWARD)
+    core.tick()
+    core.stop()
+    assert refused(core, codes.NEEDS_NEW_COMMAND)
+
+
+def test_p13_only_the_owner_moves():
+    for owner in (0, 2, 3):
+        core = Core()
+        core.drive()
+        core.i.owner = owner
+        assert refused(core, codes.NOT_OWNER)
+        core.i.owner = codes.DRIVER
+        assert refused(core, codes.NOT_OWNER)
+
+
+def test_a_refused_press_ends_the_one_before_it():
+    core = Core()
+    core.drive()
+    old = core.i.edge
+    core.i.edge = 0  # not even a number
+    assert refused(core, codes.NEEDS_NEW_COMMAND)
+    core.i.edge = old
+    core.tick()
+    assert not core.moving()
+    core = Core()
+    core.drive(codes.FORWARD, codes.STEP)
+    core.press(codes.LEFT)
+    core.i.clearance_blocked = 1 << codes.DIR_LEFT
+    assert refused(core, codes.OBSTACLE_LEFT)
+    core.i.edge -= 1
+    core.i.verb = codes.FORWARD
+    core.i.mode = codes.STEP
+    core.hold_ms = 0
+    core.command(0)
+    core.tick()
+    assert not core.moving()  # no step goes on where it was interrupted
+
+
+def test_a_new_press_takes_over_at_once():
+    core = Core()
+    core.drive()
+    core.press(codes.BACKWARD)
+    core.tick()
+    assert core.motion.linear_permille < 0
+    assert core.safety.edge == core.i.edge
+
+
+def test_a_press_held_while_arming_needs_to_be_made_anew():
+    core = Core()
+    core.make_ready()
+    core.order(codes.ARM)
+    core.tick()
+    core.press(codes.FORWARD)
+    core.tick()
+    assert core.safety.override == codes.NOT_ARMED
+    core.until(core.armed, 200)
+    assert refused(core, codes.NEEDS_NEW_COMMAND)
+    core = Core()
+    core.make_ready()
+    core.order(codes.ARM)
+    core.run(CLOSES_MS + limits.RELAY_HOLD_MS - 1)
+    core.press(codes.FORWARD)  # in the very tick in which it becomes armed
+    assert refused(core, codes.NEEDS_NEW_COMMAND)
+    assert core.armed()
+
+
+def test_p14_after_a_new_session_no_press_of_the_old_life_goes_on():
+    core = Core()
+    core.drive(codes.FORWARD, codes.STEP)
+    old = core.i.edge
+    core.new_session()
+    core.i.edge = old  # the new host repeats the old press in the same millisecond
+    core.i.verb = codes.FORWARD
+    core.hold_ms = 0
+    core.command(0)
+    core.tick()
+    assert core.safety.state == codes.DISARMED
+    assert core.safety.edge == 0
+    assert refused(core, codes.NOT_ARMED)
+    core.make_ready()
+    core.order(codes.ARM)
+    core.run(CLOSES_MS + limits.RELAY_HOLD_MS - 1)
+    core.i.edge = old + 1
+    core.tick()
+    assert core.armed()
+    core.i.edge = old  # no time to live, no step under way: nothing may move
+    core.tick()
+    assert not core.moving(), core.why()
+
+
+def test_not_armed_is_the_reason_before_all_others():
+    core = Core()
+    core.i.clearance_blocked = 15
+    core.make_ready()
+    core.press(codes.FORWARD)
+    assert refused(core, codes.NOT_ARMED)
