@@ -70,8 +70,8 @@ class VirtualBoard:
     def button_pressed(self):
         return self._button() == 0
 
-    # The board's time: the PC's, less what the PC stalled. A real timer would have gone on ticking; a
-    # PC that takes the process off its processor is not firmware that hangs.
+    # The board's time: the PC's, less what the PC stalled. A real timer would have gone on ticking;
+    # a PC that takes the process off its processor is not firmware that hangs.
     def ticks_us(self):
         return (self._clock_us() - self._lost_us) & _TICKS_MASK
 
@@ -123,9 +123,8 @@ class VirtualBoard:
                 sleep_us(min(left_us, _IDLE_US))
         app.shut_down()
 
-
-    # Is the simulated world, a process of its own, stalled? Then its sensors stand still for no fault
-    # of theirs: the board's time waits for it. A world that is ahead is not caught up with.
+    # Is the simulated world, a process of its own, stalled? Then its sensors stand still for no
+    # fault of theirs: the board's time waits for it. A world that is ahead is not caught up with.
     def _ahead_of_world(self):
         world_ms = u32(self._bank, at.WORLD_MS_AT)
         passed_ms = world_ms - self._world_ms
