@@ -8,6 +8,15 @@ import pytest
 import gazesetup
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """What the command line adds."""
+    parser.addoption(
+        "--board",
+        metavar="PORT",
+        help="run tests/board on the real board at PORT, its relay held open",
+    )
+
+
 def m7_folder() -> Path:
     """Where the emulated board is: $GAZECHAIR_M7, or the folder shared beside the checkout."""
     return Path(

@@ -23,6 +23,7 @@ _PR_SET_PDEATHSIG = 1
 _CAUSE_RESET = 5
 _MAKE_UP_TICKS = 1  # host flag: ticks lost to stalls of the PC are made up for
 _SEND_BUFFER = 4608  # small, so that a board that does not read holds up the host soon
+_ICOUNT_SHIFT = 2  # 4 ns an instruction: slow enough for QEMU, fast enough for the firmware
 _libc = ctypes.CDLL(None, use_errno=True)
 
 
@@ -31,16 +32,25 @@ def _die_with_parent() -> None:
 
 
 class EmulatedBoard:
-    """Runs the emulated Teensy of `folder_m7` in real time; as BoardProcess, call for call.
+    """Runs the emulated Teensy of `folder_m7`; as BoardProcess, call for call.
 
+    Its time is wall time; or, `counted`, a count of its instructions that waits when it idles:
+    then a loaded PC makes the board slow, watchdog included, where it would else miss deadlines.
     Its flash is part of the bank and outlives it. A board that resets itself (watchdog, reset
     from the REPL) shows at the host as on USB: `poll` lets the port vanish and come back.
     """
 
     def __init__(
-        self, folder_m7: Path, bank: Bank, bank_path: Path, folder: Path, cable: Cable
+        self,
+        folder_m7: Path,
+        bank: Bank,
+        bank_path: Path,
+        folder: Path,
+        cable: Cable,
+        counted: bool = False,
     ) -> None:
         self._elf = folder_m7 / ELF
+        self._clock = ("-icount", f"shift={_ICOUNT_SHIFT},sleep=on") if counted else ()
         self._bank = bank
         self._bank_path = bank_path.resolve()
         self._folder = folder.resolve()
@@ -75,6 +85,7 @@ class EmulatedBoard:
             % (layout.SIZE, str(self._bank_path).replace(",", ",,")),
             *("-chardev", f"socket,id=line,fd={boards.fileno()}", "-serial", "chardev:line"),
             *("-display", "none", "-monitor", "none"),
+            *self._clock,
         ]
         try:
             with boards, open(self._folder / "board.log", "ab") as log:

@@ -1,0 +1,158 @@
+"""A live board under test: the emulated Teensy in its simulated chair, or a real one on a port."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from gazeboard.boards import bank_layout as layout
+from gazeboard.boards import pins
+from gazelink import codes
+from gazesim.bank import Bank
+from gazesim.cable import Cable
+from gazesim.emulated_board import EmulatedBoard
+from gazesim.world import World
+from livehost import LiveHost
+
+# Wall time a condition may take: the emulation keeps up with real time, but machines stall.
+LIMIT_S = 120.0
+STEP_S = 0.001
+NEUTRAL = (170, 170)
+
+
+class LiveBoard:
+    """What every live board can be asked; `host` is on its port. Times are the board's ticks."""
+
+    simulated = False
+
+    def __init__(self, path: Path) -> None:
+        self.host = LiveHost(path, codes.SIMULATED if self.simulated else codes.REAL)
+        self._edge = 0
+
+    def until(self, condition: Callable[[], object], what: str) -> None:
+        """Let time pass until `condition` holds; fails, saying `what`, when it never does."""
+        end = time.monotonic() + LIMIT_S
+        while not condition():
+            assert time.monotonic() < end, f"never: {what}; {self.situation()}"
+            self.pass_time()
+            time.sleep(0.001)
+
+    def run_ms(self, duration_ms: int) -> None:
+        """Let that much of the board's time pass; it must be telling the time (in a session)."""
+        end = self.host.ticks + duration_ms
+        self.until(lambda: self.host.ticks >= end, f"{duration_ms} ms of the board's time")
+
+    def pass_time(self) -> None:
+        """One pass of everything that moves."""
+        self.host.poll()
+
+    def situation(self) -> str:
+        """For a failed test's message."""
+        return f"hellos {self.host.hellos[-1:]}, state {self.host.state}, stats {self.host.stats}"
+
+    def connect(self) -> None:
+        """A session, and a first state."""
+        self.until(lambda: self.host.in_session and self.host.state, "a session with state frames")
+
+    def new_edge(self) -> int:
+        """The next press of the driver."""
+        self._edge = self._edge % 255 + 1
+        return self._edge
+
+    def stop(self) -> None:
+        """Leave the board alone."""
+        self.host.close()
+
+
+class EmulatedLiveBoard(LiveBoard):
+    """The emulated Teensy; its world follows the board's own clock, so a stalled PC stalls both."""
+
+    simulated = True
+
+    def __init__(self, m7: Path, folder: Path, flash: bytes | None) -> None:
+        """`flash`: content of its flash memory, None for a factory-new one."""
+        self.bank = Bank(folder / "bank")
+        if flash is not None:
+            end = layout.FLASH_AT + layout.FLASH_SIZE
+            self.bank.buffer[layout.FLASH_AT : end] = flash
+        self.world = World(self.bank, "living", tick_stall_s=0.1)
+        self.cable = Cable(folder / "port")
+        self.board = EmulatedBoard(
+            m7, self.bank, folder / "bank", folder / "files", self.cable, counted=True
+        )
+        super().__init__(folder / "port")
+        self._tick = 0
+
+    def start(self) -> None:
+        """Switch it on."""
+        self.cable.start()
+        self.board.start()
+
+    def stop(self) -> None:
+        """End everything that was started."""
+        super().stop()
+        self.board.stop()
+        self.cable.stop()
+        self.bank.close()
+
+    @property
+    def flash(self) -> bytes:
+        """What is in its flash memory now."""
+        return bytes(self.bank.buffer[layout.FLASH_AT : layout.FLASH_AT + layout.FLASH_SIZE])
+
+    @property
+    def real_wipers(self) -> tuple[int, int]:
+        """Linear and turn counts as the potentiometer holds them."""
+        return self.world.pot.poll()
+
+    @property
+    def enable_toggles(self) -> int:
+        """Writes to the enable line so far."""
+        return self.bank.pin(pins.ENABLE).out_count
+
+    def pass_time(self) -> None:
+        """The world up to the board's clock, then the host."""
+        self.board.poll()
+        now = self.bank.tick_ms
+        if now < self._tick:  # a reset
+            self._tick = 0
+        while self._tick < now:
+            self._tick += 1
+            self.world.step(STEP_S)
+        super().pass_time()
+
+    def situation(self) -> str:
+        """For a failed test's message."""
+        return (
+            f"{super().situation()}, wipers {self.real_wipers}, relay"
+            f" {'closed' if self.world.relay.closed else 'open'}, boots {self.bank.boot_count},"
+            f" tick {self.bank.tick_ms}, heard {bytes(self.host.heard[-300:])!r}"
+        )
+
+    def arm(self) -> None:
+        """Ready, asked for, armed; asked again when a stall of the PC came between."""
+
+        def armed() -> bool:
+            host = self.host
+            if host.safety == codes.DISARMED and host.state["arm_reason"] == codes.NO_REASON:
+                host.order(codes.ARM)
+                self.run_ms(300)
+            return host.safety == codes.ARMED
+
+        self.until(armed, "armed")
+
+    def drive(self, verb: int = codes.FORWARD) -> None:
+        """Armed and moving; pressed anew when a stall of the PC came between."""
+
+        def moving() -> bool:
+            if self.host.safety != codes.ARMED:
+                self.host.command = (codes.STOP, codes.CONTINUOUS, 0, codes.DRIVER, 0, 0, 0)
+                self.arm()
+            if self.host.wipers == NEUTRAL and self.host.state["override"]:
+                self.host.hold(verb, self.new_edge())
+                self.run_ms(60)
+            return self.host.wipers != NEUTRAL
+
+        self.arm()
+        self.host.hold(verb, self.new_edge())
+        self.run_ms(60)
+        self.until(moving, "moving")
