@@ -154,7 +154,9 @@ def test_a_press_moves_the_wipers_within_3_ms_and_a_release_ends_it(chain: Chain
     assert chain.until(lambda: not chain.neutral(), 3) <= 3
     chain.run(2000)
     assert chain.wipers()[0] > 170
-    assert chain.look()["motion"] == "forward"
+    seen = chain.look()
+    assert (seen["motion"], seen["edge"], seen["simulated"]) == ("forward", 1, True)
+    assert seen["wipers"] == list(chain.wipers())
     chain.let_go()
     assert chain.until(chain.neutral, 3) <= 3
 
@@ -166,12 +168,6 @@ def test_nothing_moves_before_arming(chain: Chain) -> None:
         fresh.one_ms()
         assert fresh.neutral()
     assert set(fresh.refusals) <= {"not_armed"}
-
-
-def test_the_page_sees_its_edge_and_the_wipers(driving: Chain) -> None:
-    seen = driving.look()
-    assert (seen["edge"], seen["you"], seen["simulated"]) == (1, True, True)
-    assert seen["wipers"] == list(driving.wipers())
 
 
 def test_a_hold_no_longer_proven_ends_within_300_ms(driving: Chain) -> None:
