@@ -143,6 +143,11 @@ class Cable:
             self.port.plug()
         self._wake()
 
+    def host_open(self) -> bool:
+        """Whether the host has its port open now."""
+        with self._lock:
+            return self.port.host_open()
+
     def set_damage(
         self,
         corrupt: float = 0.0,

@@ -19,7 +19,7 @@ from gazesim.rooms import Room
 
 _PERIOD_S = 0.1
 _QUALITY = 80
-_SEND_TIMEOUT_S = 3.0
+_SEND_TIMEOUT_S = 10.0  # a reader that takes nothing for so long is dropped
 _SEND_BUFFER = 32768  # a slow reader gets newer frames, not more of them
 
 # The scene now: the room, and the chair's pose (x m, y m, heading deg).
@@ -61,6 +61,11 @@ class Camera:
         self._server.server_close()
         for thread in self._threads:
             thread.join(timeout=5.0)
+
+    @property
+    def readers(self) -> int:
+        """How many look now."""
+        return self._readers
 
     def _render(self) -> None:
         while not self._stopping:

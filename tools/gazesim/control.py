@@ -75,7 +75,7 @@ class Control:
             if not isinstance(request, dict):
                 raise ValueError("a request is a JSON object")
             reply = self._handle(request)
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             reply = {"error": str(error)}
         try:
             client.sendall(json.dumps(reply).encode() + b"\n")

@@ -14,14 +14,32 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
+class Argument:
+    """What a fault takes: a number within `low`..`high`, or a name when the default is one."""
+
+    name: str
+    default: float | str
+    low: float = 0.0
+    high: float = 0.0
+
+    def refusal(self, value: object) -> str | None:
+        """Why `value`, from anywhere, is none for it; None when it is one."""
+        if isinstance(self.default, str):
+            return None if isinstance(value, str) else "is not a name"
+        if not isinstance(value, int | float) or isinstance(value, bool):
+            return "is not a number"
+        return None if self.low <= value <= self.high else f"is not within {self.low}..{self.high}"
+
+
+@dataclass(frozen=True)
 class Fault:
-    """A fault: what it means, how to set and end it, the arguments it takes with defaults."""
+    """A fault: what it means, how to set and end it, the arguments it takes."""
 
     name: str
     meaning: str
     inject: Callable[..., None]  # (target, **arguments)
     clear: Callable[[Any], None] | None = None  # None: over as soon as it happened
-    defaults: tuple[tuple[str, float | str], ...] = ()
+    takes: tuple[Argument, ...] = ()
 
 
 class Faults:
@@ -52,16 +70,14 @@ class Faults:
     def inject(self, name: str, **arguments: float | str) -> None:
         """Set a fault; ValueError for an unknown name or a bad argument."""
         target, fault = self._find(name)
-        values = dict(fault.defaults)
+        known = {argument.name: argument for argument in fault.takes}
+        values = {argument.name: argument.default for argument in fault.takes}
         for key, value in arguments.items():
-            default = values.get(key)
-            if default is None:
-                takes = ", ".join(values) or "no arguments"
+            if key not in known:
+                takes = ", ".join(known) or "no arguments"
                 raise ValueError(f"fault {name} has no argument {key!r}; it takes {takes}")
-            wanted = str if isinstance(default, str) else (int, float)
-            finite = isinstance(value, str) or math.isfinite(value)
-            if not isinstance(value, wanted) or isinstance(value, bool) or not finite:
-                raise ValueError(f"fault {name}: {key} = {value!r} is not like {default!r}")
+            if refusal := known[key].refusal(value):
+                raise ValueError(f"fault {name}: {key} {refusal}")
             values[key] = value
         fault.inject(target, **values)
         if fault.clear is not None:
@@ -113,8 +129,6 @@ def _lidar_share(name: str) -> tuple[Callable[..., None], Callable[[World], None
     """A fault that hits a share of the lidar's bytes."""
 
     def set_it(world: World, share: float) -> None:
-        if not 0.0 <= share <= 1.0:
-            raise ValueError(f"share = {share} is not within 0..1")
         setattr(world.lidar, name, share)
 
     def end_it(world: World) -> None:
@@ -135,7 +149,7 @@ WORLD_FAULTS = (
         "every 1..3 s one heading is off",
         lambda w, spike_deg: w.imu.set_spike(spike_deg),
         lambda w: w.imu.set_spike(None),
-        (("spike_deg", 90.0),),
+        (Argument("spike_deg", 90.0, -180.0, 180.0),),
     ),
     Fault(
         "imu_self_reset",
@@ -152,14 +166,14 @@ WORLD_FAULTS = (
         "imu_jump",
         "heading is off from now on",
         lambda w, jump_deg: w.imu.jump(jump_deg),
-        defaults=(("jump_deg", 30.0),),
+        takes=(Argument("jump_deg", 30.0, -180.0, 180.0),),
     ),
     Fault(
         "imu_error",
         "heading sensor reports a system error",
         lambda w, code: w.imu.set_error(int(code)),
         lambda w: w.imu.set_error(0),
-        (("code", 3.0),),
+        (Argument("code", 3.0, 1.0, 10.0),),
     ),
     Fault(
         "imu_bus_stuck",
@@ -172,14 +186,14 @@ WORLD_FAULTS = (
         "heading sensor holds the clock in every byte",
         lambda w, stretch_us: w.imu.set_stretch_us(int(stretch_us)),
         lambda w: w.imu.set_stretch_us(0),
-        (("stretch_us", 180.0),),
+        (Argument("stretch_us", 180.0, 0.0, 1e6),),
     ),
     Fault(
         "tilt",
         "the chair stands on a slope",
         _tilt,
         lambda w: _tilt(w, 0.0, 0.0),
-        (("roll_deg", 0.0), ("pitch_deg", 20.0)),
+        (Argument("roll_deg", 0.0, -90.0, 90.0), Argument("pitch_deg", 20.0, -90.0, 90.0)),
     ),
     Fault(
         "wiper_nak",
@@ -230,26 +244,30 @@ WORLD_FAULTS = (
         "lidar_corrupt",
         "a share of the lidar's bytes is wrong",
         *_lidar_share("corrupt"),
-        (("share", 0.001),),
+        (Argument("share", 0.001, 0.0, 1.0),),
     ),
     Fault(
         "lidar_drop",
         "a share of the lidar's bytes is lost",
         *_lidar_share("drop"),
-        (("share", 0.001),),
+        (Argument("share", 0.001, 0.0, 1.0),),
     ),
     Fault(
         "obstacle",
         "a box stands before the chair, distances from its axle",
         _obstacle,
         lambda w: w.room.put("obstacle", None),
-        (("ahead_m", 1.5), ("left_m", 0.0), ("size_m", 0.4)),
+        (
+            Argument("ahead_m", 1.5, -20.0, 20.0),
+            Argument("left_m", 0.0, -20.0, 20.0),
+            Argument("size_m", 0.4, 0.05, 2.0),
+        ),
     ),
     Fault(
         "door_closed",
         "a door of the room is closed",
         lambda w, door: w.room.set_door(door, False),
         _open_doors,
-        (("door", "hallway"),),
+        (Argument("door", "hallway"),),
     ),
 )

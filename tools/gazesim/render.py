@@ -194,7 +194,7 @@ def _nearest(walls: Array, eye: tuple[float, float], rays: Array) -> tuple[Array
     ax, ay = walls[:, 0] - eye[0], walls[:, 1] - eye[1]
     ex, ey = walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1]
     dx, dy = rays[0][:, None], rays[1][:, None]
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         inverse = 1.0 / (dx * ey - dy * ex)
         depth = (ax * ey - ay * ex) * inverse
         share = (ax * dy - ay * dx) * inverse

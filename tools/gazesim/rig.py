@@ -14,7 +14,7 @@ from gazesim.board_process import BoardProcess
 from gazesim.cable import Cable
 from gazesim.camera import Camera
 from gazesim.control import Control
-from gazesim.faults import Fault
+from gazesim.faults import Argument, Fault
 from gazesim.pty_port import PtyPort
 from gazesim.rooms import Room
 from gazesim.world import World
@@ -25,6 +25,7 @@ _TICK_STALL_S = 0.100  # ticks may stand still that long on a stalled PC before 
 _CONTROL_S = 0.005
 _BOARD_S = 0.050
 _WIPER_LOG = 1000
+_NUMBER_LIMIT = 1e6  # of numbers in requests
 
 
 class Rig:
@@ -164,6 +165,8 @@ def _number(request: dict[str, Any], key: str) -> float:
     value = request.get(key)
     if not isinstance(value, int | float) or isinstance(value, bool):
         raise ValueError(f"{request['do']} needs {key!r}, a number")
+    if not -_NUMBER_LIMIT <= value <= _NUMBER_LIMIT:
+        raise ValueError(f"{request['do']}: {key} is not within +/- {_NUMBER_LIMIT:g}")
     return value
 
 
@@ -193,7 +196,12 @@ RIG_FAULTS = (
         "shares of the bytes both ways are wrong, lost or doubled; all are late",
         lambda rig, **damage: rig.cable.set_damage(**damage),
         lambda rig: rig.cable.set_damage(),
-        (("corrupt", 0.0), ("drop", 0.0), ("duplicate", 0.0), ("delay_ms", 0.0)),
+        (
+            Argument("corrupt", 0.0, 0.0, 1.0),
+            Argument("drop", 0.0, 0.0, 1.0),
+            Argument("duplicate", 0.0, 0.0, 1.0),
+            Argument("delay_ms", 0.0, 0.0, 10_000.0),
+        ),
     ),
     Fault("lidar_unplugged", "the lidar's USB plug is pulled", _unplug_lidar, _plug_lidar),
     Fault(

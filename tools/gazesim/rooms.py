@@ -203,7 +203,7 @@ def cast_rays(x_m: float, y_m: float, angles_rad: Array, segments: Array, discs:
     if len(segments):
         ax, ay = segments[:, 0] - x_m, segments[:, 1] - y_m
         ex, ey = segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1]
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             inverse = 1.0 / (dx * ey - dy * ex)
             along = (ax * ey - ay * ex) * inverse  # distance along the ray
             share = (ax * dy - ay * dx) * inverse  # 0..1 along the segment
