@@ -133,20 +133,34 @@ STATES = {
 }
 
 
-@pytest.mark.parametrize("language", ["nl", "en"])
 @pytest.mark.parametrize("name", STATES)
-def test_every_word_fits_and_here_is_how_it_looks(page, host, screen, driver, name, language):
+def test_every_word_fits_and_here_is_how_it_looks(page, host, driver, name):
     host.welcome["backward"] = name in ("warning", "override")
-    page.clock.run_for(100)
-    driver.open(f"?lang={language}")
+    for sequence, language in enumerate(("nl", "en"), 1):
+        page.clock.run_for(100)
+        driver.open(f"?lang={language}")
+        host.show(picture(), sequence)
+        wait_until(lambda n=str(sequence): n in host.acknowledged, "the picture")
+        driver.state(**STATES[name])
+        driver.advance(25)
+        for width, height in SCREENS:
+            page.set_viewport_size({"width": width, "height": height})
+            driver.screenshot(f"driver-{name}-{language}-{width}")
+            assert page.evaluate(OVERFLOWING) == []
+
+
+def test_the_dwell_ring_and_a_held_target(page, host, driver):
+    driver.advance(350, look=(0.5, 0.6))
+    driver.advance(300, look="left")
+    assert page.locator("#left").get_attribute("class") == "target drive dwelling"
+    assert page.locator("#left .ring").is_visible()
+    driver.screenshot("driver-dwell")
+    driver.advance(400, look="left")
+    assert page.locator("#left").get_attribute("class") == "target drive holding"
     host.show(picture(), 1)
     wait_until(lambda: host.acknowledged, "the picture")
-    if name == "armed":
-        driver.hover("forward")
-    driver.state(**STATES[name])
-    driver.advance(25)
-    driver.screenshot(f"driver-{name}-{language}-{screen[0]}")
-    assert page.evaluate(OVERFLOWING) == []
+    driver.advance(25, look="left")
+    driver.screenshot("driver-holding")
 
 
 def test_the_longest_words_fit_in_the_corner_and_the_banner(screen, page, host: FakeHost, driver):

@@ -4,8 +4,6 @@ from itertools import pairwise
 
 import pytest
 
-from fakehost import wait_until
-
 pytestmark = pytest.mark.browser
 
 KEYS = {"ArrowUp": "forward", "ArrowLeft": "left", "ArrowRight": "right"}
@@ -184,93 +182,6 @@ def test_losing_the_armed_state_ends_a_hold_for_good(driver):
     driver.forget()
     driver.advance(2000, look="forward")
     assert driver.heard("cmd") == []
-
-
-HIDE = {
-    "blur": "dispatchEvent(new Event('blur'))",
-    "pagehide": "dispatchEvent(new Event('pagehide'))",
-    "freeze": "document.dispatchEvent(new Event('freeze'))",
-    "hidden": "Object.defineProperty(document, 'hidden', {value: true, configurable: true});"
-    "document.dispatchEvent(new Event('visibilitychange'))",
-    "leaving the document": "document.documentElement.dispatchEvent("
-    "new PointerEvent('pointerleave', {pointerType: 'mouse'}))",
-    "pointer cancelled": "document.body.dispatchEvent("
-    "new PointerEvent('pointercancel', {bubbles: true}))",
-}
-
-
-@pytest.mark.parametrize("how", HIDE)
-@pytest.mark.parametrize("by", ["gaze", "press", "key"])
-def test_hiding_the_page_in_any_way_stops_at_once(driver, how, by):
-    if by == "gaze":
-        driver.hover("forward")
-    elif by == "press":
-        driver.look("forward")
-        driver.page.mouse.down()
-    else:
-        driver.page.keyboard.down("ArrowUp")
-    driver.advance(200, look="forward" if by == "gaze" else None)
-    assert last(driver)["k"] == "cmd"
-    driver.forget()
-    driver.page.evaluate(HIDE[how])
-    assert driver.heard("cmd", "stop") == [{"k": "stop"}]
-    driver.advance(500, look="forward" if by == "gaze" else None)
-    assert driver.heard("cmd") == []
-
-
-def test_going_to_another_page_says_stop(driver, host):
-    driver.page.keyboard.down("ArrowUp")
-    driver.forget()
-    driver.page.goto("about:blank")
-    wait_until(lambda: {"k": "stop"} in host.heard, "the stop of a page that goes")
-
-
-def test_a_silent_host_ends_the_hold_and_is_shown(driver):
-    driver.page.keyboard.down("ArrowUp")
-    driver.advance(200)
-    assert not driver.page.locator("#lost").is_visible()
-    driver.page.clock.run_for(700)  # and the host says nothing
-    assert driver.page.locator("#lost").is_visible()
-    assert last(driver)["k"] == "stop"
-    driver.state()
-    assert not driver.page.locator("#lost").is_visible()
-    driver.forget()
-    driver.advance(500)
-    assert driver.heard("cmd") == []  # the key is still down: a new press is needed
-    driver.page.keyboard.up("ArrowUp")
-    driver.page.keyboard.down("ArrowUp")
-    assert last(driver)["edge"] == 2
-
-
-def test_the_page_comes_back_by_itself_after_the_host_died(driver, host):
-    driver.hover("forward")
-    host.cut()
-    wait_until(lambda: driver.data("link") == "lost", "the page to notice")
-    driver.page.clock.run_for(20_000)  # tries in vain for a while
-    host.accepting = True
-    host.heard.clear()
-    driver.connect()
-    driver.advance(1000, look="forward")
-    assert driver.heard("cmd") == []  # the gaze never left: nothing starts by itself
-    driver.hover("forward")
-    assert last(driver)["edge"] == 2
-
-
-def test_a_silent_connection_is_made_anew(driver):
-    driver.page.clock.run_for(3000)
-    driver.connect()
-    assert driver.page.evaluate("spied.sockets.filter(s => s.url.endsWith('control')).length") == 2
-
-
-def test_commands_are_dropped_not_queued_when_the_network_is_stuck(driver):
-    driver.page.evaluate(
-        "for (const s of spied.sockets) Object.defineProperty(s, 'bufferedAmount', {value: 9999})"
-    )
-    driver.forget()
-    driver.page.keyboard.down("ArrowUp")
-    driver.advance(300)
-    driver.page.keyboard.up("ArrowUp")
-    assert [m["k"] for m in driver.heard("cmd", "hb", "stop")] == ["stop"]
 
 
 def test_a_latched_fault_is_cleared_by_pressing_three_seconds(driver):

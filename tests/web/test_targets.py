@@ -16,12 +16,7 @@ async (steps) => {
     on[kind] = (...rest) => said.push([Math.round(now), kind, ...rest]);
   }
   const targets = new Targets(on);
-  targets.configure(
-    { dwell_ms: 600, leave_grace_ms: 200, pointer_stale_ms: 500, heartbeat_ms: 50 });
-  for (const [at, call, ...rest] of steps) {
-    now = at;
-    targets[call](...rest, at);
-  }
+  for (const [at, call, ...rest] of steps) targets[call](...rest, (now = at));
   return said;
 }
 """
@@ -279,8 +274,7 @@ def test_after_a_stop_no_edge_ever_drives_again(tell, seed):
     story = Story(rng.choice(["continuous", "step"]))
     for _ in range(150):
         target = rng.choice(names)
-        source = rng.choice(["mouse", "touch", "key"])
-        act = rng.randrange(8)
+        source, act = rng.choice(["mouse", "touch", "key"]), rng.randrange(8)
         if act < 3:
             story.look(target, rng.randrange(0, 1200, 25))
         elif act == 3:

@@ -1,0 +1,106 @@
+"""Everything that must stop the chair without the driver's say: page hidden, link lost."""
+
+import pytest
+
+from fakehost import wait_until
+
+pytestmark = pytest.mark.browser
+
+
+def last(driver):
+    """The newest message that moves or stops."""
+    return driver.heard("cmd", "stop")[-1]
+
+
+HIDE = {
+    "blur": "dispatchEvent(new Event('blur'))",
+    "pagehide": "dispatchEvent(new Event('pagehide'))",
+    "freeze": "document.dispatchEvent(new Event('freeze'))",
+    "hidden": "Object.defineProperty(document, 'hidden', {value: true, configurable: true});"
+    "document.dispatchEvent(new Event('visibilitychange'))",
+    "leaving the document": "document.documentElement.dispatchEvent("
+    "new PointerEvent('pointerleave', {pointerType: 'mouse'}))",
+    "pointer cancelled": "document.body.dispatchEvent("
+    "new PointerEvent('pointercancel', {bubbles: true}))",
+}
+
+
+def hold(driver, by):
+    """Begins to drive forward by gaze, mouse button or key."""
+    if by == "gaze":
+        driver.hover("forward")
+    elif by == "press":
+        driver.look("forward")
+        driver.page.mouse.down()
+    else:
+        driver.page.keyboard.down("ArrowUp")
+    driver.advance(100, look="forward" if by == "gaze" else None)
+    assert last(driver)["k"] == "cmd"
+
+
+@pytest.mark.parametrize("by", ["gaze", "press", "key"])
+def test_hiding_the_page_in_any_way_stops_at_once(driver, by):
+    for how, event in HIDE.items():
+        hold(driver, by)
+        driver.forget()
+        driver.page.evaluate(event)
+        assert driver.heard("cmd", "stop") == [{"k": "stop"}], how
+        driver.advance(300, look="forward" if by == "gaze" else None)
+        assert driver.heard("cmd") == [], how
+        driver.page.mouse.up()
+        driver.page.keyboard.up("ArrowUp")
+
+
+def test_going_to_another_page_says_stop(driver, host):
+    driver.page.keyboard.down("ArrowUp")
+    driver.forget()
+    driver.page.goto("about:blank")
+    wait_until(lambda: {"k": "stop"} in host.heard, "the stop of a page that goes")
+
+
+def test_a_silent_host_ends_the_hold_and_is_shown(driver):
+    driver.page.keyboard.down("ArrowUp")
+    driver.advance(200)
+    assert not driver.page.locator("#lost").is_visible()
+    driver.page.clock.run_for(700)  # and the host says nothing
+    assert driver.page.locator("#lost").is_visible()
+    assert last(driver)["k"] == "stop"
+    driver.state()
+    assert not driver.page.locator("#lost").is_visible()
+    driver.forget()
+    driver.advance(500)
+    assert driver.heard("cmd") == []  # the key is still down: a new press is needed
+    driver.page.keyboard.up("ArrowUp")
+    driver.page.keyboard.down("ArrowUp")
+    assert last(driver)["edge"] == 2
+
+
+def test_the_page_comes_back_by_itself_after_the_host_died(driver, host):
+    driver.hover("forward")
+    host.cut()
+    wait_until(lambda: driver.data("link") == "lost", "the page to notice")
+    driver.page.clock.run_for(20_000)  # tries in vain for a while
+    host.accepting = True
+    host.heard.clear()
+    driver.connect()
+    driver.advance(1000, look="forward")
+    assert driver.heard("cmd") == []  # the gaze never left: nothing starts by itself
+    driver.hover("forward")
+    assert last(driver)["edge"] == 2
+
+
+def test_a_silent_connection_is_made_anew(driver):
+    driver.page.clock.run_for(3000)
+    driver.connect()
+    assert driver.page.evaluate("spied.sockets.filter(s => s.url.endsWith('control')).length") == 2
+
+
+def test_commands_are_dropped_not_queued_when_the_network_is_stuck(driver):
+    driver.page.evaluate(
+        "for (const s of spied.sockets) Object.defineProperty(s, 'bufferedAmount', {value: 9999})"
+    )
+    driver.forget()
+    driver.page.keyboard.down("ArrowUp")
+    driver.advance(300)
+    driver.page.keyboard.up("ArrowUp")
+    assert [m["k"] for m in driver.heard("cmd", "hb", "stop")] == ["stop"]
