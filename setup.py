@@ -2,21 +2,11 @@
 
 from setuptools import find_packages, setup
 
-ROOTS = {
-    "gazelink": "protocol",
-    "gazeboard": "firmware",
-    "gazechair": "host",
-    "gazesim": "tools",
-    "gazedemo": "tools",
-    "gazemeasure": "tools",
-}
-
 packages = ["gazeweb"]
 package_dir = {"gazeweb": "web"}
-for name, root in ROOTS.items():
-    found = find_packages(root, include=[name, name + ".*"])
+for root in ("protocol", "firmware", "host", "tools"):
+    found = find_packages(root, include=["gaze*"])
     packages += found
-    if found:
-        package_dir[name] = f"{root}/{name}"
+    package_dir |= {name: f"{root}/{name}" for name in found if "." not in name}
 
 setup(packages=packages, package_dir=package_dir)
