@@ -36,14 +36,14 @@ class App:
         s = Settings(board.load(SETTINGS_FILE))
         self.settings = s
         self.inbox = Inbox()
-        self.outbox = Outbox()
-        self.link = Link(
-            board.serial, self.inbox, self.outbox, board.boot_id, board.name, board.simulated
-        )
         self._imu = Imu(board.imu_i2c, board.ticks_diff, s.tilt_limit_q4_deg)
         self.joystick = Joystick(board.joystick_i2c)
         boot_faults = 0 if board.hard_timer else 1 << codes.NO_HARD_TIMER
         self.safety = Safety(board.simulated, s.relay_fitted, boot_faults)
+        self.outbox = Outbox(self.safety, self.joystick)
+        self.link = Link(
+            board.serial, self.inbox, self.outbox, board.boot_id, board.name, board.simulated
+        )
         self._emergency_stored = board.load(_EMERGENCY_FILE) is not None
         if self._emergency_stored:
             self.safety.faults |= 1 << codes.EMERGENCY
@@ -77,6 +77,7 @@ class App:
                 _REST_Q4,
             ),
         )
+        self.outbox.watch(self.motion)
         self.inbox.back.calibrated = s.calibrated
         self.inbox.touch()
 
@@ -89,8 +90,6 @@ class App:
             self._board.enable_pin(0)
             self.safety.tick_raised()
             self.motion.stop()
-            self.outbox.faults = self.safety.faults
-            self.outbox.state = self.safety.state
 
     def _tick(self):
         board = self._board
@@ -117,28 +116,13 @@ class App:
         elif not safety.enable and self._enable_level:
             self._enable_level = 0
             board.enable_pin(0)
-        self._publish(relay_closed, late)
-        spent_us = board.ticks_diff(board.ticks_us(), start_us)
-        if spent_us > self.outbox.tick_max_us:
-            self.outbox.tick_max_us = spent_us
-
-    def _publish(self, relay_closed, late):
         o = self.outbox
-        safety = self.safety
-        o.state = safety.state
-        o.motion = self.motion.state
-        o.override = safety.override
-        o.arm_reason = safety.arm_reason
-        o.first_fault = safety.first_fault
-        o.faults = safety.faults
-        o.owner = safety.owner
-        o.edge = safety.edge if safety.edge else safety.spent_edge
-        o.decisions = safety.decisions()
-        o.linear_wiper = self.joystick.linear_wiper
-        o.turn_wiper = self.joystick.turn_wiper
         o.relay_closed = relay_closed
         if late:
             o.late_ticks = (o.late_ticks + 1) & 0xFFFF
+        spent_us = board.ticks_diff(board.ticks_us(), start_us)
+        if spent_us > o.tick_max_us:
+            o.tick_max_us = spent_us
         o.ticks = (o.ticks + 1) & 0x3FFFFFFF
 
     # -- the service loop: everything that may wait or take a while --------------------------------
@@ -152,6 +136,7 @@ class App:
         if gap_ms > self.service_max_ms:
             self.service_max_ms = gap_ms
         self.inbox.beat()
+        self.outbox.refresh()
         self.link.poll(self)
         if self._imu.poll(now_ms, self.outbox.motion == codes.TURNING):
             back = self.inbox.back

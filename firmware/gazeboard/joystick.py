@@ -38,20 +38,28 @@ class Joystick:
     # Write both and read both back; True: verified. A bus error or a wrong value is False at once,
     # so that a stuck bus costs one time-out a tick, not four.
     def write(self, linear_permille, turn_permille):
-        self.linear_wiper = counts(linear_permille, self._neutral_linear)
-        self.turn_wiper = counts(turn_permille, self._neutral_turn)
-        self.neutral = (
-            self.linear_wiper == self._neutral_linear and self.turn_wiper == self._neutral_turn
-        )
+        linear = self._neutral_linear
+        turn = self._neutral_turn
+        self.neutral = linear_permille == 0 and turn_permille == 0
+        if not self.neutral:
+            linear = counts(linear_permille, linear)
+            turn = counts(turn_permille, turn)
+        self.linear_wiper = linear
+        self.turn_wiper = turn
+        i2c = self._i2c
+        out = self._out
+        back = self._in
         try:
-            return self._one(_RDAC1, self.linear_wiper) and self._one(_RDAC2, self.turn_wiper)
+            out[0] = _RDAC1
+            out[1] = linear
+            i2c.writeto(ADDRESS, out)
+            i2c.readfrom_into(ADDRESS, back)
+            if back[0] != linear:
+                return False
+            out[0] = _RDAC2
+            out[1] = turn
+            i2c.writeto(ADDRESS, out)
+            i2c.readfrom_into(ADDRESS, back)
+            return back[0] == turn
         except OSError:
             return False
-
-    def _one(self, channel, value):
-        out = self._out
-        out[0] = channel
-        out[1] = value
-        self._i2c.writeto(ADDRESS, out)
-        self._i2c.readfrom_into(ADDRESS, self._in)
-        return self._in[0] == value

@@ -285,25 +285,21 @@ class Link:
 
     def _send_state(self):
         o = self._outbox
-        for _ in range(3):
-            ticks = o.ticks
-            struct.pack_into(
-                messages.STATE.format,
-                self._encoder.body,
-                messages.HEADER_SIZE,
-                o.state | (o.motion << 4),
-                o.override,
-                o.arm_reason,
-                o.first_fault,
-                o.faults,
-                self._inbox.back.heading_q4,
-                o.linear_wiper,
-                o.turn_wiper,
-                o.edge,
-                o.decisions,
-            )
-            if ticks == o.ticks:
-                break
+        struct.pack_into(
+            messages.STATE.format,
+            self._encoder.body,
+            messages.HEADER_SIZE,
+            o.state | (o.motion << 4),
+            o.override,
+            o.arm_reason,
+            o.first_fault,
+            o.faults,
+            self._inbox.back.heading_q4,
+            o.linear_wiper,
+            o.turn_wiper,
+            o.edge,
+            o.decisions,
+        )
         self._send(messages.STATE)
 
     def _send_stats(self, s):

@@ -1,8 +1,6 @@
 # What service loop and tick share: a double buffer down, a sequence-checked record up. No
 # allocation.
 
-from gazelink import codes
-
 
 class Inputs:
     # Everything the tick reads. Counters change when their value is new; 16 bits, any difference
@@ -99,22 +97,37 @@ class Inbox:
 
 
 class Outbox:
-    # Written by the tick; read by the service loop between two looks at `ticks` (torn if they
-    # differ).
+    # What the tick found, for the service loop. The tick advances `ticks` last; the service loop
+    # takes its copy between two equal looks at it, so the copy is of one tick.
 
-    def __init__(self):
+    def __init__(self, safety, joystick):
+        self._safety = safety
+        self._joystick = joystick
+        self._moving = None
         self.ticks = 0  # the board's clock: ticks since start, 30 bits
-        self.state = codes.DISARMED
-        self.motion = codes.STOPPED
-        self.override = codes.NO_REASON
-        self.arm_reason = codes.NOT_CONNECTED
-        self.first_fault = codes.NO_REASON
-        self.faults = 0
-        self.owner = codes.NOBODY
-        self.edge = 0
-        self.decisions = 255
-        self.linear_wiper = 0
-        self.turn_wiper = 0
         self.relay_closed = False
         self.tick_max_us = 0  # since the service loop last set it to 0
         self.late_ticks = 0
+
+    # The motion to report from now on (settings make a new one).
+    def watch(self, motion):
+        self._moving = motion
+        self.refresh()
+
+    def refresh(self):
+        s = self._safety
+        for _ in range(3):
+            ticks = self.ticks
+            self.state = s.state
+            self.motion = self._moving.state
+            self.override = s.override
+            self.arm_reason = s.arm_reason
+            self.first_fault = s.first_fault
+            self.faults = s.faults
+            self.owner = s.owner
+            self.edge = s.edge if s.edge else s.spent_edge
+            self.decisions = s.decisions()
+            self.linear_wiper = self._joystick.linear_wiper
+            self.turn_wiper = self._joystick.turn_wiper
+            if ticks == self.ticks:
+                return
