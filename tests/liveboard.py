@@ -11,12 +11,20 @@ from gazesim.bank import Bank
 from gazesim.cable import Cable
 from gazesim.emulated_board import EmulatedBoard
 from gazesim.world import World
-from livehost import LiveHost
+from livehost import STOP, LiveHost
 
 # Wall time a condition may take: the emulation keeps up with real time, but machines stall.
 LIMIT_S = 120.0
 STEP_S = 0.001
 NEUTRAL = (170, 170)
+# The flashed main.py with something in between; a script runs in place of it at one boot only.
+_PATCHED = """
+text = open('/flash/main.py').read()
+at = text.index('from gazeboard')
+exec(text[:at])
+{}
+exec(text[at:])
+"""
 
 
 class LiveBoard:
@@ -82,8 +90,10 @@ class EmulatedLiveBoard(LiveBoard):
         super().__init__(folder / "port")
         self._tick = 0
 
-    def start(self) -> None:
-        """Switch it on."""
+    def start(self, patch: str = "") -> None:
+        """Switch it on; `patch` is run in the firmware, once, before its App is imported."""
+        if patch:
+            self.board.run_instead(_PATCHED.format(patch).encode())
         self.cable.start()
         self.board.start()
 
@@ -109,6 +119,11 @@ class EmulatedLiveBoard(LiveBoard):
         """Writes to the enable line so far."""
         return self.bank.pin(pins.ENABLE).out_count
 
+    def run_ms(self, duration_ms: int) -> None:
+        """Let that much of the board's time pass, whether it talks or not."""
+        end = self._tick + duration_ms
+        self.until(lambda: self._tick >= end, f"{duration_ms} ms of the board's time")
+
     def pass_time(self) -> None:
         """The world up to the board's clock, then the host."""
         self.board.poll()
@@ -133,6 +148,7 @@ class EmulatedLiveBoard(LiveBoard):
 
         def armed() -> bool:
             host = self.host
+            host.command = STOP
             if host.safety == codes.DISARMED and host.state["arm_reason"] == codes.NO_REASON:
                 host.order(codes.ARM)
                 self.run_ms(300)
@@ -145,7 +161,6 @@ class EmulatedLiveBoard(LiveBoard):
 
         def moving() -> bool:
             if self.host.safety != codes.ARMED:
-                self.host.command = (codes.STOP, codes.CONTINUOUS, 0, codes.DRIVER, 0, 0, 0)
                 self.arm()
             if self.host.wipers == NEUTRAL and self.host.state["override"]:
                 self.host.hold(verb, self.new_edge())

@@ -78,11 +78,11 @@ class EmulatedBoard:
         ours, boards = socket.socketpair()
         ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
         boards.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
+        path = str(self._bank_path).replace(",", ",,")  # QEMU's way to quote
+        memory = f"memory-backend-file,id=bank,share=on,size={layout.SIZE},mem-path={path}"
         words = [
             *(_QEMU, "-machine", "mps2-an500,memory-backend=bank", "-kernel", str(self._elf)),
-            "-object",
-            "memory-backend-file,id=bank,share=on,size=%d,mem-path=%s"
-            % (layout.SIZE, str(self._bank_path).replace(",", ",,")),
+            *("-object", memory),
             *("-chardev", f"socket,id=line,fd={boards.fileno()}", "-serial", "chardev:line"),
             *("-display", "none", "-monitor", "none"),
             *self._clock,
@@ -114,12 +114,15 @@ class EmulatedBoard:
         A short cut for simulations, without the cable; `gazechair flash` is the real way.
         Raises ValueError when the firmware does not fit the bank's place for scripts.
         """
-        script = _install_script(root)
+        self.run_instead(_install_script(root))
+
+    def run_instead(self, script: bytes) -> None:
+        """Let the next boot, and only that one, run `script` in place of its main.py.
+
+        Raises ValueError when the script is too long for its place in the bank.
+        """
         if len(script) > layout.SCRIPT_SIZE:
-            raise ValueError(
-                f"the firmware is {len(script)} bytes as a script, the bank takes"
-                f" {layout.SCRIPT_SIZE}; flash it with gazechair flash"
-            )
+            raise ValueError(f"a script of {len(script)} bytes: at most {layout.SCRIPT_SIZE} fit")
         self._bank.buffer[layout.SCRIPT_AT : layout.SCRIPT_AT + len(script)] = script
         self._bank.set_u32(layout.SCRIPT_DONE_AT, 0)
         self._bank.set_u32(layout.SCRIPT_LEN_AT, len(script))
