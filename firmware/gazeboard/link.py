@@ -71,6 +71,7 @@ class Link:
         self._head = 0
         self._tail = 0
         self._session = 0
+        self._seed = bytearray(4)
         self._last_seq = 0
         self._heard_at = 0  # ticks of the last valid frame
         self._hello_at = 0
@@ -176,9 +177,9 @@ class Link:
         self._state_period_ms = _STATE_MS
         self._last_seq = buf[messages.SEQ_AT]
         self._heard_at = self._outbox.ticks
-        seed = frame.session_seed(session, self._boot)
-        self._decoder.seed = seed
-        self._encoder.seed = seed
+        frame.fill_session_seed(session, self._boot, self._seed)
+        self._decoder.seed = self._seed
+        self._encoder.seed = self._seed
         back = self._inbox.back
         back.session_count = (back.session_count + 1) & 0xFFFF or 1
         back.verb = codes.STOP

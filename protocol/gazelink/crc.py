@@ -6,11 +6,20 @@
 import sys
 
 if sys.implementation.name == "micropython":
-    from gazelink.crc_board import append, check, make_seed
+    from gazelink.crc_board import append, check, fill_seed
 else:
-    from gazelink.crc_host import append, check, make_seed
+    from gazelink.crc_host import append, check, fill_seed
 
 CRC_SIZE = 4
+
+
+def make_seed(data):
+    # The CRC-32 of `data` as 4 new bytes.
+    seed = bytearray(CRC_SIZE)
+    fill_seed(data, seed)
+    return seed
+
+
 NO_SEED = make_seed(b"")
 
-__all__ = ("CRC_SIZE", "NO_SEED", "append", "check", "make_seed")
+__all__ = ("CRC_SIZE", "NO_SEED", "append", "check", "fill_seed", "make_seed")

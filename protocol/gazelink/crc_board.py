@@ -19,6 +19,7 @@ def _make_table():
 
 _TABLE = _make_table()
 _scratch = bytearray(4)
+_ZERO = bytes(4)
 
 
 # Masks after each shift keep signed 32-bit (and 64-bit) machine words equal to the unsigned result.
@@ -36,10 +37,8 @@ def _crc(buf: ptr8, n: int, seed: ptr8, out: ptr8, table: ptr32):
     out[3] = (c >> 24) & 0xFF
 
 
-def make_seed(data):
-    seed = bytearray(4)
-    _crc(data, len(data), seed, seed, _TABLE)
-    return seed
+def fill_seed(data, seed):
+    _crc(data, len(data), _ZERO, seed, _TABLE)
 
 
 def append(buf, n, seed):

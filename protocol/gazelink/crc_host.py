@@ -6,9 +6,9 @@ from typing import Union
 Buffer = Union[bytes, bytearray]
 
 
-def make_seed(data: Buffer) -> bytearray:
-    """CRC-32 of `data` as 4 little-endian bytes: the starting value of a seeded CRC."""
-    return bytearray(zlib.crc32(data).to_bytes(4, "little"))
+def fill_seed(data: Buffer, seed: bytearray) -> None:
+    """Write the CRC-32 of `data` to seed[0:4], little-endian: a seeded CRC starts there."""
+    seed[0:4] = zlib.crc32(data).to_bytes(4, "little")
 
 
 def append(buf: bytearray, n: int, seed: Buffer) -> None:

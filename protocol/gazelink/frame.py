@@ -34,11 +34,26 @@ def schema_hash():
     )
 
 
-def session_seed(session, boot):
+_ids = bytearray(8)
+_ids[0:4] = _SCHEMA_SEED
+
+
+def fill_session_seed(session, boot, seed):
     # Seed of every frame that is not frozen: the table, the host's session and the board's boot, so
-    # a frame of another version, another host or another life of the board fails its CRC.
-    ids = bytes((session & 0xFF, session >> 8, boot & 0xFF, boot >> 8))
-    return crc.make_seed(bytes(_SCHEMA_SEED) + ids)
+    # a frame of another version, another host or another life of the board fails its CRC. Into
+    # seed[0:4]; allocates nothing.
+    _ids[4] = session & 0xFF
+    _ids[5] = session >> 8
+    _ids[6] = boot & 0xFF
+    _ids[7] = boot >> 8
+    crc.fill_seed(_ids, seed)
+
+
+def session_seed(session, boot):
+    # The same as 4 new bytes.
+    seed = bytearray(crc.CRC_SIZE)
+    fill_session_seed(session, boot, seed)
+    return seed
 
 
 class Decoder:

@@ -9,6 +9,7 @@ from gazemeasure.report import Report
 # name: (module, what it measures)
 BENCHMARKS = {
     "glance": ("gazemeasure.glance", "from the page's event handler to the wipers and back"),
+    "tick": ("gazemeasure.tick", "the hard tick: allocation, instructions, jitter, telemetry"),
 }
 
 

@@ -1,0 +1,100 @@
+"""The hard tick: allocation, instructions, jitter, missed ticks, telemetry, under the worst load.
+
+Allocation is proven on 32-bit MicroPython with the heap locked; the rest is counted on the emulated
+Cortex-M7, where 500 instructions are one microsecond and runs repeat to the instruction.
+"""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+from typing import Any
+
+from gazelink import frame, messages
+from gazemeasure import allocation, emulation
+from gazemeasure.report import Report
+
+_RUN_MS = 60_000
+_RUN_MS_QUICK = 5_000
+_STRETCH_US = 180
+_LIMIT_S = 1500.0
+_LATENCY_STEP_MS = 0.25
+# Wire time of one tick at 400 kHz: a 3-byte write and a 2-byte read for each wiper, 9 bits a byte,
+# START and STOP.
+_WIRE_US = 2 * (3 * 9 + 2 + 2 * 9 + 2) / 0.4
+_SESSION = 77
+
+
+def measure(quick: bool) -> Report:
+    """Run everything; see Report."""
+    run_ms = _RUN_MS_QUICK if quick else _RUN_MS
+    report = Report(f"tick: {run_ms // 1000} s on the emulated Cortex-M7, instruction-counted")
+    allocation.add_to(report, quick)
+    result, states = _load(run_ms, state_period_ms=1)
+    instructions = (result["worst_us"] - _WIRE_US) * emulation.INSTRUCTIONS_PER_US
+    mean = (result["sum_us"] / result["ticks"] - _WIRE_US) * emulation.INSTRUCTIONS_PER_US
+    report.add("worst tick, without wire time", instructions, "instr", 120_000)
+    report.add("mean tick, without wire time", mean, "instr")
+    report.add("tick start jitter, p99.9", _jitter_us(result["phase"], 0.999), "us", 20)
+    report.add("missed ticks", result["missed"], "", 0)
+    report.add("ticks", result["ticks"], "", run_ms, at_least=True)
+    report.add("frame decoded, p99.9", _latency_ms(result["latency"], 0.999), "ms", 10)
+    report.add("frame decoded, max", result["latency_max_us"] / 1000, "ms")
+    asked = result["state_asked"]
+    report.add("STATE at 1000 Hz, arrived", 100 * states / asked, "%", 100, at_least=True)
+    report.add("STATE at 1000 Hz, asked for", asked, "")
+    report.add("telemetry dropped by the board", result["tx_dropped"], "", 0)
+    report.add("frames corrupt or refused", result["corrupt"] + result["bad"], "", 0)
+    report.add("IMU samples", result["imu_samples"], "", run_ms / 10 * 0.9, at_least=True)
+    report.add("service passes while moving", result["moved"], "", 100, at_least=True)
+    report.note("load: a host frame every 5 ms, STATE every 1 ms, IMU at 100 Hz with its clock")
+    report.note(f"stretched by {_STRETCH_US} us a byte, garbage made and collected, every motion,")
+    report.note("override and heading fault in turn. QEMU counts instructions, not cycles.")
+    return report
+
+
+def _load(run_ms: int, state_period_ms: int) -> tuple[dict[str, Any], int]:
+    """What board_load.py found, and how many STATE frames arrived."""
+    text = (Path(__file__).parent / "board_load.py").read_text()
+    values = f"RUN_MS={run_ms}\nSTATE_PERIOD_MS={state_period_ms}\nSTRETCH_US={_STRETCH_US}\n"
+    output = emulation.run(values + text, _LIMIT_S)
+    telemetry, _, words = output.rpartition(b"\nRESULT ")
+    result: dict[str, Any] = ast.literal_eval(words.split(b"}")[0].decode() + "}")
+    return result, _states(telemetry)
+
+
+def _states(telemetry: bytes) -> int:
+    decoder = frame.Decoder()
+    states = 0
+    for byte in telemetry:
+        if not decoder.feed(byte):
+            continue
+        if decoder.buf[messages.TYPE_AT] == messages.HELLO.type_id:
+            hello = messages.HELLO.unpack(decoder.buf)
+            if hello["session"]:
+                decoder.seed = frame.session_seed(hello["session"], hello["boot"])
+        elif decoder.buf[messages.TYPE_AT] == messages.STATE.type_id:
+            states += 1
+    return states
+
+
+def _jitter_us(phase: list[int], share: float) -> float:
+    """Distance of the tick's start from its most frequent place on the grid, us."""
+    base = phase.index(max(phase))
+    return _share_below([(abs(at - base), count) for at, count in enumerate(phase)], share)
+
+
+def _latency_ms(histogram: list[int], share: float) -> float:
+    return _share_below(
+        [((at + 1) * _LATENCY_STEP_MS, count) for at, count in enumerate(histogram)], share
+    )
+
+
+def _share_below(counted: list[tuple[float, int]], share: float) -> float:
+    total = sum(count for _, count in counted)
+    seen = 0
+    for value, count in sorted(counted):
+        seen += count
+        if seen >= share * total:
+            return value
+    return float("nan")
