@@ -1,4 +1,4 @@
-"""The command line: `gazechair run`, `doctor`, `measure`, `config`."""
+"""The command line: `gazechair run`, `doctor`, `measure`, `flash`, `config`."""
 
 from __future__ import annotations
 
@@ -43,6 +43,11 @@ def _parser() -> argparse.ArgumentParser:
     measure.add_argument("--quick", action="store_true", help="fewer samples")
     measure.add_argument("--json", action="store_true", help="print one line of JSON")
     measure.set_defaults(act=_measure)
+    flash = commands.add_parser("flash", help="put the firmware on the board")
+    flash.add_argument("--port", default="auto", help="the board's serial port (default: find it)")
+    flash.add_argument("--dry-run", action="store_true", help="only say what would be done")
+    flash.add_argument("--force", action="store_true", help="flash in spite of doubts")
+    flash.set_defaults(act=_flash)
     config = commands.add_parser("config", help="print a configuration file with all defaults")
     config.set_defaults(act=_config)
     return parser
@@ -91,6 +96,18 @@ def _measure(options: argparse.Namespace) -> int:
     report = gazemeasure.run(options.name, options.quick)
     print(report.json() if options.json else report.table())
     return 0 if report.ok else 1
+
+
+def _flash(options: argparse.Namespace) -> int:
+    from gazechair.flash import Flasher, FlashError
+
+    try:
+        Flasher(lambda line: print(line, flush=True)).flash(
+            options.port, options.dry_run, options.force
+        )
+    except FlashError as error:
+        return _refuse(str(error))
+    return 0
 
 
 def _config(options: argparse.Namespace) -> int:
