@@ -7,20 +7,12 @@
 from gazeboard import limits
 from gazelink import codes
 
-# Faults that end the armed state at once. The others make neutral, or (heading) refuse turns.
-_DISARMING = (
-    (1 << codes.WIPER)
-    | (1 << codes.TICK_EXCEPTION)
-    | (1 << codes.TICK_STALLED)
-    | (1 << codes.EMERGENCY)
-    | (1 << codes.RELAY_OPEN)
-    | (1 << codes.RELAY_STUCK)
-    | (1 << codes.CALIBRATION)
-    | (1 << codes.WATCHDOG_BOOTS)
-    | (1 << codes.SIMULATED_SOURCE)
-    | (1 << codes.NO_HARD_TIMER)
-)
-_NEUTRAL = (1 << codes.HOST_SILENT) | (1 << codes.SERVICE_STALLED) | (1 << codes.TILT) | _DISARMING
+# Every fault makes neutral, except those that only refuse some directions; and every fault that
+# makes neutral ends the armed state at once, except those that may pass.
+_WARNING = codes.HEADING_FAULTS | (1 << codes.OBSTACLE_DATA_OLD)
+_PASSING = (1 << codes.HOST_SILENT) | (1 << codes.SERVICE_STALLED) | (1 << codes.TILT)
+_NEUTRAL = ~_WARNING
+_DISARMING = _NEUTRAL & ~_PASSING
 _LATCHED = 0
 for _row in codes.FAULTS:
     if _row[3]:
@@ -110,7 +102,7 @@ class Safety:
             self.first_fault = fault_reason(faults)
         self.faults = faults
         if ordered and i.order_action == codes.DISARM:
-            self._disarm(codes.NOT_ARMED)
+            self._disarm()
         elif ordered and i.order_action == codes.ARM:
             self._arm(i.order_owner)
         self._advance(i)
@@ -145,14 +137,15 @@ class Safety:
         if self.faults == 0:
             self.first_fault = codes.FAULT_REASON + fault
         self.faults |= 1 << fault
-        self._disarm(codes.FAULT_REASON + fault)
+        self._end_press(codes.FAULT_REASON + fault)
+        self._disarm()
 
-    def _disarm(self, reason):
+    def _disarm(self):
         self.state = codes.DISARMED
         self.owner = codes.NOBODY
         self.enable = False
         self.permitted = False
-        self._end_press(reason)
+        self._end_press(codes.NOT_ARMED)
 
     # The press that moves the chair, if any, never moves it again.
     def _end_press(self, reason):
@@ -254,7 +247,7 @@ class Safety:
         if i.session_count != self._session_count:
             self._session_count = i.session_count
             self._order_number = 0
-            self._disarm(codes.NOT_ARMED)
+            self._disarm()
 
     def _arm(self, owner):
         if owner != codes.DRIVER and owner != codes.CARETAKER:
@@ -290,11 +283,12 @@ class Safety:
                 or self._host_age_ms >= limits.HOST_LOST_MS - limits.MARGIN_MS
                 or self._service_age_ms >= limits.SERVICE_LOST_MS - limits.MARGIN_MS
             ):
-                self._disarm(fault_reason(self.faults & _NEUTRAL))
+                self._end_press(fault_reason(self.faults & _NEUTRAL))
+                self._disarm()
         elif self.state == codes.ARMING:
             self._arming_ms = older(self._arming_ms)
             if self.faults:
-                self._disarm(codes.NOT_ARMED)
+                self._disarm()
             elif self._relay_proven():
                 self.state = codes.ARMED
                 self.spent_edge = i.edge  # a press held until now is an old one
@@ -312,11 +306,11 @@ class Safety:
         old = self.faults & (1 << codes.OBSTACLE_DATA_OLD)
         self.blocked = _ALL_BLOCKED if old else i.clearance_blocked & _ALL_BLOCKED
         self.permitted = False
-        if i.stop_count != self._stop_count:
-            self._stop_count = i.stop_count
+        stopped = i.stop_count != self._stop_count
+        self._stop_count = i.stop_count
+        if stopped or i.verb == codes.STOP:
             self._end_press(codes.NO_REASON)
         if i.verb == codes.STOP:
-            self._end_press(codes.NO_REASON)
             self.override = codes.NO_REASON
             return
         reason = self._why_not_move(i)
@@ -373,9 +367,7 @@ class Safety:
         return codes.NO_REASON
 
     def _why_not_turn(self, sign):
-        if sign == 0:
-            return codes.NO_REASON
-        if self.faults & codes.HEADING_FAULTS:
+        if sign and self.faults & codes.HEADING_FAULTS:
             return fault_reason(self.faults & codes.HEADING_FAULTS)
         if sign > 0 and self.blocked & (1 << codes.DIR_LEFT):
             return self._obstacle(codes.DIR_LEFT)

@@ -98,6 +98,8 @@ def test_neutral_must_be_proven_for_half_a_second():
     core.order(codes.ARM)
     core.tick()
     assert core.safety.arm_reason == codes.NEUTRAL_NOT_PROVEN
+    core.tick()
+    assert core.safety.arm_reason == codes.NO_REASON
     core.run(5)
     assert core.safety.state == codes.DISARMED  # asked too early: not kept
 
@@ -196,6 +198,9 @@ def test_a_second_person_cannot_take_over_while_arming():
 def test_an_order_is_obeyed_once():
     core = Core()
     core.arm()
+    core.i.order_action = codes.DISARM
+    core.tick()
+    assert core.armed()
     core.order(codes.DISARM)
     core.tick()
     assert core.safety.state == codes.DISARMED
@@ -248,6 +253,29 @@ def test_hand_over_stops_and_waits_for_the_new_owners_press():
     core.i.owner = codes.CARETAKER
     core.tick()
     assert core.moving()
+
+
+def test_hand_over_ends_the_press_whoever_repeats_it():
+    for old, new in ((codes.DRIVER, codes.CARETAKER), (codes.CARETAKER, codes.DRIVER)):
+        core = Core()
+        core.arm(old)
+        core.press(codes.FORWARD)
+        core.i.owner = old
+        core.tick()
+        assert core.moving()
+        core.order(codes.ARM, new)
+        core.i.owner = new
+        assert refused(core, codes.NOT_OWNER)
+        assert core.safety.owner == new
+
+
+def test_only_the_order_to_arm_arms():
+    for action in (codes.DISARM, codes.EMERGENCY_STOP, codes.RESET_FAULTS):
+        core = Core()
+        core.make_ready()
+        core.order(action)
+        core.tick()
+        assert core.safety.state == codes.DISARMED
 
 
 def test_arming_again_changes_nothing():

@@ -16,7 +16,7 @@ def test_p8_three_failures_in_a_row_trip_and_two_do_not():
     for _ in range(5):
         core.verified = False
         core.run(limits.WIPER_TRIES - 1)
-        assert not core.toggled
+        assert core.toggled is False
         assert core.moving()
         core.verified = True
         core.tick()
@@ -45,6 +45,24 @@ def test_p8_a_reset_while_writes_still_fail_trips_again_in_the_same_tick():
     core.tick()
     assert core.only_fault(codes.WIPER)
     assert core.safety._wiper_bad == limits.WIPER_TRIES  # counts no further
+
+
+def test_p8_three_tries_from_the_first_tick():
+    core = Core()
+    core.verified = False
+    core.run(limits.WIPER_TRIES - 1)
+    assert core.safety.faults == 0
+    core.tick()
+    assert core.only_fault(codes.WIPER)
+
+
+def test_what_disarms_is_the_reason_not_what_only_warned():
+    core = Core()
+    core.drive()
+    core.i.heading_faults = 1 << codes.HEADING_JUMP
+    core.late = True
+    core.tick()
+    assert core.safety.override == REASON + codes.TICK_STALLED
 
 
 def test_p8_resets_never_lengthen_the_three_tries():
@@ -98,6 +116,8 @@ def test_the_first_reason_is_kept():
     core = Core()
     core.drive()
     core.i.heading_faults = 1 << codes.HEADING_JUMP
+    core.tick()
+    core.i.heading_faults |= 1 << codes.HEADING_FROZEN
     core.tick()
     core.i.tilted = True
     core.tick()
@@ -247,18 +267,19 @@ def test_a_contact_that_stays_closed_is_a_fault_until_it_was_open_for_half_a_sec
 
 
 def test_a_contact_closed_without_the_enable_line_is_stuck_after_100_ms():
-    core = Core()
-    core.run(300)
-    core.contact = True
-    core.run(limits.RELAY_STUCK_MS - 1)
-    assert core.safety.faults == 0
-    core.tick()
-    assert core.only_fault(codes.RELAY_STUCK)
+    for before_ms in (0, 300):
+        core = Core()
+        core.run(before_ms)
+        core.contact = True
+        core.run(limits.RELAY_STUCK_MS - 1)
+        assert core.safety.faults == 0
+        core.tick()
+        assert core.only_fault(codes.RELAY_STUCK)
 
 
 def test_without_feedback_the_contact_is_no_concern():
     core = Core(relay_fitted=False)
-    for contact in (True, False):
+    for contact in (False, True):
         core.contact = contact
         core.run(700)
         assert core.safety.faults == 0

@@ -12,6 +12,7 @@ def test_p5_a_blocked_direction_refuses_what_goes_there_and_nothing_else():
         (codes.BACKWARD, 0, 0, 2),
         (codes.LEFT, 0, 0, 4),
         (codes.RIGHT, 0, 0, 8),
+        (codes.DRIVE, 2, 0, 1),
         (codes.DRIVE, 1, 0, 1),
         (codes.DRIVE, -1, 0, 2),
         (codes.DRIVE, 0, 1, 4),
@@ -55,6 +56,19 @@ def test_a_proportional_command_that_does_not_turn_needs_no_heading():
     assert core.moving()
     core.i.turn_permille = 1
     assert refused(core, REASON + codes.HEADING_BUS)
+
+
+def test_the_reason_is_the_obstacle_whatever_else_only_warns():
+    core = Core()
+    core.arm()
+    core.i.heading_faults = 1 << codes.HEADING_JUMP
+    core.i.clearance_blocked = 1
+    core.press(codes.FORWARD)
+    assert refused(core, codes.OBSTACLE_FORWARD)
+    core.lidar = False
+    core.run(400)
+    core.press(codes.LEFT)
+    assert refused(core, REASON + codes.HEADING_JUMP)  # without a heading first, then the data
 
 
 def test_reasons_in_their_order():

@@ -98,7 +98,7 @@ def test_p2_p9_silence_is_neutral_at_its_limit_and_disarms_at_the_next():
         assert not core.toggled
         assert core.safety.override == REASON + bit  # still the reason why it stands
         setattr(core, name, True)
-        core.tick()
+        core.run(3)
         assert core.safety.faults == 0
         assert core.safety.first_fault == REASON + bit  # kept for the explanation
 
@@ -140,6 +140,28 @@ def test_p6_obstacle_data_is_old_300_ms_after_acquisition_and_fresh_again_below_
     moves_again_with_a_new_press_only(core)
 
 
+def test_p6_old_data_refuses_every_direction_with_its_reason():
+    for verb in (codes.FORWARD, codes.BACKWARD, codes.LEFT, codes.RIGHT):
+        core = Core()
+        core.arm()
+        core.lidar = False
+        core.run(limits.CLEARANCE_OLD_MS)
+        core.press(verb)
+        core.tick()
+        assert not core.moving()
+        assert core.safety.override == REASON + codes.OBSTACLE_DATA_OLD
+        assert core.armed()
+
+
+def test_p6_the_hysteresis_is_of_this_fault_alone():
+    core = Core()
+    core.i.tilted = True
+    core.run(2)
+    core.i.clearance_age_ms = limits.CLEARANCE_FRESH_MS
+    core.run(2)
+    assert core.only_fault(codes.TILT)
+
+
 def test_data_of_a_simulation_never_moves_a_real_board():
     for source in (codes.SIMULATED, codes.REPLAYED):
         core = Core()
@@ -160,6 +182,7 @@ def test_data_of_a_simulation_never_moves_a_real_board():
 
 def test_decisions_tell_what_is_blocked():
     core = Core()
+    core.i.tilted = True  # says nothing about obstacles
     for blocked in range(16):
         core.i.clearance_blocked = blocked | 0xF0
         core.tick()
@@ -199,7 +222,7 @@ def test_p7_each_heading_fault_refuses_turns_with_its_reason():
         ):
             core = Core()
             core.arm()
-            core.i.heading_faults = (1 << bit) | (1 << codes.WIPER)  # only heading bits count
+            core.i.heading_faults = (1 << bit) | (1 << codes.WIPER) | 1  # only heading bits count
             core.press(verb)
             core.tick()
             assert core.only_fault(bit)
@@ -240,6 +263,23 @@ def test_counters_wrap_and_any_difference_counts():
     core = Core()
     core.i.host_count = core.i.service_count = 0xFFF0
     core.i.clearance_count = core.i.heading_count = 0xFFF0
+    core.i.command_count = 0xFFFF
     core.drive()
-    core.run(100)
+    core.run(1000)
     assert core.moving()
+    for counter in ("stop_count", "emergency_count", "session_count"):
+        core = Core()
+        setattr(core.i, counter, 0xFFFF)
+        core.tick()
+        core.order(codes.RESET_FAULTS, codes.CARETAKER)
+        core.drive()
+        setattr(core.i, counter, 1)
+        core.tick()
+        assert not core.moving(), counter
+    core = Core()
+    core.i.order_number = 254
+    core.drive()
+    core.order(codes.DISARM)
+    core.tick()
+    assert core.i.order_number == 1
+    assert core.safety.state == codes.DISARMED

@@ -164,6 +164,15 @@ def test_no_turn_into_a_blocked_side():
                     assert motion.turn_permille == (0 if blocked & against else free)
 
 
+def test_not_by_the_smallest_output():
+    for turn in (-1, 1):
+        motion, i = begun(codes.DRIVE, codes.CONTINUOUS, 0, turn)
+        motion.step(i, 0)
+        assert motion.turn_permille == turn
+        motion.step(i, LEFT_BIT | RIGHT_BIT)
+        assert motion.turn_permille == 0
+
+
 def test_stop_is_neutral_and_forgets():
     motion, i = begun(codes.LEFT, codes.STEP)
     for _ in range(300):
@@ -195,6 +204,16 @@ def test_a_new_press_begins_anew():
     for _ in range(201):
         motion.step(i, 0)
     assert motion.ended
+    for edge in (2, 1):  # any other number
+        motion, i = begun(codes.FORWARD, codes.STEP)
+        i.edge = 3 - edge
+        motion.step(i, 0)
+        i.edge = edge
+        i.verb = codes.BACKWARD
+        motion.step(i, 0)
+        assert motion.state == codes.MOVING_BACKWARD
+    motion, i = begun(codes.FORWARD, codes.STEP)
+    motion.step(i, 0)
     i.edge = 2
     i.verb = codes.BACKWARD
     for _ in range(200):

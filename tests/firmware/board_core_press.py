@@ -88,15 +88,60 @@ def test_a_press_without_a_number_never_moves():
 
 
 def test_a_press_keeps_its_verb_and_mode():
-    for verb, mode in ((codes.BACKWARD, codes.CONTINUOUS), (codes.FORWARD, codes.STEP)):
+    held = (codes.FORWARD, codes.CONTINUOUS)
+    back = (codes.BACKWARD, codes.CONTINUOUS)
+    step = (codes.FORWARD, codes.STEP)
+    for before, after in ((held, back), (back, held), (held, step), (step, held)):
         core = Core()
-        core.drive(codes.FORWARD, codes.CONTINUOUS)
-        core.i.verb = verb
-        core.i.mode = mode
+        core.drive(before[0], before[1])
+        core.i.verb, core.i.mode = after
         assert refused(core, codes.BAD_COMMAND)
-        core.i.verb = codes.FORWARD
-        core.i.mode = codes.CONTINUOUS
+        core.i.verb, core.i.mode = before
         assert refused(core, codes.BAD_COMMAND)
+
+
+def test_press_numbers_wrap_and_only_have_to_differ():
+    core = Core()
+    core.i.edge = 254
+    core.drive()
+    core.press(codes.BACKWARD)
+    assert core.i.edge == 1
+    core.tick()
+    assert core.motion.linear_permille < 0
+    core.i.edge = 255
+    core.stop()
+    core.tick()
+    assert core.moving()
+    core.stop()
+    assert refused(core, codes.NEEDS_NEW_COMMAND)
+    core.press(codes.LEFT)
+    core.tick()
+    assert core.moving()
+
+
+def test_the_silence_after_a_finished_step_is_of_its_press_only():
+    core = Core()
+    core.arm()
+    core.press(codes.FORWARD, codes.STEP, 10, 0)
+    moved_ticks(core)
+    core.i.clearance_blocked = 1
+    core.press(codes.FORWARD)
+    assert refused(core, codes.OBSTACLE_FORWARD)
+    core.i.verb = codes.STOP
+    assert refused(core, codes.NO_REASON)
+    core.i.verb = codes.FORWARD
+    assert refused(core, codes.NEEDS_NEW_COMMAND)
+    core = Core()
+    core.arm()
+    core.press(codes.FORWARD, codes.STEP, 10, 0)
+    moved_ticks(core)
+    core.order(codes.DISARM)
+    core.run(700)
+    core.order(codes.ARM)
+    core.run(CLOSES_MS + limits.RELAY_HOLD_MS - 1)
+    core.press(codes.FORWARD)  # in the very tick in which it becomes armed
+    assert refused(core, codes.NEEDS_NEW_COMMAND)
+    assert core.armed()
 
 
 def test_an_unknown_verb_never_moves():
@@ -122,6 +167,8 @@ def test_p13_anyones_stop_ends_the_press_with_a_reason_for_who_still_holds_it():
         core.stop()
         assert refused(core, codes.NEEDS_NEW_COMMAND)
         core.press(codes.FORWARD)
+        core.tick()
+        assert core.moving()
         core.tick()
         assert core.moving()  # the stop is not remembered
 
