@@ -17,6 +17,7 @@ from gazelink import codes
 from gazelink.settings_table import TABLE as SETTINGS_TABLE
 
 _GC_MS = 1000
+_GC_ARMED_MS = 60000
 _SETTLE_MS = 150
 _REST_Q4 = 48  # 3 degrees/s
 _EMERGENCY_FILE = "emergency"
@@ -204,10 +205,13 @@ class App:
                 self._board.remove(_EMERGENCY_FILE)
             self._emergency_stored = latched
 
+    # Neither loop makes garbage, so there is none to collect while armed; a pass that does
+    # collect takes some ms, as long as a frame may wait.
     def _collect(self):
-        ticks = self.outbox.ticks
-        if (ticks - self._gc_at) & 0x3FFFFFFF >= _GC_MS:
-            self._gc_at = ticks
+        o = self.outbox
+        period_ms = _GC_MS if o.state == codes.DISARMED else _GC_ARMED_MS
+        if (o.ticks - self._gc_at) & 0x3FFFFFFF >= period_ms:
+            self._gc_at = o.ticks
             gc.collect()
             self.heap_free_kb = self._board.heap_free_kb()
 

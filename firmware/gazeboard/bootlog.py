@@ -22,16 +22,18 @@ def watchdog_boots(board):
     return before + 1
 
 
-# One FAULT frame, a byte at a time for at most `tries` refusals: the host may not be there.
+# One FAULT frame, in at most `tries` attempts: the host may not be there.
 def send_fault(board, reason, detail, tries=10000):
     encoder = frame.Encoder()
     text = detail.encode()[:40]
     encoder.body[_REASON_AT] = reason
     for k in range(40):
         encoder.body[_DETAIL_AT + k] = text[k] if k < len(text) else 0
-    for k in range(encoder.finish(messages.FAULT, 0)):
-        while not board.serial.write_byte(encoder.wire[k]):
-            tries -= 1
-            if tries <= 0:
-                return False
+    end = encoder.finish(messages.FAULT, 0)
+    at = 0
+    while at < end:
+        at = board.serial.write_some(encoder.wire, at, end)
+        tries -= 1
+        if tries <= 0:
+            return False
     return True

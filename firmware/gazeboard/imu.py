@@ -61,6 +61,7 @@ class Imu:
         self._scheduled = False
         self._last_ms = 0
         self._turn = 0  # of the four-sample rota of extra reads
+        self._extra = False
         self._errors_in_row = 0
         self._retry_ms = _RETRY_MS
         self._tilt_samples = 0
@@ -78,6 +79,9 @@ class Imu:
             self._due_ms = now_ms
         late_ms = self._ticks_diff(now_ms, self._due_ms)
         if late_ms < 0:
+            if self._extra:
+                self._extra = False
+                self._look_aside(now_ms)
             return False
         self._due_ms = now_ms - late_ms % _SAMPLE_MS + _SAMPLE_MS if late_ms < 1000 else now_ms
         try:
@@ -139,11 +143,19 @@ class Imu:
         self.heading_q4 = self._monitor.heading_q4
         self.samples = (self.samples + 1) & 0xFFFF
         self._turn = (self._turn + 1) & 3
-        if self._turn == 1:
-            self._check_status(now_ms)
-        elif self._turn == 3:
-            self._check_tilt()
+        self._extra = self._turn & 1 == 1
         return True
+
+    # Every other sample, in the pass after it: mode and errors, or tilt. One short transfer a pass.
+    def _look_aside(self, now_ms):
+        try:
+            if self._turn == 1:
+                self._check_status(now_ms)
+            else:
+                self._check_tilt()
+        except OSError:
+            self._failed(now_ms)
+        self.faults = self._monitor.faults
 
     def _check_status(self, now_ms):
         self._i2c.readfrom_mem_into(ADDRESS, _STATUS, self._status)

@@ -11,8 +11,7 @@ from gazelink import VERSION, codes, frame, messages
 from gazelink.frame import i16, u16
 
 _RX_PER_POLL = 96  # bytes: the slice stays short, and four times the traffic still fits
-_TX_PER_POLL = 48
-_RING = 256
+_TX_PER_POLL = 48  # bytes
 _HELLO_MS = 200
 _STATE_MS = 10
 _STATS_MS = 200
@@ -57,7 +56,7 @@ _REASON = _at(messages.MAINTENANCE, "reason")
 
 
 class Link:
-    # serial: read_byte() -> 0..255 or -1, write_byte(b) -> bool, neither ever waits.
+    # serial: read_byte() and write_some() as boards/__init__.py says; neither ever waits.
 
     def __init__(self, serial, inbox, outbox, boot, name, simulated):
         self._serial = serial
@@ -67,9 +66,8 @@ class Link:
         self._decoder = frame.Decoder()
         self._encoder = frame.Encoder()
         self._simulated = simulated
-        self._ring = bytearray(_RING)
-        self._head = 0
-        self._tail = 0
+        self._wire_at = 0  # of the frame under way in the encoder's buffer
+        self._wire_end = 0
         self._session = 0
         self._seed = bytearray(4)
         self._last_seq = 0
@@ -78,6 +76,9 @@ class Link:
         self._state_at = 0
         self._stats_at = 0
         self._greet = False
+        self._pong = False
+        self._answered = False
+        self._maintenance_answered = False
         self._hello = bytearray(messages.HELLO.size)
         messages.HELLO.pack(
             self._hello,
@@ -91,6 +92,9 @@ class Link:
         self.setting_request = 0
         self.setting_index = 0
         self.setting_value = 0
+        self._answer_value = 0
+        self._answer_refused = 0
+        self._token = bytearray(4)
         self.stale = 0
         self.bad = 0
         self.tx_dropped = 0
@@ -105,21 +109,10 @@ class Link:
                 break
             if decoder.feed(byte):
                 self._received()
-        now = self._outbox.ticks
-        if self._session == 0 or self._greet:
-            if self._greet or self._elapsed(now, self._hello_at) >= _HELLO_MS:
-                self._greet = False
-                self._hello_at = now
-                self._send_hello()
-        if self._session:
-            period_ms = self._state_period_ms
-            if self._elapsed(now, self._state_at) >= period_ms:
-                self._state_at = now - now % period_ms
-                self._send_state()
-            if self._elapsed(now, self._stats_at) >= _STATS_MS:
-                self._stats_at = now
-                self._send_stats(stats)
         self._drain()
+        if self._wire_at == self._wire_end:
+            self._send_next(stats)
+            self._drain()
 
     def _elapsed(self, now, since):
         return (now - since) & 0x3FFFFFFF
@@ -144,7 +137,9 @@ class Link:
             elif kind == messages.CLEARANCE.type_id:
                 self._on_clearance(buf, back, age_ms)
             elif kind == messages.PING.type_id:
-                self._send_pong(buf)
+                for k in range(4):
+                    self._token[k] = buf[_TOKEN + k]
+                self._pong = True
             elif kind == messages.SETTING.type_id:
                 self._on_setting(buf)
             elif kind == messages.TELEMETRY.type_id and 1 <= buf[_PERIOD] <= 100:
@@ -251,13 +246,9 @@ class Link:
 
     def answer_setting(self, value, refused):
         self.setting_pending = False
-        body = self._encoder.body
-        body[_REQUEST] = self.setting_request
-        body[_INDEX] = self.setting_index
-        body[_VALUE] = value & 0xFF
-        body[_VALUE + 1] = value >> 8
-        body[_REFUSED] = refused
-        self._send(messages.SETTING_REPLY)
+        self._answer_value = value
+        self._answer_refused = refused
+        self._answered = True
 
     def _on_maintenance(self, buf):
         for k in range(4):
@@ -265,12 +256,39 @@ class Link:
                 self.bad = (self.bad + 1) & 0xFFFF
                 return
         self.maintenance = self._outbox.state == codes.DISARMED
-        body = self._encoder.body
-        for k in range(4):
-            body[_KEY + k] = self._key[_KEY + k]
-        body[_ACCEPTED] = 1 if self.maintenance else 0
-        body[_REASON] = codes.NO_REASON if self.maintenance else codes.MAINTENANCE_WHILE_ARMED
-        self._send(messages.MAINTENANCE)
+        self._maintenance_answered = True
+
+    # One frame at a time, encoded when the line is free: what is due is a flag or a time, never a
+    # queue, so a host that reads slowly gets the newest state, not old ones.
+    def _send_next(self, stats):
+        now = self._outbox.ticks
+        if self._greet or (self._session == 0 and self._elapsed(now, self._hello_at) >= _HELLO_MS):
+            self._greet = False
+            self._hello_at = now
+            self._send_hello()
+        elif self._maintenance_answered:
+            self._maintenance_answered = False
+            self._send_maintenance()
+        elif self._session:
+            self._send_in_session(now, stats)
+
+    def _send_in_session(self, now, stats):
+        since_ms = self._elapsed(now, self._state_at)
+        period_ms = self._state_period_ms
+        if self._pong:
+            self._pong = False
+            self._send_pong()
+        elif self._answered:
+            self._answered = False
+            self._send_answer()
+        elif since_ms >= period_ms:
+            # States that found the line busy are lost; the newest goes now.
+            self.tx_dropped = (self.tx_dropped + since_ms // period_ms - 1) & 0xFFFF
+            self._state_at = now - now % period_ms
+            self._send_state()
+        elif self._elapsed(now, self._stats_at) >= _STATS_MS:
+            self._stats_at = now
+            self._send_stats(stats)
 
     def _send_hello(self):
         body = self._encoder.body
@@ -331,33 +349,38 @@ class Link:
         s.service_max_ms = 0
         self._send(messages.STATS)
 
-    def _send_pong(self, buf):
+    def _send_pong(self):
         body = self._encoder.body
-        for k in range(_TOKEN, _TOKEN + 4):
-            body[k] = buf[k]
+        for k in range(4):
+            body[_TOKEN + k] = self._token[k]
         self._send(messages.PONG)
 
-    # Into the ring if all of it fits, else dropped: telemetry is lossy, newest follows.
+    def _send_answer(self):
+        body = self._encoder.body
+        body[_REQUEST] = self.setting_request
+        body[_INDEX] = self.setting_index
+        body[_VALUE] = self._answer_value & 0xFF
+        body[_VALUE + 1] = self._answer_value >> 8
+        body[_REFUSED] = self._answer_refused
+        self._send(messages.SETTING_REPLY)
+
+    def _send_maintenance(self):
+        body = self._encoder.body
+        for k in range(4):
+            body[_KEY + k] = self._key[_KEY + k]
+        body[_ACCEPTED] = 1 if self.maintenance else 0
+        body[_REASON] = codes.NO_REASON if self.maintenance else codes.MAINTENANCE_WHILE_ARMED
+        self._send(messages.MAINTENANCE)
+
     def _send(self, message):
-        n = self._encoder.finish(message, self._outbox.ticks & 0xFFFF)
-        free = _RING - 1 - ((self._head - self._tail) & (_RING - 1))
-        if n > free:
-            self.tx_dropped = (self.tx_dropped + 1) & 0xFFFF
-            return
-        wire = self._encoder.wire
-        head = self._head
-        for k in range(n):
-            self._ring[head] = wire[k]
-            head = (head + 1) & (_RING - 1)
-        self._head = head
+        self._wire_end = self._encoder.finish(message, self._outbox.ticks & 0xFFFF)
+        self._wire_at = 0
 
     def _drain(self):
-        for _ in range(_TX_PER_POLL):
-            if self._tail == self._head or not self._serial.write_byte(self._ring[self._tail]):
-                return
-            self._tail = (self._tail + 1) & (_RING - 1)
+        if self._wire_at < self._wire_end:
+            end = min(self._wire_end, self._wire_at + _TX_PER_POLL)
+            self._wire_at = self._serial.write_some(self._encoder.wire, self._wire_at, end)
 
-    # Everything said before leaving for the REPL.
+    # Everything said, before leaving for the REPL?
     def flushed(self):
-        self._drain()
-        return self._tail == self._head
+        return not self._maintenance_answered and self._wire_at == self._wire_end

@@ -5,7 +5,7 @@
 # a code byte above 63 never occurs and the 0xFF special case is not needed: such a byte asks for
 # more than fits, and the frame is refused for its length.
 
-from gazelink import crc
+from gazelink import cobs, crc
 from gazelink.messages import BY_TYPE, MESSAGES, SEQ_AT, STAMP_AT, TYPE_AT, schema_text
 
 MAX_WIRE = 64
@@ -145,29 +145,7 @@ class Encoder:
         body[STAMP_AT] = stamp_ms & 0xFF
         body[STAMP_AT + 1] = (stamp_ms >> 8) & 0xFF
         crc.append(body, message.size, seed)
-        return cobs_encode(body, message.size + crc.CRC_SIZE, self.wire)
-
-
-def cobs_encode(src, n, dst):
-    # Stuff src[0:n] into dst, delimiter included; returns the bytes written (n + 2 for n <= 62).
-    code_at = 0
-    out = 1
-    code = 1
-    i = 0
-    while i < n:
-        byte = src[i]
-        if byte:
-            dst[out] = byte
-            code += 1
-        else:
-            dst[code_at] = code
-            code_at = out
-            code = 1
-        out += 1
-        i += 1
-    dst[code_at] = code
-    dst[out] = 0
-    return out + 1
+        return cobs.encode(body, message.size + crc.CRC_SIZE, self.wire)
 
 
 def u16(buf, at):

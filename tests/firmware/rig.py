@@ -47,13 +47,12 @@ class Wire:
         self._tail = (self._tail + 1) & 1023
         return byte
 
-    def write_byte(self, byte):
-        if not self.reading:
-            return False
-        if self.count < len(self.sent):
-            self.sent[self.count] = byte
+    def write_some(self, buf, start, end):
+        while self.reading and start < end and self.count < len(self.sent):
+            self.sent[self.count] = buf[start]
             self.count += 1
-        return True
+            start += 1
+        return start
 
     def push(self, data, n):
         for k in range(n):

@@ -19,9 +19,9 @@ class Wire:
     def read_byte(self):
         return self.to_board.pop(0) if self.to_board else -1
 
-    def write_byte(self, byte):
-        self.to_host.append(byte)
-        return True
+    def write_some(self, buf, start, end):
+        self.to_host += buf[start:end]
+        return end
 
 
 class Files:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gazelink import frame
+from gazelink import cobs, frame
 from wire_damage import FROZEN, SEED, WIRES, body, feed, found_in, judged, new_decoder, pieces
 
 every_message = pytest.mark.parametrize("name", sorted(WIRES))
@@ -122,7 +122,7 @@ def test_the_longest_body_passes_the_unstuffing_and_one_more_byte_does_not() -> 
     for n, kept in ((frame.MAX_BODY, True), (frame.MAX_BODY + 1, False)):
         decoder = new_decoder()
         out = bytearray(n + 2)
-        for byte in out[: frame.cobs_encode(b"\1" * n, n, out) - 1]:
+        for byte in out[: cobs.encode(b"\1" * n, n, out) - 1]:
             decoder.feed(byte)
         assert (decoder._n == n and not decoder._bad) == kept
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import wire_reference as reference
-from gazelink import frame, messages
+from gazelink import cobs, frame, messages
 from wire_vectors import FRAME_SEED, FRAMES
 
 RANGES = {"B": (0, 0xFF), "H": (0, 0xFFFF), "h": (-0x8000, 0x7FFF), "I": (0, 0xFFFFFFFF)}
@@ -59,7 +59,7 @@ def test_encodes_as_described_and_decodes_to_the_same_values(made, seq, stamp_ms
 def test_cobs_is_as_described(data: bytes) -> None:
     """Any body up to the limit: same bytes, two more than the body, no zero but the last."""
     out = bytearray(frame.MAX_WIRE)
-    n = frame.cobs_encode(data, len(data), out)
+    n = cobs.encode(data, len(data), out)
     assert bytes(out[:n]) == reference.cobs(data)
     assert n == len(data) + 2
     assert 0 not in out[: n - 1]

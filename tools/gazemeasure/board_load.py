@@ -71,8 +71,8 @@ class HostInside:
         self._at += 1
         return byte
 
-    def write_byte(self, byte):
-        return self._line.write_byte(byte)
+    def write_some(self, buf, start, end):
+        return self._line.write_some(buf, start, end)
 
     def decoded(self):
         took = time.ticks_diff(time.ticks_us(), self.waiting_since_us)

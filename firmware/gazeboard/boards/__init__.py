@@ -3,7 +3,8 @@
 #   joystick_i2c, imu_i2c: writeto(addr, buf), readfrom_into(addr, buf),
 #       readfrom_mem_into(addr, reg, buf); OSError on NAK or a stuck bus, within the bus's time-out
 #   enable_pin(level), led_pin(level), relay_closed(), emergency_open(), button_pressed()
-#   serial: read_byte() -> 0..255 or -1, write_byte(byte) -> bool; neither ever waits
+#   serial: read_byte() -> 0..255 or -1; write_some(buf, start, end) -> index of the first byte not
+#       taken; neither ever waits
 #   ticks_us(), ticks_ms(), ticks_diff(a, b), feed_watchdog(), heap_free_kb()
 #   load(name) -> text or None, store(name, text), remove(name): whole small files, atomically
 #   run(app): call app.tick every ms and app.service in between, until service returns False

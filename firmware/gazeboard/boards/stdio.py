@@ -7,30 +7,46 @@
 import select
 import sys
 
+_POLLIN = select.POLLIN
+_POLLOUT = select.POLLOUT
+
 
 class StdioSerial:
     def __init__(self):
-        self._in = sys.stdin.buffer
-        self._out = sys.stdout.buffer
-        self._readable = select.poll()
-        self._readable.register(sys.stdin, select.POLLIN)
-        self._writable = select.poll()
-        self._writable.register(sys.stdout, select.POLLOUT)
+        readable = select.poll()
+        readable.register(sys.stdin, _POLLIN)
+        writable = select.poll()
+        writable.register(sys.stdout, _POLLOUT)
+        # Bound once: taking a method as a value allocates.
+        self._readable = readable.ipoll
+        self._writable = writable.ipoll
+        self._read_into = sys.stdin.buffer.readinto
+        self._write = sys.stdout.buffer.write
         self._one = bytearray(1)
 
     # The next byte, or -1 when there is none. On Linux the end of the line ends the process.
     def read_byte(self):
-        for event in self._readable.ipoll(0):
-            if event[1] & select.POLLIN:
-                if not self._in.readinto(self._one):
+        for event in self._readable(0):
+            if event[1] & _POLLIN:
+                if not self._read_into(self._one):
                     sys.exit(0)
                 return self._one[0]
         return -1
 
-    # True when the line took the byte; False: try again later.
-    def write_byte(self, byte):
-        for event in self._writable.ipoll(0):
-            if event[1] & select.POLLOUT:
-                self._one[0] = byte
-                return self._out.write(self._one) == 1
-        return False
+    # Writes buf[start:end] as far as the line takes it; returns the index of the first byte it
+    # did not take.
+    def write_some(self, buf, start, end):
+        one = self._one
+        write = self._write
+        writable = self._writable
+        while start < end:
+            ready = False
+            for event in writable(0):
+                ready = event[1] & _POLLOUT
+            if not ready:
+                break
+            one[0] = buf[start]
+            if write(one) != 1:
+                break
+            start += 1
+        return start

@@ -35,12 +35,12 @@ class StdioSerial:
             sys.exit(0)
         return data[0]
 
-    def write_byte(self, byte):
-        """True when the line took the byte; False: try again later."""
+    def write_some(self, buf, start, end):
+        """Write buf[start:end] as far as it goes; the index of the first byte not taken."""
         try:
-            return os.write(self._out, bytes((byte,))) == 1
+            return start + os.write(self._out, memoryview(buf)[start:end])
         except OSError:
-            return False
+            return start
 
 
 def ticks_us():

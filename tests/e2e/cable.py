@@ -1,0 +1,113 @@
+"""The USB line between board and host in virtual time, in memory: delay, damage, the plug."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+
+BOARD_RING = 512  # what the Teensy's USB driver holds before the line holds up the host
+HOST_BUFFER = 4096  # what the kernel holds for a host that does not read
+
+# What becomes of one chunk on its way: any number of chunks.
+Mangle = Callable[[bytes], list[bytes]]
+
+
+class Lane:
+    """One direction. Chunks arrive `delay_ms` after they were sent, in order, unless mangled."""
+
+    def __init__(self, room: int) -> None:
+        self._room = room
+        self._ready = bytearray()
+        self._flying: deque[tuple[int, bytes]] = deque()
+        self.delay_ms = 0
+        self.mangle: Mangle | None = None
+        self.seen: list[bytes] | None = None
+        """Everything that was sent, chunk by chunk, when a test sets it to []."""
+
+    def room(self) -> int:
+        """Bytes the line takes now."""
+        flying = sum(len(chunk) for _, chunk in self._flying)
+        return max(0, self._room - len(self._ready) - flying)
+
+    def put(self, chunk: bytes, now_ms: int) -> None:
+        """Send one chunk."""
+        if self.seen is not None:
+            self.seen.append(chunk)
+        for piece in [chunk] if self.mangle is None else self.mangle(chunk):
+            self._flying.append((now_ms + self.delay_ms, piece))
+
+    def inject(self, chunk: bytes) -> None:
+        """Bytes of somebody else: they are there at once."""
+        self._ready += chunk
+
+    def advance(self, now_ms: int) -> None:
+        """What is due has arrived."""
+        while self._flying and self._flying[0][0] <= now_ms:
+            self._ready += self._flying.popleft()[1]
+
+    def take(self, limit: int) -> bytes:
+        """At most `limit` bytes that have arrived."""
+        data = bytes(self._ready[:limit])
+        del self._ready[:limit]
+        return data
+
+    def clear(self) -> None:
+        """All bytes on their way are lost."""
+        self._ready.clear()
+        self._flying.clear()
+
+
+class Cable:
+    """Both lanes and the plug. Pulling it loses what is on its way."""
+
+    def __init__(self) -> None:
+        self.to_board = Lane(BOARD_RING)
+        self.to_host = Lane(HOST_BUFFER)
+        self.plugged = True
+        self.host_reads = False  # a host has the port open
+        self.now_ms = 0
+
+    def pull(self) -> None:
+        """Out: the host's port vanishes."""
+        self.plugged = False
+        self.to_board.clear()
+        self.to_host.clear()
+
+    def plug(self) -> None:
+        """In again."""
+        self.plugged = True
+
+    def advance(self, now_ms: int) -> None:
+        """Let time pass on the line."""
+        self.now_ms = now_ms
+        self.to_board.advance(now_ms)
+        self.to_host.advance(now_ms)
+
+
+class BoardEnd:
+    """What the firmware has for a serial port. Never waits."""
+
+    def __init__(self, cable: Cable) -> None:
+        self._cable = cable
+        self._gathered = bytearray()
+
+    def read_byte(self) -> int:
+        """The next byte, -1 when there is none."""
+        byte = self._cable.to_board.take(1)
+        return byte[0] if byte else -1
+
+    def write_some(self, buf: bytearray, start: int, end: int) -> int:
+        """Bytes for nobody are lost; a host that does not read holds the board's line up."""
+        cable = self._cable
+        if not (cable.plugged and cable.host_reads):
+            self._gathered.clear()
+            return end
+        end = min(end, start + max(0, cable.to_host.room() - len(self._gathered)))
+        self._gathered += buf[start:end]
+        return end
+
+    def flush(self) -> None:
+        """USB carries what has gathered, once a millisecond."""
+        if self._gathered and self._cable.plugged:
+            self._cable.to_host.put(bytes(self._gathered), self._cable.now_ms)
+        self._gathered.clear()
