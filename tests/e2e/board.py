@@ -1,0 +1,134 @@
+"""The board in lockstep: the real firmware/main.py over a register bank, its reset, its watchdog."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+from e2e.cable import BoardEnd, Cable
+from gazeboard.app import App
+from gazeboard.boards import bank_layout as layout
+from gazeboard.boards import pins
+from gazeboard.boards.virtual import VirtualBoard
+from gazesim.bank import Bank
+from rig import Clock, Files
+
+_MAIN = Path(__file__).resolve().parents[2] / "firmware" / "main.py"
+WATCHDOG_MS = 500  # as teensy40.py starts it
+BOOT_MS = 300  # a Teensy's way from reset to main.py
+WATCHDOG_CAUSE = 3
+SERVICES_PER_MS = 2
+_ENABLE_AT = layout.PINS_AT + pins.ENABLE * layout.PIN_SIZE
+
+
+class _Held(VirtualBoard):
+    """A board whose main loop is turned by the test."""
+
+    running: App | None = None
+
+    def run(self, app: App) -> None:
+        self.running = app
+
+
+class Board:
+    """One Teensy: `app` is its firmware, None while it is off, resetting or in the REPL."""
+
+    def __init__(self, bank: Bank, cable: Cable, start_us: int = 0) -> None:
+        self.bank = bank
+        self.clock = Clock(start_us)
+        self.files = Files()
+        self.serial = BoardEnd(cable)
+        self.hung = False  # stands still with interrupts off
+        self.blocked = False  # its service loop waits for something, the tick goes on
+        self.boots = 0
+        self.watchdog_bites = 0
+        self._powered = True
+        self._boot_in_ms = 0
+        self._unfed_ms = 0
+        self._feeds = 0
+        self._watched = False
+        self.board: _Held | None = None
+        self.boot()
+
+    @property
+    def app(self) -> Any:
+        """The firmware's App."""
+        return None if self.board is None else self.board.running
+
+    def boot(self) -> None:
+        """Run main.py, as after any reset."""
+        self.boots += 1
+        self.board = _Held(
+            self.bank.buffer,
+            self.serial,
+            self.files,
+            0x0B00 + self.boots,
+            self.clock.ticks_us,
+            self.clock.ticks_diff,
+        )
+        with mock.patch("gazeboard.boards.virtual.from_environment", lambda: self.board):
+            runpy.run_path(str(_MAIN))
+        self._watched = self.app is not None
+        self._unfed_ms = 0
+
+    def reset(self, cause: int = 5) -> None:
+        """Everything stops, pins float; main.py runs again BOOT_MS later."""
+        self.bank.set_u32(layout.NEXT_CAUSE_AT, cause)
+        self._stop()
+        self._boot_in_ms = BOOT_MS
+
+    def power_off(self) -> None:
+        """No power."""
+        self._stop()
+        self._powered = False
+
+    def power_on(self) -> None:
+        """Power is back: a cold start."""
+        self._powered = True
+        self.bank.power_on()
+        self._boot_in_ms = BOOT_MS
+
+    def _stop(self) -> None:
+        self.board = None
+        self.hung = False
+        self._watched = False
+        self.bank.buffer[_ENABLE_AT + layout.PIN_MODE] = 255
+
+    def one_ms(self) -> None:
+        """One millisecond of the board's life: a tick, then its service loop."""
+        self.clock.now_us += 1000
+        if self._boot_in_ms and self._powered:
+            self._boot_in_ms -= 1
+            if self._boot_in_ms == 0:
+                self.boot()
+        app = self.app
+        if app is not None and not self.hung:
+            self.board.tick(app)
+            for _ in range(0 if self.blocked else SERVICES_PER_MS):
+                if self.app is app:
+                    self._service(app)
+            self.serial.flush()
+        elif self.board is not None and not self.hung:
+            self.serial.flush()  # its last words, before the REPL
+        self._watch()
+
+    def _service(self, app: App) -> None:
+        try:
+            app.service()
+        except Exception:
+            # teensy40.run's last acts; the watchdog is left to bite.
+            self.board.enable_pin(0)
+            app.shut_down()
+            self.board.running = None
+
+    def _watch(self) -> None:
+        if not self._watched:
+            return
+        feeds = self.bank.u32(layout.WDT_FEEDS_AT)
+        self._unfed_ms = 0 if feeds != self._feeds else self._unfed_ms + 1
+        self._feeds = feeds
+        if self._unfed_ms >= WATCHDOG_MS:
+            self.watchdog_bites += 1
+            self.reset(WATCHDOG_CAUSE)

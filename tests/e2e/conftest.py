@@ -1,0 +1,35 @@
+"""Shared by the end-to-end tests: a chair in lockstep, ready or on its way."""
+
+from __future__ import annotations
+
+import gc
+
+import pytest
+
+from e2e.lockstep import Lockstep
+
+# The firmware collects garbage once a second of its time: spare it pytest's own objects.
+gc.collect()
+gc.freeze()
+
+
+@pytest.fixture
+def chair() -> Lockstep:
+    """Just switched on, in a hall with nothing near."""
+    return Lockstep()
+
+
+@pytest.fixture
+def driving() -> Lockstep:
+    """Armed by the page, "forward" held, moving."""
+    chair = Lockstep()
+    chair.drive("forward")
+    return chair
+
+
+@pytest.fixture
+def turning() -> Lockstep:
+    """Armed by the page, "left" held, turning."""
+    chair = Lockstep()
+    chair.drive("left")
+    return chair

@@ -1,0 +1,91 @@
+"""The driver's page in lockstep, by the rules of web/: what it sends while a button is held."""
+
+from __future__ import annotations
+
+import json
+from collections import deque
+from typing import Any
+
+from e2e.host import Host
+
+BEAT_MS = 100
+HOLD_MS = 50
+
+
+class Page:
+    """A page with its socket. `alive` False: its scripts stand still, the socket stays open."""
+
+    def __init__(self, host: Host, role: str = "driver") -> None:
+        self._role = role
+        self.alive = True
+        self.stalled = False  # the network holds everything up, both ways
+        self.edge = 0
+        self._held: tuple[str, str] | None = None
+        self._waiting: deque[str] = deque()
+        self._token = 0
+        self.shown: dict[str, Any] = {}
+        self.open(host)
+
+    def open(self, host: Host) -> None:
+        """Connect its socket to `host`."""
+        self._host = host
+        self.client = host.control.connect(self._role)
+        self._waiting.clear()
+        self.open_socket = True
+        self._listen()
+
+    def close(self) -> None:
+        """Its socket closes."""
+        self.open_socket = False
+        self._host.control.disconnect(self.client)
+
+    def one_ms(self, now_ms: int) -> None:
+        """One millisecond of the page's life."""
+        if not self.open_socket:
+            return
+        if now_ms % BEAT_MS == 0 and not self.stalled and not self._host.frozen:
+            self._listen()
+        if self.alive and now_ms % BEAT_MS == 0:
+            self._send(k="hb", token=self._token)
+        if self.alive and self._held and now_ms % HOLD_MS == 0:
+            self._say_held()
+        while self._waiting and not self.stalled:
+            self._host.inbox.append((self.client, self._waiting.popleft()))
+
+    def _listen(self) -> None:
+        if self.alive:
+            self.shown = self._host.look(self.client)
+            self._token = self.shown["token"]
+
+    def _send(self, **message: Any) -> None:
+        self._waiting.append(json.dumps(message))
+
+    def say(self, **message: Any) -> None:
+        """Anything, at once."""
+        self._send(**message)
+
+    # What the driver does
+
+    def arm(self) -> None:
+        """Choose "driving on"."""
+        self._send(k="arm", token=self._token)
+
+    def press(self, verb: str, mode: str = "continuous") -> None:
+        """Press a button and keep it pressed."""
+        self.edge += 1
+        self._held = (verb, mode)
+        self._say_held()
+
+    def _say_held(self) -> None:
+        assert self._held is not None
+        verb, mode = self._held
+        self._send(k="cmd", verb=verb, mode=mode, edge=self.edge, token=self._token)
+
+    def release(self) -> None:
+        """Leave the button."""
+        self._held = None
+        self._send(k="stop")
+
+    def forget_button(self) -> None:
+        """The button is no longer held, but no stop is said (a lost message)."""
+        self._held = None
