@@ -13,12 +13,8 @@ notes = []  # one dict per call, in order
 # `cause` came about and the promise's action was there `ms` later, which must be within `limit_ms`
 # (None: measured for information, nothing is promised).
 def measured(rig, promise, cause, ms, limit_ms):
-    assert limit_ms is None or ms <= limit_ms, "%s, %s: %d ms, promised within %d ms" % (
-        promise,
-        cause,
-        ms,
-        limit_ms,
-    )
+    late = f"{promise}, {cause}: {ms} ms, promised within {limit_ms} ms"
+    assert limit_ms is None or ms <= limit_ms, late
     _note(rig, promise, cause, ms, limit_ms)
 
 

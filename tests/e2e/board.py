@@ -1,4 +1,4 @@
-"""The board in lockstep: the real firmware/main.py over a register bank, its reset, its watchdog."""
+"""The board in lockstep: the real main.py over a register bank, with reset and watchdog."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Board:
             self.clock.ticks_us,
             self.clock.ticks_diff,
         )
-        with mock.patch("gazeboard.boards.virtual.from_environment", lambda: self.board):
+        with mock.patch("gazeboard.boards.virtual.from_environment", return_value=self.board):
             runpy.run_path(str(_MAIN))
         self._watched = self.app is not None
         self._unfed_ms = 0

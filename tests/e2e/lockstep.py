@@ -32,6 +32,7 @@ class Lockstep:
         self.board = Board(self.bank, self.cable, start_us)
         self.host: Host | None = Host(self.cable, self.world.lidar.receive, self.now_s)
         self.page = Page(self.host)
+        self._scan = b""
         self._enable_count = 0
         self._frames = 0
         self.quiet_ms = 0
@@ -47,16 +48,16 @@ class Lockstep:
     # -- time --
 
     def one_ms(self) -> None:
-        """One step: the world, the page, the host, the board."""
+        """One step: the page, the host, the board, then the world, which sees what they did."""
         self.now_ms += 1
-        scan = self.world.step(0.001)
         self.cable.advance(self.now_ms)
         if self.host is not None:
             self.page.one_ms(self.now_ms)
-            self.host.scan(scan)
+            self.host.scan(self._scan)
             self.host.one_ms(self.now_ms)
             self.cable.advance(self.now_ms)
         self.board.one_ms()
+        self._scan = self.world.step(0.001)
         self._observe()
         for watch in self.watchers:
             watch()
@@ -116,6 +117,12 @@ class Lockstep:
     def override(self) -> str:
         """Why the board overrules the present command."""
         return str(codes.reason_name(self.board.app.safety.override))
+
+    def connected(self) -> bool:
+        """Host and board are in the same session."""
+        if self.host is None or self.board.app is None or self.host.link.board() is None:
+            return False
+        return bool(self.board.app.link._session == self.host.link.board().session)
 
     def ticks(self) -> int:
         """The board's own count of ticks since its reset."""
