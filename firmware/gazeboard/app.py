@@ -12,6 +12,7 @@ from gazeboard.safety import Safety
 from gazeboard.settings import FILE as SETTINGS_FILE
 from gazeboard.settings import Settings
 from gazeboard.shared import Inbox, Outbox
+from gazeboard.telemetry import Telemetry
 from gazeboard.turn import TurnController
 from gazelink import codes
 from gazelink.settings_table import TABLE as SETTINGS_TABLE
@@ -41,10 +42,9 @@ class App:
         self.joystick = Joystick(board.joystick_i2c)
         boot_faults = 0 if board.hard_timer else 1 << codes.NO_HARD_TIMER
         self.safety = Safety(board.simulated, s.relay_fitted, boot_faults)
-        self.outbox = Outbox(self.safety, self.joystick)
-        self.link = Link(
-            board.serial, self.inbox, self.outbox, board.boot_id, board.name, board.simulated
-        )
+        self.outbox = Outbox()
+        self.telemetry = Telemetry(self.safety, self.joystick)
+        self.link = Link(board, self.inbox, self.outbox, self.safety, self.telemetry)
         self._emergency_stored = board.load(_EMERGENCY_FILE) is not None
         if self._emergency_stored:
             self.safety.faults |= 1 << codes.EMERGENCY
@@ -78,7 +78,6 @@ class App:
                 _REST_Q4,
             ),
         )
-        self.outbox.watch(self.motion)
         self.inbox.back.calibrated = s.calibrated
         self.inbox.touch()
 
@@ -124,7 +123,9 @@ class App:
         spent_us = board.ticks_diff(board.ticks_us(), start_us)
         if spent_us > o.tick_max_us:
             o.tick_max_us = spent_us
-        o.ticks = (o.ticks + 1) & 0x3FFFFFFF
+        ticks = (o.ticks + 1) & 0x3FFFFFFF
+        self.telemetry.capture(ticks, motion.state, i.heading_q4)
+        o.ticks = ticks
 
     # -- the service loop: everything that may wait or take a while --------------------------------
 
@@ -137,9 +138,8 @@ class App:
         if gap_ms > self.service_max_ms:
             self.service_max_ms = gap_ms
         self.inbox.beat()
-        self.outbox.refresh()
         self.link.poll(self)
-        if self._imu.poll(now_ms, self.outbox.motion == codes.TURNING):
+        if self._imu.poll(now_ms, self.motion.state == codes.TURNING):
             back = self.inbox.back
             back.heading_q4 = self._imu.heading_q4
             back.rate_q4 = self._imu.rate_q4
@@ -166,7 +166,7 @@ class App:
         index = link.setting_index
         reads = request == codes.SETTING_GET
         refused = codes.NO_REASON
-        if not reads and self.outbox.state != codes.DISARMED:
+        if not reads and self.safety.state != codes.DISARMED:
             refused = codes.SETTING_WHILE_ARMED
         elif (reads or request == codes.SETTING_SET) and index >= len(SETTINGS_TABLE):
             refused = codes.SETTING_UNKNOWN
@@ -197,8 +197,8 @@ class App:
 
     # The emergency latch outlives a reset: one small file, written after the tick has disarmed.
     def _keep_emergency(self):
-        latched = self.outbox.faults & (1 << codes.EMERGENCY) != 0
-        if latched != self._emergency_stored and self.outbox.state == codes.DISARMED:
+        latched = self.safety.faults & (1 << codes.EMERGENCY) != 0
+        if latched != self._emergency_stored and self.safety.state == codes.DISARMED:
             if latched:
                 self._board.store(_EMERGENCY_FILE, "latched")
             else:
@@ -209,23 +209,23 @@ class App:
     # collect takes some ms, as long as a frame may wait.
     def _collect(self):
         o = self.outbox
-        period_ms = _GC_MS if o.state == codes.DISARMED else _GC_ARMED_MS
+        period_ms = _GC_MS if self.safety.state == codes.DISARMED else _GC_ARMED_MS
         if (o.ticks - self._gc_at) & 0x3FFFFFFF >= period_ms:
             self._gc_at = o.ticks
             gc.collect()
             self.heap_free_kb = self._board.heap_free_kb()
 
     def _blink(self):
-        o = self.outbox
-        if o.faults & ~(1 << codes.HOST_SILENT) & ~(1 << codes.OBSTACLE_DATA_OLD):
+        faults = self.safety.faults
+        if faults & ~(1 << codes.HOST_SILENT) & ~(1 << codes.OBSTACLE_DATA_OLD):
             pattern = _LED_FAULT
-        elif o.faults & (1 << codes.HOST_SILENT):
+        elif faults & (1 << codes.HOST_SILENT):
             pattern = _LED_NO_HOST
-        elif o.state == codes.DISARMED:
+        elif self.safety.state == codes.DISARMED:
             pattern = _LED_DISARMED
         else:
             pattern = _LED_ARMED
-        self._board.led_pin(1 if o.ticks % pattern[1] < pattern[0] else 0)
+        self._board.led_pin(1 if self.outbox.ticks % pattern[1] < pattern[0] else 0)
 
     # What the link's statistics take from here.
     def imu_samples(self):

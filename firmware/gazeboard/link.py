@@ -11,9 +11,8 @@ from gazelink import VERSION, codes, frame, messages
 from gazelink.frame import i16, u16
 
 _RX_PER_POLL = 96  # bytes: the slice stays short, and four times the traffic still fits
-_TX_PER_POLL = 48  # bytes
+_FRAMES_PER_POLL = 3
 _HELLO_MS = 200
-_STATE_MS = 10
 _STATS_MS = 200
 _NAME_SIZE = 16
 
@@ -58,14 +57,16 @@ _REASON = _at(messages.MAINTENANCE, "reason")
 class Link:
     # serial: read_byte() and write_some() as boards/__init__.py says; neither ever waits.
 
-    def __init__(self, serial, inbox, outbox, boot, name, simulated):
-        self._serial = serial
+    def __init__(self, board, inbox, outbox, safety, telemetry):
+        self._serial = board.serial
         self._inbox = inbox
         self._outbox = outbox
-        self._boot = boot
+        self._safety = safety
+        self._telemetry = telemetry
+        self._boot = board.boot_id
         self._decoder = frame.Decoder()
         self._encoder = frame.Encoder()
-        self._simulated = simulated
+        self._simulated = board.simulated
         self._wire_at = 0  # of the frame under way in the encoder's buffer
         self._wire_end = 0
         self._session = 0
@@ -73,20 +74,18 @@ class Link:
         self._last_seq = 0
         self._heard_at = 0  # ticks of the last valid frame
         self._hello_at = 0
-        self._state_at = 0
         self._stats_at = 0
         self._greet = False
         self._pong = False
         self._answered = False
         self._maintenance_answered = False
         self._hello = bytearray(messages.HELLO.size)
+        name = board.name.encode()[:_NAME_SIZE]
         messages.HELLO.pack(
-            self._hello,
-            (_BOARD, 0, frame.schema_hash(), 0, boot) + VERSION + (name.encode()[:_NAME_SIZE],),
+            self._hello, (_BOARD, 0, frame.schema_hash(), 0, board.boot_id) + VERSION + (name,)
         )
         self._key = bytearray(messages.MAINTENANCE.size)
         messages.MAINTENANCE.pack(self._key, (messages.MAINTENANCE_KEY, 0, 0))
-        self._state_period_ms = _STATE_MS
         self.maintenance = False  # the host asked for the REPL and nothing stands against it
         self.setting_pending = False  # a request waits below for the app's answer
         self.setting_request = 0
@@ -97,7 +96,6 @@ class Link:
         self._token = bytearray(4)
         self.stale = 0
         self.bad = 0
-        self.tx_dropped = 0
 
     # One slice: some bytes in, what is due out. `stats` is the App.
     def poll(self, stats):
@@ -110,7 +108,9 @@ class Link:
             if decoder.feed(byte):
                 self._received()
         self._drain()
-        if self._wire_at == self._wire_end:
+        for _ in range(_FRAMES_PER_POLL):
+            if self._wire_at != self._wire_end:
+                break
             self._send_next(stats)
             self._drain()
 
@@ -143,7 +143,7 @@ class Link:
             elif kind == messages.SETTING.type_id:
                 self._on_setting(buf)
             elif kind == messages.TELEMETRY.type_id and 1 <= buf[_PERIOD] <= 100:
-                self._state_period_ms = buf[_PERIOD]
+                self._telemetry.period_ms = buf[_PERIOD]
             else:
                 self.bad = (self.bad + 1) & 0xFFFF  # or a message of ours, come back
 
@@ -169,7 +169,7 @@ class Link:
         if session == 0 or session == self._session:
             return
         self._session = session
-        self._state_period_ms = _STATE_MS
+        self._telemetry.restart()
         self._last_seq = buf[messages.SEQ_AT]
         self._heard_at = self._outbox.ticks
         frame.fill_session_seed(session, self._boot, self._seed)
@@ -255,7 +255,7 @@ class Link:
             if buf[_KEY + k] != self._key[_KEY + k]:
                 self.bad = (self.bad + 1) & 0xFFFF
                 return
-        self.maintenance = self._outbox.state == codes.DISARMED
+        self.maintenance = self._safety.state == codes.DISARMED
         self._maintenance_answered = True
 
     # One frame at a time, encoded when the line is free: what is due is a flag or a time, never a
@@ -273,19 +273,16 @@ class Link:
             self._send_in_session(now, stats)
 
     def _send_in_session(self, now, stats):
-        since_ms = self._elapsed(now, self._state_at)
-        period_ms = self._state_period_ms
         if self._pong:
             self._pong = False
             self._send_pong()
         elif self._answered:
             self._answered = False
             self._send_answer()
-        elif since_ms >= period_ms:
-            # States that found the line busy are lost; the newest goes now.
-            self.tx_dropped = (self.tx_dropped + since_ms // period_ms - 1) & 0xFFFF
-            self._state_at = now - now % period_ms
-            self._send_state()
+        elif self._telemetry.waits():
+            stamp_ms = self._telemetry.take(self._encoder.body)
+            self._wire_end = self._encoder.finish(messages.STATE, stamp_ms)
+            self._wire_at = 0
         elif self._elapsed(now, self._stats_at) >= _STATS_MS:
             self._stats_at = now
             self._send_stats(stats)
@@ -295,31 +292,12 @@ class Link:
         for k in range(messages.HEADER_SIZE, messages.HELLO.size):
             body[k] = self._hello[k]
         flags = _SIMULATED_FLAG if self._simulated else 0
-        if self._outbox.state != codes.DISARMED:
+        if self._safety.state != codes.DISARMED:
             flags |= _ARMED_FLAG
         body[_FLAGS] = flags
         body[_SESSION] = self._session & 0xFF
         body[_SESSION + 1] = self._session >> 8
         self._send(messages.HELLO)
-
-    def _send_state(self):
-        o = self._outbox
-        struct.pack_into(
-            messages.STATE.format,
-            self._encoder.body,
-            messages.HEADER_SIZE,
-            o.state | (o.motion << 4),
-            o.override,
-            o.arm_reason,
-            o.first_fault,
-            o.faults,
-            self._inbox.back.heading_q4,
-            o.linear_wiper,
-            o.turn_wiper,
-            o.edge,
-            o.decisions,
-        )
-        self._send(messages.STATE)
 
     def _send_stats(self, s):
         o = self._outbox
@@ -333,7 +311,7 @@ class Link:
             d.unknown,
             self.stale,
             self.bad,
-            self.tx_dropped,
+            self._telemetry.dropped,
             min(o.tick_max_us, 65535),
             o.late_ticks,
             min(s.service_max_ms, 65535),
@@ -343,7 +321,7 @@ class Link:
             s.reset_cause,
             1 if o.relay_closed else 0,
             s.imu_status(),
-            o.owner,
+            self._safety.owner,
         )
         o.tick_max_us = 0
         s.service_max_ms = 0
@@ -378,8 +356,9 @@ class Link:
 
     def _drain(self):
         if self._wire_at < self._wire_end:
-            end = min(self._wire_end, self._wire_at + _TX_PER_POLL)
-            self._wire_at = self._serial.write_some(self._encoder.wire, self._wire_at, end)
+            self._wire_at = self._serial.write_some(
+                self._encoder.wire, self._wire_at, self._wire_end
+            )
 
     # Everything said, before leaving for the REPL?
     def flushed(self):

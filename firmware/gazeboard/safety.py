@@ -145,7 +145,6 @@ class Safety:
         self.owner = codes.NOBODY
         self.enable = False
         self.permitted = False
-        self._end_press(codes.NOT_ARMED)
 
     # The press that moves the chair, if any, never moves it again.
     def _end_press(self, reason):

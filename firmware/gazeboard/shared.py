@@ -1,5 +1,4 @@
-# What service loop and tick share: a double buffer down, a sequence-checked record up. No
-# allocation.
+# What service loop and tick share: a double buffer down, counters up. No allocation.
 
 
 class Inputs:
@@ -97,37 +96,10 @@ class Inbox:
 
 
 class Outbox:
-    # What the tick found, for the service loop. The tick advances `ticks` last; the service loop
-    # takes its copy between two equal looks at it, so the copy is of one tick.
+    # What the tick counts, for the service loop; `ticks` is advanced last.
 
-    def __init__(self, safety, joystick):
-        self._safety = safety
-        self._joystick = joystick
-        self._moving = None
+    def __init__(self):
         self.ticks = 0  # the board's clock: ticks since start, 30 bits
         self.relay_closed = False
         self.tick_max_us = 0  # since the service loop last set it to 0
         self.late_ticks = 0
-
-    # The motion to report from now on (settings make a new one).
-    def watch(self, motion):
-        self._moving = motion
-        self.refresh()
-
-    def refresh(self):
-        s = self._safety
-        for _ in range(3):
-            ticks = self.ticks
-            self.state = s.state
-            self.motion = self._moving.state
-            self.override = s.override
-            self.arm_reason = s.arm_reason
-            self.first_fault = s.first_fault
-            self.faults = s.faults
-            self.owner = s.owner
-            self.edge = s.edge if s.edge else s.spent_edge
-            self.decisions = s.decisions()
-            self.linear_wiper = self._joystick.linear_wiper
-            self.turn_wiper = self._joystick.turn_wiper
-            if ticks == self.ticks:
-                return

@@ -213,7 +213,9 @@ def test_a_new_press_begins_anew():
         motion.step(i, 0)
         assert motion.state == codes.MOVING_BACKWARD
     motion, i = begun(codes.FORWARD, codes.STEP)
-    motion.step(i, 0)
+    for _ in range(201):
+        motion.step(i, 0)
+    assert motion.ended
     i.edge = 2
     i.verb = codes.BACKWARD
     for _ in range(200):

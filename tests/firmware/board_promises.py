@@ -729,7 +729,7 @@ def test_arming_says_what_is_missing():
     rig = Rig()
     rig.host_alive = False
     rig.run(600)
-    assert rig.app.outbox.arm_reason == codes.NOT_CONNECTED
+    assert rig.app.safety.arm_reason == codes.NOT_CONNECTED
     rig = Rig()
     rig.lidar_alive = False
     rig.run(1200)
@@ -742,7 +742,7 @@ def test_arming_says_what_is_missing():
     assert "damaged" in rig.app.settings.error
     rig = Rig()
     rig.run(400)
-    assert rig.app.outbox.arm_reason == codes.NEUTRAL_NOT_PROVEN
+    assert rig.app.safety.arm_reason == codes.NEUTRAL_NOT_PROVEN
     rig = Rig()
     rig.run(1200)
     rig.give(codes.ARM, codes.NOBODY)
@@ -787,7 +787,7 @@ def test_a_host_that_stops_reading_delays_nothing():
     # what was left of their life then ends as if the driver had let go.
     stopped = rig.until(rig.neutral, 400)
     assert limits.FRAME_STALE_MS < stopped <= limits.COMMAND_TTL_MS + 10
-    assert rig.app.link.tx_dropped > 0
+    assert rig.app.telemetry.dropped > 0
     rig.wire.reading = True
     stays_still_until_pressed_anew(rig)
 

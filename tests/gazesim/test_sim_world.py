@@ -186,7 +186,7 @@ def test_the_firmware_sees_the_fault_that_was_injected(fault, bit):
     seen = 0
     for _ in range(40):
         lock.run(10)
-        seen |= lock.app.outbox.faults
+        seen |= lock.app.safety.faults
     assert seen >> bit & 1, f"{seen:#x}"
 
 

@@ -155,7 +155,7 @@ class Measured:
             self._spoken_at = ticks
             self._speak(ticks)
         # A STATE is due in every period of the session; the line must carry them all.
-        if app.link._state_period_ms == STATE_PERIOD_MS and app.link._session:
+        if app.telemetry.period_ms == STATE_PERIOD_MS and app.link._session:
             if self._counted_to:
                 self.state_asked += (ticks - self._counted_to) // STATE_PERIOD_MS
             self._counted_to = ticks
@@ -164,8 +164,8 @@ class Measured:
         if app.link._decoder.ok != before:
             host.decoded()
         self._junk = [ticks] * 20  # garbage, as real service code makes
-        self.reached |= 1 << app.outbox.override if app.outbox.override < 28 else 0
-        if app.outbox.motion:
+        self.reached |= 1 << app.safety.override if app.safety.override < 28 else 0
+        if app.motion.state:
             self.moved += 1
         return going and app_running
 
@@ -200,7 +200,7 @@ class Measured:
                 self._number = self._number % 255 + 1
             messages.ORDER.pack(host.encoder.body, (codes.ARM, self._number, codes.DRIVER))
             host.give(messages.ORDER)
-        elif app.link._state_period_ms != STATE_PERIOD_MS:
+        elif app.telemetry.period_ms != STATE_PERIOD_MS:
             messages.TELEMETRY.pack(host.encoder.body, (STATE_PERIOD_MS,))
             host.give(messages.TELEMETRY)
         else:
@@ -214,8 +214,8 @@ class Measured:
 measured = Measured()
 gc.collect()
 board.run(measured)
-for _ in range(2000):
-    app.link._drain()
+for _ in range(200):
+    app.link.poll(app)  # what was captured before the end
 time.sleep_ms(50)
 print()
 print(
@@ -232,7 +232,7 @@ print(
         "corrupt": app.link._decoder.corrupt,
         "stale": app.link.stale,
         "bad": app.link.bad,
-        "tx_dropped": app.link.tx_dropped,
+        "tx_dropped": app.telemetry.dropped,
         "state_asked": measured.state_asked,
         "imu_samples": app._imu.samples,
         "imu_errors": app._imu.errors,
