@@ -139,6 +139,7 @@ class Safety:
         self.faults |= 1 << fault
         self._end_press(codes.FAULT_REASON + fault)
         self._disarm()
+        self.arm_reason = self._why_not_arm()
 
     def _disarm(self):
         self.state = codes.DISARMED

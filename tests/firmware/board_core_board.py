@@ -28,6 +28,7 @@ def test_p8_three_failures_in_a_row_trip_and_two_do_not():
     assert not core.safety.enable
     assert not core.safety.permitted
     assert core.safety.override == REASON + codes.WIPER
+    assert core.safety.arm_reason == REASON + codes.WIPER
     assert core.safety.first_fault == REASON + codes.WIPER
     core.verified = True
     core.run(2000)
@@ -103,6 +104,8 @@ def test_p10_an_exception_disarms_and_latches():
     assert not core.safety.permitted
     assert core.only_fault(codes.TICK_EXCEPTION)
     assert core.safety.first_fault == REASON + codes.TICK_EXCEPTION
+    assert core.safety.override == REASON + codes.TICK_EXCEPTION
+    assert core.safety.arm_reason == REASON + codes.TICK_EXCEPTION
     core.run(1000)
     assert not core.moving()
     assert core.safety.override == REASON + codes.TICK_EXCEPTION

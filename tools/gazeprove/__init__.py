@@ -1,0 +1,1 @@
+"""Proves the safety core: exhaustive exploration, random runs, coverage and mutants."""

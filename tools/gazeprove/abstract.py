@@ -1,0 +1,195 @@
+"""States of safety and motion as tuples, every counter abstracted to the class it lies in.
+
+A class is a range of values that the core must treat alike until time passes: before, at or after a
+deadline. A class is represented by its lowest value; "time passed" is its highest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from operator import attrgetter
+from typing import Any
+
+from gazeboard import limits
+from gazeboard.motion import Motion
+from gazeboard.safety import Safety
+from gazelink import codes
+
+STEP_MS = 2000  # of the settings explored
+TURN_LIMIT_MS = 6000
+_TOP = limits.AGE_MAX_MS
+
+# First value of each class after the one at 0. A deadline is judged MARGIN_MS early.
+_BOUNDS: dict[str, tuple[int, ...]] = {
+    "_host_age_ms": (98, 498),
+    "_service_age_ms": (48, 498),
+    "_clearance_age_ms": (248, 298),
+    "_heading_age_ms": (48,),
+    "_neutral_ms": (500,),
+    "_idle_ms": (300,),
+    "_arming_ms": (50, 150),
+    "_closed_ms": (1, 50, 100),
+    "_open_ms": (1, 25, 500),
+    "_off_ms": (100, 500),
+    "_steady_ms": (500,),
+    "_button_ms": (3000, 3001),
+    "ttl_ms": (1,),
+}
+# Counters of which every value matters.
+_EXACT = ("_wiper_bad",)
+_PLAIN = (
+    "state",
+    "faults",
+    "first_fault",
+    "owner",
+    "enable",
+    "override",
+    "edge",
+    "spent_edge",
+    "_verb",
+    "_mode",
+    "_quiet",
+    "_session_count",
+    *_EXACT,
+)
+COUNTERS = tuple(_BOUNDS)
+FIELDS = (*_PLAIN, *COUNTERS)
+MOTION_FIELDS = ("_edge", "_elapsed_ms", "state")
+# What the core overwrites in every tick before it reads it, or only compares with the inputs.
+FORGOTTEN: dict[str, Any] = {
+    "permitted": False,
+    "arm_reason": codes.NO_REASON,
+    "blocked": 15,
+    "_host_count": 0,
+    "_service_count": 0,
+    "_command_count": 0,
+    "_clearance_count": 0,
+    "_heading_count": 0,
+    "_stop_count": 0,
+    "_emergency_count": 0,
+    "_order_number": 0,
+}
+
+State = tuple[Any, ...]
+_AT = {name: k for k, name in enumerate(FIELDS)}
+_safety_values = attrgetter(*FIELDS)
+_motion_values = attrgetter(*MOTION_FIELDS)
+
+
+def _classes(bounds: tuple[int, ...], top: int) -> tuple[list[int], dict[int, int]]:
+    """Lowest value of the class of each value; highest value of the class with a lowest value."""
+    starts = (0, *bounds, top + 1)
+    lowest: list[int] = []
+    highest: dict[int, int] = {}
+    for low, following in pairwise(starts):
+        lowest += [low] * (following - low)
+        highest[low] = following - 1
+    return lowest, highest
+
+
+_LOWEST = {}
+HIGHEST = {}
+for _name, _limits in _BOUNDS.items():
+    _LOWEST[_name], HIGHEST[_name] = _classes(
+        _limits, limits.COMMAND_TTL_MS if _name == "ttl_ms" else _TOP
+    )
+_ELAPSED = {
+    codes.FORWARD: _classes((STEP_MS, STEP_MS + 1), _TOP),
+    codes.LEFT: _classes((TURN_LIMIT_MS, TURN_LIMIT_MS + 1), _TOP),
+}
+_ELAPSED[codes.BACKWARD] = _ELAPSED[codes.FORWARD]
+_ELAPSED[codes.RIGHT] = _ELAPSED[codes.LEFT]
+_OFF, _OPEN = _AT["_off_ms"], _AT["_open_ms"]
+_TABLES = tuple((_AT[name], _LOWEST[name]) for name in COUNTERS)
+
+# Press numbers: only whether they are 0, the running or the spent one matters.
+RUNNING, SPENT, FRESH = 1, 2, 3
+_SOME_REASON = codes.NOT_ARMED
+
+
+@dataclass
+class Core:
+    """The real safety and motion objects, loaded with one state after another."""
+
+    safety: Safety
+    motion: Motion
+    relay_follows: bool  # the contact always does what the enable line says
+
+    def load(self, state: State, passed: tuple[str, ...]) -> None:
+        """Become `state`, with time passed to the end of the class in the counters `passed`."""
+        attributes = self.safety.__dict__
+        attributes.update(zip(FIELDS, state, strict=False))
+        attributes.update(FORGOTTEN)
+        if self.safety.state != codes.DISARMED:
+            # Not known: if this tick does not set them back to 0, they may be anything.
+            attributes.update(_idle_ms=1, _neutral_ms=1)
+        for name in passed:
+            if name != "_elapsed_ms":
+                attributes[name] = HIGHEST[name][state[_AT[name]]]
+        motion = self.motion
+        motion.stop()
+        motion._edge, motion._elapsed_ms, motion.state = state[len(FIELDS) :]
+        if "_elapsed_ms" in passed:
+            motion._elapsed_ms = _ELAPSED[attributes["_verb"]][1][motion._elapsed_ms]
+
+    def read(self) -> State:
+        """The abstraction of what the objects are now."""
+        values = list(_safety_values(self.safety))
+        for k, table in _TABLES:
+            values[k] = table[values[k]]
+        if self.relay_follows:
+            # Then a relay fault never comes, and how long the contact has been open is no matter.
+            values[_OFF] = 0
+            values[_OPEN] = min(1, values[_OPEN])
+        return _renamed(values, list(_motion_values(self.motion)))
+
+
+def _renamed(values: list[Any], motion: list[Any]) -> State:
+    running, spent = values[_AT["edge"]], values[_AT["spent_edge"]]
+    values[_AT["spent_edge"]] = SPENT if spent else 0
+    if running:
+        values[_AT["edge"]] = SPENT if running == spent else RUNNING
+    else:
+        # Of a press that has ended nothing is kept but its number.
+        values[_AT["_verb"]] = codes.STOP
+        values[_AT["_mode"]] = codes.STEP
+    if motion[0] and motion[0] == running:
+        motion[0] = values[_AT["edge"]]
+    elif motion[0]:
+        motion[0] = SPENT if motion[0] == spent else FRESH
+    verb, mode = values[_AT["_verb"]], values[_AT["_mode"]]
+    stepping = motion[0] and mode == codes.STEP and verb in _ELAPSED
+    motion[1] = _ELAPSED[verb][0][motion[1]] if stepping else 0
+    # While not disarmed nobody reads these: unknown until then (see events.tick).
+    if values[_AT["state"]] != codes.DISARMED:
+        values[_AT["_idle_ms"]] = values[_AT["_neutral_ms"]] = 0
+    if values[_AT["state"]] != codes.ARMING:
+        values[_AT["_arming_ms"]] = 0
+    if values[_AT["state"]] == codes.ARMED:
+        values[_AT["_closed_ms"]] = min(1, values[_AT["_closed_ms"]])
+    values[_AT["_session_count"]] = min(1, values[_AT["_session_count"]])
+    for name in ("override", "first_fault"):
+        if values[_AT[name]]:
+            values[_AT[name]] = _SOME_REASON
+    return (*values, *motion)
+
+
+def get(state: State, name: str) -> Any:
+    """A field of safety in an abstract state."""
+    return state[_AT[name]]
+
+
+def can_pass(state: State, name: str) -> bool:
+    """Whether a counter is not at the end of its class yet."""
+    low = state[_AT[name]]
+    return HIGHEST[name][low] not in (low, _TOP)
+
+
+def step_can_pass(state: State) -> bool:
+    """The same of the time a step has taken."""
+    table = _ELAPSED.get(state[_AT["_verb"]])
+    if table is None or not state[len(FIELDS)] or state[_AT["_mode"]] != codes.STEP:
+        return False
+    low = state[len(FIELDS) + 1]
+    return table[1][low] not in (low, _TOP)

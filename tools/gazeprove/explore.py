@@ -1,0 +1,114 @@
+"""Breadth-first through every reachable abstract state of the real core, every event in each."""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from gazelink import codes
+from gazeprove import abstract
+from gazeprove.abstract import FIELDS, State
+from gazeprove.events import Scope, first_state, tick
+from gazeprove.invariants import INVARIANTS, After
+
+_NOTE_EVERY_S = 5.0
+_STATE = FIELDS.index("state")
+
+
+@dataclass
+class Explored:
+    """What was found in one scope. `edges`: pairs of state numbers. `broken`: what did not hold."""
+
+    scope: Scope
+    states: dict[State, int] = field(default_factory=dict)
+    edges: set[tuple[int, int]] = field(default_factory=set)
+    transitions: int = 0
+    broken: list[str] = field(default_factory=list)
+    dead_ends: int = 0
+    seconds: float = 0.0
+
+
+def explore(scope: Scope, note: Callable[[str], None] = lambda text: None) -> Explored:
+    """Every state that the scope's causes can lead to. Stops at the tenth broken invariant."""
+    started = noted = time.monotonic()
+    core, inputs, choices, first = first_state(scope)
+    found = Explored(scope, {first: 0})
+    order = [first]
+    back: defaultdict[int, set[int]] = defaultdict(set)  # by ticks in which all is well
+    goals: set[int] = set()
+    safety, motion = core.safety, core.motion
+    number = 0
+    while number < len(order) and len(found.broken) < 10:
+        state = order[number]
+        while True:
+            # Loaded inside tick(); what it was, time passed included, is what tick() says it was.
+            was: dict[str, object] = {}
+            facts = tick(core, state, scope, inputs, choices, was)
+            found.transitions += 1
+            after = After(
+                was,
+                core,
+                inputs.__dict__,
+                facts,
+                motion.linear_permille,
+                motion.turn_permille,
+                scope.relay_fitted,
+                scope.simulated,
+            )
+            for invariant in INVARIANTS:
+                if not invariant(after):
+                    found.broken.append(_story(invariant.__name__, state, after))
+            moving = after.moving
+            reached = core.read()
+            index = found.states.setdefault(reached, len(order))
+            if index == len(order):
+                order.append(reached)
+            found.edges.add((number, index))
+            if facts.well:
+                back[index].add(number)
+                if moving and safety.state == codes.ARMED:
+                    goals.add(index)
+            if not choices.following():
+                break
+        number += 1
+        if time.monotonic() - noted > _NOTE_EVERY_S:
+            noted = time.monotonic()
+            note(f"{scope.name}: {number} of {len(order)} states, {found.transitions} transitions")
+    found.dead_ends = len(order) - len(_leading_to(goals, back))
+    if found.dead_ends and not found.broken:
+        alive = _leading_to(goals, back)
+        lost = next(state for state, index in found.states.items() if index not in alive)
+        found.broken.append(f"no way back to driving from {describe(lost)}")
+    found.seconds = time.monotonic() - started
+    return found
+
+
+def _leading_to(goals: set[int], back: dict[int, set[int]]) -> set[int]:
+    """States from which a goal can be reached."""
+    reached = set(goals)
+    todo = list(goals)
+    while todo:
+        for before in back.get(todo.pop(), ()):
+            if before not in reached:
+                reached.add(before)
+                todo.append(before)
+    return reached
+
+
+def describe(state: State) -> str:
+    """A state in words: the fields that are not 0."""
+    names = (*FIELDS, *(f"motion.{name}" for name in abstract.MOTION_FIELDS))
+    return " ".join(f"{n}={v:d}" for n, v in zip(names, state, strict=True) if v)
+
+
+def _story(invariant: str, state: State, a: After) -> str:
+    inputs = {n: v for n, v in a.read.items() if not n.startswith("_")}
+    if "clearance_blocked" in inputs:
+        inputs["clearance_blocked"] = inputs["clearance_blocked"].known
+    return (
+        f"{invariant}\n    before: {describe(state)}\n    inputs: {inputs}\n"
+        f"    facts:  {a.facts}\n    after:  {describe(a.core.read())}"
+        f" output=({a.linear}, {a.turn}) override={a.core.safety.override}"
+    )

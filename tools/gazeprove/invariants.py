@@ -1,0 +1,330 @@
+"""What must hold after every tick, said anew from DESIGN.md and not taken from the core's code.
+
+Each invariant looks at the state before (`was`), the real objects after, the inputs that the core
+read (`read`: an input that it did not look at cannot have been judged) and the other facts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from gazelink import codes
+from gazeprove import abstract
+from gazeprove.abstract import Core
+from gazeprove.events import Blocked, Facts
+
+
+def _bits(*faults: int) -> int:
+    return sum(1 << fault for fault in faults)
+
+
+_HEADING = _bits(codes.HEADING_FROZEN, codes.HEADING_BUS, codes.HEADING_RESET, codes.HEADING_JUMP)
+_WARNINGS = _HEADING | _bits(codes.OBSTACLE_DATA_OLD)
+_ONLY_NEUTRAL = _bits(codes.HOST_SILENT, codes.SERVICE_STALLED, codes.TILT)
+_LATCHED = _bits(codes.WIPER, codes.TICK_EXCEPTION, codes.EMERGENCY, codes.WATCHDOG_BOOTS)
+_MISSING: Any = object()
+
+
+class After(NamedTuple):
+    """One tick, as the invariants see it."""
+
+    was: dict[str, Any]  # fields of safety before, time passed included
+    core: Core
+    read: dict[str, Any]
+    facts: Facts
+    linear: int
+    turn: int
+    fitted: bool
+    simulated: bool
+
+    @property
+    def reset(self) -> bool:
+        """The latched faults were reset by one of the two ways there are."""
+        by_order = (
+            self.facts.ordered
+            and self.read.get("order_action") == codes.RESET_FAULTS
+            and self.read.get("order_owner") == codes.CARETAKER
+        )
+        return self.facts.stepped and (by_order or self.core.safety._button_ms == 3000)
+
+    @property
+    def handed_over(self) -> bool:
+        """Somebody else owns the chair than before this tick."""
+        return bool(self.was["owner"] != self.core.safety.owner)
+
+    @property
+    def moving(self) -> bool:
+        """A wiper was written that is not neutral."""
+        return self.linear != 0 or self.turn != 0
+
+
+def motion_only_when_armed(a: After) -> bool:
+    """Not a count from neutral unless armed before this tick, enabled and permitted."""
+    s = a.core.safety
+    before = a.was["state"] == codes.ARMED and a.was["owner"] != codes.NOBODY
+    tripped = not a.facts.verified and s._wiper_bad == 3
+    return not a.moving or (before and (tripped or (s.state == codes.ARMED and s.enable)))
+
+
+def motion_only_while_all_live(a: After) -> bool:
+    """Host and service loop heard, no lost tick, contact not open for long (P2, P9, P10)."""
+    s = a.core.safety
+    return not a.moving or (
+        s._host_age_ms < 98
+        and s._service_age_ms < 48
+        and not a.facts.late
+        and s._steady_ms >= 500
+        and (not a.fitted or s._open_ms < 25)
+        and a.read.get("calibrated") is True
+    )
+
+
+def motion_only_by_the_owner(a: After) -> bool:
+    """The command's owner is the owner, and a session began before (P13)."""
+    s = a.core.safety
+    owner = a.was["owner"] if s.state != codes.ARMED else s.owner
+    return not a.moving or (
+        a.read.get("owner") == owner != codes.NOBODY and not a.facts.new_session
+    )
+
+
+def motion_only_on_a_fresh_command(a: After) -> bool:
+    """Time to live is left, or a step with an end of its own is under way (P3, P4)."""
+    if not a.moving:
+        return True
+    running = a.was["edge"] != 0 and a.was["edge"] == a.read.get("edge")
+    step = a.read.get("mode") == codes.STEP and a.read.get("verb") != codes.DRIVE
+    straight = a.read.get("verb") in (codes.FORWARD, codes.BACKWARD)
+    limit_ms = abstract.STEP_MS if straight else abstract.TURN_LIMIT_MS
+    in_time = not step or a.core.motion._elapsed_ms <= limit_ms
+    return (a.core.safety.ttl_ms > 0 or (step and running)) and in_time
+
+
+def motion_only_where_it_is_free(a: After) -> bool:
+    """Obstacle data fresh, and looked at and free in each direction of the output (P5, P6)."""
+    if not a.moving:
+        return True
+    blocked = a.read.get("clearance_blocked")
+    age_ms = a.core.safety._clearance_age_ms
+    old = a.was["faults"] >> codes.OBSTACLE_DATA_OLD & 1
+    if not isinstance(blocked, Blocked) or age_ms >= (248 if old else 298):
+        return False
+    ways = [1 << codes.DIR_FORWARD] if a.linear > 0 else []
+    ways += [1 << codes.DIR_BACKWARD] if a.linear < 0 else []
+    ways += [1 << codes.DIR_LEFT] if a.turn > 0 else []
+    ways += [1 << codes.DIR_RIGHT] if a.turn < 0 else []
+    return all(blocked.known.get(way, way) == 0 for way in ways)
+
+
+def turns_only_with_a_heading(a: After) -> bool:
+    """Heading sampled in time and no heading fault (P7)."""
+    return a.turn == 0 or (a.core.safety._heading_age_ms < 48 and a.read.get("heading_faults") == 0)
+
+
+def motion_only_without_faults(a: After) -> bool:
+    """No tilt, no emergency, no fault but warnings that leave this way possible (P11, P16)."""
+    s = a.core.safety
+    faults = s.faults & ~_WARNINGS & ~(_bits(codes.WIPER) if not a.facts.verified else 0)
+    return not a.moving or (
+        faults == 0
+        and a.read.get("tilted") is False
+        and not a.facts.emergency_open
+        and not a.facts.message
+    )
+
+
+def motion_only_by_a_live_press(a: After) -> bool:
+    """The press has a number, was not spent, was not stopped, and keeps its verb and mode (P14)."""
+    if not a.moving:
+        return True
+    edge = a.read.get("edge", 0)
+    if edge == 0:
+        return False
+    if edge != a.was["edge"]:
+        # New is what differs from the last press that ended, be it in this very tick.
+        ended = a.was["edge"] and (a.facts.stopped or a.handed_over)
+        return bool(ended) or edge != a.was["spent_edge"]
+    same = a.read.get("verb") == a.was["_verb"] and a.read.get("mode") == a.was["_mode"]
+    return same and not a.facts.stopped and not a.handed_over
+
+
+def motion_goes_as_asked(a: After) -> bool:
+    """Direction as commanded, size within the settings; STOP is never a motion."""
+    if not a.moving:
+        return True
+    settings = a.core.motion._settings
+    if abs(a.linear) > settings.linear_permille or abs(a.turn) > settings.turn_permille:
+        return False
+    verb = a.read.get("verb", codes.STOP)
+    if verb == codes.DRIVE:
+        return bool(
+            a.linear * a.read["linear_permille"] >= 0 and a.turn * a.read["turn_permille"] >= 0
+        )
+    if verb in (codes.FORWARD, codes.BACKWARD):
+        return a.turn == 0 and (a.linear > 0) == (verb == codes.FORWARD)
+    held = a.read.get("mode") == codes.CONTINUOUS
+    turning = verb in (codes.LEFT, codes.RIGHT) and a.linear == 0
+    return turning and (not held or (a.turn > 0) == (verb == codes.LEFT))
+
+
+def the_enable_line_needs_verified_writes(a: After) -> bool:
+    """It toggles only in a tick whose writes were read back, armed or arming (P8)."""
+    armed = a.core.safety.state != codes.DISARMED
+    return not a.facts.toggled or (a.facts.verified and armed and not a.facts.raised)
+
+
+def disarmed_is_whole(a: After) -> bool:
+    """Disarmed: no owner, no enable line, no press under way. Armed or arming: one owner."""
+    s = a.core.safety
+    if s.state == codes.DISARMED:
+        return s.owner == codes.NOBODY and not s.enable and s.edge == 0 and not s.permitted
+    return s.owner in (codes.DRIVER, codes.CARETAKER) and s.enable
+
+
+def some_causes_disarm(a: After) -> bool:
+    """A grave fault, a long silence, a new session or an exception leaves nothing armed."""
+    s = a.core.safety
+    grave = s.faults & ~_WARNINGS & ~_ONLY_NEUTRAL
+    lost = s._host_age_ms >= 498 or s._service_age_ms >= 498
+    return s.state == codes.DISARMED or not (grave or lost or a.facts.raised)
+
+
+def arming_needs_everything(a: After) -> bool:
+    """Arming begins with a valid order, no fault, neutral proven, idle, the contact open."""
+    s = a.core.safety
+    if not (a.was["state"] != codes.ARMING and s.state == codes.ARMING):
+        return True
+    return (
+        a.was["state"] == codes.DISARMED
+        and a.facts.ordered
+        and a.read.get("order_action") == codes.ARM
+        and a.read.get("order_owner") == s.owner
+        and s.faults == 0
+        and s._session_count > 0
+        and a.was["_neutral_ms"] >= 500
+        and s._idle_ms >= 300
+        and (not a.fitted or not a.facts.contact)
+        and (a.simulated or a.read.get("clearance_source") == codes.REAL)
+    )
+
+
+def armed_needs_the_relay(a: After) -> bool:
+    """Armed only from arming, without any fault, after the contact was proven; not yet a motion."""
+    s = a.core.safety
+    if not (a.was["state"] != codes.ARMED and s.state == codes.ARMED):
+        return True
+    proven = s._closed_ms >= 50 if a.fitted else s._arming_ms >= 50
+    return a.was["state"] == codes.ARMING and s.faults == 0 and proven and not a.moving
+
+
+def a_press_ends_for_good(a: After) -> bool:
+    """A press that no longer moves is the spent one, or a newer one is."""
+    s = a.core.safety
+    old = a.was["edge"]
+    if s.edge == old or old == 0:
+        return True
+    return s.edge == a.read.get("edge") or s.spent_edge in (old, a.read.get("edge", old))
+
+
+def latched_faults_stay(a: After) -> bool:
+    """They clear by a reset only, and never when their cause comes in the same tick."""
+    s = a.core.safety
+    kept = a.reset or a.was["faults"] & _LATCHED & ~s.faults == 0
+    emergency = a.facts.stepped and (a.facts.emergency_open or a.facts.message)
+    return kept and (not emergency or s.faults >> codes.EMERGENCY & 1 == 1)
+
+
+def faults_say_what_is(a: After) -> bool:
+    """Each fault that does not latch is set exactly while its cause stands."""
+    s = a.core.safety
+    if not a.facts.stepped:
+        return True
+    old = a.was["faults"] >> codes.OBSTACLE_DATA_OLD & 1
+    stale = s._clearance_age_ms >= (248 if old else 298)
+    unreal = not a.simulated and a.read.get("clearance_source") != codes.REAL and not stale
+    lost = s._heading_age_ms >= 48
+    expected = (
+        (s._host_age_ms >= 98) << codes.HOST_SILENT
+        | (s._service_age_ms >= 48) << codes.SERVICE_STALLED
+        | stale << codes.OBSTACLE_DATA_OLD
+        | (a.read["heading_faults"] & _HEADING)
+        | lost << codes.HEADING_BUS
+        | (s._steady_ms < 500) << codes.TICK_STALLED
+        | a.read["tilted"] << codes.TILT
+        | (not a.read["calibrated"]) << codes.CALIBRATION
+        | unreal << codes.SIMULATED_SOURCE
+        | s._standing
+    )
+    relay = _bits(codes.RELAY_OPEN, codes.RELAY_STUCK)
+    return bool(s.faults & ~_LATCHED & ~relay == expected)
+
+
+def relay_faults_stand_until_the_contact_is_open(a: After) -> bool:
+    """Set while disarmed, they clear after half a second of an open contact and no enable line."""
+    s = a.core.safety
+    relay = _bits(codes.RELAY_OPEN, codes.RELAY_STUCK)
+    if a.core.relay_follows and s.faults & relay:
+        return False  # what abstract.Core.read() relies on
+    cleared = a.was["faults"] & relay and not s.faults & relay
+    return not cleared or (s._open_ms >= 500 and s._off_ms >= 500)
+
+
+def every_refusal_has_a_reason(a: After) -> bool:
+    """What is asked and not done is explained, except the press of a step that ended as asked."""
+    s = a.core.safety
+    if not a.facts.stepped:
+        return True
+    asked = a.read.get("verb", codes.STOP) != codes.STOP and not s.permitted
+    if asked and s.override == codes.NO_REASON and not s._quiet:
+        return False
+    if s._quiet and not a.was["_quiet"] and a.facts.end_reason != codes.NO_REASON:
+        return False
+    return s.state != codes.DISARMED or s.faults == 0 or s.arm_reason != codes.NO_REASON
+
+
+def refused_arming_has_a_reason(a: After) -> bool:
+    """Somebody who may arm and cannot is told why."""
+    s = a.core.safety
+    refused = (
+        a.facts.stepped
+        and a.facts.ordered
+        and a.read.get("order_action") == codes.ARM
+        and a.read.get("order_owner") in (codes.DRIVER, codes.CARETAKER)
+        and s.state == codes.DISARMED
+    )
+    return not refused or s.arm_reason != codes.NO_REASON
+
+
+def the_first_reason_is_kept(a: After) -> bool:
+    """A fault has a first reason, and it stays until all are gone, a reset, or arming."""
+    s = a.core.safety
+    if s.faults and s.first_fault == codes.NO_REASON:
+        return False
+    kept = s.first_fault == a.was["first_fault"]
+    return kept or a.was["faults"] == 0 or a.reset or (s.faults == 0 and s.state == codes.ARMING)
+
+
+INVARIANTS: tuple[Callable[[After], bool], ...] = (
+    motion_only_when_armed,
+    motion_only_while_all_live,
+    motion_only_by_the_owner,
+    motion_only_on_a_fresh_command,
+    motion_only_where_it_is_free,
+    turns_only_with_a_heading,
+    motion_only_without_faults,
+    motion_only_by_a_live_press,
+    motion_goes_as_asked,
+    the_enable_line_needs_verified_writes,
+    disarmed_is_whole,
+    some_causes_disarm,
+    arming_needs_everything,
+    armed_needs_the_relay,
+    a_press_ends_for_good,
+    latched_faults_stay,
+    faults_say_what_is,
+    relay_faults_stand_until_the_contact_is_open,
+    every_refusal_has_a_reason,
+    refused_arming_has_a_reason,
+    the_first_reason_is_kept,
+)

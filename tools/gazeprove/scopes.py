@@ -1,0 +1,31 @@
+"""The explorations that make up the proof: each cause, each pair, and what changes the rules."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+from gazelink import codes
+from gazeprove.events import CAUSES, Scope
+
+_QUICK = ("stop", "emergency", "wiper", "exception")
+
+
+def _of(*causes: str) -> Scope:
+    return Scope(" + ".join(causes), frozenset(causes))
+
+
+def scopes(quick: bool) -> list[Scope]:
+    """The explorations of the quick or of the full form."""
+    alone = [_of(cause) for cause in (_QUICK if quick else CAUSES)]
+    base = [Scope("nothing goes wrong"), *alone]
+    if quick:
+        return base
+    return [
+        *base,
+        Scope("every command and order", all_commands=True),
+        Scope("no relay feedback", frozenset({"wiper"}), relay_fitted=False),
+        Scope("simulated board", frozenset({"source"}), simulated=True),
+        Scope("no hard timer", boot_faults=1 << codes.NO_HARD_TIMER),
+        Scope("emergency stored", boot_faults=1 << codes.EMERGENCY),
+        *(_of(*pair) for pair in combinations(CAUSES, 2)),
+    ]
