@@ -1,5 +1,6 @@
 """A live board under test: the emulated Teensy in its simulated chair, or a real one on a port."""
 
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -89,6 +90,7 @@ class EmulatedLiveBoard(LiveBoard):
         )
         super().__init__(folder / "port")
         self._tick = 0
+        self._ending = threading.Event()
 
     def start(self, patch: str = "") -> None:
         """Switch it on; `patch` is run in the firmware, once, before its App is imported."""
@@ -134,6 +136,30 @@ class EmulatedLiveBoard(LiveBoard):
             self._tick += 1
             self.world.step(STEP_S)
         super().pass_time()
+
+    def start_background(self) -> None:
+        """Let time pass in a thread of its own, the port being free for somebody else."""
+        self.host.connected = False
+        self.host.poll()
+        self._ending.clear()
+        self._thread = threading.Thread(target=self._pump, name="board's time")
+        self._thread.start()
+
+    def stop_background(self) -> None:
+        """The test lets time pass again, and has the port back."""
+        self._ending.set()
+        self._thread.join(LIMIT_S)
+        self.host.connected = True
+
+    def _pump(self) -> None:
+        while not self._ending.wait(0.002):
+            self.pass_time()
+
+    def cut_power(self) -> None:
+        """In the background's time: the board loses its power now."""
+        self._ending.set()
+        self._thread.join(LIMIT_S)
+        self.board.kill()
 
     def situation(self) -> str:
         """For a failed test's message."""

@@ -1,23 +1,45 @@
 """Boards for these tests: the emulated Teensy, or with --board PORT a real one."""
 
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from gazechair.flash import Flasher, tree
 from gazelink import codes
 from liveboard import EmulatedLiveBoard, LiveBoard
 
 
 @pytest.fixture(scope="session")
-def firmware_flash(m7: Path, tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """Flash memory of an emulated Teensy with this checkout's firmware on it."""
-    folder = tmp_path_factory.mktemp("flashed")
-    board = EmulatedLiveBoard(m7, folder, None)
-    board.board.install()
+def firmware_sources(tmp_path_factory: pytest.TempPathFactory) -> tree.Sources:
+    """A copy of this checkout's firmware."""
+    found = tree.find_sources()
+    folder = tmp_path_factory.mktemp("sources")
+    files = {}
+    for path, file in found.files.items():
+        files[path] = folder / path
+        files[path].parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(file, files[path])
+    shutil.copyfile(found.main, folder / "main.py")
+    return tree.Sources(files, folder / "main.py")
+
+
+@pytest.fixture(scope="session")
+def firmware_flash(
+    m7: Path, firmware_sources: tree.Sources, tmp_path_factory: pytest.TempPathFactory
+) -> bytes:
+    """Flash memory of a factory-new emulated Teensy after `gazechair flash`."""
+    board = EmulatedLiveBoard(m7, tmp_path_factory.mktemp("flashed"), None)
     board.start()
     try:
-        board.connect()
+        board.start_background()
+        try:
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setattr(tree, "find_sources", lambda: firmware_sources)
+                Flasher(print).flash(str(board.host.path), dry_run=False, force=False)
+        finally:
+            board.stop_background()
         return board.flash
     finally:
         board.stop()

@@ -232,7 +232,7 @@ HANG = """
 import gazeboard.app as _app
 _{name} = _app.App.{name}
 def _hang(self, *a):
-    if self.outbox.state == 2 and self.outbox.linear_wiper != 170:
+    if self.safety.state == 2 and self.joystick.linear_wiper != 170:
         while True: pass
     return _{name}(self, *a)
 _app.App.{name} = _hang

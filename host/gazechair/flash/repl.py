@@ -17,6 +17,8 @@ from gazechair.flash.board_files import Facts
 from gazechair.flash.errors import FlashError
 
 _TIMEOUT_S = 10.0  # a flash erase takes up to 0.4 s, and a write may need several
+_TRIES = 4  # to enter the REPL
+_TRY_S = 3
 _CHUNK = 1024
 _WATCHDOG_MS = 128_000
 
@@ -92,11 +94,21 @@ class Repl:
         try:
             # mpremote prints what it heard when this fails
             with self._answering("enter the REPL of"), contextlib.redirect_stdout(io.StringIO()):
-                self._transport.enter_raw_repl(soft_reset=False)
+                self._enter(errors.TransportError)
                 self._transport.exec(_HELPERS)
         except FlashError:
             self.close()
             raise
+
+    # A firmware on its way out may still swallow the first request.
+    def _enter(self, refused: type[Exception]) -> None:
+        for _ in range(_TRIES - 1):
+            try:
+                self._transport.enter_raw_repl(soft_reset=False, timeout_overall=_TRY_S)
+                return
+            except refused:
+                continue
+        self._transport.enter_raw_repl(soft_reset=False, timeout_overall=_TRY_S)
 
     @contextlib.contextmanager
     def _answering(self, doing: str) -> Iterator[None]:

@@ -1,0 +1,242 @@
+"""`gazechair flash` against the emulated Teensy: new, running, armed, unplugged half-way, wrong."""
+
+import os
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from gazechair.flash import Flasher, FlashError, tree
+from gazechair.flash.repl import Repl
+from gazelink import codes, messages
+from gazesim.pty_port import PtyPort
+from livehost import STOP
+from liveboard import EmulatedLiveBoard
+
+pytestmark = pytest.mark.m7
+
+
+@pytest.fixture(autouse=True)
+def one_source(firmware_sources: tree.Sources, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every run flashes what the session's first one did, also while someone edits it."""
+    monkeypatch.setattr(tree, "find_sources", lambda: firmware_sources)
+
+
+class Run:
+    """One `gazechair flash`, time passing meanwhile; its lines."""
+
+    def __init__(self, board: EmulatedLiveBoard, connect: type[Repl] = Repl) -> None:
+        self.lines: list[str] = []
+        self._board = board
+        self._connect = connect
+
+    def flash(self, dry_run: bool = False, force: bool = False) -> str:
+        self._board.start_background()
+        try:
+            flasher = Flasher(self.lines.append, self._connect)
+            flasher.flash(str(self._board.host.path), dry_run, force)
+        finally:
+            self._board.stop_background()
+        return "\n".join(self.lines)
+
+
+@pytest.fixture
+def factory_new(m7: Path, tmp_path: Path) -> Iterator[EmulatedLiveBoard]:
+    """An emulated Teensy with MicroPython and nothing else."""
+    board = EmulatedLiveBoard(m7, tmp_path, None)
+    board.start()
+    try:
+        yield board
+    finally:
+        board.stop()
+
+
+def test_a_new_board_gets_the_firmware_and_runs_it(factory_new: EmulatedLiveBoard) -> None:
+    said = Run(factory_new).flash()
+    assert "no gazechair firmware answers; trying MicroPython's REPL" in said
+    assert "Teensy 4.0" in said
+    assert "all verified" in said
+    assert "runs: teensy40 says hello" in said
+    factory_new.connect()
+    assert factory_new.host.safety == codes.DISARMED
+
+
+def test_a_running_board_that_has_it_is_left_as_it_is(emulated: EmulatedLiveBoard) -> None:
+    emulated.connect()
+    before = emulated.flash
+    assert "already has this firmware" in Run(emulated).flash()
+    assert emulated.flash == before
+
+
+def test_a_dry_run_changes_nothing_and_leaves_it_running(emulated: EmulatedLiveBoard) -> None:
+    emulated.connect()
+    before, boots = emulated.flash, emulated.bank.boot_count
+    assert "nothing was changed" in Run(emulated).flash(dry_run=True)
+    assert emulated.flash == before
+    assert emulated.bank.boot_count == boots
+    emulated.connect()
+
+
+def test_a_running_board_of_another_layout_is_updated(factory_new: EmulatedLiveBoard) -> None:
+    board = factory_new
+    board.board.kill()
+    board.board.install()
+    board.board.start()
+    board.connect()
+    said = Run(board).flash()
+    assert "left for maintenance" in said
+    assert "changed over" in said
+    assert "runs: teensy40" in said
+
+
+def test_an_older_incompatible_firmware_is_updated(emulated: EmulatedLiveBoard) -> None:
+    """Its table of messages differs, so only the frozen messages are understood."""
+    emulated.board.kill()
+    emulated.board.run_instead(OLD_VERSION)
+    emulated.board.start()
+    emulated.until(lambda: emulated.host.hellos, "its hello")
+    assert not emulated.host.in_session
+    said = Run(emulated).flash(force=True)
+    assert "firmware 0.0.7" in said
+    assert "left for maintenance" in said
+    assert "runs: teensy40" in said
+
+
+OLD_VERSION = b"""
+text = open('/flash/main.py').read()
+at = text.index('from gazeboard')
+exec(text[:at])
+import gazelink
+from gazelink import frame
+gazelink.VERSION = (0, 0, 7)
+frame.schema_hash = lambda: 12345
+exec(text[at:])
+"""
+
+
+def test_an_armed_board_is_refused_and_stays_armed(emulated: EmulatedLiveBoard) -> None:
+    emulated.connect()
+    emulated.arm()
+    encoder = emulated.host.encoder
+    fd = os.open(emulated.host.path, os.O_WRONLY | os.O_NOCTTY)
+    ending = threading.Event()
+
+    def stay_armed() -> None:  # what the host goes on saying, from a second opening of the port
+        while not ending.wait(0.02):
+            messages.COMMAND.pack(encoder.body, STOP)
+            n = encoder.finish(messages.COMMAND, 0)
+            os.write(fd, encoder.wire[:n])
+
+    thread = threading.Thread(target=stay_armed, name="other host")
+    thread.start()
+    before = emulated.flash
+    try:
+        with pytest.raises(FlashError, match="is armed; disarm it first"):
+            Run(emulated).flash()
+    finally:
+        ending.set()
+        thread.join(10.0)
+        os.close(fd)
+    assert emulated.flash == before
+
+
+class PowerCut(FlashError):
+    """The board died in the middle."""
+
+
+@pytest.mark.parametrize(
+    "moment", ["write 1", "write 12", "write 28", "rename 1", "before reset", "main half written"]
+)
+def test_power_cut_half_way_leaves_a_board_that_boots(
+    factory_new: EmulatedLiveBoard, moment: str
+) -> None:
+    board = factory_new
+    board.board.kill()
+    board.board.install()
+    board.board.start()
+    board.connect()
+
+    class Dying(Repl):
+        writes = renames = 0
+
+        def write(self, path: str, content: bytes) -> None:
+            Dying.writes += 1
+            if path.endswith("main.py.new") and moment == "main half written":
+                super().write(path, content[: len(content) // 2])
+                self.die()
+            super().write(path, content)
+            if moment == f"write {Dying.writes}":
+                self.die()
+
+        def rename(self, path: str, new_path: str) -> None:
+            Dying.renames += 1
+            super().rename(path, new_path)
+            if moment == f"rename {Dying.renames}":
+                self.die()
+
+        def reset(self) -> None:
+            if moment == "before reset":
+                self.die()
+            super().reset()
+
+        def die(self) -> None:
+            board.cut_power()
+            raise PowerCut("the board died")
+
+    with pytest.raises(PowerCut):
+        Run(board, Dying).flash()
+    board.host.close()
+    board.host.hellos.clear()
+    board.host.states.clear()
+    board.board.power_cycle()
+    board.connect()
+    assert board.host.safety == codes.DISARMED
+    assert "runs: teensy40" in Run(board).flash(), "and flashing again ends well"
+
+
+def test_the_cable_pulled_half_way_is_one_plain_line(emulated: EmulatedLiveBoard) -> None:
+    emulated.connect()
+
+    class Pulled(Repl):
+        def write(self, path: str, content: bytes) -> None:
+            emulated.board.pull_cable()
+            super().write(path, content)
+
+    with pytest.raises(FlashError, match=r"could not write /flash/.* check its cable and repeat"):
+        Run(emulated, Pulled).flash(force=True)
+    emulated.board.plug_cable()
+    assert "runs: teensy40" in Run(emulated).flash(), "from the REPL where it was left"
+
+
+@pytest.mark.parametrize("broken", ["raise ValueError('broken')", "while True: pass"])
+def test_a_firmware_that_does_not_run_is_taken_back(
+    emulated: EmulatedLiveBoard, broken: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    emulated.connect()
+    before = emulated.host.hellos[-1]
+    sources = tree.find_sources()
+    app = tmp_path / "app.py"
+    app.write_text(broken + "\n")
+    changed = tree.Sources({**sources.files, "gazeboard/app.py": app}, sources.main)
+    monkeypatch.setattr(tree, "find_sources", lambda: changed)
+    monkeypatch.setattr("gazechair.flash.command._START_S", 6.0)
+    if broken.startswith("while"):
+        with pytest.raises(FlashError, match="does not let us go back"):
+            Run(emulated).flash()
+        return
+    with pytest.raises(FlashError, match="the firmware before is back"):
+        Run(emulated).flash()
+    emulated.host.hellos.clear()
+    emulated.connect()
+    assert emulated.host.hellos[-1]["schema_hash"] == before["schema_hash"]
+
+
+def test_a_port_with_nobody_behind_it_is_refused(tmp_path: Path) -> None:
+    silent = PtyPort(tmp_path / "port")
+    silent.plug()
+    try:
+        with pytest.raises(FlashError, match="could not enter the REPL"):
+            Flasher(lambda line: None).flash(str(silent.path), False, False)
+    finally:
+        silent.unplug()
