@@ -31,6 +31,7 @@ class Page:
         self._host = host
         self.client = host.control.connect(self._role)
         self._waiting.clear()
+        self._version = 0
         self.open_socket = True
         self._listen()
 
@@ -43,8 +44,11 @@ class Page:
         """One millisecond of the page's life."""
         if not self.open_socket:
             return
-        if now_ms % BEAT_MS == 0 and not self.stalled and not self._host.frozen:
-            self._listen()
+        if not self.stalled and not self._host.frozen:
+            version = self._host.control.wait_change(0.0, self._version)
+            if now_ms % BEAT_MS == 0 or version != self._version:
+                self._version = version
+                self._listen()
         if self.alive and now_ms % BEAT_MS == 0:
             self._send(k="hb", token=self._token)
         if self.alive and self._held and now_ms % HOLD_MS == 0:
