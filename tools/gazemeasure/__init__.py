@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import importlib
+import logging
 
 from gazemeasure.report import Report
 
 # name: (module, what it measures)
 BENCHMARKS = {
     "glance": ("gazemeasure.glance", "from the page's event handler to the wipers and back"),
+    "link": ("gazemeasure.link", "the serial link: round trip beside a bare echo, re-plugs"),
     "tick": ("gazemeasure.tick", "the hard tick: allocation, instructions, jitter, telemetry"),
 }
 
 
 def run(name: str, quick: bool) -> Report:
     """Run one benchmark; KeyError when there is none of that name."""
+    logging.disable(logging.WARNING)  # what the parts say would stand between the figures
     module = importlib.import_module(BENCHMARKS[name][0])
     report: Report = module.measure(quick)
     return report

@@ -136,8 +136,6 @@ class Measured:
         self._junk = []
         self.reached = 0  # bit set of override codes seen
         self.moved = 0
-        self.state_asked = 0
-        self._counted_to = 0
 
     def service(self):
         ticks = app.outbox.ticks
@@ -154,11 +152,6 @@ class Measured:
         if not host.busy() and ticks - self._spoken_at >= 5:
             self._spoken_at = ticks
             self._speak(ticks)
-        # A STATE is due in every period of the session; the line must carry them all.
-        if app.telemetry.period_ms == STATE_PERIOD_MS and app.link._session:
-            if self._counted_to:
-                self.state_asked += (ticks - self._counted_to) // STATE_PERIOD_MS
-            self._counted_to = ticks
         before = app.link._decoder.ok
         going = app.service()
         if app.link._decoder.ok != before:
@@ -233,7 +226,6 @@ print(
         "stale": app.link.stale,
         "bad": app.link.bad,
         "tx_dropped": app.telemetry.dropped,
-        "state_asked": measured.state_asked,
         "imu_samples": app._imu.samples,
         "imu_errors": app._imu.errors,
         "service_max_ms": app.service_max_ms,
