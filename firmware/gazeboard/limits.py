@@ -1,12 +1,5 @@
 # The numbers behind the safety promises: compiled in, settings can only be stricter.
-
-try:
-    from micropython import const
-except ImportError:
-
-    def const(value):
-        return value
-
+from gazelink.const import const
 
 # Times in ms, counted in ticks of 1 ms. MARGIN: a promise counts from the event; a tick may be up
 # to 1 ms away and the wiper write belongs to it, so each deadline is judged this much early.

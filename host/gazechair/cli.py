@@ -38,6 +38,12 @@ def _parser() -> argparse.ArgumentParser:
         command.add_argument(
             "--config", type=Path, metavar="FILE", help="configuration file (default: none)"
         )
+    settings = commands.add_parser("settings", help="read and change the board's settings")
+    settings.add_argument("--port", default="auto", help="the board's serial port")
+    settings.add_argument("--set", nargs=2, action="append", metavar=("NAME", "VALUE"))
+    settings.add_argument("--defaults", action="store_true", help="first take all defaults")
+    settings.add_argument("--save", action="store_true", help="keep them across a reset")
+    settings.set_defaults(act=_settings)
     measure = commands.add_parser("measure", help="run a benchmark on the simulated chair")
     measure.add_argument("name", help="which one; an unknown name lists them")
     measure.add_argument("--quick", action="store_true", help="fewer samples")
@@ -82,6 +88,24 @@ def _doctor(options: argparse.Namespace) -> int:
     findings = doctor.examine(options.config)
     print(doctor.as_json(findings) if options.json else doctor.as_text(findings))
     return 1 if doctor.failed(findings) else 0
+
+
+def _settings(options: argparse.Namespace) -> int:
+    from gazechair import board_settings
+
+    try:
+        changes = [board_settings.parse(name, text) for name, text in options.set or ()]
+        with board_settings.connected(options.port) as board:
+            if options.defaults:
+                board.defaults()
+            for index, value in changes:
+                board.set(index, value)
+            if options.save:
+                board.save()
+            print(board_settings.as_text(board.all()))
+    except board_settings.SettingsError as error:
+        return _refuse(str(error))
+    return 0
 
 
 def _measure(options: argparse.Namespace) -> int:

@@ -22,6 +22,7 @@ from gazechair.link_protocol import (
     Pong,
     SessionBegun,
     SessionEnded,
+    SettingReply,
     VersionDiffers,
 )
 from gazechair.outgoing import Clearance, Command
@@ -62,6 +63,7 @@ class BoardLink:
         self._state: Latest[BoardState] = Latest(clock)
         self._stats: Latest[BoardStats] = Latest(clock)
         self._round_trip: Latest[float] = Latest(clock)
+        self._setting: Latest[SettingReply] = Latest(clock)
         self._failed_path = ""  # where to go on searching behind
         self._stopping = threading.Event()
         self._wake_read, self._wake_write = os.pipe()
@@ -124,6 +126,17 @@ class BoardLink:
             self._protocol.request_ping()
             self._flush()
         entry = self._round_trip.wait(timeout_s, 0 if last is None else last.version)
+        return None if entry is None else entry.value
+
+    def setting(
+        self, request: int, index: int = 0, value: int = 0, timeout_s: float = 1.0
+    ) -> SettingReply | None:
+        """Ask about a setting (codes.SETTING_...); None when no answer came. Waits, as ping."""
+        last = self._setting.entry()
+        with self._lock:
+            self._protocol.request_setting(request, index, value)
+            self._flush()
+        entry = self._setting.wait(timeout_s, 0 if last is None else last.version)
         return None if entry is None else entry.value
 
     # The thread
@@ -235,6 +248,8 @@ class BoardLink:
                 self._stats.put(event, event.received_s)
             elif isinstance(event, Pong):
                 self._round_trip.put(event.round_trip_s)
+            elif isinstance(event, SettingReply):
+                self._setting.put(event)
             elif isinstance(event, FaultText):
                 log.error("the board says: %s: %s", event.reason, event.detail)
             elif isinstance(event, SessionBegun):

@@ -58,7 +58,28 @@ class FaultText:
     detail: str
 
 
-Event = SessionBegun | SessionEnded | VersionDiffers | Pong | FaultText | BoardState | BoardStats
+@dataclass(frozen=True)
+class SettingReply:
+    """The board's answer about a setting; numbers as in codes.SETTING_... and settings_table."""
+
+    request: int
+    index: int
+    value: int
+    """What is in force now."""
+    refused: int
+    """A reason code; 0 = done."""
+
+
+Event = (
+    SessionBegun
+    | SessionEnded
+    | VersionDiffers
+    | Pong
+    | FaultText
+    | SettingReply
+    | BoardState
+    | BoardStats
+)
 
 
 def random_session() -> int:
@@ -87,6 +108,7 @@ class LinkProtocol:
         self._ping_token = secrets.randbelow(1 << 32)
         self._ping_wanted = False
         self._ping_sent_s: float | None = None
+        self._setting: tuple[int, int, int] | None = None
 
     @property
     def board(self) -> BoardId | None:
@@ -124,6 +146,10 @@ class LinkProtocol:
         """Send one PING with the next poll."""
         self._ping_wanted = True
 
+    def request_setting(self, request: int, index: int, value: int) -> None:
+        """Send one SETTING with the next poll."""
+        self._setting = (request, index, value)
+
     # Bytes out
 
     def poll(self, now_s: float) -> bytes:
@@ -150,6 +176,9 @@ class LinkProtocol:
             self._ping_token = (self._ping_token + 1) & 0xFFFFFFFF
             self._ping_sent_s = now_s
             out += self._frame(messages.PING, (self._ping_token & _U16, self._ping_token >> 16))
+        if self._setting is not None:
+            out += self._frame(messages.SETTING, self._setting)
+            self._setting = None
         return out
 
     def check(self, now_s: float) -> list[Event]:
@@ -206,6 +235,8 @@ class LinkProtocol:
             events.append(self._state(message.unpack(buf), now_s))
         elif message is messages.STATS:
             events.append(BoardStats(message.unpack(buf), now_s))
+        elif message is messages.SETTING_REPLY:
+            events.append(SettingReply(**message.unpack(buf)))
         elif message is messages.PONG:
             fields = message.unpack(buf)
             token = fields["token_low"] | fields["token_high"] << 16

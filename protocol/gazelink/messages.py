@@ -6,15 +6,8 @@
 
 import struct
 
+from gazelink.const import const
 from gazelink.settings_table import TABLE
-
-try:
-    from micropython import const
-except ImportError:
-
-    def const(value):
-        return value
-
 
 HEADER_SIZE = const(4)
 TYPE_AT = const(0)
