@@ -109,7 +109,15 @@ class Arbiter:
         return self._first_token + int(now_s * 1000)
 
     def _fresh(self, token: int | None, now_s: float) -> bool:
-        return token is not None and 0 <= self.issue_token(now_s) - token <= TOKEN_VALID_S * 1000
+        return token is not None and 0 <= self._age_ms(token, now_s) <= TOKEN_VALID_S * 1000
+
+    def _age_ms(self, token: int, now_s: float) -> int:
+        return self.issue_token(now_s) - token
+
+    def _deadline_s(self, wish: Drive, now_s: float) -> float:
+        # From page to wheels: the page proved the holding after it got its token, so counting from
+        # the token's birth makes the way through the network part of the time to live.
+        return now_s + TTL_S - self._age_ms(wish.token, now_s) / 1000
 
     # What goes in
 
@@ -220,7 +228,7 @@ class Arbiter:
         if (press.command.verb, press.command.mode) != (wish.verb, wish.mode):
             self._stop()
             return self._refuse_once(client, page, "needs_new_command")
-        deadline_s = now_s + TTL_S
+        deadline_s = max(press.command.ttl_deadline_s, self._deadline_s(wish, now_s))
         self._press = replace(press, command=replace(press.command, ttl_deadline_s=deadline_s))
         return None
 
@@ -229,7 +237,8 @@ class Arbiter:
         if edge == self._board_edge:
             edge = edge % 255 + 1  # the board knows it from another host's life
         self._last_edge = edge
-        command = Command(wish.verb, wish.mode, edge, page.role, now_s + TTL_S)
+        deadline_s = self._deadline_s(wish, now_s)
+        command = Command(wish.verb, wish.mode, edge, page.role, deadline_s)
         self._press = _Press(client, wish.edge, command, alive=True)
         self._pages_edge = (edge, client, wish.edge)
 

@@ -157,7 +157,7 @@ class Lockstep:
         """Armed, pressed, on its way."""
         self.arm()
         self.page.press(verb, mode)
-        self.until(lambda: not self.neutral(), 10)
+        self.until(lambda: not self.neutral(), 10 + self.page.delay_ms)
         self.run(ms)
         assert not self.neutral(), self.why()
 

@@ -9,6 +9,7 @@ from typing import Any
 from e2e.host import Host
 
 BEAT_MS = 100
+STATE_MS = 100  # the host's, when nothing changes
 HOLD_MS = 50
 
 
@@ -21,7 +22,11 @@ class Page:
         self.stalled = False  # the network holds everything up, both ways
         self.edge = 0
         self._held: tuple[str, str] | None = None
-        self._waiting: deque[str] = deque()
+        self.delay_ms = 0  # of the network, each way
+        self.proved_ms = 0  # when it last said that a button is held
+        self._now_ms = 0
+        self._waiting: deque[tuple[int, str]] = deque()
+        self._coming: deque[tuple[int, dict[str, Any]]] = deque()
         self._token = 0
         self.shown: dict[str, Any] = {}
         self.open(host)
@@ -31,9 +36,10 @@ class Page:
         self._host = host
         self.client = host.control.connect(self._role)
         self._waiting.clear()
+        self._coming.clear()
         self._version = 0
         self.open_socket = True
-        self._listen()
+        self._hear(host.look(self.client))
 
     def close(self) -> None:
         """Its socket closes."""
@@ -41,28 +47,32 @@ class Page:
         self._host.control.disconnect(self.client)
 
     def one_ms(self, now_ms: int) -> None:
-        """One millisecond of the page's life."""
+        """One millisecond of the page's life, and of the network between it and the host."""
+        self._now_ms = now_ms
         if not self.open_socket:
             return
-        if not self.stalled and not self._host.frozen:
-            version = self._host.control.wait_change(0.0, self._version)
-            if now_ms % BEAT_MS == 0 or version != self._version:
+        host = self._host
+        if not host.frozen:
+            version = host.control.wait_change(0.0, self._version)
+            if now_ms % STATE_MS == 0 or version != self._version:
                 self._version = version
-                self._listen()
+                self._coming.append((now_ms + self.delay_ms, host.look(self.client)))
+        while self._coming and self._coming[0][0] <= now_ms and not self.stalled:
+            self._hear(self._coming.popleft()[1])
         if self.alive and now_ms % BEAT_MS == 0:
             self._send(k="hb", token=self._token)
         if self.alive and self._held and now_ms % HOLD_MS == 0:
             self._say_held()
-        while self._waiting and not self.stalled:
-            self._host.inbox.append((self.client, self._waiting.popleft()))
+        while self._waiting and self._waiting[0][0] <= now_ms and not self.stalled:
+            host.inbox.append((self.client, self._waiting.popleft()[1]))
 
-    def _listen(self) -> None:
+    def _hear(self, state: dict[str, Any]) -> None:
         if self.alive:
-            self.shown = self._host.look(self.client)
-            self._token = self.shown["token"]
+            self.shown = state
+            self._token = state["token"]
 
     def _send(self, **message: Any) -> None:
-        self._waiting.append(json.dumps(message))
+        self._waiting.append((self._now_ms + self.delay_ms, json.dumps(message)))
 
     def say(self, **message: Any) -> None:
         """Anything, at once."""
@@ -83,6 +93,7 @@ class Page:
     def _say_held(self) -> None:
         assert self._held is not None
         verb, mode = self._held
+        self.proved_ms = self._now_ms
         self._send(k="cmd", verb=verb, mode=mode, edge=self.edge, token=self._token)
 
     def release(self) -> None:
