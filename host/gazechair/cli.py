@@ -1,4 +1,4 @@
-"""The command line: `gazechair run`, `doctor`, `measure`, `flash`, `config`."""
+"""The command line: `gazechair run`, `doctor`, `measure`, `flash`, `bench`, `config`."""
 
 from __future__ import annotations
 
@@ -54,6 +54,13 @@ def _parser() -> argparse.ArgumentParser:
     flash.add_argument("--dry-run", action="store_true", help="only say what would be done")
     flash.add_argument("--force", action="store_true", help="flash in spite of doubts")
     flash.set_defaults(act=_flash)
+    bench = commands.add_parser("bench", help="check the wiring on a Linux I2C bus, no Teensy")
+    bench.add_argument("--bus", type=int, required=True, metavar="N", help="N of /dev/i2c-N")
+    bench.add_argument("--json", action="store_true", help="print one line of JSON")
+    bench.add_argument(
+        "--yes-db9-is-unplugged", action="store_true", help="sweep the wipers without asking"
+    )
+    bench.set_defaults(act=_bench)
     config = commands.add_parser("config", help="print a configuration file with all defaults")
     config.set_defaults(act=_config)
     return parser
@@ -132,6 +139,30 @@ def _flash(options: argparse.Namespace) -> int:
     except FlashError as error:
         return _refuse(str(error))
     return 0
+
+
+def _bench(options: argparse.Namespace) -> int:
+    from gazechair.bench import Bench, BenchError
+    from gazechair.bench.bus import LinuxBus
+
+    def ask(question: str) -> str:
+        return input(question) if sys.stdin.isatty() and not options.json else ""
+
+    def say(line: str) -> None:
+        print(line, file=sys.stderr if options.json else sys.stdout, flush=True)
+
+    try:
+        bus = LinuxBus(options.bus)
+        try:
+            bench = Bench(bus, say, ask)
+            good = bench.run(options.yes_db9_is_unplugged)
+        finally:
+            bus.close()
+    except BenchError as error:
+        return _refuse(str(error))
+    if options.json:
+        print(bench.as_json())
+    return 0 if good else 1
 
 
 def _config(options: argparse.Namespace) -> int:

@@ -1,0 +1,7 @@
+"""What the bench may end with."""
+
+from __future__ import annotations
+
+
+class BenchError(Exception):
+    """The bench cannot go on; the text is one plain line: what, where, what to do."""
