@@ -51,7 +51,8 @@ class After(NamedTuple):
     @property
     def handed_over(self) -> bool:
         """Somebody else owns the chair than before this tick."""
-        return bool(self.was["owner"] != self.core.safety.owner)
+        s = self.core.safety
+        return bool(s.state == codes.ARMED and self.was["owner"] != s.owner)
 
     @property
     def moving(self) -> bool:
@@ -280,7 +281,7 @@ def every_refusal_has_a_reason(a: After) -> bool:
         return False
     if s._quiet and not a.was["_quiet"] and a.facts.end_reason != codes.NO_REASON:
         return False
-    return s.state != codes.DISARMED or s.faults == 0 or s.arm_reason != codes.NO_REASON
+    return bool(s.state != codes.DISARMED or s.faults == 0 or s.arm_reason != codes.NO_REASON)
 
 
 def refused_arming_has_a_reason(a: After) -> bool:

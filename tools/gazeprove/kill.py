@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import importlib
 import os
 import signal
@@ -11,7 +10,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 
 from gazesetup import ROOT
 
@@ -56,8 +55,8 @@ def timed_order() -> list[tuple[str, str]]:
     return [(line.split()[0], line.split()[1]) for line in text.splitlines()]
 
 
-def survives(module: str, tree: ast.Module, order: list[tuple[str, str]]) -> bool:
-    """True when every test passes with the module replaced by `tree`.
+def survives(module: str, code_of_mutant: CodeType, order: list[tuple[str, str]]) -> bool:
+    """True when every test passes with the module replaced by the mutant.
 
     The test that kills it moves to the front of `order`: it kills the mutant's neighbours too.
     """
@@ -69,7 +68,7 @@ def survives(module: str, tree: ast.Module, order: list[tuple[str, str]]) -> boo
             target = importlib.import_module(f"gazeboard.{module}")
             for name in [name for name in vars(target) if not name.startswith("__")]:
                 delattr(target, name)
-            exec(compile(tree, f"{module}.py", "exec"), vars(target))
+            exec(code_of_mutant, vars(target))
             tests = {(suite, name): test for suite, name, test in _load()}
             for code, key in enumerate(order):  # noqa: B007 - its last value is the answer
                 tests[key]()

@@ -6,6 +6,7 @@ import ast
 import copy
 from collections.abc import Iterator
 from dataclasses import dataclass
+from types import CodeType
 
 _COMPARED: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
     ast.Eq: (ast.NotEq, ast.LtE, ast.GtE),
@@ -35,7 +36,7 @@ class Mutant:
     where: str
     line: int
     change: str
-    tree: ast.Module
+    code: CodeType
 
     @property
     def key(self) -> tuple[str, str]:
@@ -43,27 +44,66 @@ class Mutant:
         return (self.where, self.change)
 
 
-def mutants(source: str) -> Iterator[Mutant]:
-    """Every mutant of a module's source, in the order of its text. Equal ones come once."""
+def mutants(source: str, every: int = 1) -> Iterator[Mutant]:
+    """One in `every` mutants of a module's source. Of those that read the same only the first."""
     tree = ast.parse(source)
-    places = _functions(tree)
-    seen = {ast.dump(tree)}
-    for index, node in enumerate(ast.walk(tree)):
-        for variant in range(len(_variants(node))):
-            changed = copy.deepcopy(tree)
-            target = _nth(changed, index)
-            parent = _statement_of(changed, target)
-            before = _line(parent)
-            replacement = _variants(target)[variant]
-            _replace(changed, target, replacement)
-            ast.fix_missing_locations(changed)
-            dump = ast.dump(changed)
-            if dump in seen:
-                continue
-            seen.add(dump)
-            after = _line(replacement) if target is parent else _line(parent)
-            line = getattr(parent, "lineno", 0)
-            yield Mutant(places.get(line, "module"), line, f"{before}  ->  {after}", changed)
+    places = _places(tree)
+    functions = _functions(tree)
+    seen: set[tuple[int, str]] = set()
+    for node in list(ast.walk(tree)):
+        if not isinstance(node, (ast.expr, ast.stmt)):
+            continue
+        statement = _statement_of(node, places)
+        before = _line(statement)
+        for variant in _variants(node):
+            ast.fix_missing_locations(ast.copy_location(variant, node))
+            places[node].put(variant)
+            after = _line(variant if node is statement else statement)
+            line = statement.lineno
+            if after != before and (line, after) not in seen:
+                seen.add((line, after))
+                if len(seen) % every:
+                    places[node].put(node)
+                    continue
+                where = functions.get(line, "module")
+                code = compile(tree, "mutant", "exec")
+                yield Mutant(where, line, f"{before}  ->  {after}", code)
+            places[node].put(node)
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a node hangs in the tree."""
+
+    parent: ast.AST
+    field: str
+    index: int | None
+
+    def put(self, node: ast.AST) -> None:
+        if self.index is None:
+            setattr(self.parent, self.field, node)
+        else:
+            getattr(self.parent, self.field)[self.index] = node
+
+
+def _places(tree: ast.Module) -> dict[ast.AST, _Place]:
+    places: dict[ast.AST, _Place] = {}
+    for parent in ast.walk(tree):
+        for field, value in ast.iter_fields(parent):
+            if isinstance(value, ast.AST):
+                places[value] = _Place(parent, field, None)
+            elif isinstance(value, list):
+                for index, item in enumerate(value):
+                    if isinstance(item, ast.AST):
+                        places[item] = _Place(parent, field, index)
+    return places
+
+
+def _statement_of(node: ast.AST, places: dict[ast.AST, _Place]) -> ast.stmt:
+    """The innermost statement that holds `node`."""
+    while not isinstance(node, ast.stmt):
+        node = places[node].parent
+    return node
 
 
 def _variants(node: ast.AST) -> list[ast.AST]:
@@ -74,15 +114,15 @@ def _variants(node: ast.AST) -> list[ast.AST]:
             made.append(_with(node, ops=[operator()]))
     elif isinstance(node, ast.BoolOp):
         made.append(_with(node, op=ast.Or() if isinstance(node.op, ast.And) else ast.And()))
-        made += node.values
+        made += map(copy.copy, node.values)
     elif isinstance(node, ast.UnaryOp):
-        made.append(node.operand)
+        made.append(copy.copy(node.operand))
     elif isinstance(node, ast.BinOp):
         if type(node.op) in _COMPUTED:
             made.append(_with(node, op=_COMPUTED[type(node.op)]()))
-        made += [node.left, node.right]
+        made += [copy.copy(node.left), copy.copy(node.right)]
     elif isinstance(node, ast.IfExp):
-        made += [node.body, node.orelse]
+        made += [copy.copy(node.body), copy.copy(node.orelse)]
     elif isinstance(node, ast.Constant) and type(node.value) is bool:
         made.append(ast.Constant(not node.value))
     elif isinstance(node, ast.Constant) and type(node.value) is int:
@@ -127,37 +167,6 @@ def _with(node: ast.AST, **fields: object) -> ast.AST:
     for name, value in fields.items():
         setattr(made, name, value)
     return made
-
-
-def _nth(tree: ast.AST, index: int) -> ast.AST:
-    for k, node in enumerate(ast.walk(tree)):
-        if k == index:
-            return node
-    raise IndexError(index)
-
-
-def _replace(tree: ast.AST, target: ast.AST, replacement: ast.AST) -> None:
-    for node in ast.walk(tree):
-        for name, value in ast.iter_fields(node):
-            if value is target:
-                setattr(node, name, replacement)
-                return
-            if isinstance(value, list):
-                for k, item in enumerate(value):
-                    if item is target:
-                        value[k] = replacement
-                        return
-    raise ValueError("the node is not in the tree")
-
-
-def _statement_of(tree: ast.AST, target: ast.AST) -> ast.stmt:
-    """The innermost statement that holds `target`."""
-    found: ast.stmt | None = None
-    for node in ast.walk(tree):
-        if isinstance(node, ast.stmt) and any(inner is target for inner in ast.walk(node)):
-            found = node  # ast.walk goes outside in: the last one is the innermost
-    assert found is not None
-    return found
 
 
 def _line(node: ast.AST) -> str:

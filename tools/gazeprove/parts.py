@@ -79,20 +79,17 @@ def coverage(quick: bool, note: Note) -> Part:
 
 def mutation(quick: bool, note: Note) -> Part:
     """Mutants of the core against its own tests; the quick form tries a sample of them."""
-    figures = dict.fromkeys(("mutants", "tried", "killed", "equivalent", "survived"), 0)
+    figures = dict.fromkeys(("mutants", "killed", "equivalent", "survived"), 0)
     short: list[str] = []
     order = kill.timed_order()
     noted = time.monotonic()
     for module in MODULES:
         known = equivalent.reasons(module)
-        made = list(mutate.mutants(kill.source_of(module)))
-        figures["mutants"] += len(made)
-        gone = set(known) - {mutant.key for mutant in made}
-        short += [f"{module}: listed as equivalent, but there is no {key}" for key in sorted(gone)]
-        tried = made[::_QUICK_EVERY] if quick else made
-        for mutant in tried:
-            figures["tried"] += 1
-            survives = kill.survives(module, mutant.tree, order)
+        gone = set(known)
+        for mutant in mutate.mutants(kill.source_of(module), _QUICK_EVERY if quick else 1):
+            figures["mutants"] += 1
+            gone.discard(mutant.key)
+            survives = kill.survives(module, mutant.code, order)
             listed = mutant.key in known
             figures["killed"] += not survives
             figures["equivalent"] += survives and listed
@@ -104,7 +101,9 @@ def mutation(quick: bool, note: Note) -> Part:
                 short.append(f"listed as equivalent, but killed: {where}")
             if time.monotonic() - noted > _NOTE_EVERY_S:
                 noted = time.monotonic()
-                note(f"{module}: {figures['tried']} tried, {figures['survived']} survived")
+                note(f"{module}: {figures['mutants']} mutants, {figures['survived']} survived")
+        if not quick:
+            short += [f"{module}: listed, but there is no such mutant: {key}" for key in gone]
     return figures, short
 
 
