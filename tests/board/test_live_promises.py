@@ -231,10 +231,10 @@ def test_maintenance_is_refused_while_armed(emulated: EmulatedLiveBoard) -> None
 HANG = """
 import gazeboard.app as _app
 _{name} = _app.App.{name}
-def _hang(self, *a):
+def _hang(self):
     if self.safety.state == 2 and self.joystick.linear_wiper != 170:
         while True: pass
-    return _{name}(self, *a)
+    return _{name}(self)
 _app.App.{name} = _hang
 """
 
