@@ -100,8 +100,8 @@ class App:
         late = self._started and board.ticks_diff(start_us, self._last_us) > limits.TICK_STALLED_US
         self._started = True
         self._last_us = start_us
-        relay_closed = board.relay_closed()
-        safety.step(i, relay_closed, board.emergency_open(), board.button_pressed(), late)
+        relay_closed = board.relay_pin() == 0
+        safety.step(i, relay_closed, board.emergency_pin() == 1, board.button_pin() == 0, late)
         if safety.permitted:
             motion.step(i, safety.blocked)
             if motion.ended:

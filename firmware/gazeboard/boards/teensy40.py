@@ -28,9 +28,9 @@ class Teensy40:
         self.simulated = "QEMU" in uname.machine
         self.enable_pin = machine.Pin("D%d" % pins.ENABLE, machine.Pin.OUT, value=0)
         self.led_pin = machine.Pin("D%d" % pins.LED, machine.Pin.OUT, value=0)
-        self._feedback = self._input(pins.RELAY_FEEDBACK)
-        self._emergency = self._input(pins.EMERGENCY)
-        self._button = self._input(pins.BUTTON)
+        self.relay_pin = self._input(pins.RELAY_FEEDBACK)
+        self.emergency_pin = self._input(pins.EMERGENCY)
+        self.button_pin = self._input(pins.BUTTON)
         self.joystick_i2c = machine.I2C(
             pins.JOYSTICK_BUS, freq=pins.I2C_HZ, timeout=pins.JOYSTICK_TIMEOUT_US
         )
@@ -57,15 +57,6 @@ class Teensy40:
             return False
         timer.deinit()
         return True
-
-    def relay_closed(self):
-        return self._feedback() == 0
-
-    def emergency_open(self):
-        return self._emergency() == 1
-
-    def button_pressed(self):
-        return self._button() == 0
 
     def feed_watchdog(self):
         if self._watchdog is not None:

@@ -31,9 +31,9 @@ class VirtualBoard:
         self._neutral_first()
         self.imu_i2c = BankI2C(bank, pins.IMU_BUS)
         self.led_pin = BankPin(bank, pins.LED, True)
-        self._feedback = BankPin(bank, pins.RELAY_FEEDBACK, False)
-        self._emergency = BankPin(bank, pins.EMERGENCY, False)
-        self._button = BankPin(bank, pins.BUTTON, False)
+        self.relay_pin = BankPin(bank, pins.RELAY_FEEDBACK, False)
+        self.emergency_pin = BankPin(bank, pins.EMERGENCY, False)
+        self.button_pin = BankPin(bank, pins.BUTTON, False)
         self._bank = bank
         self.serial = serial
         self._files = files
@@ -60,15 +60,6 @@ class VirtualBoard:
             self.joystick_i2c.writeto(ADDRESS, bytes((0x80, WIPER_NEUTRAL)))
         except OSError:
             pass
-
-    def relay_closed(self):
-        return self._feedback() == 0
-
-    def emergency_open(self):
-        return self._emergency() == 1
-
-    def button_pressed(self):
-        return self._button() == 0
 
     # The board's time: the PC's, less what the PC stalled. A real timer would have gone on ticking;
     # a PC that takes the process off its processor is not firmware that hangs.
