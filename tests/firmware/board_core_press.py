@@ -117,6 +117,17 @@ def test_press_numbers_wrap_and_only_have_to_differ():
     core.press(codes.LEFT)
     core.tick()
     assert core.moving()
+    core.i.edge = 200
+    core.stop()
+    core.tick()
+    core.stop()
+    assert refused(core, codes.NEEDS_NEW_COMMAND)
+    core.i.edge = 4
+    core.i.clearance_blocked = 1 << codes.DIR_LEFT
+    core.press(codes.LEFT)
+    assert refused(core, codes.OBSTACLE_LEFT)
+    core.i.clearance_blocked = 0
+    assert refused(core, codes.OBSTACLE_LEFT)
 
 
 def test_the_silence_after_a_finished_step_is_of_its_press_only():
