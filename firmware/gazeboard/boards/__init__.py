@@ -2,8 +2,8 @@
 #   name, simulated, hard_timer, boot_id (1..65535), reset_cause (1 power-on, 3 watchdog, 5 other)
 #   joystick_i2c, imu_i2c: writeto(addr, buf), readfrom_into(addr, buf),
 #       readfrom_mem_into(addr, reg, buf); OSError on NAK or a stuck bus, within the bus's time-out
-#   enable_pin(level), led_pin(level); relay_pin(), emergency_pin(), button_pin() -> level: what each
-#       level means is said in pins.py
+#   enable_pin(level), led_pin(level); relay_pin(), emergency_pin(), button_pin() -> level: what
+#       each level means is said in pins.py
 #   serial: read_byte() -> 0..255 or -1; write_some(buf, start, end) -> index of the first byte not
 #       taken; neither ever waits
 #   ticks_us(), ticks_ms(), ticks_diff(a, b), feed_watchdog(), heap_free_kb()
