@@ -11,8 +11,8 @@ from gazechair.flash import Flasher, FlashError, tree
 from gazechair.flash.repl import Repl
 from gazelink import codes, messages
 from gazesim.pty_port import PtyPort
-from livehost import STOP
 from liveboard import EmulatedLiveBoard
+from livehost import STOP
 
 pytestmark = pytest.mark.m7
 

@@ -34,7 +34,7 @@ def test_fits_boards_of_its_version_and_processor_only(
 
 
 def test_a_program_that_tells_no_version_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(FlashError, match="does not say which .mpy version"):
+    with pytest.raises(FlashError, match=r"does not say which \.mpy version"):
         compiler.Compiler(program(tmp_path, "#!/bin/sh\necho hello\n"))
 
 

@@ -1,4 +1,4 @@
-"""The steps on a board's flash: what is copied, and that a whole firmware is there at any moment."""
+"""The steps on a board's flash: what is copied; a whole firmware is there at any moment."""
 
 import itertools
 from pathlib import Path

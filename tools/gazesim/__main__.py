@@ -20,7 +20,7 @@ from pathlib import Path
 from gazesim import plans
 from gazesim.board_process import CPYTHON
 from gazesim.chair import PROFILES
-from gazesim.rig import Rig
+from gazesim.rig import EMULATED, Rig
 
 _READY_S = 20.0
 
@@ -32,12 +32,18 @@ def main() -> int:
     parser.add_argument(
         "--micropython", default=CPYTHON, help="path of a MicroPython to run the board, or cpython"
     )
+    parser.add_argument(
+        "--board", metavar="m7:FOLDER", help="an emulated Teensy instead of a virtual board"
+    )
     parser.add_argument("--room", choices=plans.names(), default="living")
     parser.add_argument("--profile", choices=tuple(PROFILES), default="3.1")
     arguments = parser.parse_args()
+    if arguments.board and not arguments.board.startswith(EMULATED):
+        parser.error(f"--board {arguments.board}: must be {EMULATED} and the emulation's folder")
+    interpreter = arguments.board or arguments.micropython
     sys.setswitchinterval(0.0005)  # the camera's thread must not hold up the board's bytes
     try:
-        rig = Rig(arguments.dir, arguments.micropython, arguments.room, arguments.profile)
+        rig = Rig(arguments.dir, interpreter, arguments.room, arguments.profile)
     except (OSError, ValueError) as error:
         print(f"gazesim: {error}", file=sys.stderr)
         return 2

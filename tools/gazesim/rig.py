@@ -14,11 +14,13 @@ from gazesim.board_process import BoardProcess
 from gazesim.cable import Cable
 from gazesim.camera import Camera
 from gazesim.control import Control
+from gazesim.emulated_board import EmulatedBoard
 from gazesim.faults import Argument, Fault
 from gazesim.pty_port import PtyPort
 from gazesim.rooms import Room
 from gazesim.world import World
 
+EMULATED = "m7:"
 _STEP_S = 0.001
 _STALL_S = 0.020  # wall time a pass makes up for at most: a stalled PC pauses the world
 _TICK_STALL_S = 0.100  # ticks may stand still that long on a stalled PC before the relay opens
@@ -30,6 +32,9 @@ _NUMBER_LIMIT = 1e6  # of numbers in requests
 
 class Rig:
     """The simulator as a process sees it; `folder` gets the ports, the bank, the board's files.
+
+    `interpreter` runs the firmware: a path or "cpython" (see BoardProcess), or "m7:" and the
+    folder of the emulated Teensy, which starts with this checkout's firmware in its flash.
 
     Call everything from one thread: the board's process lives as long as that thread.
     """
@@ -49,9 +54,7 @@ class Rig:
         self.bank.power_on()
         self.world = World(self.bank, room, profile, tick_stall_s=_TICK_STALL_S)
         self.cable = Cable(folder / "board")
-        self.board = BoardProcess(
-            interpreter, self.bank, folder / "bank", folder / "files", self.cable
-        )
+        self.board = self._make_board(interpreter)
         self.lidar_port = PtyPort(folder / "lidar")
         self.camera = Camera(self._scene)
         self.world.faults.add(self, RIG_FAULTS)
@@ -59,6 +62,14 @@ class Rig:
         self.stopping = False
         self._wiper_log: deque[tuple[int, float, int, int]] = deque(maxlen=_WIPER_LOG)
         self._wiper_changes = 0
+
+    def _make_board(self, interpreter: str) -> BoardProcess | EmulatedBoard:
+        common = (self.bank, self.folder / "bank", self.folder / "files", self.cable)
+        if not interpreter.startswith(EMULATED):
+            return BoardProcess(interpreter, *common)
+        emulated = EmulatedBoard(Path(interpreter[len(EMULATED) :]), *common, counted=True)
+        emulated.install()
+        return emulated
 
     def start(self) -> None:
         """Start it all; OSError when the board's interpreter can't be run."""
