@@ -1,16 +1,17 @@
 # The firmware's two loops: tick() every millisecond, service() as often as possible in between.
 
 import gc
+from binascii import hexlify, unhexlify
 
 from gazeboard import limits
-from gazeboard.imu import Imu
+from gazeboard.imu import OFFSETS_SIZE, Imu
 from gazeboard.joystick import Joystick
 from gazeboard.link import Link
 from gazeboard.motion import Motion
 from gazeboard.pid import PID
 from gazeboard.safety import Safety
 from gazeboard.settings import FILE as SETTINGS_FILE
-from gazeboard.settings import Settings
+from gazeboard.settings import Settings, sealed, unsealed
 from gazeboard.shared import Inbox, Outbox
 from gazeboard.telemetry import Telemetry
 from gazeboard.turn import TurnController
@@ -22,6 +23,7 @@ _GC_ARMED_MS = 60000
 _SETTLE_MS = 150
 _REST_Q4 = 48  # 3 degrees/s
 _EMERGENCY_FILE = "emergency"
+_HEADING_FILE = "heading_offsets"
 
 # LED: on for the first `on` of `period` ms. (condition order: see _blink)
 _LED_FAULT = (100, 200)
@@ -39,6 +41,7 @@ class App:
         self.settings = s
         self.inbox = Inbox()
         self._imu = Imu(board.imu_i2c, board.ticks_diff, s.tilt_limit_q4_deg)
+        self._restore_heading()
         self.joystick = Joystick(board.joystick_i2c)
         boot_faults = 0 if board.hard_timer else 1 << codes.NO_HARD_TIMER
         self.safety = Safety(board.simulated, s.relay_fitted, boot_faults)
@@ -154,6 +157,7 @@ class App:
         self.inbox.publish()
         self._watchdog()
         self._keep_emergency()
+        self._keep_heading()
         self._collect()
         self._blink()
         return not (self.link.maintenance and self.link.flushed())
@@ -176,6 +180,8 @@ class App:
             self.settings.defaults()
         elif request == codes.SETTING_SAVE:
             refused = self._save_settings()
+        elif request == codes.SETTING_SAVE_HEADING:
+            refused = self._save_heading()
         if not reads and refused == codes.NO_REASON:
             self._apply_settings()
         link.answer_setting(self.settings.get(index) if index < len(SETTINGS_TABLE) else 0, refused)
@@ -187,6 +193,23 @@ class App:
             return codes.SETTING_NOT_STORED
         self.settings.calibrated = True
         return codes.NO_REASON
+
+    # Ask the sensor for its offsets; _keep_heading() stores them when they have come.
+    def _save_heading(self):
+        if not self._imu.calibrated():
+            return codes.SENSOR_NOT_CALIBRATED
+        self._imu.save()
+        return codes.NO_REASON
+
+    def _keep_heading(self):
+        if self._imu.offsets_new and self.safety.state == codes.DISARMED:
+            self._imu.offsets_new = False
+            self._board.store(_HEADING_FILE, sealed(hexlify(self._imu.offsets()).decode()))
+
+    def _restore_heading(self):
+        text = unsealed(self._board.load(_HEADING_FILE) or "")
+        if text and len(text) == 2 * OFFSETS_SIZE:
+            self._imu.restore(unhexlify(text))
 
     # Fed only while the tick lives.
     def _watchdog(self):
@@ -235,7 +258,7 @@ class App:
         return self._imu.errors
 
     def imu_status(self):
-        return 0 if self._imu.faults else 1
+        return (0 if self._imu.faults else 1) | (self._imu.calibration & 0x3C)
 
     # The board stops the tick first, then calls this: neutral, enable off.
     def shut_down(self):

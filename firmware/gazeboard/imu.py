@@ -12,6 +12,9 @@ ADDRESS = 0x28
 _CHIP_ID = 0x00
 _BURST = 0x14  # gyro x y z, heading: 4 x int16, 1/16 deg/s and 1/16 degree
 _TILT = 0x1C  # roll, pitch: 2 x int16, 1/16 degree
+_CALIBRATION = 0x35  # sys<<6, gyro<<4, accelerometer<<2, magnetometer: 3 is calibrated
+_OFFSETS = 0x55  # 22 bytes, only in CONFIG
+OFFSETS_SIZE = 22
 _STATUS = 0x39  # SYS_STATUS, SYS_ERR, UNIT_SEL, (reserved), OPR_MODE
 _UNIT_SEL = 0x3B
 _OPR_MODE = 0x3D
@@ -35,6 +38,8 @@ _CONFIGURE = 1
 _START = 2
 _SETTLE = 3
 _RUN = 4
+_TO_SAVE = 5
+_SAVE = 6
 
 
 def _s16(low, high):
@@ -55,6 +60,12 @@ class Imu:
         self._tilt = bytearray(4)
         self._status = bytearray(5)
         self._one = bytearray(1)
+        self._offsets = bytearray(1 + OFFSETS_SIZE)  # behind their register number
+        self._offsets[0] = _OFFSETS
+        self._read_offsets = bytearray(OFFSETS_SIZE)
+        self._have_offsets = False
+        self.offsets_new = False  # just read from the sensor: worth storing
+        self.calibration = 0  # as the sensor's register says
         self._two = bytearray(2)
         self._state = _PROBE
         self._due_ms = 0
@@ -104,16 +115,46 @@ class Imu:
             self._next(now_ms, _CONFIGURE, _TO_CONFIG_MS)
         elif self._state == _CONFIGURE:
             self._write(_UNIT_SEL, 0)  # m/s2, deg/s, degrees, Celsius
+            if self._have_offsets:
+                self._i2c.writeto(ADDRESS, self._offsets)
             self._next(now_ms, _START, 1)
         elif self._state == _START:
             self._write(_OPR_MODE, _MODE_IMUPLUS)
             self._next(now_ms, _SETTLE, _FROM_CONFIG_MS + _FUSION_START_MS)
+        elif self._state == _TO_SAVE:
+            self._write(_OPR_MODE, _MODE_CONFIG)
+            self._next(now_ms, _SAVE, _TO_CONFIG_MS)
+        elif self._state == _SAVE:
+            self._i2c.readfrom_mem_into(ADDRESS, _OFFSETS, self._read_offsets)
+            for k in range(OFFSETS_SIZE):
+                self._offsets[1 + k] = self._read_offsets[k]
+            self._have_offsets = True
+            self.offsets_new = True
+            self._next(now_ms, _START, 1)
         else:
             self._monitor.restart()
             self._retry_ms = _RETRY_MS
             self._last_ms = now_ms
             self._next(now_ms, _RUN, _SAMPLE_MS)
         return False
+
+    # Calibration of an earlier run, to be given back at the next start of the sensor.
+    def restore(self, offsets):
+        for k in range(OFFSETS_SIZE):
+            self._offsets[1 + k] = offsets[k]
+        self._have_offsets = True
+
+    # Fully calibrated (gyro and accelerometer; the magnetometer is not used) and running?
+    def calibrated(self):
+        return self._state == _RUN and self.calibration & 0x3C == 0x3C
+
+    # Read the sensor's offsets; fusion stops for some 50 ms, so only while disarmed.
+    def save(self):
+        self._state = _TO_SAVE
+        self._extra = False
+
+    def offsets(self):
+        return self._offsets[1:]
 
     def _next(self, now_ms, state, delay_ms):
         self._state = state
@@ -151,6 +192,9 @@ class Imu:
         try:
             if self._turn == 1:
                 self._check_status(now_ms)
+            elif self.samples & 63 == 63:
+                self._i2c.readfrom_mem_into(ADDRESS, _CALIBRATION, self._one)
+                self.calibration = self._one[0]
             else:
                 self._check_tilt()
         except OSError:

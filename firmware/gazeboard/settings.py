@@ -40,11 +40,11 @@ class Settings:
     # As it is stored: one line of JSON, one line with the JSON's CRC-32.
     def text(self):
         line = json.dumps({name: getattr(self, name) for name in NAMES})
-        return line + "\n" + _crc_of(line) + "\n"
+        return sealed(line)
 
     def _load(self, text):
-        line, _, rest = text.partition("\n")
-        if rest.strip() != _crc_of(line):
+        line = unsealed(text)
+        if line is None:
             self._refuse("settings: damaged (CRC)")
             return
         try:
@@ -74,6 +74,17 @@ class Settings:
         self.defaults()
         self.calibrated = False
         self.error = reason
+
+
+# One line as it is stored: a second line holds its CRC-32.
+def sealed(line):
+    return line + "\n" + _crc_of(line) + "\n"
+
+
+# The line of a stored text; None when it is damaged.
+def unsealed(text):
+    line, _, rest = text.partition("\n")
+    return line if rest.strip() == _crc_of(line) else None
 
 
 def _crc_of(line):

@@ -20,6 +20,7 @@ _REFUSALS = {
     codes.SETTING_OUT_OF_RANGE: "the value is outside the limits shown by gazechair settings",
     codes.SETTING_WHILE_ARMED: "driving is on; switch it off first (Rijden uit)",
     codes.SETTING_NOT_STORED: "the board could not write it to its flash; is it full?",
+    codes.SENSOR_NOT_CALIBRATED: "the sensor says it is not calibrated; move it gently every way",
 }
 
 
@@ -59,6 +60,10 @@ class BoardSettings:
     def save(self) -> None:
         """Write what is in force to the board's flash."""
         self._ask(codes.SETTING_SAVE)
+
+    def save_heading(self) -> None:
+        """Keep the heading sensor's calibration across a reset."""
+        self._ask(codes.SETTING_SAVE_HEADING)
 
     def _ask(self, request: int, index: int = 0, value: int = 0) -> int:
         what = codes.SETTING_REQUESTS[request]

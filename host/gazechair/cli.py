@@ -43,6 +43,9 @@ def _parser() -> argparse.ArgumentParser:
     settings.add_argument("--set", nargs=2, action="append", metavar=("NAME", "VALUE"))
     settings.add_argument("--defaults", action="store_true", help="first take all defaults")
     settings.add_argument("--save", action="store_true", help="keep them across a reset")
+    settings.add_argument(
+        "--save-heading", action="store_true", help="keep the heading sensor's calibration"
+    )
     settings.set_defaults(act=_settings)
     measure = commands.add_parser("measure", help="run a benchmark on the simulated chair")
     measure.add_argument("name", help="which one; an unknown name lists them")
@@ -109,6 +112,8 @@ def _settings(options: argparse.Namespace) -> int:
                 board.set(index, value)
             if options.save:
                 board.save()
+            if options.save_heading:
+                board.save_heading()
             print(board_settings.as_text(board.all()))
     except board_settings.SettingsError as error:
         return _refuse(str(error))

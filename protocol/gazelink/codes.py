@@ -62,7 +62,8 @@ SETTING_GET = 0
 SETTING_SET = 1
 SETTING_SAVE = 2
 SETTING_DEFAULTS = 3
-SETTING_REQUESTS = ("get", "set", "save", "defaults")
+SETTING_SAVE_HEADING = 4  # store the heading sensor's calibration
+SETTING_REQUESTS = ("get", "set", "save", "defaults", "save_heading")
 
 # Where obstacle data comes from. A real board never arms behind anything but REAL.
 REAL = 0
@@ -92,6 +93,7 @@ SETTING_UNKNOWN = 17
 SETTING_OUT_OF_RANGE = 18
 SETTING_WHILE_ARMED = 19
 SETTING_NOT_STORED = 20
+SENSOR_NOT_CALIBRATED = 21
 REASONS = (
     "none",
     "not_armed",
@@ -114,6 +116,7 @@ REASONS = (
     "setting_out_of_range",
     "setting_while_armed",
     "setting_not_stored",
+    "sensor_not_calibrated",
 )
 
 # Faults: bit numbers in `faults`. As a reason, fault n is code FAULT_REASON + n.

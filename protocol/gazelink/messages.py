@@ -103,7 +103,8 @@ STATS = Message(
     0x21,
     "stats",
     DOWN,
-    # Counters wrap at 65536. us and ms maxima are since the previous stats frame.
+    # Counters wrap at 65536. us and ms maxima are since the previous stats frame. imu_status: bit 0
+    # trusted, bits 2-5 the sensor's own calibration (gyro, accelerometer; 3 = calibrated).
     "rx_ok:H rx_corrupt:H rx_unknown:H rx_stale:H rx_bad:H tx_dropped:H tick_max_us:H tick_late:H "
     "service_max_ms:H heap_free_kb:H imu_samples:H imu_errors:H reset_cause:B relay:B imu_status:B "
     "owner:B",

@@ -9,7 +9,7 @@ from gazeboard.heading import HeadingMonitor
 from gazeboard.joystick import Joystick, counts
 from gazeboard.motion import Motion
 from gazeboard.pid import OUTPUT_MAX, PD, PI, PID, P
-from gazeboard.settings import Settings, _crc_of
+from gazeboard.settings import Settings, sealed
 from gazeboard.shared import Inbox, Inputs
 from gazeboard.turn import TurnController, wrapped
 from gazelink import codes
@@ -243,10 +243,6 @@ def test_writes_and_verifies_both_wipers():
 # -- settings --------------------------------------------------------------------------------------
 
 
-def stored(line):
-    return line + "\n" + _crc_of(line) + "\n"
-
-
 def test_defaults_and_limits_keep_the_promises():
     for name, default, low, high in TABLE:
         assert low <= default <= high, name
@@ -259,7 +255,7 @@ def test_defaults_and_limits_keep_the_promises():
     assert rows["step_turn_limit_ms"][3] == limits.STEP_TURN_MAX_MS
 
 
-def test_settings_survive_being_stored():
+def test_settings_survive_being_sealed():
     s = Settings()
     assert s.set(index_of("linear_permille"), 300) == codes.NO_REASON
     again = Settings(s.text())
@@ -288,12 +284,12 @@ def test_damaged_or_foreign_settings_are_refused_whole():
         (good.replace("600", "601"), "CRC"),
         ('{"linear_permille": 300}', "CRC"),
         ("", "CRC"),
-        (stored("[1]"), "not a JSON object"),
-        (stored('{"linear_permille": 300, "speed": 1}'), "unknown name speed"),
-        (stored('{"turn_permille": 250, "linear_permille": 1001}'), "whole number 50..1000"),
-        (stored('{"linear_permille": 30.5}'), "whole number"),
-        (stored('{"linear_permille": "fast"}'), "whole number"),
-        (stored('{"linear_permille": true}'), "whole number"),
+        (sealed("[1]"), "not a JSON object"),
+        (sealed('{"linear_permille": 300, "speed": 1}'), "unknown name speed"),
+        (sealed('{"turn_permille": 250, "linear_permille": 1001}'), "whole number 50..1000"),
+        (sealed('{"linear_permille": 30.5}'), "whole number"),
+        (sealed('{"linear_permille": "fast"}'), "whole number"),
+        (sealed('{"linear_permille": true}'), "whole number"),
     ):
         s = Settings(text)
         assert not s.calibrated

@@ -7,7 +7,7 @@ import pytest
 
 import gazesetup
 from gazeprove import mutate
-from gazeprove.events import Choices
+from gazeprove.inputs import Choices
 
 LIMIT_S = 600
 
