@@ -10,8 +10,10 @@ from dataclasses import dataclass, field
 from gazelink import codes
 from gazeprove import abstract
 from gazeprove.abstract import FIELDS, State
-from gazeprove.events import Scope, first_state, tick
-from gazeprove.invariants import INVARIANTS, After
+from gazeprove.events import first_state, tick
+from gazeprove.inputs import Scope
+from gazeprove.invariants import INVARIANTS
+from gazeprove.seen import After
 
 _NOTE_EVERY_S = 5.0
 _STATE = FIELDS.index("state")

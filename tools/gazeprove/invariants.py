@@ -1,63 +1,21 @@
 """What must hold after every tick, said anew from DESIGN.md and not taken from the core's code.
 
-Each invariant looks at the state before (`was`), the real objects after, the inputs that the core
-read (`read`: an input that it did not look at cannot have been judged) and the other facts.
+An input that the core did not look at cannot have been judged: then it must not have mattered.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
 
 from gazelink import codes
 from gazeprove import abstract
-from gazeprove.abstract import Core
-from gazeprove.events import Blocked, Facts
+from gazeprove.inputs import Blocked
+from gazeprove.seen import After, bits
 
-
-def _bits(*faults: int) -> int:
-    return sum(1 << fault for fault in faults)
-
-
-_HEADING = _bits(codes.HEADING_FROZEN, codes.HEADING_BUS, codes.HEADING_RESET, codes.HEADING_JUMP)
-_WARNINGS = _HEADING | _bits(codes.OBSTACLE_DATA_OLD)
-_ONLY_NEUTRAL = _bits(codes.HOST_SILENT, codes.SERVICE_STALLED, codes.TILT)
-_LATCHED = _bits(codes.WIPER, codes.TICK_EXCEPTION, codes.EMERGENCY, codes.WATCHDOG_BOOTS)
-_MISSING: Any = object()
-
-
-class After(NamedTuple):
-    """One tick, as the invariants see it."""
-
-    was: dict[str, Any]  # fields of safety before, time passed included
-    core: Core
-    read: dict[str, Any]
-    facts: Facts
-    linear: int
-    turn: int
-    fitted: bool
-    simulated: bool
-
-    @property
-    def reset(self) -> bool:
-        """The latched faults were reset by one of the two ways there are."""
-        by_order = (
-            self.facts.ordered
-            and self.read.get("order_action") == codes.RESET_FAULTS
-            and self.read.get("order_owner") == codes.CARETAKER
-        )
-        return self.facts.stepped and (by_order or self.core.safety._button_ms == 3000)
-
-    @property
-    def handed_over(self) -> bool:
-        """Somebody else owns the chair than before this tick."""
-        s = self.core.safety
-        return bool(s.state == codes.ARMED and self.was["owner"] != s.owner)
-
-    @property
-    def moving(self) -> bool:
-        """A wiper was written that is not neutral."""
-        return self.linear != 0 or self.turn != 0
+_HEADING = bits(codes.HEADING_FROZEN, codes.HEADING_BUS, codes.HEADING_RESET, codes.HEADING_JUMP)
+_WARNINGS = _HEADING | bits(codes.OBSTACLE_DATA_OLD)
+_ONLY_NEUTRAL = bits(codes.HOST_SILENT, codes.SERVICE_STALLED, codes.TILT)
+_LATCHED = bits(codes.WIPER, codes.TICK_EXCEPTION, codes.EMERGENCY, codes.WATCHDOG_BOOTS)
 
 
 def motion_only_when_armed(a: After) -> bool:
@@ -126,7 +84,7 @@ def turns_only_with_a_heading(a: After) -> bool:
 def motion_only_without_faults(a: After) -> bool:
     """No tilt, no emergency, no fault but warnings that leave this way possible (P11, P16)."""
     s = a.core.safety
-    faults = s.faults & ~_WARNINGS & ~(_bits(codes.WIPER) if not a.facts.verified else 0)
+    faults = s.faults & ~_WARNINGS & ~(bits(codes.WIPER) if not a.facts.verified else 0)
     return not a.moving or (
         faults == 0
         and a.read.get("tilted") is False
@@ -257,14 +215,14 @@ def faults_say_what_is(a: After) -> bool:
         | unreal << codes.SIMULATED_SOURCE
         | s._standing
     )
-    relay = _bits(codes.RELAY_OPEN, codes.RELAY_STUCK)
+    relay = bits(codes.RELAY_OPEN, codes.RELAY_STUCK)
     return bool(s.faults & ~_LATCHED & ~relay == expected)
 
 
 def relay_faults_stand_until_the_contact_is_open(a: After) -> bool:
     """Set while disarmed, they clear after half a second of an open contact and no enable line."""
     s = a.core.safety
-    relay = _bits(codes.RELAY_OPEN, codes.RELAY_STUCK)
+    relay = bits(codes.RELAY_OPEN, codes.RELAY_STUCK)
     if a.core.relay_follows and s.faults & relay:
         return False  # what abstract.Core.read() relies on
     cleared = a.was["faults"] & relay and not s.faults & relay

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 from gazeprove import cover, equivalent, kill, mutate
-from gazeprove.events import CAUSES, Scope
 from gazeprove.explore import explore
+from gazeprove.inputs import CAUSES, Scope
 from gazeprove.invariants import INVARIANTS
 from gazeprove.scopes import scopes
 from gazeprove.walk import Walk

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gazelink import codes
-from gazeprove.events import CAUSES, Scope
+from gazeprove.inputs import CAUSES, Scope
 
 _QUICK = ("stop",)
 # Those that meet in the same lines of the core; all others meet in the random runs only.

@@ -13,9 +13,11 @@ from typing import Any
 from gazeboard.shared import Inputs
 from gazelink import codes
 from gazeprove.abstract import Core
-from gazeprove.events import CAUSES, Blocked, Choices, Facts, Scope, decide, first_state
+from gazeprove.events import Facts, decide, first_state
 from gazeprove.explore import Explored, describe
-from gazeprove.invariants import INVARIANTS, After
+from gazeprove.inputs import CAUSES, Blocked, Choices, Scope
+from gazeprove.invariants import INVARIANTS
+from gazeprove.seen import After
 
 # How long trouble lasts: around every deadline, and in between.
 _LASTS_MS = (1, 2, 3, 24, 26, 47, 49, 97, 99, 120, 149, 297, 299, 300, 330, 497, 499, 510, 620)

@@ -1,0 +1,158 @@
+"""What may happen in one tick: chosen when the core looks, so that what it skips costs nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from gazelink import codes
+
+# What can go wrong, one by one. The others stay well in a scope that does not name them.
+CAUSES = (
+    "host",
+    "service",
+    "lidar",
+    "source",
+    "imu",
+    "heading",
+    "tilt",
+    "calibration",
+    "late",
+    "emergency",
+    "button",
+    "relay",
+    "wiper",
+    "exception",
+    "stop",
+    "session",
+)
+_FEW_VERBS = (codes.STOP, codes.FORWARD, codes.LEFT)
+_ALL_VERBS = (*range(len(codes.VERBS)), len(codes.VERBS))  # and one that does not exist
+
+
+@dataclass(frozen=True)
+class Scope:
+    """One exploration: which causes may strike, in any combination, at any time."""
+
+    name: str
+    causes: frozenset[str] = frozenset()
+    all_commands: bool = False
+    relay_fitted: bool = True
+    simulated: bool = False
+    boot_faults: int = 0
+
+
+class Choices:
+    """Walks a tree of choices leaf by leaf: pick() answers, following() goes to the next leaf."""
+
+    def __init__(self) -> None:
+        self._path: list[int] = []
+        self._sizes: list[int] = []
+        self._at = 0
+
+    def pick(self, size: int) -> int:
+        """A number below `size`."""
+        at = self._at
+        self._at = at + 1
+        if at < len(self._path):
+            return self._path[at]
+        self._path.append(0)
+        self._sizes.append(size)
+        return 0
+
+    def following(self) -> bool:
+        """Prepare the next leaf. False when all were visited; then it begins anew."""
+        path, sizes = self._path, self._sizes
+        while path and path[-1] + 1 == sizes[-1]:
+            path.pop()
+            sizes.pop()
+        self._at = 0
+        if not path:
+            return False
+        path[-1] += 1
+        return True
+
+
+class Blocked:
+    """Blocked bits, each chosen when the core asks for it."""
+
+    def __init__(self, choices: Choices) -> None:
+        self._choices = choices
+        self.known: dict[int, int] = {}
+
+    def __and__(self, mask: int) -> Any:
+        if mask == 15:
+            return self
+        if mask not in self.known:
+            self.known[mask] = mask * self._choices.pick(2)
+        return self.known[mask]
+
+
+class LazyInputs:
+    """An Inputs whose fields are chosen when they are read. `__dict__` holds what was read."""
+
+    _scope: Scope
+    _choices: Choices
+    _presses: tuple[int, ...]
+
+    def __getattr__(self, name: str) -> Any:
+        values = self._values(name)
+        value = values[self._choices.pick(len(values))] if len(values) > 1 else values[0]
+        self.__dict__[name] = value
+        return value
+
+    def _values(self, name: str) -> tuple[Any, ...]:
+        causes, full = self._scope.causes, self._scope.all_commands
+        if name == "verb":
+            return _ALL_VERBS if full else _FEW_VERBS
+        if name == "mode":
+            if not full:
+                return (codes.CONTINUOUS if self.verb == codes.FORWARD else codes.STEP,)
+            return (codes.STEP, codes.CONTINUOUS)
+        if name == "edge":
+            return self._presses
+        if name == "owner":
+            return (codes.NOBODY, codes.DRIVER, codes.CARETAKER) if full else (codes.DRIVER,)
+        if name in ("linear_permille", "turn_permille"):
+            return (-1000, 0, 1000)
+        if name == "clearance_blocked":
+            return (Blocked(self._choices),)
+        if name == "clearance_source":
+            return (codes.REAL, codes.SIMULATED) if "source" in causes else (codes.REAL,)
+        if name == "clearance_age_ms":
+            return (0, 248, 298) if "lidar" in causes else (0,)
+        if name == "heading_faults":
+            return (0, 1 << codes.HEADING_FROZEN) if "heading" in causes else (0,)
+        if name == "tilted":
+            return (False, True) if "tilt" in causes else (False,)
+        if name == "calibrated":
+            return (True, False) if "calibration" in causes else (True,)
+        if name == "order_action":
+            few = (codes.ARM, codes.DISARM, codes.RESET_FAULTS)
+            return (*few, codes.EMERGENCY_STOP) if full else few
+        if name == "order_owner":
+            if not full:
+                return (codes.DRIVER if self.order_action == codes.ARM else codes.CARETAKER,)
+            return (codes.NOBODY, codes.DRIVER, codes.CARETAKER, 3)
+        if name == "ttl_ms":
+            return (0, 300)
+        if name in ("heading_q4", "rate_q4"):
+            return (0,)
+        raise AttributeError(name)
+
+
+class AnyTurn:
+    """A turn controller that answers anything at all."""
+
+    def __init__(self, choices: Choices) -> None:
+        self._choices = choices
+        self.arrived = False
+
+    def start(self, setpoint_q4: int) -> None:
+        """Where to does not matter here."""
+
+    def update(self, heading_q4: int, rate_q4: int) -> int:
+        """Arrived, or far too much either way, or nothing."""
+        answer = self._choices.pick(4)
+        self.arrived = answer == 3
+        return (0, 9999, -9999, 0)[answer]

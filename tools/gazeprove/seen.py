@@ -1,0 +1,48 @@
+"""One tick as the invariants see it: before, after, what was read, what happened."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from gazelink import codes
+from gazeprove.abstract import Core
+from gazeprove.events import Facts
+
+
+def bits(*faults: int) -> int:
+    """The faults' bits, set."""
+    return sum(1 << fault for fault in faults)
+
+
+class After(NamedTuple):
+    """One tick, as the invariants see it."""
+
+    was: dict[str, Any]  # fields of safety before, time passed included
+    core: Core
+    read: dict[str, Any]
+    facts: Facts
+    linear: int
+    turn: int
+    fitted: bool
+    simulated: bool
+
+    @property
+    def reset(self) -> bool:
+        """The latched faults were reset by one of the two ways there are."""
+        by_order = (
+            self.facts.ordered
+            and self.read.get("order_action") == codes.RESET_FAULTS
+            and self.read.get("order_owner") == codes.CARETAKER
+        )
+        return self.facts.stepped and (by_order or self.core.safety._button_ms == 3000)
+
+    @property
+    def handed_over(self) -> bool:
+        """Somebody else owns the chair than before this tick."""
+        s = self.core.safety
+        return bool(s.state == codes.ARMED and self.was["owner"] != s.owner)
+
+    @property
+    def moving(self) -> bool:
+        """A wiper was written that is not neutral."""
+        return self.linear != 0 or self.turn != 0
