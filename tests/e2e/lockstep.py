@@ -145,13 +145,14 @@ class Lockstep:
 
     def make_ready(self) -> None:
         """Wait until nothing stands against arming."""
+        self.until(lambda: self.connected() and not self.armed(), 6000)
         self.until(lambda: self.page.shown.get("arm_reason") == "none", 6000)
 
     def arm(self) -> None:
         """Armed by the page."""
         self.make_ready()
         self.page.arm()
-        self.until(lambda: self.page.shown["state"] == "armed", 1000)
+        self.until(lambda: self.armed() and self.page.shown["state"] == "armed", 1000)
 
     def drive(self, verb: str = "forward", mode: str = "continuous", ms: int = 600) -> None:
         """Armed, pressed, on its way."""
