@@ -12,7 +12,7 @@ from gazelink import codes
 WEB = Path(__file__).parents[2] / "web"
 LANGUAGES = ("nl", "en")
 HOST_KEYS = ["ok", "board_lost", "board_starting", "board_busy", "wrong_port", "version_differs"]
-HOST_KEYS += ["lidar_lost", "lidar_starting", "camera_lost", "page_silent"]
+HOST_KEYS += ["lidar_lost", "lidar_view", "lidar_starting", "camera_lost", "page_silent"]
 HOST_KEYS += ["not_owner", "stale_token", "bad_message", "too_fast"]
 PAGE_KEYS = ["unknown", "ready", "tap"]
 MODULES = sorted(WEB.glob("*.js"))

@@ -9,6 +9,7 @@ from gazechair.lidar.sectors import Reading
 
 # Keys of the string tables.
 LOST = "lidar_lost"
+VIEW = "lidar_view"
 STARTING = "lidar_starting"
 
 

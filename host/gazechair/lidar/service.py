@@ -9,7 +9,7 @@ from gazechair import health as states
 from gazechair.children import Status, Supervisor
 from gazechair.config import LidarConfig, SectorsConfig
 from gazechair.health import Health
-from gazechair.lidar.report import LOST, Report
+from gazechair.lidar.report import LOST, VIEW, Report
 from gazechair.lidar.sectors import ALL_BLOCKED, MIN_COVERAGE, Reading, Sector, blocked_bits
 from gazelink import codes
 
@@ -83,7 +83,7 @@ class LidarService:
         if poor:
             names = ", ".join(poor)
             self._health.set(
-                states.DEGRADED, LOST, f"the lidar hardly sees {names}: clean or clear its view"
+                states.DEGRADED, VIEW, f"the lidar hardly sees {names}: clean or clear its view"
             )
         else:
             self._health.set(states.OK)
