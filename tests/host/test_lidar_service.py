@@ -204,6 +204,7 @@ def test_a_view_covered_ahead_is_degraded_and_blocked(rig: Rig) -> None:
     rig.device = S2(rig._range)
     rig.service.start()
     rig.wait(lambda: rig.health.state == "degraded")
+    assert rig.health.reason == "lidar_view"
     assert "forward, left, right" in rig.health.detail
     assert all(blocked == 0b1111 for blocked, _, _ in rig.published)
 
