@@ -7,6 +7,7 @@ from gazeboard import limits
 from gazeboard.boards import bank_layout as at
 from gazeboard.boards import pins
 from gazelink import codes, messages
+from promises import CORE, kept, measured
 from rig import IMU, NEUTRAL, POT, REGS, Files, Rig
 
 ENABLE_AT = at.PINS_AT + pins.ENABLE * at.PIN_SIZE
@@ -51,6 +52,7 @@ def test_p1_neutral_before_the_first_tick():
     rig = Rig()
     assert rig.neutral()  # the pot's own power-on value is 128, which is not neutral
     assert rig.bank[ENABLE_AT + at.PIN_OUT] == 0
+    measured(CORE, "P1", "power-on: neutral, in ticks", rig.app.outbox.ticks, 0)
 
 
 def test_p1_no_motion_and_no_enable_until_armed():
@@ -59,6 +61,7 @@ def test_p1_no_motion_and_no_enable_until_armed():
     assert toggles(rig, 1500) == 0
     assert rig.neutral()
     assert rig.app.safety.override == codes.NOT_ARMED
+    kept(CORE, "P1", "commands before the link is up")
 
 
 def test_p1_a_reset_while_driving_comes_back_neutral_and_disarmed():
@@ -79,8 +82,10 @@ def test_p2_host_silent_is_neutral_within_100_ms_and_disarmed_after_500():
         rig.drive(verb)
         rig.until(lambda: rig.now_ms % 20 == 0, 20)  # a frame was decoded in this very ms
         rig.host_alive = False
-        assert rig.until(rig.neutral, 200) <= limits.HOST_SILENT_MS
-        rig.until(lambda: not armed(rig), limits.HOST_LOST_MS)
+        ms = rig.until(rig.neutral, 200)
+        measured(CORE, "P2", "host silent", ms, limits.HOST_SILENT_MS)
+        ms += rig.until(lambda: not armed(rig), limits.HOST_LOST_MS)
+        measured(CORE, "P2", "host silent: disarmed", ms, limits.HOST_LOST_MS)
         rig.host_alive = True
         stays_still_until_pressed_anew(rig)
 
@@ -103,7 +108,8 @@ def test_p3_a_command_not_refreshed_ends_within_300_ms():
     rig.drive()
     rig.until(lambda: rig.now_ms % 20 == 0, 20)
     rig.hold = False  # the host lives and repeats the command, its time-to-live is spent
-    assert rig.until(rig.neutral, 400) <= limits.COMMAND_TTL_MS
+    ms = rig.until(rig.neutral, 400)
+    measured(CORE, "P3", "hold not refreshed, page and host alive", ms, limits.COMMAND_TTL_MS)
     assert rig.app.safety.override == codes.COMMAND_EXPIRED
     rig.hold = True
     stays_still_until_pressed_anew(rig)
@@ -120,7 +126,7 @@ def test_p3_the_board_itself_counts_down():
         rig.app.safety._clearance_age_ms = 0
         rig.one_ms()
         moved += not rig.neutral()
-    assert moved <= limits.COMMAND_TTL_MS
+    measured(CORE, "P3", "the board alone counts down", moved, limits.COMMAND_TTL_MS)
     assert rig.app.safety.override == codes.COMMAND_EXPIRED
 
 
@@ -142,7 +148,7 @@ def test_p3_time_on_the_way_counts():
         rig.one_ms()
         if not rig.neutral():
             last = rig.now_ms
-    assert last - sent_at <= limits.COMMAND_TTL_MS
+    measured(CORE, "P3", "time on the way counts", last - sent_at, limits.COMMAND_TTL_MS)
 
 
 # -- P4 --------------------------------------------------------------------------------------------
@@ -154,7 +160,7 @@ def test_p4_a_forward_step_ends_by_itself():
     rig.press(codes.FORWARD, codes.STEP)
     rig.until(lambda: not rig.neutral(), 60)
     moved = rig.until(rig.neutral, 6000)
-    assert moved <= rig.app.settings.step_forward_ms + 1
+    measured(CORE, "P4", "a step forward", moved, rig.app.settings.step_forward_ms + 1)
     assert rig.app.safety.override == codes.NO_REASON  # it ended as asked
     stays_still_until_pressed_anew(rig)
 
@@ -165,7 +171,8 @@ def test_p4_a_turn_that_never_arrives_ends_at_its_limit():
     rig.press(codes.LEFT, codes.STEP)
     rig.until(lambda: not rig.neutral(), 60)
     moved = rig.until(rig.neutral, 11000)
-    assert moved <= rig.app.settings.step_turn_limit_ms + 1
+    limit_ms = rig.app.settings.step_turn_limit_ms + 1
+    measured(CORE, "P4", "a turn that never arrives", moved, limit_ms)
     assert rig.app.safety.override == codes.TIME_LIMIT
 
 
@@ -183,7 +190,8 @@ def test_p5_an_obstacle_on_the_path_stops_within_2_ms_with_the_reason():
         rig.drive(verb)
         rig.blocked = 1 << direction
         rig.send(messages.CLEARANCE, (rig.blocked, codes.REAL, 5))
-        assert rig.until(rig.neutral, 10) <= 2
+        ms = rig.until(rig.neutral, 10)
+        measured(CORE, "P5", "obstacle on the path, from the decoded frame", ms, 2)
         assert rig.app.safety.override == codes.OBSTACLE_FORWARD + direction
         rig.run(20)
         assert rig.state["override"] == codes.OBSTACLE_FORWARD + direction
@@ -220,7 +228,8 @@ def test_p6_old_obstacle_data_counts_as_blocked_within_300_ms_of_acquisition():
     rig.drive()
     rig.until(lambda: rig.now_ms % 20 == 0, 20)
     rig.lidar_alive = False
-    assert rig.until(rig.neutral, 400) <= limits.CLEARANCE_OLD_MS - 5  # sent with an age of 5 ms
+    ms = 5 + rig.until(rig.neutral, 400)  # sent with an age of 5 ms
+    measured(CORE, "P6", "obstacle data stays away", ms, limits.CLEARANCE_OLD_MS)
     assert rig.app.safety.override == codes.FAULT_REASON + codes.OBSTACLE_DATA_OLD
     rig.run(20)
     assert rig.state["decisions"] == 255
@@ -238,14 +247,16 @@ def test_p6_a_sender_whose_producer_died_does_not_keep_data_fresh():
         if rig.now_ms % 20 == 0:
             rig.send(messages.CLEARANCE, (0, codes.REAL, age))
         rig.one_ms()
-        if age > limits.CLEARANCE_OLD_MS:
-            assert rig.neutral()
+        if not rig.neutral():
+            moved_at = age
+    cause = "lidar's process dead, the host goes on sending"
+    measured(CORE, "P6", cause, moved_at + 1, limits.CLEARANCE_OLD_MS)
 
 
 # -- P7 --------------------------------------------------------------------------------------------
 
 
-def heading_fault_stops_turns(spoil, bits):
+def heading_fault_stops_turns(cause, spoil, bits):
     # Continuous turn: neutral within 50 ms of spoil(rig); forward stays possible, turns are
     # refused.
     rig = Rig()
@@ -255,7 +266,7 @@ def heading_fault_stops_turns(spoil, bits):
     rig.run(300)
     assert not rig.neutral()
     spoil(rig)
-    assert rig.until(rig.neutral, 60) <= limits.HEADING_OLD_MS
+    measured(CORE, "P7", cause, rig.until(rig.neutral, 60), limits.HEADING_OLD_MS)
     assert rig.app.safety.faults & codes.HEADING_FAULTS & bits, rig.why()
     assert rig.app.safety.override >= codes.FAULT_REASON
     assert armed(rig)
@@ -289,23 +300,23 @@ def jump(rig):
 
 
 def test_p7_a_frozen_heading():
-    heading_fault_stops_turns(freeze, 1 << codes.HEADING_FROZEN)
+    heading_fault_stops_turns("heading frozen", freeze, 1 << codes.HEADING_FROZEN)
 
 
 def test_p7_a_bus_error():
-    heading_fault_stops_turns(nak, 1 << codes.HEADING_BUS)
+    heading_fault_stops_turns("heading sensor answers nothing", nak, 1 << codes.HEADING_BUS)
 
 
 def test_p7_a_stuck_bus():
-    heading_fault_stops_turns(stick, 1 << codes.HEADING_BUS)
+    heading_fault_stops_turns("heading sensor's bus stuck", stick, 1 << codes.HEADING_BUS)
 
 
 def test_p7_a_sensor_that_reset_itself():
-    heading_fault_stops_turns(self_reset, codes.HEADING_FAULTS)
+    heading_fault_stops_turns("heading sensor resets itself", self_reset, codes.HEADING_FAULTS)
 
 
 def test_p7_a_heading_that_jumps():
-    heading_fault_stops_turns(jump, 1 << codes.HEADING_JUMP)
+    heading_fault_stops_turns("heading jumps", jump, 1 << codes.HEADING_JUMP)
 
 
 def test_p7_one_bad_sample_is_bridged_by_the_gyro():
@@ -324,6 +335,7 @@ def test_p7_one_bad_sample_is_bridged_by_the_gyro():
         assert not rig.neutral(), rig.why()
         moved = (rig.app.inbox.front.heading_q4 - before) % 5760
         assert 10 < moved < 60  # about 2 degrees in 100 ms at 20 degrees/s
+    kept(CORE, "P7", "single bad samples are bridged")
 
 
 def test_p7_the_sensor_comes_back_by_itself():
@@ -357,11 +369,16 @@ def pot_misreads(rig):
 
 
 def test_p8_a_failing_wiper_write_ends_the_enable_line_within_4_ms_and_latches():
-    for spoil in (pot_nak, pot_bus, pot_misreads):
+    for spoil, cause in (
+        (pot_nak, "potentiometer answers nothing"),
+        (pot_bus, "potentiometer's bus stuck"),
+        (pot_misreads, "potentiometer reads back wrong"),
+    ):
         rig = Rig()
         rig.drive()
         spoil(rig)
-        rig.until(lambda: fault(rig, codes.WIPER), 4)
+        ms = rig.until(lambda: fault(rig, codes.WIPER), 10)
+        measured(CORE, "P8", cause + ": enable off", ms, 4)
         assert toggles(rig, 50) == 0
         assert not armed(rig)
         rig.bank[POT + at.SLOT_NAK] = 0
@@ -396,8 +413,10 @@ def test_p9_a_stalled_service_loop_is_neutral_within_50_ms_and_disarmed_after_50
     rig = Rig()
     rig.drive()
     rig.service_alive = False
-    assert rig.until(rig.neutral, 100) <= limits.SERVICE_STALLED_MS
-    rig.until(lambda: not armed(rig), limits.SERVICE_LOST_MS)
+    ms = rig.until(rig.neutral, 100)
+    measured(CORE, "P9", "service loop blocked", ms, limits.SERVICE_STALLED_MS)
+    ms += rig.until(lambda: not armed(rig), limits.SERVICE_LOST_MS)
+    measured(CORE, "P9", "service loop blocked: disarmed", ms, limits.SERVICE_LOST_MS)
     rig.service_alive = True
     stays_still_until_pressed_anew(rig)
 
@@ -412,6 +431,7 @@ def test_p10_a_stalled_tick_stops_the_enable_line_and_disarms_when_it_returns():
     assert not armed(rig)
     assert fault(rig, codes.TICK_STALLED)
     assert rig.neutral()
+    kept(CORE, "P10", "tick stalls: disarmed when it goes on")
     rig.release()
     rig.run(1000)
     stays_still_until_pressed_anew(rig)
@@ -429,6 +449,7 @@ def test_p10_an_exception_in_the_tick_turns_the_enable_line_off_and_latches():
     rig.one_ms()
     assert rig.bank[ENABLE_AT + at.PIN_OUT] == 0
     assert fault(rig, codes.TICK_EXCEPTION)
+    measured(CORE, "P10", "exception inside the tick: enable off", 1, 1)
     rig.app.motion.step = step
     assert toggles(rig, 300) == 0
     assert rig.neutral()
@@ -466,7 +487,9 @@ def test_p11_emergency_input_or_message_turns_enable_off_within_2_ms_and_latches
         rig = Rig()
         rig.drive()
         cause(rig)
-        rig.until(lambda: fault(rig, codes.EMERGENCY), 2)
+        ms = rig.until(lambda: fault(rig, codes.EMERGENCY), 10)
+        name = "emergency message" if cause is message else "emergency input"
+        measured(CORE, "P11", name + ": enable off", ms, 2)
         assert rig.neutral()
         assert toggles(rig, 30) == 0
         rig.drive_pin(pins.EMERGENCY, 0)
@@ -506,6 +529,7 @@ def test_p11_three_seconds_at_the_chairs_button_reset_it():
     rig.run(200)
     assert not fault(rig, codes.EMERGENCY)
     rig.arm()
+    kept(CORE, "P11", "3 s at the chair's button reset it")
 
 
 # -- P12 -------------------------------------------------------------------------------------------
@@ -525,6 +549,7 @@ def test_p12_every_single_bit_flip_of_a_command_is_ignored():
         rig.run(2)
         assert rig.neutral(), bit
     assert rig.app.link._decoder.corrupt >= 8 * n
+    kept(CORE, "P12", "every single bit flip")
 
 
 def test_p12_a_replayed_frame_never_moves():
@@ -544,6 +569,7 @@ def test_p12_a_replayed_frame_never_moves():
             rig.one_ms()
             assert rig.neutral()
     assert rig.app.link.stale > 0
+    kept(CORE, "P12", "replayed frames")
 
 
 def test_p12_frames_of_another_session_boot_or_version_are_ignored():
@@ -561,6 +587,7 @@ def test_p12_frames_of_another_session_boot_or_version_are_ignored():
         rig.run(100)
         assert rig.neutral()
         assert rig.app.link._decoder.corrupt == corrupt + 1
+    kept(CORE, "P12", "frames of a foreign session")
 
 
 def test_p12_values_out_of_range_are_ignored_and_counted():
@@ -582,6 +609,7 @@ def test_p12_values_out_of_range_are_ignored_and_counted():
     rig.send(messages.CLEARANCE, (0, 9, 0))
     rig.run(3)
     assert rig.app.link.bad == bad + 2
+    kept(CORE, "P12", "values out of range")
 
 
 def test_p12_frames_late_by_their_own_stamp_are_refused_but_a_late_stop_counts():
@@ -619,7 +647,8 @@ def test_p13_only_the_owner_moves_and_anyones_stop_wins_in_one_tick():
     rig.until(lambda: not rig.neutral(), 60)
     rig.until(lambda: rig.now_ms % 20 == 5, 20)
     rig.send(messages.COMMAND, (codes.STOP, 0, 0, codes.CARETAKER, 0, 0, 0))
-    assert rig.until(rig.neutral, 5) <= 2  # decoded after one tick, obeyed in the next
+    ms = rig.until(rig.neutral, 5)  # decoded after one tick, obeyed in the next
+    measured(CORE, "P13", "anyone's stop, from its last byte", ms, 2)
 
 
 def test_p13_a_stop_and_a_held_command_in_the_same_millisecond_stop():
@@ -655,6 +684,7 @@ def test_p14_a_new_session_disarms_and_needs_arming_and_a_new_press():
     rig.run(600)
     assert rig.neutral()
     stays_still_until_pressed_anew(rig)
+    kept(CORE, "P14", "a new session disarms")
 
 
 def test_p14_arming_is_refused_with_the_reason_while_something_is_commanded():
@@ -672,10 +702,12 @@ def test_p14_arming_is_refused_with_the_reason_while_something_is_commanded():
 def test_p15_the_relay_opens_without_the_board_and_power_back_is_p1():
     rig = Rig()
     rig.drive()
-    for _ in range(20):  # no board: nothing toggles the line
+    ms = 0
+    while rig.relay_closed:  # no board: nothing toggles the line
+        ms += 1
         rig.now_ms += 1
         rig._relay()
-    assert not rig.relay_closed
+    measured(CORE, "P15", "power of the board pulled: relay open", ms, 20)
     rig.boot()
     assert rig.neutral()
     assert toggles(rig, 500) == 0
@@ -715,7 +747,8 @@ def test_p16_tilt_is_neutral_within_100_ms_with_the_reason():
             q4 = (degrees * 16) & 0xFFFF
             rig.bank[IMU + REGS + register] = q4 & 0xFF
             rig.bank[IMU + REGS + register + 1] = q4 >> 8
-            assert rig.until(rig.neutral, 200) <= limits.TILT_MS
+            ms = rig.until(rig.neutral, 200)
+            measured(CORE, "P16", "tilt beyond the limit", ms, limits.TILT_MS)
             assert rig.app.safety.override == codes.FAULT_REASON + codes.TILT
             rig.bank[IMU + REGS + register] = 0
             rig.bank[IMU + REGS + register + 1] = 0
