@@ -8,7 +8,7 @@ import random
 import pytest
 
 from gazelink import codes, frame, messages
-from liveboard import NEUTRAL, LiveBoard
+from liveboard import NEUTRAL, EmulatedLiveBoard, LiveBoard
 
 pytestmark = pytest.mark.m7
 
@@ -139,3 +139,15 @@ def test_a_wrong_key_does_not_open_maintenance(board: LiveBoard) -> None:
     board.until(lambda: board.host.stats.get("rx_bad", 0) > before, "it counts it")
     board.run_ms(300)
     assert board.host.maintenance is None
+
+
+def test_with_the_relay_held_open_it_does_not_arm(board: LiveBoard) -> None:
+    if isinstance(board, EmulatedLiveBoard):
+        board.world.faults.inject("relay_stuck_open")
+    board.connect()
+    board.until(lambda: board.host.state["arm_reason"] == codes.NO_REASON, "ready to arm")
+    board.host.order(codes.ARM)
+    board.until(lambda: board.host.has_fault(codes.RELAY_OPEN), "the fault")
+    assert board.host.safety == codes.DISARMED
+    assert codes.ARMED not in {state["status"] & 15 for _, state in board.host.states}
+    neutral_throughout(board)
