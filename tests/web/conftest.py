@@ -11,17 +11,8 @@ from playwright.sync_api import Browser, Page, sync_playwright
 
 import gazesetup
 from fakehost import FakeHost, wait_until
+from gazedemo.browser import OPTIONS
 
-CHROMIUM_OPTIONS = [
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
 # Counts what reached the page, and lets a test speak on the page's own sockets.
 SPY = """
 window.spied = {token: 0, sockets: []};
@@ -154,7 +145,7 @@ def chromium() -> Iterator[Browser]:
     except gazesetup.NotAvailable as error:
         pytest.skip(str(error))
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=str(path), args=CHROMIUM_OPTIONS)
+        browser = playwright.chromium.launch(executable_path=str(path), args=list(OPTIONS))
         yield browser
         browser.close()
 
