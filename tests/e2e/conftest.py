@@ -33,3 +33,8 @@ def turning() -> Lockstep:
     chair = Lockstep()
     chair.drive("left")
     return chair
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The document's test comes after all whose figures it compares."""
+    items.sort(key=lambda item: item.path.name == "test_safety_table.py")

@@ -1,0 +1,42 @@
+"""docs/safety.md says what the tests measured, no more and no less. Runs last: see conftest.py."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import promises
+from gazelink import codes
+from gazeprove import safety_table
+from gazeprove.safety_words import ARMING, CLEARS, PROMISES
+from gazesetup import ROOT
+
+
+def test_the_document_is_what_the_tests_measure() -> None:
+    text = safety_table.DOCUMENT.read_text()
+    named = set(re.findall(r"`(test_\w+)`", text))
+    noted = {note["test"] for note in promises.notes}
+    notes = promises.notes if named <= noted else safety_table.run_tests()
+    assert safety_table.render(notes) == text, "docs/safety.md is stale: run tools/safety-table"
+
+
+def test_every_promise_is_measured_on_the_board_and_end_to_end() -> None:
+    text = safety_table.DOCUMENT.read_text()
+    measured: dict[str, set[str]] = {}
+    name = ""
+    for line in text.splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        if found := re.fullmatch(r"\*\*(P\d+)\*\*", cells[0]):
+            name = found[1]
+        elif name and len(cells) == 7:
+            for rig, cell in (("board", cells[4]), ("end to end", cells[5])):
+                if cell != "-":
+                    measured.setdefault(name, set()).add(rig)
+    assert measured == {promise.name: {"board", "end to end"} for promise in PROMISES}
+
+
+def test_every_fault_and_reason_is_explained() -> None:
+    assert list(CLEARS) == [fault[1] for fault in codes.FAULTS]
+    texts = json.loads((ROOT / "web" / "strings" / "en.json").read_text())["messages"]
+    for name in [*CLEARS, *(reason for _, reason in ARMING)]:
+        assert texts[name]["text"], name
