@@ -73,6 +73,16 @@ def test_faults_found_at_boot_stand_or_latch():
         assert core.only_fault(bit) == stands
 
 
+def test_the_first_tick_already_counts():
+    core = Core(boot_faults=1 << codes.EMERGENCY)
+    core.order(codes.RESET_FAULTS, codes.CARETAKER)
+    core.press(codes.FORWARD, hold_ms=0)
+    core.tick()
+    assert not core.fault(codes.EMERGENCY)
+    assert core.safety.ttl_ms == limits.COMMAND_TTL_MS - limits.MARGIN_MS
+    assert core.safety.override == codes.NOT_ARMED
+
+
 # -- P2, P9: the host, the service loop ------------------------------------------------------------
 
 

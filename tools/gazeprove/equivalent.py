@@ -3,7 +3,282 @@
 from __future__ import annotations
 
 # module -> reason -> (function, change) of each mutant
-EQUIVALENT: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {"motion": {}, "safety": {}}
+EQUIVALENT: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
+    "safety": {
+        "Written before it is first read; named here so that no attribute is added later.": (
+            ("__init__", "self._verb = codes.STOP  ->  pass"),
+            ("__init__", "self._mode = codes.STEP  ->  pass"),
+            ("__init__", "self._quiet = False  ->  pass"),
+            ("__init__", "self._arming_ms = 0  ->  pass"),
+            ("__init__", "self._verb = codes.STOP  ->  self._verb = codes.STOP + 1"),
+            ("__init__", "self._verb = codes.STOP  ->  self._verb = codes.STOP - 1"),
+            ("__init__", "self._mode = codes.STEP  ->  self._mode = codes.STEP + 1"),
+            ("__init__", "self._mode = codes.STEP  ->  self._mode = codes.STEP - 1"),
+            ("__init__", "self._quiet = False  ->  self._quiet = True"),
+            ("__init__", "self._arming_ms = 0  ->  self._arming_ms = 1"),
+            ("__init__", "self._arming_ms = 0  ->  self._arming_ms = -1"),
+        ),
+        "HOST_SILENT and DIR_FORWARD are bit 0.": (
+            (
+                "module",
+                (
+                    "_PASSING = 1 << codes.HOST_SILENT | 1 << codes.SERVICE_STALLED | 1 << "
+                    "codes.TILT  ->  _PASSING = 1 >> codes.HOST_SILENT | 1 << codes.SERVICE"
+                    "_STALLED | 1 << codes.TILT"
+                ),
+            ),
+            (
+                "module",
+                (
+                    "_PASSING = 1 << codes.HOST_SILENT | 1 << codes.SERVICE_STALLED | 1 << "
+                    "codes.TILT  ->  _PASSING = 1 | 1 << codes.SERVICE_STALLED | 1 << codes"
+                    ".TILT"
+                ),
+            ),
+            (
+                "_judge_faults",
+                ("faults |= 1 << codes.HOST_SILENT  ->  faults |= 1 >> codes.HOST_SILENT"),
+            ),
+            ("_judge_faults", "faults |= 1 << codes.HOST_SILENT  ->  faults |= 1"),
+            (
+                "_why_not_linear",
+                (
+                    "if sign > 0 and self.blocked & 1 << codes.DIR_FORWARD:  ->  if sign > "
+                    "0 and self.blocked & 1 >> codes.DIR_FORWARD:"
+                ),
+            ),
+            (
+                "_why_not_linear",
+                (
+                    "if sign > 0 and self.blocked & 1 << codes.DIR_FORWARD:  ->  if sign > "
+                    "0 and self.blocked & 1:"
+                ),
+            ),
+        ),
+        "An age this high is beyond every limit either way.": (
+            (
+                "__init__",
+                (
+                    "self._host_age_ms = limits.AGE_MAX_MS  ->  self._host_age_ms = limits."
+                    "AGE_MAX_MS + 1"
+                ),
+            ),
+            (
+                "__init__",
+                (
+                    "self._host_age_ms = limits.AGE_MAX_MS  ->  self._host_age_ms = limits."
+                    "AGE_MAX_MS - 1"
+                ),
+            ),
+            (
+                "__init__",
+                (
+                    "self._service_age_ms = limits.AGE_MAX_MS  ->  self._service_age_ms = l"
+                    "imits.AGE_MAX_MS + 1"
+                ),
+            ),
+            (
+                "__init__",
+                (
+                    "self._service_age_ms = limits.AGE_MAX_MS  ->  self._service_age_ms = l"
+                    "imits.AGE_MAX_MS - 1"
+                ),
+            ),
+            (
+                "__init__",
+                (
+                    "self._clearance_age_ms = limits.AGE_MAX_MS  ->  self._clearance_age_ms"
+                    " = limits.AGE_MAX_MS + 1"
+                ),
+            ),
+            (
+                "__init__",
+                (
+                    "self._clearance_age_ms = limits.AGE_MAX_MS  ->  self._clearance_age_ms"
+                    " = limits.AGE_MAX_MS - 1"
+                ),
+            ),
+            (
+                "__init__",
+                (
+                    "self._heading_age_ms = limits.AGE_MAX_MS  ->  self._heading_age_ms = l"
+                    "imits.AGE_MAX_MS + 1"
+                ),
+            ),
+            (
+                "__init__",
+                (
+                    "self._heading_age_ms = limits.AGE_MAX_MS  ->  self._heading_age_ms = l"
+                    "imits.AGE_MAX_MS - 1"
+                ),
+            ),
+            (
+                "__init__",
+                (
+                    "self._steady_ms = limits.AGE_MAX_MS  ->  self._steady_ms = limits.AGE_"
+                    "MAX_MS + 1"
+                ),
+            ),
+            (
+                "__init__",
+                (
+                    "self._steady_ms = limits.AGE_MAX_MS  ->  self._steady_ms = limits.AGE_"
+                    "MAX_MS - 1"
+                ),
+            ),
+            (
+                "__init__",
+                (
+                    "self._button_ms = limits.AGE_MAX_MS  ->  self._button_ms = limits.AGE_"
+                    "MAX_MS + 1"
+                ),
+            ),
+            (
+                "__init__",
+                (
+                    "self._button_ms = limits.AGE_MAX_MS  ->  self._button_ms = limits.AGE_"
+                    "MAX_MS - 1"
+                ),
+            ),
+        ),
+        "Neutral must be proven for 500 ms from the same start, which takes longer than 300 ms.": (
+            ("__init__", "self._idle_ms = 0  ->  self._idle_ms = 1"),
+            ("__init__", "self._idle_ms = 0  ->  self._idle_ms = -1"),
+        ),
+        "Only the smaller of the two counts, and the other one starts at 0.": (
+            ("__init__", "self._closed_ms = 0  ->  self._closed_ms = 1"),
+            ("__init__", "self._off_ms = 0  ->  self._off_ms = 1"),
+        ),
+        "No relay fault can stand yet that this time would clear; 0 is only asked after a tick.": (
+            ("__init__", "self._open_ms = 0  ->  self._open_ms = 1"),
+            ("__init__", "self._open_ms = 0  ->  self._open_ms = -1"),
+        ),
+        "The first tick has no press to stop and a time to live of 0, new or not.": (
+            ("__init__", "self._command_count = 0  ->  self._command_count = -1"),
+            ("__init__", "self._stop_count = 0  ->  self._stop_count = 1"),
+            ("__init__", "self._stop_count = 0  ->  self._stop_count = -1"),
+        ),
+        "The first tick takes the count over before anything asks for it.": (
+            ("__init__", "self._session_count = 0  ->  self._session_count = 1"),
+            ("__init__", "self._session_count = 0  ->  self._session_count = -1"),
+        ),
+        "The session that an order needs sets it to 0 first.": (
+            ("__init__", "self._order_number = 0  ->  self._order_number = 1"),
+            ("__init__", "self._order_number = 0  ->  self._order_number = -1"),
+        ),
+        "A longer table, or bits that no table entry has: the 16 entries stay as they are.": (
+            (
+                "module",
+                (
+                    "_DECISIONS = bytes([sum([codes.BLOCKED << 2 * d for d in range(4) if b"
+                    " & 1 << d]) for b in range(16)])  ->  _DECISIONS = bytes([sum([codes.B"
+                    "LOCKED << 2 * d for d in range(4) if b & 1 << d]) for b in range(17)])"
+                ),
+            ),
+            (
+                "module",
+                (
+                    "_DECISIONS = bytes([sum([codes.BLOCKED << 2 * d for d in range(4) if b"
+                    " & 1 << d]) for b in range(16)])  ->  _DECISIONS = bytes([sum([codes.B"
+                    "LOCKED << 2 * d for d in range(5) if b & 1 << d]) for b in range(16)])"
+                ),
+            ),
+        ),
+        "Only the sign counts.": (
+            (
+                "_why_not_move",
+                ("return self._why_not_linear(1)  ->  return self._why_not_linear(2)"),
+            ),
+            ("_why_not_move", ("return self._why_not_turn(1)  ->  return self._why_not_turn(2)")),
+            (
+                "_why_not_move",
+                ("return self._why_not_linear(-1)  ->  return self._why_not_linear(-2)"),
+            ),
+            ("_why_not_move", ("return self._why_not_turn(-1)  ->  return self._why_not_turn(-2)")),
+        ),
+        "Adds HOST_SILENT, which has refused everything before.": (
+            (
+                "_why_not_turn",
+                (
+                    "if sign and self.faults & codes.HEADING_FAULTS:  ->  if sign and self."
+                    "faults & codes.HEADING_FAULTS + 1:"
+                ),
+            ),
+            (
+                "_why_not_turn",
+                (
+                    "return fault_reason(self.faults & codes.HEADING_FAULTS)  ->  return fa"
+                    "ult_reason(self.faults & codes.HEADING_FAULTS + 1)"
+                ),
+            ),
+        ),
+    },
+    "motion": {
+        "STOP is never given to motion, so the first word is never taken.": (
+            (
+                "module",
+                (
+                    "_WORD = (codes.STOPPED, codes.MOVING_FORWARD, codes.MOVING_BACKWARD, c"
+                    "odes.TURNING, codes.TURNING, codes.DRIVING)  ->  _WORD = (codes.STOPPE"
+                    "D + 1, codes.MOVING_FORWARD, codes.MOVING_BACKWARD, codes.TURNING, cod"
+                    "es.TURNING, codes.DRIVING)"
+                ),
+            ),
+            (
+                "module",
+                (
+                    "_WORD = (codes.STOPPED, codes.MOVING_FORWARD, codes.MOVING_BACKWARD, c"
+                    "odes.TURNING, codes.TURNING, codes.DRIVING)  ->  _WORD = (codes.STOPPE"
+                    "D - 1, codes.MOVING_FORWARD, codes.MOVING_BACKWARD, codes.TURNING, cod"
+                    "es.TURNING, codes.DRIVING)"
+                ),
+            ),
+        ),
+        "Written before it is first read; named here so that no attribute is added later.": (
+            ("__init__", "self._elapsed_ms = 0  ->  pass"),
+            ("__init__", "self._elapsed_ms = 0  ->  self._elapsed_ms = 1"),
+            ("__init__", "self._elapsed_ms = 0  ->  self._elapsed_ms = -1"),
+        ),
+        "No press has this number either.": (
+            ("__init__", "self._edge = 0  ->  self._edge = -1"),
+            ("stop", "self._edge = 0  ->  self._edge = -1"),
+        ),
+        "An output of 0 stays 0.": (
+            (
+                "step",
+                (
+                    "if turn > 0 and blocked & 1 << codes.DIR_LEFT or (turn < 0 and blocked"
+                    " & 1 << codes.DIR_RIGHT):  ->  if turn >= 0 and blocked & 1 << codes.D"
+                    "IR_LEFT or (turn < 0 and blocked & 1 << codes.DIR_RIGHT):"
+                ),
+            ),
+            (
+                "step",
+                (
+                    "if turn > 0 and blocked & 1 << codes.DIR_LEFT or (turn < 0 and blocked"
+                    " & 1 << codes.DIR_RIGHT):  ->  if turn > 0 and blocked & 1 << codes.DI"
+                    "R_LEFT or (turn <= 0 and blocked & 1 << codes.DIR_RIGHT):"
+                ),
+            ),
+            (
+                "step",
+                (
+                    "if turn > 0 and blocked & 1 << codes.DIR_LEFT or (turn < 0 and blocked"
+                    " & 1 << codes.DIR_RIGHT):  ->  if turn > -1 and blocked & 1 << codes.D"
+                    "IR_LEFT or (turn < 0 and blocked & 1 << codes.DIR_RIGHT):"
+                ),
+            ),
+            (
+                "step",
+                (
+                    "if turn > 0 and blocked & 1 << codes.DIR_LEFT or (turn < 0 and blocked"
+                    " & 1 << codes.DIR_RIGHT):  ->  if turn > 0 and blocked & 1 << codes.DI"
+                    "R_LEFT or (turn < 1 and blocked & 1 << codes.DIR_RIGHT):"
+                ),
+            ),
+        ),
+    },
+}
 
 
 def reasons(module: str) -> dict[tuple[str, str], str]:
