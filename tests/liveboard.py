@@ -56,7 +56,11 @@ class LiveBoard:
 
     def situation(self) -> str:
         """For a failed test's message."""
-        return f"hellos {self.host.hellos[-1:]}, state {self.host.state}, stats {self.host.stats}"
+        host = self.host
+        return (
+            f"hellos {host.hellos[-1:]}, state {host.state}, stats {host.stats},"
+            f" heard {bytes(host.heard[-300:])!r}"
+        )
 
     def connect(self) -> None:
         """A session, and a first state."""
@@ -166,7 +170,7 @@ class EmulatedLiveBoard(LiveBoard):
         return (
             f"{super().situation()}, wipers {self.real_wipers}, relay"
             f" {'closed' if self.world.relay.closed else 'open'}, boots {self.bank.boot_count},"
-            f" tick {self.bank.tick_ms}, heard {bytes(self.host.heard[-300:])!r}"
+            f" tick {self.bank.tick_ms}"
         )
 
     def arm(self) -> None:

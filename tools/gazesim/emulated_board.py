@@ -77,7 +77,7 @@ class EmulatedBoard:
         self._bank.set_u32(layout.TICK_MS_AT, 0)
         ours, boards = socket.socketpair()
         ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
-        boards.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
+        # Not the other way: QEMU sends byte by byte, and the kernel charges each with ~1 kB.
         path = str(self._bank_path).replace(",", ",,")  # QEMU's way to quote
         memory = f"memory-backend-file,id=bank,share=on,size={layout.SIZE},mem-path={path}"
         words = [
