@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from e2e.lockstep import Lockstep
@@ -113,15 +115,14 @@ def test_p4_a_step_forward_ends_by_itself(chair: Lockstep) -> None:
 
 
 def test_p4_a_turn_that_never_arrives(chair: Lockstep) -> None:
-    for axis in (chair.world.chair.parameters.turn,):
-        object.__setattr__(axis, "positive", 0.0)  # wheels blocked: it does not turn at all
-    try:
-        chair.arm()
-        chair.page.press("left", "step")
-        chair.until(lambda: not chair.neutral(), 10)
-        moved_ms = chair.until(chair.neutral, 8000)
-    finally:
-        chair.world.chair.set_profile("3.1")
+    numbers = chair.world.chair.parameters
+    blocked = replace(numbers.turn, positive=0.0)  # the wheels: it does not turn at all
+    chair.world.chair.parameters = replace(numbers, turn=blocked)
+    chair.arm()
+    chair.page.press("left", "step")
+    chair.until(lambda: not chair.neutral(), 10)
+    moved_ms = chair.until(chair.neutral, 8000)
+    chair.world.chair.parameters = numbers
     limit_ms = chair.board.app.settings.step_turn_limit_ms + 1
     measured(END_TO_END, "P4", "a turn that never arrives", moved_ms, limit_ms)
     assert chair.override() == "time_limit"
