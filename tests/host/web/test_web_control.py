@@ -81,7 +81,9 @@ def test_an_oversized_message_closes_the_socket(port: Any, open_page: Any) -> No
     page = open_page()
     page.send("x" * 1_100)
     code, _ = page.until_closed()
-    assert code == 1009
+    # Too big; or without a code, when the server's reset of the connection overtakes its close
+    # frame.
+    assert code in (1009, 1005)
     port.wait_for(lambda: port.gone == [1])
     assert port.received == []
 
