@@ -60,7 +60,7 @@ class Rig:
         self.world.faults.add(self, RIG_FAULTS)
         self.control = Control(folder / "control", self.handle)
         self.stopping = False
-        self._wiper_log: deque[tuple[int, float, int, int]] = deque(maxlen=_WIPER_LOG)
+        self._wiper_log: deque[tuple[int, float, int, int, int]] = deque(maxlen=_WIPER_LOG)
         self._wiper_changes = 0
 
     def _make_board(self, interpreter: str) -> BoardProcess | EmulatedBoard:
@@ -114,7 +114,9 @@ class Rig:
             self.lidar_port.write(scan)  # what the host does not take in time is lost
         if self.world.wipers != wipers:
             self._wiper_changes += 1
-            self._wiper_log.append((self._wiper_changes, now_s, *self.world.wipers))
+            self._wiper_log.append(
+                (self._wiper_changes, now_s, *self.world.wipers, self.bank.tick_ms)
+            )
 
     def _scene(self) -> tuple[Room, tuple[float, float, float]]:
         return self.world.room, self.world.pose
@@ -142,8 +144,12 @@ class Rig:
             self.world.chair.set_profile(_text(request, "name"))
         elif do == "wiper_log":
             since = int(_number(request, "since"))
-            entries = [list(entry) for entry in self._wiper_log if entry[0] > since]
-            return {"entries": entries, "last": self._wiper_changes}
+            entries = [entry for entry in self._wiper_log if entry[0] > since]
+            return {
+                "entries": [list(entry[:4]) for entry in entries],
+                "ticks": [entry[4] for entry in entries],  # the board's own time of each
+                "last": self._wiper_changes,
+            }
         elif do == "quit":
             self.stopping = True
         else:
