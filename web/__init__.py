@@ -1,1 +1,1 @@
-# The pages of gazechair as plain files; this lets Python find them when installed as package gazeweb.
+# The pages of gazechair as plain files; lets Python find them when installed as package gazeweb.
