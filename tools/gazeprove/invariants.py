@@ -261,7 +261,10 @@ def the_first_reason_is_kept(a: After) -> bool:
     if s.faults and s.first_fault == codes.NO_REASON:
         return False
     kept = s.first_fault == a.was["first_fault"]
-    return kept or a.was["faults"] == 0 or a.reset or (s.faults == 0 and s.state == codes.ARMING)
+    # The old ones cleared in this tick, and then its end failed.
+    after_all = a.was["faults"] & s.faults == 0 and (a.facts.raised or not a.facts.verified)
+    begun = s.faults == 0 and s.state == codes.ARMING
+    return kept or a.was["faults"] == 0 or a.reset or after_all or begun
 
 
 INVARIANTS: tuple[Callable[[After], bool], ...] = (
