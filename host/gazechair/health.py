@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from collections.abc import Callable
@@ -14,6 +15,8 @@ OK = "ok"
 DEGRADED = "degraded"
 LOST = "lost"
 STATES = (STARTING, OK, DEGRADED, LOST)
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,9 @@ class Health:
                 return
             same = (old.state, old.reason) == (state, reason)
             self._now = HealthState(state, reason, detail, old.since_s if same else self._clock())
+        if not same:
+            level = logging.WARNING if state in (DEGRADED, LOST) else logging.INFO
+            log.log(level, "%s is %s: %s", self.name, state, detail or reason)
         if self._on_change is not None:
             self._on_change()
 

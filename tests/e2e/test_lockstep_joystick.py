@@ -67,6 +67,23 @@ def test_p8_two_bad_writes_are_retried(driving: Lockstep) -> None:
     assert not driving.neutral()
 
 
+def test_p8_the_potentiometer_alone_loses_its_supply(driving: Lockstep) -> None:
+    for verb in ("forward", "left"):
+        driving.page.press(verb)
+        driving.run(300)
+        before = driving.wipers()
+        driving.world.pot.power_on()  # both wipers in the middle, which is not neutral
+        driving.one_ms()
+        assert driving.wipers() == before  # written anew by the next tick
+        assert driving.armed()
+    driving.page.release()
+    driving.run(3)
+    driving.world.pot.power_on()
+    driving.one_ms()
+    assert driving.neutral()
+    kept(END_TO_END, "P8", "the potentiometer resets by itself: written anew in the next tick")
+
+
 def test_p10_board_hangs(driving: Lockstep) -> None:
     driving.board.hung = True
     note_relay(driving, "P10", "board hangs")

@@ -69,6 +69,30 @@ def test_p15_board_loses_its_power(enter: Callable[[Lockstep], None]) -> None:
 
 
 @in_every_state
+@pytest.mark.parametrize("dip_ms", [1, 30])
+def test_p15_brown_out(enter: Callable[[Lockstep], None], dip_ms: int) -> None:
+    chair = Lockstep()
+    enter(chair)
+    was_closed = chair.world.relay.closed
+    stood = chair.stands()
+    chair.board.power_off()
+    chair.world.pot.power_on()  # half backward and half right, until the relay has opened
+    open_ms = chair.until(lambda: not chair.world.relay.closed, 50)
+    if was_closed:
+        measured(
+            END_TO_END, "P15", "brown-out of board and joystick: relay open", open_ms, RELAY_MS
+        )
+    chair.run(dip_ms)
+    chair.board.power_on()
+    while chair.board.app is None:
+        chair.one_ms()
+        assert chair.world.chair.speed_m_s >= 0, chair.why()  # never pushed backward
+        assert chair.stands() or not stood, chair.why()
+    assert chair.neutral()
+    drives_again(chair)
+
+
+@in_every_state
 def test_p14_board_resets(enter: Callable[[Lockstep], None]) -> None:
     chair = Lockstep()
     enter(chair)

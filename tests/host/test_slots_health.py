@@ -80,6 +80,13 @@ def test_changes_are_told_once() -> None:
     assert registry.part("camera") is part
 
 
+def test_a_change_is_said_once_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
+    part = Health("board")
+    for detail in ("/dev/x is in use by another program; end that one", "still"):
+        part.set(LOST, "board_lost", detail)
+    assert caplog.messages == ["board is lost: /dev/x is in use by another program; end that one"]
+
+
 def test_an_unknown_state_is_refused() -> None:
     with pytest.raises(ValueError, match="unwell"):
         Health("board").set("unwell")

@@ -20,6 +20,16 @@ def test_a_press_becomes_a_command_with_a_new_board_edge(armed: Any) -> None:
     assert command.ttl_deadline_s == pytest.approx(armed.now_s + 0.3)
 
 
+def test_the_way_through_the_network_is_part_of_the_time_to_live(armed: Any) -> None:
+    assert armed.drive(4, age_ms=120) is None
+    assert armed.arbiter.command.ttl_deadline_s == pytest.approx(armed.now_s + 0.18, abs=0.001)
+    assert armed.drive(4, age_ms=40) is None
+    fresher_s = armed.now_s + 0.26
+    assert armed.arbiter.command.ttl_deadline_s == pytest.approx(fresher_s, abs=0.001)
+    assert armed.drive(4, age_ms=200) is None  # an older proof, overtaken, takes nothing away
+    assert armed.arbiter.command.ttl_deadline_s == pytest.approx(fresher_s, abs=0.001)
+
+
 def test_holding_refreshes_the_time_to_live_under_the_same_edge(armed: Any) -> None:
     armed.drive(4)
     for _ in range(20):
