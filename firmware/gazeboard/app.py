@@ -16,6 +16,7 @@ from gazeboard.shared import Inbox, Outbox
 from gazeboard.telemetry import Telemetry
 from gazeboard.turn import TurnController
 from gazelink import codes
+from gazelink.native import micropython
 from gazelink.settings_table import TABLE as SETTINGS_TABLE
 
 _GC_MS = 1000
@@ -94,6 +95,7 @@ class App:
             self.safety.tick_raised()
             self.motion.stop()
 
+    @micropython.native
     def _tick(self):
         board = self._board
         safety = self.safety

@@ -5,12 +5,14 @@
 # write.
 
 from gazeboard.limits import WIPER_MAX, WIPER_MIN, WIPER_NEUTRAL, WIPER_SPAN
+from gazelink.native import micropython
 
 ADDRESS = 0x2C
 _RDAC1 = 0x00  # linear
 _RDAC2 = 0x80  # turn
 
 
+@micropython.native
 def counts(permille, neutral):
     # Wiper count of a deflection of -1000..1000, never outside the chair's window.
     if permille >= 0:
@@ -28,6 +30,7 @@ class Joystick:
         self.set_neutral(WIPER_NEUTRAL, WIPER_NEUTRAL)
 
     # The stored centre of both channels; only while disarmed.
+    @micropython.native
     def set_neutral(self, linear_count, turn_count):
         self._neutral_linear = linear_count
         self._neutral_turn = turn_count
@@ -37,6 +40,7 @@ class Joystick:
 
     # Write both and read both back; True: verified. A bus error or a wrong value is False at once,
     # so that a stuck bus costs one time-out a tick, not four.
+    @micropython.native
     def write(self, linear_permille, turn_permille):
         linear = self._neutral_linear
         turn = self._neutral_turn

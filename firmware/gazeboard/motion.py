@@ -3,6 +3,7 @@
 # permission from safety; anything else is stop().
 
 from gazelink import codes
+from gazelink.native import micropython
 
 _WORD = (
     codes.STOPPED,
@@ -29,6 +30,7 @@ class Motion:
         self.end_reason = codes.NO_REASON
 
     # Neutral at once; the setpoint is forgotten.
+    @micropython.native
     def stop(self):
         self._edge = 0
         self.linear_permille = 0
@@ -37,6 +39,7 @@ class Motion:
         self.ended = False
 
     # One tick of the permitted command `i`; `blocked` has a bit per direction.
+    @micropython.native
     def step(self, i, blocked):
         if i.edge != self._edge:
             self._begin(i)
@@ -60,6 +63,7 @@ class Motion:
             turn = 0
         self.turn_permille = turn
 
+    @micropython.native
     def _begin(self, i):
         self._edge = i.edge
         self._elapsed_ms = 0
@@ -71,6 +75,7 @@ class Motion:
             elif i.verb == codes.RIGHT:
                 self._turn.start(i.heading_q4 - angle_q4)
 
+    @micropython.native
     def _hold(self, verb):
         if verb == codes.FORWARD:
             self.linear_permille = self._settings.linear_permille
@@ -82,6 +87,7 @@ class Motion:
             self.turn_permille = -self._settings.turn_permille
 
     # Counted in steps only: a held motion may last longer than a small integer can count.
+    @micropython.native
     def _step_on(self, i):
         self._elapsed_ms += 1
         if i.verb == codes.FORWARD or i.verb == codes.BACKWARD:
@@ -96,11 +102,13 @@ class Motion:
         elif self._elapsed_ms > self._settings.step_turn_limit_ms:
             self._end(codes.TIME_LIMIT)
 
+    @micropython.native
     def _end(self, reason):
         self.stop()
         self.ended = True
         self.end_reason = reason
 
 
+@micropython.native
 def _clamped(value, limit):
     return max(-limit, min(limit, value))

@@ -5,12 +5,15 @@
 # permille/(degree/s) * 16. All products stay within 31 bits for gains up to GAIN_MAX and errors
 # up to half a turn (2880): 3200 * 2880 < 2**24; the integral is clamped to OUTPUT_MAX.
 
+from gazelink.native import micropython
+
 GAIN_MAX = 3200
 OUTPUT_MAX = 1000
 _INTEGRAL_UNIT = 256 * 1000  # q4 * q4, milliseconds
 _INTEGRAL_MAX = OUTPUT_MAX * _INTEGRAL_UNIT
 
 
+@micropython.native
 def scaled(product):
     # product / 256 towards zero, so that both directions are treated alike.
     return product >> 8 if product >= 0 else -(-product >> 8)
@@ -28,10 +31,12 @@ class FeedbackController:
         self.kd_q4 = kd_q4
         self._integral = 0
 
+    @micropython.native
     def reset(self):
         self._integral = 0
 
     # rate_q4 is the measured rate of the controlled value (not of the error), dt_ms 0..10.
+    @micropython.native
     def update(self, error_q4, rate_q4, dt_ms):
         out = scaled(self.kp_q4 * error_q4) - scaled(self.kd_q4 * rate_q4)
         if self.ki_q4:

@@ -6,6 +6,7 @@
 
 from gazeboard import limits
 from gazelink import codes
+from gazelink.native import micropython
 
 # Every fault makes neutral, except those that only refuse some directions; and every fault that
 # makes neutral ends the armed state at once, except those that may pass.
@@ -25,6 +26,7 @@ _DECISIONS = bytes(  # blocked bits -> 2-bit fields
 _LAST_REASON = codes.FAULT_REASON + len(codes.FAULTS) - 1
 
 
+@micropython.native
 def fault_reason(faults):
     # Reason code of the lowest fault bit set; NO_REASON for none.
     if faults == 0:
@@ -36,6 +38,7 @@ def fault_reason(faults):
     return code
 
 
+@micropython.native
 def older(age_ms):
     # The age one tick later, saturating.
     return age_ms + 1 if age_ms < limits.AGE_MAX_MS else age_ms
@@ -89,6 +92,7 @@ class Safety:
 
     # One tick. `i` is an Inputs; the contacts are what the pins say now; `late` is true when the
     # time since the last tick exceeded the limit.
+    @micropython.native
     def step(self, i, relay_closed, emergency_open, button_pressed, late):
         self._count_ages(i, relay_closed, button_pressed)
         self._judge_session(i)
@@ -111,6 +115,7 @@ class Safety:
     # After the write: did both wipers read back what was written, and was that neutral? Sets the
     # fault at the third failure in a row, before the enable line is toggled. Returns: toggle it
     # now.
+    @micropython.native
     def wipers_written(self, verified, neutral):
         if not verified:
             self._neutral_ms = 0
@@ -124,15 +129,18 @@ class Safety:
         return self.enable
 
     # An exception in the tick: enable off, latched.
+    @micropython.native
     def tick_raised(self):
         self._trip(codes.TICK_EXCEPTION)
 
     # Motion came to its own end: reason NO_REASON (done) or TIME_LIMIT.
+    @micropython.native
     def finished(self, reason):
         self.permitted = False
         self._end_press(reason)
         self._quiet = reason == codes.NO_REASON
 
+    @micropython.native
     def _trip(self, fault):
         if self.faults == 0:
             self.first_fault = codes.FAULT_REASON + fault
@@ -141,6 +149,7 @@ class Safety:
         self._disarm()
         self.arm_reason = self._why_not_arm()
 
+    @micropython.native
     def _disarm(self):
         self.state = codes.DISARMED
         self.owner = codes.NOBODY
@@ -148,6 +157,7 @@ class Safety:
         self.permitted = False
 
     # The press that moves the chair, if any, never moves it again.
+    @micropython.native
     def _end_press(self, reason):
         if self.edge:
             self.spent_edge = self.edge
@@ -155,6 +165,7 @@ class Safety:
             self.override = reason
             self._quiet = False
 
+    @micropython.native
     def _count_ages(self, i, relay_closed, button_pressed):
         if i.host_count != self._host_count:
             self._host_count = i.host_count
@@ -190,6 +201,7 @@ class Safety:
 
     # All fault bits of this tick: each condition of the faults table, in one place. A reset clears
     # the latched ones first, so that a cause which stands or comes in this very tick is not lost.
+    @micropython.native
     def _judge_faults(self, i, emergency_open, late, reset):
         old = self.faults
         faults = self._standing if reset else old & _LATCHED | self._standing
@@ -226,6 +238,7 @@ class Safety:
             faults |= self._judge_relay(old)
         return faults
 
+    @micropython.native
     def _judge_relay(self, old):
         if self.state == codes.ARMED:
             if self._open_ms >= limits.RELAY_RELEASE_MS:
@@ -243,12 +256,14 @@ class Safety:
         return 0
 
     # Another host, or the same one again: nothing of the old life may go on.
+    @micropython.native
     def _judge_session(self, i):
         if i.session_count != self._session_count:
             self._session_count = i.session_count
             self._order_number = 0
             self._disarm()
 
+    @micropython.native
     def _arm(self, owner):
         if owner != codes.DRIVER and owner != codes.CARETAKER:
             return
@@ -263,6 +278,7 @@ class Safety:
             self._arming_ms = 0
 
     # What stands against arming now; NO_REASON: ready.
+    @micropython.native
     def _why_not_arm(self):
         if self._session_count == 0:
             return codes.NOT_CONNECTED
@@ -276,6 +292,7 @@ class Safety:
             return codes.FAULT_REASON + codes.RELAY_STUCK  # the test needs open -> closed
         return codes.NO_REASON
 
+    @micropython.native
     def _advance(self, i):
         if self.state == codes.ARMED:
             if (
@@ -297,11 +314,13 @@ class Safety:
         self.enable = self.state != codes.DISARMED
         self.arm_reason = self._why_not_arm() if self.state == codes.DISARMED else codes.NO_REASON
 
+    @micropython.native
     def _relay_proven(self):
         if self._relay_fitted:
             return self._closed_ms >= limits.RELAY_HOLD_MS
         return self._arming_ms >= limits.RELAY_HOLD_MS
 
+    @micropython.native
     def _judge_command(self, i):
         old = self.faults & (1 << codes.OBSTACLE_DATA_OLD)
         self.blocked = _ALL_BLOCKED if old else i.clearance_blocked & _ALL_BLOCKED
@@ -330,6 +349,7 @@ class Safety:
             # The same press again: the reason why it ended stays, unless it ended as asked.
             self.override = reason
 
+    @micropython.native
     def _why_not_move(self, i):
         if self.state != codes.ARMED:
             return codes.NOT_ARMED
@@ -359,6 +379,7 @@ class Safety:
             return reason if reason else self._why_not_turn(i.turn_permille)
         return codes.BAD_COMMAND
 
+    @micropython.native
     def _why_not_linear(self, sign):
         if sign > 0 and self.blocked & (1 << codes.DIR_FORWARD):
             return self._obstacle(codes.DIR_FORWARD)
@@ -366,6 +387,7 @@ class Safety:
             return self._obstacle(codes.DIR_BACKWARD)
         return codes.NO_REASON
 
+    @micropython.native
     def _why_not_turn(self, sign):
         if sign and self.faults & codes.HEADING_FAULTS:
             return fault_reason(self.faults & codes.HEADING_FAULTS)
@@ -375,12 +397,14 @@ class Safety:
             return self._obstacle(codes.DIR_RIGHT)
         return codes.NO_REASON
 
+    @micropython.native
     def _obstacle(self, direction):
         if self.faults & (1 << codes.OBSTACLE_DATA_OLD):
             return codes.FAULT_REASON + codes.OBSTACLE_DATA_OLD
         return codes.OBSTACLE_FORWARD + direction
 
     # Decisions for the page, 2 bits per direction.
+    @micropython.native
     def decisions(self):
         if self.faults & (1 << codes.OBSTACLE_DATA_OLD):
             return _ALL_UNKNOWN

@@ -2,6 +2,7 @@
 # line is free. No allocation; the tick writes `head` last, the service loop alone moves `tail`.
 
 from gazelink.messages import HEADER_SIZE, STATE
+from gazelink.native import micropython
 
 PERIOD_MS = 10  # unless the host asks for another, 1..100
 _SLOTS = 16  # at a frame a millisecond: longer than a collection of garbage takes
@@ -24,6 +25,7 @@ class Telemetry:
         self.dropped = 0  # due, but the line was too slow
 
     # In the tick: `ticks` is its number, `motion` the motion's state, heading in 1/16 degree.
+    @micropython.native
     def capture(self, ticks, motion, heading_q4):
         behind = (ticks - self._due) & 0x3FFFFFFF
         if behind >= 0x20000000:  # not due yet

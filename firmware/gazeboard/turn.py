@@ -1,10 +1,12 @@
 # The turn controller: brings the heading to a setpoint and stops there. Integers, no allocation.
 
 from gazeboard.limits import HEADING_TURN_Q4_DEG
+from gazelink.native import micropython
 
 _HALF_Q4 = HEADING_TURN_Q4_DEG // 2
 
 
+@micropython.native
 def wrapped(angle_q4):
     # The same angle in -180..180 degrees, in 1/16 degree.
     return (angle_q4 + _HALF_Q4) % HEADING_TURN_Q4_DEG - _HALF_Q4
@@ -26,6 +28,7 @@ class TurnController:
         self._settled_ms = 0
         self.arrived = False
 
+    @micropython.native
     def start(self, setpoint_q4):
         self._setpoint_q4 = setpoint_q4 % HEADING_TURN_Q4_DEG
         self._settled_ms = 0
@@ -33,6 +36,7 @@ class TurnController:
         self._controller.reset()
 
     # One tick of 1 ms: the turn output in permille, left positive.
+    @micropython.native
     def update(self, heading_q4, rate_q4):
         error_q4 = wrapped(self._setpoint_q4 - heading_q4)
         near = -self._cutoff_q4 <= error_q4 <= self._cutoff_q4
