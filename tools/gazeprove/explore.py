@@ -78,6 +78,11 @@ def explore(scope: Scope, note: Callable[[str], None] = lambda text: None) -> Ex
         if time.monotonic() - noted > _NOTE_EVERY_S:
             noted = time.monotonic()
             note(f"{scope.name}: {number} of {len(order)} states, {found.transitions} transitions")
+    if scope.never_drives:
+        if goals:
+            found.broken.append("it drives, and never may")
+        found.seconds = time.monotonic() - started
+        return found
     found.dead_ends = len(order) - len(_leading_to(goals, back))
     if found.dead_ends and not found.broken:
         alive = _leading_to(goals, back)

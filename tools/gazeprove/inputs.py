@@ -40,6 +40,7 @@ class Scope:
     relay_fitted: bool = True
     simulated: bool = False
     boot_faults: int = 0
+    never_drives: bool = False  # what boot found stands for good: no way to driving may exist
 
 
 class Choices:

@@ -34,7 +34,7 @@ def scopes(quick: bool) -> list[Scope]:
         Scope("every command and order", all_commands=True),
         Scope("no relay feedback", frozenset({"wiper"}), relay_fitted=False),
         Scope("simulated board", frozenset({"source"}), simulated=True),
-        Scope("no hard timer", boot_faults=1 << codes.NO_HARD_TIMER),
+        Scope("no hard timer", boot_faults=1 << codes.NO_HARD_TIMER, never_drives=True),
         Scope("emergency stored", boot_faults=1 << codes.EMERGENCY),
         *(_of(*pair) for pair in _PAIRS),
     ]
