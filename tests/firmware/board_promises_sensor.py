@@ -1,0 +1,121 @@
+# Promises P7 and P16 on the whole firmware in lockstep virtual time: heading and tilt.
+
+from gazeboard import limits
+from gazeboard.boards import bank_layout as at
+from gazeboard.boards import pins
+from gazelink import codes
+from promiserig import armed, stays_still_until_pressed_anew
+from promises import CORE, kept, measured
+from rig import IMU, REGS, Rig
+
+
+def heading_fault_stops_turns(cause, spoil, bits):
+    # Continuous turn: neutral within 50 ms of spoil(rig); forward stays possible, turns are
+    # refused.
+    rig = Rig()
+    rig.arm()
+    rig.rate_dps = 20.0
+    rig.press(codes.LEFT)
+    rig.run(300)
+    assert not rig.neutral()
+    spoil(rig)
+    measured(CORE, "P7", cause, rig.until(rig.neutral, 60), limits.HEADING_OLD_MS)
+    assert rig.app.safety.faults & codes.HEADING_FAULTS & bits, rig.why()
+    assert rig.app.safety.override >= codes.FAULT_REASON
+    assert armed(rig)
+    rig.press(codes.FORWARD)
+    rig.until(lambda: not rig.neutral(), 60)
+    rig.press(codes.RIGHT)
+    rig.until(rig.neutral, 60)
+    return rig
+
+
+def freeze(rig):
+    rig.imu_alive = False
+
+
+def nak(rig):
+    rig.bank[IMU + at.SLOT_NAK] = 1
+
+
+def stick(rig):
+    rig.bank[at.BUSES_AT + pins.IMU_BUS * at.BUS_SIZE] = 1
+
+
+def self_reset(rig):
+    rig.imu_alive = False
+    for k in range(0x14, 0x40):
+        rig.bank[IMU + REGS + k] = 0
+
+
+def jump(rig):
+    rig.heading_q4 += 1440
+
+
+def test_p7_a_frozen_heading():
+    heading_fault_stops_turns("heading frozen", freeze, 1 << codes.HEADING_FROZEN)
+
+
+def test_p7_a_bus_error():
+    heading_fault_stops_turns("heading sensor answers nothing", nak, 1 << codes.HEADING_BUS)
+
+
+def test_p7_a_stuck_bus():
+    heading_fault_stops_turns("heading sensor's bus stuck", stick, 1 << codes.HEADING_BUS)
+
+
+def test_p7_a_sensor_that_reset_itself():
+    heading_fault_stops_turns("heading sensor resets itself", self_reset, codes.HEADING_FAULTS)
+
+
+def test_p7_a_heading_that_jumps():
+    heading_fault_stops_turns("heading jumps", jump, 1 << codes.HEADING_JUMP)
+
+
+def test_p7_one_bad_sample_is_bridged_by_the_gyro():
+    rig = Rig()
+    rig.arm()
+    rig.rate_dps = 20.0
+    rig.press(codes.LEFT)
+    rig.run(200)
+    for _ in range(20):
+        rig.until(lambda: rig.now_ms % 10 == 9, 20)
+        rig.heading_q4 += 1000
+        rig.one_ms()
+        rig.heading_q4 -= 1000
+        before = rig.app.inbox.front.heading_q4
+        rig.run(99)
+        assert not rig.neutral(), rig.why()
+        moved = (rig.app.inbox.front.heading_q4 - before) % 5760
+        assert 10 < moved < 60  # about 2 degrees in 100 ms at 20 degrees/s
+    kept(CORE, "P7", "single bad samples are bridged")
+
+
+def test_p7_the_sensor_comes_back_by_itself():
+    for spoil in (freeze, nak, stick, jump, self_reset):
+        rig = Rig()
+        rig.arm()
+        spoil(rig)
+        rig.run(1000)
+        rig.imu_alive = True
+        rig.bank[IMU + at.SLOT_NAK] = 0
+        rig.bank[at.BUSES_AT + pins.IMU_BUS * at.BUS_SIZE] = 0
+        rig.until(lambda: rig.app.safety.faults == 0, 4000)
+        rig.press(codes.LEFT)
+        rig.until(lambda: not rig.neutral(), 60)
+
+
+def test_p16_tilt_is_neutral_within_100_ms_with_the_reason():
+    for register in (0x1C, 0x1E):
+        for degrees in (20, -20):
+            rig = Rig()
+            rig.drive()
+            q4 = (degrees * 16) & 0xFFFF
+            rig.bank[IMU + REGS + register] = q4 & 0xFF
+            rig.bank[IMU + REGS + register + 1] = q4 >> 8
+            ms = rig.until(rig.neutral, 200)
+            measured(CORE, "P16", "tilt beyond the limit", ms, limits.TILT_MS)
+            assert rig.app.safety.override == codes.FAULT_REASON + codes.TILT
+            rig.bank[IMU + REGS + register] = 0
+            rig.bank[IMU + REGS + register + 1] = 0
+            stays_still_until_pressed_anew(rig)
