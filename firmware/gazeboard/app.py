@@ -45,13 +45,13 @@ class App:
         self._restore_heading()
         self.joystick = Joystick(board.joystick_i2c)
         boot_faults = 0 if board.hard_timer else 1 << codes.NO_HARD_TIMER
+        self._emergency_stored = board.load(_EMERGENCY_FILE) is not None
+        if self._emergency_stored:
+            boot_faults |= 1 << codes.EMERGENCY
         self.safety = Safety(board.simulated, s.relay_fitted, boot_faults)
         self.outbox = Outbox()
         self.telemetry = Telemetry(self.safety, self.joystick)
         self.link = Link(board, self.inbox, self.outbox, self.safety, self.telemetry)
-        self._emergency_stored = board.load(_EMERGENCY_FILE) is not None
-        if self._emergency_stored:
-            self.safety.faults |= 1 << codes.EMERGENCY
         self._apply_settings()
         self.inbox.publish()
         self._enable_level = 0

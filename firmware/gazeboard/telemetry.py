@@ -5,7 +5,7 @@ from gazelink.messages import HEADER_SIZE, STATE
 from gazelink.native import micropython
 
 PERIOD_MS = 10  # unless the host asks for another, 1..100
-_SLOTS = 16  # at a frame a millisecond: longer than a collection of garbage takes
+_SLOTS = 32  # at a frame a millisecond: longer than a collection of garbage takes
 _SLOT = 16
 _PAYLOAD = STATE.size - HEADER_SIZE
 _NEWEST_ONLY_MS = 5  # a period of this or more: what waited is skipped, the newest goes

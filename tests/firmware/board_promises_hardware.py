@@ -146,6 +146,7 @@ def test_p11_emergency_input_or_message_turns_enable_off_within_2_ms_and_latches
         rig.boot()
         rig.run(1500)
         assert fault(rig, codes.EMERGENCY)
+        assert rig.state["first_fault"] == codes.FAULT_REASON + codes.EMERGENCY
         rig.give(codes.ARM)
         rig.run(300)
         assert not armed(rig)
