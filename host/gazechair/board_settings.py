@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator, Sequence
 
 from gazechair import ports
+from gazechair.board_state import BoardState
 from gazechair.health import Health
 from gazechair.link import BoardLink
 from gazelink import codes
@@ -28,6 +29,14 @@ class SettingsError(Exception):
     """A refusal or a board that does not answer: one line, what and what to do."""
 
 
+class SettingRefused(SettingsError):
+    """The board said no; `reason` is its code (gazelink.codes)."""
+
+    def __init__(self, text: str, reason: int) -> None:
+        super().__init__(text)
+        self.reason = reason
+
+
 def parse(name: str, text: str) -> tuple[int, int]:
     """(index, value) of a change given as words. SettingsError for an unknown name or bad value."""
     if name not in NAMES:
@@ -44,6 +53,10 @@ class BoardSettings:
 
     def __init__(self, link: BoardLink) -> None:
         self._link = link
+
+    def state(self) -> BoardState | None:
+        """The newest state the board told, None while it is not connected."""
+        return self._link.state()
 
     def all(self) -> list[int]:
         """The values in force, in the order of the table."""
@@ -73,7 +86,7 @@ class BoardSettings:
                 continue
             if reply.refused:
                 reason = _REFUSALS.get(reply.refused, codes.reason_name(reply.refused))
-                raise SettingsError(f"{what} {NAMES[index]} refused: {reason}")
+                raise SettingRefused(f"{what} {NAMES[index]} refused: {reason}", reply.refused)
             return reply.value
         raise SettingsError(f"{what}: the board does not answer; is its firmware of this version?")
 

@@ -1,4 +1,5 @@
-"""The command line: `gazechair run`, `doctor`, `measure`, `flash`, `bench`, `config`."""
+"""The command line: `gazechair run`, `doctor`, `measure`, `flash`, `bench`,
+`calibrate`, `config`."""
 
 from __future__ import annotations
 
@@ -64,6 +65,17 @@ def _parser() -> argparse.ArgumentParser:
         "--yes-db9-is-unplugged", action="store_true", help="sweep the wipers without asking"
     )
     bench.set_defaults(act=_bench)
+    calibrate = commands.add_parser("calibrate", help="calibrate a part of the chair")
+    parts = calibrate.add_subparsers(title="parts", required=True, metavar="PART")
+    heading = parts.add_parser("heading", help="the heading sensor, on the board")
+    heading.add_argument(
+        "--seconds", type=int, default=180, metavar="N", help="give up after N (default: 180)"
+    )
+    heading.set_defaults(act=_calibrate_heading)
+    joystick = parts.add_parser("joystick", help="the joystick's neutral, with a meter")
+    joystick.set_defaults(act=_calibrate_joystick)
+    for part in (heading, joystick):
+        part.add_argument("--port", default="auto", help="the board's serial port")
     config = commands.add_parser("config", help="print a configuration file with all defaults")
     config.set_defaults(act=_config)
     return parser
@@ -168,6 +180,36 @@ def _bench(options: argparse.Namespace) -> int:
     if options.json:
         print(bench.as_json())
     return 0 if good else 1
+
+
+def _calibrate_heading(options: argparse.Namespace) -> int:
+    from gazechair.board_settings import SettingsError
+    from gazechair.calibrate import CalibrateError, HeadingCalibration
+    from gazechair.flash import FlashError
+
+    try:
+        HeadingCalibration(lambda line: print(line, flush=True)).run(options.port, options.seconds)
+    except (CalibrateError, FlashError, SettingsError) as error:
+        return _refuse(str(error))
+    except KeyboardInterrupt:
+        return _refuse("stopped; the board keeps the calibration it had")
+    return 0
+
+
+def _calibrate_joystick(options: argparse.Namespace) -> int:
+    from gazechair import board_settings
+    from gazechair.calibrate import CalibrateError, JoystickCalibration
+
+    try:
+        with board_settings.connected(options.port) as board:
+            JoystickCalibration(
+                board, lambda line: print(line, flush=True), sys.stdin.readline
+            ).run()
+    except (CalibrateError, board_settings.SettingsError) as error:
+        return _refuse(str(error))
+    except KeyboardInterrupt:
+        return _refuse("stopped; the neutral counts are as before")
+    return 0
 
 
 def _config(options: argparse.Namespace) -> int:

@@ -10,14 +10,13 @@ from gazechair.flash import compiler, tree
 from gazechair.flash.board_files import BoardFiles, Facts
 from gazechair.flash.deploy import Deployment
 from gazechair.flash.errors import FlashError
-from gazechair.flash.greeting import Greeter, Hello, our_version
+from gazechair.flash.greeting import Greeter, Hello, our_version, wait_for_hello
 from gazechair.flash.repl import Repl
 from gazechair.flash.tree import Tree
 
 _HELLO_S = 3.0
 _MAINTENANCE_S = 3.0
 _START_S = 30.0  # reset, USB, imports, and three watchdog resets of a firmware that hangs
-_RETRY_S = 0.2
 _PLATFORM = "mimxrt"
 _ADVISED = (1, 29, 0)
 _DOC = "see docs/flashing.md"
@@ -148,7 +147,7 @@ class Flasher:
         self._step("changed over: main.py renamed")
 
     def _confirm(self, path: str, new: Tree) -> None:
-        hello, trouble = self._wait_for_hello(path)
+        hello, trouble = wait_for_hello(path, _START_S)
         if hello is not None and hello.ours:
             self._step(f"runs: {hello.name} says hello, firmware {hello.version}, {new.name}")
             return
@@ -170,29 +169,6 @@ class Flasher:
             board.close()
         now = "the firmware before is back" if restored else "the board has none, as before"
         raise FlashError(f"the new firmware does not run on {path} ({seen}); {now}")
-
-    # The port vanishes at a reset and comes back: whatever fails meanwhile is tried again.
-    def _wait_for_hello(self, path: str) -> tuple[Hello | None, str]:
-        trouble = "it says nothing"
-        end_s = time.monotonic() + _START_S
-        while time.monotonic() < end_s:
-            try:
-                greeter = Greeter(path)
-            except FlashError as error:
-                trouble = str(error)
-                time.sleep(_RETRY_S)
-                continue
-            try:
-                hello = greeter.hello(_HELLO_S)
-                if hello is not None:
-                    return hello, ""
-                trouble = greeter.fault or "it says nothing"
-            except FlashError as error:
-                trouble = str(error)
-            finally:
-                greeter.close()
-            time.sleep(_RETRY_S)
-        return None, trouble
 
 
 def find_port(port: str) -> str:

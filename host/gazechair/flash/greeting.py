@@ -13,6 +13,8 @@ from gazelink import VERSION, codes, frame, messages
 
 _LISTEN_S = 0.6  # a firmware without a session says hello five times a second
 _ASK_S = 0.25
+_HELLO_S = 3.0
+_RETRY_S = 0.2
 _HOST, _BOARD = 0, 1
 _SIMULATED_FLAG, _ARMED_FLAG = 1, 2
 
@@ -128,3 +130,30 @@ class Greeter:
                 if kind != messages.HELLO.type_id or said["role"] == _BOARD:
                     heard = said
         return heard
+
+
+def wait_for_hello(path: str, limit_s: float) -> tuple[Hello | None, str]:
+    """After a reset: the firmware's hello, or None and what is wrong after `limit_s`.
+
+    The port may vanish and come back: whatever fails meanwhile is tried again.
+    """
+    trouble = "it says nothing"
+    end_s = time.monotonic() + limit_s
+    while time.monotonic() < end_s:
+        try:
+            greeter = Greeter(path)
+        except FlashError as error:
+            trouble = str(error)
+            time.sleep(_RETRY_S)
+            continue
+        try:
+            hello = greeter.hello(_HELLO_S)
+            if hello is not None:
+                return hello, ""
+            trouble = greeter.fault or "it says nothing"
+        except FlashError as error:
+            trouble = str(error)
+        finally:
+            greeter.close()
+        time.sleep(_RETRY_S)
+    return None, trouble
