@@ -32,11 +32,17 @@ else:
 
 def main():
     board = find_board()
-    if bootlog.watchdog_boots(board) >= bootlog.LIMIT:
+    refusal = codes.NO_REASON
+    if not board.hard_timer:
+        refusal = codes.NO_HARD_TIMER
+        words = "needs MicroPython 1.27 or newer"
+    elif bootlog.watchdog_boots(board) >= bootlog.LIMIT:
         # Something hangs each time: enable off, and the REPL for whoever comes to look.
-        bootlog.send_fault(
-            board, codes.FAULT_REASON + codes.WATCHDOG_BOOTS, "3 watchdog resets: REPL"
-        )
+        refusal = codes.WATCHDOG_BOOTS
+        words = "3 watchdog resets: REPL"
+    if refusal:
+        bootlog.last_words(board, codes.FAULT_REASON + refusal, words)
+        board.open_repl()
         return
     try:
         board.run(App(board))

@@ -7,6 +7,7 @@ _FILE = "watchdog_boots"
 _REASON_AT = messages.FAULT.offsets["reason"]
 _DETAIL_AT = messages.FAULT.offsets["detail"]
 _WATCHDOG = 3
+_REPEAT_MS = 500
 LIMIT = 3  # watchdog resets in a row after which the board stays in the REPL
 
 
@@ -37,3 +38,13 @@ def send_fault(board, reason, detail, tries=10000):
         if tries <= 0:
             return False
     return True
+
+
+# The last words again and again until somebody answers with any byte; then the REPL is theirs.
+def last_words(board, reason, detail):
+    while True:
+        send_fault(board, reason, detail)
+        start_ms = board.ticks_ms()
+        while board.ticks_diff(board.ticks_ms(), start_ms) < _REPEAT_MS:
+            if board.serial.read_byte() >= 0:
+                return

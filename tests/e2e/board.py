@@ -8,6 +8,7 @@ from typing import Any
 from unittest import mock
 
 from e2e.cable import BoardEnd, Cable
+from gazeboard import bootlog
 from gazeboard.app import App
 from gazeboard.boards import bank_layout as layout
 from gazeboard.boards import pins
@@ -68,7 +69,11 @@ class Board:
             self.clock.ticks_us,
             self.clock.ticks_diff,
         )
-        with mock.patch("gazeboard.boards.virtual.from_environment", return_value=self.board):
+        with (
+            mock.patch("gazeboard.boards.virtual.from_environment", return_value=self.board),
+            # Once: it would wait for an answer, and no time passes meanwhile.
+            mock.patch("gazeboard.bootlog.last_words", bootlog.send_fault),
+        ):
             runpy.run_path(str(_MAIN))
         self._watched = self.app is not None
         self._unfed_ms = 0

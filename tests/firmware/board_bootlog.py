@@ -47,3 +47,22 @@ def test_a_line_that_takes_nothing_is_given_up():
     rig = Rig()
     rig.wire.reading = False
     assert not bootlog.send_fault(rig.board, 1, "nobody listens", 100)
+
+
+def test_last_words_are_repeated_until_somebody_answers():
+    rig = Rig()
+    said = []
+
+    class Line:
+        def read_byte(self):
+            rig.clock.now_us += 100000
+            return 13 if len(said) == 3 else -1
+
+        def write_some(self, buf, start, end):
+            if start < end:
+                said.append(bytes(buf[start:end]))
+            return end
+
+    rig.board.serial = Line()
+    bootlog.last_words(rig.board, codes.FAULT_REASON + codes.NO_HARD_TIMER, "why")
+    assert len(said) == 3

@@ -8,5 +8,6 @@
 #       taken; neither ever waits
 #   ticks_us(), ticks_ms(), ticks_diff(a, b), feed_watchdog(), heap_free_kb()
 #   load(name) -> text or None, store(name, text), remove(name): whole small files, atomically
+#   open_repl(): let Ctrl-C interrupt again, before leaving for the REPL
 #   run(app): call app.tick every ms and app.service in between, until service returns False
 # Nothing here but run() and the constructor may allocate in the tick's calls.

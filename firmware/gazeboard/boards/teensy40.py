@@ -112,7 +112,11 @@ class Teensy40:
             if self._timer is not None:
                 self._timer.deinit()
             app.shut_down()
-            micropython.kbd_intr(3)
+            self.open_repl()
+
+    # Ctrl-C works again: for mpremote, and for people.
+    def open_repl(self):
+        micropython.kbd_intr(3)
 
 
 def _nothing(_timer):

@@ -89,6 +89,9 @@ class VirtualBoard:
     def remove(self, name):
         self._files.remove(name)
 
+    def open_repl(self):
+        pass  # the process ends instead
+
     # One tick as the timer would: the tick's own clock goes into the bank, for the simulator.
     def tick(self, app):
         app.tick()
