@@ -17,13 +17,6 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
-def m7_folder() -> Path:
-    """Where the emulated board is: $GAZECHAIR_M7, or the folder shared beside the checkout."""
-    return Path(
-        os.environ.get("GAZECHAIR_M7") or gazesetup.ROOT.parent / "shared" / "m7"
-    ).absolute()
-
-
 @pytest.fixture(scope="session")
 def micropython() -> gazesetup.MicroPython:
     """A MicroPython for this computer, 32-bit where it can be had."""
@@ -36,10 +29,8 @@ def micropython() -> gazesetup.MicroPython:
 @pytest.fixture(scope="session")
 def m7() -> Path:
     """Folder of the emulated board, with QEMU ready to run it."""
-    folder = m7_folder()
-    if not (folder / "firmware.elf").exists():
-        pytest.skip(f"no emulated board at {folder}: set GAZECHAIR_M7 to its folder")
     try:
+        folder = gazesetup.find_m7()
         gazesetup.ensure_qemu()
     except gazesetup.NotAvailable as error:
         pytest.skip(str(error))

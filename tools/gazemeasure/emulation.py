@@ -1,19 +1,22 @@
-"""Runs a program with the firmware on the emulated Teensy, time being a count of instructions."""
+"""Runs a program and its files on the emulated Teensy, time being a count of instructions."""
 
 from __future__ import annotations
 
 import subprocess
 import tempfile
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import gazesetup
 from gazeboard.boards import bank_layout as layout
 from gazesim.bank import Bank
-from gazesim.board_files import firmware_files, install_script, m7_folder
+from gazesim.board_files import LIB, install_script
+from gazesim.emulated_board import ELF, machine_words
 
 _CLOCK = "shift=1,sleep=off"  # 2 ns an instruction; idle time is skipped
 INSTRUCTIONS_PER_US = 500
+_PROGRAM = f"{LIB}/measured.py"
 _POLL_S = 0.05
 _LINGER_S = 0.2
 
@@ -22,35 +25,26 @@ class EmulationError(Exception):
     """The program did not end well; the text holds the end of what it printed."""
 
 
-def run(program: str, limit_s: float) -> bytes:
-    """Output of `program` (MicroPython text), run from reset with the firmware importable.
+def run(program: str, files: Mapping[str, str], limit_s: float) -> bytes:
+    """Output of `program` (MicroPython text), run from reset with `files` on the board's flash:
+    {path on the board: text}.
 
     Its times repeat to the instruction. Raises gazesetup.NotAvailable without the emulated board,
     EmulationError when the program fails or takes longer than `limit_s` of the PC's time.
     """
-    elf = m7_folder() / "firmware.elf"
-    if not elf.is_file():
-        raise gazesetup.NotAvailable(
-            f"no emulated board at {elf.parent}: set GAZECHAIR_M7 to its folder"
-        )
+    elf = gazesetup.find_m7() / ELF
     qemu = gazesetup.ensure_qemu()
-    files = firmware_files()
-    del files["/flash/main.py"]
-    files["/flash/lib/measured.py"] = program
-    script = install_script(files, then="import measured")
-    if len(script) > layout.SCRIPT_SIZE:
-        raise EmulationError(f"the program is {len(script)} bytes long; {layout.SCRIPT_SIZE} fit")
+    script = install_script({**files, _PROGRAM: program}, then="import measured")
     with tempfile.TemporaryDirectory(prefix="gazechair-") as name:
         folder = Path(name)
         bank = Bank(folder / "bank")
-        bank.buffer[layout.SCRIPT_AT : layout.SCRIPT_AT + len(script)] = script
-        bank.set_u32(layout.SCRIPT_DONE_AT, 0)
-        bank.set_u32(layout.SCRIPT_LEN_AT, len(script))
-        words = [str(qemu), "-machine", "mps2-an500,memory-backend=bank", "-kernel", str(elf)]
-        words += ["-object", _memory(folder / "bank"), "-icount", _CLOCK]
-        words += ["-chardev", f"file,id=line,path={folder / 'line'}", "-serial", "chardev:line"]
-        words += ["-display", "none", "-monitor", "none"]
-        process = subprocess.Popen(words, stdin=subprocess.DEVNULL)
+        try:
+            bank.set_script(script)
+        except ValueError as error:
+            bank.close()
+            raise EmulationError(str(error)) from error
+        words = machine_words(elf, folder / "bank", f"file,path={folder / 'line'}")
+        process = subprocess.Popen([str(qemu), *words, "-icount", _CLOCK], stdin=subprocess.DEVNULL)
         try:
             end_s = time.monotonic() + limit_s
             while not bank.u32(layout.SCRIPT_DONE_AT) and process.poll() is None:
@@ -67,8 +61,3 @@ def run(program: str, limit_s: float) -> bytes:
     if done != 1:
         raise EmulationError(output[-600:].decode(errors="replace"))
     return output
-
-
-def _memory(path: Path) -> str:
-    quoted = str(path).replace(",", ",,")  # QEMU's way to quote
-    return f"memory-backend-file,id=bank,share=on,size={layout.SIZE},mem-path={quoted}"

@@ -10,9 +10,12 @@ import ast
 from pathlib import Path
 from typing import Any
 
+from gazeboard.boards import bank_layout
+from gazechair.flash import tree
 from gazelink import frame, messages
 from gazemeasure import allocation, emulation
 from gazemeasure.report import Report
+from gazesim.board_files import LIB, firmware_files
 
 _RUN_MS = 60_000
 _RUN_MS_QUICK = 5_000
@@ -58,7 +61,10 @@ def _load(run_ms: int, state_period_ms: int) -> tuple[dict[str, Any], list[int]]
     """What board_load.py found; and the stamps, ms, of the STATE frames that arrived."""
     text = (Path(__file__).parent / "board_load.py").read_text()
     values = f"RUN_MS={run_ms}\nSTATE_PERIOD_MS={state_period_ms}\nSTRETCH_US={_STRETCH_US}\n"
-    output = emulation.run(values + text, _LIMIT_S)
+    files = firmware_files()
+    files[f"{LIB}/gazeboard/boards/bank_layout.py"] = Path(bank_layout.__file__).read_text()
+    del files[tree.MAIN]
+    output = emulation.run(values + text, files, _LIMIT_S)
     telemetry, _, words = output.rpartition(b"\nRESULT ")
     result: dict[str, Any] = ast.literal_eval(words.split(b"}")[0].decode() + "}")
     return result, _states(telemetry)

@@ -1,5 +1,6 @@
 """Gets a fresh machine ready to run and test gazechair, with the standard library only."""
 
+from gazesetup.m7 import find_m7
 from gazesetup.micropython import MicroPython, ensure_micropython
 from gazesetup.packages import ensure_chromium, ensure_qemu
 from gazesetup.paths import LOCAL, ROOT, source_environment
@@ -16,6 +17,7 @@ __all__ = [
     "ensure_qemu",
     "ensure_venv",
     "enter_venv",
+    "find_m7",
     "note",
     "say",
     "source_environment",

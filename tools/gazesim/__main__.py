@@ -17,6 +17,7 @@ import sys
 import time
 from pathlib import Path
 
+from gazechair.flash import FlashError
 from gazesim import plans
 from gazesim.board_process import CPYTHON
 from gazesim.chair import PROFILES
@@ -44,7 +45,7 @@ def main() -> int:
     sys.setswitchinterval(0.0005)  # the camera's thread must not hold up the board's bytes
     try:
         rig = Rig(arguments.dir, interpreter, arguments.room, arguments.profile)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, FlashError) as error:
         print(f"gazesim: {error}", file=sys.stderr)
         return 2
 

@@ -98,6 +98,17 @@ class Bank:
         """Let the board's next boot count as a power-on: no reset cause is handed over."""
         self.set_u32(layout.NEXT_CAUSE_AT, 0)
 
+    def set_script(self, script: bytes) -> None:
+        """Let the emulated Teensy's next boot, and only that one, run it in place of main.py.
+
+        Raises ValueError when it is too long for its place.
+        """
+        if len(script) > layout.SCRIPT_SIZE:
+            raise ValueError(f"a script of {len(script)} bytes: at most {layout.SCRIPT_SIZE} fit")
+        self.buffer[layout.SCRIPT_AT : layout.SCRIPT_AT + len(script)] = script
+        self.set_u32(layout.SCRIPT_DONE_AT, 0)
+        self.set_u32(layout.SCRIPT_LEN_AT, len(script))
+
     def slot(self, bus: int, address: int) -> Slot:
         """The place of the device with 7-bit `address` on I2C bus `bus` (0..2)."""
         return Slot(self, bus, address)

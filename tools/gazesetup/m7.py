@@ -1,0 +1,20 @@
+"""Where the emulated Teensy is; QEMU, which runs it, is one of the packages."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from gazesetup.paths import ROOT
+from gazesetup.progress import NotAvailable
+
+
+def find_m7() -> Path:
+    """Its folder: $GAZECHAIR_M7, or the one shared beside the checkout.
+
+    Raises NotAvailable when it is not there.
+    """
+    folder = Path(os.environ.get("GAZECHAIR_M7") or ROOT.parent / "shared" / "m7").absolute()
+    if not (folder / "firmware.elf").is_file():
+        raise NotAvailable(f"no emulated board at {folder}: set GAZECHAIR_M7 to its folder")
+    return folder
