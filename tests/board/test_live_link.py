@@ -1,6 +1,6 @@
 """A live board on its cable: sessions in any order, nothing but our frames counts, none moves it.
 
-With --board PORT these run on a real Teensy too, its relay held open.
+With --board PORT these run on a real Teensy too, its relay held open, or on the simulator's.
 """
 
 import random
@@ -31,6 +31,18 @@ def test_greets_with_its_name_version_and_table(board: LiveBoard) -> None:
     assert hello["schema_hash"] == frame.schema_hash()
     assert bool(hello["flags"] & 1) == board.simulated
     assert hello["session"] == board.host.session
+
+
+def test_a_host_that_talks_while_the_board_boots_does_not_stop_it(
+    emulated: EmulatedLiveBoard, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Frames hold byte 3, and a HELLO with stamp 0 begins with it."""
+    monkeypatch.setattr("livehost.HELLO_S", 0.02)
+    emulated.host.connected = False
+    # Still sooner than any USB host gives a device its port.
+    emulated.until(lambda: emulated.bank.tick_ms >= 20, "the board's first ticks")
+    emulated.host.connected = True
+    emulated.connect()
 
 
 def test_tells_its_state_a_hundred_times_a_second(board: LiveBoard) -> None:

@@ -82,6 +82,15 @@ def test_p2_host_silent(emulated: EmulatedLiveBoard) -> None:
     assert armed[-1] < heard_at + 500
     assert emulated.real_wipers == NEUTRAL
     assert not emulated.world.relay.closed
+    # Forward is still held, yet nothing moves: that takes arming and a new press.
+    emulated.host.talking = True
+    back_at = emulated.host.ticks
+    emulated.until(
+        lambda: sum(at > back_at for at, _ in emulated.host.states) > 50, "states, the host back"
+    )
+    assert not moved_after(emulated, back_at)
+    assert emulated.real_wipers == NEUTRAL
+    assert emulated.host.safety == codes.DISARMED
 
 
 def test_p3_held_command_not_refreshed(emulated: EmulatedLiveBoard) -> None:
