@@ -31,10 +31,10 @@ exec(text[at:])
 class LiveBoard:
     """What every live board can be asked; `host` is on its port. Times are the board's ticks."""
 
-    simulated = False
-
-    def __init__(self, path: Path) -> None:
-        self.host = LiveHost(path, codes.SIMULATED if self.simulated else codes.REAL)
+    def __init__(self, path: Path, simulated: bool) -> None:
+        """`simulated`: what is behind the port at `path` is no real board."""
+        self.simulated = simulated
+        self.host = LiveHost(path, codes.SIMULATED if simulated else codes.REAL)
         self._edge = 0
 
     def until(self, condition: Callable[[], object], what: str) -> None:
@@ -79,8 +79,6 @@ class LiveBoard:
 class EmulatedLiveBoard(LiveBoard):
     """The emulated Teensy; its world follows the board's own clock, so a stalled PC stalls both."""
 
-    simulated = True
-
     def __init__(self, m7: Path, folder: Path, flash: bytes | None) -> None:
         """`flash`: content of its flash memory, None for a factory-new one."""
         self.bank = Bank(folder / "bank")
@@ -92,7 +90,7 @@ class EmulatedLiveBoard(LiveBoard):
         self.board = EmulatedBoard(
             m7, self.bank, folder / "bank", folder / "files", self.cable, counted=True
         )
-        super().__init__(folder / "port")
+        super().__init__(folder / "port", simulated=True)
         self._tick = 0
         self._ending = threading.Event()
 

@@ -1,5 +1,6 @@
-"""Boards for these tests: the emulated Teensy, or with --board PORT a real one."""
+"""Boards for these tests: emulated Teensys, or with --board PORT the one there, real or not."""
 
+import contextlib
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,12 +8,13 @@ from pathlib import Path
 import pytest
 
 from gazechair.flash import Flasher, tree
+from gazedemo.sim_control import SimControl
 from gazelink import codes
 from liveboard import EmulatedLiveBoard, LiveBoard
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """A real board takes no injected faults, and no factory-new flash."""
+    """A board that is there already takes no injected faults, and no factory-new flash."""
     if config.getoption("--board") is None:
         return
     here = Path(__file__).parent
@@ -69,13 +71,30 @@ def emulated(firmware_flash: bytes, m7: Path, tmp_path: Path) -> Iterator[Emulat
 
 @pytest.fixture
 def board(request: pytest.FixtureRequest) -> Iterator[LiveBoard]:
-    """The real board of --board PORT, its relay held open; else the emulated one."""
+    """The board at --board PORT, its relay held open; else an emulated one of its own."""
     port = request.config.getoption("--board")
     if port is None:
         yield request.getfixturevalue("emulated")
         return
-    real = LiveBoard(Path(port))
+    # A Teensy's port is a USB device's; a terminal without a device is a simulator's.
+    simulated = Path(port).resolve().parent == Path("/dev/pts")
+    there = LiveBoard(Path(port), simulated)
     try:
-        yield real
+        with relay_held_open(Path(port)) if simulated else contextlib.nullcontext():
+            yield there
     finally:
-        real.stop()
+        there.stop()
+
+
+@contextlib.contextmanager
+def relay_held_open(port: Path) -> Iterator[None]:
+    """In the simulator (`python -m gazesim`) whose board's port this is; a real one is by hand."""
+    control = SimControl(port.parent / "control")
+    try:
+        control.do("inject", fault="relay_stuck_open")
+        try:
+            yield
+        finally:
+            control.do("clear", fault="relay_stuck_open")
+    finally:
+        control.close()

@@ -21,8 +21,7 @@ def test_runs_the_emulated_board_behind_its_cable(m7: Path, tmp_path: Path) -> N
     try:
         assert simulator.stdout is not None
         ready = json.loads(simulator.stdout.readline())
-        board = LiveBoard(Path(ready["board"]))
-        board.host.source = codes.SIMULATED
+        board = LiveBoard(Path(ready["board"]), simulated=True)
         board.connect()
         assert board.host.hellos[-1]["name"].rstrip(b"\0") == b"teensy40"
         board.until(lambda: board.host.state["arm_reason"] == codes.NO_REASON, "ready to arm")
