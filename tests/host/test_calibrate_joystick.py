@@ -187,7 +187,7 @@ def test_wipers_that_stand_elsewhere_end_it(board: MemoryBoard) -> None:
 
 def test_a_board_that_went_away_is_said_with_what_to_do(board: MemoryBoard) -> None:
     board.refuses_after = 1
-    with pytest.raises(CalibrateError, match="could not be put back .*; switch the board off and"):
+    with pytest.raises(CalibrateError, match=r"could not be put back .*; switch the board off and"):
         run(board, "unplugged", "175", "176")
     assert board.saved is None
 

@@ -11,6 +11,7 @@ _I2C_HZ = 400_000
 _TIMEOUT_US = (
     10_000  # the sensor stretches the clock; 50 ms, the default, is for a bus that is well
 )
+_TRIES, _RETRY_S = 30, 0.01
 _WATCHDOG_MS = 128_000
 _ID_REGISTER = b"\x00"
 _FUSION_START_S = 0.2
@@ -32,12 +33,13 @@ class BusioShape:
 
     def writeto(self, address: int, buffer, *, start=0, end=None) -> None:  # type: ignore
         """Write buffer[start:end]."""
-        self._i2c.writeto(address, memoryview(buffer)[start : len(buffer) if end is None else end])
+        part = memoryview(buffer)[start : len(buffer) if end is None else end]
+        _patiently(lambda: self._i2c.writeto(address, part))
 
     def readfrom_into(self, address: int, buffer, *, start=0, end=None) -> None:  # type: ignore
         """Fill buffer[start:end]."""
-        end = len(buffer) if end is None else end
-        self._i2c.readfrom_into(address, memoryview(buffer)[start:end])
+        part = memoryview(buffer)[start : len(buffer) if end is None else end]
+        _patiently(lambda: self._i2c.readfrom_into(address, part))
 
     def writeto_then_readfrom(  # type: ignore
         self,
@@ -51,10 +53,25 @@ class BusioShape:
         in_end=None,
     ) -> None:
         """Write out_buffer[...], then fill in_buffer[...] after a repeated start."""
-        out_end = len(out_buffer) if out_end is None else out_end
-        in_end = len(in_buffer) if in_end is None else in_end
-        self._i2c.writeto(address, memoryview(out_buffer)[out_start:out_end], False)
-        self._i2c.readfrom_into(address, memoryview(in_buffer)[in_start:in_end])
+        out = memoryview(out_buffer)[out_start : len(out_buffer) if out_end is None else out_end]
+        into = memoryview(in_buffer)[in_start : len(in_buffer) if in_end is None else in_end]
+
+        def transfer() -> None:
+            self._i2c.writeto(address, out, False)
+            self._i2c.readfrom_into(address, into)
+
+        _patiently(transfer)
+
+
+# The driver gives a reset 0.7 s, which is just what it may take.
+def _patiently(transfer) -> None:  # type: ignore
+    for _ in range(_TRIES - 1):
+        try:
+            transfer()
+            return
+        except OSError:
+            time.sleep(_RETRY_S)
+    transfer()
 
 
 def run(bus: int, address: int, seconds: int) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 from gazechair import board_settings
-from gazechair.board_settings import SettingRefused, SettingsError
+from gazechair.board_settings import SettingRefused
 from gazechair.calibrate.driver_files import PROGRAM, driver_files
 from gazechair.calibrate.errors import CalibrateError
 from gazechair.calibrate.program_repl import ProgramBoard, ProgramRepl
@@ -202,7 +202,8 @@ class HeadingCalibration:
         try:
             self._enter_maintenance(path)
             self._at_board(path, lambda board: board.write(STORED, before))
-        except (FlashError, CalibrateError, SettingsError) as error:
+            self._wait_for_firmware(path)
+        except (FlashError, CalibrateError) as error:
             raise CalibrateError(
                 f"nothing was stored, and the calibration before could not be put back ({error});"
                 " repeat the calibration"
