@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
+import gazesetup
 from gazelink import frame, messages
 
-ROOT = Path(__file__).resolve().parents[2]
 GENEROUS_S = 60.0
 
 
@@ -27,12 +27,9 @@ def until(condition, what):
 
 
 def start(folder, *arguments):
-    environment = dict(os.environ)
-    sources = (str(ROOT / part) for part in ("protocol", "firmware", "tools"))
-    environment["PYTHONPATH"] = os.pathsep.join(sources)
     return subprocess.Popen(
         [sys.executable, "-m", "gazesim", "--dir", str(folder), *arguments],
-        env=environment,
+        env=gazesetup.source_environment(),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
