@@ -127,9 +127,11 @@ class Link:
         elif self._in_order(buf):
             self._heard_at = self._outbox.ticks
             back = self._inbox.back
-            back.host_count = (back.host_count + 1) & 0xFFFF
-            self._inbox.touch()
             age_ms = (self._outbox.ticks - u16(buf, messages.STAMP_AT)) & 0xFFFF
+            if age_ms <= limits.FRAME_STALE_MS:
+                # Only a fresh frame shows that the host lives: a backlog may outlive it.
+                back.host_count = (back.host_count + 1) & 0xFFFF
+            self._inbox.touch()
             if kind == messages.COMMAND.type_id:
                 self._on_command(buf, back, age_ms)
             elif kind == messages.ORDER.type_id:

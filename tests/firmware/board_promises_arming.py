@@ -53,6 +53,7 @@ def test_the_clocks_wrap_changes_nothing():
         assert rig.app.safety.faults == 0, rig.why()
     assert rig.clock.ticks_us() < 3000000  # it has wrapped
     rig.app.outbox.ticks = (1 << 30) - 300
+    rig.app.telemetry._due = (1 << 30) - 300
     rig.run(20)
     rig.press(codes.LEFT)
     rig.run(600)
