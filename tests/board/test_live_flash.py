@@ -121,11 +121,12 @@ def test_an_armed_board_is_refused_and_stays_armed(emulated: EmulatedLiveBoard) 
     encoder = emulated.host.encoder
     fd = os.open(emulated.host.path, os.O_WRONLY | os.O_NOCTTY)
     ending = threading.Event()
+    behind_ms = emulated.bank.tick_ms - emulated.host.ticks
 
     def stay_armed() -> None:  # what the host goes on saying, from a second opening of the port
         while not ending.wait(0.02):
             messages.COMMAND.pack(encoder.body, STOP)
-            n = encoder.finish(messages.COMMAND, 0)
+            n = encoder.finish(messages.COMMAND, (emulated.bank.tick_ms - behind_ms) & 0xFFFF)
             os.write(fd, encoder.wire[:n])
 
     thread = threading.Thread(target=stay_armed, name="other host")

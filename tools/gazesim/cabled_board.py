@@ -68,6 +68,10 @@ class CabledBoard(ABC):
         self._line = ours
         self._paused = False
         self._cable.connect_board(ours.fileno())
+        self._show_port()
+
+    def _show_port(self) -> None:
+        """The board has (re)started: its port shows, if the cable is in."""
         if self._cable_in:
             self._cable.plug()
 

@@ -16,6 +16,9 @@ from gazesim.cabled_board import CabledBoard, die_with_parent
 
 ELF = "firmware.elf"
 _QEMU = "qemu-system-arm"
+_PORT_MS = 50  # of the board's own time, from reset to its port
+_PORT_LIMIT_S = 3.0
+_PORT_POLL_S = 0.005
 _MAKE_UP_TICKS = 1  # host flag: ticks lost to stalls of the PC are made up for
 _ICOUNT_SHIFT = 2  # 4 ns an instruction: slow enough for QEMU, fast enough for the firmware
 
@@ -98,5 +101,12 @@ class EmulatedBoard(CabledBoard):
             self.resets += boots - self._boots
             self._boots = boots
             self._cable.pull()
-            if self._cable_in:
-                self._cable.plug()
+            self._show_port()
+
+    def _show_port(self) -> None:
+        # No USB host gives a device its port in its first milliseconds, and what is said to the
+        # board then would interrupt it before it can refuse to be (byte 3 is Ctrl-C).
+        end_s = time.monotonic() + _PORT_LIMIT_S
+        while self._bank.tick_ms < _PORT_MS and self.running and time.monotonic() < end_s:
+            time.sleep(_PORT_POLL_S)
+        super()._show_port()
