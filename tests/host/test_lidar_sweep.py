@@ -8,7 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gazechair.lidar.nodes import Nodes
-from gazechair.lidar.sweep import NODE_PERIOD_S, Scan, Sweep
+from gazechair.lidar.scan import Scan
+from gazechair.lidar.sweep import NODE_PERIOD_S, Sweep
+from gazelink import codes
 
 PER_TURN = 1600
 
@@ -35,7 +37,7 @@ def run(sweep: Sweep, first: int, count: int, step: int, distance_m: float = 1.0
 @settings(deadline=None)
 @given(st.integers(20, 2000), st.integers(2 * PER_TURN, 4 * PER_TURN))
 def test_after_two_turns_every_scan_is_one_whole_turn(step: int, count: int) -> None:
-    scan = run(Sweep(), 0, count, step)
+    scan = run(Sweep(codes.SIMULATED), 0, count, step)
     assert scan is not None
     assert PER_TURN <= len(scan) <= PER_TURN + 1
     assert len(np.unique(np.floor(scan.angles_deg))) == 360
@@ -44,14 +46,14 @@ def test_after_two_turns_every_scan_is_one_whole_turn(step: int, count: int) -> 
 @settings(deadline=None)
 @given(st.integers(20, 500), st.integers(2 * PER_TURN, 4 * PER_TURN))
 def test_its_age_is_that_of_its_oldest_measurement(step: int, count: int) -> None:
-    scan = run(Sweep(), 0, count, step)
+    scan = run(Sweep(codes.SIMULATED), 0, count, step)
     assert scan is not None
     age_s = count * NODE_PERIOD_S - scan.acquired_s
     assert PER_TURN * NODE_PERIOD_S - 0.001 <= age_s <= PER_TURN * NODE_PERIOD_S + 0.001
 
 
 def test_the_newest_measurement_of_each_angle_wins() -> None:
-    sweep = Sweep()
+    sweep = Sweep(codes.SIMULATED)
     run(sweep, 0, 2 * PER_TURN, 400, distance_m=2.0)
     scan = run(sweep, 2 * PER_TURN, PER_TURN // 2, 400, distance_m=1.0)
     assert scan is not None
@@ -62,7 +64,7 @@ def test_the_newest_measurement_of_each_angle_wins() -> None:
 
 
 def test_a_lost_start_flag_makes_the_scan_older_not_wrong() -> None:
-    sweep = Sweep()
+    sweep = Sweep(codes.SIMULATED)
     run(sweep, 0, 2 * PER_TURN, 400)
     start = 2 * PER_TURN
     scan = sweep.add(piece(start, PER_TURN, drop_starts=True), (start + PER_TURN) * NODE_PERIOD_S)
@@ -71,7 +73,7 @@ def test_a_lost_start_flag_makes_the_scan_older_not_wrong() -> None:
 
 
 def test_a_lidar_that_never_sends_a_start_flag_costs_no_memory() -> None:
-    sweep = Sweep()
+    sweep = Sweep(codes.SIMULATED)
     for number in range(200):
         scan = sweep.add(piece(number * 400, 400, drop_starts=True), number * 0.025)
         assert scan is not None
@@ -80,11 +82,11 @@ def test_a_lidar_that_never_sends_a_start_flag_costs_no_memory() -> None:
 
 
 def test_nothing_in_nothing_out() -> None:
-    assert Sweep().add(piece(0, 0), 1.0) is None
+    assert Sweep(codes.SIMULATED).add(piece(0, 0), 1.0) is None
 
 
 def test_after_a_pause_the_old_half_keeps_its_age() -> None:
-    sweep = Sweep()
+    sweep = Sweep(codes.SIMULATED)
     run(sweep, 0, 3 * PER_TURN, 400)
     scan = sweep.add(piece(3 * PER_TURN, 800), 10.0)
     assert scan is not None

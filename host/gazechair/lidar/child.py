@@ -35,14 +35,14 @@ def run(port: str, sectors: tuple[Sector, ...], out: RecordWriter) -> None:
 def _stream(device: S2, sectors: tuple[Sector, ...], out: RecordWriter) -> None:
     source = codes.SIMULATED if device.simulated else codes.REAL
     decoder = NodeDecoder()
-    sweep = Sweep()
+    sweep = Sweep(source)
     last_s = time.monotonic()
     while True:
         data = device.read(_READ_S)
         now_s = time.monotonic()
         if stale_backlog(data):
             # Bytes of unknown age: start afresh, from what is measured now.
-            decoder, sweep = NodeDecoder(), Sweep()
+            decoder, sweep = NodeDecoder(), Sweep(source)
             continue
         nodes = decoder.feed(data)
         scan = sweep.add(nodes, now_s)

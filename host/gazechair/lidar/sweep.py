@@ -2,31 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from gazechair.lidar.nodes import FloatArray, Nodes, wrapped_steps
+from gazechair.lidar.scan import Scan
+from gazelink import codes
 
 NODE_PERIOD_S = 1.0 / 16_000.0  # standard scan: 16 kHz
 _MAX_TURN_NODES = 8_000  # half a second: the S flag was lost several times over
-
-
-@dataclass(frozen=True)
-class Scan:
-    """Measurements all round: `angles_deg` in our frame, `distances_m` (0 = no return).
-
-    `acquired_s`: CLOCK_MONOTONIC seconds of the *oldest* measurement in it, so its age is never
-    understated.
-    """
-
-    angles_deg: FloatArray
-    distances_m: FloatArray
-    acquired_s: float
-
-    def __len__(self) -> int:
-        return len(self.angles_deg)
 
 
 class Sweep:
@@ -35,8 +20,10 @@ class Sweep:
     This gives an obstacle flag some 25 ms after its beam, instead of up to a whole turn later.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, source: int = codes.SIMULATED) -> None:
+        """`source` marks the scans; behind anything but codes.REAL a real board never arms."""
         self.turns = 0
+        self._source = source
         self._previous = _Turn()
         self._current = _Turn()
 
@@ -66,6 +53,7 @@ class Sweep:
             np.concatenate((angles, old_angles[ahead])),
             np.concatenate((distances, old_distances[ahead])),
             float(min(times.min(), old_times[ahead].min(initial=np.inf))),
+            self._source,
         )
 
 
