@@ -9,12 +9,13 @@ from typing import Any
 
 from gazechair.serial_port import PortError, SerialPort
 from gazelink import codes, frame, messages
+from rig import clearance
 
 SPEAK_MS = 20
 SPEAK_S = 0.2  # wall time, for a board that tells no time
 HELLO_S = 0.2
 ORDER_REPEATS = 10
-STOP = (codes.STOP, codes.CONTINUOUS, 0, codes.DRIVER, 0, 0, 0)
+STOP = (codes.STOP, codes.CONTINUOUS, 0, codes.DRIVER, 0, 0, 0, 1000, 0)
 
 
 class LiveHost:
@@ -83,7 +84,7 @@ class LiveHost:
 
     def hold(self, verb: int, edge: int, mode: int = codes.CONTINUOUS) -> None:
         """Command it from now on, held by a driver who keeps proving it."""
-        self.command = (verb, mode, edge, codes.DRIVER, 300, 0, 0)
+        self.command = (verb, mode, edge, codes.DRIVER, 300, 0, 0, 1000, 0)
 
     def order(self, action: int, owner: int = codes.DRIVER) -> None:
         """Give an order, repeated as against loss."""
@@ -197,7 +198,7 @@ class LiveHost:
         data = self.send(messages.COMMAND, self.command)
         if self.command[0] != codes.STOP:
             self.sent = bytearray(data)
-        self.send(messages.CLEARANCE, (self.blocked, self.source, 5))
+        self.send(messages.CLEARANCE, clearance(self.blocked, self.source, 5))
         if self._orders:
             values, left = self._orders.pop(0)
             self.send(messages.ORDER, values)

@@ -8,6 +8,7 @@ from gazeboard.imu import OFFSETS_SIZE, Imu
 from gazeboard.joystick import Joystick
 from gazeboard.link import Link
 from gazeboard.motion import Motion
+from gazeboard.obstacles import Obstacles
 from gazeboard.pid import PID
 from gazeboard.safety import Safety
 from gazeboard.settings import FILE as SETTINGS_FILE
@@ -49,8 +50,9 @@ class App:
         if self._emergency_stored:
             boot_faults |= 1 << codes.EMERGENCY
         self.safety = Safety(board.simulated, s.relay_fitted, boot_faults)
+        self.obstacles = Obstacles(s)
         self.outbox = Outbox()
-        self.telemetry = Telemetry(self.safety, self.joystick)
+        self.telemetry = Telemetry(self.safety, self.joystick, self.obstacles)
         self.link = Link(board, self.inbox, self.outbox, self.safety, self.telemetry)
         self._apply_settings()
         self.inbox.publish()
@@ -76,8 +78,8 @@ class App:
             TurnController(
                 PID(s.turn_kp_q4, s.turn_ki_q4, s.turn_kd_q4),
                 s.turn_cutoff_q4_deg,
-                s.turn_offset_permille,
-                s.turn_permille,
+                s.of_profile("deadband_permille"),
+                s.step_turn_permille,
                 _SETTLE_MS,
                 _REST_Q4,
             ),
@@ -106,9 +108,18 @@ class App:
         self._started = True
         self._last_us = start_us
         relay_closed = board.relay_pin() == 0
-        safety.step(i, relay_closed, board.emergency_pin() == 1, board.button_pin() == 0, late)
+        obstacles = self.obstacles
+        obstacles.step(i, motion.linear_permille, motion.turn_permille)
+        safety.step(
+            i,
+            obstacles.blocked,
+            relay_closed,
+            board.emergency_pin() == 1,
+            board.button_pin() == 0,
+            late,
+        )
         if safety.permitted:
-            motion.step(i, safety.blocked)
+            motion.step(i, safety.blocked, obstacles.caps)
             if motion.ended:
                 safety.finished(motion.end_reason)
         else:
@@ -261,6 +272,18 @@ class App:
 
     def imu_status(self):
         return (0 if self._imu.faults else 1) | (self._imu.calibration & 0x3C)
+
+    # Upper bound of the forward or backward speed now.
+    def speed_mm_s(self):
+        return 0
+
+    # The selected profile; bit 7: the turn rate seen agrees with it.
+    def profile_seen(self):
+        return self.settings.profile
+
+    # What is left of a bypass.
+    def bypass_ms(self):
+        return 0
 
     # The board stops the tick first, then calls this: neutral, enable off.
     def shut_down(self):

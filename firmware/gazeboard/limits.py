@@ -38,3 +38,5 @@ WIPER_SPAN = const(84)  # counts of deflection at 1000 permille
 HEADING_TURN_Q4_DEG = const(5760)  # one turn
 STEP_FORWARD_MAX_MS = const(5000)  # P4: longest step a setting can ask for
 STEP_TURN_MAX_MS = const(10000)
+TUNE_PULSE_MAX_MS = const(2000)  # P4: longest tuning pulse
+BYPASS_MAX_MS = const(20000)  # longest bypass of an obstacle; then the button must be pressed anew

@@ -33,11 +33,18 @@ _OWNER = _at(messages.COMMAND, "owner")
 _TTL = _at(messages.COMMAND, "ttl_ms")
 _LINEAR = _at(messages.COMMAND, "linear_permille")
 _TURN = _at(messages.COMMAND, "turn_permille")
+_CAP = _at(messages.COMMAND, "cap_permille")
+_PULSE = _at(messages.COMMAND, "pulse_ms")
 _ACTION = _at(messages.ORDER, "action")
 _NUMBER = _at(messages.ORDER, "number")
 _ORDER_OWNER = _at(messages.ORDER, "owner")
 _BLOCKED = _at(messages.CLEARANCE, "blocked")
+_UNSEEN = _at(messages.CLEARANCE, "unseen")
 _SOURCE = _at(messages.CLEARANCE, "source")
+_FORWARD_MM = _at(messages.CLEARANCE, "forward_mm")
+_BACKWARD_MM = _at(messages.CLEARANCE, "backward_mm")
+_LEFT_Q4 = _at(messages.CLEARANCE, "left_q4_deg")
+_RIGHT_Q4 = _at(messages.CLEARANCE, "right_q4_deg")
 _AGE = _at(messages.CLEARANCE, "age_ms")
 _TOKEN = _at(messages.PING, "token_low")
 _ROLE = _at(messages.HELLO, "role")
@@ -45,6 +52,8 @@ _FLAGS = _at(messages.HELLO, "flags")
 _SCHEMA = _at(messages.HELLO, "schema_hash")
 _SESSION = _at(messages.HELLO, "session")
 _PERIOD = _at(messages.TELEMETRY, "state_period_ms")
+_BYPASS_NUMBER = _at(messages.BYPASS, "number")
+_BYPASS_TTL = _at(messages.BYPASS, "ttl_ms")
 _REQUEST = _at(messages.SETTING, "request")
 _INDEX = _at(messages.SETTING, "index")
 _VALUE = _at(messages.SETTING, "value")
@@ -138,6 +147,8 @@ class Link:
                 self._on_order(buf, back, age_ms)
             elif kind == messages.CLEARANCE.type_id:
                 self._on_clearance(buf, back, age_ms)
+            elif kind == messages.BYPASS.type_id:
+                self._on_bypass(buf, back, age_ms)
             elif kind == messages.PING.type_id:
                 for k in range(4):
                     self._token[k] = buf[_TOKEN + k]
@@ -182,6 +193,7 @@ class Link:
         back.verb = codes.STOP
         back.edge = 0
         back.ttl_ms = 0
+        back.bypass_ttl_ms = 0
         back.order_number = 0
         self._inbox.touch()
 
@@ -195,9 +207,10 @@ class Link:
         turn = i16(buf, _TURN)
         if (
             verb > codes.DRIVE
-            or buf[_MODE] > codes.CONTINUOUS
+            or buf[_MODE] > codes.TUNE
             or not -1000 <= linear <= 1000
             or not -1000 <= turn <= 1000
+            or u16(buf, _CAP) > 1000
         ):
             self.bad = (self.bad + 1) & 0xFFFF
             return
@@ -210,6 +223,8 @@ class Link:
         back.owner = buf[_OWNER]
         back.linear_permille = linear
         back.turn_permille = turn
+        back.cap_permille = u16(buf, _CAP)
+        back.pulse_ms = u16(buf, _PULSE)
         back.ttl_ms = max(0, u16(buf, _TTL) - age_ms)  # counted from when the host sent it
         back.command_count = (back.command_count + 1) & 0xFFFF
 
@@ -231,9 +246,22 @@ class Link:
             self.bad = (self.bad + 1) & 0xFFFF
             return
         back.clearance_blocked = buf[_BLOCKED]
+        back.clearance_unseen = buf[_UNSEEN]
+        back.clearance_forward_mm = u16(buf, _FORWARD_MM)
+        back.clearance_backward_mm = u16(buf, _BACKWARD_MM)
+        back.clearance_left_q4 = u16(buf, _LEFT_Q4)
+        back.clearance_right_q4 = u16(buf, _RIGHT_Q4)
         back.clearance_source = buf[_SOURCE]
         back.clearance_age_ms = min(limits.AGE_MAX_MS, u16(buf, _AGE) + age_ms)
         back.clearance_count = (back.clearance_count + 1) & 0xFFFF
+
+    def _on_bypass(self, buf, back, age_ms):
+        if age_ms > limits.FRAME_STALE_MS:
+            self.stale = (self.stale + 1) & 0xFFFF
+            return
+        back.bypass_number = buf[_BYPASS_NUMBER]
+        back.bypass_ttl_ms = max(0, u16(buf, _BYPASS_TTL) - age_ms)
+        back.bypass_count = (back.bypass_count + 1) & 0xFFFF
 
     # Kept for the app, which owns settings and files; a newer request replaces one not yet
     # answered.
@@ -324,6 +352,9 @@ class Link:
             1 if o.relay_closed else 0,
             s.imu_status(),
             self._safety.owner,
+            s.speed_mm_s(),
+            s.profile_seen(),
+            s.bypass_ms(),
         )
         o.tick_max_us = 0
         s.service_max_ms = 0

@@ -2,6 +2,8 @@
 # Pure: one tick of 1 ms, no I/O, no clock, no allocation, integers only. Only ever called with
 # permission from safety; anything else is stop().
 
+from gazeboard import limits
+from gazeboard.turn import wrapped
 from gazelink import codes
 from gazelink.native import micropython
 
@@ -23,6 +25,7 @@ class Motion:
         self._turn = turn
         self._edge = 0
         self._elapsed_ms = 0
+        self._heading_q4 = 0  # at the beginning of the motion
         self.linear_permille = 0
         self.turn_permille = 0
         self.state = codes.STOPPED
@@ -38,9 +41,10 @@ class Motion:
         self.state = codes.STOPPED
         self.ended = False
 
-    # One tick of the permitted command `i`; `blocked` has a bit per direction.
+    # One tick of the permitted command `i`; `blocked` has a bit per direction, `caps` the most
+    # output per direction, permille.
     @micropython.native
-    def step(self, i, blocked):
+    def step(self, i, blocked, caps):
         if i.edge != self._edge:
             self._begin(i)
         self.ended = False
@@ -51,10 +55,23 @@ class Motion:
             self.turn_permille = i.turn_permille
         elif i.mode == codes.CONTINUOUS:
             self._hold(i.verb)
-        else:
+        elif i.mode == codes.STEP:
             self._step_on(i)
-        self.linear_permille = _clamped(self.linear_permille, self._settings.linear_permille)
-        turn = _clamped(self.turn_permille, self._settings.turn_permille)
+        else:
+            self._pulse(i)
+        self._limit(i, blocked, caps)
+
+    # Within the settings, the command's cap and what obstacles permit.
+    @micropython.native
+    def _limit(self, i, blocked, caps):
+        s = self._settings
+        cap = i.cap_permille
+        stepwise = i.mode != codes.CONTINUOUS and i.verb != codes.DRIVE
+        linear = _clamped(self.linear_permille, min(cap, s.linear_permille))
+        most = s.step_turn_permille if stepwise else s.turn_permille
+        turn = _clamped(self.turn_permille, min(cap, most))
+        self.linear_permille = max(-caps[codes.DIR_BACKWARD], min(caps[codes.DIR_FORWARD], linear))
+        turn = max(-caps[codes.DIR_RIGHT], min(caps[codes.DIR_LEFT], turn))
         # A controller's correction may point the other way than the command: it only goes where it
         # is free.
         if (turn > 0 and blocked & (1 << codes.DIR_LEFT)) or (
@@ -67,6 +84,7 @@ class Motion:
     def _begin(self, i):
         self._edge = i.edge
         self._elapsed_ms = 0
+        self._heading_q4 = i.heading_q4
         self.state = _WORD[i.verb]
         if i.mode == codes.STEP:
             angle_q4 = self._settings.step_turn_q4_deg
@@ -101,6 +119,26 @@ class Motion:
             self._end(codes.NO_REASON)
         elif self._elapsed_ms > self._settings.step_turn_limit_ms:
             self._end(codes.TIME_LIMIT)
+
+    # One open-loop pulse, at most TUNE_PULSE_MAX_MS long and tune_angle wide.
+    @micropython.native
+    def _pulse(self, i):
+        self._elapsed_ms += 1
+        if self._elapsed_ms > min(i.pulse_ms, limits.TUNE_PULSE_MAX_MS):
+            self._end(codes.NO_REASON)
+            return
+        angle_q4 = wrapped(i.heading_q4 - self._heading_q4)
+        most_q4 = self._settings.tune_angle_q4_deg
+        if not -most_q4 < angle_q4 < most_q4:
+            self._end(codes.TUNING_ANGLE)
+        elif i.verb == codes.FORWARD:
+            self.linear_permille = abs(i.linear_permille)
+        elif i.verb == codes.BACKWARD:
+            self.linear_permille = -abs(i.linear_permille)
+        elif i.verb == codes.LEFT:
+            self.turn_permille = abs(i.turn_permille)
+        else:
+            self.turn_permille = -abs(i.turn_permille)
 
     @micropython.native
     def _end(self, reason):

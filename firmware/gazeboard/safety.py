@@ -19,10 +19,6 @@ for _row in codes.FAULTS:
     if _row[3]:
         _LATCHED |= 1 << _row[0]
 _ALL_BLOCKED = 15
-_ALL_UNKNOWN = 255  # codes.UNKNOWN in all four fields
-_DECISIONS = bytes(  # blocked bits -> 2-bit fields
-    [sum([codes.BLOCKED << (2 * d) for d in range(4) if b & (1 << d)]) for b in range(16)]
-)
 _LAST_REASON = codes.FAULT_REASON + len(codes.FAULTS) - 1
 
 
@@ -90,10 +86,10 @@ class Safety:
         self._emergency_count = 0
         self._order_number = 0
 
-    # One tick. `i` is an Inputs; the contacts are what the pins say now; `late` is true when the
-    # time since the last tick exceeded the limit.
+    # One tick. `i` is an Inputs; `blocked` has a bit per direction (obstacles); the contacts are
+    # what the pins say now; `late` is true when the time since the last tick exceeded the limit.
     @micropython.native
-    def step(self, i, relay_closed, emergency_open, button_pressed, late):
+    def step(self, i, blocked, relay_closed, emergency_open, button_pressed, late):
         self._count_ages(i, relay_closed, button_pressed)
         self._judge_session(i)
         ordered = i.order_number != self._order_number
@@ -110,6 +106,7 @@ class Safety:
         elif ordered and i.order_action == codes.ARM:
             self._arm(i.order_owner)
         self._advance(i)
+        self.blocked = _ALL_BLOCKED if faults & (1 << codes.OBSTACLE_DATA_OLD) else blocked
         self._judge_command(i)
 
     # After the write: did both wipers read back what was written, and was that neutral? Sets the
@@ -322,8 +319,6 @@ class Safety:
 
     @micropython.native
     def _judge_command(self, i):
-        old = self.faults & (1 << codes.OBSTACLE_DATA_OLD)
-        self.blocked = _ALL_BLOCKED if old else i.clearance_blocked & _ALL_BLOCKED
         self.permitted = False
         stopped = i.stop_count != self._stop_count
         self._stop_count = i.stop_count
@@ -402,10 +397,3 @@ class Safety:
         if self.faults & (1 << codes.OBSTACLE_DATA_OLD):
             return codes.FAULT_REASON + codes.OBSTACLE_DATA_OLD
         return codes.OBSTACLE_FORWARD + direction
-
-    # Decisions for the page, 2 bits per direction.
-    @micropython.native
-    def decisions(self):
-        if self.faults & (1 << codes.OBSTACLE_DATA_OLD):
-            return _ALL_UNKNOWN
-        return _DECISIONS[self.blocked]

@@ -4,7 +4,7 @@
 import json
 
 from gazelink import codes, crc
-from gazelink.settings_table import NAMES, TABLE
+from gazelink.settings_table import NAMES, TABLE, profile_row
 
 FILE = "settings.json"
 
@@ -26,6 +26,10 @@ class Settings:
 
     def get(self, index):
         return getattr(self, NAMES[index])
+
+    # A value of the selected profile, `name` as in PROFILE_ROWS.
+    def of_profile(self, name):
+        return getattr(self, profile_row(self.profile, name))
 
     # Returns NO_REASON, or why the value is refused (nothing changed then).
     def set(self, index, value):

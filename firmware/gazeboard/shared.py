@@ -16,6 +16,8 @@ class Inputs:
         "ttl_ms",
         "linear_permille",
         "turn_permille",
+        "cap_permille",
+        "pulse_ms",
         "command_count",
         "stop_count",
         "order_action",
@@ -23,9 +25,17 @@ class Inputs:
         "order_owner",
         "emergency_count",
         "clearance_blocked",
+        "clearance_unseen",
+        "clearance_forward_mm",
+        "clearance_backward_mm",
+        "clearance_left_q4",
+        "clearance_right_q4",
         "clearance_source",
         "clearance_age_ms",
         "clearance_count",
+        "bypass_number",
+        "bypass_ttl_ms",
+        "bypass_count",
         "heading_q4",
         "rate_q4",
         "heading_faults",
@@ -50,6 +60,8 @@ class Inputs:
         self.ttl_ms = o.ttl_ms
         self.linear_permille = o.linear_permille
         self.turn_permille = o.turn_permille
+        self.cap_permille = o.cap_permille
+        self.pulse_ms = o.pulse_ms
         self.command_count = o.command_count
         self.stop_count = o.stop_count
         self.order_action = o.order_action
@@ -57,9 +69,17 @@ class Inputs:
         self.order_owner = o.order_owner
         self.emergency_count = o.emergency_count
         self.clearance_blocked = o.clearance_blocked
+        self.clearance_unseen = o.clearance_unseen
+        self.clearance_forward_mm = o.clearance_forward_mm
+        self.clearance_backward_mm = o.clearance_backward_mm
+        self.clearance_left_q4 = o.clearance_left_q4
+        self.clearance_right_q4 = o.clearance_right_q4
         self.clearance_source = o.clearance_source
         self.clearance_age_ms = o.clearance_age_ms
         self.clearance_count = o.clearance_count
+        self.bypass_number = o.bypass_number
+        self.bypass_ttl_ms = o.bypass_ttl_ms
+        self.bypass_count = o.bypass_count
         self.heading_q4 = o.heading_q4
         self.rate_q4 = o.rate_q4
         self.heading_faults = o.heading_faults

@@ -1,12 +1,14 @@
 # STATE frames: the tick captures what it found when one is due, the service loop sends it when the
 # line is free. No allocation; the tick writes `head` last, the service loop alone moves `tail`.
 
+from gazelink import codes
 from gazelink.messages import HEADER_SIZE, STATE
 from gazelink.native import micropython
 
 PERIOD_MS = 10  # unless the host asks for another, 1..100
 _SLOTS = 32  # at a frame a millisecond: longer than a collection of garbage takes
 _SLOT = 16
+_ALL_UNKNOWN = 255  # codes.UNKNOWN in all four fields
 _PAYLOAD = STATE.size - HEADER_SIZE
 _NEWEST_ONLY_MS = 5  # a period of this or more: what waited is skipped, the newest goes
 assert _PAYLOAD + 2 <= _SLOT
@@ -14,9 +16,10 @@ assert STATE.format == "<BBBBIHBBBB"  # capture() writes these fields
 
 
 class Telemetry:
-    def __init__(self, safety, joystick):
+    def __init__(self, safety, joystick, obstacles):
         self._safety = safety
         self._joystick = joystick
+        self._obstacles = obstacles
         self._slots = bytearray(_SLOTS * _SLOT)
         self._head = 0
         self._tail = 0
@@ -51,7 +54,8 @@ class Telemetry:
         b[at + 10] = self._joystick.linear_wiper
         b[at + 11] = self._joystick.turn_wiper
         b[at + 12] = s.edge if s.edge else s.spent_edge
-        b[at + 13] = s.decisions()
+        old = faults & (1 << codes.OBSTACLE_DATA_OLD)
+        b[at + 13] = _ALL_UNKNOWN if old else self._obstacles.decisions
         b[at + 14] = ticks & 0xFF
         b[at + 15] = (ticks >> 8) & 0xFF
         self._head = (self._head + 1) & 0xFF

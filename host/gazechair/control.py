@@ -14,7 +14,7 @@ from gazechair.board_state import BoardId, BoardState
 from gazechair.config import Config
 from gazechair.driver_port import Message
 from gazechair.health import HealthRegistry
-from gazechair.outgoing import STOP_COMMAND
+from gazechair.outgoing import STOP_COMMAND, Bypass, Clearance, Command
 from gazechair.page_messages import BadMessage, parse
 from gazechair.slots import Clock
 from gazelink import codes
@@ -27,11 +27,10 @@ _UNKNOWN = dict.fromkeys(codes.DIRECTIONS, "unknown")
 class Link(Protocol):
     """What Control needs of the link to the board (gazechair.link.BoardLink)."""
 
-    def command(
-        self, verb: int, mode: int, edge: int, owner: int, ttl_deadline_s: float
-    ) -> None: ...
+    def command(self, command: Command) -> None: ...
     def order(self, action: int, owner: int) -> None: ...
-    def clearance(self, blocked: int, source: int, acquired_s: float) -> None: ...
+    def clearance(self, clearance: Clearance) -> None: ...
+    def bypass(self, bypass: Bypass | None) -> None: ...
     def state(self) -> BoardState | None: ...
     def board(self) -> BoardId | None: ...
 
@@ -74,16 +73,16 @@ class Control:
         self._stopping.set()
         if self._thread.is_alive():
             self._thread.join(5.0)
-        self._link.command(*_fields(STOP_COMMAND))
+        self._link.command(STOP_COMMAND)
         self._link.order(codes.DISARM, codes.NOBODY)
 
     # For the other parts
 
-    def clearance(self, blocked: int, source: int, acquired_s: float) -> None:
-        """A scan's obstacle flags on their way to the board."""
-        self._link.clearance(blocked, source, acquired_s)
-        self._source = source
-        self._scan_s = acquired_s
+    def clearance(self, clearance: Clearance) -> None:
+        """What the newest scans leave free, on its way to the board."""
+        self._link.clearance(clearance)
+        self._source = clearance.source
+        self._scan_s = clearance.acquired_s
 
     def update(self) -> None:
         """Something about the board or a part's health has changed."""
@@ -208,15 +207,11 @@ class Control:
         command = self._arbiter.command
         if command != self._sent:
             self._sent = command
-            self._link.command(*_fields(command))
+            self._link.command(command)
 
     def _simulated(self) -> bool:
         board = self._link.board()
         return self._source not in (None, codes.REAL) or (board is not None and board.simulated)
-
-
-def _fields(command: Any) -> tuple[int, int, int, int, float]:
-    return (command.verb, command.mode, command.edge, command.owner, command.ttl_deadline_s)
 
 
 def _refused(refusal: Refusal) -> Message:

@@ -14,6 +14,7 @@ from gazechair.control import Control
 from gazechair.health import Health, HealthRegistry
 from gazechair.lidar import LidarService
 from gazechair.link import BoardLink
+from gazechair.outgoing import Clearance
 from gazechair.web import WebServer
 
 _LAST_WORDS_S = 0.06  # three repeats of stop and disarm
@@ -88,7 +89,7 @@ class Daemon:
         self.link.stop()
 
     def _clearance(self, blocked: int, source: int, acquired_s: float) -> None:
-        self.control.clearance(blocked, source, acquired_s)
+        self.control.clearance(Clearance(blocked, source, acquired_s))
 
     def _changed(self) -> None:
         # Parts report while they are being built too.

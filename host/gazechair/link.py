@@ -25,7 +25,7 @@ from gazechair.link_protocol import (
     SettingReply,
     VersionDiffers,
 )
-from gazechair.outgoing import Clearance, Command
+from gazechair.outgoing import Bypass, Clearance, Command
 from gazechair.serial_port import PortError, SerialPort
 from gazechair.slots import Clock, Latest
 from gazechair.state_log import StateLog
@@ -83,14 +83,10 @@ class BoardLink:
 
     # What the host wants said
 
-    def command(self, verb: int, mode: int, edge: int, owner: int, ttl_deadline_s: float) -> None:
-        """The latest command (codes of gazelink): written at once when it differs from the last.
-
-        `ttl_deadline_s`: monotonic time at which the driver's last proof of holding expires.
-        """
-        value = Command(verb, mode, edge, owner, ttl_deadline_s)
+    def command(self, command: Command) -> None:
+        """The latest command: written at once when it differs from the last."""
         with self._lock:
-            self._protocol.command(value, self._clock())
+            self._protocol.command(command, self._clock())
             self._flush()
 
     def order(self, action: int, owner: int) -> None:
@@ -99,10 +95,16 @@ class BoardLink:
             self._protocol.order(action, owner, self._clock())
             self._flush()
 
-    def clearance(self, blocked: int, source: int, acquired_s: float) -> None:
-        """Where obstacles block, a bit per direction, from a scan of that monotonic time."""
+    def clearance(self, clearance: Clearance) -> None:
+        """What the newest scans leave free: written at once."""
         with self._lock:
-            self._protocol.clearance(Clearance(blocked, source, acquired_s), self._clock())
+            self._protocol.clearance(clearance, self._clock())
+            self._flush()
+
+    def bypass(self, bypass: Bypass | None) -> None:
+        """The caretaker's held button: written at once when pressed or let go (None)."""
+        with self._lock:
+            self._protocol.bypass(bypass, self._clock())
             self._flush()
 
     # What the board says

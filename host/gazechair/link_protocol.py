@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from gazechair.board_state import BoardId, BoardState, BoardStats
 from gazechair.link_orders import Orders
-from gazechair.outgoing import STOP_COMMAND, Clearance, Command
+from gazechair.outgoing import STOP_COMMAND, Bypass, Clearance, Command
 from gazelink import VERSION, codes, frame, messages
 
 HELLO_PERIOD_S = 0.2
@@ -104,6 +104,8 @@ class LinkProtocol:
         self._command_due_s = 0.0
         self._clearance: Clearance | None = None
         self._clearance_due_s = 0.0
+        self._bypass: Bypass | None = None
+        self._bypass_due_s = 0.0
         self._orders = Orders(secrets.randbelow(255) + 1)
         self._ping_token = secrets.randbelow(1 << 32)
         self._ping_wanted = False
@@ -134,9 +136,18 @@ class LinkProtocol:
         self._command = command
 
     def clearance(self, clearance: Clearance, now_s: float) -> None:
-        """The latest obstacle flags, due at once."""
+        """The latest clearance, due at once."""
         self._clearance = clearance
         self._clearance_due_s = now_s
+
+    def bypass(self, bypass: Bypass | None, now_s: float) -> None:
+        """The caretaker's held button, due at once; None: let go."""
+        if bypass is None or self._bypass is None or bypass.number != self._bypass.number:
+            self._bypass_due_s = now_s
+        if bypass is not None or self._bypass is None:
+            self._bypass = bypass
+        else:
+            self._bypass = Bypass(self._bypass.number, 0.0)  # said once more: no time left
 
     def order(self, action: int, owner: int, now_s: float) -> None:
         """A new order (codes.ARM, ...), due at once and repeated; see link_orders."""
@@ -171,6 +182,11 @@ class LinkProtocol:
         if self._clearance is not None and now_s >= self._clearance_due_s:
             self._clearance_due_s = now_s + CLEARANCE_PERIOD_S
             out += self._frame(messages.CLEARANCE, self._clearance.fields(now_s))
+        if self._bypass is not None and now_s >= self._bypass_due_s:
+            self._bypass_due_s = now_s + CLEARANCE_PERIOD_S
+            out += self._frame(messages.BYPASS, self._bypass.fields(now_s, TTL_MS))
+            if now_s >= self._bypass.ttl_deadline_s:
+                self._bypass = None
         if self._ping_wanted:
             self._ping_wanted = False
             self._ping_token = (self._ping_token + 1) & 0xFFFFFFFF
@@ -193,6 +209,8 @@ class LinkProtocol:
         if self._board is None:
             return self._hello_due_s
         due = min(self._command_due_s, self._orders.due_s())
+        if self._bypass is not None:
+            due = min(due, self._bypass_due_s)
         return due if self._clearance is None else min(due, self._clearance_due_s)
 
     def _hello(self) -> bytes:

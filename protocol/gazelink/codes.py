@@ -10,10 +10,12 @@ RIGHT = 4
 DRIVE = 5  # proportional: uses linear_permille and turn_permille
 VERBS = ("stop", "forward", "backward", "left", "right", "drive")
 
-# Modes: a step is one small motion per command; continuous moves while the command is held.
+# Modes: a step is one small motion per command; continuous moves while the command is held; tune
+# is one open-loop pulse of COMMAND's permille, held, for pulse_ms at most: to identify the chair.
 STEP = 0
 CONTINUOUS = 1
-MODES = ("step", "continuous")
+TUNE = 2
+MODES = ("step", "continuous", "tune")
 
 # States of the safety core.
 DISARMED = 0
@@ -94,6 +96,7 @@ SETTING_OUT_OF_RANGE = 18
 SETTING_WHILE_ARMED = 19
 SETTING_NOT_STORED = 20
 SENSOR_NOT_CALIBRATED = 21
+TUNING_ANGLE = 22  # a tuning pulse turned the chair as far as it may
 REASONS = (
     "none",
     "not_armed",
@@ -117,6 +120,7 @@ REASONS = (
     "setting_while_armed",
     "setting_not_stored",
     "sensor_not_calibrated",
+    "tuning_angle",
 )
 
 # Faults: bit numbers in `faults`. As a reason, fault n is code FAULT_REASON + n.

@@ -80,15 +80,29 @@ COMMAND = Message(
     "command",
     UP,
     # edge changes with every new press; ttl_ms is what is left of the value's life at sending.
-    "verb:B mode:B edge:B owner:B ttl_ms:H linear_permille:h turn_permille:h",
+    # linear_ and turn_permille: of drive, and of a tuning pulse, which lasts pulse_ms at most.
+    # cap_permille: no output beyond it, 1000 = no cap.
+    "verb:B mode:B edge:B owner:B ttl_ms:H linear_permille:h turn_permille:h cap_permille:H "
+    "pulse_ms:H",
 )
 ORDER = Message(0x11, "order", UP, "action:B number:B owner:B")
-CLEARANCE = Message(0x12, "clearance", UP, "blocked:B source:B age_ms:H")
+CLEARANCE = Message(
+    0x12,
+    "clearance",
+    UP,
+    # Bits per direction (codes.DIR_*): blocked, whatever the distances say; unseen: the motion
+    # enters an arc that this installation never sees. Distances until the footprint touches what
+    # is seen; the turns about the drive axle. CLEAR_FAR = nothing within range.
+    "blocked:B unseen:B source:B forward_mm:H backward_mm:H left_q4_deg:H right_q4_deg:H age_ms:H",
+)
+CLEAR_FAR = 65535
 PING = Message(0x13, "ping", UP, "token_low:H token_high:H")
 # index and value count for get and set only. Answered by SETTING_REPLY.
 SETTING = Message(0x14, "setting", UP, "request:B index:B value:H")
 # Period of STATE: 1..100 ms, 10 in each new session.
 TELEMETRY = Message(0x15, "telemetry", UP, "state_period_ms:B")
+# The caretaker's held button: number changes with every new press, ttl_ms as in COMMAND.
+BYPASS = Message(0x16, "bypass", UP, "number:B ttl_ms:H")
 
 STATE = Message(
     0x20,
@@ -105,9 +119,11 @@ STATS = Message(
     DOWN,
     # Counters wrap at 65536. us and ms maxima are since the previous stats frame. imu_status: bit 0
     # trusted, bits 2-5 the sensor's own calibration (gyro, accelerometer; 3 = calibrated).
+    # speed_mm_s: upper bound of the forward or backward speed. profile: the selected one; bit 7:
+    # the turn rate seen agrees with it. bypass_ms: what is left of a bypass, 0 = none.
     "rx_ok:H rx_corrupt:H rx_unknown:H rx_stale:H rx_bad:H tx_dropped:H tick_max_us:H tick_late:H "
     "service_max_ms:H heap_free_kb:H imu_samples:H imu_errors:H reset_cause:B relay:B imu_status:B "
-    "owner:B",
+    "owner:B speed_mm_s:H profile:B bypass_ms:H",
 )
 PONG = Message(0x22, "pong", DOWN, "token_low:H token_high:H")
 # refused: a reason, 0 = done; value: what is in force now.
@@ -123,6 +139,7 @@ MESSAGES = (
     PING,
     SETTING,
     TELEMETRY,
+    BYPASS,
     STATE,
     STATS,
     PONG,

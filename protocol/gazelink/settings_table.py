@@ -4,22 +4,67 @@
 # Units are in the names; *_permille is of full deflection, q4 is sixteenths. No limit here exceeds
 # what the safety promises allow (firmware/gazeboard/limits.py; a test compares them).
 
+# The chair's speed profiles that have rows of their own (SPEC section 1).
+PROFILES = ("1.2", "2.1", "3.1", "4.1", "5.1")
+
 # (name, default, lowest, highest)
-TABLE = (
+_GENERAL = (
     ("neutral_linear_count", 170, 150, 190),
     ("neutral_turn_count", 170, 150, 190),
+    ("profile", 2, 0, 4),  # the chair's selected profile: row of PROFILES
     ("linear_permille", 600, 50, 1000),
     ("turn_permille", 500, 50, 1000),
     ("step_forward_ms", 2000, 100, 5000),
-    ("step_turn_q4_deg", 160, 32, 720),
+    ("step_turn_q4_deg", 160, 32, 1440),
+    ("step_turn_permille", 1000, 50, 1000),  # of a step turn and of a tuning pulse
     ("step_turn_limit_ms", 6000, 1000, 10000),
+    ("tune_angle_q4_deg", 480, 80, 960),
     ("turn_kp_q4", 400, 0, 3200),
     ("turn_ki_q4", 0, 0, 3200),
     ("turn_kd_q4", 100, 0, 3200),
     ("turn_cutoff_q4_deg", 20, 8, 80),
-    ("turn_offset_permille", 100, 0, 300),
+    ("reaction_ms", 350, 200, 1000),  # from the obstacle's echo to the first braking
+    ("stop_margin_mm", 100, 50, 500),
+    ("stop_margin_q4_deg", 48, 16, 160),
+    ("creep_mm_s", 120, 50, 200),
     ("tilt_limit_q4_deg", 240, 80, 480),
     ("relay_fitted", 1, 0, 1),
+)
+# One of each per profile: what the chair makes of the joystick. Speeds are at full deflection.
+PROFILE_ROWS = (
+    ("forward_mm_s", 100, 2000),
+    ("backward_mm_s", 100, 2000),
+    ("brake_mm_s2", 200, 2000),
+    ("left_q4_dps", 80, 2400),
+    ("right_q4_dps", 80, 2400),
+    ("deadband_permille", 0, 300),
+    ("dead_time_ms", 20, 400),
+    ("lag_ms", 20, 800),
+    ("accelerate_dps2", 20, 600),
+    ("brake_dps2", 20, 600),
+    ("tuned", 0, 1),
+)
+# Until a chair is tuned: the speeds seen on the chair, the rest from comparable chairs.
+_DEFAULTS = (
+    (194, 250, 500, 364, 273, 80, 150, 250, 120, 180, 0),
+    (278, 278, 500, 637, 637, 80, 150, 250, 120, 180, 0),
+    (361, 389, 500, 728, 728, 80, 150, 250, 120, 180, 0),
+    (444, 472, 500, 910, 910, 80, 150, 250, 120, 180, 0),
+    (556, 389, 500, 910, 910, 80, 150, 250, 120, 180, 0),
+)
+
+
+def profile_row(profile, name):
+    # Name in TABLE of a profile's row; `profile` is a row of PROFILES.
+    return "p%s_%s" % (PROFILES[profile].replace(".", "_"), name)
+
+
+TABLE = _GENERAL + tuple(
+    [
+        (profile_row(profile, row[0]), _DEFAULTS[profile][at], row[1], row[2])
+        for profile in range(len(PROFILES))
+        for at, row in enumerate(PROFILE_ROWS)
+    ]
 )
 NAMES = tuple([row[0] for row in TABLE])
 

@@ -119,7 +119,17 @@ def garbage(kind: str, chance: random.Random) -> bytes:
         return b"\xff" * 80 + b"\0"
     stranger = frame.Encoder()
     stranger.seed = frame.session_seed(chance.randrange(1, 65536), 1)
-    values = (codes.FORWARD, codes.CONTINUOUS, chance.randrange(1, 256), codes.DRIVER, 300, 0, 0)
+    values = (
+        codes.FORWARD,
+        codes.CONTINUOUS,
+        chance.randrange(1, 256),
+        codes.DRIVER,
+        300,
+        0,
+        0,
+        1000,
+        0,
+    )
     messages.COMMAND.pack(stranger.body, values)
     n = stranger.finish(messages.COMMAND, chance.randrange(65536))
     wire = bytes(stranger.wire[:n])

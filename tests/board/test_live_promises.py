@@ -98,7 +98,7 @@ def test_p3_held_command_not_refreshed(emulated: EmulatedLiveBoard) -> None:
     emulated.drive()
     held = emulated.host.command
     heard_at = decoded_now(emulated)
-    emulated.host.command = (*held[:4], 0, 0, 0)  # the same press, its time to live used up
+    emulated.host.command = (*held[:4], 0, *held[5:])  # the same press, its time to live used up
     emulated.host.talking = True
     emulated.run_ms(500)
     assert not moved_after(emulated, heard_at + 300)
@@ -156,7 +156,17 @@ def test_p12_damaged_frames_never_move(emulated: EmulatedLiveBoard) -> None:
     emulated.arm()
     told_at = emulated.host.ticks
     corrupt = emulated.host.stats.get("rx_corrupt", 0)
-    values = (codes.FORWARD, codes.CONTINUOUS, emulated.new_edge(), codes.DRIVER, 300, 0, 0)
+    values = (
+        codes.FORWARD,
+        codes.CONTINUOUS,
+        emulated.new_edge(),
+        codes.DRIVER,
+        300,
+        0,
+        0,
+        1000,
+        0,
+    )
     messages.COMMAND.pack(emulated.host.encoder.body, values)
     n = emulated.host.encoder.finish(messages.COMMAND, emulated.host.ticks & 0xFFFF)
     wire = bytes(emulated.host.encoder.wire[:n])

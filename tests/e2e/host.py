@@ -18,7 +18,7 @@ from gazechair.lidar.sectors import ALL_BLOCKED, blocked_bits, measure
 from gazechair.lidar.service import classic
 from gazechair.lidar.sweep import Sweep
 from gazechair.link_protocol import FaultText, LinkProtocol, SessionBegun, SessionEnded
-from gazechair.outgoing import Clearance, Command
+from gazechair.outgoing import Bypass, Clearance, Command
 from gazechair.web.control import decode
 from gazelink import codes
 
@@ -45,16 +45,20 @@ class Link:
 
     # What Control asks of a link
 
-    def command(self, verb: int, mode: int, edge: int, owner: int, ttl_deadline_s: float) -> None:
-        self.protocol.command(Command(verb, mode, edge, owner, ttl_deadline_s), self._clock())
+    def command(self, command: Command) -> None:
+        self.protocol.command(command, self._clock())
         self._flush()
 
     def order(self, action: int, owner: int) -> None:
         self.protocol.order(action, owner, self._clock())
         self._flush()
 
-    def clearance(self, blocked: int, source: int, acquired_s: float) -> None:
-        self.protocol.clearance(Clearance(blocked, source, acquired_s), self._clock())
+    def clearance(self, clearance: Clearance) -> None:
+        self.protocol.clearance(clearance, self._clock())
+        self._flush()
+
+    def bypass(self, bypass: Bypass | None) -> None:
+        self.protocol.bypass(bypass, self._clock())
         self._flush()
 
     def state(self) -> BoardState | None:
@@ -167,7 +171,7 @@ class Host:
             return
         readings = tuple(measure(scan.angles_deg, scan.distances_m, s) for s in self._sectors)
         self._bits = blocked_bits(self._sectors, readings, Config().sectors.distance_m, self._bits)
-        self.control.clearance(self._bits, codes.SIMULATED, scan.acquired_s)
+        self.control.clearance(Clearance(self._bits, codes.SIMULATED, scan.acquired_s))
 
     def look(self, client: int) -> dict[str, Any]:
         """What a page would be told now."""

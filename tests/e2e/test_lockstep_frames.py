@@ -12,6 +12,7 @@ from e2e.lockstep import Lockstep
 from gazeboard import limits
 from gazelink import codes, frame, messages
 from promises import END_TO_END, kept, measured
+from rig import clearance
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -153,9 +154,12 @@ def test_p12_orders_and_commands_of_a_foreign_session_are_ignored(chair: Lockste
     stamp = chair.board.app.outbox.ticks & 0xFFFF
     for _ in range(50):
         for message, values in (
-            (messages.COMMAND, (codes.FORWARD, codes.CONTINUOUS, 99, codes.DRIVER, 300, 0, 0)),
+            (
+                messages.COMMAND,
+                (codes.FORWARD, codes.CONTINUOUS, 99, codes.DRIVER, 300, 0, 0, 1000, 0),
+            ),
             (messages.ORDER, (codes.DISARM, 99, codes.DRIVER)),
-            (messages.CLEARANCE, (15, codes.SIMULATED, 0)),
+            (messages.CLEARANCE, clearance(15, codes.SIMULATED, 0)),
         ):
             message.pack(stranger.body, values)
             size = stranger.finish(message, stamp)

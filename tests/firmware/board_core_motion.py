@@ -2,6 +2,7 @@
 # turn.
 
 from corerig import Turn
+from gazeboard import limits
 from gazeboard.motion import Motion
 from gazeboard.settings import Settings
 from gazeboard.shared import Inputs
@@ -10,12 +11,14 @@ from gazelink import codes
 LINEAR = (codes.FORWARD, codes.BACKWARD)
 TURNS = (codes.LEFT, codes.RIGHT)
 ALL = (codes.FORWARD, codes.BACKWARD, codes.LEFT, codes.RIGHT, codes.DRIVE)
+CAPS = (1000, 1000, 1000, 1000)
 LEFT_BIT = 1 << codes.DIR_LEFT
 RIGHT_BIT = 1 << codes.DIR_RIGHT
 
 
 def begun(verb, mode, linear=0, turn=0):
     i = Inputs()
+    i.cap_permille = 1000
     i.verb = verb
     i.mode = mode
     i.edge = 1
@@ -53,7 +56,7 @@ def test_every_verb_has_its_output_and_word():
         ):
             motion, i = begun(verb, mode, 250, -120)
             motion._turn.out = 500 if verb == codes.LEFT else -500
-            motion.step(i, 0)
+            motion.step(i, 0, CAPS)
             assert outputs(motion) == expected
             assert motion.state == word
             assert not motion.ended
@@ -63,23 +66,23 @@ def test_outputs_stay_within_the_settings():
     for linear in (-1000, -601, -600, 0, 600, 601, 1000):
         for turn in (-1000, -501, -500, 0, 500, 501, 1000):
             motion, i = begun(codes.DRIVE, codes.CONTINUOUS, linear, turn)
-            motion.step(i, 0)
+            motion.step(i, 0, CAPS)
             assert outputs(motion) == (max(-600, min(600, linear)), max(-500, min(500, turn)))
     motion, i = begun(codes.LEFT, codes.STEP)
     for out in (-9999, 9999):
         motion._turn.out = out
-        motion.step(i, 0)
-        assert outputs(motion) == (0, 500 if out > 0 else -500)
+        motion.step(i, 0, CAPS)
+        assert outputs(motion) == (0, 1000 if out > 0 else -1000)
 
 
 def test_p4_a_linear_step_ends_at_its_time():
     for verb in LINEAR:
         motion, i = begun(verb, codes.STEP)
         for _ in range(200):
-            motion.step(i, 0)
+            motion.step(i, 0, CAPS)
             assert motion.linear_permille
             assert not motion.ended
-        motion.step(i, 0)
+        motion.step(i, 0, CAPS)
         assert outputs(motion) == (0, 0)
         assert motion.ended
         assert motion.end_reason == codes.NO_REASON
@@ -90,9 +93,9 @@ def test_p4_a_turn_that_never_arrives_ends_at_its_limit():
     for verb in TURNS:
         motion, i = begun(verb, codes.STEP)
         for _ in range(300):
-            motion.step(i, 0)
+            motion.step(i, 0, CAPS)
             assert motion.turn_permille
-        motion.step(i, 0)
+        motion.step(i, 0, CAPS)
         assert outputs(motion) == (0, 0)
         assert motion.ended
         assert motion.end_reason == codes.TIME_LIMIT
@@ -102,9 +105,9 @@ def test_a_turn_that_arrives_has_ended_as_asked():
     for verb in TURNS:
         motion, i = begun(verb, codes.STEP)
         motion.end_reason = codes.TIME_LIMIT
-        motion.step(i, 0)
+        motion.step(i, 0, CAPS)
         motion._turn.arrived = True
-        motion.step(i, 0)
+        motion.step(i, 0, CAPS)
         assert outputs(motion) == (0, 0)
         assert motion.ended
         assert motion.end_reason == codes.NO_REASON
@@ -115,7 +118,7 @@ def test_a_held_motion_has_no_end_of_its_own():
     for verb in ALL:
         motion, i = begun(verb, codes.CONTINUOUS, 100, 100)
         for _ in range(1000):
-            motion.step(i, 0)
+            motion.step(i, 0, CAPS)
             assert outputs(motion) != (0, 0)
             assert not motion.ended
 
@@ -125,12 +128,12 @@ def test_a_step_turn_starts_from_the_present_heading():
         motion, i = begun(verb, codes.STEP)
         i.heading_q4 = 1000
         i.rate_q4 = 7
-        motion.step(i, 0)
+        motion.step(i, 0, CAPS)
         assert motion._turn.setpoint_q4 == setpoint
         assert motion._turn.seen == (1000, 7)
         i.heading_q4 = 1100
         i.rate_q4 = 8
-        motion.step(i, 0)
+        motion.step(i, 0, CAPS)
         assert motion._turn.setpoint_q4 == setpoint  # the same press, the same setpoint
         assert motion._turn.seen == (1100, 8)
 
@@ -144,7 +147,7 @@ def test_only_step_turns_have_a_setpoint():
         (codes.RIGHT, codes.CONTINUOUS),
     ):
         motion, i = begun(verb, mode)
-        motion.step(i, 0)
+        motion.step(i, 0, CAPS)
         assert motion._turn.setpoint_q4 is None
         assert motion._turn.seen is None
 
@@ -155,11 +158,11 @@ def test_no_turn_into_a_blocked_side():
             for out in (-300, 300):
                 motion, i = begun(verb, mode)
                 motion._turn.out = out
-                motion.step(i, 0)
+                motion.step(i, 0, CAPS)
                 free = motion.turn_permille
                 assert free
                 for blocked in range(16):
-                    motion.step(i, blocked)
+                    motion.step(i, blocked, CAPS)
                     against = LEFT_BIT if free > 0 else RIGHT_BIT
                     assert motion.turn_permille == (0 if blocked & against else free)
 
@@ -167,25 +170,25 @@ def test_no_turn_into_a_blocked_side():
 def test_not_by_the_smallest_output():
     for turn in (-1, 1):
         motion, i = begun(codes.DRIVE, codes.CONTINUOUS, 0, turn)
-        motion.step(i, 0)
+        motion.step(i, 0, CAPS)
         assert motion.turn_permille == turn
-        motion.step(i, LEFT_BIT | RIGHT_BIT)
+        motion.step(i, LEFT_BIT | RIGHT_BIT, CAPS)
         assert motion.turn_permille == 0
 
 
 def test_stop_is_neutral_and_forgets():
     motion, i = begun(codes.LEFT, codes.STEP)
     for _ in range(300):
-        motion.step(i, 0)
+        motion.step(i, 0, CAPS)
     motion.stop()
     assert outputs(motion) == (0, 0)
     assert motion.state == codes.STOPPED
     i.heading_q4 = 2000
     for _ in range(300):  # the same press number: begun anew, with its own time and setpoint
-        motion.step(i, 0)
+        motion.step(i, 0, CAPS)
         assert not motion.ended
     assert motion._turn.setpoint_q4 == 2160
-    motion.step(i, 0)
+    motion.step(i, 0, CAPS)
     assert motion.ended
     motion.stop()
     assert not motion.ended
@@ -193,7 +196,7 @@ def test_stop_is_neutral_and_forgets():
 
 def test_stop_while_moving_straight():
     motion, i = begun(codes.DRIVE, codes.CONTINUOUS, 300, 200)
-    motion.step(i, 0)
+    motion.step(i, 0, CAPS)
     motion.stop()
     assert outputs(motion) == (0, 0)
     assert motion.state == codes.STOPPED
@@ -202,39 +205,81 @@ def test_stop_while_moving_straight():
 def test_a_new_press_begins_anew():
     motion, i = begun(codes.FORWARD, codes.STEP)
     for _ in range(201):
-        motion.step(i, 0)
+        motion.step(i, 0, CAPS)
     assert motion.ended
     for edge in (2, 1):  # any other number
         motion, i = begun(codes.FORWARD, codes.STEP)
         i.edge = 3 - edge
-        motion.step(i, 0)
+        motion.step(i, 0, CAPS)
         i.edge = edge
         i.verb = codes.BACKWARD
-        motion.step(i, 0)
+        motion.step(i, 0, CAPS)
         assert motion.state == codes.MOVING_BACKWARD
     motion, i = begun(codes.FORWARD, codes.STEP)
     for _ in range(201):
-        motion.step(i, 0)
+        motion.step(i, 0, CAPS)
     assert motion.ended
     i.edge = 2
     i.verb = codes.BACKWARD
     for _ in range(200):
-        motion.step(i, 0)
+        motion.step(i, 0, CAPS)
         assert outputs(motion) == (-600, 0)
         assert not motion.ended
         assert motion.state == codes.MOVING_BACKWARD
-    motion.step(i, 0)
+    motion.step(i, 0, CAPS)
     assert motion.ended
 
 
 def test_an_axis_that_is_not_asked_for_is_neutral():
     motion, i = begun(codes.DRIVE, codes.CONTINUOUS, 300, 200)
-    motion.step(i, 0)
+    motion.step(i, 0, CAPS)
     i.edge = 2
     i.verb = codes.FORWARD
-    motion.step(i, 0)
+    motion.step(i, 0, CAPS)
     assert outputs(motion) == (600, 0)
     i.edge = 3
     i.verb = codes.RIGHT
-    motion.step(i, 0)
+    motion.step(i, 0, CAPS)
     assert outputs(motion) == (0, -500)
+
+
+# -- a tuning pulse --------------------------------------------------------------------------------
+
+
+def test_a_pulse_puts_out_what_it_says_for_as_long_as_it_says():
+    for verb, sign in ((codes.LEFT, 1), (codes.RIGHT, -1)):
+        motion, i = begun(verb, codes.TUNE)
+        i.turn_permille = 250
+        i.pulse_ms = 100
+        for _ in range(100):
+            motion.step(i, 0, CAPS)
+            assert outputs(motion) == (0, 250 * sign)
+        motion.step(i, 0, CAPS)
+        assert motion.ended
+        assert motion.end_reason == codes.NO_REASON
+        assert outputs(motion) == (0, 0)
+    for verb, sign in ((codes.FORWARD, 1), (codes.BACKWARD, -1)):
+        motion, i = begun(verb, codes.TUNE)
+        i.linear_permille = -250  # the verb says which way
+        i.pulse_ms = 100
+        motion.step(i, 0, CAPS)
+        assert outputs(motion) == (250 * sign, 0)
+
+
+def test_p4_a_pulse_is_never_longer_nor_wider_than_its_limits():
+    motion, i = begun(codes.LEFT, codes.TUNE)
+    i.turn_permille = 250
+    i.pulse_ms = 65535
+    for _ in range(limits.TUNE_PULSE_MAX_MS):
+        motion.step(i, 0, CAPS)
+        assert not motion.ended
+    motion.step(i, 0, CAPS)
+    assert motion.ended
+    for angle_q4 in (480, -480):
+        motion, i = begun(codes.LEFT, codes.TUNE)
+        i.pulse_ms = 65535
+        motion.step(i, 0, CAPS)
+        i.heading_q4 = (i.heading_q4 + angle_q4) % 5760
+        motion.step(i, 0, CAPS)
+        assert motion.ended
+        assert motion.end_reason == codes.TUNING_ANGLE

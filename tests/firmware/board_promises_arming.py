@@ -79,4 +79,6 @@ def test_a_host_that_stops_reading_delays_nothing():
 def test_raises_is_used_for_refusals():
     # A first command before any HELLO is garbage to the board; the host's own encoder refuses it.
     rig = Rig()
-    assert "no session" in raises(ValueError, rig.send, messages.COMMAND, (1, 1, 1, 1, 300, 0, 0))
+    assert "no session" in raises(
+        ValueError, rig.send, messages.COMMAND, (1, 1, 1, 1, 300, 0, 0, 1000, 0)
+    )

@@ -4,7 +4,7 @@ from gazeboard import limits
 from gazelink import codes, messages
 from promiserig import armed, stays_still_until_pressed_anew
 from promises import CORE, kept, measured
-from rig import Rig
+from rig import Rig, clearance
 
 
 def test_p2_host_silent_is_neutral_within_100_ms_and_disarmed_after_500():
@@ -64,7 +64,9 @@ def test_p3_time_on_the_way_counts():
     rig.host_alive = False
     rig.until(lambda: rig.now_ms % 10 == 1, 20)
     sent_at = rig.now_ms
-    rig.send(messages.COMMAND, (codes.FORWARD, codes.CONTINUOUS, 9, codes.DRIVER, 300, 0, 0))
+    rig.send(
+        messages.COMMAND, (codes.FORWARD, codes.CONTINUOUS, 9, codes.DRIVER, 300, 0, 0, 1000, 0)
+    )
     held = bytes(rig.wire._to[rig.wire._tail : rig.wire._head])
     rig.wire.clear()
     rig.run(80)  # the frame waits 80 ms somewhere
@@ -82,7 +84,7 @@ def test_p3_time_on_the_way_counts():
 def test_p12_every_single_bit_flip_of_a_command_is_ignored():
     rig = Rig()
     rig.arm()
-    values = (codes.FORWARD, codes.CONTINUOUS, 77, codes.DRIVER, 300, 0, 0)
+    values = (codes.FORWARD, codes.CONTINUOUS, 77, codes.DRIVER, 300, 0, 0, 1000, 0)
     messages.COMMAND.pack(rig.encoder.body, values)
     n = rig.encoder.finish(messages.COMMAND, rig.stamp)
     frame = bytes(rig.encoder.wire[:n])
@@ -124,7 +126,7 @@ def test_p12_frames_of_another_session_boot_or_version_are_ignored():
         rig.arm()
         own = rig.encoder.seed
         rig.encoder.seed = seed
-        values = (codes.FORWARD, codes.CONTINUOUS, 9, codes.DRIVER, 300, 0, 0)
+        values = (codes.FORWARD, codes.CONTINUOUS, 9, codes.DRIVER, 300, 0, 0, 1000, 0)
         rig.send(messages.COMMAND, values)
         rig.encoder.seed = own
         corrupt = rig.app.link._decoder.corrupt
@@ -139,18 +141,19 @@ def test_p12_values_out_of_range_are_ignored_and_counted():
     rig.arm()
     bad = 0
     for values in (
-        (6, 1, 9, 1, 300, 0, 0),
-        (255, 1, 9, 1, 300, 0, 0),
-        (codes.FORWARD, 2, 9, 1, 300, 0, 0),
-        (codes.DRIVE, 1, 9, 1, 300, 1001, 0),
-        (codes.DRIVE, 1, 9, 1, 300, 0, -1001),
+        (6, 1, 9, 1, 300, 0, 0, 1000, 0),
+        (255, 1, 9, 1, 300, 0, 0, 1000, 0),
+        (codes.FORWARD, 3, 9, 1, 300, 0, 0, 1000, 0),
+        (codes.DRIVE, 1, 9, 1, 300, 1001, 0, 1000, 0),
+        (codes.DRIVE, 1, 9, 1, 300, 0, -1001, 1000, 0),
+        (codes.FORWARD, 1, 9, 1, 300, 0, 0, 1001, 0),
     ):
         rig.send(messages.COMMAND, values)
         bad += 1
         rig.run(3)
         assert rig.neutral()
     rig.send(messages.ORDER, (99, 7, 1))
-    rig.send(messages.CLEARANCE, (0, 9, 0))
+    rig.send(messages.CLEARANCE, clearance(0, 9, 0))
     rig.run(3)
     assert rig.app.link.bad == bad + 2
     kept(CORE, "P12", "values out of range")
@@ -163,7 +166,7 @@ def test_p12_frames_late_by_their_own_stamp_are_refused_but_a_late_stop_counts()
     stamp = rig.stamp
     rig.run(90)
     rig.stamp = stamp - 20
-    rig.send(messages.COMMAND, (codes.FORWARD, codes.CONTINUOUS, 9, 1, 300, 0, 0))
+    rig.send(messages.COMMAND, (codes.FORWARD, codes.CONTINUOUS, 9, 1, 300, 0, 0, 1000, 0))
     rig.send(messages.ORDER, (codes.ARM, 99, 1))
     rig.run(5)
     assert rig.neutral()
@@ -172,5 +175,5 @@ def test_p12_frames_late_by_their_own_stamp_are_refused_but_a_late_stop_counts()
     rig.press(codes.FORWARD)
     rig.until(lambda: not rig.neutral(), 60)
     rig.stamp = (rig.stamp - 500) & 0xFFFF
-    rig.send(messages.COMMAND, (codes.STOP, 0, 0, 0, 0, 0, 0))
+    rig.send(messages.COMMAND, (codes.STOP, 0, 0, 0, 0, 0, 0, 1000, 0))
     rig.until(rig.neutral, 2)

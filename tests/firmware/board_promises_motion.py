@@ -5,7 +5,7 @@ from gazeboard import limits
 from gazelink import codes, messages
 from promiserig import armed, stays_still_until_pressed_anew
 from promises import CORE, measured
-from rig import NEUTRAL, Rig
+from rig import NEUTRAL, Rig, clearance
 
 
 def test_p4_a_forward_step_ends_by_itself():
@@ -40,7 +40,7 @@ def test_p5_an_obstacle_on_the_path_stops_within_2_ms_with_the_reason():
         rig = Rig()
         rig.drive(verb)
         rig.blocked = 1 << direction
-        rig.send(messages.CLEARANCE, (rig.blocked, codes.REAL, 5))
+        rig.send(messages.CLEARANCE, clearance(rig.blocked, codes.REAL, 5))
         ms = rig.until(rig.neutral, 10)
         measured(CORE, "P5", "obstacle on the path, from the decoded frame", ms, 2)
         assert rig.app.safety.override == codes.OBSTACLE_FORWARD + direction
@@ -96,7 +96,7 @@ def test_p6_a_sender_whose_producer_died_does_not_keep_data_fresh():
     for _ in range(400):
         age += 1
         if rig.now_ms % 20 == 0:
-            rig.send(messages.CLEARANCE, (0, codes.REAL, age))
+            rig.send(messages.CLEARANCE, clearance(0, codes.REAL, age))
         rig.one_ms()
         if not rig.neutral():
             moved_at = age
@@ -115,7 +115,7 @@ def test_p13_only_the_owner_moves_and_anyones_stop_wins_in_one_tick():
     rig.press(codes.FORWARD)
     rig.until(lambda: not rig.neutral(), 60)
     rig.until(lambda: rig.now_ms % 20 == 5, 20)
-    rig.send(messages.COMMAND, (codes.STOP, 0, 0, codes.CARETAKER, 0, 0, 0))
+    rig.send(messages.COMMAND, (codes.STOP, 0, 0, codes.CARETAKER, 0, 0, 0, 1000, 0))
     ms = rig.until(rig.neutral, 5)  # decoded after one tick, obeyed in the next
     measured(CORE, "P13", "anyone's stop, from its last byte", ms, 2)
 
@@ -125,8 +125,10 @@ def test_p13_a_stop_and_a_held_command_in_the_same_millisecond_stop():
     rig.drive()
     rig.until(lambda: rig.now_ms % 20 == 5, 20)
     edge = rig.command[2]
-    rig.send(messages.COMMAND, (codes.STOP, 0, 0, codes.CARETAKER, 0, 0, 0))
-    rig.send(messages.COMMAND, (codes.FORWARD, codes.CONTINUOUS, edge, codes.DRIVER, 300, 0, 0))
+    rig.send(messages.COMMAND, (codes.STOP, 0, 0, codes.CARETAKER, 0, 0, 0, 1000, 0))
+    rig.send(
+        messages.COMMAND, (codes.FORWARD, codes.CONTINUOUS, edge, codes.DRIVER, 300, 0, 0, 1000, 0)
+    )
     rig.until(rig.neutral, 2)
     stays_still_until_pressed_anew(rig)
 

@@ -2,7 +2,7 @@
 
 from gazeboard import limits
 from gazelink import codes, messages
-from rig import Rig
+from rig import Rig, clearance
 
 
 def test_frames_with_an_old_stamp_do_not_count_as_a_living_host():
@@ -13,7 +13,7 @@ def test_frames_with_an_old_stamp_do_not_count_as_a_living_host():
     for ms in range(2 * limits.HOST_SILENT_MS):
         if ms % 20 == 0:
             rig.stamp = (rig.app.outbox.ticks - limits.FRAME_STALE_MS - 20) & 0xFFFF
-            rig.send(messages.CLEARANCE, (0, codes.REAL, 5))
+            rig.send(messages.CLEARANCE, clearance(0, codes.REAL, 5))
         rig.one_ms()
         if ms >= limits.HOST_SILENT_MS:
             assert rig.neutral(), rig.why()

@@ -102,6 +102,9 @@ def test_wrapped_is_the_shorter_way():
 # -- motion ----------------------------------------------------------------------------------------
 
 
+CAPS = (1000, 1000, 1000, 1000)
+
+
 class NeverThere:
     arrived = False
     setpoint = None
@@ -115,13 +118,14 @@ class NeverThere:
 
 def moving(verb, mode=codes.CONTINUOUS, linear=0, turn=0):
     i = Inputs()
+    i.cap_permille = 1000
     i.verb = verb
     i.mode = mode
     i.edge = 1
     i.linear_permille = linear
     i.turn_permille = turn
     motion = Motion(Settings(), NeverThere())
-    motion.step(i, 0)
+    motion.step(i, 0, CAPS)
     return motion, i
 
 
@@ -146,11 +150,12 @@ def test_drive_is_proportional_and_clamped_to_the_settings():
 def test_a_step_turn_starts_from_the_present_heading():
     for verb, heading, setpoint in ((codes.LEFT, 5700, 5860), (codes.RIGHT, 100, -60)):
         i = Inputs()
+        i.cap_permille = 1000
         i.verb = verb
         i.edge = 3
         i.heading_q4 = heading
         turn = NeverThere()
-        Motion(Settings(), turn).step(i, 0)
+        Motion(Settings(), turn).step(i, 0, CAPS)
         assert turn.setpoint == setpoint
 
 
@@ -160,7 +165,7 @@ def test_stop_forgets_the_setpoint():
     assert (motion.linear_permille, motion.turn_permille) == (0, 0)
     assert motion.state == codes.STOPPED
     i.heading_q4 = 1600
-    motion.step(i, 0)
+    motion.step(i, 0, CAPS)
     assert motion._turn.setpoint == 1760
 
 

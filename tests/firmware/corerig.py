@@ -2,6 +2,7 @@
 # a millisecond, on CPython and MicroPython.
 
 from gazeboard.motion import Motion
+from gazeboard.obstacles import Obstacles
 from gazeboard.safety import Safety
 from gazeboard.settings import Settings
 from gazeboard.shared import Inputs
@@ -38,10 +39,12 @@ class Core:
         self.i.session_count = 1
         self.i.calibrated = True
         self.i.clearance_source = codes.REAL
+        self.i.cap_permille = 1000
         self.turn = Turn()
         self.settings = Settings()
         self.safety = Safety(simulated, relay_fitted, boot_faults)
         self.motion = Motion(self.settings, self.turn)
+        self.obstacles = Obstacles(self.settings)
         self.host = True
         self.service = True
         self.lidar = True
@@ -75,9 +78,11 @@ class Core:
             self.command(self.hold_ms)
         safety = self.safety
         motion = self.motion
-        safety.step(i, self.closed(), self.emergency, self.button, self.late)
+        obstacles = self.obstacles
+        obstacles.step(i, motion.linear_permille, motion.turn_permille)
+        safety.step(i, obstacles.blocked, self.closed(), self.emergency, self.button, self.late)
         if safety.permitted:
-            motion.step(i, safety.blocked)
+            motion.step(i, safety.blocked, obstacles.caps)
             if motion.ended:
                 safety.finished(motion.end_reason)
         else:

@@ -19,6 +19,12 @@ REGS = at.SLOT_REGS
 NEUTRAL = 170
 
 
+# Values of a CLEARANCE frame: what is blocked, and nothing else within range.
+def clearance(blocked, source, age_ms):
+    far = messages.CLEAR_FAR
+    return (blocked, 0, source, far, far, far, far, age_ms)
+
+
 class Clock:
     def __init__(self, start_us=0):
         self.now_us = start_us
@@ -187,9 +193,9 @@ class Rig:
             return
         verb, mode, edge, owner, linear, turn = self.command
         ttl = 300 if self.hold else 0
-        self.send(messages.COMMAND, (verb, mode, edge, owner, ttl, linear, turn))
+        self.send(messages.COMMAND, (verb, mode, edge, owner, ttl, linear, turn, 1000, 0))
         if self.lidar_alive:
-            self.send(messages.CLEARANCE, (self.blocked, self.source, 5))
+            self.send(messages.CLEARANCE, clearance(self.blocked, self.source, 5))
         if self._order_left:
             self._order_left -= 1
             self.send(messages.ORDER, self.order)

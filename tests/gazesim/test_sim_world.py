@@ -7,6 +7,7 @@ from gazeboard.boards.virtual import VirtualBoard
 from gazelink import codes, frame, messages
 from gazesim.bank import Bank
 from gazesim.world import World
+from rig import clearance
 
 
 class Wire:
@@ -75,8 +76,8 @@ class Lockstep:
             return
         verb, mode, edge = self.command
         ttl_ms = 300 if verb else 0
-        self.send(messages.COMMAND, (verb, mode, edge, codes.DRIVER, ttl_ms, 0, 0))
-        self.send(messages.CLEARANCE, (0, codes.SIMULATED, 5))
+        self.send(messages.COMMAND, (verb, mode, edge, codes.DRIVER, ttl_ms, 0, 0, 1000, 0))
+        self.send(messages.CLEARANCE, clearance(0, codes.SIMULATED, 5))
         if self.order:
             self.send(messages.ORDER, (codes.ARM, self.order, codes.DRIVER))
 

@@ -12,6 +12,7 @@ from gazechair.board_state import BoardId, BoardState
 from gazechair.config import Config, DriverConfig
 from gazechair.control import Control
 from gazechair.health import OK, HealthRegistry
+from gazechair.outgoing import Bypass, Clearance, Command
 from gazelink import codes
 
 QUIET = BoardState(0, 0, 0, 0, 0, 0, 90.0, 170, 171, 0, 0, 0, 0.0)
@@ -23,14 +24,17 @@ class FakeLink:
         self.who: BoardId | None = BoardId("fake", "0.1.0", False, 1, 2)
         self.said: list[tuple[Any, ...]] = []
 
-    def command(self, verb: int, mode: int, edge: int, owner: int, ttl_deadline_s: float) -> None:
-        self.said.append(("command", verb, mode, owner))
+    def command(self, command: Command) -> None:
+        self.said.append(("command", command.verb, command.mode, command.owner))
 
     def order(self, action: int, owner: int) -> None:
         self.said.append(("order", action, owner))
 
-    def clearance(self, blocked: int, source: int, acquired_s: float) -> None:
-        self.said.append(("clearance", blocked, source, acquired_s))
+    def clearance(self, clearance: Clearance) -> None:
+        self.said.append(("clearance", clearance))
+
+    def bypass(self, bypass: Bypass | None) -> None:
+        self.said.append(("bypass", bypass))
 
     def state(self) -> BoardState | None:
         return self.now
@@ -233,8 +237,9 @@ def test_a_waiting_server_is_woken(rig: Rig) -> None:
 
 
 def test_scans_go_straight_to_the_link_and_mark_simulation(rig: Rig) -> None:
-    rig.control.clearance(5, codes.SIMULATED, 9.9)
-    assert rig.link.take() == [("clearance", 5, codes.SIMULATED, 9.9)]
+    scan = Clearance(5, codes.SIMULATED, 9.9)
+    rig.control.clearance(scan)
+    assert rig.link.take() == [("clearance", scan)]
     assert rig.look()["simulated"] is True
 
 
@@ -247,7 +252,7 @@ def test_a_lidar_or_camera_silent_for_2_s_is_told(rig: Rig) -> None:
     rig.picture_age_s = 2.5
     rig.control.update()
     assert rig.look()["message"] == "camera_lost"
-    rig.control.clearance(0, codes.REAL, rig.now_s)
+    rig.control.clearance(Clearance(0, codes.REAL, rig.now_s))
     rig.now_s += 2.1
     rig.control.update()
     assert (rig.look()["level"], rig.look()["message"]) == ("error", "lidar_lost")

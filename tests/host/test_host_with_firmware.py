@@ -11,7 +11,7 @@ from gazechair.config import Config
 from gazechair.control import Control
 from gazechair.health import OK, HealthRegistry
 from gazechair.link_protocol import Event, LinkProtocol, SessionBegun, SessionEnded
-from gazechair.outgoing import Clearance, Command
+from gazechair.outgoing import Bypass, Clearance, Command
 from gazelink import codes
 from rig import Rig
 
@@ -27,17 +27,20 @@ class LockstepLink:
         self.sessions = 0
         self._state: BoardState | None = None
 
-    def command(self, verb: int, mode: int, edge: int, owner: int, ttl_deadline_s: float) -> None:
-        value = Command(verb, mode, edge, owner, ttl_deadline_s)
-        self.protocol.command(value, self._rig.now_s)
+    def command(self, command: Command) -> None:
+        self.protocol.command(command, self._rig.now_s)
         self.pump()
 
     def order(self, action: int, owner: int) -> None:
         self.protocol.order(action, owner, self._rig.now_s)
         self.pump()
 
-    def clearance(self, blocked: int, source: int, acquired_s: float) -> None:
-        self.protocol.clearance(Clearance(blocked, source, acquired_s), self._rig.now_s)
+    def clearance(self, clearance: Clearance) -> None:
+        self.protocol.clearance(clearance, self._rig.now_s)
+        self.pump()
+
+    def bypass(self, bypass: Bypass | None) -> None:
+        self.protocol.bypass(bypass, self._rig.now_s)
         self.pump()
 
     def state(self) -> BoardState | None:
@@ -94,7 +97,7 @@ class Chain(Rig):
         self.wire.count = 0
         self.link.pump()
         if self.scanning and self.now_ms % 100 == 0:
-            self.control.clearance(self.blocked, codes.SIMULATED, self.now_s - 0.03)
+            self.control.clearance(Clearance(self.blocked, codes.SIMULATED, self.now_s - 0.03))
         if self.now_ms % 25 == 0:
             self.control.update()
         if self.page_alive and self.now_ms % 100 == 0:

@@ -14,6 +14,7 @@ import pytest
 
 from gazechair.health import Health
 from gazechair.link import BoardLink
+from gazechair.outgoing import Clearance, Command
 from gazelink import codes
 
 PATIENCE_S = 30
@@ -56,9 +57,9 @@ def test_a_ping_comes_back(cable: Any, link: BoardLink) -> None:
 def test_commands_clearance_and_orders_reach_the_board(cable: Any, link: BoardLink) -> None:
     until(lambda: link.state() is not None, "a state arrives")
     now_s = time.monotonic()
-    link.clearance(5, codes.SIMULATED, now_s)
+    link.clearance(Clearance(5, codes.SIMULATED, now_s))
     link.order(codes.ARM, codes.DRIVER)
-    link.command(codes.LEFT, codes.STEP, 9, codes.DRIVER, now_s + 0.3)
+    link.command(Command(codes.LEFT, codes.STEP, 9, codes.DRIVER, now_s + 0.3))
     until(lambda: cable.heard("clearance"), "the clearance arrives")
     until(lambda: cable.heard("order"), "the order arrives")
     until(lambda: cable.heard("command")[-1]["edge"] == 9, "the command arrives")
@@ -125,7 +126,7 @@ def test_a_board_that_does_not_read_is_busy_and_nothing_blocks(cable: Any, link:
     cable.reading = False
 
     def crowded() -> bool:
-        link.clearance(0, codes.REAL, time.monotonic())
+        link.clearance(Clearance(0, codes.REAL, time.monotonic()))
         return link.health.reason == "board_busy"
 
     until(crowded, "the full line is noticed")

@@ -19,6 +19,7 @@ import gazesetup
 from gazechair import health as h
 from gazechair.health import Health
 from gazechair.link import BoardLink
+from gazechair.outgoing import Clearance, Command
 from gazelink import codes
 from gazemeasure.report import Report, percentile
 from gazemeasure.stalls import StallProbe
@@ -118,8 +119,8 @@ class _World:
     def _feed(self) -> None:
         while not self._stopping.wait(0.02):
             now_s = time.monotonic()
-            self.link.clearance(0, codes.SIMULATED, now_s)
-            self.link.command(*self.held, self.edge, codes.DRIVER, now_s + 0.3)
+            self.link.clearance(Clearance(0, codes.SIMULATED, now_s))
+            self.link.command(Command(*self.held, self.edge, codes.DRIVER, now_s + 0.3))
 
     def press(self, verb: int, mode: int) -> None:
         """A new press, held until let_go()."""

@@ -12,6 +12,8 @@ from gazeprove import abstract
 from gazeprove.abstract import FRESH, Core, State
 from gazeprove.inputs import AnyTurn, Choices, LazyInputs, Scope
 
+_CAPS = (1000, 1000, 1000, 1000)  # what obstacles permit beside the blocked bits only reduces
+
 
 @dataclass
 class Facts:
@@ -137,11 +139,12 @@ def _reveal(safety: Safety, before: int, choices: Choices) -> None:
 def decide(core: Core, inputs: Any, facts: Facts) -> None:
     """Safety, then motion, as App._tick calls them."""
     safety, motion = core.safety, core.motion
-    safety.step(inputs, facts.contact, facts.emergency_open, facts.button, facts.late)
+    blocked = inputs.clearance_blocked
+    safety.step(inputs, blocked, facts.contact, facts.emergency_open, facts.button, facts.late)
     if not safety.permitted:
         motion.stop()
         return
-    motion.step(inputs, safety.blocked)
+    motion.step(inputs, safety.blocked, _CAPS)
     if motion.ended:
         facts.end_reason = motion.end_reason
         safety.finished(motion.end_reason)

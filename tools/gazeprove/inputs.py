@@ -139,6 +139,8 @@ class LazyInputs:
             return (0, 300)
         if name in ("heading_q4", "rate_q4"):
             return (0,)
+        if name == "cap_permille":
+            return (1000,)
         raise AttributeError(name)
 
 

@@ -113,9 +113,11 @@ def motion_goes_as_asked(a: After) -> bool:
     if not a.moving:
         return True
     settings = a.core.motion._settings
-    if abs(a.linear) > settings.linear_permille or abs(a.turn) > settings.turn_permille:
-        return False
     verb = a.read.get("verb", codes.STOP)
+    stepwise = verb != codes.DRIVE and a.read.get("mode") != codes.CONTINUOUS
+    turn_limit = settings.step_turn_permille if stepwise else settings.turn_permille
+    if abs(a.linear) > settings.linear_permille or abs(a.turn) > turn_limit:
+        return False
     if verb == codes.DRIVE:
         return bool(
             a.linear * a.read["linear_permille"] >= 0 and a.turn * a.read["turn_permille"] >= 0

@@ -42,6 +42,7 @@ class Walk:
         self._choices = _RandomChoices(self._random)
         self._core = self._built()
         self._i = Inputs()
+        self._i.cap_permille = 1000
         self._i.calibrated = True
         self._trouble: dict[str, int] = {}  # ticks left of each cause
         self._next_trouble = 900

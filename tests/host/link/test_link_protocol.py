@@ -202,6 +202,6 @@ def test_after_garbage_the_next_but_one_frame_is_heard(
 def test_a_message_for_the_board_is_ignored_by_the_host(joined: Any) -> None:
     encoder = frame.Encoder()
     encoder.seed = frame.session_seed(joined.board.session, joined.board.boot)
-    messages.COMMAND.pack(encoder.body, (1, 1, 1, 1, 300, 0, 0))
+    messages.COMMAND.pack(encoder.body, (1, 1, 1, 1, 300, 0, 0, 1000, 0))
     size = encoder.finish(messages.COMMAND, 0)
     assert joined.say(bytes(encoder.wire[:size])) == []
