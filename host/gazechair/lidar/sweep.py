@@ -5,76 +5,136 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gazechair.lidar.nodes import FloatArray, Nodes, wrapped_steps
-from gazechair.lidar.scan import Scan
+from gazechair.lidar.scan import BINS, Scan
 from gazelink import codes
 
 NODE_PERIOD_S = 1.0 / 16_000.0  # standard scan: 16 kHz
-_MAX_TURN_NODES = 8_000  # half a second: the S flag was lost several times over
+_LONGEST_TURN_S = 0.5  # behind that the S flag was lost several times over
+_KEPT = 3  # turns before the one in progress
+
+_Nodes = tuple[FloatArray, FloatArray, FloatArray]  # angles, distances, times
 
 
 class Sweep:
     """Joins the turn in progress with the part of the turn before it that it has not yet reached.
 
-    This gives an obstacle flag some 25 ms after its beam, instead of up to a whole turn later.
+    This gives an obstacle some 25 ms after its beam, instead of up to a whole turn later.
+
+    Degrees of which every measurement was lost show what the turn before that one saw, for one turn
+    more; then they are missing. What an older turn saw there is an obstacle too: a wrong
+    measurement never makes the way free for a second scan.
     """
 
-    def __init__(self, source: int = codes.SIMULATED) -> None:
-        """`source` marks the scans; behind anything but codes.REAL a real board never arms."""
+    def __init__(self, source: int = codes.SIMULATED, period_s: float = NODE_PERIOD_S) -> None:
+        """`source` marks the scans; behind anything but codes.REAL a real board never arms.
+
+        `period_s`: from one measurement to the next.
+        """
         self.turns = 0
         self._source = source
-        self._previous = _Turn()
-        self._current = _Turn()
+        self._period_s = period_s
+        self._most_nodes = round(_LONGEST_TURN_S / period_s)
+        self._turns = [_Turn() for _ in range(1 + _KEPT)]  # newest first
 
     def add(self, nodes: Nodes, received_s: float) -> Scan | None:
         """Take nodes that were whole at `received_s`; the newest scan, None without nodes."""
-        if not len(nodes):
-            return None
-        times_s: FloatArray = received_s - nodes.backlog.astype(np.float64) * NODE_PERIOD_S
+        self.take(nodes, received_s)
+        return self.scan() if len(nodes) else None
+
+    def take(self, nodes: Nodes, received_s: float) -> None:
+        """Take nodes that were whole at `received_s`, CLOCK_MONOTONIC seconds."""
+        times_s: FloatArray = received_s - nodes.backlog.astype(np.float64) * self._period_s
         cuts = [0, *np.flatnonzero(nodes.starts).tolist(), len(nodes)]
         for first, last in pairwise(cuts):
             if first < last:
                 if nodes.starts[first]:
-                    self._previous = self._current
-                    self._current = _Turn()
+                    self._turns = [_Turn(), *self._turns[:_KEPT]]
                     self.turns += 1
                 piece = slice(first, last)
-                self._current.add(nodes.angles_deg[piece], nodes.distances_m[piece], times_s[piece])
-        return self._scan()
+                self._turns[0].add(
+                    (nodes.angles_deg[piece], nodes.distances_m[piece], times_s[piece]),
+                    self._most_nodes,
+                )
 
-    def _scan(self) -> Scan:
-        angles, distances, times = self._current.joined()
-        old_angles, old_distances, old_times = self._previous.joined()
+    @property
+    def quarter(self) -> int:
+        """Counts the quarter turns of the mirror that have begun."""
+        return self.turns * 4 + self._turns[0].quarter
+
+    def scan(self) -> Scan | None:
+        """The newest scan, None before the first node and right at the start of a turn."""
+        kept = [turn.joined() for turn in self._turns]
+        angles = kept[0][0]
+        if not len(angles):
+            return None
         # Counted along the nodes, so that jitter about the start of the turn is not a whole turn.
         reached_deg = min(max(-float(wrapped_steps(angles).sum()), 0.0), 360.0)
-        ahead = (angles[0] - old_angles) % 360.0 > reached_deg  # the mirror turns clockwise
-        return Scan(
-            np.concatenate((angles, old_angles[ahead])),
-            np.concatenate((distances, old_distances[ahead])),
-            float(min(times.min(), old_times[ahead].min(initial=np.inf))),
-            self._source,
-        )
+
+        def view(back: int) -> _Nodes:
+            # The whole turn that ended where the newest node is, `back` turns ago.
+            newer, older = kept[back], kept[back + 1]
+            passed = (angles[0] - newer[0]) % 360.0 <= reached_deg  # the mirror turns clockwise
+            ahead = (angles[0] - older[0]) % 360.0 > reached_deg
+            return _join(_pick(newer, passed) if back else newer, _pick(older, ahead))
+
+        whole = view(0)
+        missing = np.bincount(_bins(whole), minlength=BINS) == 0
+        if missing.any():
+            whole = _fill(whole, missing, view(1), view(2))
+        return Scan(whole[0], whole[1], float(whole[2].min()), self._source)
 
 
 class _Turn:
     def __init__(self) -> None:
-        self._pieces: list[tuple[FloatArray, FloatArray, FloatArray]] = []
+        self._pieces: list[_Nodes] = []
         self._count = 0
+        self.quarter = 0
 
-    def add(self, angles: FloatArray, distances: FloatArray, times: FloatArray) -> None:
-        self._pieces.append((angles, distances, times))
-        self._count += len(angles)
-        if self._count > _MAX_TURN_NODES:
-            self._pieces = [self._pieces[-1]]
-            self._count = len(angles)
+    def add(self, piece: _Nodes, most: int) -> None:
+        self._pieces.append(piece)
+        self._count += len(piece[0])
+        if self._count > most:
+            self._pieces = [piece]
+            self._count = len(piece[0])
+        self.quarter = int(-piece[0][-1] % 360.0 // 90.0)
 
-    def joined(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def joined(self) -> _Nodes:
         if not self._pieces:
-            empty = np.zeros(0)
-            return empty, empty, empty
+            return np.zeros(0), np.zeros(0), np.zeros(0)
         if len(self._pieces) > 1:
             angles, distances, times = zip(*self._pieces, strict=True)
-            joined = np.concatenate(angles), np.concatenate(distances), np.concatenate(times)
-            self._pieces = [joined]
+            self._pieces = [
+                (np.concatenate(angles), np.concatenate(distances), np.concatenate(times))
+            ]
         return self._pieces[0]
+
+
+def _fill(newest: _Nodes, missing: NDArray[np.bool_], before: _Nodes, oldest: _Nodes) -> _Nodes:
+    """`newest`, and what the views before it have of the degrees it has nothing of."""
+    if not len(before[0]):
+        return newest
+    bins_before, bins_oldest = _bins(before), _bins(oldest)
+    filled = _join(newest, _pick(before, missing[bins_before]))
+    # Of these obstacles alone, beside younger ones: they only reduce, whatever their age.
+    in_both = missing & (np.bincount(bins_before, minlength=BINS) > 0)
+    angles, distances, _ = _pick(oldest, in_both[bins_oldest] & (oldest[1] > 0.0))
+    return _join(filled, (angles, distances, np.full(len(angles), np.inf)))
+
+
+def _bins(nodes: _Nodes) -> NDArray[np.int64]:
+    return np.minimum((nodes[0] + 180.0).astype(np.int64), BINS - 1)
+
+
+def _pick(nodes: _Nodes, chosen: NDArray[np.bool_]) -> _Nodes:
+    return nodes[0][chosen], nodes[1][chosen], nodes[2][chosen]
+
+
+def _join(first: _Nodes, second: _Nodes) -> _Nodes:
+    return (
+        np.concatenate((first[0], second[0])),
+        np.concatenate((first[1], second[1])),
+        np.concatenate((first[2], second[2])),
+    )
