@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from gazechair import settings
-from gazechair.settings import Kind, Refused, choice, flag, integer, number, text
+from gazechair.settings import Kind, Refused, choice, flag, integer, number, text, word
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -39,11 +39,39 @@ class BoardConfig:
 
 @dataclass(frozen=True)
 class LidarConfig:
-    """The obstacle sensor. Without one the board refuses to arm."""
+    """The obstacle sensor; several have a [[lidar]] table each. Without one it never arms."""
 
-    kind: str = _setting("off", choice("off", "s2"), "s2 = RPLIDAR S2; off = none fitted")
+    kind: str = _setting(
+        "off",
+        choice("off", "s2", "replay"),
+        "s2 = RPLIDAR S2; replay = a recorded scan file; off = none fitted",
+    )
+    name: str = _setting("lidar", word(), "what it is called on the page and in the log")
     port: str = _setting(
-        "auto", text(), 'serial port of the lidar: "auto" finds it by USB ids, or a path'
+        "auto",
+        text(),
+        'serial port of the lidar: "auto" finds the only one by its USB ids,'
+        ' "usb:SERIAL" the adapter with that serial number; or a path',
+    )
+    file: str = _setting(
+        "", text(), "the scan file to replay, as `gazechair lidar record` wrote it"
+    )
+    mode: str = _setting(
+        "dense", choice("dense", "standard"), "dense = 32,000 points/s up to 30 m, with a checksum"
+    )
+    x_m: float = _setting(
+        0.5, number(-2.0, 2.0), "where it sits: metres before the drive wheels' axle"
+    )
+    y_m: float = _setting(0.0, number(-2.0, 2.0), "metres to the left of the chair's middle")
+    heading_deg: float = _setting(
+        0.0, number(-180.0, 180.0), "where its front looks, counter-clockwise from forward"
+    )
+    upside_down: bool = _setting(False, flag(), "true = it hangs from its base")
+    mask: tuple[settings.Arc, ...] = _setting(
+        (),
+        settings.arcs(300.0),
+        "arcs [from, to] in its own view, counter-clockwise, 0 = its front, in which the chair"
+        " itself is in the way; `gazechair lidar mask` finds them",
     )
 
 
@@ -102,12 +130,15 @@ class Config:
     """Everything that can be configured, by section."""
 
     board: BoardConfig = field(default_factory=BoardConfig)
-    lidar: LidarConfig = field(default_factory=LidarConfig)
+    lidar: tuple[LidarConfig, ...] = (LidarConfig(),)
     camera: CameraConfig = field(default_factory=CameraConfig)
     web: WebConfig = field(default_factory=WebConfig)
     driver: DriverConfig = field(default_factory=DriverConfig)
     sectors: SectorsConfig = field(default_factory=SectorsConfig)
 
+
+# Sections of which there may be several, as [[name]].
+SEVERAL = ("lidar",)
 
 SECTIONS: dict[str, type[Any]] = {
     "board": BoardConfig,
@@ -148,25 +179,27 @@ def parse(content: str, name: str = "configuration") -> Config:
     for section, values in document.items():
         if section not in SECTIONS:
             _refuse(content, name, section, None, f"is no section; there are {known}")
-        if not isinstance(values, dict):
+        tables = values if section in SEVERAL and isinstance(values, list) else [values]
+        if not tables or not all(isinstance(table, dict) for table in tables):
             _refuse(content, name, section, None, f"is a section: write it as [{section}]")
-        sections[section] = _section(content, name, section, values)
+        read = [_section(content, name, section, at, table) for at, table in enumerate(tables)]
+        sections[section] = tuple(read) if section in SEVERAL else read[0]
     config = Config(**sections)
     _check_whole(config, content, name)
     return config
 
 
-def _section(content: str, name: str, section: str, values: dict[str, Any]) -> object:
+def _section(content: str, name: str, section: str, at: int, values: dict[str, Any]) -> object:
     settings_here = {f.name: f for f in fields(SECTIONS[section])}
     checked = {}
     for key, value in values.items():
         if key not in settings_here:
             known = ", ".join(settings_here)
-            _refuse(content, name, section, key, f"is no setting; [{section}] has {known}")
+            _refuse(content, name, section, key, f"is no setting; [{section}] has {known}", at)
         try:
             checked[key] = _kind(settings_here[key]).check(value)
         except Refused as refusal:
-            _refuse(content, name, section, key, str(refusal))
+            _refuse(content, name, section, key, str(refusal), at)
     return SECTIONS[section](**checked)
 
 
@@ -175,12 +208,30 @@ def _check_whole(config: Config, content: str, name: str) -> None:
     if config.camera.kind == "http" and not re.match(r"https?://[^/\s]+", config.camera.url):
         reason = 'must be the address of the stream when kind is "http", as http://host:port/path'
         _refuse(content, name, "camera", "url" if config.camera.url else "kind", reason)
+    _check_lidars(config.lidar, content, name)
     if not is_loopback(config.web.host) and not config.web.insecure_http:
         reason = (
             f"{config.web.host!r} lets other machines in without encryption;"
             ' keep "127.0.0.1", or set insecure_http = true on a network you trust'
         )
         _refuse(content, name, "web", "host", reason)
+
+
+def _check_lidars(lidars: tuple[LidarConfig, ...], content: str, name: str) -> None:
+    fitted = [lidar for lidar in lidars if lidar.kind == "s2"]
+    for at, lidar in enumerate(lidars):
+        if lidar.kind == "replay" and not lidar.file:
+            reason = 'must be the file to play when kind is "replay"'
+            _refuse(content, name, "lidar", "kind", reason, at)
+        if lidar.name in [other.name for other in lidars[:at]]:
+            reason = f"{lidar.name!r} is the name of another lidar; give each its own"
+            _refuse(content, name, "lidar", "name", reason, at)
+        if lidar.kind == "s2" and lidar.port == "auto" and len(fitted) > 1:
+            reason = '"auto" finds one lidar only; with several give each "usb:SERIAL" or a path'
+            _refuse(content, name, "lidar", "port", reason, at)
+        if lidar.kind == "s2" and [other.port for other in fitted].count(lidar.port) > 1:
+            reason = f"{lidar.port!r} is the port of another lidar"
+            _refuse(content, name, "lidar", "port", reason, at)
 
 
 def is_loopback(host: str) -> bool:
@@ -208,9 +259,12 @@ def _kind(setting: Field[Any]) -> Kind:
     return cast(Kind, setting.metadata["kind"])
 
 
-def _refuse(content: str, name: str, section: str, key: str | None, reason: str) -> None:
+def _refuse(
+    content: str, name: str, section: str, key: str | None, reason: str, at: int = 0
+) -> None:
+    # `at`: in which of several tables of that section.
     what = section if key is None else f"{section}.{key}"
-    raise ConfigError(f"{name}:{settings.line_of(content, section, key)}: {what} {reason}")
+    raise ConfigError(f"{name}:{settings.line_of(content, section, key, at)}: {what} {reason}")
 
 
 def _broken_toml(content: str, name: str, message: str) -> str:

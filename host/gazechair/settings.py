@@ -47,6 +47,17 @@ def text() -> Kind:
     return _kind("a text", accept)
 
 
+def word() -> Kind:
+    """A name: 1 to 20 letters, digits, - and _."""
+
+    def accept(value: Any) -> str:
+        if not isinstance(value, str) or not re.fullmatch(r"[\w-]{1,20}", value):
+            raise ValueError
+        return value
+
+    return _kind("a name of 1 to 20 letters, digits, - and _", accept)
+
+
 def choice(*names: str) -> Kind:
     """One of `names`."""
 
@@ -110,6 +121,21 @@ def arc(may_be_empty: bool = False) -> Kind:
     return _kind(f"two different angles [from, to] in -180..180{empty}", accept)
 
 
+def arcs(most_deg: float) -> Kind:
+    """Arcs as `arc` takes them, in a list; all together at most `most_deg` degrees."""
+    one = arc()
+
+    def accept(value: Any) -> tuple[Arc, ...]:
+        if not isinstance(value, list):
+            raise TypeError
+        read = tuple(one.check(item) for item in value)
+        if sum((end - start) % 360.0 for start, end in read) > most_deg:
+            raise ValueError
+        return read
+
+    return _kind(f"a list of arcs [from, to] in -180..180, {most_deg:g} degrees in all", accept)
+
+
 def _angle(value: Any) -> float:
     if not isinstance(value, int | float) or isinstance(value, bool):
         raise TypeError
@@ -131,21 +157,28 @@ def to_toml(value: Any) -> str:
     return str(value)
 
 
-def line_of(content: str, section: str, key: str | None) -> int:
-    """The line (from 1) of `key` in `section`; of the section when key is None or not found."""
+def line_of(content: str, section: str, key: str | None, at: int = 0) -> int:
+    """The line (from 1) of `key` in `section`; of the section when key is None or not found.
+
+    `at`: in which of the tables of that name, from 0.
+    """
     here = ""
     section_line = 1
-    for at, line in enumerate(content.splitlines(), 1):
+    tables = -1
+    for number_here, line in enumerate(content.splitlines(), 1):
         header = re.match(r"\s*\[+\s*[\"']?([^\]\"'.\s]+)", line)
         if header and "=" not in line.split("]")[0]:
             here = header.group(1)
-            if here == section:
-                section_line = at
+            tables += here == section
+            if here == section and tables == at:
+                section_line = number_here
+            continue
+        if here == section and tables != at:
             continue
         name = re.match(r"\s*[\"']?([\w-]+)[\"']?(?:\s*\.\s*[\"']?([\w-]+)[\"']?)?\s*[=.]", line)
         if not name:
             continue
         path = [here, *filter(None, name.groups())] if here else [*filter(None, name.groups())]
         if path[0] == section and (key is None or key in path[1:]):
-            return at if key is not None or not here else section_line
+            return number_here if key is not None or not here else section_line
     return section_line

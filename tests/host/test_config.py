@@ -10,7 +10,7 @@ from gazechair.config import Config, ConfigError, SectorsConfig
 
 def test_defaults_work_on_a_bare_machine() -> None:
     bare = config.load(None)
-    assert (bare.lidar.kind, bare.camera.kind) == ("off", "off")
+    assert (bare.lidar[0].kind, bare.camera.kind) == ("off", "off")
     assert bare.board.port == "auto"
     assert (bare.web.host, bare.web.insecure_http) == ("127.0.0.1", False)
     assert bare.driver.backward is False
@@ -36,9 +36,30 @@ def test_values_are_taken_over(tmp_path: Path) -> None:
         "distance_m = 1\n"
     )
     read = config.load(file)
-    assert (read.lidar.kind, read.lidar.port) == ("s2", "/dev/lidar")
+    assert [(one.kind, one.port) for one in read.lidar] == [("s2", "/dev/lidar")]
     assert read.sectors.rear_deg == (150.0, -150.0)
     assert read.sectors.distance_m == 1.0
+
+
+TWO = """[[lidar]]
+kind = "s2"
+name = "front"
+port = "{}"
+[[lidar]]
+kind = "s2"
+name = "rear"
+port = "{}"
+"""
+
+
+def test_several_lidars_have_a_table_each() -> None:
+    more = "heading_deg = 180\nmask = [[170, -170]]"
+    read = config.parse(TWO.format("usb:A1", "usb:B2") + more)
+    assert [(one.name, one.port, one.heading_deg) for one in read.lidar] == [
+        ("front", "usb:A1", 0.0),
+        ("rear", "usb:B2", 180.0),
+    ]
+    assert [one.mask for one in read.lidar] == [(), ((170.0, -170.0),)]
 
 
 REFUSED = [
@@ -64,6 +85,19 @@ REFUSED = [
     ("[sectors]\ndistance_m = nan", 2, "0.2..5.0"),
     ('[camera]\nkind = "http"', 2, "camera.kind must be the address"),
     ('[camera]\nkind = "http"\nurl = "ftp://x/"', 3, "camera.url must be the address"),
+    ('[lidar]\nkind = "replay"', 2, "lidar.kind must be the file"),
+    ('[lidar]\nname = "a b"', 2, "letters, digits"),
+    ("[lidar]\nmask = [[0, 1], [5]]", 2, "a list of arcs"),
+    ("[lidar]\nmask = [[-150, 151]]", 2, "300 degrees in all"),
+    ("[lidar]\nx_m = 3", 2, "-2.0..2.0"),
+    ('[[lidar]]\nname = "a"\n[[lidar]]\nname = "a"', 4, "the name of another lidar"),
+    ('[[lidar]]\nkind = "s2"\nport = "/x"\n[[lidar]]\nname = "b"\nkind = "s2"', 4, '"auto"'),
+    (TWO.format("/x", "/x"), 4, "the port of another lidar"),
+    (TWO.format("/x", "/y") + "mode = 1", 9, 'must be "dense" or'),
+    ("lidar = 5", 1, "write it as [lidar]"),
+    ("lidar = []", 1, "write it as [lidar]"),
+    ("lidar = [5]", 1, "write it as [lidar]"),
+    ("[[board]]\n", 1, "write it as [board]"),
     ('[board]\nport = "a\\nb"', 2, "must be a text"),
 ]
 

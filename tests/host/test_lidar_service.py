@@ -41,7 +41,10 @@ class Rig:
         self.states: list[str] = []
         self.health = Health("lidar", on_change=self._note_state)
         self.service = LidarService(
-            LidarConfig(kind="s2", port=str(path)), SectorsConfig(), self._publish, self.health
+            (LidarConfig(kind="s2", port=str(path)),),
+            SectorsConfig(),
+            self._publish,
+            self.health,
         )
 
     def _range(self, angles: np.ndarray) -> np.ndarray:
@@ -211,7 +214,7 @@ def test_a_view_covered_ahead_is_degraded_and_blocked(rig: Rig) -> None:
 
 def test_without_a_lidar_the_health_says_what_to_do() -> None:
     health = Health("lidar")
-    service = LidarService(LidarConfig(), SectorsConfig(), lambda *_: None, health)
+    service = LidarService((LidarConfig(),), SectorsConfig(), lambda *_: None, health)
     service.start()
     service.stop()
     assert (health.state, health.reason) == ("lost", "lidar_lost")

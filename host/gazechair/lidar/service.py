@@ -26,10 +26,14 @@ class LidarService:
     """
 
     def __init__(
-        self, config: LidarConfig, sectors: SectorsConfig, publish: Publish, health: Health
+        self,
+        lidars: tuple[LidarConfig, ...],
+        sectors: SectorsConfig,
+        publish: Publish,
+        health: Health,
     ) -> None:
         """`publish` is called on the lidar's thread, some 40 times a second, and must not block."""
-        self._config = config
+        self._config = lidars[0]
         self._sectors = classic(sectors)
         self._distance_m = sectors.distance_m
         self._publish = publish
