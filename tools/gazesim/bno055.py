@@ -11,6 +11,7 @@ import struct
 
 from gazeboard.boards import bank_layout as layout
 from gazesim.bank import Bank
+from gazesim.imu_model import Imu, ImuErrors
 
 BUS = 1
 ADDRESS = 0x28
@@ -35,8 +36,6 @@ _RESET_BIT = 0x20
 _TO_CONFIG_S = 0.019
 _FROM_CONFIG_S = 0.007
 _RESET_S = (0.650, 0.700)
-_SAMPLE_S = 0.010
-_GYRO_NOISE_DEG_S = 0.1
 _GRAVITY = 9.80665
 # Written in CONFIG mode only: units, power, temperature source, axes, offsets.
 _CONFIG_ONLY = (*range(0x3B, 0x3D), 0x3E, *range(0x40, 0x43), *range(0x55, _END))
@@ -46,14 +45,13 @@ class Bno055:
     """The sensor in its slot. `step` tells it how the chair moves; everything else is registers.
 
     Heading is clockwise 0..360 and starts at 0 with the fusion; gyro z is counter-clockwise
-    positive. Scale error (up to 0.5 %) and drift (up to 0.3 deg/min) follow from the seed.
+    positive. Its errors (see imu_model) follow from the seed.
     """
 
     def __init__(self, bank: Bank, seed: int = 1) -> None:
         self._slot = bank.slot(BUS, ADDRESS)
         self._random = random.Random(seed)
-        self._scale = 1.0 + self._random.uniform(-0.005, 0.005)
-        self._drift_deg_s = self._random.uniform(-0.005, 0.005)
+        self._imu = Imu(ImuErrors.drawn(self._random), seed)
         self._frozen = False
         self._nak = False
         self._spike: tuple[float, float] | None = None  # size deg, seconds to the next
@@ -76,9 +74,7 @@ class Bno055:
         self._next_mode = CONFIG
         self._switch_s = 0.0
         self._down_s = 0.0
-        self._sample_in_s = _SAMPLE_S
         self._running_s = 0.0
-        self._heading_deg = 0.0
 
     def step(self, dt_s: float, yaw_rate_deg_s: float, acceleration_m_s2: float = 0.0) -> None:
         """Advance by `dt_s` (at most one sample period) while the chair turns at that rate."""
@@ -98,14 +94,10 @@ class Bno055:
         if self.mode == CONFIG:
             return
         self._running_s += dt_s
-        self._heading_deg += (yaw_rate_deg_s * self._scale + self._drift_deg_s) * dt_s
         if self._spike is not None:
             self._spike = (self._spike[0], self._spike[1] - dt_s)
-        self._sample_in_s -= dt_s
-        if self._sample_in_s <= 1e-9:
-            self._sample_in_s += _SAMPLE_S
-            if not self._frozen:
-                self._sample(yaw_rate_deg_s, acceleration_m_s2)
+        if self._imu.step(dt_s, yaw_rate_deg_s) and not self._frozen:
+            self._sample(acceleration_m_s2)
 
     def _obey(self) -> None:
         registers = bytearray(self._slot.read(0, _END))
@@ -130,16 +122,15 @@ class Bno055:
         self.mode = mode
         self._switch_s = 0.0
         self._running_s = 0.0
-        self._heading_deg = 0.0
-        self._sample_in_s = _SAMPLE_S
+        self._imu.restart()
         self._slot.write(_DATA, bytes(_DATA_LENGTH + 1))
         fusion = _STATUS_FUSION if mode in FUSION_MODES else _STATUS_RAW
         self._slot.write(_STATUS, bytes((_STATUS_IDLE if mode == CONFIG else fusion,)))
 
-    def _sample(self, yaw_rate_deg_s: float, acceleration_m_s2: float) -> None:
+    def _sample(self, acceleration_m_s2: float) -> None:
         gauss = self._random.gauss
         roll_deg, pitch_deg = self.tilt_deg
-        heading_deg = self._heading_deg
+        heading_deg = self._imu.heading_deg
         if self._spike is not None and self._spike[1] <= 0.0:
             heading_deg += self._spike[0]
             self._spike = (self._spike[0], self._random.uniform(1.0, 3.0))
@@ -148,9 +139,9 @@ class Bno055:
         per_deg = 900.0 * math.pi / 180.0 if units & 4 else 16.0
         turn = 360.0 * per_deg
         heading = int(-heading_deg * per_deg % turn) % int(turn)
-        gyro = [gauss(0.0, _GYRO_NOISE_DEG_S) for _ in range(3)]
-        gyro[2] += yaw_rate_deg_s * self._scale
-        roll, pitch, yaw = (math.radians(a) for a in (roll_deg, pitch_deg, self._heading_deg))
+        noise = self._imu.errors.noise_deg_s
+        gyro = (gauss(0.0, noise), gauss(0.0, noise), self._imu.rate_deg_s)
+        roll, pitch, yaw = (math.radians(a) for a in (roll_deg, pitch_deg, self._imu.heading_deg))
         gravity = (
             -_GRAVITY * math.sin(pitch),
             _GRAVITY * math.sin(roll) * math.cos(pitch),
@@ -200,7 +191,7 @@ class Bno055:
 
     def jump(self, jump_deg: float) -> None:
         """Fault: from now on the heading is off by that much."""
-        self._heading_deg += jump_deg
+        self._imu.jump(jump_deg)
 
     def set_error(self, code: int) -> None:
         """Fault: SYS_ERR shows `code` and SYS_STATUS "system error"; 0 ends it."""
