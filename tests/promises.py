@@ -1,6 +1,7 @@
 # What the tests of the safety promises measured, in milliseconds of the board's own ticks. Runs on
 # MicroPython too; there nothing is noted, only asserted. tools/safety-table makes docs/safety.md of
-# it: with `pytest -p promises` and GAZECHAIR_PROMISES set, the notes go to that file.
+# it: with `pytest -p promises` and GAZECHAIR_PROMISES set to a folder, each process of the tests
+# writes its notes to a file there.
 
 import sys
 
@@ -53,7 +54,7 @@ def pytest_sessionfinish(session):
     import json
     import os
 
-    path = os.environ.get("GAZECHAIR_PROMISES")
-    if path:
-        with open(path, "w") as f:
+    folder = os.environ.get("GAZECHAIR_PROMISES")
+    if folder and notes:
+        with open(f"{folder}/{os.getpid()}.json", "w") as f:
             json.dump(notes, f)

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+from pathlib import Path
+
+import pytest
 
 import promises
 from gazelink import codes
@@ -12,11 +16,14 @@ from gazeprove.safety_words import ARMING, CLEARS, PROMISES
 from gazesetup import ROOT
 
 
+@pytest.mark.last
 def test_the_document_is_what_the_tests_measure() -> None:
     text = safety_table.DOCUMENT.read_text()
     named = set(re.findall(r"`(test_\w+)`", text))
-    noted = {note["test"] for note in promises.notes}
-    notes = promises.notes if named <= noted else safety_table.run_tests()
+    folder = os.environ.get("GAZECHAIR_PROMISES")
+    notes = safety_table.read_notes(Path(folder)) if folder else promises.notes
+    if not named <= {note["test"] for note in notes}:
+        notes = safety_table.run_tests()
     assert safety_table.render(notes) == text, "docs/safety.md is stale: run tools/safety-table"
 
 

@@ -48,11 +48,10 @@ def _paths() -> list[str]:
 def run_tests() -> list[Note]:
     """Run every test of the promises; what they noted. Raises TestsFailed."""
     with tempfile.TemporaryDirectory() as folder:
-        notes = Path(folder) / "notes.json"
         env = source_environment()
-        env["GAZECHAIR_PROMISES"] = str(notes)
+        env["GAZECHAIR_PROMISES"] = folder
         env["PYTHONPATH"] = os.pathsep.join([env["PYTHONPATH"], str(ROOT / "tests")])
-        words = ["-m", "pytest", "-q", "-p", "promises", "-m", WITHOUT]
+        words = ["-m", "pytest", "-q", "-n", "auto", "-p", "promises", "-m", WITHOUT]
         # The document's own test would only start all this again.
         words += ["--deselect", "tests/e2e/test_safety_table.py", *_paths()]
         done = subprocess.run(
@@ -65,8 +64,15 @@ def run_tests() -> list[Note]:
         )
         if done.returncode:
             raise TestsFailed("\n".join(done.stdout.splitlines()[-15:]) + done.stderr)
-        loaded: list[Note] = json.loads(notes.read_text())
-        return loaded
+        return read_notes(Path(folder))
+
+
+def read_notes(folder: Path) -> list[Note]:
+    """What the processes of a test run noted in `folder`."""
+    notes: list[Note] = []
+    for path in sorted(folder.glob("*.json")):
+        notes += json.loads(path.read_text())
+    return notes
 
 
 def render(notes: list[Note]) -> str:
