@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from gazechair import settings
+from gazechair.clearance.footprint import DEFAULT_CORNERS, why_not
 from gazechair.settings import Kind, Refused, choice, flag, integer, number, text, word
 
 if sys.version_info >= (3, 11):
@@ -126,6 +127,23 @@ class SectorsConfig:
 
 
 @dataclass(frozen=True)
+class FootprintConfig:
+    """The chair's outline on the floor with driver and foot rests, and how near anything may come.
+
+    In the chair's frame: the drive wheels' axle is [0, 0], x forward, y to the left.
+    """
+
+    corners_m: tuple[tuple[float, float], ...] = _setting(
+        DEFAULT_CORNERS, settings.corners(), "its corners one after another, no side crossing"
+    )
+    front_margin_m: float = _setting(0.05, number(0.0, 0.5), "kept clear before it, at least")
+    side_margin_m: float = _setting(
+        0.03, number(0.0, 0.3), "kept clear beside it; a door must be wider by twice this and more"
+    )
+    rear_margin_m: float = _setting(0.05, number(0.0, 0.5), "kept clear behind it, at least")
+
+
+@dataclass(frozen=True)
 class Config:
     """Everything that can be configured, by section."""
 
@@ -135,6 +153,7 @@ class Config:
     web: WebConfig = field(default_factory=WebConfig)
     driver: DriverConfig = field(default_factory=DriverConfig)
     sectors: SectorsConfig = field(default_factory=SectorsConfig)
+    footprint: FootprintConfig = field(default_factory=FootprintConfig)
 
 
 # Sections of which there may be several, as [[name]].
@@ -147,6 +166,7 @@ SECTIONS: dict[str, type[Any]] = {
     "web": WebConfig,
     "driver": DriverConfig,
     "sectors": SectorsConfig,
+    "footprint": FootprintConfig,
 }
 
 
@@ -209,6 +229,9 @@ def _check_whole(config: Config, content: str, name: str) -> None:
         reason = 'must be the address of the stream when kind is "http", as http://host:port/path'
         _refuse(content, name, "camera", "url" if config.camera.url else "kind", reason)
     _check_lidars(config.lidar, content, name)
+    reason = why_not(config.footprint.corners_m)
+    if reason:
+        _refuse(content, name, "footprint", "corners_m", f"must {reason}")
     if not is_loopback(config.web.host) and not config.web.insecure_http:
         reason = (
             f"{config.web.host!r} lets other machines in without encryption;"
@@ -248,11 +271,15 @@ def annotated_default() -> str:
     """A configuration file with every setting at its default, its range and its meaning."""
     lines = ["# Configuration of gazechair. Every line shows a default and may be left out."]
     for section, kind in SECTIONS.items():
-        lines += ["", f"# {(kind.__doc__ or '').strip()}", f"[{section}]"]
+        lines += ["", *_comment(kind.__doc__ or ""), f"[{section}]"]
         for setting in fields(kind):
             lines.append(f"# {setting.metadata['meaning']} ({_kind(setting).describe})")
             lines.append(f"{setting.name} = {settings.to_toml(setting.default)}")
     return "\n".join(lines) + "\n"
+
+
+def _comment(text: str) -> list[str]:
+    return [f"# {line.strip()}".rstrip() for line in text.strip().splitlines()]
 
 
 def _kind(setting: Field[Any]) -> Kind:

@@ -136,6 +136,25 @@ def arcs(most_deg: float) -> Kind:
     return _kind(f"a list of arcs [from, to] in -180..180, {most_deg:g} degrees in all", accept)
 
 
+def corners() -> Kind:
+    """Corners [x, y] in metres, in a list."""
+
+    def accept(value: Any) -> tuple[tuple[float, float], ...]:
+        if not isinstance(value, list):
+            raise TypeError
+        return tuple((_finite(x), _finite(y)) for x, y in value)
+
+    return _kind("a list of corners [x, y] in metres", accept)
+
+
+def _finite(value: Any) -> float:
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        raise TypeError
+    if not math.isfinite(value):
+        raise ValueError
+    return float(value)
+
+
 def _angle(value: Any) -> float:
     if not isinstance(value, int | float) or isinstance(value, bool):
         raise TypeError

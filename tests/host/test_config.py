@@ -25,6 +25,13 @@ def test_default_sectors_are_those_of_the_first_prototype() -> None:
     assert sectors.distance_m == 0.5
 
 
+def test_the_footprint_of_an_installation() -> None:
+    corners = "[[0.6, 0.3],\n [-0.4, 0.3],\n [-0.4, -0.3],\n [0.6, -0.3]]"
+    read = config.parse(f"[footprint]\ncorners_m = {corners}\nside_margin_m = 0.1\n").footprint
+    assert read.corners_m == ((0.6, 0.3), (-0.4, 0.3), (-0.4, -0.3), (0.6, -0.3))
+    assert (read.front_margin_m, read.side_margin_m) == (0.05, 0.1)
+
+
 def test_annotated_default_file_is_the_default() -> None:
     assert config.parse(config.annotated_default()) == Config()
 
@@ -77,6 +84,12 @@ REFUSED = [
     ("[driver]\nleave_grace_ms = -1", 2, "0..500"),
     ("# comment\n[driver\n", 2, "is not TOML"),
     ("[web]\nport = 1\nport = 2", 3, "is not TOML"),
+    ("[footprint]\ncorners_m = [[1, 1], [-1, -1], [1, -1], [-1, 1]]", 2, "must not cross"),
+    ("[footprint]\ncorners_m = [[1, 1], [2, 1], [2, 2]]", 2, "must enclose the drive axle"),
+    ("[footprint]\ncorners_m = [[1, 1], [-1, 1]]", 2, "must have 3..24 corners"),
+    ("[footprint]\ncorners_m = [[1, nan], [-1, 1], [0, -1]]", 2, "a list of corners"),
+    ("[footprint]\ncorners_m = [1, 2, 3]", 2, "a list of corners"),
+    ("[footprint]\nside_margin_m = -0.1", 2, "0.0..0.3"),
     ("[sectors]\nfront_deg = [1]", 2, "two different angles"),
     ("[sectors]\nfront_deg = [5, 5]", 2, "two different angles"),
     ("[sectors]\nfront_deg = []", 2, "two different angles"),
