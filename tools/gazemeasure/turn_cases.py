@@ -1,0 +1,46 @@
+"""Which turns the benchmark makes: the undisturbed grid, and chairs nobody has measured."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass
+
+from gazemeasure.turn_model import Case
+from gazesim.imu_model import Imu, ImuErrors
+from gazesim.profiles import PROFILES, random_chair, undisturbed
+
+ANGLES_DEG = (5, 10, 20, 45, 90)
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """One turn to make: in which profile, and all that is random from `case.seed`."""
+
+    profile: str
+    case: Case
+
+    def imu(self) -> Imu:
+        """Its heading sensor, new and at rest."""
+        seed = self.case.seed
+        return Imu(ImuErrors.drawn(random.Random(seed)), seed)
+
+
+def grid() -> list[Drawn]:
+    """Five profiles x five angles x both ways, nothing disturbs."""
+    return [
+        Drawn(profile, Case(undisturbed(profile), side * angle, seed=1 + number))
+        for profile in PROFILES
+        for number, angle in enumerate(ANGLES_DEG)
+        for side in (1.0, -1.0)
+    ]
+
+
+def monte_carlo(count: int) -> list[Drawn]:
+    """`count` chairs as gazesim.profiles.random_chair draws them, one turn each."""
+    out = []
+    for seed in range(1, count + 1):
+        source = random.Random(-seed)
+        profile = source.choice(tuple(PROFILES))
+        angle = source.choice(ANGLES_DEG) * source.choice((1.0, -1.0))
+        out.append(Drawn(profile, Case(random_chair(profile, seed), angle, seed)))
+    return out
