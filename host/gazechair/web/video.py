@@ -1,4 +1,7 @@
-"""The picture sockets: one frame in flight, the next only after the page has drawn the last."""
+"""The picture sockets: one frame in flight, the next only after the page has drawn the last.
+
+Each viewer gets pictures as large as its own link carries in time; see gazechair.picture.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,7 @@ import time
 from typing import Any
 
 from gazechair.camera import Frame
+from gazechair.picture import Pacing, Reducer
 from gazechair.slots import Latest
 from gazechair.web.sockets import (
     CLOSE_POLICY,
@@ -34,6 +38,7 @@ class VideoHub:
 
     def __init__(self, video: Latest[Frame] | None) -> None:
         self._video: Latest[Frame] = Latest() if video is None else video
+        self._reducer = Reducer()
         self._lock = threading.Condition()
         self._clients: set[_Viewer] = set()
         self._stopping = False
@@ -49,7 +54,7 @@ class VideoHub:
     def serve(self, ws: Any, peer: str) -> None:
         """Serve one page until its socket ends; runs on the request's own thread."""
         prepare(ws)
-        viewer = _Viewer(ws, self._video)
+        viewer = _Viewer(ws, self._video, self._reducer)
         with self._lock:
             full = len(self._clients) >= MAX_CLIENTS or self._stopping
             if not full:
@@ -71,9 +76,11 @@ class VideoHub:
 
 
 class _Viewer:
-    def __init__(self, ws: Any, video: Latest[Frame]) -> None:
+    def __init__(self, ws: Any, video: Latest[Frame], reducer: Reducer) -> None:
         self._ws = ws
         self._video = video
+        self._reducer = reducer
+        self._pacing = Pacing(reducer.top)
         self._acked = threading.Condition()
         self._in_flight = 0
         self._drawn = 0
@@ -116,14 +123,16 @@ class _Viewer:
                 if entry is None:
                     continue
                 version = entry.version
-                age_s = time.monotonic() - entry.value.acquired_monotonic
-                if age_s > _TOO_OLD_S:
+                frame = entry.value
+                if time.monotonic() - frame.acquired_monotonic > _TOO_OLD_S:
                     continue
+                jpeg = self._reducer.reduced(frame, self._pacing.level)
                 with self._acked:
                     self._in_flight += 1
                     sequence = self._in_flight
-                header = HEADER.pack(sequence & 0xFFFFFFFF, max(0, round(age_s * 1000)))
-                self._ws.send(header + entry.value.jpeg)
+                sent_s = time.monotonic()
+                age_ms = max(0, round((sent_s - frame.acquired_monotonic) * 1000))
+                self._ws.send(HEADER.pack(sequence & 0xFFFFFFFF, age_ms) + jpeg)
                 with self._acked:
                     done = self._acked.wait_for(
                         lambda: self._drawn == self._in_flight or self._ended, _ACK_S
@@ -131,5 +140,7 @@ class _Viewer:
                 if not done:
                     self._ws.close(CLOSE_POLICY, "the picture was not acknowledged")
                     return
+                now_s = time.monotonic()
+                self._pacing.acknowledged(now_s - sent_s, now_s)
         except GONE:
             hang_up(self._ws)
