@@ -1,31 +1,39 @@
 """The arbiter, pure: of all that the pages say, what the board is told. Times: monotonic seconds.
 
-One page owns the chair at a time; anyone's stop wins at once. A press (edge) that has ended, for
-whatever reason, never moves the chair again: the driver must press anew.
+One page owns the chair at a time; a stop of any driver or caretaker wins at once (a viewer changes
+nothing). The caretaker takes over whenever he asks, a driver only from nobody. A press (edge) that
+has ended, for whatever reason, never moves the chair again: its person must press anew.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from gazechair.outgoing import STOP_COMMAND, Command
+from gazechair.bypass import BypassButton
+from gazechair.freshness import Freshness
+from gazechair.outgoing import Bypass, Command
 from gazechair.page_messages import (
     DISARM,
     EMERGENCY,
+    END_BYPASS,
+    RELEASE,
     STOP,
     Arm,
     Beat,
+    Cap,
     Drive,
+    HoldBypass,
     PageMessage,
+    Take,
 )
+from gazechair.press import CurrentPress
 from gazelink import codes
 
-TOKEN_VALID_S = 0.25
-TTL_S = 0.3
 PAGE_SILENT_S = 0.3
 ARM_ANSWER_S = 1.0  # an order to arm that the board has not followed by then has failed
 
-ROLES = {"driver": codes.DRIVER, "caretaker": codes.CARETAKER}
+# A viewer can never own the chair.
+ROLES = {"driver": codes.DRIVER, "caretaker": codes.CARETAKER, "viewer": codes.NOBODY}
 
 
 @dataclass(frozen=True)
@@ -33,7 +41,7 @@ class Refusal:
     """Why a message was not followed."""
 
     what: str
-    """ "cmd", "arm" or "message"."""
+    """ "cmd", "drive", "arm", "take", "bypass", "cap" or "message"."""
     reason: str
     """A key of the string tables."""
     detail: str
@@ -41,18 +49,12 @@ class Refusal:
 
 @dataclass
 class _Client:
-    role: int
+    role: int  # as owner: codes.DRIVER, ...
+    role_name: str
     heard_s: float
-    last_edge: int = 0  # newest page edge seen, moved or not
+    last_edge: int = 0  # newest seen, moved or not
     told: set[str] = field(default_factory=set)  # refusals told about that edge
-
-
-@dataclass(frozen=True)
-class _Press:
-    client: int
-    page_edge: int
-    command: Command
-    alive: bool  # may still be refreshed
+    bypass_told: int = 0  # edge of a bypass already refused
 
 
 class Arbiter:
@@ -60,12 +62,13 @@ class Arbiter:
 
     def __init__(self, last_edge: int = 0, first_token: int = 0) -> None:
         """`last_edge`: board edges go on from here, 0..255; `first_token`: tokens begin here."""
+        self.cap_permille = 1000
+        """Nobody drives with more, 50..1000."""
+        self._freshness = Freshness(first_token)
+        self._bypass = BypassButton(last_edge)
         self._clients: dict[int, _Client] = {}
         self._next_client = 1
-        self._last_edge = last_edge
-        self._first_token = first_token
-        self._press: _Press | None = None
-        self._pages_edge = (0, 0, 0)  # board edge, client, page edge: to answer in page edges
+        self._press = CurrentPress(last_edge)
         self._owner: int | None = None
         self._arm_asked_s: float | None = None
         self._state = codes.DISARMED
@@ -80,7 +83,12 @@ class Arbiter:
     @property
     def command(self) -> Command:
         """What the board is to be told now, and again until it changes."""
-        return STOP_COMMAND if self._press is None else self._press.command
+        return replace(self._press.command, cap_permille=self.cap_permille)
+
+    @property
+    def bypass(self) -> Bypass | None:
+        """The caretaker's held button as the board is to be told, None: not held."""
+        return self._bypass.held
 
     def take_orders(self) -> list[tuple[int, int]]:
         """New (action, owner) orders since the last call, in order."""
@@ -97,27 +105,18 @@ class Arbiter:
         """codes.NOBODY, DRIVER or CARETAKER."""
         return codes.NOBODY if self._owner is None else self._clients[self._owner].role
 
+    def role(self, client: int) -> str:
+        """The role a page came with, "viewer" for one that is gone."""
+        page = self._clients.get(client)
+        return "viewer" if page is None else page.role_name
+
     def page_edge(self, client: int) -> int:
         """The page's own edge of the press the board last took from it, 0 for none."""
-        board_edge, of_client, page_edge = self._pages_edge
-        return page_edge if client == of_client and self._board_edge == board_edge != 0 else 0
-
-    # Tokens
+        return self._press.page_edge(client, self._board_edge)
 
     def issue_token(self, now_s: float) -> int:
-        """A token that is valid for 250 ms: milliseconds of the host's clock since its start."""
-        return self._first_token + int(now_s * 1000)
-
-    def _fresh(self, token: int | None, now_s: float) -> bool:
-        return token is not None and 0 <= self._age_ms(token, now_s) <= TOKEN_VALID_S * 1000
-
-    def _age_ms(self, token: int, now_s: float) -> int:
-        return self.issue_token(now_s) - token
-
-    def _deadline_s(self, wish: Drive, now_s: float) -> float:
-        # From page to wheels: the page proved the holding after it got its token, so counting from
-        # the token's birth makes the way through the network part of the time to live.
-        return now_s + TTL_S - self._age_ms(wish.token, now_s) / 1000
+        """A token that is valid for 250 ms; see gazechair.freshness."""
+        return self._freshness.token(now_s)
 
     # What goes in
 
@@ -125,16 +124,17 @@ class Arbiter:
         """A page of `role` has come; its client id. Raises KeyError on an unknown role."""
         client = self._next_client
         self._next_client += 1
-        self._clients[client] = _Client(ROLES[role], now_s)
+        self._clients[client] = _Client(ROLES[role], role, now_s)
         return client
 
     def disconnect(self, client: int, now_s: float) -> None:
         """A page has gone. When it drove: stop and disarm."""
-        if self._press is not None and self._press.client == client:
-            self._stop()
+        if self._press.of(client):
+            self._press.stop()
         if client == self._owner:
             self._order(codes.DISARM, client)
             self._owner = None
+        self._bypass.gone(client)
         self._clients.pop(client, None)
 
     def receive(self, client: int, message: PageMessage, now_s: float) -> Refusal | None:
@@ -143,27 +143,47 @@ class Arbiter:
         if page is None:
             return Refusal("message", "not_owner", "this page is not connected any more")
         self.tick(now_s)
+        if isinstance(message, Beat):
+            if self._freshness.fresh(message.proof, now_s):
+                self._heard(client, page, now_s)
+            return None
+        if page.role == codes.NOBODY:
+            return Refusal("message", "not_allowed", "this device may only watch")
         if isinstance(message, Drive):
             return self._drive(client, page, message, now_s)
         if isinstance(message, Arm):
             return self._arm(client, page, message, now_s)
-        if isinstance(message, Beat):
-            if self._fresh(message.token, now_s):
-                self._heard(client, page, now_s)
-            return None
         if message is STOP:
-            self._stop()
+            self._press.stop()
         elif message is DISARM:
-            self._stop()
-            self._order(codes.DISARM, client)
-            self._owner = None
+            self._disarm(client)
         elif message is EMERGENCY:
-            self._stop()
+            self._press.stop()
             self._order(codes.EMERGENCY_STOP, client)
             self._owner = None
-        elif page.role != codes.CARETAKER:
-            detail = "only the caretaker resets faults; or press the button at the chair for 3 s"
-            return Refusal("message", "not_owner", detail)
+        elif message is RELEASE:
+            if client == self._owner:
+                self._disarm(client)
+        else:
+            return self._care(client, page, message, now_s)
+        return None
+
+    def _care(
+        self, client: int, page: _Client, message: PageMessage, now_s: float
+    ) -> Refusal | None:
+        # What only the caretaker may.
+        if page.role != codes.CARETAKER:
+            what = {Take: "take", Cap: "cap", HoldBypass: "bypass"}.get(type(message), "message")
+            detail = "only the caretaker may; faults also clear by a 3 s press at the chair"
+            return Refusal(what, "not_allowed", detail)
+        if isinstance(message, Take):
+            return self._take(client, page, message, now_s)
+        if isinstance(message, Cap):
+            self.cap_permille = message.permille
+        elif isinstance(message, HoldBypass):
+            return self._hold_bypass(client, page, message, now_s)
+        elif message is END_BYPASS:
+            self._bypass.let_go(client)
         else:
             self._order(codes.RESET_FAULTS, client)
         return None
@@ -172,30 +192,29 @@ class Arbiter:
         """What the board is now: session (0 = none), codes.DISARMED.., edge it last accepted."""
         if session != self._session:
             self._session = session
-            self._stop()
+            self._press.stop()
         was = self._state
         self._state = state
         self._board_edge = edge
         # Just asked to arm, the board may still be on its way from an earlier disarming.
         if state == codes.DISARMED != was and self._arm_asked_s is None:
-            self._end_press()
+            self._press.end()
             self._owner = None
         self.tick(now_s)
 
     def tick(self, now_s: float) -> None:
         """Let time act: an owner gone silent is stopped, an unanswered order to arm lapses."""
+        self._bypass.tick(now_s)
         if self._arm_asked_s is not None and now_s - self._arm_asked_s > ARM_ANSWER_S:
             self._arm_asked_s = None
             if self._state == codes.DISARMED:
-                self._stop()
+                self._press.stop()
                 self._owner = None
         owner = None if self._owner is None else self._clients[self._owner]
         self.page_silent = owner is not None and now_s - owner.heard_s > PAGE_SILENT_S
         if self.page_silent:
-            self._stop()
-        press = self._press
-        if press is not None and now_s >= press.command.ttl_deadline_s:
-            self._end_press()
+            self._press.stop()
+        self._press.tick(now_s)
 
     def _heard(self, client: int, page: _Client, now_s: float) -> None:
         page.heard_s = now_s
@@ -205,8 +224,9 @@ class Arbiter:
     # Driving
 
     def _drive(self, client: int, page: _Client, wish: Drive, now_s: float) -> Refusal | None:
-        if not self._fresh(wish.token, now_s):
-            return Refusal("cmd", "stale_token", "the command was too long on its way")
+        what = "drive" if wish.verb == codes.DRIVE else "cmd"
+        if not self._freshness.fresh(wish.proof, now_s):
+            return Refusal(what, "stale_token", "the command was too long on its way")
         self._heard(client, page, now_s)
         new = wish.edge > page.last_edge
         if new:
@@ -214,65 +234,64 @@ class Arbiter:
             page.told.clear()
         if client != self._owner:
             reason = "not_armed" if self._owner is None else "not_owner"
-            return self._refuse_once(client, page, reason)
+            return self._refuse_once(what, page, reason)
         if self._session == 0:
-            return self._refuse_once(client, page, "not_connected")
+            return self._refuse_once(what, page, "not_connected")
         if self._state != codes.ARMED:
-            return self._refuse_once(client, page, "not_armed")
+            return self._refuse_once(what, page, "not_armed")
+        deadline_s = self._freshness.deadline_s(wish.proof, now_s)
         if new:
-            self._begin_press(client, page, wish, now_s)
-            return None
-        press = self._press
-        if press is None or press.page_edge != wish.edge or not press.alive:
-            return self._refuse_once(client, page, "needs_new_command")
-        if (press.command.verb, press.command.mode) != (wish.verb, wish.mode):
-            self._stop()
-            return self._refuse_once(client, page, "needs_new_command")
-        deadline_s = max(press.command.ttl_deadline_s, self._deadline_s(wish, now_s))
-        self._press = replace(press, command=replace(press.command, ttl_deadline_s=deadline_s))
+            self._press.begin(client, wish, page.role, deadline_s, self._board_edge)
+        elif not self._press.refresh(wish, deadline_s):
+            return self._refuse_once(what, page, "needs_new_command")
         return None
 
-    def _begin_press(self, client: int, page: _Client, wish: Drive, now_s: float) -> None:
-        edge = self._last_edge % 255 + 1
-        if edge == self._board_edge:
-            edge = edge % 255 + 1  # the board knows it from another host's life
-        self._last_edge = edge
-        deadline_s = self._deadline_s(wish, now_s)
-        command = Command(wish.verb, wish.mode, edge, page.role, deadline_s)
-        self._press = _Press(client, wish.edge, command, alive=True)
-        self._pages_edge = (edge, client, wish.edge)
-
-    def _refuse_once(self, client: int, page: _Client, reason: str) -> Refusal | None:
-        # A held button repeats every 50 ms; once a press is enough to say why it does not move.
+    def _refuse_once(self, what: str, page: _Client, reason: str) -> Refusal | None:
+        # A held button repeats all the time; once a press is enough to say why it does not move.
         if reason in page.told:
             return None
         page.told.add(reason)
-        return Refusal("cmd", reason, f"press {page.last_edge} does not move the chair: {reason}")
+        return Refusal(what, reason, f"press {page.last_edge} does not move the chair: {reason}")
 
     def _arm(self, client: int, page: _Client, wish: Arm, now_s: float) -> Refusal | None:
-        if not self._fresh(wish.token, now_s):
+        if not self._freshness.fresh(wish.proof, now_s):
             return Refusal("arm", "stale_token", "the wish to drive was too long on its way")
+        if self._owner not in (None, client):
+            return Refusal("arm", "not_owner", "another page drives; it must stop driving first")
+        return self._own("arm", client, page, now_s)
+
+    def _take(self, client: int, page: _Client, wish: Take, now_s: float) -> Refusal | None:
+        if not self._freshness.fresh(wish.proof, now_s):
+            return Refusal("take", "stale_token", "the wish to take over was too long on its way")
+        return self._own("take", client, page, now_s)
+
+    def _own(self, what: str, client: int, page: _Client, now_s: float) -> Refusal | None:
+        # Armed, the board hands over: it stops, and waits for the new owner's own press.
         self._heard(client, page, now_s)
         if self._session == 0:
-            return Refusal("arm", "not_connected", "the board is not connected")
-        free = self._owner in (None, client)
-        if not free and page.role != codes.CARETAKER:
-            return Refusal("arm", "not_owner", "another page drives; it must stop driving first")
-        self._stop()
+            return Refusal(what, "not_connected", "the board is not connected")
+        self._press.stop()
         self._owner = client
         self._arm_asked_s = now_s
         self._order(codes.ARM, client)
         return None
 
-    def _stop(self) -> None:
-        self._press = None
+    def _hold_bypass(
+        self, client: int, page: _Client, wish: HoldBypass, now_s: float
+    ) -> Refusal | None:
+        if not self._freshness.fresh(wish.proof, now_s):
+            return Refusal("bypass", "stale_token", "the bypass was too long on its way")
+        deadline_s = self._freshness.deadline_s(wish.proof, now_s)
+        if self._bypass.hold(client, wish.edge, deadline_s) or page.bypass_told == wish.edge:
+            return None
+        page.bypass_told = wish.edge
+        detail = "this press of the bypass has ended; let go and press again"
+        return Refusal("bypass", "needs_new_command", detail)
 
-    def _end_press(self) -> None:
-        # It stays the last command, without time to live: a step may finish, and the board goes
-        # on explaining why it overruled this press until the page lets go.
-        if self._press is not None and self._press.alive:
-            command = replace(self._press.command, ttl_deadline_s=0.0)
-            self._press = replace(self._press, command=command, alive=False)
+    def _disarm(self, client: int) -> None:
+        self._press.stop()
+        self._order(codes.DISARM, client)
+        self._owner = None
 
     def _order(self, action: int, client: int) -> None:
         self._orders.append((action, self._clients[client].role))

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 from gazechair import errors
 from gazechair.arbiter import Arbiter, Refusal
-from gazechair.board_state import BoardId, BoardState
+from gazechair.board_state import BoardId, BoardState, BoardStats
 from gazechair.config import Config
 from gazechair.driver_port import Message
 from gazechair.health import HealthRegistry
@@ -19,7 +19,7 @@ from gazechair.page_messages import BadMessage, parse
 from gazechair.slots import Clock
 from gazelink import codes
 
-HEARTBEAT_MS = 50
+HEARTBEAT_MS = 25
 _TICK_S = 0.025
 _UNKNOWN = dict.fromkeys(codes.DIRECTIONS, "unknown")
 
@@ -32,6 +32,7 @@ class Link(Protocol):
     def clearance(self, clearance: Clearance) -> None: ...
     def bypass(self, bypass: Bypass | None) -> None: ...
     def state(self) -> BoardState | None: ...
+    def stats(self) -> BoardStats | None: ...
     def board(self) -> BoardId | None: ...
 
 
@@ -57,6 +58,7 @@ class Control:
         self._errors = errors.ErrorHandler()
         self._verdict = errors.Verdict("ok", "ok")
         self._sent = STOP_COMMAND
+        self._sent_bypass: Bypass | None = None
         self._source: int | None = None
         self._scan_s: float | None = None
         self._shown: tuple[Any, ...] = ()
@@ -105,7 +107,7 @@ class Control:
         driver = self._config.driver
         return {
             "k": "welcome",
-            "role": "driver",
+            "role": self._role(client),
             "simulated": self._simulated(),
             "backward": driver.backward,
             "mode": driver.mode,
@@ -144,8 +146,14 @@ class Control:
                 "edge": self._arbiter.page_edge(client),
                 "heading_deg": state.heading_deg if state and state.heading_known else None,
                 "wipers": [state.linear_wiper, state.turn_wiper] if state else None,
+                "cap_permille": self._arbiter.cap_permille,
+                "bypass_ms": self._bypass_ms(),
                 "simulated": self._simulated(),
             }
+
+    def token(self) -> int:
+        with self._lock:
+            return self._arbiter.issue_token(self._clock())
 
     def wait_change(self, timeout_s: float, last_version: int) -> int:
         with self._lock:
@@ -182,6 +190,8 @@ class Control:
             self._verdict,
             *(part.state for part in parts.values()),
             self._arbiter.owner,
+            self._arbiter.cap_permille,
+            self._arbiter.bypass is None,
             self._simulated(),
         )
         if shown != self._shown:
@@ -208,6 +218,21 @@ class Control:
         if command != self._sent:
             self._sent = command
             self._link.command(command)
+        bypass = self._arbiter.bypass
+        if bypass != self._sent_bypass:
+            self._sent_bypass = bypass
+            self._link.bypass(bypass)
+
+    def _role(self, client: int) -> str:
+        with self._lock:
+            return self._arbiter.role(client)
+
+    def _bypass_ms(self) -> int:
+        # The board counts it down and tells it once a second.
+        stats = self._link.stats()
+        if self._arbiter.bypass is None or stats is None:
+            return 0
+        return stats.counters["bypass_ms"]
 
     def _simulated(self) -> bool:
         board = self._link.board()

@@ -11,7 +11,7 @@ class DriverPort(Protocol):
     """Callable from any thread; every method but wait_change returns in under a millisecond."""
 
     def connect(self, role: str) -> int:
-        """Register a page of `role` ("driver" or "caretaker"); returns its client id (from 1)."""
+        """Register a page of `role` ("driver", "caretaker" or "viewer"); returns its client id (from 1)."""
         ...
 
     def disconnect(self, client: int) -> None:
@@ -32,6 +32,10 @@ class DriverPort(Protocol):
 
     def snapshot(self, client: int) -> Message:
         """The {"k": "state", ...} object for this page now, with a fresh token inside."""
+        ...
+
+    def token(self) -> int:
+        """A fresh token, as in a state: pages hear one every 50 ms."""
         ...
 
     def wait_change(self, timeout_s: float, last_version: int) -> int:

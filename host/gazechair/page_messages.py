@@ -9,6 +9,8 @@ from gazelink import codes
 
 MAX_EDGE = 1 << 31
 MAX_TOKEN = 1 << 53  # what JavaScript counts exactly
+MAX_SINCE_MS = 500  # so long a page's clock may run on by itself from a token
+LOWEST_CAP_PERMILLE = 50
 
 _VERBS = {name: codes.VERBS.index(name) for name in ("forward", "backward", "left", "right")}
 
@@ -25,27 +27,54 @@ class Drive:
     mode: int
     edge: int
     """The page's press counter, 1 or more."""
-    token: int
+    proof: int
+    """When the page said it, in token time (see arbiter): never later than it really was."""
+    linear_permille: int = 0
+    """-1000..1000, forward positive; of codes.DRIVE."""
+    turn_permille: int = 0
+    """-1000..1000, left positive; of codes.DRIVE."""
 
 
 @dataclass(frozen=True)
 class Arm:
     """Begin to drive."""
 
-    token: int
+    proof: int
+
+
+@dataclass(frozen=True)
+class Take:
+    """Take over from whoever drives."""
+
+    proof: int
 
 
 @dataclass(frozen=True)
 class Beat:
     """The page lives. Never an intent to move."""
 
-    token: int | None
+    proof: int | None
     """None before the page has heard a token."""
 
 
 @dataclass(frozen=True)
+class Cap:
+    """Nobody drives with more than this."""
+
+    permille: int
+
+
+@dataclass(frozen=True)
+class HoldBypass:
+    """The caretaker holds the bypass button: one press, repeated while held."""
+
+    edge: int
+    proof: int
+
+
+@dataclass(frozen=True)
 class Plain:
-    """A message without content: STOP, DISARM, EMERGENCY or RESET."""
+    """A message without content."""
 
     kind: str
 
@@ -54,9 +83,12 @@ STOP = Plain("stop")
 DISARM = Plain("disarm")
 EMERGENCY = Plain("emergency")
 RESET = Plain("reset")
-_PLAIN = {plain.kind: plain for plain in (STOP, DISARM, EMERGENCY, RESET)}
+RELEASE = Plain("release")
+END_BYPASS = Plain("bypass")
+_PLAIN = {plain.kind: plain for plain in (STOP, DISARM, EMERGENCY, RESET, RELEASE)}
+_OTHERS = ("cmd", "drive", "arm", "take", "hb", "cap", "bypass")
 
-PageMessage = Drive | Arm | Beat | Plain
+PageMessage = Drive | Arm | Take | Beat | Cap | HoldBypass | Plain
 
 
 def parse(message: dict[str, Any]) -> PageMessage:
@@ -65,19 +97,43 @@ def parse(message: dict[str, Any]) -> PageMessage:
     if isinstance(kind, str) and kind in _PLAIN:
         return _PLAIN[kind]
     if kind == "hb":
-        token = message.get("token")
-        return Beat(None if token is None else _integer(message, "token", 0, MAX_TOKEN))
+        return Beat(None if message.get("token") is None else _proof(message))
     if kind == "arm":
-        return Arm(_integer(message, "token", 0, MAX_TOKEN))
+        return Arm(_proof(message))
+    if kind == "take":
+        return Take(_proof(message))
     if kind == "cmd":
         return Drive(
             _VERBS[_choice(message, "verb", tuple(_VERBS))],
-            codes.MODES.index(_choice(message, "mode", codes.MODES)),
+            codes.MODES.index(_choice(message, "mode", codes.MODES[: codes.TUNE])),
             _integer(message, "edge", 1, MAX_EDGE),
-            _integer(message, "token", 0, MAX_TOKEN),
+            _proof(message),
         )
-    known = "cmd, arm, hb, " + ", ".join(_PLAIN)
-    raise BadMessage(f'"k" must be one of {known}')
+    if kind == "drive":
+        return Drive(
+            codes.DRIVE,
+            codes.CONTINUOUS,
+            _integer(message, "edge", 1, MAX_EDGE),
+            _proof(message),
+            _integer(message, "linear", -1000, 1000),
+            _integer(message, "turn", -1000, 1000),
+        )
+    if kind == "cap":
+        return Cap(_integer(message, "permille", LOWEST_CAP_PERMILLE, 1000))
+    if kind == "bypass":
+        if message.get("held") is False:
+            return END_BYPASS
+        if message.get("held") is not True:
+            raise BadMessage('bypass: "held" must be true or false')
+        return HoldBypass(_integer(message, "edge", 1, MAX_EDGE), _proof(message))
+    raise BadMessage(f'"k" must be one of {", ".join((*_OTHERS, *_PLAIN))}')
+
+
+def _proof(message: dict[str, Any]) -> int:
+    token = _integer(message, "token", 0, MAX_TOKEN)
+    if message.get("since") is None:
+        return token
+    return token + _integer(message, "since", 0, MAX_SINCE_MS)
 
 
 def _integer(message: dict[str, Any], key: str, low: int, high: int) -> int:

@@ -9,7 +9,7 @@ from typing import Any
 from unittest import mock
 
 from e2e.cable import Cable
-from gazechair.board_state import BoardId, BoardState
+from gazechair.board_state import BoardId, BoardState, BoardStats
 from gazechair.config import Config
 from gazechair.control import Control
 from gazechair.health import OK, HealthRegistry
@@ -40,6 +40,7 @@ class Link:
         self._open = False
         self._search_in_ms = 1
         self._state: BoardState | None = None
+        self._stats: BoardStats | None = None
         self.sessions = 0
         self.last_words: list[str] = []
 
@@ -63,6 +64,9 @@ class Link:
 
     def state(self) -> BoardState | None:
         return self._state
+
+    def stats(self) -> BoardStats | None:
+        return self._stats
 
     def board(self) -> BoardId | None:
         return self.protocol.board
@@ -90,6 +94,8 @@ class Link:
                 self._state = event
             elif isinstance(event, SessionBegun):
                 self.sessions += 1
+            elif isinstance(event, BoardStats):
+                self._stats = event
             elif isinstance(event, SessionEnded):
                 self._state = None
             elif isinstance(event, FaultText):

@@ -7,10 +7,12 @@ from collections import deque
 from typing import Any
 
 from e2e.host import Host
+from gazechair.control import HEARTBEAT_MS
 
 BEAT_MS = 100
 STATE_MS = 100  # the host's, when nothing changes
-HOLD_MS = 50
+TOKEN_MS = 50
+TOKEN_KEPT_MS = 500
 
 
 class Page:
@@ -27,7 +29,7 @@ class Page:
         self._now_ms = 0
         self._waiting: deque[tuple[int, str]] = deque()
         self._coming: deque[tuple[int, dict[str, Any]]] = deque()
-        self._token = 0
+        self._tokens: deque[tuple[int, int]] = deque()  # token, time of arrival
         self.shown: dict[str, Any] = {}
         self.open(host)
 
@@ -36,6 +38,7 @@ class Page:
         self._host = host
         self.client = host.control.connect(self._role)
         self._waiting.clear()
+        self._tokens.clear()
         self._coming.clear()
         self._version = 0
         self.open_socket = True
@@ -57,22 +60,34 @@ class Page:
             if now_ms % STATE_MS == 0 or version != self._version:
                 self._version = version
                 self._coming.append((now_ms + self.delay_ms, host.look(self.client)))
+            elif now_ms % TOKEN_MS == 0:
+                token = {"token": host.control.token()}
+                self._coming.append((now_ms + self.delay_ms, token))
         while self._coming and self._coming[0][0] <= now_ms and not self.stalled:
             self._hear(self._coming.popleft()[1])
         if self.alive and now_ms % BEAT_MS == 0:
-            self._send(k="hb", token=self._token)
-        if self.alive and self._held and now_ms % HOLD_MS == 0:
+            self._send_fresh(k="hb")
+        if self.alive and self._held and now_ms % HEARTBEAT_MS == 0:
             self._say_held()
         while self._waiting and self._waiting[0][0] <= now_ms and not self.stalled:
             host.inbox.append((self.client, self._waiting.popleft()[1]))
 
     def _hear(self, state: dict[str, Any]) -> None:
         if self.alive:
-            self.shown = state
-            self._token = state["token"]
+            self.shown = {**self.shown, **state}
+            self._tokens.append((state["token"], self._now_ms))
+            while self._now_ms - self._tokens[0][1] > TOKEN_KEPT_MS:
+                self._tokens.popleft()
 
     def _send(self, **message: Any) -> None:
         self._waiting.append((self._now_ms + self.delay_ms, json.dumps(message)))
+
+    def _send_fresh(self, **message: Any) -> None:
+        # The token that was delayed least, and how long it has been here.
+        known = [(t, at) for t, at in self._tokens if self._now_ms - at <= TOKEN_KEPT_MS]
+        if known:
+            token, at = max(known, key=lambda pair: pair[0] - pair[1])
+            self._send(**message, token=token, since=self._now_ms - at)
 
     def say(self, **message: Any) -> None:
         """Anything, at once."""
@@ -82,7 +97,11 @@ class Page:
 
     def arm(self) -> None:
         """Choose "driving on"."""
-        self._send(k="arm", token=self._token)
+        self._send_fresh(k="arm")
+
+    def take(self) -> None:
+        """Take over from whoever drives."""
+        self._send_fresh(k="take")
 
     def press(self, verb: str, mode: str = "continuous") -> None:
         """Press a button and keep it pressed."""
@@ -94,7 +113,7 @@ class Page:
         assert self._held is not None
         verb, mode = self._held
         self.proved_ms = self._now_ms
-        self._send(k="cmd", verb=verb, mode=mode, edge=self.edge, token=self._token)
+        self._send_fresh(k="cmd", verb=verb, mode=mode, edge=self.edge)
 
     def release(self) -> None:
         """Leave the button."""

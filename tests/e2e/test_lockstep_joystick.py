@@ -212,7 +212,7 @@ def test_p11_emergency(
     assert chair.fault(codes.EMERGENCY)
     assert not chair.armed()
     assert chair.host is not None
-    assert "not_owner" in chair.host.refusals  # the driver's page can't reset it
+    assert "not_allowed" in chair.host.refusals  # the driver's page can't reset it
     reset_by_caretaker(chair, codes.EMERGENCY)
     chair.needs_a_new_press()
 

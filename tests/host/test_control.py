@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from gazechair.board_state import BoardId, BoardState
+from gazechair.board_state import BoardId, BoardState, BoardStats
 from gazechair.config import Config, DriverConfig
 from gazechair.control import Control
 from gazechair.health import OK, HealthRegistry
@@ -21,6 +21,7 @@ QUIET = BoardState(0, 0, 0, 0, 0, 0, 90.0, 170, 171, 0, 0, 0, 0.0)
 class FakeLink:
     def __init__(self) -> None:
         self.now: BoardState | None = QUIET
+        self.statistics: BoardStats | None = None
         self.who: BoardId | None = BoardId("fake", "0.1.0", False, 1, 2)
         self.said: list[tuple[Any, ...]] = []
 
@@ -33,11 +34,14 @@ class FakeLink:
     def clearance(self, clearance: Clearance) -> None:
         self.said.append(("clearance", clearance))
 
-    def bypass(self, bypass: Bypass | None) -> None:
-        self.said.append(("bypass", bypass))
-
     def state(self) -> BoardState | None:
         return self.now
+
+    def stats(self) -> BoardStats | None:
+        return self.statistics
+
+    def bypass(self, bypass: Bypass | None) -> None:
+        self.said.append(("bypass", bypass))
 
     def board(self) -> BoardId | None:
         return self.who
@@ -102,7 +106,7 @@ def test_welcome_tells_how_the_page_is_to_behave(rig: Rig) -> None:
         "mode": "continuous",
         "dwell_ms": 700,
         "leave_grace_ms": 200,
-        "heartbeat_ms": 50,
+        "heartbeat_ms": 25,
         "pointer_stale_ms": 500,
     }
 
@@ -128,6 +132,8 @@ def test_snapshot_has_every_key_of_the_protocol(rig: Rig) -> None:
         "edge": 0,
         "heading_deg": 90.0,
         "wipers": [170, 171],
+        "cap_permille": 1000,
+        "bypass_ms": 0,
         "simulated": False,
     }
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from gazechair.board_state import BoardId, BoardState
+from gazechair.board_state import BoardId, BoardState, BoardStats
 from gazechair.config import Config
 from gazechair.control import Control
 from gazechair.health import OK, HealthRegistry
@@ -26,6 +26,7 @@ class LockstepLink:
         self.plugged = True
         self.sessions = 0
         self._state: BoardState | None = None
+        self._stats: BoardStats | None = None
 
     def command(self, command: Command) -> None:
         self.protocol.command(command, self._rig.now_s)
@@ -46,6 +47,9 @@ class LockstepLink:
     def state(self) -> BoardState | None:
         return self._state
 
+    def stats(self) -> BoardStats | None:
+        return self._stats
+
     def board(self) -> BoardId | None:
         return self.protocol.board
 
@@ -61,6 +65,8 @@ class LockstepLink:
         for event in events:
             if isinstance(event, BoardState):
                 self._state = event
+            elif isinstance(event, BoardStats):
+                self._stats = event
             elif isinstance(event, SessionEnded):
                 self._state = None
             elif isinstance(event, SessionBegun):
@@ -284,7 +290,7 @@ def test_an_emergency_is_latched_and_the_driver_cannot_reset_it(driving: Chain) 
     driving.run(500)
     seen = driving.look()
     assert (seen["arm_reason"], seen["message"]) == ("emergency", "emergency")
-    assert "not_owner" in driving.refusals
+    assert "not_allowed" in driving.refusals
     caretaker = driving.control.connect("caretaker")
     assert driving.control.receive(caretaker, {"k": "reset"}) == []
     driving.let_go()
@@ -295,7 +301,7 @@ def test_an_emergency_is_latched_and_the_driver_cannot_reset_it(driving: Chain) 
 def test_the_caretaker_takes_over_while_driving(driving: Chain) -> None:
     caretaker = driving.control.connect("caretaker")
     token = driving.control.snapshot(caretaker)["token"]
-    assert driving.control.receive(caretaker, {"k": "arm", "token": token}) == []
+    assert driving.control.receive(caretaker, {"k": "take", "token": token}) == []
     assert driving.until(driving.neutral, 3) <= 3
     driving.run(200)  # the driver goes on holding
     assert driving.neutral()

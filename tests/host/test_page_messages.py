@@ -10,16 +10,23 @@ from hypothesis import strategies as st
 from gazechair.page_messages import (
     DISARM,
     EMERGENCY,
+    END_BYPASS,
+    RELEASE,
     RESET,
     STOP,
     Arm,
     BadMessage,
     Beat,
+    Cap,
     Drive,
+    HoldBypass,
+    Take,
     parse,
 )
 from gazelink import codes
 
+PULL = {"k": "drive", "linear": -400, "turn": 1000, "edge": 3, "token": 17}
+PASS = {"k": "bypass", "held": True, "edge": 4, "token": 17}
 CMD = {"k": "cmd", "verb": "left", "mode": "step", "edge": 3, "token": 17}
 
 
@@ -31,7 +38,15 @@ CMD = {"k": "cmd", "verb": "left", "mode": "step", "edge": 3, "token": 17}
             {**CMD, "verb": "backward", "mode": "continuous"},
             Drive(codes.BACKWARD, codes.CONTINUOUS, 3, 17),
         ),
+        ({**CMD, "since": 30}, Drive(codes.LEFT, codes.STEP, 3, 47)),
+        ({**CMD, "since": None}, Drive(codes.LEFT, codes.STEP, 3, 17)),
+        (PULL, Drive(codes.DRIVE, codes.CONTINUOUS, 3, 17, -400, 1000)),
         ({"k": "arm", "token": 0}, Arm(0)),
+        ({"k": "take", "token": 1, "since": 500}, Take(501)),
+        ({"k": "release"}, RELEASE),
+        ({"k": "cap", "permille": 50}, Cap(50)),
+        (PASS, HoldBypass(4, 17)),
+        ({"k": "bypass", "held": False}, END_BYPASS),
         ({"k": "hb", "token": 5}, Beat(5)),
         ({"k": "hb", "token": None}, Beat(None)),
         ({"k": "hb"}, Beat(None)),
@@ -64,6 +79,18 @@ def test_good_messages(message: dict[str, Any], meaning: object) -> None:
         ({**CMD, "token": None}, '"token"'),
         ({**CMD, "token": -1}, '"token"'),
         ({**CMD, "token": "17"}, '"token"'),
+        ({**CMD, "mode": "tune"}, '"mode"'),
+        ({**CMD, "since": -1}, '"since" must be a whole number 0..500'),
+        ({**CMD, "since": 501}, '"since"'),
+        ({**CMD, "since": 0.5}, '"since"'),
+        ({**PULL, "linear": 1001}, 'drive: "linear" must be a whole number -1000..1000'),
+        ({**PULL, "turn": "1"}, '"turn"'),
+        ({"k": "drive", "linear": 1, "turn": 1, "edge": 1}, '"token"'),
+        ({"k": "take"}, 'take: "token"'),
+        ({"k": "cap"}, 'cap: "permille" must be a whole number 50..1000'),
+        ({"k": "cap", "permille": 49}, '"permille"'),
+        ({**PASS, "held": 1}, 'bypass: "held" must be true or false'),
+        ({**PASS, "edge": 0}, '"edge"'),
         ({"k": "arm"}, 'arm: "token"'),
         ({"k": "hb", "token": "x"}, 'hb: "token"'),
     ],
@@ -85,10 +112,13 @@ ANY_JSON = (
 ) | st.sampled_from([[], {}, [1], {"k": "stop"}, "forward", "step"])
 
 
+KEYS = ["k", "verb", "mode", "edge", "token", "since", "linear", "turn", "held", "permille"]
+
+
 @settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # machines stall
 @given(
-    st.dictionaries(st.sampled_from(["k", "verb", "mode", "edge", "token"]), ANY_JSON),
-    st.sampled_from(["cmd", "arm", "hb", None]),
+    st.dictionaries(st.sampled_from(KEYS), ANY_JSON),
+    st.sampled_from(["cmd", "arm", "hb", "drive", "bypass", "cap", None]),
 )
 def test_any_json_object_is_understood_or_refused(message: dict[str, Any], kind: Any) -> None:
     with contextlib.suppress(BadMessage):

@@ -26,6 +26,7 @@ MAX_MESSAGE = 256
 MESSAGES_PER_S = 100
 _FLOOD_PER_S = 1000
 STATE_PERIOD_S = 0.1
+TOKEN_PERIOD_S = 0.05
 _COALESCE_S = 0.02  # several changes at once become one state
 _REFUSAL_PERIOD_S = 0.2
 _LOOK_S = 0.2
@@ -207,11 +208,12 @@ class _Client:
     def _send_all(self) -> None:
         try:
             self._send(self._port.welcome(self.id))
-            state_s = refusal_s = -1.0
+            token_s = state_s = refusal_s = -1.0
             while True:
                 with self._wake:
                     now_s = time.monotonic()
-                    due_s = state_s + (_COALESCE_S if self._dirty else STATE_PERIOD_S)
+                    state_due_s = state_s + (_COALESCE_S if self._dirty else STATE_PERIOD_S)
+                    due_s = min(state_due_s, token_s + TOKEN_PERIOD_S)
                     if self._refusals:
                         due_s = min(due_s, refusal_s + _REFUSAL_PERIOD_S)
                     if not self._ended and now_s < due_s:
@@ -224,14 +226,19 @@ class _Client:
                         refusals = list(self._refusals.values())
                         self._refusals.clear()
                         refusal_s = now_s
-                    send_state = now_s >= state_s + (_COALESCE_S if self._dirty else STATE_PERIOD_S)
+                    send_state = now_s >= state_due_s
                     if send_state:
                         self._dirty = False
                         state_s = now_s
+                    send_token = send_state or now_s >= token_s + TOKEN_PERIOD_S
+                    if send_token:
+                        token_s = now_s
                 for reply in refusals:
                     self._send(reply)
                 if send_state:
                     self._send(self._port.snapshot(self.id))
+                elif send_token:
+                    self._send({"k": "token", "token": self._port.token()})
         except GONE:
             hang_up(self._ws)  # the receiving side ends the client
 

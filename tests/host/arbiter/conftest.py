@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from gazechair.arbiter import Arbiter, Refusal
-from gazechair.page_messages import Arm, Beat, Drive
+from gazechair.page_messages import Arm, Beat, Drive, Take
 from gazelink import codes
 
 
@@ -32,6 +32,9 @@ class Scene:
 
     def beat(self, page: int | None = None) -> None:
         self.arbiter.receive(page or self.page, Beat(self.token()), self.now_s)
+
+    def take(self, page: int) -> Refusal | None:
+        return self.arbiter.receive(page, Take(self.token()), self.now_s)
 
     def arm(self, page: int | None = None) -> Refusal | None:
         return self.arbiter.receive(page or self.page, Arm(self.token()), self.now_s)

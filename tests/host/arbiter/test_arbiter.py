@@ -61,7 +61,11 @@ def test_a_second_driver_is_refused_while_the_first_drives(armed: Any) -> None:
 def test_the_caretaker_takes_over_and_the_driver_stops(armed: Any) -> None:
     armed.drive(1)
     caretaker = armed.arbiter.connect("caretaker", armed.now_s)
-    assert armed.arm(caretaker) is None
+    refusal = armed.arm(caretaker)  # arming is no taking over: that is asked for by its own name
+    assert refusal is not None
+    assert refusal.reason == "not_owner"
+    assert armed.moving
+    assert armed.take(caretaker) is None
     assert armed.verb == codes.STOP
     assert armed.arbiter.take_orders() == [(codes.ARM, codes.CARETAKER)]
     assert armed.arbiter.owner_code == codes.CARETAKER
@@ -110,6 +114,7 @@ def test_emergency_and_disarm_are_ordered_for_anyone(scene: Any) -> None:
 def test_only_the_caretaker_resets_faults(scene: Any) -> None:
     refusal = scene.say(RESET)
     assert refusal is not None
+    assert refusal.reason == "not_allowed"
     assert "3 s" in refusal.detail
     assert scene.arbiter.take_orders() == []
     caretaker = scene.arbiter.connect("caretaker", scene.now_s)

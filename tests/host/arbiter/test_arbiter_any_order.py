@@ -28,6 +28,7 @@ class AnyOrder(RuleBasedStateMachine):
             self.scene.page,
             self.scene.arbiter.connect("driver", 50.0),
             self.scene.arbiter.connect("caretaker", 50.0),
+            self.scene.arbiter.connect("viewer", 50.0),
         ]
         self.gone: set[int] = set()
         self.seen: set[tuple[int, int]] = set()  # presses (page, edge) made so far
@@ -43,11 +44,11 @@ class AnyOrder(RuleBasedStateMachine):
         self.scene.now_s += ms / 1000
         self.scene.arbiter.tick(self.scene.now_s)
 
-    @rule(who=st.integers(0, 2))
+    @rule(who=st.integers(0, 3))
     def beats(self, who: int) -> None:
         self.scene.beat(self.pages[who])
 
-    @rule(who=st.integers(0, 2), new=st.booleans(), mode=st.sampled_from([0, 1]))
+    @rule(who=st.integers(0, 3), new=st.booleans(), mode=st.sampled_from([0, 1]))
     def drives(self, who: int, new: bool, mode: int) -> None:
         self.edge += new
         if self.edge == 0:
@@ -63,7 +64,7 @@ class AnyOrder(RuleBasedStateMachine):
         else:
             self.dead.add(press)
 
-    @rule(who=st.integers(0, 2), age_ms=st.integers(251, 9999))
+    @rule(who=st.integers(0, 3), age_ms=st.integers(251, 9999))
     def drives_late(self, who: int, age_ms: int) -> None:
         self.edge += 1
         before = self.scene.arbiter.command
@@ -71,18 +72,27 @@ class AnyOrder(RuleBasedStateMachine):
         after = self.scene.arbiter.command
         assert after.same_as(before) or after.verb == codes.STOP
 
-    @rule(who=st.integers(0, 2), what=st.sampled_from([STOP, DISARM, EMERGENCY]))
+    @rule(who=st.integers(0, 3), what=st.sampled_from([STOP, DISARM, EMERGENCY]))
     def stops(self, who: int, what: object) -> None:
         if self.pages[who] in self.gone:
             return
-        self.scene.say(what, self.pages[who])
+        if self.scene.say(what, self.pages[who]) is not None:
+            assert who == 3  # a viewer
+            return
         assert self.scene.verb == codes.STOP
         self.kill_all()
 
-    @rule(who=st.integers(0, 2))
+    @rule(who=st.integers(0, 3))
     def arms(self, who: int) -> None:
         page = self.pages[who]
         if self.scene.arm(page) is None:
+            assert self.scene.verb == codes.STOP
+            self.kill_all()
+
+    @rule(who=st.integers(0, 3))
+    def takes(self, who: int) -> None:
+        if self.scene.take(self.pages[who]) is None:
+            assert who == 2
             assert self.scene.verb == codes.STOP
             self.kill_all()
 
@@ -101,7 +111,7 @@ class AnyOrder(RuleBasedStateMachine):
             self.kill_all()
             assert self.scene.verb == codes.STOP
 
-    @rule(who=st.integers(0, 2))
+    @rule(who=st.integers(0, 3))
     def leaves(self, who: int) -> None:
         page = self.pages[who]
         owned = self.scene.arbiter.owner == page
@@ -122,6 +132,10 @@ class AnyOrder(RuleBasedStateMachine):
         ]
         assert alive
         assert self.scene.arbiter.command.owner != codes.NOBODY
+
+    @invariant()
+    def a_viewer_never_owns_the_chair(self) -> None:
+        assert self.scene.arbiter.owner != self.pages[3]
 
     @invariant()
     def a_silent_owner_is_stopped(self) -> None:

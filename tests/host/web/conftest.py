@@ -56,6 +56,9 @@ class FakePort:
     def snapshot(self, client: int) -> dict[str, Any]:
         return {"k": "state", "token": 7, "level": self.level}
 
+    def token(self) -> int:
+        return 7
+
     def wait_change(self, timeout_s: float, last_version: int) -> int:
         with self.changed:
             self.changed.wait_for(lambda: self.version != last_version, timeout_s)

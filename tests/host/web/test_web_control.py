@@ -21,7 +21,8 @@ def test_a_page_is_welcomed_and_then_hears_states(open_page: Any) -> None:
     page = open_page()
     assert page.next()["k"] == "welcome"
     assert page.next() == {"k": "state", "token": 7, "level": "ok"}
-    assert page.next()["k"] == "state"
+    assert page.next() == {"k": "token", "token": 7}
+    page.next_of("state")
 
 
 def test_a_change_is_told(port: Any, open_page: Any) -> None:
