@@ -1,0 +1,62 @@
+"""One lidar's word on how far each motion may go: its newest view, cleaned, against the footprint.
+
+Within the stop zone a single beam is trusted. Beyond it an obstacle needs two neighbouring beams,
+or the same place in two turns: a speckle far ahead slows nothing.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gazechair.clearance.footprint import FloatArray, Footprint
+from gazechair.clearance.surface import surfaces
+from gazechair.clearance.sweeps import Sweeps
+from gazechair.clearance.zone import STOP_ZONE
+from gazechair.lidar.scan import ChairView
+from gazelink import codes
+
+_SAME_PLACE_M = 0.25  # within a turn of the lidar the chair moves and turns by about as much
+_TURN_S = (0.06, 0.35)  # another turn, and not one of long ago
+
+Reach = tuple[float, float, float, float]
+"""Metres forward and backward, degrees left and right; inf = free as far as is seen."""
+
+FREE: Reach = (math.inf, math.inf, math.inf, math.inf)
+_ZONES = np.array([STOP_ZONE[direction] for direction in range(len(codes.DIRECTIONS))])
+
+
+class LidarReach:
+    """Judges the views of one lidar in the order in which they come."""
+
+    def __init__(self, footprint: Footprint) -> None:
+        self._sweeps = Sweeps(footprint)
+        self._speckles: list[tuple[float, FloatArray]] = []
+
+    def update(self, view: ChairView) -> Reach:
+        """The reach of each motion, in the order of codes.DIRECTIONS."""
+        if not len(view.points_m):
+            return FREE
+        seen = surfaces(view.points_m, view.origin_m)
+        contacts = self._sweeps.contacts(seen.points_m)
+        speckle = np.flatnonzero(seen.lone & np.isfinite(contacts).any(axis=1))
+        if len(speckle):
+            doubted = speckle[~self._seen_before(seen.points_m[speckle], view.acquired_s)]
+            far = contacts[doubted]
+            contacts[doubted] = np.where(far > _ZONES, np.inf, far)
+        self._remember(seen.points_m[speckle], view.acquired_s)
+        least = contacts.min(axis=0)
+        return (float(least[0]), float(least[1]), float(least[2]), float(least[3]))
+
+    def _seen_before(self, points: FloatArray, at_s: float) -> np.ndarray:
+        found = np.zeros(len(points), dtype=np.bool_)
+        for then_s, others in self._speckles:
+            if _TURN_S[0] <= at_s - then_s <= _TURN_S[1]:
+                gaps = points[:, None, :] - others[None, :, :]
+                found |= (np.hypot(gaps[:, :, 0], gaps[:, :, 1]) < _SAME_PLACE_M).any(axis=1)
+        return found
+
+    def _remember(self, points: FloatArray, at_s: float) -> None:
+        kept = [(s, p) for s, p in self._speckles if 0.0 <= at_s - s <= _TURN_S[1]]
+        self._speckles = [*kept, (at_s, points)] if len(points) else kept

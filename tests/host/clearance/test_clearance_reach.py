@@ -1,0 +1,231 @@
+"""Noise, speckles, views and several lidars, up to what is sent to the board."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gazechair.clearance.footprint import Footprint
+from gazechair.clearance.merge import Merger, Word
+from gazechair.clearance.reach import FREE, LidarReach
+from gazechair.clearance.surface import noise_m, surfaces
+from gazechair.clearance.zone import STOP_ZONE
+from gazechair.lidar.blind import BLIND, MASKED, SEEN
+from gazechair.lidar.scan import ChairView
+from gazelink import codes
+from gazelink.messages import CLEAR_FAR
+
+F, B, L, R = codes.DIR_FORWARD, codes.DIR_BACKWARD, codes.DIR_LEFT, codes.DIR_RIGHT
+CHAIR = Footprint()
+ORIGIN = (0.5, 0.0)
+ROUND = np.radians(np.arange(-180.0, 180.0, 0.1125))
+OPEN = np.full(360, SEEN, dtype=np.uint8)
+
+
+def points(ranges_m: np.ndarray, origin: tuple[float, float] = ORIGIN) -> np.ndarray:
+    found = np.column_stack((np.cos(ROUND), np.sin(ROUND))) * ranges_m[:, None] + origin
+    return found[ranges_m > 0]
+
+
+def hall(radius_m: float = 4.0) -> np.ndarray:
+    return np.full(len(ROUND), radius_m)
+
+
+def view(ranges_m: np.ndarray, at_s: float = 1.0) -> ChairView:
+    return ChairView(points(ranges_m), OPEN, ORIGIN, at_s, codes.SIMULATED)
+
+
+def with_beams(ranges_m: np.ndarray, deg: float, distance_m: float, count: int = 1) -> np.ndarray:
+    changed = ranges_m.copy()
+    first = int(np.argmin(np.abs(ROUND - math.radians(deg))))
+    changed[first : first + count] = distance_m
+    return changed
+
+
+def bits(*directions: int) -> int:
+    return sum(1 << direction for direction in directions)
+
+
+# -- noise -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("sigma_m", [0.006, 0.03])
+def test_noise_is_measured_and_taken_off_surfaces(sigma_m: float) -> None:
+    rough = hall(1.5) + np.random.default_rng(1).normal(0.0, sigma_m, len(ROUND))
+    assert noise_m(rough) == pytest.approx(sigma_m, rel=0.1)
+    smooth = surfaces(points(rough), ORIGIN).points_m - ORIGIN
+    error = np.hypot(smooth[:, 0], smooth[:, 1]) - 1.5
+    assert error.std() < 0.4 * sigma_m
+    assert abs(error.mean()) < 0.05 * sigma_m
+    assert error.min() > -1.5 * sigma_m
+
+
+def test_a_single_beam_that_stands_out_keeps_its_place() -> None:
+    rough = hall(1.5) + np.random.default_rng(1).normal(0.0, 0.03, len(ROUND))
+    seen = surfaces(points(with_beams(rough, 10.0, 1.0)), ORIGIN)
+    nearest = np.hypot(*(seen.points_m - ORIGIN).T)
+    assert nearest.min() == pytest.approx(1.0)
+    assert seen.lone[nearest.argmin()]
+
+
+@given(st.floats(0.2, 3.0), st.integers(0, 3199), st.floats(0.0, 0.03))
+@settings(max_examples=60, deadline=None)
+def test_no_beam_is_moved_further_than_the_noise_allows(
+    distance_m: float, at: int, sigma_m: float
+) -> None:
+    rough = hall(3.0) + np.random.default_rng(at).normal(0.0, sigma_m, len(ROUND))
+    rough[at] = distance_m
+    seen = surfaces(points(rough), ORIGIN)
+    bearings = np.arctan2(*(points(rough) - ORIGIN).T[::-1])
+    before = np.sort(rough[np.argsort(bearings, kind="stable")])
+    after = np.sort(np.hypot(*(seen.points_m - ORIGIN).T))
+    assert np.abs(before - after).max() <= 0.3
+
+
+# -- speckles --------------------------------------------------------------------------------------
+
+
+def test_a_speckle_beyond_the_stop_zone_slows_nothing() -> None:
+    reach = LidarReach(CHAIR)
+    far_m = 0.70 + STOP_ZONE[F] + 0.1 - ORIGIN[0]
+    assert reach.update(view(with_beams(hall(), 0.0, far_m))) == FREE or (
+        reach.update(view(with_beams(hall(), 0.0, far_m)))[F] > 3.0
+    )
+    two = LidarReach(CHAIR).update(view(with_beams(hall(), 0.0, far_m, count=2)))
+    assert two[F] == pytest.approx(STOP_ZONE[F] + 0.1, abs=0.01)
+
+
+def test_a_speckle_in_two_turns_is_an_obstacle() -> None:
+    reach = LidarReach(CHAIR)
+    far_m = 1.5
+    ways = [reach.update(view(with_beams(hall(), 0.0, far_m), at_s))[F] for at_s in (1.0, 1.02)]
+    assert min(ways) > 3.0  # the same turn seen twice is one turn
+    assert reach.update(view(with_beams(hall(), 0.1, far_m), 1.1))[F] == pytest.approx(
+        1.3, abs=0.01
+    )
+    late = LidarReach(CHAIR)
+    late.update(view(with_beams(hall(), 0.0, far_m), 1.0))
+    assert late.update(view(with_beams(hall(), 0.0, far_m), 2.0))[F] > 3.0
+
+
+@given(st.floats(0.25, 0.70), st.floats(-25.0, 25.0))
+@settings(max_examples=50, deadline=None)
+def test_within_the_stop_zone_a_single_beam_counts(distance_m: float, deg: float) -> None:
+    x = ORIGIN[0] + distance_m * math.cos(math.radians(deg))
+    way = LidarReach(CHAIR).update(view(with_beams(hall(), deg, distance_m)))[F]
+    assert way <= max(0.0, x - 0.65)
+
+
+def test_nothing_in_sight_is_free() -> None:
+    nothing = ChairView(np.zeros((0, 2)), OPEN, ORIGIN, 1.0, codes.REAL)
+    assert LidarReach(CHAIR).update(nothing) == FREE
+
+
+# -- views and several lidars ----------------------------------------------------------------------
+
+
+def states(kind: int, *arcs: tuple[int, int]) -> np.ndarray:
+    changed = OPEN.copy()
+    for start, end in arcs:
+        changed[start + 180 : end + 180] = kind
+    return changed
+
+
+def word(view_states: np.ndarray = OPEN, at_s: float = 1.0, reach: tuple = FREE) -> Word:
+    return Word(reach, view_states, at_s, codes.REAL)
+
+
+@pytest.mark.parametrize(
+    ("arc", "hit"),
+    [
+        ((-10, 10), bits(F, L, R)),  # a turning corner passes before the front
+        ((-180, -170), bits(B, L, R)),
+        ((100, 110), bits(L)),  # beside the front wheel: the front corner swings out there
+        ((60, 62), bits(F, R)),
+        ((20, 40), bits(F, L, R)),
+    ],
+)
+def test_a_blind_arc_blocks_what_enters_it_and_a_masked_one_is_unseen(
+    arc: tuple[int, int], hit: int
+) -> None:
+    merger = Merger(CHAIR, {"front": ORIGIN})
+    seen = merger.hear("front", word())
+    assert (seen.blocked, seen.unseen) == (0, 0)
+    blind = merger.hear("front", word(states(BLIND, arc)))
+    assert (blind.blocked, blind.unseen) == (hit, 0)
+    masked = merger.hear("front", word(states(MASKED, arc)))
+    assert (masked.blocked, masked.unseen) == (0, hit)
+
+
+def test_the_prototypes_lidar_never_sees_behind() -> None:
+    merger = Merger(CHAIR, {"front": ORIGIN})
+    said = merger.hear("front", word(states(MASKED, (124, 180), (-180, -124))))
+    assert (said.blocked, said.unseen) == (0, bits(B, L, R))
+
+
+def test_a_second_lidar_sees_what_the_first_does_not() -> None:
+    front = states(MASKED, (90, 180), (-180, -90))
+    rear = states(MASKED, (-80, 80))
+    merger = Merger(CHAIR, {"front": ORIGIN, "rear": (-0.4, 0.0)})
+    first = merger.hear("front", word(front))
+    assert first.blocked & bits(B, L, R) == bits(B, L, R)  # the other has not spoken yet
+    both = merger.hear("rear", word(rear))
+    assert both.blocked == 0
+    assert not both.unseen & bits(F, B)
+
+
+def test_of_two_lidars_one_silent_blocks_what_only_it_sees() -> None:
+    front = states(MASKED, (90, 180), (-180, -90))
+    rear = states(MASKED, (-80, 80))
+    merger = Merger(CHAIR, {"front": ORIGIN, "rear": (-0.4, 0.0)})
+    merger.hear("front", word(front, 1.0))
+    merger.hear("rear", word(rear, 1.0))
+    said = merger.hear("front", word(front, 1.2))
+    assert (said.blocked, said.acquired_s) == (0, 1.0)  # as old as the older
+    said = merger.hear("front", word(front, 1.26))
+    assert said.blocked & bits(F, B) == bits(B)
+    assert said.acquired_s == 1.26
+    assert merger.hear("rear", word(rear, 1.27)).blocked == 0  # back by itself
+
+
+def test_the_nearer_of_two_counts_and_a_replayed_one_marks_all() -> None:
+    merger = Merger(CHAIR, {"a": ORIGIN, "b": (-0.4, 0.0)})
+    merger.hear("a", Word((1.0, math.inf, 90.0, 20.0), OPEN, 1.0, codes.REAL))
+    merger.hear("b", Word((2.0, 0.5, 80.0, math.inf), OPEN, 1.0, codes.REPLAYED))
+    said = merger.hear("a", Word((1.0, math.inf, 90.0, 20.0), OPEN, 1.0, codes.REAL))
+    assert said.source == codes.REPLAYED
+    ways = (said.forward_mm, said.backward_mm, said.left_q4_deg, said.right_q4_deg)
+    assert ways[0] <= 1000
+    assert ways[1] <= 500
+    assert ways[2] <= 80 * 16
+    assert ways[3] <= 20 * 16
+
+
+def test_noise_does_not_move_what_is_said() -> None:
+    merger = Merger(CHAIR, {"front": ORIGIN})
+    noise = np.random.default_rng(2).uniform(-0.015, 0.015, 400)
+    said = [
+        merger.hear("front", word(reach=(1.0 + n, math.inf, 30.0 + 40 * n, math.inf)))
+        for n in noise
+    ]
+    settled = said[200:]
+    assert len({s.forward_mm for s in settled}) == 1
+    assert len({s.left_q4_deg for s in settled}) == 1
+    assert all(s.forward_mm <= 1000 * (1.0 + n) for s, n in zip(said, noise, strict=True))
+    gone = merger.hear("front", word())
+    assert gone.forward_mm == gone.right_q4_deg == CLEAR_FAR
+
+
+@given(st.lists(st.floats(0.0, 5.0), min_size=1, max_size=30))
+def test_what_is_said_never_exceeds_what_is_seen(ways: list[float]) -> None:
+    merger = Merger(CHAIR, {"front": ORIGIN})
+    before = 0.0
+    for way in ways:
+        said = merger.hear("front", word(reach=(way, way, way, way)))
+        assert said.forward_mm <= 1000.0 * way
+        assert said.forward_mm >= min(1000.0 * way, max(before, 1000.0 * way - 40.0)) - 1.001
+        before = said.forward_mm
