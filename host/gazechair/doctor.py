@@ -97,8 +97,7 @@ def _serial_ports() -> Iterator[Finding]:
 def _devices(config: Config) -> Iterator[Finding]:
     answers = doctor_devices.ask(config)
     for name, answer in answers.items():
-        off = name != "board" and getattr(config, name).kind == "off"
-        if off and name == "lidar":
+        if name == "lidar" and all(lidar.kind == "off" for lidar in config.lidar):
             yield Finding(WARN, name, answer.detail, "without one the board does not arm")
         elif answer.state == h.OK:
             yield Finding(OK, name, answer.detail or "delivers")

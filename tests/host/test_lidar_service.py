@@ -189,7 +189,7 @@ def test_lost_and_corrupt_bytes_are_lived_with(rig: Rig) -> None:
     rig.device.drop = 1e-4
     rig.device.corrupt = 1e-4
     rig.service.start()
-    rig.wait(lambda: rig.service.report is not None and rig.service.report.resyncs > 5)
+    rig.wait(lambda: rig.service.report is not None and rig.service.report.lidars[0].resyncs > 5)
     assert rig.service.restarts == 0
     rig.wait_fresh(BACKWARD)
 
@@ -208,7 +208,7 @@ def test_a_view_covered_ahead_is_degraded_and_blocked(rig: Rig) -> None:
     rig.service.start()
     rig.wait(lambda: rig.health.state == "degraded")
     assert rig.health.reason == "lidar_view"
-    assert "forward, left, right" in rig.health.detail
+    assert "blind at" in rig.health.detail
     assert all(blocked == 0b1111 for blocked, _, _ in rig.published)
 
 

@@ -13,10 +13,12 @@ import select
 import struct
 import time
 
+import rplidar
 import serial.tools.list_ports
 from rplidar import RPLidar, RPLidarException
 
-from gazechair.lidar.nodes import NODE_SIZE
+from gazechair.lidar.dense import CAPSULE_SIZE, POINT_PERIOD_S, POINTS
+from gazechair.lidar.report import LOST, PROTECTION, SILENT
 
 BAUD = 1_000_000
 MODEL_S2 = 0x71
@@ -25,18 +27,48 @@ SIMULATED_SERIAL = b"SIM"
 _MOTOR_RPM = 600
 _REPLY_S = 1.0
 _MAX_READ = 1 << 16
-_SECOND_OF_NODES = 16_000 * NODE_SIZE
+# About half a second of either scan.
+_STALE_BYTES = int(0.5 / POINT_PERIOD_S) // POINTS * CAPSULE_SIZE
+
+# The library knows requests and replies by such a table; the dense scan takes a payload.
+_SCANS = {"standard": "normal", "dense": "dense"}
+rplidar._SCAN_TYPE["dense"] = {
+    "byte": b"\x82\x05\x01\x00\x00\x00\x00\x23",
+    "response": 0x85,
+    "size": CAPSULE_SIZE,
+}
 
 
 class LidarError(Exception):
-    """The lidar can't be used; the text is one plain line: what, where, what to do."""
+    """The lidar can't be used; the text is one plain line: what, where, what to do.
+
+    `reason` is a key of the string tables.
+    """
+
+    def __init__(self, text: str, reason: str = LOST) -> None:
+        super().__init__(text)
+        self.reason = reason
 
 
 def find_port(configured: str) -> str:
-    """`configured`, or for "auto" the USB port with the S2's adapter. Raises LidarError."""
-    if configured != "auto":
+    """The port meant by the setting lidar.port. Raises LidarError when it is not there.
+
+    "auto": the only one with the S2's adapter; "usb:SERIAL": the adapter with that serial number.
+    """
+    wanted = configured.removeprefix("usb:")
+    if configured not in ("auto", f"usb:{wanted}"):
         return configured
-    found = [p.device for p in serial.tools.list_ports.comports() if (p.vid, p.pid) == USB_IDS]
+    adapters = [p for p in serial.tools.list_ports.comports() if (p.vid, p.pid) == USB_IDS]
+    if configured != "auto":
+        for adapter in adapters:
+            if adapter.serial_number == wanted:
+                return str(adapter.device)
+        there = ", ".join(f"usb:{adapter.serial_number}" for adapter in adapters) or "none"
+        raise LidarError(
+            f"no lidar's adapter has serial number {wanted!r}; there is {there}: "
+            "check its plug, or set lidar.port"
+        )
+    found = [adapter.device for adapter in adapters]
     if len(found) == 1:
         return str(found[0])
     if not found:
@@ -92,19 +124,25 @@ class S2:
         """True for the simulator's lidar: its serial number begins with "SIM"."""
         return self.serial.startswith(SIMULATED_SERIAL)
 
-    def start(self) -> None:
-        """Check health, run the motor up and start the standard scan."""
+    def start(self, mode: str) -> None:
+        """Check health, run the motor up and start the scan; `mode`: "dense" or "standard"."""
         try:
             self._lidar.start_motor()
-            refused = self._lidar.start("normal")  # checks health first; resets once on error
+            refused = self._lidar.start(_SCANS[mode])  # checks health first; resets once on error
         except (RPLidarException, OSError, KeyError, ValueError) as error:
             # ValueError: the library unpacks its own complaint about bytes still coming in.
             raise LidarError(
                 f"the lidar at {self._port} does not start: {error}; "
-                "check that it turns freely and its power supply"
+                "check that it turns freely and its power supply",
+                PROTECTION if self._protects_itself() else SILENT,
             ) from error
         if refused:
             raise LidarError(f"the lidar at {self._port} does not start: {refused}")
+
+    def _protects_itself(self) -> bool:
+        with contextlib.suppress(RPLidarException, OSError, KeyError, ValueError):
+            return bool(self._lidar.get_health()[0] == "Error")
+        return False
 
     def read(self, timeout_s: float) -> bytes:
         """All bytes of the stream that are there, empty after `timeout_s` without any."""
@@ -143,7 +181,8 @@ class S2:
         except (RPLidarException, OSError) as error:
             raise LidarError(
                 f"no RPLIDAR answers at {self._port} ({error}); "
-                "check lidar.port in the configuration and the lidar's power"
+                "check lidar.port in the configuration and the lidar's power",
+                SILENT,
             ) from error
         if isinstance(info, str):  # the library's way to say that bytes are still coming in
             raise LidarError(
@@ -159,7 +198,7 @@ class S2:
 
 def stale_backlog(data: bytes) -> bool:
     """True when so much came at once that its age can't be told any more (the reader slept)."""
-    return len(data) >= min(_MAX_READ, _SECOND_OF_NODES)
+    return len(data) >= _STALE_BYTES
 
 
 def _in_use(port: str) -> str:

@@ -47,11 +47,12 @@ class Nodes:
 class NodeDecoder:
     """Feed it bytes as they come; it returns every whole node in them.
 
-    Counters: `resyncs` places where the stream had to be realigned, `dropped` bytes given up there,
-    `implausible` nodes whose angle fits neither neighbour.
+    Counters: `fed` bytes taken, `resyncs` places where the stream had to be realigned, `dropped`
+    bytes given up there, `implausible` nodes whose angle fits neither neighbour.
     """
 
     def __init__(self) -> None:
+        self.fed = 0
         self.resyncs = 0
         self.dropped = 0
         self.implausible = 0
@@ -60,6 +61,7 @@ class NodeDecoder:
 
     def feed(self, data: bytes) -> Nodes:
         """Decode `data` behind what was left over; up to 24 nodes wait for proof of alignment."""
+        self.fed += len(data)
         buf = self._pending + data
         if len(buf) > _MAX_PENDING:
             # Only a reader that slept for a second gets here: what is that old is worth nothing.

@@ -1,26 +1,28 @@
-"""The lidar's part in the daemon: watches the child process and publishes the obstacle flags."""
+"""The lidars' part in the daemon: watches the child process and publishes the obstacle flags."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import asdict
 
 from gazechair import health as states
 from gazechair.children import Status, Supervisor
 from gazechair.config import LidarConfig, SectorsConfig
 from gazechair.health import Health
-from gazechair.lidar.report import LOST, VIEW, Report
-from gazechair.lidar.sectors import ALL_BLOCKED, MIN_COVERAGE, Reading, Sector, blocked_bits
+from gazechair.lidar.report import DAMAGED, LOST, VIEW, LidarReport, Report
+from gazechair.lidar.sectors import ALL_BLOCKED, Sector, blocked_bits
 from gazelink import codes
 
-# So many reports in a row, some 0.3 s, before the view counts as poor, or as good again.
+# So many reports in a row, some 0.3 s, before another verdict on the view counts.
 _STEADY = 12
+_DAMAGED_SHARE = 0.02
 
 Publish = Callable[[int, int, float], None]
 
 
 class LidarService:
-    """Runs the lidar and publishes (blocked bits, source, acquired_s) with each renewed scan.
+    """Runs the lidars and publishes (blocked bits, source, acquired_s) with each renewed scan.
 
     While nothing new comes nothing is published: the age of the last word grows by itself.
     """
@@ -32,14 +34,15 @@ class LidarService:
         publish: Publish,
         health: Health,
     ) -> None:
-        """`publish` is called on the lidar's thread, some 40 times a second, and must not block."""
-        self._config = lidars[0]
+        """`publish` is called on the lidars' thread, some 40 times a second, and must not block."""
+        self._configs = tuple(config for config in lidars if config.kind != "off")
         self._sectors = classic(sectors)
         self._distance_m = sectors.distance_m
         self._publish = publish
         self._health = health
         self._bits = ALL_BLOCKED
-        self._view = _View(tuple(_name(s) for s in self._sectors))
+        self._published_s: float | None = None
+        self._verdict = _Steady()
         self.report: Report | None = None
         self._supervisor: Supervisor | None = None
 
@@ -55,11 +58,11 @@ class LidarService:
 
     def start(self) -> None:
         """Start the child process; with kind "off" only the health says so."""
-        if self._config.kind == "off":
+        if not self._configs:
             self._health.set(states.LOST, LOST, 'no lidar is configured: set lidar.kind = "s2"')
             return
         argument = {
-            "port": self._config.port,
+            "lidars": [asdict(config) for config in self._configs],
             "sectors": [(s.direction, s.from_deg, s.to_deg) for s in self._sectors],
         }
         self._supervisor = Supervisor(
@@ -72,39 +75,51 @@ class LidarService:
         self._supervisor.start()
 
     def stop(self) -> None:
-        """Stop the lidar's motor, its process and its thread."""
+        """Stop the lidars' motors, their process and its thread."""
         if self._supervisor is not None:
             self._supervisor.stop()
 
     def _on_data(self, payload: bytes) -> None:
         report = Report.unpack(payload)
-        self._bits = blocked_bits(self._sectors, report.readings, self._distance_m, self._bits)
-        self._publish(self._bits, report.source, report.acquired_s)
+        if report.acquired_s is None or report.source is None:
+            self._bits = ALL_BLOCKED
+        elif report.acquired_s != self._published_s:
+            self._bits = blocked_bits(self._sectors, report.readings, self._distance_m, self._bits)
+            self._publish(self._bits, report.source, report.acquired_s)
+            self._published_s = report.acquired_s
         self.report = report
-        poor = self._view.judge(report.readings)
-        if poor is None:
+        self._tell(report)
+
+    def _tell(self, report: Report) -> None:
+        lost = [one for one in report.lidars if one.state != states.OK]
+        if lost:
+            self._verdict.forget()
+            worst = min(lost, key=lambda one: one.state != states.LOST)
+            if worst.state != states.STARTING or self._health.state != states.LOST:
+                self._health.set(worst.state, worst.reason, self._named(worst, worst.detail))
             return
-        if poor:
-            names = ", ".join(poor)
-            self._health.set(
-                states.DEGRADED, VIEW, f"the lidar hardly sees {names}: clean or clear its view"
-            )
-        else:
-            self._health.set(states.OK)
+        verdict = self._verdict.settle(tuple(_doubt(one) for one in report.lidars))
+        if verdict is None:
+            return
+        for one, reason in zip(report.lidars, verdict, strict=True):
+            if reason:
+                self._health.set(states.DEGRADED, reason, self._named(one, _explain(one, reason)))
+                return
+        self._health.set(states.OK)
+
+    def _named(self, lidar: LidarReport, detail: str) -> str:
+        return f"{lidar.name}: {detail}" if len(self._configs) > 1 else detail
 
     def _on_status(self, status: Status) -> None:
         self._bits = ALL_BLOCKED
-        self._view.forget()
-        if status.state == states.STARTING and self._health.state == states.LOST:
-            return  # one more attempt: it stays lost, with its explanation, until it delivers
+        self._verdict.forget()
         self._health.set(status.state, status.reason, status.detail)
 
 
-class _View:
-    """Which sectors are seen too poorly, once that has been so for a while."""
+class _Steady:
+    """A verdict counts once it has been the same for a while; a first good one at once."""
 
-    def __init__(self, names: tuple[str, ...]) -> None:
-        self._names = names
+    def __init__(self) -> None:
         self._candidate: tuple[str, ...] = ()
         self._count = 0
         self._settled: tuple[str, ...] | None = None
@@ -113,15 +128,26 @@ class _View:
         self._settled = None
         self._count = 0
 
-    def judge(self, readings: tuple[Reading, ...]) -> tuple[str, ...] | None:
-        """Names of the poorly seen sectors; None until the first verdict."""
-        pairs = zip(self._names, readings, strict=True)
-        poor = tuple(name for name, reading in pairs if reading.coverage < MIN_COVERAGE)
-        self._count = self._count + 1 if poor == self._candidate else 1
-        self._candidate = poor
-        if self._count >= _STEADY or (self._settled is None and not poor):
-            self._settled = poor
+    def settle(self, verdict: tuple[str, ...]) -> tuple[str, ...] | None:
+        self._count = self._count + 1 if verdict == self._candidate else 1
+        self._candidate = verdict
+        if self._count >= _STEADY or (self._settled is None and not any(verdict)):
+            self._settled = verdict
         return self._settled
+
+
+def _doubt(lidar: LidarReport) -> str:
+    """The reason key of what is wrong with what it sees, "" when nothing is."""
+    if lidar.lost_share > _DAMAGED_SHARE:
+        return DAMAGED
+    return VIEW if lidar.blind_deg else ""
+
+
+def _explain(lidar: LidarReport, reason: str) -> str:
+    if reason == DAMAGED:
+        return f"{lidar.lost_share:.0%} of the lidar's bytes arrive damaged: check its cable"
+    arcs = ", ".join(f"{start}..{end}" for start, end in lidar.blind_deg)
+    return f"the lidar is blind at {arcs} degrees (left positive): clean or clear its view"
 
 
 def classic(config: SectorsConfig) -> tuple[Sector, ...]:
@@ -133,7 +159,3 @@ def classic(config: SectorsConfig) -> tuple[Sector, ...]:
         (codes.DIR_BACKWARD, config.rear_deg),
     )
     return tuple(Sector(direction, *arc) for direction, arc in arcs if arc is not None)
-
-
-def _name(sector: Sector) -> str:
-    return str(codes.DIRECTIONS[sector.direction])

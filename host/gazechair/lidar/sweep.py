@@ -13,6 +13,7 @@ from gazelink import codes
 
 NODE_PERIOD_S = 1.0 / 16_000.0  # standard scan: 16 kHz
 _LONGEST_TURN_S = 0.5  # behind that the S flag was lost several times over
+_FOLLOW = 0.2  # of the turning rate, each turn
 _KEPT = 3  # turns before the one in progress
 
 _Nodes = tuple[FloatArray, FloatArray, FloatArray]  # angles, distances, times
@@ -34,6 +35,9 @@ class Sweep:
         `period_s`: from one measurement to the next.
         """
         self.turns = 0
+        self.rate_hz = 0.0
+        """Turns in a second, as measured; 0 before that is known."""
+        self._turn_s: float | None = None
         self._source = source
         self._period_s = period_s
         self._most_nodes = round(_LONGEST_TURN_S / period_s)
@@ -53,11 +57,18 @@ class Sweep:
                 if nodes.starts[first]:
                     self._turns = [_Turn(), *self._turns[:_KEPT]]
                     self.turns += 1
+                    self._clock_turn(float(times_s[first]))
                 piece = slice(first, last)
                 self._turns[0].add(
                     (nodes.angles_deg[piece], nodes.distances_m[piece], times_s[piece]),
                     self._most_nodes,
                 )
+
+    def _clock_turn(self, now_s: float) -> None:
+        if self._turn_s is not None and now_s > self._turn_s:
+            seen_hz = 1.0 / (now_s - self._turn_s)
+            self.rate_hz += (seen_hz - self.rate_hz) * (_FOLLOW if self.rate_hz else 1.0)
+        self._turn_s = now_s
 
     @property
     def quarter(self) -> int:

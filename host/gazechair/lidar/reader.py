@@ -1,0 +1,158 @@
+"""One lidar's thread: opens its device, keeps its newest scan, and starts it anew when it fails."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from gazechair import health as states
+from gazechair.config import LidarConfig
+from gazechair.lidar.device import S2, LidarError, find_port, stale_backlog
+from gazechair.lidar.report import FROZEN, MIRROR, POWER, SILENT, STARTING
+from gazechair.lidar.scan import Scan
+from gazechair.lidar.stream import ByteStream
+from gazelink import codes
+
+_READ_S = 0.05
+_GATHER_S = 0.004  # bytes are decoded in pieces of about a 25th of a turn
+_SILENT_S = 0.15  # without measurements: no scan counts any more
+_GIVE_UP_S = 0.4  # and then the device is opened anew
+_FIRST_S = 5.0  # until the first measurements; the motor runs up meanwhile
+_RETRY_S = (0.25, 2.0)
+_STEADY_S = 10.0
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How a lidar is: health state, reason key, one plain line."""
+
+    state: str
+    reason: str
+    detail: str
+
+
+class Stream(Protocol):
+    """What a reader needs to know of a running stream."""
+
+    lost_share: float
+
+    @property
+    def turns(self) -> int:
+        """Turns since its start."""
+
+    @property
+    def resyncs(self) -> int:
+        """How often its bytes had to be realigned."""
+
+    @property
+    def rate_hz(self) -> float:
+        """Turns in a second."""
+
+
+class Reader:
+    """Use `start`, `stop`. Anyone may read its attributes at any time.
+
+    `scan` is None while the lidar delivers nothing to go by. `alive_s`: CLOCK_MONOTONIC seconds at
+    which its thread last came by; every wait in it ends within about 6 s.
+    """
+
+    def __init__(self, config: LidarConfig, renewed: Callable[[], None]) -> None:
+        """`renewed` is called on the reader's thread whenever `scan` or `standing` has changed."""
+        self.config = config
+        self.scan: Scan | None = None
+        self.stream: Stream | None = None
+        self.source: int | None = None
+        self.standing = Standing(states.STARTING, STARTING, "starting")
+        self.alive_s = time.monotonic()
+        self._renewed = renewed
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name=config.name, daemon=True)
+
+    def start(self) -> None:
+        """Start its thread."""
+        self._thread.start()
+
+    def stop(self, timeout_s: float = 5.0) -> None:
+        """End the scan, stop the motor, end the thread. Returns at once when it never started."""
+        self._stopping.set()
+        if self._thread.is_alive():
+            self._thread.join(timeout_s)
+
+    def _run(self) -> None:
+        pause_s = _RETRY_S[0]
+        while not self._stopping.is_set():
+            self.alive_s = started_s = time.monotonic()
+            try:
+                self._serve()
+            except LidarError as error:
+                self._say(states.LOST, error.reason, str(error))
+            if time.monotonic() - started_s > _STEADY_S:
+                pause_s = _RETRY_S[0]
+            self._stopping.wait(pause_s)
+            pause_s = min(pause_s * 2.0, _RETRY_S[1])
+
+    def _say(self, state: str, reason: str = "ok", detail: str = "") -> None:
+        """A lost lidar stays lost, with its explanation, until it delivers."""
+        if state == states.STARTING and self.standing.state == states.LOST:
+            return
+        self.standing = Standing(state, reason, detail)
+        if state != states.OK:
+            self.scan = None
+        self._renewed()
+
+    def _serve(self) -> None:
+        self._say(states.STARTING, STARTING, f"opening the lidar at {self.config.port}")
+        port = find_port(self.config.port)
+        device = S2(port)
+        try:
+            self.alive_s = time.monotonic()
+            self._say(states.STARTING, STARTING, f"lidar {device.serial.hex()}: motor starts")
+            device.start(self.config.mode)
+            if self.standing.reason == SILENT:
+                text = f"the lidar at {port} had stopped by itself; check its power supply"
+                self._say(states.LOST, POWER, text)
+            self._read(device, port)
+        finally:
+            self.stream = None
+            device.close()
+
+    def _read(self, device: S2, port: str) -> None:
+        self.source = codes.SIMULATED if device.simulated else codes.REAL
+        stream = ByteStream(self.config.mode, self.source)
+        self.stream = stream
+        patience_s = time.monotonic() + _FIRST_S
+        while not self._stopping.is_set():
+            data = device.read(_READ_S)
+            self.alive_s = now_s = time.monotonic()
+            if stale_backlog(data):
+                # Bytes of unknown age: start afresh, from what is measured now.
+                stream = ByteStream(self.config.mode, self.source)
+                self.stream = stream
+                continue
+            if stream.feed(data, now_s) and (scan := stream.scan()) is not None:
+                self.scan = scan
+                if self.standing.state == states.OK:
+                    self._renewed()
+                else:
+                    self._say(states.OK)
+            self._judge(stream, port, now_s, patience_s)
+            if data:
+                time.sleep(_GATHER_S)
+
+    def _judge(self, stream: ByteStream, port: str, now_s: float, patience_s: float) -> None:
+        if stream.frozen:
+            raise LidarError(f"the lidar at {port} repeats the same data; unplug it once", FROZEN)
+        if stream.last_s is None:
+            if now_s > patience_s:
+                raise LidarError(
+                    f"the lidar at {port} sends no measurements; is its motor turning?", MIRROR
+                )
+        elif now_s - stream.last_s > _SILENT_S:
+            text = f"the lidar at {port} sends nothing; check its plug and power supply"
+            if now_s - stream.last_s > _GIVE_UP_S:
+                raise LidarError(text, SILENT)
+            if self.scan is not None:
+                self._say(states.LOST, SILENT, text)
