@@ -1,4 +1,4 @@
-"""A small stand-in for the host: serves the driver's page, says what a test says, remembers all."""
+"""A small stand-in for the host: serves the pages, says what a test says, remembers all."""
 
 import io
 import json
@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from flask import Flask, Response, send_from_directory
+from flask import Flask, Response, jsonify, request, send_from_directory
 from flask_sock import Sock
 from PIL import Image, ImageDraw
 from simple_websocket import ConnectionClosed, Server
@@ -86,6 +86,9 @@ class FakeHost:
         self.acknowledged: list[str] = []
         self.accepting = True
         self.token = 0
+        self.now_ms = 0  # goes with the page's clock
+        self.replies: dict[str, tuple[int, dict[str, Any]]] = {}  # "GET /me": status, body
+        self.posted: list[tuple[str, dict[str, Any]]] = []
         self._marks = 0
         self._sockets: dict[str, list[Server]] = {"control": [], "video": []}
         self._lock = threading.Lock()
@@ -101,6 +104,19 @@ class FakeHost:
         @app.get("/")
         def page() -> Response:
             return send_from_directory(WEB, "index.html")
+
+        @app.get("/<any(caretaker, pair):name>")
+        def other_page(name: str) -> Response:
+            return send_from_directory(WEB, f"{name}.html")
+
+        @app.get("/<any(me, profiles, settings, pairing):name>")
+        def read(name: str) -> tuple[Response, int]:
+            return self._reply(f"GET /{name}")
+
+        @app.post("/<path:path>")
+        def write(path: str) -> tuple[Response, int]:
+            self.posted.append((f"/{path}", request.get_json()))
+            return self._reply(f"POST /{path}")
 
         @app.get("/strings/<name>")
         def strings(name: str) -> Response:
@@ -124,6 +140,10 @@ class FakeHost:
 
         return app
 
+    def _reply(self, name: str) -> tuple[Response, int]:
+        status, body = self.replies.get(name, (404, {"reason": "unknown", "detail": "no reply"}))
+        return jsonify(body), status
+
     def _serve(self, ws: Server, kind: str, hear: Callable[[str], None]) -> None:
         if not self.accepting:
             return
@@ -144,7 +164,7 @@ class FakeHost:
     def say_state(self, **changes: Any) -> int:
         """Sends the state with these changes and a fresh token; returns the token."""
         self.state.update(changes)
-        self.token += 1
+        self.token = max(self.token + 1, self.now_ms)
         self.say({**self.state, "token": self.token})
         return self.token
 

@@ -1,4 +1,4 @@
-// The control socket: token echo, heartbeat, and whether the link is alive.
+// The control socket: fresh tokens, heartbeat, whether the link is alive, whether we are welcome.
 
 import { Wire } from "./wire.js";
 
@@ -9,28 +9,34 @@ const LOST_MS = 500;
 const SILENCE_MS = 2000;
 /** More than this waiting to be sent: only stops are added to it. */
 const BACKLOG_BYTES = 512;
+/** A token older than this proves nothing to the host. */
+const TOKEN_MS = 500;
 
 /** Messages that always go out, whatever waits before them. */
 const ALWAYS = ["stop", "disarm", "emergency"];
+const REVOKED = 4001;
+const PAIR = "/pair";
 
 /**
  * Talks to `/ws/control`.
  *
- * `on` receives message(object) for every message, link(alive) when that changed.
+ * `on` receives message(object) for every message, link(alive) when that changed. A page that is
+ * not (any more) paired goes to the pairing page by itself.
  */
 export class ControlSocket {
   #wire;
   #on;
-  #token = null;
+  #tokens = []; // {token, at}: those of the last 500 ms that were delayed less than all later ones
   #heardMs = 0;
   #beatAtMs = 0;
   #alive = false;
+  #welcomed = false;
 
   constructor(on) {
     this.#on = on;
     this.#wire = new Wire("/ws/control", SILENCE_MS, {
       message: (data) => this.#receive(JSON.parse(data)),
-      closed: () => this.#close(),
+      closed: (code) => this.#close(code),
     });
   }
 
@@ -44,15 +50,20 @@ export class ControlSocket {
     return now - this.#heardMs;
   }
 
-  /** Sends {"k": kind, ...}; motion and heartbeats carry the newest token. Never queues. */
+  /** Sends {"k": kind, ...}; false when it was not. Never queues. */
   send(kind, fields = {}) {
-    if (!ALWAYS.includes(kind) && (!this.#alive || this.#wire.waiting > BACKLOG_BYTES)) return;
-    this.#wire.send(JSON.stringify({ k: kind, ...fields }));
+    const held = !this.#alive || this.#wire.waiting > BACKLOG_BYTES;
+    if (held && !ALWAYS.includes(kind)) return false;
+    return this.#wire.send(JSON.stringify({ k: kind, ...fields }));
   }
 
-  /** A message that proves it answers the host's newest token. */
+  /** A message that proves when it was said: by the host's own clock and the ms passed since. */
   sendFresh(kind, fields = {}) {
-    this.send(kind, { ...fields, token: this.#token });
+    const now = performance.now();
+    this.#forget(now);
+    if (this.#tokens.length === 0) return false;
+    const { token, at } = this.#tokens[0];
+    return this.send(kind, { ...fields, token, since: Math.floor(now - at) });
   }
 
   tick(now) {
@@ -65,14 +76,43 @@ export class ControlSocket {
 
   #receive(message) {
     this.#heardMs = performance.now();
-    if (message.token !== undefined) this.#token = message.token;
+    if (message.k === "welcome") this.#welcomed = true;
+    if (message.token !== undefined) this.#keep(message.token, this.#heardMs);
     this.#on.message(message);
-    if (this.#token !== null) this.#setAlive(true);
+    if (this.#tokens.length > 0) this.#setAlive(true);
   }
 
-  #close() {
-    this.#token = null;
+  /** The first of #tokens is always the one that was delayed least. */
+  #keep(token, at) {
+    this.#forget(at);
+    while (this.#tokens.length > 0) {
+      const last = this.#tokens[this.#tokens.length - 1];
+      if (token - at < last.token - last.at) break;
+      this.#tokens.pop();
+    }
+    this.#tokens.push({ token, at });
+  }
+
+  #forget(now) {
+    while (this.#tokens.length > 0 && now - this.#tokens[0].at > TOKEN_MS) this.#tokens.shift();
+  }
+
+  #close(code) {
+    this.#tokens.length = 0;
     this.#setAlive(false);
+    if (code === REVOKED) location.assign(PAIR);
+    else if (!this.#welcomed) this.#askWhoWeAre();
+    this.#welcomed = false;
+  }
+
+  /** A refused handshake does not tell why; this does. */
+  async #askWhoWeAre() {
+    try {
+      const answer = await fetch("/me");
+      if (answer.status === 401) location.assign(PAIR);
+    } catch {
+      // The host does not answer at all: the wire tries again.
+    }
   }
 
   #setAlive(alive) {

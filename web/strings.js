@@ -1,23 +1,26 @@
-// The page's words: loads strings/<language>.json, looks words up, fills in labels.
+// The pages' words: loads strings/<language>.json, looks words up, fills in labels.
 
-const LANGUAGES = ["nl", "en"];
+const HOME = "nl";
 const RETRY_MS = 2000;
 
-/** The language asked for in the address (?lang=en), Dutch otherwise. */
-export function chosenLanguage(search) {
-  const asked = new URLSearchParams(search).get("lang");
-  return LANGUAGES.includes(asked) ? asked : "nl";
+/** The language asked for in the address (?lang=en), else `wish` ("en", "en-GB"), else Dutch. */
+export function chosenLanguage(search, wish = HOME) {
+  const asked = new URLSearchParams(search).get("lang") ?? wish;
+  return /^[a-z]{2}(?=-|$)/.exec(asked)?.[0] ?? HOME;
 }
 
 /** One language's words. */
 export class Strings {
   #table;
+  /** Two letters. */
+  language;
 
-  constructor(table) {
+  constructor(language, table) {
+    this.language = language;
     this.#table = table;
   }
 
-  /** A word of the page's own. */
+  /** A word of the pages' own; undefined for a word there is not. */
   label(key) {
     return this.#table.labels[key];
   }
@@ -30,21 +33,33 @@ export class Strings {
     return { text: `${text} (${key})`, do: advice };
   }
 
-  /** Fills every element that names a label. */
+  /** A number as it is written here: "2,4" or "2.4". */
+  number(value, digits) {
+    return value.toLocaleString(this.language, {
+      minimumFractionDigits: digits,
+      maximumFractionDigits: digits,
+    });
+  }
+
+  /** Fills every element that names a label, as its text or as its spoken name. */
   fill(root) {
     for (const element of root.querySelectorAll("[data-label]")) {
       element.textContent = this.label(element.dataset.label);
     }
+    for (const element of root.querySelectorAll("[data-spoken]")) {
+      element.setAttribute("aria-label", this.label(element.dataset.spoken));
+    }
   }
 }
 
-/** Loads a language, trying again until the host answers. */
+/** Loads a language (Dutch when there is no such file), trying again until the host answers. */
 export async function loadStrings(language) {
   for (;;) {
     try {
       const answer = await fetch(`/strings/${language}.json`);
-      if (answer.ok) return new Strings(await answer.json());
+      if (answer.ok) return new Strings(language, await answer.json());
       console.warn(`strings/${language}.json: the host answered ${answer.status}`);
+      if (answer.status === 404 && language !== HOME) return loadStrings(HOME);
     } catch (error) {
       console.warn(`strings/${language}.json: ${error.message}`);
     }

@@ -8,7 +8,7 @@ const CONNECT_MS = 3000;
  * A reconnecting WebSocket without timers of its own: its owner calls tick(now).
  *
  * `path` is on this page's host; `silenceMs` without a message counts as a dead connection;
- * `on` receives message(data), open() and closed().
+ * `on` receives message(data) and closed(code).
  */
 export class Wire {
   #path;
@@ -58,25 +58,22 @@ export class Wire {
     socket.binaryType = "arraybuffer";
     this.#socket = socket;
     this.#sinceMs = now;
-    socket.onopen = () => {
-      this.#sinceMs = performance.now();
-      this.#on.open?.();
-    };
+    socket.onopen = () => (this.#sinceMs = performance.now());
     socket.onmessage = (event) => {
       this.#sinceMs = performance.now();
       this.#retryMs = FIRST_RETRY_MS;
       this.#on.message(event.data);
     };
-    socket.onclose = () => this.#drop(performance.now());
+    socket.onclose = (event) => this.#drop(performance.now(), event.code);
   }
 
-  #drop(now) {
+  #drop(now, code) {
     const socket = this.#socket;
     socket.onopen = socket.onmessage = socket.onclose = null;
     socket.close();
     this.#socket = null;
     this.#retryAtMs = now + this.#retryMs;
     this.#retryMs = Math.min(this.#retryMs * 2, LAST_RETRY_MS);
-    this.#on.closed?.();
+    this.#on.closed?.(code);
   }
 }

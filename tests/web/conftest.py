@@ -1,4 +1,4 @@
-"""The driver's page in a real Chromium, with a clock of ours, before a person of ours."""
+"""The pages in a real Chromium, with a clock of ours, before a person of ours."""
 
 import json
 import os
@@ -46,12 +46,17 @@ class Driver:
         """Lets time pass until the page says that its link is alive."""
 
         def linked() -> bool:
-            self.page.clock.run_for(25)
+            self.run_for(25)
             if self.host.connected("control"):
                 self.host.say_state()
             return self.data("link") == "ok" and self.host.connected("video")
 
         wait_until(linked, "the page's link")
+
+    def run_for(self, ms: int) -> None:
+        """Lets `ms` pass on the page's clock and the host's; the host says nothing."""
+        self.host.now_ms += ms
+        self.page.clock.run_for(ms)
 
     def data(self, name: str) -> str:
         return self.page.evaluate("name => document.body.dataset[name]", name)
@@ -71,7 +76,7 @@ class Driver:
                 self.state()
             if look is not None:
                 self.look(look)
-            self.page.clock.run_for(min(25, ms - step))
+            self.run_for(min(25, ms - step))
 
     def spot(self, where: str | tuple[float, float]) -> tuple[float, float]:
         """Centre of a target, or a point given in shares of the screen (px)."""
@@ -111,12 +116,15 @@ class Driver:
         self.heard()
         self.host.heard.clear()
 
-    def screenshot(self, name: str) -> Path:
-        folder = Path(os.environ.get("GAZECHAIR_ARTEFACTS", gazesetup.ROOT / ".local/artefacts"))
-        folder.mkdir(parents=True, exist_ok=True)
-        path = folder / f"{name}.png"
-        self.page.screenshot(path=path)
-        return path
+    def screenshot(self, name: str) -> None:
+        save(self.page, name)
+
+
+def save(page: Page, name: str) -> None:
+    """Keeps a picture of the page for people to look at."""
+    folder = Path(os.environ.get("GAZECHAIR_ARTEFACTS", gazesetup.ROOT / ".local/artefacts"))
+    folder.mkdir(parents=True, exist_ok=True)
+    page.screenshot(path=folder / f"{name}.png")
 
 
 @pytest.fixture(scope="module")
@@ -153,7 +161,7 @@ def chromium() -> Iterator[Browser]:
 @pytest.fixture
 def page(chromium: Browser) -> Iterator[Page]:
     """A fresh profile at 1920x1080 whose clock stands still; what goes wrong fails the test."""
-    context = chromium.new_context(viewport={"width": 1920, "height": 1080})
+    context = chromium.new_context(viewport={"width": 1920, "height": 1080}, locale="nl-NL")
     context.add_init_script(SPY)
     fresh = context.new_page()
     wrong: list[str] = []
@@ -164,6 +172,12 @@ def page(chromium: Browser) -> Iterator[Page]:
     yield fresh
     context.close()
     assert wrong == []
+
+
+@pytest.fixture
+def artefact(page: Page) -> Callable[[str], None]:
+    """Keeps a picture of the page under a name."""
+    return lambda name: save(page, name)
 
 
 @pytest.fixture

@@ -55,7 +55,7 @@ def shown(request, host, driver):
     """The page with or without Achteruit."""
     if request.param:
         host.welcome["backward"] = True
-        driver.page.clock.run_for(100)
+        driver.run_for(100)
         driver.open()
     return driver
 

@@ -62,7 +62,7 @@ def test_a_silent_host_ends_the_hold_and_is_shown(driver):
     driver.page.keyboard.down("ArrowUp")
     driver.advance(200)
     assert not driver.page.locator("#lost").is_visible()
-    driver.page.clock.run_for(700)  # and the host says nothing
+    driver.run_for(700)  # and the host says nothing
     assert driver.page.locator("#lost").is_visible()
     assert last(driver)["k"] == "stop"
     driver.state()
@@ -79,7 +79,7 @@ def test_the_page_comes_back_by_itself_after_the_host_died(driver, host):
     driver.hover("forward")
     host.cut()
     wait_until(lambda: driver.data("link") == "lost", "the page to notice")
-    driver.page.clock.run_for(20_000)  # tries in vain for a while
+    driver.run_for(20_000)  # tries in vain for a while
     host.accepting = True
     host.heard.clear()
     driver.connect()
@@ -90,7 +90,7 @@ def test_the_page_comes_back_by_itself_after_the_host_died(driver, host):
 
 
 def test_a_silent_connection_is_made_anew(driver):
-    driver.page.clock.run_for(3000)
+    driver.run_for(3000)
     driver.connect()
     assert driver.page.evaluate("spied.sockets.filter(s => s.url.endsWith('control')).length") == 2
 

@@ -172,7 +172,7 @@ def test_the_picture_is_drawn_and_then_acknowledged(driver, host):
 def test_an_old_picture_is_marked(driver, host, age_ms):
     host.show(picture(640, 360), 1, age_ms)
     wait_until(lambda: host.acknowledged, "an acknowledgement")
-    driver.page.clock.run_for(25)
+    driver.run_for(25)
     assert driver.data("picture") == "fresh"
     driver.advance(550 - age_ms)
     assert driver.data("picture") == "stale"

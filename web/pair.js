@@ -1,0 +1,88 @@
+// The pairing page: takes a code, typed or from the address's fragment, and asks the host.
+
+import { chosenLanguage, loadStrings } from "./strings.js";
+
+const SECOND_MS = 1000;
+/** An answer later than this counts as none. */
+const ANSWER_MS = 8000;
+
+const language = chosenLanguage(location.search, navigator.language);
+const strings = await loadStrings(language);
+const byId = (id) => document.getElementById(id);
+
+document.documentElement.lang = strings.language;
+document.title = strings.label("pair_title");
+strings.fill(document);
+
+const say = (kind, text, advice = "") => {
+  const answer = byId("answer");
+  answer.dataset.kind = kind;
+  answer.querySelector(".text").textContent = text;
+  answer.querySelector(".do").textContent = advice;
+};
+const sayMessage = (key) => {
+  const { text, do: advice } = strings.message(key);
+  say("error", text, advice);
+};
+
+/** Tells how long is left to wait after too many wrong codes, and then lets try again. */
+function waitOut(seconds) {
+  byId("go").disabled = true;
+  const until = performance.now() + seconds * SECOND_MS;
+  const count = () => {
+    const left = Math.ceil((until - performance.now()) / SECOND_MS);
+    if (left > 0) return say("error", strings.message("too_many_guesses").text, `${left} s`);
+    clearInterval(timer);
+    byId("go").disabled = false;
+    say("none", "");
+    byId("code").focus();
+  };
+  const timer = setInterval(count, SECOND_MS);
+  count();
+}
+
+async function pair() {
+  const code = byId("code").value.trim();
+  const name = byId("name").value.trim();
+  if (code === "") {
+    sayMessage("code_missing");
+    return byId("code").focus();
+  }
+  byId("go").disabled = true;
+  say("busy", strings.label("pair_busy"));
+  let answer;
+  try {
+    answer = await fetch("/pair", {
+      method: "POST",
+      headers: { "Content-Type": "application/json" },
+      body: JSON.stringify(name === "" ? { code } : { code, name }),
+      signal: AbortSignal.timeout(ANSWER_MS),
+    });
+  } catch (error) {
+    console.warn(`POST /pair: ${error.message}`);
+    byId("go").disabled = false;
+    return sayMessage("no_answer");
+  }
+  if (answer.ok) {
+    say("done", strings.label("pair_done"));
+    return location.replace(`/${location.search}`);
+  }
+  byId("go").disabled = false;
+  const refusal = await answer.json().catch(() => ({ reason: "no_answer" }));
+  if (refusal.wait_s) return waitOut(refusal.wait_s);
+  sayMessage(refusal.reason);
+  byId("code").select();
+}
+
+byId("form").addEventListener("submit", (event) => {
+  event.preventDefault();
+  pair();
+});
+
+const given = decodeURIComponent(location.hash.slice(1));
+byId("code").focus();
+if (given !== "") {
+  history.replaceState(null, "", location.pathname + location.search); // used once: not for history
+  byId("code").value = given;
+  pair();
+}
