@@ -163,8 +163,9 @@ def test_steps_of_1_to_5_ms_go_the_same_way(numbers):
     [
         ({"deadband": 1.0}, "deadband 1.0 must be a share"),
         ({"lag_s": 0.0}, "must be above 0"),
+        ({"friction": -1.0}, "0 or more"),
         ({"dead_time_s": -0.1}, "the dead time 0 or more"),
-        ({"stiction": 80.0}, "up to the full speed"),
+        ({"stiction": 80.0}, "below the full speed"),
     ],
 )
 def test_numbers_no_chair_has_are_refused(change, reason):
@@ -172,3 +173,13 @@ def test_numbers_no_chair_has_are_refused(change, reason):
         replace(QUIET.turn, **change)
     with pytest.raises(ValueError, match="above 0"):
         Disturbances(gain=0.0)
+
+
+def test_numbers_can_be_changed_while_it_moves_and_a_side_may_be_stuck():
+    model = chair_with()
+    drive(model, (0.0, 1.0), 2.0)
+    model.parameters = replace(QUIET, turn=replace(QUIET.turn, positive=0.0))
+    drive(model, (0.0, 1.0), 3.0)
+    assert model.yaw_rate_deg_s == 0.0
+    drive(model, (0.0, -1.0), 3.0)
+    assert model.yaw_rate_deg_s < -30.0

@@ -54,15 +54,22 @@ class Chair:
         numbers = _profile(profile) if parameters is None else parameters
         self._linear = AxisState(numbers.linear)
         self._turn = AxisState(numbers.turn)
-        self._use(profile, numbers)
+        self.profile = profile
+        self.parameters = numbers
 
     def set_profile(self, name: str) -> None:
         """Select speed profile `name`; ValueError when the chair has no such profile."""
-        self._use(name, _profile(name))
-
-    def _use(self, name: str, numbers: Parameters) -> None:
+        self.parameters = _profile(name)
         self.profile = name
-        self.parameters = numbers
+
+    @property
+    def parameters(self) -> Parameters:
+        """All its numbers; setting them changes the chair at once, moving or not."""
+        return self._parameters
+
+    @parameters.setter
+    def parameters(self, numbers: Parameters) -> None:
+        self._parameters = numbers
         self._linear.use(numbers.disturbances.axis(numbers.linear))
         self._turn.use(numbers.disturbances.axis(numbers.turn))
 
@@ -80,7 +87,7 @@ class Chair:
     def step(self, dt_s: float, stick: tuple[float, float] | None) -> None:
         """Advance by `dt_s`; `stick` is (linear, turn), each -1..1, or None without a joystick."""
         self._now_s += dt_s
-        now_s, numbers = self._now_s, self.parameters
+        now_s, numbers = self._now_s, self._parameters
         self._follow_joystick(stick)
         if stick is not None and self.joystick == "ok":
             axis = numbers.linear
@@ -110,15 +117,16 @@ class Chair:
 
     def _move(self, dt_s: float, linear: float, turn: float) -> None:
         # The speeds over this floor, from those the wheels make.
-        numbers = self.parameters.disturbances
+        numbers = self._parameters.disturbances
         veer = self._floor.veer
         yaw = turn * (1.0 + veer[1]) + veer[1] * _VEER_DEG_PER_M * linear
         if numbers.slope_deg_s:
             down = math.radians(numbers.downhill_deg - self.heading_deg)
             yaw += numbers.slope_deg_s * math.sin(down)
         if numbers.caster_deg:
-            forward, left = self._linear.axis.positive, self._turn.axis.positive
-            yaw += self._floor.casters_deg_s(numbers, dt_s, linear / forward, turn / left)
+            linear_full = self._linear.axis.positive or 1.0
+            turn_full = self._turn.axis.positive or 1.0
+            yaw += self._floor.casters_deg_s(numbers, dt_s, linear / linear_full, turn / turn_full)
         self.speed_m_s = linear * (1.0 + veer[0])
         self.yaw_rate_deg_s = yaw
 

@@ -28,13 +28,15 @@ class Axis:
     stiction: float = 0.0  # a ramp below this does not set a standing chair in motion
 
     def __post_init__(self) -> None:
-        slowest = min(self.positive, self.negative)
         if not 0.0 <= self.deadband < 1.0:
             raise ValueError(f"deadband {self.deadband} must be a share, 0 up to 1")
         if min(self.accelerate, self.brake, self.lag_s) <= 0.0 or self.dead_time_s < 0.0:
             raise ValueError("ramps and lag must be above 0, the dead time 0 or more")
-        if not (0.0 <= self.friction < slowest and 0.0 <= self.stiction < slowest):
-            raise ValueError(f"friction and stiction must be 0 up to the full speed {slowest}")
+        if min(self.friction, self.stiction) < 0.0:
+            raise ValueError("friction and stiction must be 0 or more")
+        for full in (self.positive, self.negative):  # 0: it does not move that way at all
+            if full < 0.0 or (full and max(self.friction, self.stiction) >= full):
+                raise ValueError(f"friction and stiction must be below the full speed {full}")
 
 
 class AxisState:
@@ -56,8 +58,9 @@ class AxisState:
         self.axis = axis
         self._dt_s = 0.0
         self._breakaway = max(axis.stiction, axis.friction, axis.standstill)
-        self._up = axis.positive / (axis.positive - axis.friction)
-        self._down = axis.negative / (axis.negative - axis.friction)
+        # Full deflection gives the full speed in spite of the friction.
+        self._up = axis.positive / ((axis.positive - axis.friction) or 1.0)
+        self._down = axis.negative / ((axis.negative - axis.friction) or 1.0)
 
     def halt(self) -> None:
         """Stand still at once, as against a wall."""
