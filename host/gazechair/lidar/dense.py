@@ -128,11 +128,11 @@ class CapsuleDecoder:
             rows = np.concatenate((held_row, rows))
             places = np.concatenate((held_place, places))
         starts_deg = ((rows[:, 2] | (rows[:, 3].astype(np.uint16) & 0x7F) << 8) / 64.0) % 360.0
-        steps = np.diff(starts_deg) % 360.0
-        apart = np.diff(places)
-        count = np.maximum(np.round(apart / CAPSULE_SIZE), 1.0)
+        steps = (starts_deg[1:] - starts_deg[:-1]) % 360.0
+        apart = places[1:] - places[:-1]
+        count = np.maximum(np.rint(apart / CAPSULE_SIZE), 1.0)
         # Behind a gap the mirror went on turning: as many steps as capsules were lost.
-        each = (steps + 360.0 * np.round((count * self.step_deg - steps) / 360.0)) / count
+        each = (steps + 360.0 * np.rint((count * self.step_deg - steps) / 360.0)) / count
         fits = (each >= _STEP_DEG[0]) & (each <= _STEP_DEG[1])
         if self.step_deg:
             fits &= np.abs(each - self.step_deg) <= _STEP_TOLERANCE * self.step_deg
@@ -163,7 +163,7 @@ class CapsuleDecoder:
                 self._misfits = 0
             return
         self._misfits = 0
-        seen = float(np.median(steps))
+        seen = float(np.partition(steps, len(steps) // 2)[len(steps) // 2])
         self.step_deg += (seen - self.step_deg) * (_FOLLOW if self.step_deg else 1.0)
 
     def _looks_hit(self, distances_m: FloatArray, starts_deg: FloatArray) -> NDArray[np.bool_]:
@@ -174,19 +174,23 @@ class CapsuleDecoder:
         """
         line = np.concatenate(([self._last_m], distances_m.reshape(-1)[: 1 - POINTS]))
         self._last_m = float(distances_m[-2, -1])
-        jumps = np.diff(line)
+        jumps = line[1:] - line[:-1]
         rise, fall = jumps[:-1], -jumps[1:]
         height = np.where(rise * fall > 0.0, np.minimum(np.abs(rise), np.abs(fall)), 0.0)
         height[(line[:-2] == 0.0) | (line[1:-1] == 0.0) | (line[2:] == 0.0)] = 0.0
         height = height.reshape(-1, POINTS)
-        noise_m = np.median(np.abs(rise).reshape(-1, POINTS), axis=1)
+        place = starts_deg[:-1].astype(np.int64)
+        self._spikes_left = min(self._spikes_left + len(place) * _SPIKE_EARN, _SPIKE_BUDGET)
+        if height.max() <= _SPIKE_M:
+            self._spiky[place] = False
+            return np.zeros(len(place), dtype=np.bool_)
+        middle = POINTS // 2
+        noise_m = np.partition(np.abs(rise).reshape(-1, POINTS), middle, axis=1)[:, middle]
         spikes = height > np.maximum(_SPIKE_M, _SPIKE_NOISE * noise_m)[:, None]
         counts = np.count_nonzero(spikes, axis=1)
         hit: NDArray[np.bool_] = (counts >= 2) | ((counts == 1) & (height.max(axis=1) > _HIGH_M))
-        place = starts_deg[:-1].astype(np.int64)
         fresh = hit & ~self._spiky[place]
         self._spiky[place] = hit
-        self._spikes_left = min(self._spikes_left + len(hit) * _SPIKE_EARN, _SPIKE_BUDGET)
         if np.count_nonzero(fresh) > self._spikes_left:
             fresh[:] = False
         self._spikes_left -= np.count_nonzero(fresh)

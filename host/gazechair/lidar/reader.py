@@ -17,7 +17,9 @@ from gazechair.lidar.stream import ByteStream
 from gazelink import codes
 
 _READ_S = 0.05
-_GATHER_S = 0.004  # bytes are decoded in pieces of about a 25th of a turn
+# Pauses after each quarter turn, of some 25 ms, then the last one again and again: few large pieces
+# are cheap to decode, and its end is not slept over.
+_GATHER_S = (0.010, 0.010, 0.003)
 _SILENT_S = 0.15  # without measurements: no scan counts any more
 _GIVE_UP_S = 0.4  # and then the device is opened anew
 _FIRST_S = 5.0  # until the first measurements; the motor runs up meanwhile
@@ -124,6 +126,7 @@ class Reader:
         stream = ByteStream(self.config.mode, self.source)
         self.stream = stream
         patience_s = time.monotonic() + _FIRST_S
+        piece = 0
         while not self._stopping.is_set():
             data = device.read(_READ_S)
             self.alive_s = now_s = time.monotonic()
@@ -132,15 +135,22 @@ class Reader:
                 stream = ByteStream(self.config.mode, self.source)
                 self.stream = stream
                 continue
-            if stream.feed(data, now_s) and (scan := stream.scan()) is not None:
-                self.scan = scan
-                if self.standing.state == states.OK:
-                    self._renewed()
-                else:
-                    self._say(states.OK)
+            if stream.feed(data, now_s):
+                piece = 0
+                self._take(stream.scan())
             self._judge(stream, port, now_s, patience_s)
             if data:
-                time.sleep(_GATHER_S)
+                time.sleep(_GATHER_S[min(piece, len(_GATHER_S) - 1)])
+                piece += 1
+
+    def _take(self, scan: Scan | None) -> None:
+        if scan is None:
+            return
+        self.scan = scan
+        if self.standing.state == states.OK:
+            self._renewed()
+        else:
+            self._say(states.OK)
 
     def _judge(self, stream: ByteStream, port: str, now_s: float, patience_s: float) -> None:
         if stream.frozen:
