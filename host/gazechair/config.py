@@ -80,8 +80,16 @@ class LidarConfig:
 class CameraConfig:
     """The picture behind the buttons. The chair drives without it."""
 
-    kind: str = _setting("off", choice("off", "http"), "http = MJPEG stream of an IP camera")
-    url: str = _setting("", text(), "where the stream is: http://host:port/path")
+    kind: str = _setting(
+        "off",
+        choice("off", "usb", "oak", "http"),
+        "usb = webcam; oak = Luxonis OAK (extra); http = MJPEG stream of an IP camera",
+    )
+    device: str = _setting("", text(), "usb: /dev/video...; empty = the first that makes MJPEG")
+    width: int = _setting(640, integer(160, 1920), "usb, oak: pixels")
+    height: int = _setting(480, integer(120, 1080), "usb, oak: pixels")
+    rate_hz: int = _setting(15, integer(1, 30), "usb, oak: pictures a second")
+    url: str = _setting("", text(), "http: where the stream is, http://host:port/path")
 
 
 @dataclass(frozen=True)

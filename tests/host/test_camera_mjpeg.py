@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gazechair.camera.child import acquired_s
+from gazechair.camera.http_stream import acquired_s
 from gazechair.camera.mjpeg import MAX_JPEG, MjpegParser, NotMjpeg, Part, boundary_of, is_jpeg
 
 BOUNDARY = b"--frame"

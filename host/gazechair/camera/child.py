@@ -1,80 +1,28 @@
-"""The camera's child process: reads an MJPEG stream and hands on the newest picture only."""
+"""The camera's child process: reads the camera and hands on its newest picture only."""
 
 from __future__ import annotations
 
-import http.client
+import json
 import sys
 import threading
-import time
-import urllib.error
-import urllib.request
 from typing import Any
 
-from gazechair.camera.mjpeg import MjpegParser, NotMjpeg, Part, boundary_of
+from gazechair.camera import http_stream, oak, usb
+from gazechair.camera.errors import CameraError
 from gazechair.camera.record import LOST, STARTING, Frame
 from gazechair.children import RecordWriter, enter_child
 from gazechair.slots import Latest
 
-_TIMEOUT_S = 3.0
-# A stamp from another clock than this machine's is off by more than this.
-_OLDEST_STAMP_S = 10.0
 
-
-class CameraError(Exception):
-    """The camera can't be used; the text is one plain line: what, where, what to do."""
-
-
-def acquired_s(part: Part, arrived_s: float) -> float:
-    """When the picture was taken: its X-Timestamp if that is this machine's clock, else arrival."""
-    try:
-        stamp_s = float(part.headers.get("x-timestamp", ""))
-    except ValueError:
-        return arrived_s
-    return stamp_s if arrived_s - _OLDEST_STAMP_S < stamp_s <= arrived_s else arrived_s
-
-
-def connect(url: str) -> tuple[Any, bytes]:
-    """Open the stream; the response and its boundary. Raises CameraError within some 3 s."""
-    # No proxy: the camera is on our own network, whatever the environment says.
-    opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
-    try:
-        response = opener.open(url, timeout=_TIMEOUT_S)
-    except urllib.error.HTTPError as error:
-        raise CameraError(f"the camera at {url} refuses: {error.code} {error.reason}") from error
-    except (OSError, http.client.HTTPException, ValueError) as error:
-        reason = getattr(error, "reason", error)
-        raise CameraError(
-            f"the camera at {url} does not answer ({reason}); check its power and camera.url"
-        ) from error
-    try:
-        return response, boundary_of(response.headers.get("Content-Type", ""))
-    except NotMjpeg as error:
-        response.close()
-        raise CameraError(f"the camera at {url} {error}") from error
-
-
-def read(url: str, newest: Latest[Frame]) -> None:
-    """Put each picture into `newest` until the stream fails (CameraError)."""
-    response, boundary = connect(url)
-    parser = MjpegParser(boundary)
-    good_s = time.monotonic()
-    with response:
-        while True:
-            try:
-                data = response.read1(1 << 16)
-                parts = parser.feed(data)
-            except NotMjpeg as error:
-                raise CameraError(f"the camera at {url} {error}") from error
-            except (OSError, http.client.HTTPException) as error:
-                raise CameraError(f"the camera at {url} fell silent: {error}") from error
-            if not data:
-                raise CameraError(f"the camera at {url} ended its stream")
-            now_s = time.monotonic()
-            if parts:
-                good_s = now_s
-                newest.put(Frame(parts[-1].jpeg, acquired_s(parts[-1], now_s)))
-            elif now_s - good_s > _TIMEOUT_S:
-                raise CameraError(f"the camera at {url} sends no whole JPEG picture")
+def read(argument: dict[str, Any], newest: Latest[Frame]) -> None:
+    """Put each picture into `newest` until the camera fails (CameraError)."""
+    size = (argument["width"], argument["height"], argument["rate_hz"])
+    if argument["kind"] == "usb":
+        usb.read(argument["device"], *size, newest)
+    elif argument["kind"] == "oak":
+        oak.read(*size, newest)
+    else:
+        http_stream.read(argument["url"], newest)
 
 
 def _hand_on(newest: Latest[Frame], out: RecordWriter, failed: threading.Event) -> None:
@@ -91,10 +39,10 @@ def _hand_on(newest: Latest[Frame], out: RecordWriter, failed: threading.Event) 
 
 
 def main() -> int:
-    """Entry of `python -m gazechair.camera.child URL`."""
-    url = sys.argv[1]
+    """Entry of `python -m gazechair.camera.child JSON`: the camera's settings by name."""
+    argument = json.loads(sys.argv[1])
     out = enter_child()
-    out.status("starting", STARTING, f"connecting to the camera at {url}")
+    out.status("starting", STARTING, "connecting to the camera")
     newest: Latest[Frame] = Latest()
     failed = threading.Event()
     writer = threading.Thread(
@@ -102,7 +50,7 @@ def main() -> int:
     )
     writer.start()
     try:
-        read(url, newest)
+        read(argument, newest)
     except CameraError as error:
         failed.set()
         writer.join(2.0)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import asdict
+
 from gazechair import health as states
 from gazechair.camera.mjpeg import is_jpeg
 from gazechair.camera.record import LOST, Frame
@@ -41,7 +44,7 @@ class CameraService:
             return
         self._supervisor = Supervisor(
             "gazechair.camera.child",
-            self._config.url,
+            json.dumps(asdict(self._config)),
             self._on_data,
             self._on_status,
             lost_reason=LOST,
