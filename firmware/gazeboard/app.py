@@ -9,21 +9,18 @@ from gazeboard.joystick import Joystick
 from gazeboard.link import Link
 from gazeboard.motion import Motion
 from gazeboard.obstacles import Obstacles
-from gazeboard.pid import PID
 from gazeboard.safety import Safety
 from gazeboard.settings import FILE as SETTINGS_FILE
 from gazeboard.settings import Settings, sealed, unsealed
 from gazeboard.shared import Inbox, Outbox
 from gazeboard.telemetry import Telemetry
-from gazeboard.turn import TurnController
+from gazeboard.turn import turn_controller
 from gazelink import codes
 from gazelink.native import micropython
 from gazelink.settings_table import TABLE as SETTINGS_TABLE
 
 _GC_MS = 1000
 _GC_ARMED_MS = 60000
-_SETTLE_MS = 150
-_REST_Q4 = 48  # 3 degrees/s
 _EMERGENCY_FILE = "emergency"
 _HEADING_FILE = "heading_offsets"
 
@@ -73,17 +70,7 @@ class App:
         s = self.settings
         self.joystick.set_neutral(s.neutral_linear_count, s.neutral_turn_count)
         self._imu.tilt_limit_q4 = s.tilt_limit_q4_deg
-        self.motion = Motion(
-            s,
-            TurnController(
-                PID(s.turn_kp_q4, s.turn_ki_q4, s.turn_kd_q4),
-                s.turn_cutoff_q4_deg,
-                s.of_profile("deadband_permille"),
-                s.step_turn_permille,
-                _SETTLE_MS,
-                _REST_Q4,
-            ),
-        )
+        self.motion = Motion(s, turn_controller(s))
         self.inbox.back.calibrated = s.calibrated
         self.inbox.touch()
 

@@ -32,9 +32,14 @@ class Motion:
         self.ended = False  # the motion came to its own end in this tick, for `end_reason`
         self.end_reason = codes.NO_REASON
 
-    # Neutral at once; the setpoint is forgotten.
+    # A tick without permission: neutral at once; the setpoint is forgotten.
     @micropython.native
     def stop(self):
+        self._halt()
+        self._turn.follow(0)
+
+    @micropython.native
+    def _halt(self):
         self._edge = 0
         self.linear_permille = 0
         self.turn_permille = 0
@@ -60,6 +65,7 @@ class Motion:
         else:
             self._pulse(i)
         self._limit(i, blocked, caps)
+        self._turn.follow(self.turn_permille)
 
     # Within the settings, the command's cap and what obstacles permit.
     @micropython.native
@@ -89,9 +95,9 @@ class Motion:
         if i.mode == codes.STEP:
             angle_q4 = self._settings.step_turn_q4_deg
             if i.verb == codes.LEFT:
-                self._turn.start(i.heading_q4 + angle_q4)
+                self._turn.start(i.heading_q4 + angle_q4, i.heading_q4)
             elif i.verb == codes.RIGHT:
-                self._turn.start(i.heading_q4 - angle_q4)
+                self._turn.start(i.heading_q4 - angle_q4, i.heading_q4)
 
     @micropython.native
     def _hold(self, verb):
@@ -114,10 +120,10 @@ class Motion:
             else:
                 self._hold(i.verb)
             return
-        self.turn_permille = self._turn.update(i.heading_q4, i.rate_q4)
+        self.turn_permille = self._turn.update(i.heading_q4, i.rate_q4, i.heading_count)
         if self._turn.arrived:
             self._end(codes.NO_REASON)
-        elif self._elapsed_ms > self._settings.step_turn_limit_ms:
+        elif self._turn.missed or self._elapsed_ms > self._settings.step_turn_limit_ms:
             self._end(codes.TIME_LIMIT)
 
     # One open-loop pulse, at most TUNE_PULSE_MAX_MS long and tune_angle wide.
@@ -142,7 +148,7 @@ class Motion:
 
     @micropython.native
     def _end(self, reason):
-        self.stop()
+        self._halt()
         self.ended = True
         self.end_reason = reason
 

@@ -114,6 +114,16 @@ def test_a_turn_that_arrives_has_ended_as_asked():
         assert motion.state == codes.STOPPED
 
 
+def test_a_turn_that_misses_its_setpoint_ends_as_if_late():
+    motion, i = begun(codes.LEFT, codes.STEP)
+    motion.step(i, 0, CAPS)
+    motion._turn.missed = True
+    motion.step(i, 0, CAPS)
+    assert outputs(motion) == (0, 0)
+    assert motion.ended
+    assert motion.end_reason == codes.TIME_LIMIT
+
+
 def test_a_held_motion_has_no_end_of_its_own():
     for verb in ALL:
         motion, i = begun(verb, codes.CONTINUOUS, 100, 100)
@@ -128,14 +138,16 @@ def test_a_step_turn_starts_from_the_present_heading():
         motion, i = begun(verb, codes.STEP)
         i.heading_q4 = 1000
         i.rate_q4 = 7
+        i.heading_count = 3
         motion.step(i, 0, CAPS)
         assert motion._turn.setpoint_q4 == setpoint
-        assert motion._turn.seen == (1000, 7)
+        assert motion._turn.seen == (1000, 7, 3)
         i.heading_q4 = 1100
         i.rate_q4 = 8
+        i.heading_count = 4
         motion.step(i, 0, CAPS)
         assert motion._turn.setpoint_q4 == setpoint  # the same press, the same setpoint
-        assert motion._turn.seen == (1100, 8)
+        assert motion._turn.seen == (1100, 8, 4)
 
 
 def test_only_step_turns_have_a_setpoint():
@@ -241,6 +253,18 @@ def test_an_axis_that_is_not_asked_for_is_neutral():
     i.verb = codes.RIGHT
     motion.step(i, 0, CAPS)
     assert outputs(motion) == (0, -500)
+
+
+def test_what_is_put_out_is_followed():
+    motion, i = begun(codes.LEFT, codes.STEP)
+    motion._turn.out = 9999
+    motion.step(i, 0, CAPS)
+    assert motion._turn.followed == 1000
+    motion.step(i, LEFT_BIT, CAPS)
+    assert motion._turn.followed == 0
+    motion.step(i, 0, CAPS)
+    motion.stop()
+    assert motion._turn.followed == 0
 
 
 # -- a tuning pulse --------------------------------------------------------------------------------

@@ -24,7 +24,8 @@ def test_p4_a_turn_that_never_arrives_ends_at_its_limit():
     rig.arm()
     rig.press(codes.LEFT, codes.STEP)
     rig.until(lambda: not rig.neutral(), 60)
-    moved = rig.until(rig.neutral, 11000)
+    moved = rig.until(lambda: rig.app.motion.state == codes.STOPPED, 11000)
+    assert rig.neutral()
     limit_ms = rig.app.settings.step_turn_limit_ms + 1
     measured(CORE, "P4", "a turn that never arrives", moved, limit_ms)
     assert rig.app.safety.override == codes.TIME_LIMIT

@@ -19,15 +19,20 @@ class Turn:
         self.setpoint_q4 = None
         self.out = 300
         self.arrived = False
+        self.missed = False
         self.seen = None
+        self.followed = None
 
-    def start(self, setpoint_q4):
+    def start(self, setpoint_q4, heading_q4):
         self.setpoint_q4 = setpoint_q4
         self.arrived = False
 
-    def update(self, heading_q4, rate_q4):
-        self.seen = (heading_q4, rate_q4)
+    def update(self, heading_q4, rate_q4, count):
+        self.seen = (heading_q4, rate_q4, count)
         return self.out
+
+    def follow(self, turn_permille):
+        self.followed = turn_permille
 
 
 class Core:

@@ -245,7 +245,7 @@ EQUIVALENT: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
         ),
         "An output of 0 stays 0.": (
             (
-                "step",
+                "_limit",
                 (
                     "if turn > 0 and blocked & 1 << codes.DIR_LEFT or (turn < 0 and blocked"
                     " & 1 << codes.DIR_RIGHT):  ->  if turn >= 0 and blocked & 1 << codes.D"
@@ -253,7 +253,7 @@ EQUIVALENT: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
                 ),
             ),
             (
-                "step",
+                "_limit",
                 (
                     "if turn > 0 and blocked & 1 << codes.DIR_LEFT or (turn < 0 and blocked"
                     " & 1 << codes.DIR_RIGHT):  ->  if turn > 0 and blocked & 1 << codes.DI"
@@ -261,7 +261,7 @@ EQUIVALENT: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
                 ),
             ),
             (
-                "step",
+                "_limit",
                 (
                     "if turn > 0 and blocked & 1 << codes.DIR_LEFT or (turn < 0 and blocked"
                     " & 1 << codes.DIR_RIGHT):  ->  if turn > -1 and blocked & 1 << codes.D"
@@ -269,7 +269,7 @@ EQUIVALENT: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
                 ),
             ),
             (
-                "step",
+                "_limit",
                 (
                     "if turn > 0 and blocked & 1 << codes.DIR_LEFT or (turn < 0 and blocked"
                     " & 1 << codes.DIR_RIGHT):  ->  if turn > 0 and blocked & 1 << codes.DI"

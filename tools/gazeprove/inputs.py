@@ -150,12 +150,17 @@ class AnyTurn:
     def __init__(self, choices: Choices) -> None:
         self._choices = choices
         self.arrived = False
+        self.missed = False
 
-    def start(self, setpoint_q4: int) -> None:
+    def start(self, setpoint_q4: int, heading_q4: int) -> None:
         """Where to does not matter here."""
 
-    def update(self, heading_q4: int, rate_q4: int) -> int:
-        """Arrived, or far too much either way, or nothing."""
-        answer = self._choices.pick(4)
+    def follow(self, turn_permille: int) -> None:
+        """Nor what was put out."""
+
+    def update(self, heading_q4: int, rate_q4: int, count: int) -> int:
+        """Arrived, missed, far too much either way, or nothing."""
+        answer = self._choices.pick(5)
         self.arrived = answer == 3
-        return (0, 9999, -9999, 0)[answer]
+        self.missed = answer == 4
+        return (0, 9999, -9999, 0, 0)[answer]

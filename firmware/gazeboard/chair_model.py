@@ -1,0 +1,135 @@
+# How the chair turns, as the board believes it: the selected profile's deadband, dead time, ramp
+# and lag, stepped along with what is put out. Integers, no allocation.
+#
+# The state is the one the chair will have when what is put out now has reached it, a dead time from
+# now; at() is the state that the newest heading sample shows. Rates are in 1/1024 degree/s (q10),
+# the ramp in 1/65536 degree/s, angles in 1/65536 degree (q16) within half a turn.
+
+import array
+
+from gazelink.const import const
+from gazelink.native import micropython, ptr32
+
+# Indices of the state.
+_ASKED = const(0)  # the speed asked for, q16
+_RAMP = const(1)  # q16
+_RATE = const(2)  # q10
+_RATE_REST = const(3)
+_ANGLE = const(4)  # q16
+_ANGLE_REST = const(5)
+_HEAD = const(6)
+_OUT = const(7)  # what asked for it, permille
+
+# Indices of the numbers.
+_DEADBAND = const(0)
+_LEFT = const(1)  # speed per permille beyond the deadband, q16
+_RIGHT = const(2)
+_ACCELERATE = const(3)  # q16 a ms
+_BRAKE = const(4)
+_FOLLOW = const(5)  # share of the difference that the lag lets through in a ms, 1/65536
+
+_PAST_MS = const(512)  # a power of two, above the longest dead time
+_HALF_TURN = const(11796480)  # q16
+_TURN = const(23592960)
+
+
+class ChairModel:
+    # settings: a Settings.
+
+    def __init__(self, settings):
+        of = settings.of_profile
+        deadband = of("deadband_permille")
+        self.dead_ms = of("dead_time_ms")
+        self.lag_ms = of("lag_ms")
+        self._numbers = array.array(
+            "i",
+            [
+                deadband,
+                (of("left_q4_dps") << 12) // (1000 - deadband),
+                (of("right_q4_dps") << 12) // (1000 - deadband),
+                (of("accelerate_dps2") << 16) // 1000,
+                (of("brake_dps2") << 16) // 1000,
+                (2 << 16) // (2 * self.lag_ms + 1),  # 1 - exp(-1 / lag) within 0.03 %
+            ],
+        )
+        self._state = array.array("i", [0] * 8)
+        self._past = array.array("i", [0] * (2 * _PAST_MS))
+
+    # One ms of `permille`, left positive, -1000..1000.
+    @micropython.viper
+    def step(self, permille: int):
+        s = ptr32(self._state)
+        n = ptr32(self._numbers)
+        if permille != s[_OUT]:
+            s[_OUT] = permille
+            asked = 0
+            if permille > n[_DEADBAND]:
+                asked = (permille - n[_DEADBAND]) * n[_LEFT]
+            elif permille + n[_DEADBAND] < 0:
+                asked = (permille + n[_DEADBAND]) * n[_RIGHT]
+            s[_ASKED] = asked
+        ramp = s[_RAMP]
+        wanted = s[_ASKED]
+        if wanted != ramp:
+            # Faster: in the same sense and more; anything else brakes.
+            change = n[_BRAKE]
+            if wanted > ramp:
+                if ramp >= 0:
+                    change = n[_ACCELERATE]
+                ramp += change
+                if ramp > wanted:
+                    ramp = wanted
+            else:
+                if ramp <= 0:
+                    change = n[_ACCELERATE]
+                ramp -= change
+                if ramp < wanted:
+                    ramp = wanted
+            s[_RAMP] = ramp
+        # At most 300 degrees/s apart: 307200 * 3277 < 2**30. What the shift drops is kept.
+        rate = s[_RATE]
+        rest = ((ramp >> 6) - rate) * n[_FOLLOW] + s[_RATE_REST]
+        rate += rest >> 16
+        s[_RATE_REST] = rest & 0xFFFF
+        s[_RATE] = rate
+        # 2**23 / 1000 per ms: 38400 * 8389 + 2**15 < 2**30.
+        rest = (rate >> 2) * 8389 + s[_ANGLE_REST]
+        angle = s[_ANGLE] + (rest >> 15)
+        s[_ANGLE_REST] = rest & 0x7FFF
+        if angle >= _HALF_TURN:
+            angle -= _TURN
+        elif angle + _HALF_TURN < 0:
+            angle += _TURN
+        s[_ANGLE] = angle
+        past = ptr32(self._past)
+        head = (s[_HEAD] + 2) & (2 * _PAST_MS - 1)
+        s[_HEAD] = head
+        past[head] = angle
+        past[head + 1] = rate
+
+    # Angle (q16) and rate (q10) that the newest heading sample shows.
+    @micropython.native
+    def seen_angle(self):
+        return self._past[(self._state[_HEAD] - 2 * self.dead_ms) & (2 * _PAST_MS - 1)]
+
+    @micropython.native
+    def seen_rate(self):
+        return self._past[((self._state[_HEAD] - 2 * self.dead_ms) & (2 * _PAST_MS - 1)) + 1]
+
+    @micropython.native
+    def angle(self):
+        return self._state[_ANGLE]
+
+    @micropython.native
+    def ramp_q6(self):
+        return self._state[_RAMP] >> 10
+
+    @micropython.native
+    def rate_q6(self):
+        return self._state[_RATE] >> 4
+
+    # Anything put out is still on its way into motion, or the chair turns faster than 0.5 degree/s.
+    @micropython.native
+    def moves(self):
+        s = self._state
+        return s[_RAMP] != 0 or s[_ASKED] != 0 or not -512 < self.seen_rate() < 512

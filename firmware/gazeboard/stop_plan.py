@@ -1,0 +1,96 @@
+# How a turn is stopped fastest: full counter-deflection until the chair's ramp has gone so far the
+# other way that, let go, lag and ramp come to rest together. Says where that ends. Integers in the
+# tick; the tables are made when settings change.
+#
+# With ramp r and rate w towards the turn's side, brake b, accelerate a, lag T:
+#   the ramp is back at zero after r / b; the rate is then z = (w - r - b T) e^(-r / (b T)) + b T;
+#   a counter-lobe of peak c (up with a, back with b, at most the full speed) ends at rate 0 for one
+#   z only; so counter[z] holds the angle of that lobe, and in all the chair still turns
+#   r^2 / (2 b) + T w - counter[z], because the lag delays the ramp's area and loses none of it.
+
+import array
+import math
+
+from gazelink.const import const
+from gazelink.native import micropython, ptr32
+
+# Indices of the numbers.
+_BRAKE_LAG = const(0)  # b T, 1/64 degree/s
+_PER_BRAKE = const(1)  # 131072 / b
+_LAG = const(2)  # T * 4.096, to make 1/256 degree of 1/64 degree/s
+_SHIFT = const(3)  # of a rate, to its place in the tables
+_DECAY = const(4)  # first word of e^(-r / (b T)), 1/16384
+_COUNTER = const(40)  # first word of counter[z], 1/256 degree
+_CELLS = const(34)
+
+
+class StopPlan:
+    # Speeds in 1/16 degree/s, ramps in degrees/s^2. ahead: full speed towards the turn's side,
+    # against: the other way.
+
+    def __init__(self, ahead_q4, against_q4, accelerate, brake, lag_ms):
+        shift = 2
+        while (ahead_q4 * 5) >> shift >= _CELLS - 2:  # a quarter more than full speed has its place
+            shift += 1
+        words = [brake * lag_ms * 64 // 1000, 131072 // brake, lag_ms * 4096 // 1000, shift]
+        cell = (1 << shift) / 64  # degrees/s
+        lag_s = lag_ms / 1000
+        words += [int(16384 * math.exp(-k * cell / (brake * lag_s)) + 0.5) for k in range(_CELLS)]
+        words += [0] * (_COUNTER - len(words))
+        words += counter_areas(cell, _CELLS, against_q4 / 16, accelerate, brake, lag_s)
+        self._words = array.array("i", words)
+
+    # Still to turn, in 1/256 degree, if stopped from now on: ramp_q6 0 or above and rate_q6 in
+    # 1/64 degree/s, at most 200 degrees/s.
+    @micropython.viper
+    def stop_q8(self, ramp_q6: int, rate_q6: int) -> int:
+        w = ptr32(self._words)
+        # 12800^2 / 1024 * 6553 < 2**30.
+        area = ((ramp_q6 * ramp_q6 >> 10) * w[_PER_BRAKE] >> 12) + (rate_q6 * w[_LAG] >> 10)
+        shift = w[_SHIFT]
+        mask = (1 << shift) - 1
+        at = (ramp_q6 >> shift) + _DECAY
+        decay = w[at] + ((w[at + 1] - w[at]) * (ramp_q6 & mask) >> shift)
+        z = ((rate_q6 - ramp_q6 - w[_BRAKE_LAG]) * decay >> 14) + w[_BRAKE_LAG]
+        if z <= 0:
+            return area
+        at = (z >> shift) + _COUNTER
+        if at > _COUNTER + _CELLS - 2:
+            return area - w[_COUNTER + _CELLS - 1]
+        return area - w[at] - ((w[at + 1] - w[at]) * (z & mask) >> shift)
+
+    # Rate left, 1/64 degree/s, when the ramp, now ramp_q6 the other way (0 or above), is back at 0.
+    @micropython.viper
+    def end_rate_q6(self, ramp_q6: int, rate_q6: int) -> int:
+        w = ptr32(self._words)
+        shift = w[_SHIFT]
+        at = (ramp_q6 >> shift) + _DECAY
+        decay = w[at] + ((w[at + 1] - w[at]) * (ramp_q6 & ((1 << shift) - 1)) >> shift)
+        return ((rate_q6 + ramp_q6 + w[_BRAKE_LAG]) * decay >> 14) - w[_BRAKE_LAG]
+
+
+# Angle, 1/256 degree, of the counter-lobe that ends rate 0, cell, 2 cell, ... at ramp 0.
+def counter_areas(cell, cells, full, accelerate, brake, lag_s):
+    areas = [0]
+    z_before = 0.0
+    area_before = 0.0
+    step = full / 64
+    peak = 0.0
+    hold_s = 0.0
+    while len(areas) < cells:
+        if peak < full:
+            peak += step
+        else:
+            hold_s += 0.01
+        up = math.exp(min(20.0, peak / (accelerate * lag_s)))
+        back = math.exp(min(20.0, peak / (brake * lag_s)))
+        held = math.exp(min(20.0, hold_s / lag_s))
+        # Backwards from rest: the return, the hold, the way up.
+        z = accelerate * lag_s + (brake * lag_s * (back - 1.0) * held - accelerate * lag_s) * up
+        area = peak * peak * 0.5 * (1.0 / accelerate + 1.0 / brake) + peak * hold_s
+        while len(areas) < cells and z >= len(areas) * cell:
+            share = (len(areas) * cell - z_before) / (z - z_before)
+            areas.append(int(256 * (area_before + share * (area - area_before))))
+        z_before = z
+        area_before = area
+    return areas
