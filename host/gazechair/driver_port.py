@@ -11,7 +11,7 @@ class DriverPort(Protocol):
     """Callable from any thread; every method but wait_change returns in under a millisecond."""
 
     def connect(self, role: str) -> int:
-        """Register a page of `role` ("driver", "caretaker" or "viewer"); returns its client id (from 1)."""
+        """Register a page of `role` (driver, caretaker, viewer); returns its client id, from 1."""
         ...
 
     def disconnect(self, client: int) -> None:
