@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
@@ -9,11 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gazechair.clearance.evaluate import Evaluator, as_json, from_json
 from gazechair.clearance.footprint import Footprint
-from gazechair.clearance.merge import Merger, Word
 from gazechair.clearance.reach import FREE, LidarReach
 from gazechair.clearance.surface import noise_m, surfaces
 from gazechair.clearance.zone import STOP_ZONE
+from gazechair.config import FootprintConfig
 from gazechair.lidar.blind import BLIND, MASKED, SEEN
 from gazechair.lidar.scan import ChairView
 from gazelink import codes
@@ -135,8 +137,13 @@ def states(kind: int, *arcs: tuple[int, int]) -> np.ndarray:
     return changed
 
 
-def word(view_states: np.ndarray = OPEN, at_s: float = 1.0, reach: tuple = FREE) -> Word:
-    return Word(reach, view_states, at_s, codes.REAL)
+def blank(view_states: np.ndarray = OPEN, origin: tuple[float, float] = ORIGIN) -> ChairView:
+    return ChairView(points(hall()), view_states, origin, 1.0, codes.REAL)
+
+
+def judged(merger: Evaluator, *views: ChairView) -> tuple[int, int]:
+    said = merger(views)
+    return said["blocked"], said["unseen"]
 
 
 @pytest.mark.parametrize(
@@ -152,80 +159,75 @@ def word(view_states: np.ndarray = OPEN, at_s: float = 1.0, reach: tuple = FREE)
 def test_a_blind_arc_blocks_what_enters_it_and_a_masked_one_is_unseen(
     arc: tuple[int, int], hit: int
 ) -> None:
-    merger = Merger(CHAIR, {"front": ORIGIN})
-    seen = merger.hear("front", word())
-    assert (seen.blocked, seen.unseen) == (0, 0)
-    blind = merger.hear("front", word(states(BLIND, arc)))
-    assert (blind.blocked, blind.unseen) == (hit, 0)
-    masked = merger.hear("front", word(states(MASKED, arc)))
-    assert (masked.blocked, masked.unseen) == (0, hit)
+    evaluator = Evaluator(CHAIR, [ORIGIN])
+    assert judged(evaluator, blank()) == (0, 0)
+    assert judged(evaluator, blank(states(BLIND, arc))) == (hit, 0)
+    assert judged(evaluator, blank(states(MASKED, arc))) == (0, hit)
+    assert judged(evaluator, blank()) == (0, 0)  # back by itself
 
 
 def test_the_prototypes_lidar_never_sees_behind() -> None:
-    merger = Merger(CHAIR, {"front": ORIGIN})
-    said = merger.hear("front", word(states(MASKED, (124, 180), (-180, -124))))
-    assert (said.blocked, said.unseen) == (0, bits(B, L, R))
+    view = blank(states(MASKED, (124, 180), (-180, -124)))
+    assert judged(Evaluator(CHAIR, [ORIGIN]), view) == (0, bits(B, L, R))
+
+
+FRONT = states(MASKED, (90, 180), (-180, -90))
+REAR = states(MASKED, (-80, 80))
+LOST = states(BLIND, (-180, -80), (80, 180))
+LOST[100:260] = MASKED
 
 
 def test_a_second_lidar_sees_what_the_first_does_not() -> None:
-    front = states(MASKED, (90, 180), (-180, -90))
-    rear = states(MASKED, (-80, 80))
-    merger = Merger(CHAIR, {"front": ORIGIN, "rear": (-0.4, 0.0)})
-    first = merger.hear("front", word(front))
-    assert first.blocked & bits(B, L, R) == bits(B, L, R)  # the other has not spoken yet
-    both = merger.hear("rear", word(rear))
-    assert both.blocked == 0
-    assert not both.unseen & bits(F, B)
+    evaluator = Evaluator(CHAIR, [ORIGIN, (-0.4, 0.0)])
+    blocked, unseen = judged(evaluator, blank(FRONT), blank(REAR, (-0.4, 0.0)))
+    assert (blocked, unseen & bits(F, B)) == (0, 0)
 
 
-def test_of_two_lidars_one_silent_blocks_what_only_it_sees() -> None:
-    front = states(MASKED, (90, 180), (-180, -90))
-    rear = states(MASKED, (-80, 80))
-    merger = Merger(CHAIR, {"front": ORIGIN, "rear": (-0.4, 0.0)})
-    merger.hear("front", word(front, 1.0))
-    merger.hear("rear", word(rear, 1.0))
-    said = merger.hear("front", word(front, 1.2))
-    assert (said.blocked, said.acquired_s) == (0, 1.0)  # as old as the older
-    said = merger.hear("front", word(front, 1.26))
-    assert said.blocked & bits(F, B) == bits(B)
-    assert said.acquired_s == 1.26
-    assert merger.hear("rear", word(rear, 1.27)).blocked == 0  # back by itself
+def test_of_two_lidars_one_lost_blocks_what_only_it_sees() -> None:
+    evaluator = Evaluator(CHAIR, [ORIGIN, (-0.4, 0.0)])
+    lost = ChairView(np.zeros((0, 2)), LOST, (-0.4, 0.0), 0.0, codes.REAL)
+    blocked, _ = judged(evaluator, blank(FRONT), lost)
+    assert blocked == bits(B, L, R)
+    assert judged(evaluator, blank(FRONT), blank(REAR, (-0.4, 0.0)))[0] == 0
 
 
-def test_the_nearer_of_two_counts_and_a_replayed_one_marks_all() -> None:
-    merger = Merger(CHAIR, {"a": ORIGIN, "b": (-0.4, 0.0)})
-    merger.hear("a", Word((1.0, math.inf, 90.0, 20.0), OPEN, 1.0, codes.REAL))
-    merger.hear("b", Word((2.0, 0.5, 80.0, math.inf), OPEN, 1.0, codes.REPLAYED))
-    said = merger.hear("a", Word((1.0, math.inf, 90.0, 20.0), OPEN, 1.0, codes.REAL))
-    assert said.source == codes.REPLAYED
-    ways = (said.forward_mm, said.backward_mm, said.left_q4_deg, said.right_q4_deg)
-    assert ways[0] <= 1000
-    assert ways[1] <= 500
-    assert ways[2] <= 80 * 16
-    assert ways[3] <= 20 * 16
+def test_the_nearer_of_two_counts() -> None:
+    evaluator = Evaluator(CHAIR, [ORIGIN, (-0.4, 0.0)])
+    ahead = view(with_beams(hall(), 0.0, 1.0, 40))
+    behind = ChairView(np.array([[-1.5, 0.0]] * 3), OPEN, (-0.4, 0.0), 1.0, codes.REAL)
+    for _ in range(2):
+        said = evaluator((ahead, behind))
+    assert said["forward_mm"] == pytest.approx(800, abs=45)
+    assert said["backward_mm"] == pytest.approx(1000, abs=41)
+
+
+def walls(distance_m: float) -> ChairView:
+    return view(with_beams(hall(), -2.0, distance_m + 0.2, 40))
 
 
 def test_noise_does_not_move_what_is_said() -> None:
-    merger = Merger(CHAIR, {"front": ORIGIN})
-    noise = np.random.default_rng(2).uniform(-0.015, 0.015, 400)
-    said = [
-        merger.hear("front", word(reach=(1.0 + n, math.inf, 30.0 + 40 * n, math.inf)))
-        for n in noise
-    ]
-    settled = said[200:]
-    assert len({s.forward_mm for s in settled}) == 1
-    assert len({s.left_q4_deg for s in settled}) == 1
-    assert all(s.forward_mm <= 1000 * (1.0 + n) for s, n in zip(said, noise, strict=True))
-    gone = merger.hear("front", word())
-    assert gone.forward_mm == gone.right_q4_deg == CLEAR_FAR
+    evaluator = Evaluator(CHAIR, [ORIGIN])
+    noise = np.random.default_rng(2).uniform(-0.015, 0.015, 200)
+    said = [evaluator((walls(1.0 + n),))["forward_mm"] for n in noise]
+    assert len(set(said[100:])) == 1
+    assert max(said[100:]) <= 1000
+    nothing = evaluator((ChairView(np.zeros((0, 2)), OPEN, ORIGIN, 9.0, codes.REAL),))
+    assert nothing["forward_mm"] == nothing["right_q4_deg"] == CLEAR_FAR
 
 
-@given(st.lists(st.floats(0.0, 5.0), min_size=1, max_size=30))
+@given(st.lists(st.floats(0.1, 3.0), min_size=1, max_size=8))
+@settings(max_examples=20, deadline=None)
 def test_what_is_said_never_exceeds_what_is_seen(ways: list[float]) -> None:
-    merger = Merger(CHAIR, {"front": ORIGIN})
-    before = 0.0
+    evaluator = Evaluator(CHAIR, [ORIGIN])
+    before_mm = 0
     for way in ways:
-        said = merger.hear("front", word(reach=(way, way, way, way)))
-        assert said.forward_mm <= 1000.0 * way
-        assert said.forward_mm >= min(1000.0 * way, max(before, 1000.0 * way - 40.0)) - 1.001
-        before = said.forward_mm
+        seen_mm = 1000.0 * LidarReach(CHAIR).update(walls(way))[F]
+        said_mm = evaluator((walls(way),))["forward_mm"]
+        assert said_mm <= seen_mm
+        assert said_mm >= min(seen_mm, max(before_mm, seen_mm - 40.0)) - 1.001
+        before_mm = said_mm
+
+
+def test_the_configuration_reaches_the_child_process() -> None:
+    config = FootprintConfig(((0.5, 0.5), (-0.5, 0.0), (0.5, -0.5)), 0.1, 0.2, 0.3)
+    assert from_json(json.loads(json.dumps(as_json(config)))) == config
