@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import binascii
+import zlib
 from collections.abc import Mapping
 from pathlib import PurePosixPath
 
 from gazechair.flash import tree
 
 LIB = f"{tree.BASE}/lib"
+
+# The program's place in the memory map is small, so files travel compressed.
+_PUT = """
+import os, io, deflate, binascii
+def put(path, packed):
+ packed = io.BytesIO(binascii.a2b_base64(packed))
+ with open(path, 'wb') as f: f.write(deflate.DeflateIO(packed, deflate.ZLIB).read())
+"""
 
 
 def firmware_files() -> dict[str, str]:
@@ -25,7 +35,11 @@ def install_script(files: Mapping[str, str], then: str) -> bytes:
     """A MicroPython program that writes `files` to the board's flash and goes on with `then`."""
     folders = {str(parent) for path in files for parent in PurePosixPath(path).parents}
     below = sorted(folder for folder in folders if folder.startswith(f"{tree.BASE}/"))
-    lines = ["import os", f"for folder in {below!r}:"]
+    lines = [_PUT, f"for folder in {below!r}:"]
     lines += [" try: os.mkdir(folder)", " except OSError: pass"]
-    lines += [f"with open({path!r}, 'w') as f: f.write({text!r})" for path, text in files.items()]
+    lines += [f"put({path!r}, {_packed(text)!r})" for path, text in files.items()]
     return "\n".join([*lines, then, ""]).encode()
+
+
+def _packed(text: str) -> str:
+    return binascii.b2a_base64(zlib.compress(text.encode(), 9), newline=False).decode()
