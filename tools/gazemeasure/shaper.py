@@ -148,12 +148,13 @@ class Shaper:
     async def _carry(
         self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, line: Line
     ) -> None:
-        waiting: asyncio.Queue[tuple[float, bytes]] = (
-            asyncio.Queue()
-        )  # bounded by the line's buffer
+        assert self._flowing is not None
+        # Bounded by the line's buffer and its delay, and not filled during a drop.
+        waiting: asyncio.Queue[tuple[float, bytes]] = asyncio.Queue()
         deliver = asyncio.create_task(self._deliver(waiting, writer))
         try:
             while data := await reader.read(_PACKET):
+                await self._flowing.wait()
                 waiting.put_nowait((await line.send(len(data)), data))
             waiting.put_nowait((0.0, b""))
             await deliver
