@@ -194,7 +194,9 @@ def test_of_two_lidars_one_lost_blocks_what_only_it_sees() -> None:
 def test_the_nearer_of_two_counts() -> None:
     evaluator = Evaluator(CHAIR, [ORIGIN, (-0.4, 0.0)])
     ahead = view(with_beams(hall(), 0.0, 1.0, 40))
-    behind = ChairView(np.array([[-1.5, 0.0]] * 3), OPEN, (-0.4, 0.0), 1.0, codes.REAL)
+    behind = ChairView(
+        np.array([[-1.5, 0.0], [-1.5, 0.005], [-1.5, -0.005]]), OPEN, (-0.4, 0.0), 1.0, codes.REAL
+    )
     for _ in range(2):
         said = evaluator((ahead, behind))
     assert said["forward_mm"] == pytest.approx(800, abs=45)
