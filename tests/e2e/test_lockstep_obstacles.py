@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import pytest
 
 from e2e.lockstep import Lockstep
@@ -64,12 +62,11 @@ def test_p5_driving_at_a_wall_ends_before_it() -> None:
 
 def test_p5_a_covered_lidar_blocks(driving: Lockstep) -> None:
     lidar = driving.world.lidar
-    seeing = lidar._ranger
-    lidar._ranger = lambda angles: seeing(angles) * math.inf  # no return from anywhere
+    lidar.beams.covered_deg = (-180.0, 179.9)  # no return from anywhere
     driving.until(driving.neutral, 300)
     assert driving.override() == "obstacle_forward"
     driving.stays_still(300)
-    lidar._ranger = seeing
+    lidar.beams.covered_deg = None
     driving.needs_a_new_press()
 
 

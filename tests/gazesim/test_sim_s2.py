@@ -218,3 +218,51 @@ def test_equal_seeds_give_equal_bytes():
         lidar.receive(SCAN)
         streams.append(run(lidar, 0.3))
     assert streams[0] == streams[1]
+
+
+def test_a_frozen_lidar_repeats_its_last_turn():
+    lidar = device()
+    ask(lidar, SCAN)
+    _, _, before_mm = nodes(run(lidar, 0.1))
+    lidar.beams.frozen = True
+    _, _, first_mm = nodes(run(lidar, 0.1))
+    _, _, second_mm = nodes(run(lidar, 0.1))
+    assert first_mm.tolist() == second_mm.tolist()
+    assert np.isin(first_mm, before_mm).mean() > 0.9
+    lidar.beams.frozen = False
+    _, _, third_mm = nodes(run(lidar, 0.1))
+    assert (third_mm == second_mm).mean() < 0.5
+
+
+def test_a_covered_arc_returns_nothing():
+    lidar = device()
+    ask(lidar, SCAN)
+    lidar.beams.covered_deg = (-60.0, 30.0)
+    _, angle_deg, distance_mm = nodes(run(lidar, 0.2))
+    ours_deg = (180.0 - angle_deg) % 360.0 - 180.0
+    covered = (ours_deg > -60.0) & (ours_deg < 30.0)
+    assert (distance_mm[covered] == 0).all()
+    assert (distance_mm[~covered] > 0).mean() > 0.98
+
+
+def test_noise_and_speckle():
+    lidar = device()
+    ask(lidar, DENSE)
+    lidar.beams.noise_m, lidar.beams.speckle = 0.03, 0.02
+    capsules = np.frombuffer(run(lidar, 1.0), dtype=np.uint8).reshape(-1, 84)
+    distance_mm = np.ascontiguousarray(capsules[:, 4:]).view("<u2").reshape(-1, 3200)[:, :1000]
+    stray = (distance_mm > 0) & (np.abs(distance_mm.astype(int) - 3000) > 200)
+    assert stray.mean() == pytest.approx(0.02, abs=0.005)
+    assert distance_mm[(distance_mm > 0) & ~stray].std() == pytest.approx(30, abs=5)
+
+
+def test_a_power_dip_leaves_it_idle_with_its_motor_off():
+    lidar = device()
+    ask(lidar, DENSE)
+    lidar.power_dip()
+    assert run(lidar, 0.3) == b""
+    ask(lidar, DENSE)
+    assert run(lidar, 1.0) == b""
+    lidar.receive(MOTOR_ON)
+    run(lidar, 0.6)
+    assert run(lidar, 0.1)

@@ -113,30 +113,6 @@ def _open_doors(world: World) -> None:
         world.room.set_door(door.name, True)
 
 
-def _lidar(name: str) -> tuple[Callable[..., None], Callable[[World], None]]:
-    """A yes-or-no fault that is an attribute of the lidar."""
-
-    def set_it(world: World) -> None:
-        setattr(world.lidar, name, True)
-
-    def end_it(world: World) -> None:
-        setattr(world.lidar, name, False)
-
-    return set_it, end_it
-
-
-def _lidar_share(name: str) -> tuple[Callable[..., None], Callable[[World], None]]:
-    """A fault that hits a share of the lidar's bytes."""
-
-    def set_it(world: World, share: float) -> None:
-        setattr(world.lidar, name, share)
-
-    def end_it(world: World) -> None:
-        setattr(world.lidar, name, 0.0)
-
-    return set_it, end_it
-
-
 WORLD_FAULTS = (
     Fault(
         "imu_freeze",
@@ -236,21 +212,6 @@ WORLD_FAULTS = (
         "reset button at the chair held",
         lambda w: w.relay.press_button(True),
         lambda w: w.relay.press_button(False),
-    ),
-    Fault("lidar_stall", "lidar falls silent", *_lidar("stalled")),
-    Fault("lidar_protection_stop", "lidar in protection stop", *_lidar("protection_stop")),
-    Fault("lidar_mirror_blocked", "lidar's mirror stands still", *_lidar("mirror_blocked")),
-    Fault(
-        "lidar_corrupt",
-        "a share of the lidar's bytes is wrong",
-        *_lidar_share("corrupt"),
-        (Argument("share", 0.001, 0.0, 1.0),),
-    ),
-    Fault(
-        "lidar_drop",
-        "a share of the lidar's bytes is lost",
-        *_lidar_share("drop"),
-        (Argument("share", 0.001, 0.0, 1.0),),
     ),
     Fault(
         "obstacle",

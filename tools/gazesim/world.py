@@ -22,6 +22,7 @@ from gazesim.pot import Pot
 from gazesim.relay import Relay
 from gazesim.rooms import Room
 from gazesim.s2 import S2
+from gazesim.s2_faults import LIDAR_FAULTS
 
 LIDAR_X_M = 0.50  # in the chair's frame, facing forward
 LIDAR_HEIGHT_M = 0.25
@@ -52,7 +53,7 @@ class World:
         self.relay = Relay(bank, tick_stall_s)
         self.imu = Bno055(bank, seed)
         self.lidar = S2(self._ranges, seed)
-        self.faults = Faults(self, WORLD_FAULTS)
+        self.faults = Faults(self, WORLD_FAULTS + LIDAR_FAULTS)
         self.time_s = 0.0
         self.wipers = self.pot.poll()
         self.collisions = 0
