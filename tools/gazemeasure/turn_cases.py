@@ -6,6 +6,7 @@ import random
 from dataclasses import dataclass
 
 from gazemeasure.turn_model import Case
+from gazemeasure.turn_run import WARM_MS
 from gazesim.imu_model import Imu, ImuErrors
 from gazesim.profiles import PROFILES, random_chair, undisturbed
 
@@ -42,5 +43,5 @@ def monte_carlo(count: int) -> list[Drawn]:
         source = random.Random(-seed)
         profile = source.choice(tuple(PROFILES))
         angle = source.choice(ANGLES_DEG) * source.choice((1.0, -1.0))
-        out.append(Drawn(profile, Case(random_chair(profile, seed), angle, seed)))
+        out.append(Drawn(profile, Case(random_chair(profile, seed), angle, seed, WARM_MS / 1000)))
     return out

@@ -5,18 +5,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from multiprocessing import get_context
-from typing import Any
 
-from gazelink.settings_table import PROFILES, profile_row
+from gazechair.tune.errors import TuneError
+from gazechair.tune.identify import identify
+from gazechair.tune.judge import fits_profile
+from gazechair.tune.judge import judge as judge_fit
+from gazechair.tune.numbers import TurnNumbers
+from gazelink.settings_table import PROFILES
 from gazemeasure.turn_board import settings_with
 from gazemeasure.turn_cases import Drawn
 from gazemeasure.turn_judge import Verdict, judge
 from gazemeasure.turn_run import turn_of_board
+from gazemeasure.turn_tuning import record
 from gazesim.chair import Chair, Parameters
 
 PROCESSES = 2
 LIMIT_MS = 10_000  # step_turn_limit_ms of every run: a slow chair takes that long for 90 degrees
-KNOWN, DEFAULTS = "known", "defaults"
+TUNED, KNOWN, DEFAULTS = "tuned", "known", "defaults"
+"""The board's controller: tuned on that chair, knowing it exactly, or with the default settings."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +39,10 @@ class Done:
 
     job: Job
     verdict: Verdict
+    found: TurnNumbers | None = None
+    """What tuning found."""
+    refused: str = ""
+    """Why tuning refused: the turn was then made with the default settings."""
 
 
 def run_all(jobs: Sequence[Job]) -> list[Done]:
@@ -45,25 +55,41 @@ def run(job: Job) -> Done:
     """Run one job in this process."""
     drawn = job.drawn
     values = {"profile": PROFILES.index(drawn.profile), "step_turn_limit_ms": LIMIT_MS}
+    found, refused = None, ""
     if job.controller == KNOWN:
         values |= true_rows(drawn.profile, drawn.case.parameters)
+    elif job.controller == TUNED:
+        try:
+            found = tune(drawn)
+            values |= found.rows(drawn.profile)
+        except TuneError as error:
+            refused = str(error)
     chair = Chair(drawn.profile, drawn.case.seed, drawn.case.parameters)
     turn = turn_of_board(chair, drawn.imu(), settings_with(values), drawn.case.angle_deg)
-    return Done(job, judge(turn))
+    return Done(job, judge(turn), found, refused)
+
+
+def tune(drawn: Drawn) -> TurnNumbers:
+    """What `gazechair tune` finds on this chair. TuneError when it refuses."""
+    believed = TurnNumbers.default(drawn.profile)
+    chair = Chair(drawn.profile, drawn.case.seed, drawn.case.parameters)
+    settings = settings_with({"profile": PROFILES.index(drawn.profile)})
+    recordings = record(chair, drawn.imu(), settings, drawn.profile)
+    fit = identify(recordings, believed)
+    judge_fit(recordings, fit)
+    fits_profile(fit.numbers, drawn.profile)
+    return fit.numbers
 
 
 def true_rows(profile: str, parameters: Parameters) -> dict[str, int]:
     """The settings of a profile as they would be if the chair were known exactly."""
-    axis: Any = parameters.disturbances.axis(parameters.turn)
-    found = {
-        "left_q4_dps": axis.positive * 16,
-        "right_q4_dps": axis.negative * 16,
-        "deadband_permille": axis.deadband * 1000,
-        "dead_time_ms": axis.dead_time_s * 1000,
-        "lag_ms": axis.lag_s * 1000,
-        "accelerate_dps2": axis.accelerate,
-        "brake_dps2": axis.brake,
-        "tuned": 1,
-    }
-    row = PROFILES.index(profile)
-    return {profile_row(row, name): round(value) for name, value in found.items()}
+    axis = parameters.disturbances.axis(parameters.turn)
+    return TurnNumbers(
+        axis.positive,
+        axis.negative,
+        axis.deadband,
+        axis.dead_time_s,
+        axis.lag_s,
+        axis.accelerate,
+        axis.brake,
+    ).rows(profile)

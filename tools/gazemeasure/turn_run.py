@@ -15,7 +15,7 @@ from gazesim.chair import Chair
 from gazesim.imu_model import Imu
 from gazesim.pot import deflection
 
-_WARM_MS = 50  # the chair finds its joystick neutral, the sensor its pipeline full
+WARM_MS = 50  # the chair finds its joystick neutral, the sensor its pipeline full
 _STICK = [deflection(count) for count in range(256)]
 
 
@@ -74,7 +74,7 @@ def turn_of_board(
     settings.step_turn_q4_deg = round(abs(angle_deg) * 16)
     board = BoardMotion(settings)
     bench = Bench(chair, imu, board)
-    bench.run(_WARM_MS)
+    bench.run(WARM_MS)
     before_deg = chair.heading_deg
     bench.forget()
     board.step_turn(codes.LEFT if angle_deg > 0 else codes.RIGHT)

@@ -1,0 +1,117 @@
+"""What a chair at rest does in answer to one pulse of the joystick, in closed form.
+
+Deadband, dead time, ramp and lag as in numbers.TurnNumbers, the order in which the board's own
+model has them. The ramp of a pulse is a trapezoid, a sum of four ramps that begin one after the
+other; the heading is the sum of their answers: a ramp of slope 1 through a lag of L seconds turns
+x**2/2 - L*x + L**2*(1 - exp(-x/L)) in x seconds.
+
+Casters, which swing round after a reversal by the way the wheels go, turn the chair besides: half a
+cosine over the first degrees of the way back. A sloping floor turns it a little while it moves.
+Both are found along with the rest so that they do not spoil it, and forgotten.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazechair.tune.numbers import TurnNumbers
+from gazechair.tune.recording import Recording
+
+Floats = NDArray[np.float64]
+
+# The columns of a set of unknowns; those of size and time as logarithms.
+LEFT, RIGHT, DEADBAND, DEAD, LAG, ACCELERATE, BRAKE, CASTER, CASTER_WAY, LIE, SLOPE = range(11)
+UNKNOWNS = 11
+_SLOW_DPS = 0.5  # slower than this a floor turns nothing: the brakes hold the chair
+
+
+@dataclass(frozen=True)
+class Pulses:
+    """Recordings as arrays: a row each, columns in time."""
+
+    deflection: Floats
+    """Column: -1..1, left positive."""
+    seconds: Floats
+    """Column: how long."""
+    time_s: Floats
+    """Since the wiper moved; rows are padded with their last sample."""
+    heading_deg: Floats
+    """Since then; nan where padded."""
+
+    @classmethod
+    def of(cls, recordings: Sequence[Recording]) -> Pulses:
+        """All rows as long as the longest."""
+        columns = max(len(r.time_s) for r in recordings)
+        times = np.empty((len(recordings), columns))
+        headings = np.full((len(recordings), columns), np.nan)
+        for row, r in enumerate(recordings):
+            n = len(r.time_s)
+            times[row, :n], times[row, n:] = r.time_s, r.time_s[-1]
+            headings[row, :n] = r.heading_deg
+        return cls(
+            np.array([[r.deflection] for r in recordings]),
+            np.array([[r.pulse_s] for r in recordings]),
+            times,
+            headings,
+        )
+
+
+def headings(unknowns: Floats, pulses: Pulses) -> Floats:
+    """Heading of every sample for every row of `unknowns` (sets x UNKNOWNS): sets x pulses x
+    samples, degrees."""
+    u = unknowns[:, :, None, None]
+    left = pulses.deflection > 0
+    sign = np.where(left, 1.0, -1.0)
+    full = np.exp(np.where(left, u[:, LEFT], u[:, RIGHT]))
+    band = u[:, DEADBAND]
+    asked = full * np.clip((np.abs(pulses.deflection) - band) / (1.0 - band), 0.0, 1.0)
+    wheels, moving_s = _wheels(u, pulses, asked)
+    swung = _casters(u, wheels, left[:, 0])
+    return sign * (wheels + u[:, CASTER] * swung) + u[:, SLOPE] * moving_s
+
+
+def _wheels(u: Floats, pulses: Pulses, asked: Floats) -> tuple[Floats, Floats]:
+    """The way of the wheels in the pulse's own direction, and for how long they moved."""
+    up, down, lag = np.exp(u[:, ACCELERATE]), np.exp(u[:, BRAKE]), np.exp(u[:, LAG])
+    rising = np.minimum(pulses.seconds, asked / up)
+    zero = pulses.seconds + up * rising / down
+    t = pulses.time_s - u[:, DEAD]
+    way = np.zeros(np.broadcast_shapes(t.shape, asked.shape))
+    rate = np.zeros_like(way)
+    for slope, begin in ((up, 0.0), (-up, rising), (-down, pulses.seconds), (down, zero)):
+        x = np.maximum(0.0, t - begin)
+        gone = 1.0 - np.exp(-x / lag)
+        way = way + slope * (0.5 * x * x - lag * x + lag * lag * gone)
+        rate = rate + slope * (x - lag * gone)
+    step_s = np.diff(pulses.time_s, axis=1, prepend=pulses.time_s[:, :1])
+    moving_s = np.cumsum((rate > _SLOW_DPS) * step_s, axis=2)
+    return way, moving_s
+
+
+def _casters(u: Floats, wheels: Floats, left: NDArray[np.bool_]) -> Floats:
+    """How far they have swung, as a share, in the direction of each pulse."""
+    lie = u[:, LIE]  # 0: as after turning right, 1: as after turning left; sets x 1 x 1
+    way_deg = np.exp(u[:, CASTER_WAY])
+    out = np.empty_like(wheels)
+    for row in range(wheels.shape[1]):
+        start = np.clip(lie if left[row] else 1.0 - lie, 0.0, 1.0)[:, 0]
+        now = np.minimum(1.0, start + wheels[:, row] / way_deg[:, 0])
+        out[:, row] = 0.5 * (np.cos(np.pi * start) - np.cos(np.pi * now))
+        end = now[:, -1:, None]
+        lie = end if left[row] else 1.0 - end
+    return out
+
+
+def angle_deg(numbers: TurnNumbers, deflection: float, pulse_s: float) -> float:
+    """How far a pulse turns the chair until it rests, degrees, without sign."""
+    full = numbers.left_dps if deflection > 0 else numbers.right_dps
+    band = numbers.deadband
+    speed = full * min(1.0, max(0.0, (abs(deflection) - band) / (1.0 - band)))
+    up, down = numbers.accelerate_dps2, numbers.brake_dps2
+    rising = min(pulse_s, speed / up)
+    peak = up * rising
+    return peak * (pulse_s - rising) + 0.5 * peak * (rising + peak / down)

@@ -1,0 +1,69 @@
+"""How a chair turns, in the numbers the board stores per speed profile."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from gazelink.settings_table import PROFILES, TABLE, index_of, profile_row
+
+
+@dataclass(frozen=True)
+class TurnNumbers:
+    """A joystick's deflection passes the deadband, waits for the dead time, is followed by the
+    ramp of the chair's own controller (accelerate, brake) and by the lag of chair and wheels."""
+
+    left_dps: float
+    """Turn rate at full deflection, degrees/s."""
+    right_dps: float
+    deadband: float
+    """Share of the deflection that does nothing, 0..1."""
+    dead_time_s: float
+    """From wiper to heading as the board sees it: the sensor's own delay is part of it."""
+    lag_s: float
+    accelerate_dps2: float
+    brake_dps2: float
+
+    @classmethod
+    def of(cls, profile: str, values: Sequence[int]) -> TurnNumbers:
+        """The rows of `profile` among the settings' `values` (in the order of the table)."""
+
+        def row(name: str) -> int:
+            return int(values[index_of(profile_row(PROFILES.index(profile), name))])
+
+        return cls(
+            row("left_q4_dps") / 16,
+            row("right_q4_dps") / 16,
+            row("deadband_permille") / 1000,
+            row("dead_time_ms") / 1000,
+            row("lag_ms") / 1000,
+            float(row("accelerate_dps2")),
+            float(row("brake_dps2")),
+        )
+
+    @classmethod
+    def default(cls, profile: str) -> TurnNumbers:
+        """What is believed of `profile` until it is tuned."""
+        return cls.of(profile, [default for _, default, _, _ in TABLE])
+
+    def rows(self, profile: str) -> dict[str, int]:
+        """{setting: value} to store for `profile`, `tuned` among them."""
+        found = {
+            "left_q4_dps": self.left_dps * 16,
+            "right_q4_dps": self.right_dps * 16,
+            "deadband_permille": self.deadband * 1000,
+            "dead_time_ms": self.dead_time_s * 1000,
+            "lag_ms": self.lag_s * 1000,
+            "accelerate_dps2": self.accelerate_dps2,
+            "brake_dps2": self.brake_dps2,
+            "tuned": 1,
+        }
+        row = PROFILES.index(profile)
+        return {profile_row(row, name): round(value) for name, value in found.items()}
+
+
+def scaled(numbers: TurnNumbers, factor: float) -> TurnNumbers:
+    """That chair turning `factor` times as fast."""
+    return replace(
+        numbers, left_dps=numbers.left_dps * factor, right_dps=numbers.right_dps * factor
+    )
