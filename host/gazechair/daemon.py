@@ -14,7 +14,6 @@ from gazechair.control import Control
 from gazechair.health import Health, HealthRegistry
 from gazechair.lidar import LidarService
 from gazechair.link import BoardLink
-from gazechair.outgoing import Clearance
 from gazechair.web import WebServer
 
 _LAST_WORDS_S = 0.06  # three repeats of stop and disarm
@@ -40,7 +39,11 @@ class Daemon:
             self._changed,
         )
         self._lidar = LidarService(
-            config.lidar, config.sectors, self._clearance, self.parts.part("lidar")
+            config.lidar,
+            config.sectors,
+            config.footprint,
+            lambda clearance: self.control.clearance(clearance),
+            self.parts.part("lidar"),
         )
         self._camera = CameraService(config.camera, self.parts.part("camera"))
         self.control = Control(config, self.link, self.parts, self._camera.latest().age_s)
@@ -87,9 +90,6 @@ class Daemon:
         self._lidar.stop()
         self._camera.stop()
         self.link.stop()
-
-    def _clearance(self, blocked: int, source: int, acquired_s: float) -> None:
-        self.control.clearance(Clearance(blocked, source, acquired_s))
 
     def _changed(self) -> None:
         # Parts report while they are being built too.

@@ -13,9 +13,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gazechair.config import LidarConfig, SectorsConfig
+from gazechair.config import FootprintConfig, LidarConfig, SectorsConfig
 from gazechair.health import Health
 from gazechair.lidar import LidarService
+from gazechair.outgoing import Clearance
 from gazelink import codes
 from gazesim.pty_port import PtyPort
 from gazesim.s2 import S2
@@ -43,6 +44,7 @@ class Rig:
         self.service = LidarService(
             (LidarConfig(kind="s2", port=str(path)),),
             SectorsConfig(),
+            FootprintConfig(),
             self._publish,
             self.health,
         )
@@ -55,8 +57,8 @@ class Rig:
     def _note_state(self) -> None:
         self.states.append(self.health.state)
 
-    def _publish(self, blocked: int, source: int, acquired_s: float) -> None:
-        self.published.append((blocked, source, acquired_s))
+    def _publish(self, clearance: Clearance) -> None:
+        self.published.append((clearance.blocked, clearance.source, clearance.acquired_s))
 
     def _pump(self) -> None:
         last_s = time.monotonic()
@@ -214,7 +216,9 @@ def test_a_view_covered_ahead_is_degraded_and_blocked(rig: Rig) -> None:
 
 def test_without_a_lidar_the_health_says_what_to_do() -> None:
     health = Health("lidar")
-    service = LidarService((LidarConfig(),), SectorsConfig(), lambda *_: None, health)
+    service = LidarService(
+        (LidarConfig(),), SectorsConfig(), FootprintConfig(), lambda _: None, health
+    )
     service.start()
     service.stop()
     assert (health.state, health.reason) == ("lost", "lidar_lost")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict
-from typing import Any
 
 from gazechair.clearance.footprint import Footprint, Margins
 from gazechair.clearance.reach import FREE, LidarReach, Reach
@@ -55,17 +53,6 @@ class Evaluator:
             "left_q4_deg": _on_wire(16.0 * left_deg),
             "right_q4_deg": _on_wire(16.0 * right_deg),
         }
-
-
-def as_json(config: FootprintConfig) -> dict[str, Any]:
-    """The configuration for a child process; `from_json` reads it."""
-    return asdict(config)
-
-
-def from_json(fields: dict[str, Any]) -> FootprintConfig:
-    """What `as_json` wrote."""
-    corners = tuple((float(x), float(y)) for x, y in fields["corners_m"])
-    return FootprintConfig(**{**fields, "corners_m": corners})
 
 
 def _held(before: float, now: float, play: float) -> float:

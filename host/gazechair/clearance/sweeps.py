@@ -62,9 +62,12 @@ class Sweeps:
         out = np.ones(len(points_m), dtype=np.bool_)
         out[within] = False
         x, y = points_m[:, 0], points_m[:, 1]
-        corridor = out & (np.abs(y) <= self._footprint.half_width_m + self._spread * np.abs(x))
+        reach_m = self._footprint.reach_m
+        aside_m = self._footprint.half_width_m + self._spread * (np.abs(x) + reach_m)
+        corridor = out & (np.abs(y) <= aside_m)
         for direction, sign in ((codes.DIR_FORWARD, 1.0), (codes.DIR_BACKWARD, -1.0)):
-            chosen = np.flatnonzero(corridor & (sign * x > 0.0) & (np.abs(x) < RANGE_M + 1.0))
+            ahead = (sign * x > -reach_m) & (sign * x < RANGE_M + reach_m)
+            chosen = np.flatnonzero(corridor & ahead)
             found[chosen, direction] = self._straight(points_m[chosen], sign)
         around = near[out[near]]
         found[around, codes.DIR_LEFT :] = np.degrees(self._turns(points_m[around]))

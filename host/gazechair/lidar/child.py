@@ -17,7 +17,8 @@ import numpy as np
 
 from gazechair import health as states
 from gazechair.children import RecordWriter, enter_child
-from gazechair.config import LidarConfig
+from gazechair.clearance.evaluate import Evaluator, footprint_of
+from gazechair.config import FootprintConfig, LidarConfig
 from gazechair.lidar.blind import BINS, BLIND, MASKED, SEEN, Blindness
 from gazechair.lidar.reader import Reader
 from gazechair.lidar.report import LOST, LidarReport, Report
@@ -155,7 +156,11 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
         LidarConfig(**{**fields, "mask": tuple(tuple(arc) for arc in fields["mask"])})
         for fields in argument["lidars"]
     )
-    pipeline = Pipeline(configs, tuple(Sector(*s) for s in argument["sectors"]), None)
+    fields = argument["footprint"]
+    corners_m = tuple((x, y) for x, y in fields["corners_m"])
+    footprint = footprint_of(FootprintConfig(**{**fields, "corners_m": corners_m}))
+    evaluator = Evaluator(footprint, [(config.x_m, config.y_m) for config in configs])
+    pipeline = Pipeline(configs, tuple(Sector(*s) for s in argument["sectors"]), evaluator)
     pipeline.start()
     try:
         while (name := pipeline.hanging()) is None:
@@ -167,7 +172,7 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
 
 
 def main() -> int:
-    """Entry of `python -m gazechair.lidar.child '{"lidars": [{...}], "sectors": [[...]]}'`."""
+    """Entry of `python -m gazechair.lidar.child JSON`: lidars, sectors, footprint."""
     argument = json.loads(sys.argv[1])
     out = enter_child()
     try:

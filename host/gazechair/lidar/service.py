@@ -1,28 +1,29 @@
-"""The lidars' part in the daemon: watches the child process and publishes the obstacle flags."""
+"""The lidars' part in the daemon: watches the child process and publishes the clearance."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 from gazechair import health as states
 from gazechair.children import Status, Supervisor
-from gazechair.config import LidarConfig, SectorsConfig
+from gazechair.config import FootprintConfig, LidarConfig, SectorsConfig
 from gazechair.health import Health
 from gazechair.lidar.report import DAMAGED, LOST, VIEW, LidarReport, Report
 from gazechair.lidar.sectors import ALL_BLOCKED, Sector, blocked_bits
+from gazechair.outgoing import Clearance
 from gazelink import codes
 
 # So many reports in a row, some 0.3 s, before another verdict on the view counts.
 _STEADY = 12
 _DAMAGED_SHARE = 0.02
 
-Publish = Callable[[int, int, float], None]
+Publish = Callable[[Clearance], None]
 
 
 class LidarService:
-    """Runs the lidars and publishes (blocked bits, source, acquired_s) with each renewed scan.
+    """Runs the lidars and publishes the clearance with each renewed scan.
 
     While nothing new comes nothing is published: the age of the last word grows by itself.
     """
@@ -31,6 +32,7 @@ class LidarService:
         self,
         lidars: tuple[LidarConfig, ...],
         sectors: SectorsConfig,
+        footprint: FootprintConfig,
         publish: Publish,
         health: Health,
     ) -> None:
@@ -38,6 +40,7 @@ class LidarService:
         self._configs = tuple(config for config in lidars if config.kind != "off")
         self._sectors = classic(sectors)
         self._distance_m = sectors.distance_m
+        self._footprint = footprint
         self._publish = publish
         self._health = health
         self._bits = ALL_BLOCKED
@@ -64,6 +67,7 @@ class LidarService:
         argument = {
             "lidars": [asdict(config) for config in self._configs],
             "sectors": [(s.direction, s.from_deg, s.to_deg) for s in self._sectors],
+            "footprint": asdict(self._footprint),
         }
         self._supervisor = Supervisor(
             "gazechair.lidar.child",
@@ -81,11 +85,13 @@ class LidarService:
 
     def _on_data(self, payload: bytes) -> None:
         report = Report.unpack(payload)
-        if report.acquired_s is None or report.source is None:
+        found = report.evaluation
+        if report.acquired_s is None or report.source is None or found is None:
             self._bits = ALL_BLOCKED
         elif report.acquired_s != self._published_s:
             self._bits = blocked_bits(self._sectors, report.readings, self._distance_m, self._bits)
-            self._publish(self._bits, report.source, report.acquired_s)
+            clearance = Clearance(source=report.source, acquired_s=report.acquired_s, **found)
+            self._publish(replace(clearance, blocked=clearance.blocked | self._bits))
             self._published_s = report.acquired_s
         self.report = report
         self._tell(report)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 
 import numpy as np
@@ -10,12 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gazechair.clearance.evaluate import Evaluator, as_json, from_json
+from gazechair.clearance.evaluate import Evaluator
 from gazechair.clearance.footprint import Footprint
 from gazechair.clearance.reach import FREE, LidarReach
 from gazechair.clearance.surface import noise_m, surfaces
 from gazechair.clearance.zone import STOP_ZONE
-from gazechair.config import FootprintConfig
 from gazechair.lidar.blind import BLIND, MASKED, SEEN
 from gazechair.lidar.scan import ChairView
 from gazelink import codes
@@ -228,8 +226,3 @@ def test_what_is_said_never_exceeds_what_is_seen(ways: list[float]) -> None:
         assert said_mm <= seen_mm
         assert said_mm >= min(seen_mm, max(before_mm, seen_mm - 40.0)) - 1.001
         before_mm = said_mm
-
-
-def test_the_configuration_reaches_the_child_process() -> None:
-    config = FootprintConfig(((0.5, 0.5), (-0.5, 0.0), (0.5, -0.5)), 0.1, 0.2, 0.3)
-    assert from_json(json.loads(json.dumps(as_json(config)))) == config
