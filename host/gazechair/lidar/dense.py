@@ -131,14 +131,12 @@ class CapsuleDecoder:
         steps = (starts_deg[1:] - starts_deg[:-1]) % 360.0
         apart = places[1:] - places[:-1]
         count = np.maximum(np.rint(apart / CAPSULE_SIZE), 1.0)
+        adjacent = (count == 1.0) & (steps >= _STEP_DEG[0]) & (steps <= _STEP_DEG[1])
+        expected = self.step_deg or _middle(steps[adjacent])
         # Behind a gap the mirror went on turning: as many steps as capsules were lost.
-        each = (steps + 360.0 * np.rint((count * self.step_deg - steps) / 360.0)) / count
-        fits = (each >= _STEP_DEG[0]) & (each <= _STEP_DEG[1])
-        if self.step_deg:
-            fits &= np.abs(each - self.step_deg) <= _STEP_TOLERANCE * self.step_deg
-            fits &= count <= _WIDEST_GAP
-        else:
-            fits &= count == 1.0
+        each = (steps + 360.0 * np.rint((count * expected - steps) / 360.0)) / count
+        fits = np.abs(each - expected) <= _STEP_TOLERANCE * expected
+        fits &= (each >= _STEP_DEG[0]) & (each <= _STEP_DEG[1]) & (count <= _WIDEST_GAP)
         self._follow(each[fits & (count == 1.0)], len(fits))
         left = np.concatenate(([fits_before], fits))
         self._held = (rows[-1:], places[-1:], bool(left[-1]))
@@ -163,8 +161,7 @@ class CapsuleDecoder:
                 self._misfits = 0
             return
         self._misfits = 0
-        seen = float(np.partition(steps, len(steps) // 2)[len(steps) // 2])
-        self.step_deg += (seen - self.step_deg) * (_FOLLOW if self.step_deg else 1.0)
+        self.step_deg += (_middle(steps) - self.step_deg) * (_FOLLOW if self.step_deg else 1.0)
 
     def _looks_hit(self, distances_m: FloatArray, starts_deg: FloatArray) -> NDArray[np.bool_]:
         """For every capsule but the last: do its distances look damaged?
@@ -195,6 +192,12 @@ class CapsuleDecoder:
             fresh[:] = False
         self._spikes_left -= np.count_nonzero(fresh)
         return fresh
+
+
+def _middle(values: FloatArray) -> float:
+    """The median, the upper one of two; 0 for none."""
+    half = len(values) // 2
+    return float(np.partition(values, half)[half]) if len(values) else 0.0
 
 
 def _heads(octets: Rows) -> NDArray[np.bool_]:
