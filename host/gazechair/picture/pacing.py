@@ -23,13 +23,23 @@ class Pacing:
         self.level = 0
         self._top = top
         self._delay_s: float | None = None  # of the smallest level
+        self._last_s = 0.0
         self._good = 0
         self._poor = 0
         self._failed = [0] * (top + 1)  # times each level was left
         self._retry_s = [0.0] * (top + 1)  # not before
 
+    @property
+    def way_s(self) -> float:
+        """How long the next picture will be on its way to the page, by the last one's journey.
+
+        The way back of an acknowledgement is about half of the smallest picture's journey.
+        """
+        return max(0.0, self._last_s - (self._delay_s or 0.0) / 2)
+
     def acknowledged(self, journey_s: float, now_s: float) -> None:
         """A picture of the present level came home after `journey_s`."""
+        self._last_s = journey_s
         if self.level == 0:
             self._learn(journey_s)
         assert self._delay_s is not None  # the first picture is of level 0

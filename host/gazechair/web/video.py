@@ -25,7 +25,7 @@ from gazechair.web.sockets import (
 )
 
 MAX_CLIENTS = 8
-HEADER = struct.Struct("<II")  # sequence, age_ms at sending; a JPEG follows
+HEADER = struct.Struct("<II")  # sequence, expected age_ms at arrival; a JPEG follows
 _TOO_OLD_S = 1.0  # the page greys the picture at 0.5 s: older ones are not worth the way
 _ACK_S = 5.0
 _WAIT_S = 0.2
@@ -131,7 +131,8 @@ class _Viewer:
                     self._in_flight += 1
                     sequence = self._in_flight
                 sent_s = time.monotonic()
-                age_ms = max(0, round((sent_s - frame.acquired_monotonic) * 1000))
+                age_s = sent_s - frame.acquired_monotonic + self._pacing.way_s
+                age_ms = max(0, round(age_s * 1000))
                 self._ws.send(HEADER.pack(sequence & 0xFFFFFFFF, age_ms) + jpeg)
                 with self._acked:
                     done = self._acked.wait_for(

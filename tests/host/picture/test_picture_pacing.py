@@ -92,3 +92,11 @@ def test_pictures_seldom_take_longer_than_the_budget(
     least_s = delay_s + SIZES[0] / rate_b_s
     over = [j for j in link.journeys if j > least_s + 2 * noise + 1.01 * BUDGET_S]
     assert len(over) <= max(20, 0.1 * len(link.journeys))
+
+
+def test_the_way_to_the_page_is_most_of_the_last_journey() -> None:
+    assert Pacing(5).way_s == 0.0
+    link = Link(0.2, 37_500)
+    link.run(10)
+    true_s = 0.1 + SIZES[link.pacing.level] / 37_500
+    assert 0.5 * true_s <= link.pacing.way_s <= 1.2 * true_s
