@@ -99,7 +99,8 @@ def fuzzed(n):
             noise[k] = (seed >> 8) & 0xFF
         if fed & 256:
             messages.COMMAND.pack(
-                rig.encoder.body, (codes.FORWARD, codes.CONTINUOUS, 9, codes.DRIVER, 300, 0, 0)
+                rig.encoder.body,
+                (codes.FORWARD, codes.CONTINUOUS, 9, codes.DRIVER, 300, 0, 0, 1000, 0),
             )
             count = rig.encoder.finish(messages.COMMAND, rig.stamp)
             for k in range(count):

@@ -181,12 +181,17 @@ class Measured:
             mode = second // 5 % 2
             edge = second % 255 + 1
             messages.COMMAND.pack(
-                host.encoder.body, (verb, mode, edge, codes.DRIVER, 300, 400, -300)
+                host.encoder.body, (verb, mode, edge, codes.DRIVER, 300, 400, -300, 1000, 0)
             )
             host.give(messages.COMMAND)
         elif turn == 1:
             blocked = 15 if second % 7 == 6 else 0
-            messages.CLEARANCE.pack(host.encoder.body, (blocked, codes.SIMULATED, 10))
+            # In turn nothing within range, a way that ends, and one that is near.
+            ahead = (messages.CLEAR_FAR, 900, 600)[second % 3]
+            messages.CLEARANCE.pack(
+                host.encoder.body,
+                (blocked, second & 4, codes.SIMULATED, ahead, ahead, ahead, ahead, 10),
+            )
             host.give(messages.CLEARANCE)
         elif turn == 2:
             if app.safety.state == codes.DISARMED:
