@@ -1,0 +1,95 @@
+"""What a profile holds: one table of fields with limits, and the check of every value.
+
+The limits and defaults are those of gaze driving elsewhere (Eyedrivomatic, Microsoft's gaze
+library, Tobii): starting points, to be tuned with the person.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+Profile = dict[str, Any]
+
+MOST_NAME = 40
+
+
+class ProfileRefused(ValueError):
+    """A change that is not made; the text is one plain English line."""
+
+    def __init__(self, reason: str, detail: str) -> None:
+        """`reason`: a key of the string tables."""
+        super().__init__(detail)
+        self.reason = reason
+
+
+@dataclass(frozen=True)
+class Field:
+    """One field of a profile."""
+
+    default: Any
+    low: int = 0
+    high: int = 0
+    step: int = 0
+    """Of a whole number: low..high, and what one press on + or - changes. 0: no number."""
+    choices: tuple[str, ...] = ()
+
+    def accept(self, name: str, value: Any) -> Any:
+        """The value, if this field takes it. Raises ProfileRefused."""
+        if self.choices:
+            if isinstance(value, str) and value in self.choices:
+                return value
+            wanted = f"one of {', '.join(self.choices)}"
+        elif self.step:
+            if type(value) is int and self.low <= value <= self.high:
+                return value
+            wanted = f"a whole number {self.low}..{self.high}"
+        elif isinstance(self.default, bool):
+            if isinstance(value, bool):
+                return value
+            wanted = "true or false"
+        else:
+            if isinstance(value, str) and value.isprintable() and 0 < len(value) <= MOST_NAME:
+                return value
+            wanted = f"a text of 1..{MOST_NAME} characters"
+        raise ProfileRefused("profile_value", f"{name} must be {wanted}")
+
+    def as_json(self) -> dict[str, Any]:
+        """What a page needs to offer this field."""
+        if self.choices:
+            return {"choices": list(self.choices)}
+        if self.step:
+            return {"low": self.low, "high": self.high, "step": self.step}
+        return {}
+
+
+def fields(languages: Sequence[str], house: Mapping[str, Any]) -> dict[str, Field]:
+    """Every field; `languages` there are words for, `house`: defaults other than these."""
+    table = {
+        "name": Field("1"),
+        "mode": Field("step", choices=("step", "continuous")),
+        "dwell_ms": Field(600, 300, 2000, 100),
+        "steer_dwell_ms": Field(200, 100, 800, 50),
+        "button_dwell_ms": Field(1000, 500, 3000, 100),
+        "leave_grace_ms": Field(200, 0, 500, 50),
+        "pointer_stale_ms": Field(500, 300, 1000, 100),
+        "growth_percent": Field(20, 0, 20, 5),
+        "auto_off_s": Field(15, 10, 20, 1),
+        "contrast": Field("normal", choices=("normal", "high", "night")),
+        "mirrored": Field(False),
+        "tones": Field(True),
+        "language": Field("nl", choices=tuple(languages)),
+    }
+    for name, value in house.items():
+        field = table[name]
+        default = field.accept(name, value)
+        table[name] = Field(default, field.low, field.high, field.step, field.choices)
+    return table
+
+
+def check_whole(profile: Profile) -> None:
+    """What no single field can tell. Raises ProfileRefused."""
+    if profile["steer_dwell_ms"] > profile["dwell_ms"]:
+        detail = "steer_dwell_ms must not be above dwell_ms: starting is never the easier one"
+        raise ProfileRefused("profile_value", detail)
