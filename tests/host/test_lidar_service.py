@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import signal
-import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from gazechair.config import FootprintConfig, LidarConfig, SectorsConfig
@@ -18,26 +15,17 @@ from gazechair.health import Health
 from gazechair.lidar import LidarService
 from gazechair.outgoing import Clearance
 from gazelink import codes
-from gazesim.pty_port import PtyPort
-from gazesim.s2 import S2
+from lidarrig import LidarRig, wait_for
 
-LONG_S = 60.0
 BACKWARD = 1 << codes.DIR_BACKWARD
 FORWARD = 1 << codes.DIR_FORWARD
 
 
-class Rig:
-    """An S2 in a round room on a pty, pumped in real time, and what the service publishes."""
+class Rig(LidarRig):
+    """The lidar, the service that reads it, and what that publishes."""
 
     def __init__(self, path: Path) -> None:
-        self.front_m = 3.0
-        self.device = S2(self._range)
-        self.port = PtyPort(path)
-        self.port.plug()
-        self.babble = b""
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._pump, name="rig", daemon=True)
-        self._thread.start()
+        super().__init__(path)
         self.published: list[tuple[int, int, float]] = []
         self.states: list[str] = []
         self.health = Health("lidar", on_change=self._note_state)
@@ -49,39 +37,18 @@ class Rig:
             self.health,
         )
 
-    def _range(self, angles: np.ndarray) -> np.ndarray:
-        degrees = np.degrees(angles) % 360.0
-        ahead = (degrees < 10.0) | (degrees > 350.0)
-        return np.where(ahead, self.front_m, 3.0)
-
     def _note_state(self) -> None:
         self.states.append(self.health.state)
 
     def _publish(self, clearance: Clearance) -> None:
         self.published.append((clearance.blocked, clearance.source, clearance.acquired_s))
 
-    def _pump(self) -> None:
-        last_s = time.monotonic()
-        while not self._stop.wait(0.004):
-            self.device.receive(self.port.read())
-            now_s = time.monotonic()
-            # As the cable: a stalled test machine pauses the lidar, it does not flood the host.
-            data = self.device.step(min(now_s - last_s, 0.02))
-            last_s = now_s
-            if self.port.plugged:
-                self.port.write(self.babble or data)
-
     def close(self) -> None:
         self.service.stop()
-        self._stop.set()
-        self._thread.join(5.0)
-        self.port.unplug()
+        super().close()
 
     def wait(self, condition: Callable[[], bool]) -> None:
-        deadline_s = time.monotonic() + LONG_S
-        while not condition():
-            assert time.monotonic() < deadline_s, self.health.now()
-            time.sleep(0.02)
+        wait_for(condition, self.health.now)
 
     def wait_fresh(self, blocked: int) -> None:
         """Until something acquired from now on says `blocked`."""
@@ -106,14 +73,6 @@ def test_flags_and_source_are_published_and_follow_the_room(rig: Rig) -> None:
     rig.wait_fresh(BACKWARD | FORWARD)
     rig.front_m = 3.0
     rig.wait_fresh(BACKWARD)
-
-
-def test_acquisition_is_never_later_than_the_scan_and_always_goes_on(rig: Rig) -> None:
-    rig.service.start()
-    rig.wait(lambda: len(rig.published) > 30)
-    times_s = [acquired_s for _, _, acquired_s in rig.published]
-    assert times_s[-1] <= time.monotonic() - 0.05
-    assert times_s[-1] > times_s[0]
 
 
 def test_a_killed_child_is_replaced(rig: Rig) -> None:
@@ -154,39 +113,6 @@ def test_a_pulled_cable_is_said_and_healed(rig: Rig) -> None:
     assert set(since_lost) == {"lost", "ok"}, "attempts to reopen are no news"
 
 
-def test_a_port_that_another_program_holds_is_said(rig: Rig) -> None:
-    with rig.port.path.open("rb", buffering=0) as other:
-        fcntl.flock(other, fcntl.LOCK_EX)
-        rig.service.start()
-        rig.wait(lambda: "used by another program" in rig.health.detail)
-    rig.wait_fresh(BACKWARD)
-
-
-def test_a_stalled_stream_publishes_nothing_and_is_said(rig: Rig) -> None:
-    rig.service.start()
-    rig.wait_fresh(BACKWARD)
-    rig.device.stalled = True
-    rig.wait(lambda: rig.health.state == "lost")
-    count = len(rig.published)
-    rig.wait(lambda: "no RPLIDAR answers" in rig.health.detail)
-    assert len(rig.published) == count
-    rig.device.stalled = False
-    rig.wait_fresh(BACKWARD)
-
-
-def test_a_blocked_mirror_is_said(rig: Rig) -> None:
-    rig.device.mirror_blocked = True
-    rig.service.start()
-    rig.wait(lambda: "no measurements" in rig.health.detail)
-    assert rig.published == []
-
-
-def test_protection_stop_is_said(rig: Rig) -> None:
-    rig.device.protection_stop = True
-    rig.service.start()
-    rig.wait(lambda: "does not start" in rig.health.detail)
-
-
 def test_lost_and_corrupt_bytes_are_lived_with(rig: Rig) -> None:
     rig.device.drop = 1e-4
     rig.device.corrupt = 1e-4
@@ -196,17 +122,8 @@ def test_lost_and_corrupt_bytes_are_lived_with(rig: Rig) -> None:
     rig.wait_fresh(BACKWARD)
 
 
-def test_a_port_where_something_else_talks_is_refused_in_one_line(rig: Rig) -> None:
-    rig.babble = b"\x55\xaa\x01" * 20
-    rig.service.start()
-    rig.wait(lambda: rig.health.state == "lost")
-    assert "lidar.port" in rig.health.detail
-    assert "\n" not in rig.health.detail
-
-
 def test_a_view_covered_ahead_is_degraded_and_blocked(rig: Rig) -> None:
-    rig._range = lambda angles: np.full(len(angles), np.inf)  # type: ignore[method-assign]
-    rig.device = S2(rig._range)
+    rig.device.beams.covered_deg = (-120.0, 120.0)
     rig.service.start()
     rig.wait(lambda: rig.health.state == "degraded")
     assert rig.health.reason == "lidar_view"

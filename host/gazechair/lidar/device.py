@@ -127,22 +127,27 @@ class S2:
     def start(self, mode: str) -> None:
         """Check health, run the motor up and start the scan; `mode`: "dense" or "standard"."""
         try:
-            self._lidar.start_motor()
-            refused = self._lidar.start(_SCANS[mode])  # checks health first; resets once on error
+            health = self._lidar.get_health()[0]
+            if health != "Error":
+                self._lidar.start_motor()
+                refused = self._lidar.start(_SCANS[mode])
         except (RPLidarException, OSError, KeyError, ValueError) as error:
             # ValueError: the library unpacks its own complaint about bytes still coming in.
             raise LidarError(
                 f"the lidar at {self._port} does not start: {error}; "
                 "check that it turns freely and its power supply",
-                PROTECTION if self._protects_itself() else SILENT,
+                SILENT,
             ) from error
+        if health == "Error":
+            with contextlib.suppress(OSError):
+                self._lidar._send_cmd(rplidar.RESET_BYTE)  # what ends it, if it can be ended
+            raise LidarError(
+                f"the lidar at {self._port} does not start: it protects itself; "
+                "check that it turns freely and is not hot, then unplug it once",
+                PROTECTION,
+            )
         if refused:
             raise LidarError(f"the lidar at {self._port} does not start: {refused}")
-
-    def _protects_itself(self) -> bool:
-        with contextlib.suppress(RPLidarException, OSError, KeyError, ValueError):
-            return bool(self._lidar.get_health()[0] == "Error")
-        return False
 
     def read(self, timeout_s: float) -> bytes:
         """All bytes of the stream that are there, empty after `timeout_s` without any."""

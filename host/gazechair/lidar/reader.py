@@ -24,7 +24,6 @@ _SILENT_S = 0.15  # without measurements: no scan counts any more
 _GIVE_UP_S = 0.4  # and then the device is opened anew
 _FIRST_S = 5.0  # until the first measurements; the motor runs up meanwhile
 _RETRY_S = (0.25, 2.0)
-_STEADY_S = 10.0
 
 
 @dataclass(frozen=True)
@@ -69,6 +68,7 @@ class Reader:
         self.source: int | None = None
         self.standing = Standing(states.STARTING, STARTING, "starting")
         self.alive_s = time.monotonic()
+        self._delivered = False  # since the device was opened
         self._renewed = renewed
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name=config.name, daemon=True)
@@ -86,12 +86,13 @@ class Reader:
     def _run(self) -> None:
         pause_s = _RETRY_S[0]
         while not self._stopping.is_set():
-            self.alive_s = started_s = time.monotonic()
+            self.alive_s = time.monotonic()
+            self._delivered = False
             try:
                 self._serve()
             except LidarError as error:
                 self._say(states.LOST, error.reason, str(error))
-            if time.monotonic() - started_s > _STEADY_S:
+            if self._delivered:
                 pause_s = _RETRY_S[0]
             self._stopping.wait(pause_s)
             pause_s = min(pause_s * 2.0, _RETRY_S[1])
@@ -147,6 +148,7 @@ class Reader:
         if scan is None:
             return
         self.scan = scan
+        self._delivered = True
         if self.standing.state == states.OK:
             self._renewed()
         else:

@@ -1,0 +1,59 @@
+"""An emulated S2 in a round room on a pty, pumped in real time, for tests of what reads it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from gazesim.pty_port import PtyPort
+from gazesim.s2 import S2
+
+LONG_S = 60.0
+
+
+class LidarRig:
+    """`front_m`: what it sees ahead; `babble`: bytes that come instead of what it sends."""
+
+    def __init__(self, path: Path) -> None:
+        self.front_m = 3.0
+        self.device = S2(self._range)
+        self.port = PtyPort(path)
+        self.port.plug()
+        self.babble = b""
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._pump, name="lidar-rig", daemon=True)
+        self._thread.start()
+
+    def _range(self, angles: np.ndarray) -> np.ndarray:
+        degrees = np.degrees(angles) % 360.0
+        ahead = (degrees < 10.0) | (degrees > 350.0)
+        return np.where(ahead, self.front_m, 3.0)
+
+    def _pump(self) -> None:
+        last_s = time.monotonic()
+        while not self._stop.wait(0.004):
+            self.device.receive(self.port.read())
+            now_s = time.monotonic()
+            # As the cable: a stalled test machine pauses the lidar, it does not flood the host.
+            data = self.device.step(min(now_s - last_s, 0.02))
+            last_s = now_s
+            if self.port.plugged:
+                self.port.write(self.babble or data)
+
+    def close(self) -> None:
+        """End the thread, take the port away."""
+        self._stop.set()
+        self._thread.join(5.0)
+        self.port.unplug()
+
+
+def wait_for(condition: Callable[[], bool], what: Callable[[], object]) -> None:
+    """Until `condition` holds; a failure tells `what`."""
+    deadline_s = time.monotonic() + LONG_S
+    while not condition():
+        assert time.monotonic() < deadline_s, what()
+        time.sleep(0.01)
