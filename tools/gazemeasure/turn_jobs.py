@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from multiprocessing import get_context
 
 from gazechair.tune.errors import TuneError
@@ -15,14 +16,20 @@ from gazelink.settings_table import PROFILES
 from gazemeasure.turn_board import settings_with
 from gazemeasure.turn_cases import Drawn
 from gazemeasure.turn_judge import Verdict, judge
+from gazemeasure.turn_plain import tuned as tuned_gains
+from gazemeasure.turn_rivals import READING, PlainTurn, PrototypeTurn, Rival, turn_of_rival
 from gazemeasure.turn_run import turn_of_board
 from gazemeasure.turn_tuning import record
 from gazesim.chair import Chair, Parameters
 
 PROCESSES = 2
+_PROTOTYPE_S = 40.0
+_PLAIN_S = 15.0
 LIMIT_MS = 10_000  # step_turn_limit_ms of every run: a slow chair takes that long for 90 degrees
 TUNED, KNOWN, DEFAULTS = "tuned", "known", "defaults"
 """The board's controller: tuned on that chair, knowing it exactly, or with the default settings."""
+PROTOTYPE, PLAIN = "prototype", "plain"
+"""The first prototype's PID with its published gains; and a plain PID, the best for the profile."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +61,8 @@ def run_all(jobs: Sequence[Job]) -> list[Done]:
 def run(job: Job) -> Done:
     """Run one job in this process."""
     drawn = job.drawn
+    if job.controller in (PROTOTYPE, PLAIN):
+        return _run_rival(job)
     values = {"profile": PROFILES.index(drawn.profile), "step_turn_limit_ms": LIMIT_MS}
     found, refused = None, ""
     if job.controller == KNOWN:
@@ -67,6 +76,21 @@ def run(job: Job) -> Done:
     chair = Chair(drawn.profile, drawn.case.seed, drawn.case.parameters)
     turn = turn_of_board(chair, drawn.imu(), settings_with(values), drawn.case.angle_deg)
     return Done(job, judge(turn), found, refused)
+
+
+def _run_rival(job: Job) -> Done:
+    drawn = job.drawn
+    rival: Rival
+    if job.controller == PROTOTYPE:
+        rival, seconds = PrototypeTurn(READING), _PROTOTYPE_S
+    else:
+        rival, seconds = PlainTurn(_plain(drawn.profile)), _PLAIN_S
+    chair = Chair(drawn.profile, drawn.case.seed, drawn.case.parameters)
+    turn = turn_of_rival(chair, drawn.imu(), rival, drawn.case.angle_deg, seconds)
+    return Done(job, judge(turn))
+
+
+_plain = cache(tuned_gains)
 
 
 def tune(drawn: Drawn) -> TurnNumbers:

@@ -62,7 +62,9 @@ def identify(recordings: Sequence[Recording], believed: TurnNumbers) -> Fit:
     residual = model.headings(unknowns[None], pulses)[0] - pulses.heading_deg
     errors = np.sqrt(np.diag(covariance))
     return Fit(
-        _numbers(unknowns), float(np.sqrt(np.nanmean(residual**2))), TurnNumbers(*errors[:7])
+        _numbers(unknowns),
+        float(np.sqrt(np.nanmean(residual**2))),
+        TurnNumbers(*errors[:7].tolist()),
     )
 
 
