@@ -1,5 +1,5 @@
 """The command line: `gazechair run`, `doctor`, `measure`, `flash`, `bench`,
-`calibrate`, `config`."""
+`calibrate`, `tune`, `config`."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from pathlib import Path
 
 from gazechair import config as configuration
 from gazechair.config import ConfigError
+from gazelink.settings_table import PROFILES
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -76,6 +77,11 @@ def _parser() -> argparse.ArgumentParser:
     joystick.set_defaults(act=_calibrate_joystick)
     for part in (heading, joystick):
         part.add_argument("--port", default="auto", help="the board's serial port")
+    tune = commands.add_parser("tune", help="find out how the chair turns, in one speed profile")
+    tune.add_argument("--profile", required=True, choices=PROFILES, help="selected on the chair")
+    tune.add_argument("--config", type=Path, metavar="FILE", help="configuration file")
+    tune.add_argument("--dry-run", action="store_true", help="only show what it finds")
+    tune.set_defaults(act=_tune)
     config = commands.add_parser("config", help="print a configuration file with all defaults")
     config.set_defaults(act=_config)
     return parser
@@ -209,6 +215,21 @@ def _calibrate_joystick(options: argparse.Namespace) -> int:
         return _refuse(str(error))
     except KeyboardInterrupt:
         return _refuse("stopped; the neutral counts are as before")
+    return 0
+
+
+def _tune(options: argparse.Namespace) -> int:
+    from gazechair.board_settings import SettingsError
+    from gazechair.tune.errors import TuneError
+    from gazechair.tune.session import tune
+
+    settings = configuration.load(options.config)
+    try:
+        tune(settings, options.profile, options.dry_run, lambda line: print(line, flush=True))
+    except (SettingsError, TuneError) as error:
+        return _refuse(str(error))
+    except KeyboardInterrupt:
+        return _refuse("stopped; nothing was changed")
     return 0
 
 
