@@ -183,3 +183,10 @@ def test_numbers_can_be_changed_while_it_moves_and_a_side_may_be_stuck():
     assert model.yaw_rate_deg_s == 0.0
     drive(model, (0.0, -1.0), 3.0)
     assert model.yaw_rate_deg_s < -30.0
+
+
+def test_a_chair_that_rolls_does_not_stick_in_its_turning():
+    model = chair_with({"deadband": 0.0, "friction": 2.0, "stiction": 0.2 * QUIET.turn.positive})
+    drive(model, (0.5, 0.0), 2.0)
+    drive(model, (0.5, 0.05), 2.0)
+    assert model.yaw_rate_deg_s == pytest.approx(0.05 * QUIET.turn.positive, rel=0.02)

@@ -93,7 +93,8 @@ class Chair:
             axis = numbers.linear
             self._linear.step(now_s, dt_s, stick[0], axis.dead_time_s, axis.brake)
             axis = numbers.turn
-            self._turn.step(now_s, dt_s, stick[1], axis.dead_time_s, axis.brake)
+            rolling = self._linear.speed != 0.0
+            self._turn.step(now_s, dt_s, stick[1], axis.dead_time_s, axis.brake, rolling)
         else:
             lost_s = numbers.lost_dead_time_s
             self._linear.step(now_s, dt_s, 0.0, lost_s, numbers.lost_brake_m_s2)

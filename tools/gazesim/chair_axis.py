@@ -67,9 +67,18 @@ class AxisState:
         self.speed = self._ramp = 0.0
 
     def step(
-        self, now_s: float, dt_s: float, deflection: float, dead_time_s: float, brake: float
+        self,
+        now_s: float,
+        dt_s: float,
+        deflection: float,
+        dead_time_s: float,
+        brake: float,
+        rolling: bool = False,
     ) -> None:
-        """Advance by `dt_s` to `now_s` with the stick at `deflection` (-1..1) meanwhile."""
+        """Advance by `dt_s` to `now_s` with the stick at `deflection` (-1..1) meanwhile.
+
+        `rolling`: the other axis moves the chair, so nothing sticks and no friction is left.
+        """
         axis = self.axis
         over = abs(deflection) - axis.deadband
         asked = 0.0
@@ -92,14 +101,15 @@ class AxisState:
             drive = 0.5 * (drive + ramp)  # its mean over the step: coarse steps go the same way
         elif ramp == 0.0 == speed:
             return
-        if speed == 0.0 and -self._breakaway < ramp < self._breakaway:
-            return
-        if drive > axis.friction:
-            drive = (drive - axis.friction) * self._up
-        elif drive < -axis.friction:
-            drive = (drive + axis.friction) * self._down
-        else:
-            drive = 0.0
+        if not rolling:
+            if speed == 0.0 and -self._breakaway < ramp < self._breakaway:
+                return
+            if drive > axis.friction:
+                drive = (drive - axis.friction) * self._up
+            elif drive < -axis.friction:
+                drive = (drive + axis.friction) * self._down
+            else:
+                drive = 0.0
         if dt_s != self._dt_s:
             self._dt_s = dt_s
             self._follow = 1.0 - math.exp(-dt_s / axis.lag_s)
@@ -107,6 +117,7 @@ class AxisState:
         still = axis.standstill
         # It sticks where it turns round below what would break it loose, and where it is held.
         turned = new * speed < 0.0 and -self._breakaway < ramp < self._breakaway
-        if turned or (-still < new < still and -still < drive < still):
+        held = -still < new < still and -still < drive < still
+        if (turned and not rolling) or (held and (not rolling or ramp == 0.0)):
             new = 0.0
         self.speed = new
