@@ -1,4 +1,4 @@
-"""The command line: `gazechair run`, `doctor`, `measure`, `flash`, `bench`,
+"""The command line: `gazechair run`, `pair`, `doctor`, `measure`, `flash`, `bench`,
 `calibrate`, `tune`, `config`."""
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gazechair import config as configuration
+from gazechair import lidar_cli
 from gazechair.config import ConfigError
 from gazelink.settings_table import PROFILES
 
@@ -40,6 +41,19 @@ def _parser() -> argparse.ArgumentParser:
         command.add_argument(
             "--config", type=Path, metavar="FILE", help="configuration file (default: none)"
         )
+    pair = commands.add_parser("pair", help="let a tablet or phone in, list them, send one away")
+    pair.add_argument(
+        "--role",
+        choices=("driver", "caretaker", "viewer"),
+        default="driver",
+        help="what the device may do (default: driver)",
+    )
+    pair.add_argument("--list", action="store_true", help="show the paired devices")
+    pair.add_argument("--revoke", metavar="ID", help="send a device away")
+    pair.add_argument(
+        "--config", type=Path, metavar="FILE", help="the configuration of gazechair run"
+    )
+    pair.set_defaults(act=_pair)
     settings = commands.add_parser("settings", help="read and change the board's settings")
     settings.add_argument("--port", default="auto", help="the board's serial port")
     settings.add_argument("--set", nargs=2, action="append", metavar=("NAME", "VALUE"))
@@ -82,6 +96,7 @@ def _parser() -> argparse.ArgumentParser:
     tune.add_argument("--config", type=Path, metavar="FILE", help="configuration file")
     tune.add_argument("--dry-run", action="store_true", help="only show what it finds")
     tune.set_defaults(act=_tune)
+    lidar_cli.add(commands)
     config = commands.add_parser("config", help="print a configuration file with all defaults")
     config.set_defaults(act=_config)
     return parser
@@ -103,10 +118,29 @@ def _run(options: argparse.Namespace) -> int:
         return _refuse(str(error))
     try:
         print(f"gazechair: the driver's page is at {daemon.url}", flush=True)
+        if invitation := daemon.invitation():
+            print(invitation, flush=True)
         while not ending.wait(1.0):
             pass
     finally:
         daemon.stop()
+    return 0
+
+
+def _pair(options: argparse.Namespace) -> int:
+    from gazechair.pairing import command
+    from gazechair.state_folder import state_folder
+
+    folder = state_folder(configuration.load(options.config).web.state_folder)
+    try:
+        if options.revoke:
+            command.revoke(folder, options.revoke, print)
+        elif options.list:
+            command.show_devices(folder, print)
+        else:
+            command.make_code(folder, options.role, print)
+    except command.PairError as error:
+        return _refuse(str(error))
     return 0
 
 

@@ -98,8 +98,19 @@ class WebConfig:
 
     host: str = _setting("127.0.0.1", text(), "address to listen on; 0.0.0.0 = every network")
     port: int = _setting(8080, integer(0, 65535), "TCP port; 0 = any free one")
+    name: str = _setting(
+        "", text(), 'name or address by which tablets reach this host; "" = its network address'
+    )
+    tls: bool = _setting(
+        False, flag(), "true = encrypt on this machine too; other machines always are encrypted"
+    )
     insecure_http: bool = _setting(
-        False, flag(), "true = allow other machines in without TLS (shown on the page)"
+        False, flag(), "true = let other machines in without TLS (shown on the page)"
+    )
+    state_folder: str = _setting(
+        "",
+        text(),
+        'paired devices and certificate; "" = $STATE_DIRECTORY, or ~/.local/state/gazechair',
     )
     language: str = _setting("nl", choice("nl", "en"), "language of the page")
 
@@ -240,12 +251,11 @@ def _check_whole(config: Config, content: str, name: str) -> None:
     reason = why_not(config.footprint.corners_m)
     if reason:
         _refuse(content, name, "footprint", "corners_m", f"must {reason}")
-    if not is_loopback(config.web.host) and not config.web.insecure_http:
-        reason = (
-            f"{config.web.host!r} lets other machines in without encryption;"
-            ' keep "127.0.0.1", or set insecure_http = true on a network you trust'
-        )
-        _refuse(content, name, "web", "host", reason)
+    if not re.fullmatch(r"[A-Za-z0-9.:-]{0,253}", config.web.name):
+        _refuse(content, name, "web", "name", "must be a host name or an address")
+    if config.web.insecure_http and config.web.tls:
+        reason = "contradicts tls = true; leave one of them out"
+        _refuse(content, name, "web", "insecure_http", reason)
 
 
 def _check_lidars(lidars: tuple[LidarConfig, ...], content: str, name: str) -> None:
@@ -263,6 +273,11 @@ def _check_lidars(lidars: tuple[LidarConfig, ...], content: str, name: str) -> N
         if lidar.kind == "s2" and [other.port for other in fitted].count(lidar.port) > 1:
             reason = f"{lidar.port!r} is the port of another lidar"
             _refuse(content, name, "lidar", "port", reason, at)
+
+
+def uses_tls(web: WebConfig) -> bool:
+    """True if the page is encrypted: always where other machines come in, unless insecure_http."""
+    return web.tls or not (is_loopback(web.host) or web.insecure_http)
 
 
 def is_loopback(host: str) -> bool:

@@ -9,12 +9,12 @@ from typing import Protocol
 from gazechair import health as h
 from gazechair import ports
 from gazechair.camera import CameraService
-from gazechair.config import Config, is_loopback
+from gazechair.config import Config, is_loopback, uses_tls
 from gazechair.control import Control
+from gazechair.front_door import FrontDoor
 from gazechair.health import Health, HealthRegistry
 from gazechair.lidar import LidarService
 from gazechair.link import BoardLink
-from gazechair.web import WebServer
 
 _LAST_WORDS_S = 0.06  # three repeats of stop and disarm
 
@@ -47,16 +47,16 @@ class Daemon:
         )
         self._camera = CameraService(config.camera, self.parts.part("camera"))
         self.control = Control(config, self.link, self.parts, self._camera.latest().age_s)
-        self._web = WebServer(config, self.control, self._camera.latest())
+        self._web = FrontDoor(config, self.control, self._camera.latest())
 
     @property
     def url(self) -> str:
-        """Where the driver's page is."""
-        host = self._config.web.host
-        if host in ("0.0.0.0", "::"):
-            host = "127.0.0.1"
-        language = "" if self._config.web.language == "nl" else f"?lang={self._config.web.language}"
-        return f"http://{f'[{host}]' if ':' in host else host}:{self._web.port}/{language}"
+        """Where the pages are, as other devices reach them."""
+        return self._web.url
+
+    def invitation(self) -> str:
+        """How to pair the driver's device while there is none, for the terminal; else ""."""
+        return self._web.invitation()
 
     def start(self) -> None:
         """Start every part. Raises gazechair.web.WebError when the page cannot be served.
@@ -64,8 +64,9 @@ class Daemon:
         Any other part that fails to start is a health state, and the rest goes on.
         """
         self._running = True
-        if not is_loopback(self._config.web.host):
-            log.warning("insecure_http: anyone on this network can see and drive this chair")
+        web = self._config.web
+        if not is_loopback(web.host) and not uses_tls(web):
+            log.warning("insecure_http: anyone on this network can listen, and steal a pairing")
         try:
             self._web.start()
         except Exception:

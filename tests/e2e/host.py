@@ -5,27 +5,34 @@ from __future__ import annotations
 import random
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 from unittest import mock
 
 from e2e.cable import Cable
 from gazechair.board_state import BoardId, BoardState, BoardStats
+from gazechair.clearance.evaluate import Evaluator, footprint_of
 from gazechair.config import Config
 from gazechair.control import Control
 from gazechair.health import OK, HealthRegistry
+from gazechair.lidar.blind import Blindness
 from gazechair.lidar.nodes import NodeDecoder
+from gazechair.lidar.scan import Pose, to_chair
 from gazechair.lidar.sectors import ALL_BLOCKED, blocked_bits, measure
 from gazechair.lidar.service import classic
 from gazechair.lidar.sweep import Sweep
 from gazechair.link_protocol import FaultText, LinkProtocol, SessionBegun, SessionEnded
 from gazechair.outgoing import Bypass, Clearance, Command
-from gazechair.web.control import decode
+from gazechair.web.page_client import decode
 from gazelink import codes
+from gazesim.world import LIDAR_X_M
 
 _SEARCH_MS = 100  # between two looks for the port
 _READ_SIZE = 1024
 _GATHER_MS = 20  # the lidar child's pace
 _UPDATE_MS = 25
+_POSE = Pose(LIDAR_X_M)
+_MASK = ((122.0, -122.0),)  # what the simulated chair hides
 _SCAN_REQUEST = b"\xa5\x20"
 
 
@@ -136,6 +143,8 @@ class Host:
         self._decoder = NodeDecoder()
         self._sweep = Sweep()
         self._bits = ALL_BLOCKED
+        self._blindness = Blindness()
+        self._evaluate = Evaluator(footprint_of(Config().footprint), [(_POSE.x_m, _POSE.y_m)])
         self._scan_bytes = bytearray()
         self.inbox: deque[tuple[int, str]] = deque()  # from the pages' sockets
         self.frozen = False
@@ -177,7 +186,9 @@ class Host:
             return
         readings = tuple(measure(scan.angles_deg, scan.distances_m, s) for s in self._sectors)
         self._bits = blocked_bits(self._sectors, readings, Config().sectors.distance_m, self._bits)
-        self.control.clearance(Clearance(self._bits, codes.SIMULATED, scan.acquired_s))
+        found = self._evaluate((to_chair(scan, _POSE, _MASK, self._blindness),))
+        clearance = Clearance(source=codes.SIMULATED, acquired_s=scan.acquired_s, **found)
+        self.control.clearance(replace(clearance, blocked=clearance.blocked | self._bits))
 
     def look(self, client: int) -> dict[str, Any]:
         """What a page would be told now."""

@@ -19,8 +19,9 @@ _GONE = (ConnectionClosed, ConnectionError, OSError)
 class Player:
     """Connects again by itself. `stop` ends the thread."""
 
-    def __init__(self, url: str) -> None:
+    def __init__(self, url: str, cookie: str) -> None:
         self._url = url.replace("http", "ws") + "ws/control"
+        self._headers = {"Cookie": cookie}
         self._lock = threading.Lock()
         self._held: dict[str, Any] | None = None
         self._once: list[dict[str, Any]] = []
@@ -59,7 +60,7 @@ class Player:
     def _run(self) -> None:
         while not self._stopping.is_set():
             with contextlib.suppress(*_GONE):
-                self._serve(Client(self._url))
+                self._serve(Client(self._url, headers=self._headers))
             self.state = {}
             self._stopping.wait(_RETRY_S)
 

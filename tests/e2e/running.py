@@ -21,7 +21,7 @@ class Running:
     def __init__(self, stack: Stack) -> None:
         self.stack = stack
         self.sim = stack.control()
-        self.player = Player(stack.url)
+        self.player = Player(stack.url, stack.cookie())
 
     def close(self) -> None:
         """The page closes."""

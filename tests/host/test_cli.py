@@ -16,6 +16,7 @@ import pytest
 from gazechair import cli, config, doctor, doctor_devices
 from gazechair.doctor import FAIL, OK, WARN, Finding
 from gazechair.health import HealthState
+from gazedemo.pairing import cookie
 
 PATIENCE_S = 60
 
@@ -62,7 +63,9 @@ def test_a_taken_web_port_ends_run_in_one_line(
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         file = tmp_path / "chair.toml"
-        file.write_text(f'[board]\nport = "{tmp_path}/none"\n[web]\nport = {port}\n')
+        file.write_text(
+            f'[board]\nport = "{tmp_path}/none"\n[web]\nport = {port}\nstate_folder = "{tmp_path}"\n'
+        )
         process = subprocess.run(
             [sys.executable, "-m", "gazechair", "run", "--config", str(file)],
             capture_output=True,
@@ -78,7 +81,10 @@ def test_a_taken_web_port_ends_run_in_one_line(
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_run_serves_without_any_device_and_ends_cleanly(tmp_path: Path, number: int) -> None:
     file = tmp_path / "chair.toml"
-    file.write_text(f'[board]\nport = "{tmp_path}/none"\n[web]\nport = 0\nlanguage = "en"\n')
+    file.write_text(
+        f'[board]\nport = "{tmp_path}/none"\n[web]\nport = 0\nlanguage = "en"\n'
+        f'state_folder = "{tmp_path}/state"\n'
+    )
     process = subprocess.Popen(
         [sys.executable, "-m", "gazechair", "run", "--config", str(file)],
         stdout=subprocess.PIPE,
@@ -90,8 +96,10 @@ def test_run_serves_without_any_device_and_ends_cleanly(tmp_path: Path, number: 
         assert process.stdout is not None
         url = process.stdout.readline().split()[-1]
         assert url.endswith("/?lang=en")
-        health_url = url.split("?")[0] + "health"
-        with urllib.request.urlopen(health_url, timeout=PATIENCE_S) as answer:
+        request = urllib.request.Request(
+            url.split("?")[0] + "health", headers={"Cookie": cookie(tmp_path / "state")}
+        )
+        with urllib.request.urlopen(request, timeout=PATIENCE_S) as answer:
             health = json.load(answer)
         assert set(health) == {"board", "lidar", "camera"}
         process.send_signal(number)

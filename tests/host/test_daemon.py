@@ -15,6 +15,8 @@ from simple_websocket import Client
 from gazechair import config
 from gazechair.daemon import Daemon
 from gazechair.lidar import LidarService
+from gazechair.web import WebError
+from gazedemo.pairing import cookie
 from gazelink import codes
 
 PATIENCE_S = 30
@@ -29,7 +31,8 @@ def until(condition: Callable[[], Any], what: str) -> Any:
 
 
 def read_config(port: Path) -> config.Config:
-    return config.parse(f'[board]\nport = "{port}"\n[web]\nport = 0\n')
+    state = port.parent / "state"
+    return config.parse(f'[board]\nport = "{port}"\n[web]\nport = 0\nstate_folder = "{state}"\n')
 
 
 @pytest.fixture
@@ -43,8 +46,8 @@ def daemon(cable: Any) -> Iterator[Daemon]:
 class Page:
     """A page that answers every state with a heartbeat."""
 
-    def __init__(self, url: str) -> None:
-        self._socket = Client(url.replace("http", "ws") + "ws/control")
+    def __init__(self, url: str, headers: dict[str, str]) -> None:
+        self._socket = Client(url.replace("http", "ws") + "ws/control", headers=headers)
         self.state: dict[str, Any] = {}
 
     def say(self, **message: Any) -> None:
@@ -65,8 +68,8 @@ class Page:
 
 
 @pytest.fixture
-def page(daemon: Daemon) -> Iterator[Page]:
-    page = Page(daemon.url)
+def page(daemon: Daemon, cable: Any) -> Iterator[Page]:
+    page = Page(daemon.url, {"Cookie": cookie(cable.path.parent / "state")})
     yield page
     page.close()
 
@@ -135,13 +138,33 @@ def test_a_part_that_does_not_start_is_a_health_state(
 
 
 @pytest.mark.parametrize(
-    ("host", "language", "url"),
+    ("host", "more", "url"),
     [
-        ("127.0.0.1", "nl", "http://127.0.0.1:0/"),
-        ("0.0.0.0", "nl", "http://127.0.0.1:0/"),
-        ("::1", "en", "http://[::1]:0/?lang=en"),
+        ("127.0.0.1", "", "http://127.0.0.1:"),
+        ("127.0.0.1", 'name = "chair.local"', "http://chair.local:"),
+        ("127.0.0.1", "tls = true", "https://127.0.0.1:"),
+        ("::1", 'language = "en"', "http://[::1]:"),
     ],
 )
-def test_the_url_is_one_to_open_here(host: str, language: str, url: str) -> None:
-    text = f'[web]\nport = 0\nhost = "{host}"\ninsecure_http = true\nlanguage = "{language}"\n'
-    assert Daemon(config.parse(text)).url == url
+def test_the_url_is_one_to_open(host: str, more: str, url: str, tmp_path: Path) -> None:
+    text = f'[board]\nport = "{tmp_path}/none"\n[web]\nport = 0\nhost = "{host}"\n{more}\n'
+    daemon = Daemon(config.parse(text + f'state_folder = "{tmp_path}/state"\n'))
+    daemon.start()
+    try:
+        assert daemon.url.startswith(url)
+        assert daemon.url.endswith("/?lang=en" if "en" in more else "/")
+        assert f"open {daemon.url.split('?')[0]}pair and give the code" in daemon.invitation()
+    finally:
+        daemon.stop()
+
+
+def test_two_daemons_do_not_share_a_state_folder(daemon: Daemon, cable: Any) -> None:
+    second = Daemon(read_config(cable.path))
+    with pytest.raises(WebError, match="another gazechair runs with the state folder"):
+        second.start()
+
+
+def test_a_driver_once_paired_is_not_invited_again(daemon: Daemon, cable: Any) -> None:
+    assert "Pair a driver" in daemon.invitation()
+    cookie(cable.path.parent / "state", "driver")
+    assert daemon.invitation() == ""

@@ -16,6 +16,7 @@ import webbrowser
 from pathlib import Path
 
 import gazesetup
+from gazedemo import pairing
 from gazedemo.stack import Stack, StackError
 
 _PORT = 8080
@@ -63,17 +64,21 @@ def _interpreter() -> str:
 
 def _show(arguments: argparse.Namespace) -> int:
     with Stack(_interpreter(), arguments.room, arguments.profile, arguments.port) as stack:
+        address = stack.invitation()
         print(
-            f"\nThe driver's page: {stack.url}\n"
+            f"\nThe driver's page: {address}\n"
             "Press and hold 'Rijden aan', then hold Vooruit, Links or Rechts with the mouse, "
             "a finger or the arrow keys; or let the pointer rest on a button.\n"
             "Ctrl-C ends everything.",
             flush=True,
         )
         if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
-            webbrowser.open(stack.url)
+            webbrowser.open(address)
         while True:
             stack.check_alive()
+            if not pairing.is_open(stack.state_folder, address):
+                address = stack.invitation()
+                print(f"For one more browser: {address}", flush=True)
             time.sleep(0.5)
 
 

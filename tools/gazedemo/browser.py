@@ -81,12 +81,13 @@ class Driver:
 def open_page(
     chromium: str | Path, url: str, size: tuple[int, int] = (1366, 768)
 ) -> Iterator[Driver]:
-    """The page at `url` in a fresh headless Chromium."""
+    """The page at `url`, an invitation for instance, in a fresh headless Chromium."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=str(chromium), args=list(OPTIONS))
         try:
             page = browser.new_page(viewport={"width": size[0], "height": size[1]})
             page.goto(url)
+            page.wait_for_url(lambda address: "/pair" not in address)  # it pairs itself first
             yield Driver(page)
         finally:
             browser.close()

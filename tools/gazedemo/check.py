@@ -207,5 +207,5 @@ def _distance(a: dict[str, Any], b: dict[str, Any]) -> float:
 
 def check(stack: Stack, chromium: str | Path, artefacts: Path) -> dict[str, Any]:
     """Run the whole check on a running stack; returns the figures, raises CheckFailed."""
-    with open_page(chromium, stack.url) as driver:
+    with open_page(chromium, stack.invitation()) as driver:
         return Check(stack, driver, artefacts).run()

@@ -19,6 +19,8 @@ from types import TracebackType
 from typing import Any
 
 import gazesetup
+from gazechair.pairing.local import NotRunning
+from gazedemo import pairing
 from gazedemo.sim_control import SimControl
 
 _START_S = 60.0
@@ -34,6 +36,7 @@ kind = "http"
 url = "{camera}"
 [web]
 port = {port}
+state_folder = "{state}"
 [driver]
 mode = "continuous"
 """
@@ -59,14 +62,28 @@ class Stack:
         self._port = port or _free_port()
         # Short: a unix socket's path must stay under 108 bytes, wherever the checkout is.
         self.folder = Path(tempfile.mkdtemp(prefix="gazechair-"))
+        self._cookie = ""
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
         self.sim: SimControl | None = None
         self.paths: dict[str, Any] = {}
 
     @property
     def url(self) -> str:
-        """Where the driver's page is."""
+        """Where the pages are, for who is paired."""
         return f"http://127.0.0.1:{self._port}/"
+
+    @property
+    def state_folder(self) -> Path:
+        """The host's: its side door is there."""
+        return self.folder / "state"
+
+    def invitation(self, role: str = "driver", language: str = "") -> str:
+        """An address that pairs the browser which opens it, once."""
+        return pairing.invitation(self.state_folder, role, language)
+
+    def cookie(self, role: str = "driver", name: str = "program") -> str:
+        """The Cookie header of a newly paired program."""
+        return pairing.cookie(self.state_folder, role, name)
 
     def __enter__(self) -> Stack:
         try:
@@ -91,7 +108,10 @@ class Stack:
 
     def health(self) -> dict[str, Any]:
         """The host's own word on its parts (GET /health)."""
-        with urllib.request.urlopen(self.url + "health", timeout=5) as answer:
+        if not self._cookie:
+            self._cookie = self.cookie("viewer", "demo")
+        request = urllib.request.Request(self.url + "health", headers={"Cookie": self._cookie})
+        with urllib.request.urlopen(request, timeout=5) as answer:
             parts: dict[str, Any] = json.load(answer)
         return parts
 
@@ -114,7 +134,9 @@ class Stack:
             self.sim = SimControl(Path(self.paths["control"]))
         with gazesetup.say("host and driver's page"):
             config = self.folder / "gazechair.toml"
-            config.write_text(_CONFIG.format(port=self._port, **self.paths))
+            config.write_text(
+                _CONFIG.format(port=self._port, state=self.state_folder, **self.paths)
+            )
             self._spawn("host", ["-m", "gazechair", "run", "--config", str(config)])
             self._wait_for_parts()
 
@@ -148,7 +170,7 @@ class Stack:
         missing = "no answer"
         while time.monotonic() < end_s:
             self.check_alive()
-            with contextlib.suppress(OSError, ValueError):
+            with contextlib.suppress(OSError, ValueError, NotRunning):
                 parts = self.health()
                 missing = ", ".join(
                     f"{name} {part['state']}"

@@ -43,7 +43,7 @@ def measure(quick: bool) -> Report:
     chromium = gazesetup.ensure_chromium()
     with (
         Stack(str(micropython.path), "open") as stack,
-        open_page(chromium, stack.url) as driver,
+        open_page(chromium, stack.invitation()) as driver,
         StallProbe() as probe,
     ):
         check = Check(stack, driver, gazesetup.LOCAL / "artefacts")

@@ -12,7 +12,7 @@ import ipaddress
 from collections import OrderedDict
 from dataclasses import dataclass
 
-from gazechair.web.limits import RateLimit
+from gazechair.rate_limit import RateLimit
 
 FREE_GUESSES = 5
 _FIRST_WAIT_S = 60.0

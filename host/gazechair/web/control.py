@@ -1,75 +1,39 @@
-"""The control sockets: messages from a page go straight to the driver port, states go back."""
+"""The control sockets of one server: who has a place, and who is sent away."""
 
 from __future__ import annotations
 
 import contextlib
-import json
 import logging
 import threading
 import time
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Any
 
-from gazechair.driver_port import DriverPort, Message
-from gazechair.web.limits import RateLimit
-from gazechair.web.sockets import (
-    CLOSE_GOING_AWAY,
-    CLOSE_POLICY,
-    CLOSE_TRY_LATER,
-    GONE,
-    hang_up,
-    prepare,
-)
+from gazechair.driver_port import DriverPort
+from gazechair.pairing import Device
+from gazechair.web.page_client import Ending, PageClient
+from gazechair.web.sockets import CLOSE_REVOKED, CLOSE_TRY_LATER, GONE, prepare
 
-MAX_CLIENTS = 8
-MAX_MESSAGE = 256
-MESSAGES_PER_S = 100
-_FLOOD_PER_S = 1000
-STATE_PERIOD_S = 0.1
-TOKEN_PERIOD_S = 0.05
-_COALESCE_S = 0.02  # several changes at once become one state
-_REFUSAL_PERIOD_S = 0.2
+PLACES = {"driver": 4, "caretaker": 4, "viewer": 4}
+REVOKED = Ending(CLOSE_REVOKED, "this device is not paired any more")
+_FALLEN_SILENT_S = 1.0
 _LOOK_S = 0.2
-_SILENT_S = 10.0  # a page sends a heartbeat every 100 ms; hidden ones once a second
-# Never refused for coming too fast.
-_ALWAYS = ("stop", "emergency", "disarm")
 
 log = logging.getLogger(__name__)
-
-
-def refused(what: str, reason: str, detail: str) -> Message:
-    """The {"k": "refused"} object of the page protocol."""
-    return {"k": "refused", "what": what, "reason": reason, "detail": detail}
-
-
-def decode(raw: object) -> Message | str:
-    """A page's message as an object with a text "k", or one plain line on what is wrong with it."""
-    if not isinstance(raw, str):
-        return "binary message: send JSON text"
-    if len(raw.encode("utf-8", "surrogatepass")) > MAX_MESSAGE:
-        return f"message of more than {MAX_MESSAGE} bytes"
-    try:
-        message = json.loads(raw, parse_constant=_no_constant)
-    except ValueError as error:
-        return f"not JSON: {error}"
-    if not isinstance(message, dict):
-        return 'not an object: send {"k": ...}'
-    if not isinstance(message.get("k"), str):
-        return 'no text "k" in the message'
-    return message
-
-
-def _no_constant(name: str) -> None:
-    raise ValueError(f"{name} is no number")
 
 
 class ControlHub:
     """All control sockets of one server, and the thread that watches for changes."""
 
-    def __init__(self, port: DriverPort) -> None:
+    def __init__(
+        self, port: DriverPort, still_paired: Callable[[str], bool], insecure: bool
+    ) -> None:
+        """`still_paired` tells by id; `insecure`: see PageClient."""
         self._port = port
+        self._still_paired = still_paired
+        self._insecure = insecure
         self._lock = threading.Condition()
-        self._clients: set[_Client] = set()
+        self._clients: set[PageClient] = set()
         self._stopping = threading.Event()
         self._watcher = threading.Thread(target=self._watch, name="web-watch", daemon=True)
 
@@ -87,22 +51,20 @@ class ControlHub:
         if self._watcher.is_alive():
             self._watcher.join(2.0)
 
-    def serve(self, ws: Any, peer: str) -> None:
+    def serve(self, ws: Any, peer: str, device: Device) -> None:
         """Serve one page until its socket ends; runs on the request's own thread."""
         prepare(ws)
-        with self._lock:
-            full = len(self._clients) >= MAX_CLIENTS or self._stopping.is_set()
-            client = None if full else _Client(ws, self._port)
-            if client is not None:
-                self._clients.add(client)
+        client = self._admit(ws, device)
         if client is None:
-            log.warning("refused page %s: %d are connected already", peer, MAX_CLIENTS)
+            log.warning("refused page %s: too many pages of a %s", peer, device.role)
             with contextlib.suppress(*GONE):
-                ws.close(CLOSE_TRY_LATER, f"at most {MAX_CLIENTS} pages at once")
+                ws.close(CLOSE_TRY_LATER, f"at most {PLACES[device.role]} pages of a {device.role}")
             return
-        log.info("page %s connected as client %d", peer, client.id)
-        ending = _Ending(None, "its socket closed")
+        log.info("page %s of %s connected as client %d", peer, device.id, client.id)
+        ending = Ending(None, "its socket closed")
         try:
+            if not self._still_paired(device.id):
+                client.dismiss(REVOKED)  # while it knocked
             ending = client.run()
         except GONE:
             pass
@@ -115,6 +77,34 @@ class ControlHub:
                 self._lock.notify_all()
             log.info("page %s, client %d, gone: %s", peer, client.id, ending.why)
 
+    def revoked(self, device_id: str) -> None:
+        """Send away every page of that device: what it commanded stops before this returns."""
+        with self._lock:
+            clients = [client for client in self._clients if client.device.id == device_id]
+        for client in clients:
+            client.dismiss(REVOKED)
+
+    def _admit(self, ws: Any, device: Device) -> PageClient | None:
+        # Each role has its own places, so that no number of viewers keeps the driver out. A page
+        # of the same device that has fallen silent is what its own return leaves behind.
+        replaced = Ending(CLOSE_TRY_LATER, "this device has come back on another connection")
+        with self._lock:
+            if self._stopping.is_set():
+                return None
+            now_s = time.monotonic()
+            same_role = [c for c in self._clients if c.device.role == device.role]
+            own = [c for c in same_role if c.device.id == device.id]
+            leaving = [c for c in own if now_s - c.heard_s > _FALLEN_SILENT_S]
+            if len(same_role) - len(leaving) >= PLACES[device.role]:
+                if not own:
+                    return None
+                leaving.append(min(own, key=lambda c: c.heard_s))
+            client = PageClient(ws, self._port, device, self._insecure)
+            self._clients.add(client)
+        for old in leaving:
+            old.dismiss(replaced)
+        return client
+
     def _watch(self) -> None:
         version = 0
         while not self._stopping.is_set():
@@ -125,122 +115,3 @@ class ControlHub:
                     clients = list(self._clients)
                 for client in clients:
                     client.changed()
-
-
-@dataclass(frozen=True)
-class _Ending:
-    """Why a client ends, and the code that tells its page (None: the socket is closed already)."""
-
-    code: int | None
-    why: str
-
-
-class _Client:
-    """One page: the request's thread receives, one more thread does all the sending."""
-
-    def __init__(self, ws: Any, port: DriverPort) -> None:
-        self._ws = ws
-        self._port = port
-        self.id = port.connect("driver")
-        self._rate = RateLimit(MESSAGES_PER_S, MESSAGES_PER_S)
-        self._flood = RateLimit(_FLOOD_PER_S, _FLOOD_PER_S)
-        self._wake = threading.Condition()
-        self._dirty = True
-        self._ended = False
-        self._refusals: dict[str, Message] = {}  # newest per kind of message
-        self._sender = threading.Thread(
-            target=self._send_all, name=f"web-control-{self.id}", daemon=True
-        )
-
-    def run(self) -> _Ending:
-        """Receive until the client must end. Raises one of GONE when its socket ended."""
-        self._sender.start()
-        heard_s = time.monotonic()
-        while True:
-            raw = self._ws.receive(_LOOK_S)
-            now_s = time.monotonic()
-            if raw is not None:
-                heard_s = now_s
-                if not self._flood.allow(now_s):
-                    return _Ending(CLOSE_POLICY, "far too many messages")
-                self._handle(raw, now_s)
-            elif now_s - heard_s > _SILENT_S or not self._ws.thread.is_alive():
-                return _Ending(CLOSE_GOING_AWAY, "no heartbeat")
-
-    def changed(self) -> None:
-        """Send the state soon."""
-        with self._wake:
-            self._dirty = True
-            self._wake.notify()
-
-    def cut(self) -> None:
-        """Break the connection from another thread."""
-        hang_up(self._ws)
-
-    def end(self, ending: _Ending) -> None:
-        """Close the socket and end the sending thread."""
-        with self._wake:
-            self._ended = True
-            self._wake.notify()
-        if ending.code is not None:
-            with contextlib.suppress(*GONE):
-                self._ws.close(ending.code, ending.why)
-        hang_up(self._ws)
-        self._sender.join(2.0)
-
-    def _handle(self, raw: object, now_s: float) -> None:
-        message = decode(raw)
-        allowed = self._rate.allow(now_s)
-        if isinstance(message, str):
-            self._refuse(refused("message", "bad_message", message))
-        elif allowed or message["k"] in _ALWAYS:
-            for reply in self._port.receive(self.id, message):
-                self._refuse(reply)
-        else:
-            detail = f"more than {MESSAGES_PER_S} messages a second"
-            self._refuse(refused("message", "too_fast", detail))
-
-    def _refuse(self, reply: Message) -> None:
-        with self._wake:
-            self._refusals[str(reply.get("what"))] = reply
-            self._wake.notify()
-
-    def _send_all(self) -> None:
-        try:
-            self._send(self._port.welcome(self.id))
-            token_s = state_s = refusal_s = -1.0
-            while True:
-                with self._wake:
-                    now_s = time.monotonic()
-                    state_due_s = state_s + (_COALESCE_S if self._dirty else STATE_PERIOD_S)
-                    due_s = min(state_due_s, token_s + TOKEN_PERIOD_S)
-                    if self._refusals:
-                        due_s = min(due_s, refusal_s + _REFUSAL_PERIOD_S)
-                    if not self._ended and now_s < due_s:
-                        self._wake.wait(due_s - now_s)
-                        continue
-                    if self._ended:
-                        return
-                    refusals: list[Message] = []
-                    if self._refusals and now_s >= refusal_s + _REFUSAL_PERIOD_S:
-                        refusals = list(self._refusals.values())
-                        self._refusals.clear()
-                        refusal_s = now_s
-                    send_state = now_s >= state_due_s
-                    if send_state:
-                        self._dirty = False
-                        state_s = now_s
-                    send_token = send_state or now_s >= token_s + TOKEN_PERIOD_S
-                    if send_token:
-                        token_s = now_s
-                for reply in refusals:
-                    self._send(reply)
-                if send_state:
-                    self._send(self._port.snapshot(self.id))
-                elif send_token:
-                    self._send({"k": "token", "token": self._port.token()})
-        except GONE:
-            hang_up(self._ws)  # the receiving side ends the client
-
-    def _send(self, message: Message) -> None:
-        self._ws.send(json.dumps(message, separators=(",", ":")))

@@ -1,11 +1,14 @@
-"""The page's files: where they are, and what may be served from there."""
+"""The pages' files: where they are, what may be served from there, and which page is whose."""
 
 from __future__ import annotations
 
 import importlib
 from pathlib import Path
 
-from flask import Flask, Response, abort, send_file
+from flask import Flask, Response, abort, redirect, request, send_file
+from werkzeug.wrappers import Response as AnyResponse
+
+from gazechair.web.guard import DEVICE
 
 _TYPES = {
     ".html": "text/html; charset=utf-8",
@@ -15,18 +18,6 @@ _TYPES = {
     ".svg": "image/svg+xml",
     ".png": "image/png",
     ".ico": "image/x-icon",
-}
-
-_HEADERS = {
-    "Content-Security-Policy": (
-        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
-        "connect-src 'self'; media-src 'self'; base-uri 'none'; form-action 'none'; "
-        "frame-ancestors 'none'"
-    ),
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
-    "Cross-Origin-Resource-Policy": "same-origin",
-    "Cross-Origin-Opener-Policy": "same-origin",
 }
 
 
@@ -49,7 +40,7 @@ def web_folder() -> Path:
 
 
 def add_routes(app: Flask, folder: Path) -> None:
-    """Serve `folder`: its index.html at /, files at /static/, string tables at /strings/."""
+    """Serve `folder`: the pages by role, files at /static/, string tables at /strings/."""
     root = folder.resolve()
 
     def answer(path: str) -> Response:
@@ -64,9 +55,27 @@ def add_routes(app: Flask, folder: Path) -> None:
         response.headers["Cache-Control"] = "no-cache"
         return response
 
+    def elsewhere(path: str) -> AnyResponse:
+        query = request.query_string.decode("ascii", "replace")
+        response = redirect(f"{path}?{query}" if query else path, 303)
+        response.headers["Cache-Control"] = "no-store"
+        return response
+
     @app.get("/")
-    def index() -> Response:
-        return answer("index.html")
+    def drivers_page() -> AnyResponse:
+        if request.environ[DEVICE].role == "driver":
+            return answer("index.html")
+        return elsewhere("/caretaker")
+
+    @app.get("/caretaker")
+    def caretakers_page() -> AnyResponse:
+        if request.environ[DEVICE].role == "driver":
+            return elsewhere("/")
+        return answer("caretaker.html")
+
+    @app.get("/pair")
+    def pairing_page() -> Response:
+        return answer("pair.html")
 
     @app.get("/static/<path:path>")
     def static_file(path: str) -> Response:
@@ -75,9 +84,3 @@ def add_routes(app: Flask, folder: Path) -> None:
     @app.get("/strings/<language>.json")
     def strings(language: str) -> Response:
         return answer(f"strings/{language}.json")
-
-    @app.after_request
-    def harden(response: Response) -> Response:
-        for name, value in _HEADERS.items():
-            response.headers.setdefault(name, value)
-        return response

@@ -2,30 +2,38 @@
 
 from __future__ import annotations
 
-import json
+import contextlib
 import logging
 import socket
 import threading
+from collections import Counter
+from pathlib import Path
 from typing import Any
 
 from flask import Flask, Response, request
 from flask_sock import Sock
-from werkzeug.serving import ThreadedWSGIServer, WSGIRequestHandler
+from werkzeug.exceptions import HTTPException
 
 from gazechair.camera import Frame
-from gazechair.config import Config
+from gazechair.config import Config, is_loopback, uses_tls
 from gazechair.driver_port import DriverPort
+from gazechair.pairing import Device, PairingDesk
 from gazechair.slots import Latest
-from gazechair.web import files
+from gazechair.web import files, pairing_routes
+from gazechair.web.answers import answer, refuse
+from gazechair.web.certificate import Certificate, CertificateError
 from gazechair.web.control import ControlHub
-from gazechair.web.guard import UPGRADED, Guard, own_names
-from gazechair.web.sockets import ReaderThread, tune
+from gazechair.web.guard import DEVICE, UPGRADED, Guard
+from gazechair.web.handler import SETTLE, Server
+from gazechair.web.names import certificate_names, own_names, shown_host
+from gazechair.web.sockets import CLOSE_TRY_LATER, GONE, ReaderThread, prepare
 from gazechair.web.video import VideoHub
 
-MAX_CONNECTIONS = 64
-_HEADERS_S = 5.0
+# Pictures at once, by role: together no more than VideoHub takes.
+PICTURES = {"driver": 3, "caretaker": 3, "viewer": 2}
 # Above this a socket is closed; a control message above 256 bytes is refused in words first.
 _MAX_SOCKET_MESSAGE = 1024
+_MAX_BODY = 1024
 
 log = logging.getLogger(__name__)
 
@@ -35,32 +43,61 @@ class WebError(Exception):
 
 
 class WebServer:
-    """Serves the driver's page on config.web's address from threads of its own."""
+    """Serves the pages on config.web's address from threads of its own."""
 
-    def __init__(self, config: Config, port: DriverPort, video: Latest[Frame] | None) -> None:
-        """`video`: the slot with the newest picture, None without a camera."""
+    def __init__(
+        self,
+        config: Config,
+        port: DriverPort,
+        video: Latest[Frame] | None,
+        desk: PairingDesk,
+        folder: Path,
+    ) -> None:
+        """`video`: the slot with the newest picture, None without a camera; `folder`: for state."""
         self._config = config
         self._driver_port = port
-        self._control = ControlHub(port)
+        self._desk = desk
+        self._folder = folder
+        self._tls = uses_tls(config.web)
+        insecure = not self._tls and not is_loopback(config.web.host)
+        self._control = ControlHub(port, desk.knows, insecure)
         self._video = VideoHub(video)
-        self._server: _Server | None = None
+        self._pictures: Counter[str] = Counter()
+        self._pictures_lock = threading.Lock()
+        self._server: Server | None = None
         self._thread: threading.Thread | None = None
+        desk.on_revoke(self._revoked)
 
     @property
     def port(self) -> int:
         """The TCP port it listens on (chosen by the system when configured as 0)."""
         return self._server.port if self._server else self._config.web.port
 
+    @property
+    def url(self) -> str:
+        """The pages' address as other devices reach it, ending in a slash."""
+        return f"{self._scheme}://{shown_host(self._config.web)}:{self.port}/"
+
+    @property
+    def _scheme(self) -> str:
+        return "https" if self._tls else "http"
+
     def start(self) -> None:
-        """Listen. Raises WebError when the address is taken or the page's files are missing."""
+        """Listen. Raises WebError when the address is taken, files or a certificate are missing."""
+        web = self._config.web
+        self._certificate = None
         try:
             app = self._application()
-        except FileNotFoundError as error:
+            if self._tls:
+                self._certificate = Certificate(self._folder, certificate_names(web))
+            context = self._certificate.context() if self._certificate else None
+        except (FileNotFoundError, CertificateError) as error:
             raise WebError(str(error)) from error
-        listener = _listen(self._config.web.host, self._config.web.port)
+        listener = _listen(web.host, web.port)
         try:
-            guarded = Guard(app, own_names(self._config.web.host))
-            self._server = _Server(listener, guarded)
+            names = own_names(web.host, web.name)
+            guarded = Guard(app, names, self._desk.who, self._cookie_name, self._scheme)
+            self._server = Server(listener, guarded, context)
         finally:
             listener.close()  # the server works on its own duplicate
         self._thread = threading.Thread(
@@ -68,7 +105,7 @@ class WebServer:
         )
         self._control.start()
         self._thread.start()
-        log.info("serving the driver's page at http://%s:%d/", self._config.web.host, self.port)
+        log.info("serving the pages at %s", self.url)
 
     def stop(self) -> None:
         """Cut every connection and end every thread. Safe to call when start failed."""
@@ -81,34 +118,79 @@ class WebServer:
         self._video.stop()
         self._server = None
 
+    def _revoked(self, device_id: str) -> None:
+        self._control.revoked(device_id)
+        if self._server is not None:
+            self._server.places.cut_settled(f"picture {device_id}")
+
+    def _cookie_name(self) -> str:
+        # Browsers send a cookie to every port of a host: two hosts on one machine must differ.
+        prefix = "__Host-" if self._tls else ""
+        return f"{prefix}gazechair-{self.port}"
+
     def _application(self) -> Flask:
         app = Flask("gazechair", static_folder=None)
-        app.config["MAX_CONTENT_LENGTH"] = 1024
+        app.config["MAX_CONTENT_LENGTH"] = _MAX_BODY
         app.config["SOCK_SERVER_OPTIONS"] = {
             "max_message_size": _MAX_SOCKET_MESSAGE,
             "thread_class": ReaderThread,
         }
         files.add_routes(app, files.web_folder())
+        pairing_routes.add_routes(
+            app, self._desk, self._cookie_name, lambda: f"{self.url}pair", self._tls
+        )
         sock = Sock(app)
 
         @app.get("/health")
         def health() -> Response:
-            body = json.dumps(self._driver_port.health(), indent=1) + "\n"
-            response = Response(body, mimetype="application/json")
-            response.headers["Cache-Control"] = "no-store"
-            return response
+            return answer(self._driver_port.health())
+
+        @app.get("/authority.crt")
+        def authority() -> Response:
+            if self._certificate is None:
+                return refuse(404, "not_connected", "this host does not encrypt")
+            text = self._certificate.authority.read_bytes()
+            return Response(text, mimetype="application/x-x509-ca-cert")
+
+        @app.errorhandler(HTTPException)
+        def failed(error: HTTPException) -> Response:
+            return refuse(error.code or 500, "bad_message", f"{error.code} {error.name}")
 
         @sock.route("/ws/control")  # type: ignore[untyped-decorator]
         def control_socket(ws: Any) -> None:
-            request.environ[UPGRADED] = True
-            self._control.serve(ws, _peer())
+            device = self._settle("control")
+            self._control.serve(ws, _peer(), device)
 
         @sock.route("/ws/video")  # type: ignore[untyped-decorator]
         def video_socket(ws: Any) -> None:
-            request.environ[UPGRADED] = True
-            self._video.serve(ws, _peer())
+            device = self._settle("picture")
+            self._serve_picture(ws, device)
 
         return app
+
+    def _settle(self, kind: str) -> Device:
+        # The connection is a paired device's socket now: no deadline, and revocation finds it.
+        request.environ[UPGRADED] = True
+        device: Device = request.environ[DEVICE]
+        request.environ[SETTLE](f"{kind} {device.id}")
+        return device
+
+    def _serve_picture(self, ws: Any, device: Device) -> None:
+        with self._pictures_lock:
+            free = self._pictures[device.role] < PICTURES[device.role]
+            if free:
+                self._pictures[device.role] += 1
+        if not free:
+            prepare(ws)
+            with contextlib.suppress(*GONE):
+                ws.close(CLOSE_TRY_LATER, f"at most {PICTURES[device.role]} pictures of a role")
+            return
+        try:
+            if self._desk.knows(device.id):
+                self._video.serve(ws, _peer())
+        finally:
+            with self._pictures_lock:
+                self._pictures[device.role] -= 1
 
 
 def _peer() -> str:
@@ -125,7 +207,7 @@ def _listen(host: str, port: int) -> socket.socket:
         try:
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listener.bind(address)
-            listener.listen(32)
+            listener.listen(128)
         except OSError:
             listener.close()
             raise
@@ -135,44 +217,3 @@ def _listen(host: str, port: int) -> socket.socket:
             "end the other program there, or choose another web.port"
         ) from error
     return listener
-
-
-class _Handler(WSGIRequestHandler):
-    timeout = _HEADERS_S  # for request headers; a socket's upgrade removes it
-
-    def setup(self) -> None:
-        threading.current_thread().name = f"web-request-{self.client_address[1]}"
-        tune(self.request)
-        super().setup()
-
-    def version_string(self) -> str:
-        return "gazechair"
-
-    def connection_dropped(self, error: BaseException, environ: Any = None) -> None:
-        # Else what a closed socket's client still sent would be read as a next HTTP request.
-        self.close_connection = True
-
-    def log_request(self, code: int | str = "-", size: int | str = "-") -> None:
-        log.debug("%s %s %s", self.client_address[0], self.requestline, code)
-
-    def log(self, type: str, message: str, *args: Any) -> None:
-        log.warning("%s: %s", self.client_address[0], message % args)
-
-
-class _Server(ThreadedWSGIServer):
-    def __init__(self, listener: socket.socket, app: Any) -> None:
-        host, port = listener.getsockname()[:2]
-        super().__init__(host, port, app, handler=_Handler, fd=listener.fileno())
-        self._places = threading.BoundedSemaphore(MAX_CONNECTIONS)
-
-    def verify_request(self, request: Any, client_address: Any) -> bool:
-        if self._places.acquire(blocking=False):
-            return True
-        log.warning("refused %s: %d connections are open", client_address[0], MAX_CONNECTIONS)
-        return False
-
-    def process_request_thread(self, request: Any, client_address: Any) -> None:
-        try:
-            super().process_request_thread(request, client_address)
-        finally:
-            self._places.release()

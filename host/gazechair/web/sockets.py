@@ -22,6 +22,7 @@ CLOSE_GOING_AWAY = 1001
 CLOSE_UNSUPPORTED = 1003
 CLOSE_POLICY = 1008
 CLOSE_TRY_LATER = 1013
+CLOSE_REVOKED = 4001  # our own; see docs/developing-pages.md
 
 
 def tune(connection: socket.socket) -> None:

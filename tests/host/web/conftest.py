@@ -15,6 +15,7 @@ import simple_websocket
 
 from gazechair.camera import Frame
 from gazechair.config import Config, WebConfig
+from gazechair.pairing import Paired, PairingDesk
 from gazechair.slots import Latest
 from gazechair.web import WebServer, files
 
@@ -31,15 +32,17 @@ class FakePort:
         self.version = 1
         self.level = "ok"
         self.clients = 0
+        self.roles: list[str] = []
 
     def connect(self, role: str) -> int:
-        assert role == "driver"
+        self.roles.append(role)
         self.clients += 1
         return self.clients
 
     def disconnect(self, client: int) -> None:
         with self.changed:
-            self.gone.append(client)
+            if client not in self.gone:
+                self.gone.append(client)
             self.changed.notify_all()
 
     def welcome(self, client: int) -> dict[str, Any]:
@@ -129,44 +132,110 @@ def video() -> Latest[Frame]:
 
 
 @pytest.fixture
+def desk(tmp_path: Path) -> PairingDesk:
+    return PairingDesk(tmp_path / "state")
+
+
+@pytest.fixture
+def pages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of pages, and around it what must not be served."""
+    folder = tmp_path / "pages"
+    (folder / "strings").mkdir(parents=True)
+    for name in ("index", "caretaker", "pair"):
+        (folder / f"{name}.html").write_text(f"<!doctype html><title>{name}</title>")
+    for name in ("driver.js", "pair.js", "strings.js"):
+        (folder / name).write_text("export {};")
+    for name in ("driver.css", "pair.css"):
+        (folder / name).write_text("body {}")
+    (folder / "icon.svg").write_text("<svg/>")
+    (folder / "__init__.py").write_text("secret = 1")
+    (folder / ".hidden.js").write_text("secret")
+    (folder / "strings" / "nl.json").write_text("{}")
+    (tmp_path / "outside.json").write_text("{}")
+    monkeypatch.setattr(files, "web_folder", lambda: folder)
+    return folder
+
+
+@pytest.fixture
 def server(
-    port: FakePort, video: Latest[Frame], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    port: FakePort, video: Latest[Frame], desk: PairingDesk, pages: Path, tmp_path: Path
 ) -> Iterator[WebServer]:
-    (tmp_path / "strings").mkdir()
-    (tmp_path / "index.html").write_text("<!doctype html><title>page</title>")
-    (tmp_path / "driver.js").write_text("export {};")
-    (tmp_path / "driver.css").write_text("body {}")
-    (tmp_path / "__init__.py").write_text("secret = 1")
-    (tmp_path / ".hidden.js").write_text("secret")
-    (tmp_path / "strings" / "nl.json").write_text("{}")
-    (tmp_path.parent / "outside.json").write_text("{}")
-    monkeypatch.setattr(files, "web_folder", lambda: tmp_path)
-    server = WebServer(Config(web=WebConfig(port=0)), port, video)
+    server = WebServer(Config(web=WebConfig(port=0)), port, video, desk, tmp_path / "state")
     server.start()
     yield server
     server.stop()
 
 
-@pytest.fixture
-def open_page(server: WebServer) -> Callable[..., Page]:
-    """Opens a WebSocket to the server: open_page(path="/ws/control", **headers)."""
+class Visitor:
+    """A device before the server, paired with a role, or with none: not paired."""
 
-    def opener(path: str = "/ws/control", **headers: str) -> Page:
-        return Page(server, path, **headers)
+    def __init__(self, server: WebServer, desk: PairingDesk, role: str | None = "driver") -> None:
+        self._server = server
+        self.id = ""
+        self.headers: dict[str, str] = {}
+        if role is not None:
+            paired = desk.pair(desk.new_code(role).text, f"a {role}", "192.0.2.1")
+            assert isinstance(paired, Paired)
+            self.id = paired.device.id
+            self.headers = {"Cookie": f"gazechair-{server.port}={paired.token}"}
 
-    return opener
+    def open(self, path: str = "/ws/control", **headers: str) -> Page:
+        """Open a WebSocket."""
+        return Page(self._server, path, **{**self.headers, **headers})
 
+    def get(self, path: str, **headers: str) -> tuple[int, dict[str, str], bytes]:
+        """Fetch a path; redirections are not followed."""
+        return self._ask(path, None, headers)
 
-@pytest.fixture
-def get(server: WebServer) -> Callable[..., tuple[int, dict[str, str], bytes]]:
-    """Fetches a path by HTTP: (status, headers, body)."""
+    def post(self, path: str, content: object, **headers: str) -> tuple[int, dict[str, str], Any]:
+        """Post JSON: (status, headers, answer)."""
+        headers = {"Content-Type": "application/json", **headers}
+        status, told, raw = self._ask(path, json.dumps(content).encode(), headers)
+        return status, told, json.loads(raw)
 
-    def getter(path: str, **headers: str) -> tuple[int, dict[str, str], bytes]:
-        request = urllib.request.Request(f"http://127.0.0.1:{server.port}{path}", headers=headers)
+    def _ask(
+        self, path: str, content: bytes | None, headers: dict[str, str]
+    ) -> tuple[int, dict[str, str], bytes]:
+        url = f"http://127.0.0.1:{self._server.port}{path}"
+        request = urllib.request.Request(url, content, {**self.headers, **headers})
         try:
-            with urllib.request.urlopen(request, timeout=LONG_S) as response:
+            with _OPENER.open(request, timeout=LONG_S) as response:
                 return response.status, dict(response.headers), response.read()
         except urllib.error.HTTPError as error:
             return error.code, dict(error.headers), error.read()
 
-    return getter
+
+class _Stay(urllib.request.HTTPRedirectHandler):
+    def redirect_request(self, *_: Any) -> None:
+        return None
+
+
+_OPENER = urllib.request.build_opener(_Stay)
+
+
+@pytest.fixture
+def visitor(server: WebServer, desk: PairingDesk) -> Callable[..., Visitor]:
+    """Makes visitors: visitor("caretaker"), visitor(None)."""
+
+    def maker(role: str | None = "driver") -> Visitor:
+        return Visitor(server, desk, role)
+
+    return maker
+
+
+@pytest.fixture
+def driver(visitor: Callable[..., Visitor]) -> Visitor:
+    """The driver's tablet."""
+    return visitor("driver")
+
+
+@pytest.fixture
+def open_page(driver: Visitor) -> Callable[..., Page]:
+    """Opens a WebSocket of the driver: open_page(path="/ws/control", **headers)."""
+    return driver.open
+
+
+@pytest.fixture
+def get(driver: Visitor) -> Callable[..., tuple[int, dict[str, str], bytes]]:
+    """Fetches a path as the driver: (status, headers, body)."""
+    return driver.get

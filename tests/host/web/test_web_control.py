@@ -19,7 +19,8 @@ LONG_S = 20.0
 
 def test_a_page_is_welcomed_and_then_hears_states(open_page: Any) -> None:
     page = open_page()
-    assert page.next()["k"] == "welcome"
+    welcome = page.next()
+    assert (welcome["k"], welcome["name"], welcome["insecure"]) == ("welcome", "a driver", False)
     assert page.next() == {"k": "state", "token": 7, "level": "ok"}
     assert page.next() == {"k": "token", "token": 7}
     page.next_of("state")
@@ -121,19 +122,47 @@ def test_a_cut_connection_disconnects_its_client(port: Any, open_page: Any) -> N
     port.wait_for(lambda: port.gone == [1])
 
 
-def test_at_most_eight_pages(port: Any, open_page: Any) -> None:
-    pages = [open_page() for _ in range(control.MAX_CLIENTS)]
+def test_a_role_has_its_places_and_takes_none_of_anothers(port: Any, visitor: Any) -> None:
+    for _ in range(control.PLACES["viewer"]):
+        visitor("viewer").open().next_of("state")
+    assert visitor("viewer").open().until_closed()[0] == 1013
+    assert visitor("driver").open().next()["k"] == "welcome"
+    assert visitor("caretaker").open().next()["role"] == "driver"  # what this port says
+    assert port.roles == ["viewer"] * control.PLACES["viewer"] + ["driver", "caretaker"]
+
+
+def test_a_freed_place_is_given_again(port: Any, visitor: Any) -> None:
+    pages = [visitor("viewer").open() for _ in range(control.PLACES["viewer"])]
     for page in pages:
         page.next_of("state")
-    assert open_page().until_closed()[0] == 1013
     pages[0].ws.close()
-    port.wait_for(lambda: len(port.gone) == 1)
+    port.wait_for(lambda: port.gone != [])
     deadline_s = time.monotonic() + LONG_S
     while time.monotonic() < deadline_s:
-        late = open_page()
-        if late.next()["k"] == "welcome":
-            return
+        with contextlib.suppress(simple_websocket.ConnectionClosed):
+            if visitor("viewer").open().next()["k"] == "welcome":
+                return
     pytest.fail("the freed place was not given again")
+
+
+def test_a_device_that_comes_back_replaces_its_own_page(port: Any, driver: Any) -> None:
+    pages = [driver.open() for _ in range(control.PLACES["driver"])]
+    for page in pages:
+        page.next_of("state")
+    assert driver.open().next()["k"] == "welcome"
+    port.wait_for(lambda: len(port.gone) == 1)
+    assert pages[port.gone[0] - 1].until_closed()[0] == 1013
+
+
+def test_a_page_fallen_silent_makes_way_for_its_own_return(
+    port: Any, driver: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(control, "_FALLEN_SILENT_S", 0.0)
+    lost = driver.open()
+    lost.next_of("state")
+    assert driver.open().next()["k"] == "welcome"
+    port.wait_for(lambda: port.gone == [1])
+    assert lost.until_closed()[0] == 1013
 
 
 def test_a_slow_reader_delays_nobody_else(port: Any, open_page: Any) -> None:

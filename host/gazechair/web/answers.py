@@ -1,0 +1,49 @@
+"""JSON over HTTP: answers, refusals, and a request's body checked before anything acts."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from flask import Response, request
+
+
+class BadRequest(Exception):
+    """A body that is not what the contract says: one plain line."""
+
+    def response(self) -> Response:
+        """The refusal to send."""
+        return refuse(400, "bad_message", str(self))
+
+
+def answer(content: dict[str, Any], status: int = 200) -> Response:
+    """`content` as JSON that nobody keeps."""
+    response = Response(json.dumps(content) + "\n", status, mimetype="application/json")
+    response.headers["Cache-Control"] = "no-store"
+    return response
+
+
+def refuse(status: int, reason: str, detail: str, **more: Any) -> Response:
+    """A refusal: `reason` is a key of the string tables, `detail` one plain line."""
+    return answer({"reason": reason, "detail": detail, **more}, status)
+
+
+def body() -> dict[str, Any]:
+    """The request's JSON object. Raises BadRequest.
+
+    Its type must be application/json, which no form of another site can send.
+    """
+    if request.mimetype != "application/json":
+        raise BadRequest("send Content-Type: application/json")
+    content = request.get_json(silent=True)
+    if not isinstance(content, dict):
+        raise BadRequest("send a JSON object")
+    return content
+
+
+def text_in(content: dict[str, Any], key: str, most: int) -> str:
+    """The text `key` of 1..`most` characters. Raises BadRequest."""
+    value = content.get(key)
+    if not isinstance(value, str) or not 1 <= len(value) <= most:
+        raise BadRequest(f'"{key}" must be a text of 1..{most} characters')
+    return value

@@ -1,0 +1,191 @@
+"""One page on a control socket: its messages go straight to the driver port, states go back."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import threading
+import time
+from dataclasses import dataclass
+from typing import Any
+
+from gazechair.driver_port import DriverPort, Message
+from gazechair.pairing import Device
+from gazechair.rate_limit import RateLimit
+from gazechair.web.sockets import CLOSE_GOING_AWAY, CLOSE_POLICY, GONE, hang_up
+
+MAX_MESSAGE = 256
+MESSAGES_PER_S = 100
+_FLOOD_PER_S = 1000
+STATE_PERIOD_S = 0.1
+TOKEN_PERIOD_S = 0.05
+_COALESCE_S = 0.02  # several changes at once become one state
+_REFUSAL_PERIOD_S = 0.2
+_LOOK_S = 0.2
+_SILENT_S = 10.0  # a page sends a heartbeat every 100 ms; hidden ones once a second
+# Never refused for coming too fast.
+_ALWAYS = ("stop", "emergency", "disarm")
+
+
+def refused(what: str, reason: str, detail: str) -> Message:
+    """The {"k": "refused"} object of the page protocol."""
+    return {"k": "refused", "what": what, "reason": reason, "detail": detail}
+
+
+def decode(raw: object) -> Message | str:
+    """A page's message as an object with a text "k", or one plain line on what is wrong with it."""
+    if not isinstance(raw, str):
+        return "binary message: send JSON text"
+    if len(raw.encode("utf-8", "surrogatepass")) > MAX_MESSAGE:
+        return f"message of more than {MAX_MESSAGE} bytes"
+    try:
+        message = json.loads(raw, parse_constant=_no_constant)
+    except ValueError as error:
+        return f"not JSON: {error}"
+    if not isinstance(message, dict):
+        return 'not an object: send {"k": ...}'
+    if not isinstance(message.get("k"), str):
+        return 'no text "k" in the message'
+    return message
+
+
+def _no_constant(name: str) -> None:
+    raise ValueError(f"{name} is no number")
+
+
+@dataclass(frozen=True)
+class Ending:
+    """Why a client ends, and the code that tells its page (None: the socket is closed already)."""
+
+    code: int | None
+    why: str
+
+
+class PageClient:
+    """One page: the request's thread receives, one more thread does all the sending."""
+
+    def __init__(self, ws: Any, port: DriverPort, device: Device, insecure: bool) -> None:
+        """`insecure`: other machines can reach the host without encryption."""
+        self._ws = ws
+        self._port = port
+        self._insecure = insecure
+        self.device = device
+        self.id = port.connect(device.role)
+        self.heard_s = time.monotonic()
+        """When the page last said anything."""
+        self._rate = RateLimit(MESSAGES_PER_S, MESSAGES_PER_S)
+        self._flood = RateLimit(_FLOOD_PER_S, _FLOOD_PER_S)
+        self._wake = threading.Condition()
+        self._dirty = True
+        self._ended = False
+        self._dismissed: Ending | None = None
+        self._refusals: dict[str, Message] = {}  # newest per kind of message
+        self._sender = threading.Thread(
+            target=self._send_all, name=f"web-control-{self.id}", daemon=True
+        )
+
+    def run(self) -> Ending:
+        """Receive until the client must end. Raises one of GONE when its socket ended."""
+        self._sender.start()
+        while True:
+            raw = self._ws.receive(_LOOK_S)
+            now_s = time.monotonic()
+            if self._dismissed is not None:
+                return self._dismissed
+            if raw is not None:
+                self.heard_s = now_s
+                if not self._flood.allow(now_s):
+                    return Ending(CLOSE_POLICY, "far too many messages")
+                self._handle(raw, now_s)
+            elif now_s - self.heard_s > _SILENT_S or not self._ws.thread.is_alive():
+                return Ending(CLOSE_GOING_AWAY, "no heartbeat")
+
+    def changed(self) -> None:
+        """Send the state soon."""
+        with self._wake:
+            self._dirty = True
+            self._wake.notify()
+
+    def dismiss(self, ending: Ending) -> None:
+        """Have the page go, from another thread: nothing it says counts any more."""
+        self._port.disconnect(self.id)
+        with self._wake:
+            self._dismissed = ending
+            self._wake.notify()
+
+    def cut(self) -> None:
+        """Break the connection from another thread."""
+        hang_up(self._ws)
+
+    def end(self, ending: Ending) -> None:
+        """Close the socket and end the sending thread."""
+        with self._wake:
+            self._ended = True
+            self._wake.notify()
+        if ending.code is not None and self._dismissed is None:
+            with contextlib.suppress(*GONE):
+                self._ws.close(ending.code, ending.why)
+        hang_up(self._ws)
+        self._sender.join(2.0)
+
+    def _handle(self, raw: object, now_s: float) -> None:
+        message = decode(raw)
+        allowed = self._rate.allow(now_s)
+        if isinstance(message, str):
+            self._refuse(refused("message", "bad_message", message))
+        elif allowed or message["k"] in _ALWAYS:
+            for reply in self._port.receive(self.id, message):
+                self._refuse(reply)
+        else:
+            detail = f"more than {MESSAGES_PER_S} messages a second"
+            self._refuse(refused("message", "too_fast", detail))
+
+    def _refuse(self, reply: Message) -> None:
+        with self._wake:
+            self._refusals[str(reply.get("what"))] = reply
+            self._wake.notify()
+
+    def _send_all(self) -> None:
+        try:
+            welcome = self._port.welcome(self.id)
+            self._send({**welcome, "name": self.device.name, "insecure": self._insecure})
+            token_s = state_s = refusal_s = -1.0
+            while True:
+                with self._wake:
+                    now_s = time.monotonic()
+                    state_due_s = state_s + (_COALESCE_S if self._dirty else STATE_PERIOD_S)
+                    due_s = min(state_due_s, token_s + TOKEN_PERIOD_S)
+                    if self._refusals:
+                        due_s = min(due_s, refusal_s + _REFUSAL_PERIOD_S)
+                    if self._dismissed is not None:
+                        break
+                    if not self._ended and now_s < due_s:
+                        self._wake.wait(due_s - now_s)
+                        continue
+                    if self._ended:
+                        return
+                    refusals: list[Message] = []
+                    if self._refusals and now_s >= refusal_s + _REFUSAL_PERIOD_S:
+                        refusals = list(self._refusals.values())
+                        self._refusals.clear()
+                        refusal_s = now_s
+                    send_state = now_s >= state_due_s
+                    if send_state:
+                        self._dirty = False
+                        state_s = now_s
+                    send_token = send_state or now_s >= token_s + TOKEN_PERIOD_S
+                    if send_token:
+                        token_s = now_s
+                for reply in refusals:
+                    self._send(reply)
+                if send_state:
+                    self._send(self._port.snapshot(self.id))
+                elif send_token:
+                    self._send({"k": "token", "token": self._port.token()})
+            self._ws.close(self._dismissed.code, self._dismissed.why)
+            hang_up(self._ws)  # wakes the receiving side, which ends the client
+        except GONE:
+            hang_up(self._ws)  # the receiving side ends the client
+
+    def _send(self, message: Message) -> None:
+        self._ws.send(json.dumps(message, separators=(",", ":")))

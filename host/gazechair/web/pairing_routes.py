@@ -1,0 +1,127 @@
+"""HTTP of pairing: a code for a cookie, who am I, and the caretaker's list of devices."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from flask import Flask, Response, request
+
+from gazechair.pairing import Device, PairingDesk, Rejected, StoreError
+from gazechair.pairing.one_time import VALID_S
+from gazechair.pairing.show import qr_rows
+from gazechair.pairing.store import ROLES
+from gazechair.web.answers import BadRequest, answer, body, refuse, text_in
+from gazechair.web.guard import DEVICE
+
+_COOKIE_S = 400 * 86_400  # the longest that browsers keep one
+_MOST_CODE = 40
+
+
+def add_routes(
+    app: Flask, desk: PairingDesk, cookie_name: Callable[[], str], url: Callable[[], str], tls: bool
+) -> None:
+    """`url`: the address of the pairing page, as other devices reach it."""
+
+    @app.get("/me")
+    def me() -> Response:
+        device: Device | None = request.environ[DEVICE]
+        if device is None:
+            return refuse(401, "not_paired", "this browser is not paired with this chair")
+        return answer({"role": device.role, "name": device.name, "id": device.id})
+
+    @app.post("/pair")
+    def pair() -> Response:
+        try:
+            content = body()
+            code = text_in(content, "code", _MOST_CODE)
+            name = text_in(content, "name", _MOST_CODE) if "name" in content else ""
+            paired = desk.pair(code, name, str(request.remote_addr))
+        except BadRequest as error:
+            return error.response()
+        except StoreError as error:
+            return refuse(507, "setting_not_stored", str(error))
+        if isinstance(paired, Rejected):
+            if paired.wait_s <= 0:
+                return refuse(403, paired.reason, paired.detail)
+            wait_s = math.ceil(paired.wait_s)
+            response = refuse(429, paired.reason, paired.detail, wait_s=wait_s)
+            response.headers["Retry-After"] = str(wait_s)
+            return response
+        response = answer({"role": paired.device.role})
+        response.set_cookie(
+            cookie_name(),
+            paired.token,
+            max_age=_COOKIE_S,
+            path="/",
+            secure=tls,
+            httponly=True,
+            samesite="Strict",
+        )
+        return response
+
+    @app.get("/pairing")
+    def devices() -> Response:
+        return _not_caretaker() or _devices(desk)
+
+    @app.post("/pairing/code")
+    def new_code() -> Response:
+        try:
+            role = text_in(body(), "role", _MOST_CODE)
+        except BadRequest as error:
+            return error.response()
+        if role not in ROLES:
+            return refuse(400, "bad_message", f'"role" must be one of {", ".join(ROLES)}')
+        return _not_caretaker() or _code(desk, role, url())
+
+    @app.post("/pairing/revoke")
+    def revoke() -> Response:
+        try:
+            id = text_in(body(), "id", _MOST_CODE)
+        except BadRequest as error:
+            return error.response()
+        refusal = _not_caretaker()
+        if refusal is not None:
+            return refusal
+        try:
+            desk.revoke(id)
+        except StoreError as error:
+            return refuse(507, "setting_not_stored", str(error))
+        return _devices(desk)
+
+
+def _code(desk: PairingDesk, role: str, url: str) -> Response:
+    code = desk.new_code(role)
+    return answer(
+        {
+            "code": code.text,
+            "url": url,
+            "role": role,
+            "valid_s": VALID_S,
+            "qr": qr_rows(f"{url}#{code.text}"),
+        }
+    )
+
+
+def _devices(desk: PairingDesk) -> Response:
+    me: Device = request.environ[DEVICE]
+    rows: list[dict[str, Any]] = [
+        {
+            "id": device.id,
+            "role": device.role,
+            "name": device.name,
+            "created": device.created,
+            "last_used": device.last_used,
+            "you": device.id == me.id,
+        }
+        for device in desk.devices()
+    ]
+    return answer({"devices": rows})
+
+
+def _not_caretaker() -> Response | None:
+    device: Device = request.environ[DEVICE]
+    if device.role == "caretaker":
+        return None
+    return refuse(403, "not_allowed", f"a {device.role} may not; only a caretaker")

@@ -1,0 +1,98 @@
+"""Connections that are open, and who must go when there are too many or they take too long.
+
+A connection is new until it has become a socket of a paired device. New ones always get in: when
+too many are new, the one that has been new longest goes, first of the same address. So nobody can
+fill the house before a driver comes to the door; and 10 s are enough for any request, so that idle
+connections, half an encryption handshake or a header that never ends cost nobody anything.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import threading
+from dataclasses import dataclass
+from typing import Any
+
+from gazechair.slots import Clock
+
+MOST_NEW = 48
+MOST_NEW_OF_ADDRESS = 24
+LONGEST_NEW_S = 10.0
+
+
+@dataclass(eq=False)
+class Place:
+    """One open connection."""
+
+    connection: Any
+    address: str
+    since_s: float
+    settled: str = ""
+    """Which socket of which device it has become: "control 3fa2b1"; "": still new."""
+    evicted: bool = False
+
+    def cut(self) -> None:
+        """Break the connection; the thread that serves it wakes up and ends."""
+        with contextlib.suppress(OSError):
+            self.connection.shutdown(socket.SHUT_RDWR)
+
+
+class Places:
+    """Thread-safe."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._lock = threading.Lock()
+        self._places: dict[Any, Place] = {}
+
+    def admit(self, connection: Any, address: str) -> list[Place]:
+        """A new connection has come; who had to go for it."""
+        place = Place(connection, address, self._clock())
+        with self._lock:
+            new = [p for p in self._places.values() if not p.settled and not p.evicted]
+            same = [p for p in new if p.address == address]
+            gone = []
+            if len(same) >= MOST_NEW_OF_ADDRESS:
+                gone = same[:1]
+            elif len(new) >= MOST_NEW:
+                gone = new[:1]
+            for old in gone:
+                old.evicted = True
+                old.cut()
+            self._places[connection] = place
+        return gone
+
+    def leave(self, connection: Any) -> None:
+        """The connection is closed."""
+        with self._lock:
+            self._places.pop(connection, None)
+
+    def settle(self, connection: Any, what: str) -> None:
+        """The connection has become `what`, a paired device's socket: no deadline any more."""
+        with self._lock:
+            place = self._places.get(connection)
+            if place is not None:
+                place.settled = what
+
+    def cut_settled(self, what: str) -> None:
+        """Break every connection that has become `what`."""
+        with self._lock:
+            for place in self._places.values():
+                if place.settled == what:
+                    place.cut()
+
+    def cut_overdue(self) -> None:
+        """Break what has been new for too long. Call it often."""
+        with self._lock:
+            limit_s = self._clock() - LONGEST_NEW_S
+            for place in self._places.values():
+                if not place.settled and place.since_s < limit_s and not place.evicted:
+                    place.evicted = True
+                    place.cut()
+
+    @property
+    def new(self) -> int:
+        """How many connections are new."""
+        with self._lock:
+            return sum(not p.settled and not p.evicted for p in self._places.values())
