@@ -31,6 +31,7 @@ port = "{board}"
 [lidar]
 kind = "s2"
 port = "{lidar}"
+mask = [[123, -123]]
 [camera]
 kind = "http"
 url = "{camera}"

@@ -61,10 +61,10 @@ class Blindness:
         nearest_m = np.full(BINS, np.inf)
         np.minimum.at(nearest_m, bins[returned], distances_m[returned])
         blind = self._covered | (at_window > hits)
-        for first, count in _runs(~has & ~masked):
+        for first, count in runs(~has & ~masked):
             if count > NARROW_DEG and not _between_far(first, count, has, masked, nearest_m):
                 blind[(first + np.arange(count)) % BINS] = True
-        for first, count in _runs((measured == 0) & ~masked):
+        for first, count in runs((measured == 0) & ~masked):
             if count > UNMEASURED_DEG:
                 blind[(first + np.arange(count)) % BINS] = True
         states = np.where(blind, BLIND, SEEN).astype(np.uint8)
@@ -76,7 +76,7 @@ class Blindness:
         self._had = has
         self._covered &= ~has
         fresh = ~has & ~masked & (at_s - self._lost_s <= SUDDEN_S)
-        for first, count in _runs(fresh):
+        for first, count in runs(fresh):
             if count >= SUDDEN_DEG:
                 self._covered[(first + np.arange(count)) % BINS] = True
 
@@ -96,7 +96,7 @@ def _between_far(
     return borders > 0
 
 
-def _runs(flags: BoolArray) -> list[tuple[int, int]]:
+def runs(flags: BoolArray) -> list[tuple[int, int]]:
     """Runs of True round the circle, as (first bin, count)."""
     if flags.all():
         return [(0, len(flags))]

@@ -6,14 +6,15 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from pathlib import Path
 
 from gazechair import health as states
 from gazechair.config import LidarConfig
 from gazechair.lidar.device import S2, LidarError, find_port, stale_backlog
-from gazechair.lidar.report import FROZEN, MIRROR, POWER, SILENT, STARTING
+from gazechair.lidar.report import FROZEN, LOST, MIRROR, POWER, SILENT, STARTING
 from gazechair.lidar.scan import Scan
-from gazechair.lidar.stream import ByteStream
+from gazechair.lidar.scanfile import ScanFileError, ScanReader
+from gazechair.lidar.stream import ByteStream, NodeStream
 from gazelink import codes
 
 _READ_S = 0.05
@@ -35,24 +36,6 @@ class Standing:
     detail: str
 
 
-class Stream(Protocol):
-    """What a reader needs to know of a running stream."""
-
-    lost_share: float
-
-    @property
-    def turns(self) -> int:
-        """Turns since its start."""
-
-    @property
-    def resyncs(self) -> int:
-        """How often its bytes had to be realigned."""
-
-    @property
-    def rate_hz(self) -> float:
-        """Turns in a second."""
-
-
 class Reader:
     """Use `start`, `stop`. Anyone may read its attributes at any time.
 
@@ -64,7 +47,7 @@ class Reader:
         """`renewed` is called on the reader's thread whenever `scan` or `standing` has changed."""
         self.config = config
         self.scan: Scan | None = None
-        self.stream: Stream | None = None
+        self.stream: NodeStream | None = None
         self.source: int | None = None
         self.standing = Standing(states.STARTING, STARTING, "starting")
         self.alive_s = time.monotonic()
@@ -89,9 +72,14 @@ class Reader:
             self.alive_s = time.monotonic()
             self._delivered = False
             try:
-                self._serve()
+                if self.config.kind == "replay":
+                    self._replay()
+                else:
+                    self._serve()
             except LidarError as error:
                 self._say(states.LOST, error.reason, str(error))
+            except ScanFileError as error:
+                self._say(states.LOST, LOST, str(error))
             if self._delivered:
                 pause_s = _RETRY_S[0]
             self._stopping.wait(pause_s)
@@ -143,6 +131,27 @@ class Reader:
             if data:
                 time.sleep(_GATHER_S[min(piece, len(_GATHER_S) - 1)])
                 piece += 1
+
+    def _replay(self) -> None:
+        """Play the file in its own time, and again from its start for ever."""
+        self._say(states.STARTING, STARTING, f"opening {self.config.file}")
+        file = ScanReader(Path(self.config.file))
+        try:
+            self.source = codes.REPLAYED
+            while not self._stopping.is_set():
+                self.stream = NodeStream(codes.REPLAYED, file.period_s)
+                start_s = time.monotonic()
+                for time_s, nodes in file.records():
+                    if self._stopping.wait(max(0.0, start_s + time_s - time.monotonic())):
+                        return
+                    self.alive_s = now_s = time.monotonic()
+                    if self.stream.take(nodes, now_s):
+                        self._take(self.stream.scan())
+                if not self._delivered:
+                    raise ScanFileError(f"scan file {self.config.file} holds no whole turn")
+        finally:
+            self.stream = None
+            file.close()
 
     def _take(self, scan: Scan | None) -> None:
         if scan is None:
