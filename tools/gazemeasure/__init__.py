@@ -12,7 +12,7 @@ BENCHMARKS = {
     "glance": ("gazemeasure.glance", "from the page's event handler to the wipers and back"),
     "link": ("gazemeasure.link", "the serial link: round trip beside a bare echo, re-plugs"),
     "tick": ("gazemeasure.tick", "the hard tick: allocation, instructions, jitter, telemetry"),
-    "turn": ("gazemeasure.turn", "step turns of the board beside the time-optimal bound"),
+    "turn": ("gazemeasure.turn", "turns: ours, the first prototype, a plain PID, the optimum"),
 }
 
 

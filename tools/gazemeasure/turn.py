@@ -1,95 +1,73 @@
-"""Turns that land: the board's turn controller beside the time-optimal bound of the same chair.
+"""Turns that land: four controllers on the same simulated chairs, one of which nobody can beat.
 
-Chairs are gazesim's twin; the board's own motion code turns them at 1 kHz by a heading sensor of
-100 Hz. The bound knows the chair and what disturbs it beforehand: see turn_bound.
+The board's own turn controller after the host's own autotune of that chair; the first prototype's
+PID; a plain PID tuned as well as can be for the profile; and the time-optimal bound, which knows
+chair and disturbances beforehand (turn_bound). Chairs are gazesim's twin with a heading sensor of
+100 Hz. Everything is drawn from seeds: equal runs give equal figures.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from multiprocessing import get_context
 
-from gazemeasure import turn_bound
-from gazemeasure.report import Report, percentile
-from gazemeasure.turn_cases import grid, monte_carlo
-from gazemeasure.turn_jobs import DEFAULTS, KNOWN, TUNED, Done, Job, run_all
+import numpy as np
+
+from gazemeasure import turn_figures, turn_jobs, turn_stops
+from gazemeasure.report import Report
+from gazemeasure.turn_bound import bounds
+from gazemeasure.turn_cases import Drawn, grid, monte_carlo, stepped
+from gazemeasure.turn_jobs import DEFAULTS, PLAIN, PROTOTYPE, TUNED, Done, Job
 from gazemeasure.turn_judge import DEFINITIONS
+from gazemeasure.turn_model import Floats
 
 _CHAIRS = 1000
-_CHAIRS_QUICK = 24
+_CHAIRS_QUICK = 40
+_PROCESSES = 2
+_AT_ONCE = 125  # cases of a bound's search
 
 
 def measure(quick: bool) -> Report:
     """Run everything; see Report."""
     chairs = monte_carlo(_CHAIRS_QUICK if quick else _CHAIRS)
     cases = grid()
-    report = Report(f"turn: 50 undisturbed turns and {len(chairs)} random chairs")
-    found = run_all([Job(TUNED, drawn) for drawn in cases])
-    bounds = list(turn_bound.bounds([drawn.case for drawn in cases]))
-    _grid_figures(report, found, bounds)
-    _grid_table(report, found, bounds)
-    found = run_all([Job(TUNED, drawn) for drawn in chairs])
-    bounds = list(turn_bound.bounds([drawn.case for drawn in chairs]))
-    _chair_figures(report, found, bounds)
-    _default_figures(report, run_all([Job(DEFAULTS, drawn) for drawn in chairs]))
-    found = run_all([Job(KNOWN, drawn) for drawn in chairs])
-    report.add("exactly known: settle within 2.5 x", _within(found, bounds), "%")
+    rivals = [d for d in cases if abs(d.case.angle_deg) == 10] if quick else cases
+    moments = turn_stops.MOMENTS_MS[:1] if quick else turn_stops.MOMENTS_MS
+    report = Report(f"turn: {len(cases)} undisturbed turns, {len(chairs)} random chairs")
+    with get_context("fork").Pool(_PROCESSES) as pool:
+        stops = pool.starmap_async(turn_stops.stop_paths, [(ms, quick) for ms in moments], 1)
+        at_best = pool.map_async(_bounds, _parts(cases) + _parts(chairs), 1)
+        steps = pool.map_async(turn_jobs.ten_steps, stepped(), 1)
+        jobs = [
+            *(Job(name, d) for name in (PROTOTYPE, PLAIN) for d in rivals),
+            *(Job(TUNED, d) for d in cases + chairs),
+            *(Job(DEFAULTS, d) for d in chairs),
+        ]
+        done = pool.map(turn_jobs.run, jobs, chunksize=4)
+        best = np.concatenate(at_best.get())
+        grid_best, chairs_best = best[: len(cases)], best[len(cases) :]
+        tuned = [d for d in done if d.job.controller == TUNED]
+        turn_figures.of_grid(report, tuned[: len(cases)], grid_best)
+        turn_figures.of_steps(report, steps.get())
+        turn_figures.of_chairs(report, tuned[len(cases) :], chairs_best)
+        turn_figures.of_defaults(report, _by(done, DEFAULTS))
+        turn_figures.of_stops(report, turn_stops.together(stops.get()), done)
+        turn_figures.table(report, tuned[: len(cases)], grid_best, _rivals(done))
     for line in DEFINITIONS:
         report.note(line)
     return report
 
 
-def _grid_figures(report: Report, found: Sequence[Done], bounds: Sequence[float]) -> None:
-    ratios = _ratios(found, bounds)
-    report.add("grid: settling / bound, median", percentile(ratios, 0.5), "x", 1.5)
-    report.add("grid: settling / bound, p95", percentile(ratios, 0.95), "x", 2.0)
-    tens = [done for done in found if abs(done.job.drawn.case.angle_deg) == 10]
-    slow = [_settled(done) for done in tens if done.job.drawn.profile == "1.2"]
-    fast = [_settled(done) for done in tens if done.job.drawn.profile != "1.2"]
-    report.add("grid: 10 deg on 2.1-5.1, slowest", max(fast), "s", 3.0)
-    report.add("grid: 10 deg on 1.2, slowest", max(slow), "s", 4.5)
-    report.add("grid: overshoot, most", max(d.verdict.overshoot_deg for d in found), "deg", 1.0)
+def _parts(cases: list[Drawn]) -> list[list[Drawn]]:
+    return [cases[at : at + _AT_ONCE] for at in range(0, len(cases), _AT_ONCE)]
 
 
-def _chair_figures(report: Report, found: Sequence[Done], bounds: Sequence[float]) -> None:
-    ratios = _ratios(found, bounds)
-    within = _within(found, bounds)
-    report.add("chairs: settle within 2.5 x their bound", within, "%", 99, at_least=True)
-    report.add("chairs: tuning refused", sum(d.refused != "" for d in found), "")
-    report.add("chairs: settling / bound, median", percentile(ratios, 0.5), "x")
-    report.add("chairs: oscillate", sum(d.verdict.oscillates for d in found), "", 0)
-    off = sum(d.verdict.end_error_deg > 2.0 for d in found)
-    report.add("chairs: end more than 2 deg off", off, "", 0)
-    report.add("chairs: largest rest error", max(d.verdict.end_error_deg for d in found), "deg")
+def _bounds(drawn: list[Drawn]) -> Floats:
+    return bounds([each.case for each in drawn])
 
 
-def _default_figures(report: Report, found: Sequence[Done]) -> None:
-    report.add("untuned defaults: unstable", sum(d.verdict.unstable for d in found), "", 0)
-    report.add("untuned defaults: do not stop", sum(not d.verdict.stands for d in found), "", 0)
-    report.add("untuned defaults: oscillate", sum(d.verdict.oscillates for d in found), "")
-    error = percentile([d.verdict.end_error_deg for d in found], 0.95)
-    report.add("untuned defaults: rest error, p95", error, "deg")
+def _by(done: list[Done], controller: str) -> list[Done]:
+    return [each for each in done if each.job.controller == controller]
 
 
-def _grid_table(report: Report, found: Sequence[Done], bounds: Sequence[float]) -> None:
-    report.note("profile angle  ours s  bound s  ratio  overshoot  rest error deg")
-    for done, bound in zip(found, bounds, strict=True):
-        v, drawn = done.verdict, done.job.drawn
-        report.note(
-            f"{drawn.profile:>7} {drawn.case.angle_deg:>5.0f} {_settled(done):>7.2f} {bound:>8.2f}"
-            f" {_settled(done) / bound:>6.2f} {v.overshoot_deg:>10.2f} {v.end_error_deg:>11.2f}"
-        )
-
-
-def _settled(done: Done) -> float:
-    """Settling time, s; inf when it never settled."""
-    seconds = done.verdict.settled_s
-    return float("inf") if seconds != seconds else seconds
-
-
-def _within(found: Sequence[Done], bounds: Sequence[float]) -> float:
-    """Share, %, that settle within 2.5 x their own bound."""
-    return 100 * sum(ratio <= 2.5 for ratio in _ratios(found, bounds)) / len(found)
-
-
-def _ratios(found: Sequence[Done], bounds: Sequence[float]) -> list[float]:
-    return [_settled(done) / bound for done, bound in zip(found, bounds, strict=True)]
+def _rivals(done: list[Done]) -> dict[str, list[Done]]:
+    return {name: _by(done, name) for name in (PROTOTYPE, PLAIN)}

@@ -45,3 +45,12 @@ def monte_carlo(count: int) -> list[Drawn]:
         angle = source.choice(ANGLES_DEG) * source.choice((1.0, -1.0))
         out.append(Drawn(profile, Case(random_chair(profile, seed), angle, seed, WARM_MS / 1000)))
     return out
+
+
+def stepped() -> list[Drawn]:
+    """Ten degrees, both ways, on every profile over a usual floor: for ten steps in a row."""
+    return [
+        Drawn(profile, Case(PROFILES[profile], side * 10.0, seed=20 + number))
+        for number, profile in enumerate(PROFILES)
+        for side in (1.0, -1.0)
+    ]

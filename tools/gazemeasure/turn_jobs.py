@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from multiprocessing import get_context
 
 from gazechair.tune.errors import TuneError
 from gazechair.tune.identify import identify
@@ -18,11 +16,10 @@ from gazemeasure.turn_cases import Drawn
 from gazemeasure.turn_judge import Verdict, judge
 from gazemeasure.turn_plain import tuned as tuned_gains
 from gazemeasure.turn_rivals import READING, PlainTurn, PrototypeTurn, Rival, turn_of_rival
-from gazemeasure.turn_run import turn_of_board
+from gazemeasure.turn_run import steps_of_board, turn_of_board
 from gazemeasure.turn_tuning import record
 from gazesim.chair import Chair, Parameters
 
-PROCESSES = 2
 _PROTOTYPE_S = 40.0
 _PLAIN_S = 15.0
 LIMIT_MS = 10_000  # step_turn_limit_ms of every run: a slow chair takes that long for 90 degrees
@@ -52,10 +49,13 @@ class Done:
     """Why tuning refused: the turn was then made with the default settings."""
 
 
-def run_all(jobs: Sequence[Job]) -> list[Done]:
-    """Run the jobs on all of PROCESSES; the answers in their order."""
-    with get_context("fork").Pool(PROCESSES) as pool:
-        return pool.map(run, jobs, chunksize=4)
+@dataclass(frozen=True)
+class Steps:
+    """Ten steps of 10 degrees after tuning, of 100 degrees in all: the sum by the sensor, truly."""
+
+    drawn: Drawn
+    shown_deg: float
+    true_deg: float
 
 
 def run(job: Job) -> Done:
@@ -76,6 +76,15 @@ def run(job: Job) -> Done:
     chair = Chair(drawn.profile, drawn.case.seed, drawn.case.parameters)
     turn = turn_of_board(chair, drawn.imu(), settings_with(values), drawn.case.angle_deg)
     return Done(job, judge(turn), found, refused)
+
+
+def ten_steps(drawn: Drawn) -> Steps:
+    """Tune the chair, then ten steps of the case's angle."""
+    values = {"profile": PROFILES.index(drawn.profile), "step_turn_limit_ms": LIMIT_MS}
+    values |= tune(drawn).rows(drawn.profile)
+    chair = Chair(drawn.profile, drawn.case.seed, drawn.case.parameters)
+    settings = settings_with(values)
+    return Steps(drawn, *steps_of_board(chair, drawn.imu(), settings, drawn.case.angle_deg, 10))
 
 
 def _run_rival(job: Job) -> Done:

@@ -59,6 +59,8 @@ class Verdict:
     """At the end: neutral, and under 1 degree/s."""
     left_again: bool
     """Out of the band after it had settled."""
+    counts: tuple[int, int]
+    """Lowest and highest count of the turn wiper."""
 
 
 def judge(turn: Turn) -> Verdict:
@@ -80,6 +82,7 @@ def judge(turn: Turn) -> Verdict:
         unstable=growing or float(np.abs(error).max()) > 1.5 * step + _CASTERS_DEG,
         stands=bool(turn.count[-1] == NEUTRAL and abs(turn.rate_dps[-1]) < UNDER_DPS),
         left_again=bool(at is not None and outside[at:].any()),
+        counts=(int(turn.count.min()), int(turn.count.max())),
     )
 
 

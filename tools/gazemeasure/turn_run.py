@@ -16,6 +16,7 @@ from gazesim.imu_model import Imu
 from gazesim.pot import deflection
 
 WARM_MS = 50  # the chair finds its joystick neutral, the sensor its pipeline full
+_BETWEEN_MS = 500
 _STICK = [deflection(count) for count in range(256)]
 
 
@@ -81,6 +82,24 @@ def turn_of_board(
     bench.run(settings.step_turn_limit_ms + 1, lambda: not board.running)
     bench.run(after_ms)
     return recorded(bench, angle_deg, before_deg)
+
+
+def steps_of_board(
+    chair: Chair, imu: Imu, settings: Any, angle_deg: float, count: int
+) -> tuple[float, float]:
+    """`count` step turns, each pressed half a second after the one before has ended: how far the
+    chair turned in all by its heading sensor, and truly, degrees."""
+    settings.step_turn_q4_deg = round(abs(angle_deg) * 16)
+    board = BoardMotion(settings)
+    bench = Bench(chair, imu, board)
+    bench.run(WARM_MS)
+    shown_deg, true_deg = imu.heading_deg, chair.heading_deg
+    for _ in range(count):
+        board.step_turn(codes.LEFT if angle_deg > 0 else codes.RIGHT)
+        bench.run(settings.step_turn_limit_ms + 1, lambda: not board.running)
+        bench.run(_BETWEEN_MS)
+        bench.forget()
+    return imu.heading_deg - shown_deg, chair.heading_deg - true_deg
 
 
 def recorded(bench: Bench, angle_deg: float, before_deg: float) -> Turn:
