@@ -50,17 +50,23 @@ class StackError(Exception):
 class Stack:
     """Use as a context: inside it everything runs, after it nothing is left.
 
-    `interpreter` is a MicroPython's path or "cpython"; `port` 0 takes any free one. Logs and ports
-    live in `folder`, which goes at the end.
+    `interpreter` is a MicroPython's path or "cpython"; `port` 0 takes any free one; `camera_url` ""
+    shows what the simulated camera sees. Logs and ports live in `folder`, which goes at the end.
     """
 
     def __init__(
-        self, interpreter: str, room: str = "living", profile: str = "3.1", port: int = 0
+        self,
+        interpreter: str,
+        room: str = "living",
+        profile: str = "3.1",
+        port: int = 0,
+        camera_url: str = "",
     ) -> None:
         self._interpreter = interpreter
         self._room = room
         self._profile = profile
         self._port = port or _free_port()
+        self._camera_url = camera_url
         # Short: a unix socket's path must stay under 108 bytes, wherever the checkout is.
         self.folder = Path(tempfile.mkdtemp(prefix="gazechair-"))
         self._cookie = ""
@@ -135,9 +141,8 @@ class Stack:
             self.sim = SimControl(Path(self.paths["control"]))
         with gazesetup.say("host and driver's page"):
             config = self.folder / "gazechair.toml"
-            config.write_text(
-                _CONFIG.format(port=self._port, state=self.state_folder, **self.paths)
-            )
+            paths = self.paths | ({"camera": self._camera_url} if self._camera_url else {})
+            config.write_text(_CONFIG.format(port=self._port, state=self.state_folder, **paths))
             self._spawn("host", ["-m", "gazechair", "run", "--config", str(config)])
             self._wait_for_parts()
 
