@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from gazechair.clearance.footprint import FloatArray, Footprint
+from gazechair.clearance.movers import Movers
 from gazechair.clearance.surface import surfaces
 from gazechair.clearance.sweeps import Sweeps
 from gazechair.clearance.zone import STOP_ZONE
@@ -32,6 +33,7 @@ class LidarReach:
 
     def __init__(self, footprint: Footprint) -> None:
         self._sweeps = Sweeps(footprint)
+        self._movers: Movers | None = None
         self._speckles: list[tuple[float, FloatArray]] = []
 
     def update(self, view: ChairView) -> Reach:
@@ -47,6 +49,11 @@ class LidarReach:
             contacts[doubted] = np.where(far > _ZONES, np.inf, far)
         self._remember(seen.points_m[speckle], view.acquired_s)
         least = contacts.min(axis=0)
+        if self._movers is None:
+            self._movers = Movers(view.origin_m)
+        coming = self._movers.update(seen.points_m, view.acquired_s)
+        if len(coming):
+            least = np.minimum(least, self._sweeps.contacts(coming).min(axis=0))
         return (float(least[0]), float(least[1]), float(least[2]), float(least[3]))
 
     def _seen_before(self, points: FloatArray, at_s: float) -> np.ndarray:

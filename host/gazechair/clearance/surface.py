@@ -54,13 +54,14 @@ def surfaces(points_m: FloatArray, origin_m: tuple[float, float]) -> Surfaces:
     bearings = bearings[order]
     ranges = np.hypot(offset[order, 0], offset[order, 1])
     smooth = _smoothed(bearings, ranges)
-    lone = np.ones(len(ranges), dtype=np.bool_)
-    for step in (1, -1):
-        gap = np.abs(np.roll(ranges, step) - ranges)
-        turn = np.abs((np.roll(bearings, step) - bearings + np.pi) % (2.0 * np.pi) - np.pi)
-        lone &= ~((gap < _ALIKE_M) & (turn < _NEXT_RAD) & (turn > 0.0))
-    found = np.column_stack((np.cos(bearings), np.sin(bearings))) * smooth[:, None]
-    return Surfaces(found + origin_m, lone)
+    gap = np.abs(np.diff(ranges, append=ranges[:1]))
+    turn = np.diff(bearings, append=bearings[:1] + 2.0 * np.pi)
+    alike = (gap < _ALIKE_M) & (turn < _NEXT_RAD) & (turn > 0.0)
+    lone = ~alike
+    lone[1:] &= ~alike[:-1]
+    lone[:1] &= ~alike[-1:]
+    scale = smooth / np.maximum(ranges, 1e-9)
+    return Surfaces(offset[order] * scale[:, None] + origin_m, lone)
 
 
 def _smoothed(bearings: FloatArray, ranges: FloatArray) -> FloatArray:

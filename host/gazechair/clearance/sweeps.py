@@ -23,7 +23,8 @@ from gazelink import codes
 RANGE_M = 6.0
 """Straight ways longer than this count as free."""
 HEADING_TOLERANCE_DEG = 1.0
-"""The real path may point this far off: veer, casters, a held heading that swings."""
+"""The real path to what lies ahead may point this far off: veer, casters, a heading that swings.
+What is already alongside has the side margin for that."""
 
 _FULL_TURN = 2.0 * math.pi
 _PROBE_M = 0.005
@@ -42,6 +43,8 @@ class Sweeps:
         self._sides = np.concatenate(grown)
         self._every = np.concatenate((self._sides, _sides(footprint.body)))
         self._spread = math.tan(math.radians(HEADING_TOLERANCE_DEG))
+        every = np.concatenate(footprint.parts)
+        self._ends_m = {sign: float((sign * every[:, 0]).max()) for sign in (1.0, -1.0)}
         # Per direction: ways of the points (dx, dy), and the sides through which they can enter.
         self._entries = {
             sign: [
@@ -77,8 +80,11 @@ class Sweeps:
 
     def _straight(self, points: FloatArray, sign: float) -> FloatArray:
         nearest = np.full(len(points), np.inf)
+        ahead = sign * points[:, 0] > self._ends_m[sign]
         for dx, dy, sides in self._entries[sign]:
-            nearest = np.minimum(nearest, _ray_crossings(points, sides, dx, dy).min(axis=1))
+            chosen = ahead if dy else np.ones(len(points), dtype=np.bool_)
+            ways = _ray_crossings(points[chosen], sides, dx, dy).min(axis=1)
+            nearest[chosen] = np.minimum(nearest[chosen], ways)
         nearest[nearest > RANGE_M] = np.inf
         return nearest
 

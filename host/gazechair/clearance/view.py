@@ -47,9 +47,12 @@ class SweepView:
         """
         blind = unseen = 0
         for direction, bins in enumerate(self._bins):
-            each = np.column_stack([s[bins[:, at]] for at, s in enumerate(states)])
-            dark = ~(each == SEEN).any(axis=1)
-            lost = dark & (each == BLIND).any(axis=1)
-            blind |= bool(lost.any()) << direction
+            dark = np.ones(len(bins), dtype=np.bool_)
+            lost = np.zeros(len(bins), dtype=np.bool_)
+            for at, of_lidar in enumerate(states):
+                here = of_lidar[bins[:, at]]
+                dark &= here != SEEN
+                lost |= here == BLIND
+            blind |= bool((dark & lost).any()) << direction
             unseen |= bool((dark & ~lost).any()) << direction
         return blind, unseen
