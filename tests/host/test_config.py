@@ -143,8 +143,18 @@ def test_binary_file_is_refused(tmp_path: Path) -> None:
         config.load(file)
 
 
-def test_other_machines_may_be_let_in_by_saying_so() -> None:
-    assert config.parse('[web]\nhost = "0.0.0.0"\ninsecure_http = true').web.host == "0.0.0.0"
+@pytest.mark.parametrize(
+    ("lines", "encrypted"),
+    [
+        ("", False),
+        ("tls = true", True),
+        ('host = "0.0.0.0"', True),
+        ('host = "chair.local"', True),
+        ('host = "0.0.0.0"\ninsecure_http = true', False),
+    ],
+)
+def test_other_machines_come_in_encrypted_or_by_saying_so(lines: str, encrypted: bool) -> None:
+    assert config.uses_tls(config.parse(f"[web]\n{lines}\n").web) == encrypted
 
 
 @pytest.mark.parametrize("host", ["localhost", "127.0.0.1", "127.1.2.3", "::1"])
