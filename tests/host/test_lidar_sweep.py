@@ -91,3 +91,47 @@ def test_after_a_pause_the_old_half_keeps_its_age() -> None:
     scan = sweep.add(piece(3 * PER_TURN, 800), 10.0)
     assert scan is not None
     assert scan.acquired_s < 1.0
+
+
+def without(nodes: Nodes, from_deg: float, to_deg: float) -> Nodes:
+    kept = (nodes.angles_deg < from_deg) | (nodes.angles_deg >= to_deg)
+    return Nodes(
+        nodes.angles_deg[kept], nodes.distances_m[kept], nodes.starts[kept], nodes.backlog[kept]
+    )
+
+
+def add_turn(sweep: Sweep, turn: int, nodes: Nodes) -> Scan:
+    scan = sweep.add(nodes, (turn + 1) * PER_TURN * NODE_PERIOD_S)
+    assert scan is not None
+    return scan
+
+
+def at(scan: Scan, from_deg: float, to_deg: float) -> set[float]:
+    inside = (scan.angles_deg >= from_deg) & (scan.angles_deg < to_deg)
+    return {float(distance) for distance in scan.distances_m[inside]}
+
+
+@pytest.mark.parametrize(
+    ("arc", "age_s"), [((40.0, 50.0), 0.114), ((-10.0, 0.5), 0.2), ((-180.0, -170.0), 0.153)]
+)
+def test_degrees_that_were_lost_show_both_turns_before_and_only_once(
+    arc: tuple[float, float], age_s: float
+) -> None:
+    inner = (arc[0], arc[1] - 0.5)
+    sweep = Sweep()
+    for turn, distance_m in enumerate((1.0, 2.0, 3.0)):
+        add_turn(sweep, turn, piece(turn * PER_TURN, PER_TURN, distance_m))
+    lost = add_turn(sweep, 3, without(piece(3 * PER_TURN, PER_TURN, 4.0), *arc))
+    assert at(lost, *inner) == {3.0, 2.0}
+    assert at(lost, 100.0, 120.0) == {4.0}
+    assert 4 * PER_TURN * NODE_PERIOD_S - lost.acquired_s == pytest.approx(age_s, abs=0.001)
+    again = add_turn(sweep, 4, without(piece(4 * PER_TURN, PER_TURN, 5.0), *arc))
+    assert at(again, *inner) == set()
+    back = add_turn(sweep, 5, piece(5 * PER_TURN, PER_TURN, 6.0))
+    assert at(back, *inner) == {6.0}
+
+
+def test_its_turning_rate_is_measured() -> None:
+    sweep = Sweep()
+    run(sweep, 0, 5 * PER_TURN, 100)
+    assert sweep.rate_hz == pytest.approx(10.0, abs=0.01)

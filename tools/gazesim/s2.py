@@ -22,7 +22,6 @@ _DENSE_HZ = 32000
 _TURN_S = 0.1  # 10 Hz mirror
 _SPIN_UP_S = 0.5
 _REBOOT_S = 0.5
-_CHUNK_S = 0.005
 
 
 class S2:
@@ -32,9 +31,11 @@ class S2:
     bytes it sends.
     """
 
-    def __init__(self, ranger: Ranger, seed: int = 1) -> None:
+    def __init__(self, ranger: Ranger, seed: int = 1, chunk_s: float = 0.005) -> None:
+        """`chunk_s`: in pieces of how long it sends its scan."""
         self._random = np.random.default_rng(seed)
         self.beams = Beams(ranger, self._random)
+        self._chunk_s = chunk_s
         self._request = bytearray()
         self._out = bytearray()
         self._scan = ""  # "", "standard" or "dense"
@@ -130,14 +131,14 @@ class S2:
         self._due_s = 0.0
 
     def step(self, dt_s: float) -> bytes:
-        """Advance by `dt_s`; returns the bytes the device sends, in chunks of about 5 ms."""
+        """Advance by `dt_s`; returns the bytes the device sends, in chunks."""
         self._reboot_s = max(0.0, self._reboot_s - dt_s)
         self._spin_up_s = max(0.0, self._spin_up_s - dt_s)
         if self.protection_stop:
             self._scan = ""
         if self._scan and self._motor and self._spin_up_s == 0.0 and not self.mirror_blocked:
             self._due_s += dt_s
-            if self._due_s >= _CHUNK_S - 1e-9:
+            if self._due_s >= self._chunk_s - 1e-9:
                 self._emit()
         if not self._out or self.stalled:
             self._out.clear()

@@ -27,6 +27,7 @@ from gazechair.lidar.sectors import Reading, Sector, measure
 
 _PULSE_S = 0.1  # a word at least that often, also without scans
 _HANGS_S = 12.0
+_SWITCH_S = 0.0005  # a thread that computes lets a scan through that soon
 
 # What all views together mean, as plain JSON values. One view for each lidar, in the order of the
 # configuration; one that delivers nothing sees no points and is blind wherever it is not masked.
@@ -161,6 +162,7 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
     footprint = footprint_of(FootprintConfig(**{**fields, "corners_m": corners_m}))
     evaluator = Evaluator(footprint, [(config.x_m, config.y_m) for config in configs])
     pipeline = Pipeline(configs, tuple(Sector(*s) for s in argument["sectors"]), evaluator)
+    sys.setswitchinterval(_SWITCH_S)
     pipeline.start()
     try:
         while (name := pipeline.hanging()) is None:

@@ -14,6 +14,7 @@ from gazelink import codes
 NODE_PERIOD_S = 1.0 / 16_000.0  # standard scan: 16 kHz
 _LONGEST_TURN_S = 0.5  # behind that the S flag was lost several times over
 _FOLLOW = 0.2  # of the turning rate, each turn
+_JITTER_DEG = 5.0  # of the angle at which a turn starts
 _KEPT = 3  # turns before the one in progress
 
 _Nodes = tuple[FloatArray, FloatArray, FloatArray]  # angles, distances, times
@@ -24,9 +25,9 @@ class Sweep:
 
     This gives an obstacle some 25 ms after its beam, instead of up to a whole turn later.
 
-    Degrees of which every measurement was lost show what the turn before that one saw, for one turn
-    more; then they are missing. What an older turn saw there is an obstacle too: a wrong
-    measurement never makes the way free for a second scan.
+    Degrees of which every measurement was lost show what the two turns before saw, for one turn
+    more; then they are missing, as they are when one of those saw nothing there either. So a wrong
+    measurement never makes the way free for a second turn.
     """
 
     def __init__(self, source: int = codes.SIMULATED, period_s: float = NODE_PERIOD_S) -> None:
@@ -81,14 +82,17 @@ class Sweep:
         angles = kept[0][0]
         if not len(angles):
             return None
-        # Counted along the nodes, so that jitter about the start of the turn is not a whole turn.
-        reached_deg = min(max(-float(wrapped_steps(angles).sum()), 0.0), 360.0)
+        # Where the mirror is, as the lidar counts: along the nodes, so that jitter about the start
+        # of the turn is not a whole turn.
+        first_deg = float(-angles[0] % 360.0)
+        turned_deg = -float(wrapped_steps(angles).sum())
+        reached_deg = first_deg - (360.0 if first_deg > 360.0 - _JITTER_DEG else 0.0) + turned_deg
 
         def view(back: int) -> _Nodes:
             # The whole turn that ended where the newest node is, `back` turns ago.
             newer, older = kept[back], kept[back + 1]
-            passed = (angles[0] - newer[0]) % 360.0 <= reached_deg  # the mirror turns clockwise
-            ahead = (angles[0] - older[0]) % 360.0 > reached_deg
+            passed = -newer[0] % 360.0 <= reached_deg
+            ahead = -older[0] % 360.0 > reached_deg
             return _join(_pick(newer, passed) if back else newer, _pick(older, ahead))
 
         whole = view(0)
@@ -125,13 +129,12 @@ class _Turn:
 
 def _fill(newest: _Nodes, missing: NDArray[np.bool_], before: _Nodes, oldest: _Nodes) -> _Nodes:
     """`newest`, and what the views before it have of the degrees it has nothing of."""
-    if not len(before[0]):
-        return newest
     bins_before, bins_oldest = _bins(before), _bins(oldest)
-    filled = _join(newest, _pick(before, missing[bins_before]))
-    # Of these obstacles alone, beside younger ones: they only reduce, whatever their age.
-    in_both = missing & (np.bincount(bins_before, minlength=BINS) > 0)
-    angles, distances, _ = _pick(oldest, in_both[bins_oldest] & (oldest[1] > 0.0))
+    chosen = missing & (np.bincount(bins_before, minlength=BINS) > 0)
+    chosen &= np.bincount(bins_oldest, minlength=BINS) > 0
+    filled = _join(newest, _pick(before, chosen[bins_before]))
+    # Of these the obstacles alone: they only reduce, so that their age does not count.
+    angles, distances, _ = _pick(oldest, chosen[bins_oldest] & (oldest[1] > 0.0))
     return _join(filled, (angles, distances, np.full(len(angles), np.inf)))
 
 
