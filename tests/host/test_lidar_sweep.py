@@ -94,10 +94,11 @@ def test_after_a_pause_the_old_half_keeps_its_age() -> None:
 
 
 def without(nodes: Nodes, from_deg: float, to_deg: float) -> Nodes:
+    """What is left; a turn whose start was lost starts with what came next, as in dense mode."""
     kept = (nodes.angles_deg < from_deg) | (nodes.angles_deg >= to_deg)
-    return Nodes(
-        nodes.angles_deg[kept], nodes.distances_m[kept], nodes.starts[kept], nodes.backlog[kept]
-    )
+    starts = nodes.starts[kept]
+    starts[0] |= nodes.starts[0]
+    return Nodes(nodes.angles_deg[kept], nodes.distances_m[kept], starts, nodes.backlog[kept])
 
 
 def add_turn(sweep: Sweep, turn: int, nodes: Nodes) -> Scan:
