@@ -28,6 +28,7 @@ _ACCELERATE = const(3)  # q16 a ms
 _BRAKE = const(4)
 _FOLLOW = const(5)  # share of the difference that the lag lets through in a ms, 1/65536
 
+_STILL = const(512)  # half a degree/s, q10
 _PAST_MS = const(512)  # a power of two, above the longest dead time
 _HALF_TURN = const(11796480)  # q16
 _TURN = const(23592960)
@@ -91,6 +92,9 @@ class ChairModel:
         rest = ((ramp >> 6) - rate) * n[_FOLLOW] + s[_RATE_REST]
         rate += rest >> 16
         s[_RATE_REST] = rest & 0xFFFF
+        # At a standstill the brakes hold it.
+        if ramp == 0 and wanted == 0 and rate < _STILL and rate + _STILL > 0:
+            rate = 0
         s[_RATE] = rate
         # 2**23 / 1000 per ms: 38400 * 8389 + 2**15 < 2**30.
         rest = (rate >> 2) * 8389 + s[_ANGLE_REST]

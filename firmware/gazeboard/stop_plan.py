@@ -59,6 +59,15 @@ class StopPlan:
             return area - w[_COUNTER + _CELLS - 1]
         return area - w[at] - ((w[at + 1] - w[at]) * (z & mask) >> shift)
 
+    # Still to turn, in 1/256 degree, if let go from now on: ramp_q6 either way.
+    @micropython.viper
+    def free_q8(self, ramp_q6: int, rate_q6: int) -> int:
+        w = ptr32(self._words)
+        area = (ramp_q6 * ramp_q6 >> 10) * w[_PER_BRAKE] >> 12
+        if ramp_q6 < 0:
+            area = 0 - area
+        return area + (rate_q6 * w[_LAG] >> 10)
+
     # Rate left, 1/64 degree/s, when the ramp, now ramp_q6 the other way (0 or above), is back at 0.
     @micropython.viper
     def end_rate_q6(self, ramp_q6: int, rate_q6: int) -> int:

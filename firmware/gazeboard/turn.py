@@ -6,12 +6,13 @@
 # what the heading seen deviates from the model's, and moves the changes accordingly. At rest, what
 # is still missing is made good by at most two more moves, planned the same way.
 
+from gazeboard.casters import Casters
 from gazeboard.chair_model import ChairModel
 from gazeboard.limits import HEADING_TURN_Q4_DEG
-from gazeboard.pid import PD
 from gazeboard.stop_plan import StopPlan
 from gazelink.const import const
 from gazelink.native import micropython
+from gazelink.settings_table import NO_CASTERS_Q4_DEG
 
 _HALF_Q4 = HEADING_TURN_Q4_DEG // 2
 _HALF_TURN_Q16 = const(11796480)
@@ -21,8 +22,15 @@ _GO = const(0)
 _COUNTER = const(1)
 _COAST = const(2)
 
-_MOVES = const(3)  # the first and its corrections
-_NEAR_Q4 = const(32)  # with nothing more to be done: 2 degrees beside is there all the same
+_MOVES = const(4)  # the first and its corrections
+_MOVES_ALL = const(6)  # with those from rest
+_NEAR_Q8 = const(512)  # with no move left, 2 degrees beside is there all the same
+_SHORT_Q8 = const(64)  # a quarter degree short is better than a long coast
+_STILL_Q8 = const(64)
+_WILD = 4
+_DOUBT_Q10 = const(8192)  # 8 degrees/s: below it the model is believed, above it what is seen
+_GAIN_MIN_Q8 = const(64)
+_GAIN_MAX_Q8 = const(512)
 _REST_Q4 = const(16)  # slower than 1 degree/s is rest
 _SETTLE_MS = const(150)
 
@@ -34,21 +42,23 @@ def wrapped(angle_q4):
 
 
 class TurnController:
-    # model: a ChairModel, stepped by whoever puts out. left, right: a StopPlan each. controller: a
-    # FeedbackController, degrees of landing per degree of deviation. cutoff_q4: nearer than this
-    # is there. limit_permille: full deflection.
+    # model: a ChairModel, stepped by whoever puts out. left, right: a StopPlan each.
+    # cutoff_q4: nearer than this is there. limit_permille: full deflection.
 
-    def __init__(self, model, left, right, controller, cutoff_q4, limit_permille):
+    def __init__(self, model, casters, left, right, cutoff_q4, limit_permille):
         self.model = model
+        self._casters = casters
         self._left = left
         self._right = right
-        self._controller = controller
-        self._cutoff_q4 = cutoff_q4
+        self._cutoff_q8 = cutoff_q4 << 4
         self._limit = limit_permille
         self._count = -1
         self._setpoint_q4 = 0
-        self._offset_q16 = 0
-        self._trim_q8 = 0
+        self._left_q8 = 0
+        self._seen_q16 = 0
+        self._beside_q8 = 0
+        self._gain_q8 = 256
+        self._wild_q8 = 256  # the largest in this step
         self._phase = _COAST
         self._sign = 1
         self._plan = left
@@ -60,7 +70,10 @@ class TurnController:
     # One ms of what was put out, whatever the motion.
     @micropython.native
     def follow(self, turn_permille):
-        self.model.step(turn_permille)
+        model = self.model
+        model.step(turn_permille)
+        if self._casters.any:
+            self._casters.advance(model.seen_angle())
 
     @micropython.native
     def start(self, setpoint_q4, heading_q4):
@@ -68,88 +81,117 @@ class TurnController:
         self._moves = 0
         self.arrived = False
         self.missed = False
-        self._begin(heading_q4)
+        self._wild_q8 = 256
+        self._rest_ms = 0
+        self._look(heading_q4, 0)
+        self._casters.watch(self._beside_q8)
+        self._begin(self._left_q8)
 
     @micropython.native
-    def _begin(self, heading_q4):
+    def _begin(self, left_q8):
         self._moves += 1
-        self._rest_ms = 0
-        self._offset_q16 = (heading_q4 << 12) - self.model.seen_angle()
-        self._trim_q8 = 0
-        self._controller.reset()
         self._phase = _GO
-        self._sign = 1 if self._left_q8() >= 0 else -1
-        self._plan = self._left if self._sign > 0 else self._right
+        self._sign = 1 if left_q8 >= 0 else -1
+        self._plan = self._left if left_q8 >= 0 else self._right
 
     # One tick of 1 ms: the turn output in permille, left positive. count: of heading samples.
     @micropython.native
     def update(self, heading_q4, rate_q4, count):
         if count != self._count:
             self._count = count
-            self._compare(heading_q4, rate_q4)
+            self._look(heading_q4, rate_q4)
+        model = self.model
+        sign = self._sign
+        ramp_q6 = sign * model.ramp_q6()
+        rate_q6 = sign * model.rate_q6()
+        left_q8 = sign * self._left_q8
+        ahead_q8 = sign * self._pipeline_q8()
+        if self._phase == _COAST:
+            self._coast(left_q8, ahead_q8 + self._plan.free_q8(ramp_q6, rate_q6), rate_q4)
+            if self._phase == _COAST:
+                return 0
+            if sign != self._sign:
+                sign = -sign
+                ramp_q6 = -ramp_q6
+                rate_q6 = -rate_q6
+                left_q8 = -left_q8
+                ahead_q8 = -ahead_q8
+        out = self._limit if sign > 0 else -self._limit
         if self._phase == _GO:
-            if self._goes_on():
-                return self._limit if self._sign > 0 else -self._limit
+            if ramp_q6 > 0:
+                ahead_q8 += self._plan.stop_q8(ramp_q6, rate_q6)
+            if left_q8 > self._turns_q8(ahead_q8):
+                return out
             self._phase = _COUNTER
-        if self._phase == _COUNTER:
-            if self._counters_on():
-                return -self._limit if self._sign > 0 else self._limit
-            self._phase = _COAST
-        self._coast(heading_q4, rate_q4)
+        if ramp_q6 > 0:
+            return -out
+        if self._plan.end_rate_q6(-ramp_q6, rate_q6) > 0:
+            free_q8 = ahead_q8 + self._plan.free_q8(ramp_q6, rate_q6)
+            if left_q8 < self._turns_q8(free_q8) + _SHORT_Q8:
+                return -out
+        self._phase = _COAST
         return 0
 
-    # How far the end will be beside the plan, from what is seen now.
+    # A new heading sample: how far it is from there, and how the chair turns compared to the model.
     @micropython.native
-    def _compare(self, heading_q4, rate_q4):
+    def _look(self, heading_q4, rate_q4):
         model = self.model
-        off_q4 = wrapped(((heading_q4 << 12) - model.seen_angle() - self._offset_q16) >> 12)
-        rate_off_q4 = rate_q4 - (model.seen_rate() >> 6)
-        self._trim_q8 = self._controller.update(off_q4, -rate_off_q4, 10) << 4
+        self._left_q8 = wrapped(self._setpoint_q4 - heading_q4) << 4
+        self._seen_q16 = model.seen_angle()
+        rate_q10 = model.seen_rate()
+        if self._casters.any:
+            self._casters.advance(self._seen_q16)
+            self._beside_q8 = wrapped(heading_q4 - (self._seen_q16 >> 12)) << 4
+            if self._moves:
+                self._casters.learn(self._beside_q8)
+            deg_q8 = 256 if rate_q10 >= 0 else -256
+            rate_q10 = rate_q10 * (256 + self._casters.swing_q8(deg_q8) * deg_q8 // 256) >> 8
+        if rate_q10 < 0:
+            rate_q10 = -rate_q10
+            rate_q4 = -rate_q4
+        gain_q8 = (((rate_q4 << 6) + _DOUBT_Q10) << 8) // (rate_q10 + _DOUBT_Q10)
+        gain_q8 = max(_GAIN_MIN_Q8, min(_GAIN_MAX_Q8, gain_q8))
+        if gain_q8 > self._wild_q8:
+            self._wild_q8 = gain_q8
+        if self._moves > 1 and gain_q8 < self._wild_q8:
+            gain_q8 += (self._wild_q8 - gain_q8) * _WILD >> 4
+        self._gain_q8 = gain_q8
 
-    # From where the model is to the setpoint, 1/256 degree.
+    # What the model turned beyond what that sample shows, 1/256 degree.
     @micropython.native
-    def _left_q8(self):
-        to_q16 = (self._setpoint_q4 << 12) - self._offset_q16 - self.model.angle()
-        to_q16 = (to_q16 + _HALF_TURN_Q16) % _TURN_Q16 - _HALF_TURN_Q16
-        return (to_q16 >> 8) - self._trim_q8
+    def _pipeline_q8(self):
+        angle_q16 = self.model.angle() - self._seen_q16
+        return ((angle_q16 + _HALF_TURN_Q16) % _TURN_Q16 - _HALF_TURN_Q16) >> 8
 
+    # How far the chair turns while the wheels turn that far, 1/256 degree.
     @micropython.native
-    def _goes_on(self):
-        model = self.model
-        sign = self._sign
-        ramp_q6 = sign * model.ramp_q6()
-        left_q8 = sign * self._left_q8()
-        if ramp_q6 < 0:
-            return left_q8 > 0
-        return left_q8 > self._plan.stop_q8(ramp_q6, sign * model.rate_q6())
+    def _turns_q8(self, way_q8):
+        if self._casters.any:
+            sign = self._sign
+            way_q8 += sign * self._casters.swing_q8(sign * way_q8)
+        return way_q8 * self._gain_q8 >> 8
 
+    # Nothing put out: is it there, or is another move needed? The sooner the surer it is.
     @micropython.native
-    def _counters_on(self):
-        model = self.model
-        sign = self._sign
-        ramp_q6 = sign * model.ramp_q6()
-        if ramp_q6 > 0:
-            return True
-        return self._plan.end_rate_q6(-ramp_q6, sign * model.rate_q6()) > 0
-
-    @micropython.native
-    def _coast(self, heading_q4, rate_q4):
-        model = self.model
-        if not -_REST_Q4 <= rate_q4 <= _REST_Q4 or model.moves():
+    def _coast(self, left_q8, free_q8, rate_q4):
+        error_q8 = left_q8 - self._turns_q8(free_q8)
+        doubt_q8 = self._cutoff_q8 + (abs(free_q8) >> 2)
+        if not -doubt_q8 <= error_q8 <= doubt_q8 and self._moves < _MOVES:
+            self._rest_ms = 0
+            self._begin(self._sign * error_q8)
+            return
+        if not -_REST_Q4 <= rate_q4 <= _REST_Q4 or not -_STILL_Q8 <= free_q8 <= _STILL_Q8:
             self._rest_ms = 0
             return
         self._rest_ms += 1
         if self._rest_ms < _SETTLE_MS:
             return
-        error_q4 = wrapped(self._setpoint_q4 - heading_q4)
-        if -self._cutoff_q4 <= error_q4 <= self._cutoff_q4:
-            self.arrived = True
-        elif self._moves < _MOVES:
-            self._begin(heading_q4)
-        elif -_NEAR_Q4 <= error_q4 <= _NEAR_Q4:
-            self.arrived = True
+        if not -self._cutoff_q8 <= left_q8 <= self._cutoff_q8 and self._moves < _MOVES_ALL:
+            self._rest_ms = 0
+            self._begin(self._sign * left_q8)
         else:
-            self.missed = True
+            self.arrived = -_NEAR_Q8 <= left_q8 <= _NEAR_Q8
+            self.missed = not self.arrived
 
 
 # The controller for the selected profile of `settings`.
@@ -159,13 +201,11 @@ def turn_controller(settings):
     left = of("left_q4_dps")
     right = of("right_q4_dps")
     dynamics = (of("accelerate_dps2"), of("brake_dps2"), of("lag_ms"))
-    # A rate that is off stays so until the changed output arrives and passes the lag.
-    horizon_ms = of("dead_time_ms") + of("lag_ms")
     return TurnController(
         ChairModel(s),
+        Casters(of("caster_q4_deg") - NO_CASTERS_Q4_DEG, of("caster_way_q4_deg")),
         StopPlan(left, right, *dynamics),
         StopPlan(right, left, *dynamics),
-        PD(256, 256 * horizon_ms // 1000),
         s.turn_cutoff_q4_deg,
         s.step_turn_permille,
     )

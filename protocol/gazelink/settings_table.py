@@ -7,6 +7,8 @@
 # The chair's speed profiles that have rows of their own (SPEC section 1).
 PROFILES = ("1.2", "2.1", "3.1", "4.1", "5.1")
 
+NO_CASTERS_Q4_DEG = 320  # caster_q4_deg of casters that turn nothing: the row holds no sign
+
 # (name, default, lowest, highest)
 _GENERAL = (
     ("neutral_linear_count", 170, 150, 190),
@@ -19,10 +21,11 @@ _GENERAL = (
     ("step_turn_permille", 1000, 50, 1000),  # of a step turn and of a tuning pulse
     ("step_turn_limit_ms", 6000, 1000, 10000),
     ("tune_angle_q4_deg", 480, 80, 960),
-    ("turn_kp_q4", 400, 0, 3200),
-    ("turn_ki_q4", 0, 0, 3200),
-    ("turn_kd_q4", 100, 0, 3200),
-    ("turn_cutoff_q4_deg", 20, 8, 80),
+    ("step_ramp_ms", 300, 0, 1000),  # a step straight on begins and ends over this long
+    ("turn_cutoff_q4_deg", 11, 8, 80),  # a step turn nearer than this has arrived
+    ("hold_kp_q4", 320, 0, 3200),  # going straight: permille per degree beside the heading
+    ("hold_kd_q4", 80, 0, 3200),  # permille per degree/s
+    ("hold_permille", 150, 0, 300),  # the most that holding puts out
     ("reaction_ms", 350, 200, 1000),  # from the obstacle's echo to the first braking
     ("stop_margin_mm", 100, 50, 500),
     ("stop_margin_q4_deg", 48, 16, 160),
@@ -30,7 +33,8 @@ _GENERAL = (
     ("tilt_limit_q4_deg", 240, 80, 480),
     ("relay_fitted", 1, 0, 1),
 )
-# One of each per profile: what the chair makes of the joystick. Speeds are at full deflection.
+# One of each per profile: what the chair makes of the joystick. Speeds are at full deflection; the
+# dead time is from the wiper to the heading as the board reads it, the sensor's delay included.
 PROFILE_ROWS = (
     ("forward_mm_s", 100, 2000),
     ("backward_mm_s", 100, 2000),
@@ -42,15 +46,17 @@ PROFILE_ROWS = (
     ("lag_ms", 20, 800),
     ("accelerate_dps2", 20, 600),
     ("brake_dps2", 20, 600),
+    ("caster_q4_deg", 0, 640),  # turned further after a reversal, above NO_CASTERS_Q4_DEG
+    ("caster_way_q4_deg", 80, 2000),  # turned by the wheels until the casters have swung round
     ("tuned", 0, 1),
 )
 # Until a chair is tuned: the speeds seen on the chair, the rest from comparable chairs.
 _DEFAULTS = (
-    (194, 250, 500, 364, 273, 80, 150, 250, 120, 180, 0),
-    (278, 278, 500, 637, 637, 80, 150, 250, 120, 180, 0),
-    (361, 389, 500, 728, 728, 80, 150, 250, 120, 180, 0),
-    (444, 472, 500, 910, 910, 80, 150, 250, 120, 180, 0),
-    (556, 389, 500, 910, 910, 80, 150, 250, 120, 180, 0),
+    (194, 250, 500, 364, 273, 80, 150, 250, 120, 180, 320, 400, 0),
+    (278, 278, 500, 637, 637, 80, 150, 250, 120, 180, 320, 400, 0),
+    (361, 389, 500, 728, 728, 80, 150, 250, 120, 180, 320, 400, 0),
+    (444, 472, 500, 910, 910, 80, 150, 250, 120, 180, 320, 400, 0),
+    (556, 389, 500, 910, 910, 80, 150, 250, 120, 180, 320, 400, 0),
 )
 
 

@@ -89,6 +89,8 @@ def _numbers(u: Floats) -> TurnNumbers:
         float(lag),
         float(accelerate),
         float(brake),
+        float(u[model.CASTER]),
+        float(np.exp(u[model.CASTER_WAY])),
     )
 
 

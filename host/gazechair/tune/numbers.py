@@ -5,7 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from gazelink.settings_table import PROFILES, TABLE, index_of, profile_row
+from gazelink.settings_table import (
+    NO_CASTERS_Q4_DEG,
+    PROFILES,
+    TABLE,
+    index_of,
+    profile_row,
+)
 
 
 @dataclass(frozen=True)
@@ -23,6 +29,10 @@ class TurnNumbers:
     lag_s: float
     accelerate_dps2: float
     brake_dps2: float
+    caster_deg: float = 0.0
+    """How much further the chair turns after a reversal, while the casters swing round."""
+    caster_way_deg: float = 25.0
+    """How far the wheels turn meanwhile."""
 
     @classmethod
     def of(cls, profile: str, values: Sequence[int]) -> TurnNumbers:
@@ -39,6 +49,8 @@ class TurnNumbers:
             row("lag_ms") / 1000,
             float(row("accelerate_dps2")),
             float(row("brake_dps2")),
+            (row("caster_q4_deg") - NO_CASTERS_Q4_DEG) / 16,
+            row("caster_way_q4_deg") / 16,
         )
 
     @classmethod
@@ -56,6 +68,8 @@ class TurnNumbers:
             "lag_ms": self.lag_s * 1000,
             "accelerate_dps2": self.accelerate_dps2,
             "brake_dps2": self.brake_dps2,
+            "caster_q4_deg": NO_CASTERS_Q4_DEG + self.caster_deg * 16,
+            "caster_way_q4_deg": min(124.0, max(6.0, self.caster_way_deg)) * 16,
             "tuned": 1,
         }
         row = PROFILES.index(profile)

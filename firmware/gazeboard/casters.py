@@ -1,0 +1,125 @@
+# What the casters add to a turn. After a reversal they swing round by the way the wheels go, and
+# turn the chair besides: from lying as after a right turn (0) to lying as after a left (the whole
+# way), half a cosine. Integers, no allocation.
+#
+# How they lie is known once the chair has turned far enough one way. Until then both ends are
+# followed, half of each is expected, and what the heading does tells which of them is right.
+
+import array
+import math
+
+from gazelink.const import const
+from gazelink.native import micropython, ptr32
+
+# Indices of the words.
+_LOW = const(0)  # way from the right's end, 1/256 degree, if they lay there
+_HIGH = const(1)  # if they lay at the left's
+_SEEN = const(2)  # angle of the wheels up to which this holds, q16
+_SIZE = const(3)  # 1/256 degree
+_WAY = const(4)
+_PER_WAY = const(5)
+_SWING = const(6)  # first word of (1 - cos) / 2, 1/16384
+_CELLS = const(256)
+
+_HALF_TURN = const(11796480)
+_TURN = const(23592960)
+_SURE_Q8 = const(192)  # so far apart the two must be to tell which is right
+
+
+class Casters:
+    # size_q4: what they add in all, 1/16 degree, negative against the turn. way_q4: over how much.
+
+    def __init__(self, size_q4, way_q4):
+        words = [0, way_q4 << 4, 0, size_q4 << 4, way_q4 << 4, (1 << 24) // (way_q4 << 4)]
+        words += [
+            int(8192 * (1.0 - math.cos(math.pi * k / _CELLS)) + 0.5) for k in range(_CELLS + 1)
+        ]
+        self._words = array.array("i", words + words[-1:])
+        self.any = size_q4 != 0
+        self._turned_q8 = 0
+        self._low_q8 = 0
+        self._high_q8 = 0
+
+    # The wheels have turned to `angle_q16`.
+    @micropython.viper
+    def advance(self, angle_q16: int):
+        w = ptr32(self._words)
+        by = angle_q16 - w[_SEEN]
+        if by >= _HALF_TURN:
+            by -= _TURN
+        elif by + _HALF_TURN < 0:
+            by += _TURN
+        by = by >> 8
+        seen = w[_SEEN] + (by << 8)
+        if seen >= _HALF_TURN:
+            seen -= _TURN
+        elif seen + _HALF_TURN < 0:
+            seen += _TURN
+        w[_SEEN] = seen
+        k = 0
+        while k < 2:
+            at = w[k] + by
+            if at < 0:
+                at = 0
+            elif at > w[_WAY]:
+                at = w[_WAY]
+            w[k] = at
+            k += 1
+
+    # What they add over the next `way_q8` of the wheels, both in 1/256 degree, left positive.
+    @micropython.viper
+    def swing_q8(self, way_q8: int) -> int:
+        w = ptr32(self._words)
+        most = 0
+        k = 0
+        while k < 2:
+            at = w[k] + way_q8
+            if at < 0:
+                at = 0
+            elif at > w[_WAY]:
+                at = w[_WAY]
+            to = at * w[_PER_WAY] >> 8  # 2**24 at most
+            cell = (to >> 8) + _SWING
+            swung = w[cell] + ((w[cell + 1] - w[cell]) * (to & 255) >> 8)
+            to = w[k] * w[_PER_WAY] >> 8
+            cell = (to >> 8) + _SWING
+            swung -= w[cell] + ((w[cell + 1] - w[cell]) * (to & 255) >> 8)
+            swung = w[_SIZE] * swung >> 14
+            if k == 0:
+                most = swung
+            elif way_q8 > 0:
+                if swung > most:
+                    most = swung
+            elif swung < most:
+                most = swung
+            k += 1
+        return most
+
+    # Where either end's casters have turned the chair to, 1/256 degree.
+    @micropython.viper
+    def _turned(self, k: int) -> int:
+        w = ptr32(self._words)
+        to = w[k] * w[_PER_WAY] >> 8
+        cell = (to >> 8) + _SWING
+        return w[_SIZE] * (w[cell] + ((w[cell + 1] - w[cell]) * (to & 255) >> 8)) >> 14
+
+    # From here on the heading is watched; beside_q8: how far it is beside the wheels' angle.
+    @micropython.native
+    def watch(self, beside_q8):
+        self._turned_q8 = beside_q8
+        self._low_q8 = self._turned(_LOW)
+        self._high_q8 = self._turned(_HIGH)
+
+    # The heading is beside_q8 beside the wheels' angle now: which end has it right?
+    @micropython.native
+    def learn(self, beside_q8):
+        by_q8 = beside_q8 - self._turned_q8
+        low_q8 = self._turned(_LOW) - self._low_q8
+        high_q8 = self._turned(_HIGH) - self._high_q8
+        if -_SURE_Q8 < low_q8 - high_q8 < _SURE_Q8:
+            return
+        w = self._words
+        if abs(by_q8 - low_q8) < abs(by_q8 - high_q8):
+            w[_HIGH] = w[_LOW]
+        else:
+            w[_LOW] = w[_HIGH]
