@@ -9,6 +9,7 @@ from typing import Protocol
 from gazechair import health as h
 from gazechair import ports
 from gazechair.camera import CameraService
+from gazechair.caretaker_settings import CaretakerSettings
 from gazechair.config import Config, is_loopback, uses_tls
 from gazechair.control import Control
 from gazechair.front_door import FrontDoor
@@ -47,7 +48,9 @@ class Daemon:
         )
         self._camera = CameraService(config.camera, self.parts.part("camera"))
         self.control = Control(config, self.link, self.parts, self._camera.latest().age_s)
-        self._web = FrontDoor(config, self.control, self._camera.latest())
+        self._web = FrontDoor(
+            config, self.control, self._camera.latest(), CaretakerSettings(self.link)
+        )
 
     @property
     def url(self) -> str:

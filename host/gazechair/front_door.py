@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from gazechair.camera import Frame
+from gazechair.caretaker_settings import CaretakerSettings
 from gazechair.config import Config
 from gazechair.driver_port import DriverPort
 from gazechair.pairing import PairingDesk, StoreError
@@ -17,11 +18,18 @@ from gazechair.web import WebError, WebServer
 class FrontDoor:
     """Everything by which people's devices reach the host."""
 
-    def __init__(self, config: Config, port: DriverPort, video: Latest[Frame] | None) -> None:
+    def __init__(
+        self,
+        config: Config,
+        port: DriverPort,
+        video: Latest[Frame] | None,
+        settings: CaretakerSettings,
+    ) -> None:
         """Arguments as of WebServer."""
         self._config = config
         self._driver_port = port
         self._video = video
+        self._settings = settings
         self._desk: PairingDesk | None = None
         self._web: WebServer | None = None
         self._side: LocalDoor | None = None
@@ -39,7 +47,9 @@ class FrontDoor:
         folder = state_folder(self._config.web.state_folder)
         try:
             self._desk = PairingDesk(folder)
-            self._web = WebServer(self._config, self._driver_port, self._video, self._desk, folder)
+            self._web = WebServer(
+                self._config, self._driver_port, self._video, self._desk, folder, self._settings
+            )
             self._side = LocalDoor(self._desk, folder, self._pairing_url)
             self._side.start()
         except (StoreError, AlreadyRunning) as error:

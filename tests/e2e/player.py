@@ -6,12 +6,16 @@ import contextlib
 import json
 import threading
 import time
+from collections import deque
 from typing import Any
 
 from simple_websocket import Client, ConnectionClosed, ConnectionError
 
+from gazechair.control import HEARTBEAT_MS
+
 _BEAT_S = 0.1
-_HOLD_S = 0.05
+_HOLD_S = HEARTBEAT_MS / 1000
+_TOKEN_KEPT_S = 0.5
 _RETRY_S = 0.2
 _GONE = (ConnectionClosed, ConnectionError, OSError)
 
@@ -26,6 +30,7 @@ class Player:
         self._held: dict[str, Any] | None = None
         self._once: list[dict[str, Any]] = []
         self._edge = 0
+        self._tokens: deque[tuple[int, float]] = deque(maxlen=50)  # token, time of arrival
         self.state: dict[str, Any] = {}
         self.refused: list[str] = []
         self._stopping = threading.Event()
@@ -62,6 +67,7 @@ class Player:
             with contextlib.suppress(*_GONE):
                 self._serve(Client(self._url, headers=self._headers))
             self.state = {}
+            self._tokens.clear()
             self._stopping.wait(_RETRY_S)
 
     def _serve(self, socket: Client) -> None:
@@ -69,8 +75,8 @@ class Player:
         try:
             while not self._stopping.is_set():
                 self._hear(socket)
-                token = self.state.get("token")
-                if token is None:
+                proof = self._proof()
+                if proof is None:
                     continue
                 now_s = time.monotonic()
                 with self._lock:
@@ -82,15 +88,26 @@ class Player:
                     beat_s = now_s
                     due.append({"k": "hb"})
                 for message in due:
-                    socket.send(json.dumps({**message, "token": token}))
+                    socket.send(json.dumps({**message, **proof}))
         finally:
             with contextlib.suppress(*_GONE):
                 socket.close()
+
+    def _proof(self) -> dict[str, int] | None:
+        # The token that was delayed least, and how long it has been here.
+        now_s = time.monotonic()
+        known = [(token, at_s) for token, at_s in self._tokens if now_s - at_s <= _TOKEN_KEPT_S]
+        if not known:
+            return None
+        token, at_s = max(known, key=lambda pair: pair[0] - 1000 * pair[1])
+        return {"token": token, "since": int(1000 * (now_s - at_s))}
 
     def _hear(self, socket: Client) -> None:
         text = socket.receive(timeout=0.01)
         while text is not None:
             message = json.loads(text)
+            if "token" in message:
+                self._tokens.append((message["token"], time.monotonic()))
             if message["k"] == "state":
                 self.state = message
             elif message["k"] == "refused":

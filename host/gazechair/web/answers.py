@@ -7,6 +7,9 @@ from typing import Any
 
 from flask import Response, request
 
+from gazechair.pairing import Device
+from gazechair.web.guard import DEVICE
+
 
 class BadRequest(Exception):
     """A body that is not what the contract says: one plain line."""
@@ -26,6 +29,14 @@ def answer(content: dict[str, Any], status: int = 200) -> Response:
 def refuse(status: int, reason: str, detail: str, **more: Any) -> Response:
     """A refusal: `reason` is a key of the string tables, `detail` one plain line."""
     return answer({"reason": reason, "detail": detail, **more}, status)
+
+
+def unless_caretaker() -> Response | None:
+    """A refusal for a device that is no caretaker's, None for a caretaker's."""
+    device: Device = request.environ[DEVICE]
+    if device.role == "caretaker":
+        return None
+    return refuse(403, "not_allowed", f"a {device.role} may not; only a caretaker")
 
 
 def body() -> dict[str, Any]:

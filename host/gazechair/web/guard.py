@@ -21,7 +21,7 @@ DEVICE = "gazechair.device"
 _PUBLIC = ("/pair", "/me", "/authority.crt", "/static/pair.js", "/static/pair.css")
 _PUBLIC_TOO = ("/static/icon.svg", "/static/strings.js")
 _PUBLIC_FOLDER = "/strings/"
-_PAGES = ("/", "/caretaker")
+PAGES = ("/", "/caretaker")
 
 HEADERS = {
     "Content-Security-Policy": (
@@ -125,7 +125,7 @@ class Guard:
         refusal = self._judge(environ)
         path = str(environ.get("PATH_INFO", ""))
         if refusal is not None:
-            if refusal.reason == "not_paired" and path in _PAGES and not is_upgrade(environ):
+            if refusal.reason == "not_paired" and path in PAGES and not is_upgrade(environ):
                 return _redirect(environ, start, "/pair")
             log.warning("refused %s %s: %s", environ.get("REMOTE_ADDR"), path, refusal.detail)
             return _answer(start, refusal)

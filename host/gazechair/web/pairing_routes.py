@@ -12,8 +12,8 @@ from gazechair.pairing import Device, PairingDesk, Rejected, StoreError
 from gazechair.pairing.one_time import VALID_S
 from gazechair.pairing.show import qr_rows
 from gazechair.pairing.store import ROLES
-from gazechair.web.answers import BadRequest, answer, body, refuse, text_in
-from gazechair.web.guard import DEVICE
+from gazechair.web.answers import BadRequest, answer, body, refuse, text_in, unless_caretaker
+from gazechair.web.guard import DEVICE, PAGES, token_in
 
 _COOKIE_S = 400 * 86_400  # the longest that browsers keep one
 _MOST_CODE = 40
@@ -50,20 +50,30 @@ def add_routes(
             response.headers["Retry-After"] = str(wait_s)
             return response
         response = answer({"role": paired.device.role})
+        keep(response, paired.token)
+        return response
+
+    def keep(response: Response, token: str) -> None:
         response.set_cookie(
             cookie_name(),
-            paired.token,
+            token,
             max_age=_COOKIE_S,
             path="/",
             secure=tls,
             httponly=True,
             samesite="Strict",
         )
+
+    @app.after_request
+    def keep_longer(response: Response) -> Response:
+        # Whoever opens a page within 400 days stays paired.
+        if request.path in PAGES and request.environ.get(DEVICE) is not None:
+            keep(response, token_in(request.environ, cookie_name()))
         return response
 
     @app.get("/pairing")
     def devices() -> Response:
-        return _not_caretaker() or _devices(desk)
+        return unless_caretaker() or _devices(desk)
 
     @app.post("/pairing/code")
     def new_code() -> Response:
@@ -73,7 +83,7 @@ def add_routes(
             return error.response()
         if role not in ROLES:
             return refuse(400, "bad_message", f'"role" must be one of {", ".join(ROLES)}')
-        return _not_caretaker() or _code(desk, role, url())
+        return unless_caretaker() or _code(desk, role, url())
 
     @app.post("/pairing/revoke")
     def revoke() -> Response:
@@ -81,7 +91,7 @@ def add_routes(
             id = text_in(body(), "id", _MOST_CODE)
         except BadRequest as error:
             return error.response()
-        refusal = _not_caretaker()
+        refusal = unless_caretaker()
         if refusal is not None:
             return refusal
         try:
@@ -118,10 +128,3 @@ def _devices(desk: PairingDesk) -> Response:
         for device in desk.devices()
     ]
     return answer({"devices": rows})
-
-
-def _not_caretaker() -> Response | None:
-    device: Device = request.environ[DEVICE]
-    if device.role == "caretaker":
-        return None
-    return refuse(403, "not_allowed", f"a {device.role} may not; only a caretaker")

@@ -15,11 +15,12 @@ from flask_sock import Sock
 from werkzeug.exceptions import HTTPException
 
 from gazechair.camera import Frame
+from gazechair.caretaker_settings import CaretakerSettings
 from gazechair.config import Config, is_loopback, uses_tls
 from gazechair.driver_port import DriverPort
 from gazechair.pairing import Device, PairingDesk
 from gazechair.slots import Latest
-from gazechair.web import files, pairing_routes
+from gazechair.web import files, pairing_routes, settings_routes
 from gazechair.web.answers import answer, refuse
 from gazechair.web.certificate import Certificate, CertificateError
 from gazechair.web.control import ControlHub
@@ -52,8 +53,10 @@ class WebServer:
         video: Latest[Frame] | None,
         desk: PairingDesk,
         folder: Path,
+        settings: CaretakerSettings,
     ) -> None:
         """`video`: the slot with the newest picture, None without a camera; `folder`: for state."""
+        self._settings = settings
         self._config = config
         self._driver_port = port
         self._desk = desk
@@ -139,6 +142,7 @@ class WebServer:
         pairing_routes.add_routes(
             app, self._desk, self._cookie_name, lambda: f"{self.url}pair", self._tls
         )
+        settings_routes.add_routes(app, self._settings)
         sock = Sock(app)
 
         @app.get("/health")

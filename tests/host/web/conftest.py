@@ -13,11 +13,16 @@ from typing import Any
 import pytest
 import simple_websocket
 
+from gazechair.board_state import BoardState
 from gazechair.camera import Frame
+from gazechair.caretaker_settings import CaretakerSettings
 from gazechair.config import Config, WebConfig
+from gazechair.link_protocol import SettingReply
 from gazechair.pairing import Paired, PairingDesk
 from gazechair.slots import Latest
 from gazechair.web import WebServer, files
+from gazelink import codes
+from gazelink.settings_table import TABLE
 
 LONG_S = 20.0
 
@@ -82,6 +87,31 @@ class FakePort:
 
     def kinds(self) -> list[str]:
         return [message["k"] for _, message in self.received]
+
+
+class FakeBoard:
+    """The link to a board that keeps settings; `connected` False: it does not answer."""
+
+    def __init__(self) -> None:
+        self.connected = True
+        self.armed = False
+        self.values = [row[1] for row in TABLE]
+        self.saved: list[int] = []
+        self.refuse = 0
+
+    def state(self) -> BoardState | None:
+        if not self.connected:
+            return None
+        return BoardState(codes.ARMED if self.armed else 0, *[0] * 5, 0.0, 170, 170, 0, 0, 0, 0.0)
+
+    def setting(
+        self, request: int, index: int = 0, value: int = 0, timeout_s: float = 1.0
+    ) -> SettingReply | None:
+        if request == codes.SETTING_SET:
+            self.values[index] = value
+        elif request == codes.SETTING_SAVE:
+            self.saved = list(self.values)
+        return SettingReply(request, index, self.values[index], self.refuse)
 
 
 class Daemon(threading.Thread):
@@ -157,10 +187,27 @@ def pages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
+def board() -> FakeBoard:
+    return FakeBoard()
+
+
+@pytest.fixture
 def server(
-    port: FakePort, video: Latest[Frame], desk: PairingDesk, pages: Path, tmp_path: Path
+    port: FakePort,
+    video: Latest[Frame],
+    desk: PairingDesk,
+    pages: Path,
+    board: FakeBoard,
+    tmp_path: Path,
 ) -> Iterator[WebServer]:
-    server = WebServer(Config(web=WebConfig(port=0)), port, video, desk, tmp_path / "state")
+    server = WebServer(
+        Config(web=WebConfig(port=0)),
+        port,
+        video,
+        desk,
+        tmp_path / "state",
+        CaretakerSettings(board),
+    )
     server.start()
     yield server
     server.stop()

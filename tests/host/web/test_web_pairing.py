@@ -124,6 +124,13 @@ def test_guessing_is_locked_out_while_the_driver_drives_on(
     port.wait_for(lambda: "stop" in port.kinds())
 
 
+def test_a_page_that_is_opened_keeps_its_pairing(driver: Any, visitor: Any) -> None:
+    assert driver.headers["Cookie"] in driver.get("/")[1]["Set-Cookie"]
+    assert "Max-Age=34560000" in driver.get("/")[1]["Set-Cookie"]
+    assert "Set-Cookie" not in driver.get("/static/driver.js")[1]
+    assert "Set-Cookie" not in visitor(None).get("/")[1]
+
+
 # Roles
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 import simple_websocket
 
+from gazechair.caretaker_settings import CaretakerSettings
 from gazechair.config import Config, WebConfig
 from gazechair.web import WebError, WebServer
 
@@ -70,9 +71,16 @@ def test_the_health_of_all_parts_is_shown(get: Any) -> None:
 
 
 def test_a_taken_port_is_one_plain_line(
-    server: WebServer, port: Any, desk: Any, tmp_path: Path
+    server: WebServer, port: Any, desk: Any, board: Any, tmp_path: Path
 ) -> None:
-    second = WebServer(Config(web=WebConfig(port=server.port)), port, None, desk, tmp_path)
+    second = WebServer(
+        Config(web=WebConfig(port=server.port)),
+        port,
+        None,
+        desk,
+        tmp_path,
+        CaretakerSettings(board),
+    )
     with pytest.raises(WebError, match=r"can't serve the page at .*choose another web\.port"):
         second.start()
     second.stop()

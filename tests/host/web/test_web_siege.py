@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 import simple_websocket
 
+from gazechair.caretaker_settings import CaretakerSettings
 from gazechair.config import Config, WebConfig
 from gazechair.pairing import Paired
 from gazechair.web import WebServer, handler, places
@@ -183,9 +184,11 @@ def certificate_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def encrypted(port: Any, pages: Path, desk: Any, certificate_folder: Path) -> Iterator[Encrypted]:
+def encrypted(
+    port: Any, pages: Path, desk: Any, board: Any, certificate_folder: Path
+) -> Iterator[Encrypted]:
     config = Config(web=WebConfig(port=0, tls=True))
-    server = WebServer(config, port, None, desk, certificate_folder)
+    server = WebServer(config, port, None, desk, certificate_folder, CaretakerSettings(board))
     server.start()
     paired = desk.pair(desk.new_code("driver").text, "tablet", "192.0.2.1")
     assert isinstance(paired, Paired)

@@ -1,0 +1,47 @@
+"""HTTP of the board's settings: a caretaker reads and changes the few that are his."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from flask import Flask, Response
+
+from gazechair.caretaker_settings import CaretakerSettings, SettingsRefused
+from gazechair.web.answers import BadRequest, answer, body, refuse, unless_caretaker
+
+_STATUS = {
+    "setting_unknown": 400,
+    "setting_out_of_range": 400,
+    "setting_while_armed": 409,
+    "setting_not_stored": 507,
+    "not_connected": 503,
+}
+
+
+def add_routes(app: Flask, settings: CaretakerSettings) -> None:
+    """GET and POST /settings."""
+
+    @app.get("/settings")
+    def read() -> Response:
+        return unless_caretaker() or _answer(settings.read)
+
+    @app.post("/settings")
+    def change() -> Response:
+        refusal = unless_caretaker()
+        if refusal is not None:
+            return refusal
+        try:
+            wishes = body().get("set")
+        except BadRequest as error:
+            return error.response()
+        if not isinstance(wishes, dict):
+            return refuse(400, "bad_message", '"set" must be an object of names and values')
+        return _answer(lambda: settings.change(wishes))
+
+
+def _answer(act: Callable[[], dict[str, Any]]) -> Response:
+    try:
+        return answer({"settings": act()})
+    except SettingsRefused as refusal:
+        return refuse(_STATUS.get(refusal.reason, 502), refusal.reason, str(refusal))

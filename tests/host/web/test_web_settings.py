@@ -1,0 +1,87 @@
+"""The board's settings from a caretaker's phone: a few, checked, and only while driving is off."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+
+from gazechair.caretaker_settings import ALLOWED
+from gazelink import codes
+from gazelink.settings_table import index_of
+
+LINEAR = index_of("linear_permille")
+
+
+@pytest.fixture
+def caretaker(visitor: Any) -> Any:
+    return visitor("caretaker")
+
+
+def test_the_settings_are_read_with_their_limits(caretaker: Any) -> None:
+    status, _, raw = caretaker.get("/settings")
+    settings = json.loads(raw)["settings"]
+    assert status == 200
+    assert set(settings) == set(ALLOWED)
+    assert settings["linear_permille"] == {"value": 600, "low": 50, "high": 1000, "default": 600}
+
+
+def test_a_change_is_in_force_and_saved(caretaker: Any, board: Any) -> None:
+    wish = {"set": {"linear_permille": 400, "step_forward_ms": 1000}}
+    status, _, answer = caretaker.post("/settings", wish)
+    assert status == 200
+    assert answer["settings"]["linear_permille"]["value"] == 400
+    assert board.saved[LINEAR] == 400
+
+
+@pytest.mark.parametrize(
+    ("wishes", "status", "reason"),
+    [
+        ({"linear_permille": 1001}, 400, "setting_out_of_range"),
+        ({"linear_permille": "500"}, 400, "setting_out_of_range"),
+        ({"linear_permille": True}, 400, "setting_out_of_range"),
+        ({"relay_fitted": 0}, 400, "setting_unknown"),
+        ({"stop_margin_mm": 50}, 400, "setting_unknown"),
+        ({"x" * 300: 1}, 400, "setting_unknown"),
+        ([1], 400, "bad_message"),
+        (None, 400, "bad_message"),
+    ],
+)
+def test_a_bad_wish_changes_nothing(
+    caretaker: Any, board: Any, wishes: Any, status: int, reason: str
+) -> None:
+    if isinstance(wishes, dict):
+        wishes = {"turn_permille": 321, **wishes}  # nor the good half of it
+    found, _, answer = caretaker.post("/settings", {"set": wishes})
+    assert (found, answer["reason"]) == (status, reason)
+    assert 321 not in board.values
+    assert board.saved == []
+
+
+def test_while_driving_is_on_nothing_changes(caretaker: Any, board: Any) -> None:
+    board.armed = True
+    found, _, answer = caretaker.post("/settings", {"set": {"linear_permille": 400}})
+    assert (found, answer["reason"]) == (409, "setting_while_armed")
+    assert board.values[LINEAR] == 600
+    assert caretaker.get("/settings")[0] == 200
+
+
+def test_the_board_has_the_last_word(caretaker: Any, board: Any) -> None:
+    board.refuse = codes.SETTING_NOT_STORED
+    found, _, answer = caretaker.post("/settings", {"set": {"linear_permille": 400}})
+    assert (found, answer["reason"]) == (507, "setting_not_stored")
+
+
+def test_without_a_board_it_says_so(caretaker: Any, board: Any) -> None:
+    board.connected = False
+    assert caretaker.get("/settings")[0] == 503
+    assert caretaker.post("/settings", {"set": {"profile": 1}})[2]["reason"] == "not_connected"
+
+
+@pytest.mark.parametrize("role", ["driver", "viewer"])
+def test_only_a_caretaker_may(visitor: Any, board: Any, role: str) -> None:
+    device = visitor(role)
+    assert device.get("/settings")[0] == 403
+    assert device.post("/settings", {"set": {"linear_permille": 400}})[2]["reason"] == "not_allowed"
+    assert board.values[LINEAR] == 600
