@@ -70,9 +70,8 @@ def test_any_key_stops_it_at_once(after_ms: int) -> None:
 def test_a_tool_that_dies_stops_it_too(after_ms: int) -> None:
     rig = TuneRig("3.1")
     rig.dies_at_ms = rig.lockstep.now_ms + after_ms
-    with pytest.raises(TuneError, match="fallen silent|does not arm"):
+    with pytest.raises(TuneError, match=r"fallen silent|does not arm"):
         run(rig)
-    assert rig.lockstep.now_ms - rig.dies_at_ms > 450
     assert rig.moved_after_death_ms <= 300  # the hold's time to live; the host's silence is sooner
     assert_ended(rig)
 
