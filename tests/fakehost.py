@@ -3,9 +3,11 @@
 import io
 import json
 import struct
+import tempfile
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -16,18 +18,19 @@ from simple_websocket import ConnectionClosed, Server
 from werkzeug.serving import make_server
 
 import gazesetup
+from gazechair.profiles import ProfileRefused, Profiles, fields
+from gazechair.web.lean import lean
 
 WEB = gazesetup.ROOT / "web"
 PATIENCE_S = 30.0
 WELCOME = {
     "k": "welcome",
     "role": "driver",
+    "name": "tablet",
     "simulated": False,
+    "insecure": False,
     "backward": False,
-    "dwell_ms": 600,
-    "leave_grace_ms": 200,
     "heartbeat_ms": 50,
-    "pointer_stale_ms": 500,
 }
 ARMED = {
     "k": "state",
@@ -46,6 +49,9 @@ ARMED = {
     "edge": 0,
     "heading_deg": 0.0,
     "wipers": [170, 170],
+    "cap_permille": 1000,
+    "bypass_ms": 0,
+    "call": False,
     "simulated": False,
 }
 
@@ -90,6 +96,9 @@ class FakeHost:
         self.replies: dict[str, tuple[int, dict[str, Any]]] = {}  # "GET /me": status, body
         self.posted: list[tuple[str, dict[str, Any]]] = []
         self._marks = 0
+        self._folder = tempfile.TemporaryDirectory(prefix="gazechair-")
+        table = fields(["en", "nl", "xx"], {"mode": "continuous"})
+        self.profiles = Profiles(Path(self._folder.name), table)
         self._sockets: dict[str, list[Server]] = {"control": [], "video": []}
         self._lock = threading.Lock()
         self._server = make_server("127.0.0.1", 0, self._application(), threaded=True)
@@ -98,7 +107,7 @@ class FakeHost:
         self._thread.start()
 
     def _application(self) -> Flask:
-        app = Flask("fakehost", static_folder=str(WEB), static_url_path="/static")
+        app = Flask("fakehost", static_folder=None)
         sock = Sock(app)
 
         @app.get("/")
@@ -109,7 +118,27 @@ class FakeHost:
         def other_page(name: str) -> Response:
             return send_from_directory(WEB, f"{name}.html")
 
-        @app.get("/<any(me, profiles, settings, pairing):name>")
+        @app.get("/static/<name>")
+        def static_file(name: str) -> Response:
+            text = (WEB / name).read_text("utf-8")
+            kind = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
+            suffix = Path(name).suffix
+            return Response(lean(text, suffix), mimetype=kind[suffix])
+
+        @app.get("/profiles")
+        def profiles() -> Response:
+            return jsonify(self.profiles.as_json())
+
+        @app.post("/profiles")
+        def change_profile() -> tuple[Response, int]:
+            self.posted.append(("/profiles", request.get_json()))
+            try:
+                role = self.welcome["role"]
+                return jsonify(self.profiles.change(request.get_json(), role == "caretaker")), 200
+            except ProfileRefused as refusal:
+                return jsonify({"reason": refusal.reason, "detail": str(refusal)}), 400
+
+        @app.get("/<any(me, settings, pairing):name>")
         def read(name: str) -> tuple[Response, int]:
             return self._reply(f"GET /{name}")
 
@@ -165,7 +194,7 @@ class FakeHost:
         """Sends the state with these changes and a fresh token; returns the token."""
         self.state.update(changes)
         self.token = max(self.token + 1, self.now_ms)
-        self.say({**self.state, "token": self.token})
+        self.say({**self.state, "token": self.token, "profile": self.profiles.revision})
         return self.token
 
     def show(self, jpeg: bytes, sequence: int, age_ms: int = 0) -> None:
@@ -194,3 +223,4 @@ class FakeHost:
         self._server.shutdown()
         self._thread.join(PATIENCE_S)
         self._server.server_close()
+        self._folder.cleanup()

@@ -8,15 +8,15 @@ const NOTICE_MS = 4000;
 /** The banner; an override is shown (and heard) at once and comes before any notice. */
 export class Banner {
   #strings;
-  #tone;
+  #tones;
   #element = document.getElementById("banner");
   #override = "none";
   #shown = "";
   #untilMs = 0;
 
-  constructor(strings, tone) {
+  constructor(strings, tones) {
     this.#strings = strings;
-    this.#tone = tone;
+    this.#tones = tones;
   }
 
   /** The board's present override, "none" when the driver's command stands. */
@@ -26,7 +26,7 @@ export class Banner {
     if (key === "none") return;
     this.#render("override", this.#strings.label("overruled"), key);
     this.#untilMs = now + OVERRIDE_MS;
-    this.#tone.play();
+    this.#tones.play("override");
   }
 
   /** A short notice: a label as title, a message key as reason. */

@@ -1,71 +1,132 @@
 // The driver's page: puts the parts together; one timer moves them all.
 
 import { Banner } from "./banner.js";
+import { EyeTest } from "./eyes.js";
+import { Facts } from "./facts.js";
+import { Hint } from "./hint.js";
 import { HitMap } from "./hit.js";
 import { listen } from "./input.js";
 import { ObstacleLine } from "./line.js";
+import { Menu } from "./menu.js";
 import { Picture } from "./picture.js";
+import { Practice } from "./practice.js";
+import { loadProfiles } from "./profile.js";
 import { ControlSocket } from "./socket.js";
-import { Tone } from "./sound.js";
 import { StatusCorner } from "./status.js";
 import { chosenLanguage, loadStrings } from "./strings.js";
 import { Targets } from "./targets.js";
+import { Tones } from "./tones.js";
 import { keepAwake } from "./wakelock.js";
+import { AutoOff, ClockWatch } from "./watch.js";
 
 const TICK_MS = 25;
-/** Arming tests the relay (200 ms); a board still disarmed after this has refused. */
-const ARMING_MS = 600;
-const LINK_AGE_EVERY_MS = 1000;
-/** Reasons that pass by asking to arm, or by waiting a moment: no reason to hold back. */
-const NO_HINDRANCE = ["none", "no_owner", "command_active"];
+/** The label of "Rijden uit" counts down the last seconds before driving goes off by itself. */
+const COUNTDOWN_MS = 5000;
+/** So many clicks without any movement: the eyes only click, and a click can only be a step. */
+const CLICKS_MEAN_STEPS = 2;
 
-const language = chosenLanguage(location.search);
-const strings = await loadStrings(language);
+const profiles = await loadProfiles();
+const strings = await loadStrings(chosenLanguage(location.search, profiles.current.language));
 const body = document.body;
 const byId = (id) => document.getElementById(id);
 const setText = (id, text) => {
   const element = byId(id);
   if (element.textContent !== text) element.textContent = text;
 };
-const setData = (element, name, value) => {
-  if (element.dataset[name] !== String(value)) element.dataset[name] = value;
+const setData = (name, value) => {
+  if (body.dataset[name] !== String(value)) body.dataset[name] = value;
 };
 
-document.documentElement.lang = language;
+document.documentElement.lang = strings.language;
 document.title = strings.label("title");
 strings.fill(document);
+const ring = document.createElementNS(document.querySelector("svg").namespaceURI, "circle");
+const shape = { class: "ring", cx: 50, cy: 50, r: 45, pathLength: 100 };
+for (const [name, value] of Object.entries(shape)) ring.setAttribute(name, value);
+const menu = new Menu(strings, profiles, {
+  changed: (fields) => change({ save: { id: profiles.current.id, ...fields } }),
+  choose: (id) => change({ choose: id }),
+  practice() {
+    practice.toggle();
+    setData("practice", practice.on);
+    open("drive");
+  },
+  eyes() {
+    open("eyes");
+    eyes.start(performance.now());
+  },
+  closed: () => open("drive"),
+});
+for (const mark of document.querySelectorAll(".mark")) mark.prepend(ring.cloneNode());
 
 const hits = new HitMap();
-const measure = () => hits.measure(document.querySelectorAll(".target"));
-const banner = new Banner(strings, new Tone());
-const corner = new StatusCorner(strings, measure);
+const measure = () =>
+  hits.measure(document.querySelectorAll(".target"), profiles.current.growth_percent / 100);
+const tones = new Tones();
+const banner = new Banner(strings, tones);
+const corner = new StatusCorner(strings);
+const facts = new Facts(strings);
+const hint = new Hint(strings, (reason) => notice("arm_refused", reason));
 const line = new ObstacleLine(strings);
-const picture = new Picture(byId("picture"), (age) => setData(body, "picture", age));
+const practice = new Practice(strings);
+const picture = new Picture(byId("picture"), (age) => setData("picture", age));
+const autoOff = new AutoOff();
+const clock = new ClockWatch();
+const eyes = new EyeTest((left) => setText("eyes-left", `${left} s`), judged);
 
 let state = null; // the host's newest state
-let armAskedMs = null;
-let worstAgeMs = 0;
-let linkShownMs = 0;
+let asked = null; // the verb held
+let clicksAlone = 0;
+let driving = false; // told by the start tone
 
 const acts = {
   arm() {
+    if (practice.on) {
+      practice.arm();
+      return showState(state, performance.now());
+    }
     if (state?.state !== "disarmed") return socket.send("disarm");
-    armAskedMs = performance.now();
+    hint.asked(performance.now());
     socket.sendFresh("arm");
   },
-  mode() {
-    targets.setMode(targets.mode === "step" ? "continuous" : "step", performance.now());
-    setData(body, "mode", targets.mode);
+  mode: () => setMode(targets.mode === "step" ? "continuous" : "step"),
+  menu() {
+    menu.show("main");
+    open("menu");
   },
-  reset: () => socket.send("reset"),
+  help() {
+    if (!socket.send("call", { on: !state.call })) notice("refused", "no_answer");
+  },
+  back() {
+    if (body.dataset.view === "menu") menu.back();
+  },
 };
+for (let at = 1; at <= 5; at += 1) acts[`tile-${at}`] = () => menu.act(at);
 
 const targets = new Targets({
-  drive: (verb, mode, edge) => socket.sendFresh("cmd", { verb, mode, edge }),
-  stop: () => socket.send("stop"),
-  act: (name) => acts[name](),
-  tap: () => banner.notice("tap_title", "tap", performance.now()),
-  view(dwelling, holding) {
+  drive(verb, mode, edge) {
+    asked = verb;
+    autoOff.used(performance.now());
+    if (practice.on) practice.drive(verb, edge);
+    else socket.sendFresh("cmd", { verb, mode, edge });
+    if (driving) return;
+    driving = true;
+    if (practice.armed || state?.you) tones.play("start");
+  },
+  stop(wished) {
+    // Another's driving is stopped by looking at Stop, not by looking away from this page.
+    if (wished || state === null || state.you) socket.send("stop");
+    ended();
+  },
+  act: (name) => acts[name]?.(),
+  tap() {
+    if (clicksAlone < CLICKS_MEAN_STEPS) return notice("tap_title", "tap");
+    setMode("step");
+    notice("clicks_title", "clicks");
+  },
+  view(dwelling, holding, dwellMs) {
+    if (dwelling) body.style.setProperty("--dwell", `${dwellMs}ms`);
+    if (holding === null) ended();
     for (const target of document.querySelectorAll(".target")) {
       target.classList.toggle("dwelling", target.id === dwelling);
       target.classList.toggle("holding", target.id === holding);
@@ -76,81 +137,144 @@ const targets = new Targets({
 const socket = new ControlSocket({
   message: (message) => receivers[message.k]?.(message, performance.now()),
   link(alive) {
-    setData(body, "link", alive ? "ok" : "lost");
+    setData("link", alive ? "ok" : "lost");
     if (!alive) targets.cancel(performance.now());
   },
 });
 
 const receivers = {
   welcome(welcome) {
-    targets.configure(welcome);
-    body.style.setProperty("--dwell", `${welcome.dwell_ms}ms`);
-    setData(body, "backward", welcome.backward);
-    setData(body, "simulated", welcome.simulated);
+    targets.setHeartbeat(welcome.heartbeat_ms);
+    setData("backward", welcome.backward);
+    setData("insecure", welcome.insecure);
     measure();
   },
   state(news, now) {
+    const driverChanged = news.profile !== undefined && news.profile !== profiles.revision;
+    if (driverChanged && !targets.holding) reload();
     state = news;
-    targets.setArmed(news.state === "armed" && news.you, now);
-    setData(body, "state", news.state);
-    setData(body, "simulated", news.simulated);
-    setText("arm-label", strings.label(news.state === "disarmed" ? "arm" : "disarm"));
-    setText("arm-state", strings.label(news.state));
-    setText("motion", strings.label(`motion_${news.motion}`));
-    setText("owner", strings.label(news.you ? "you" : `owner_${news.owner}`));
-    showHint(news);
-    line.update(news.decisions);
-    corner.update(news.level, news.message);
-    judgeArming(news, now);
-    banner.override(news.override, now);
+    showState(news, now);
+    if (!practice.on) banner.override(news.override, now);
   },
   refused(refusal, now) {
-    if (refusal.what === "arm") armAskedMs = null;
+    if (refusal.what === "arm") hint.answered();
     banner.notice(refusal.what === "arm" ? "arm_refused" : "refused", refusal.reason, now);
     console.warn(`${refusal.what} refused: ${refusal.detail}`);
   },
 };
 
-/** What stands in the middle while driving is off: how to begin, or what is still in the way. */
-function showHint(news) {
-  const ready = NO_HINDRANCE.includes(news.arm_reason);
-  const reason = strings.message(ready ? "ready" : news.arm_reason);
-  setText("hint-title", strings.label(ready ? "hint_ready" : "hint_waiting"));
-  setText("hint-text", reason.text);
-  setText("hint-do", reason.do);
+function showState(news, now) {
+  if (news === null) return;
+  const armed = practice.on ? practice.armed : news.state === "armed" && news.you;
+  const shown = practice.on ? (armed ? "armed" : "disarmed") : news.state;
+  targets.setArmed(armed, now);
+  if (!armed || targets.holding) autoOff.used(now);
+  if (body.dataset.state !== shown) {
+    if (shown === "armed") tones.play("armed");
+    setData("state", shown);
+    measure();
+  }
+  setData("simulated", news.simulated);
+  setData("relay", news.relay_checked ?? true);
+  setData("call", news.call ?? false);
+  if (byId("help").ariaPressed !== body.dataset.call) byId("help").ariaPressed = body.dataset.call;
+  setText("help-label", strings.label(news.call ? "help_asked" : "help"));
+  setText("arm-label", strings.label(shown === "disarmed" ? "arm" : "disarm"));
+  const left = Math.ceil(autoOff.leftMs(now) / 1000);
+  const soon = armed && autoOff.leftMs(now) <= COUNTDOWN_MS;
+  setText("arm-state", soon ? `${strings.label("off_in")} ${left} s` : strings.label(shown));
+  facts.update(news, asked, now);
+  hint.update(shown, practice.on ? "none" : news.arm_reason, now);
+  line.update(news);
+  corner.update(news.level, news.message);
 }
 
-/** Says why, when the driver asked to arm and the board did not. */
-function judgeArming(news, now) {
-  if (armAskedMs === null) return;
-  if (news.state === "armed") armAskedMs = null;
-  if (news.state !== "disarmed" || now - armAskedMs < ARMING_MS) return;
-  armAskedMs = null;
-  if (news.arm_reason !== "none") banner.notice("arm_refused", news.arm_reason, now);
+function notice(title, key) {
+  banner.notice(title, key, performance.now());
 }
 
-/** The link's worst age of the last second: a number that can be read. */
-function showLinkAge(now) {
-  worstAgeMs = Math.max(worstAgeMs, socket.ageMs(now));
-  if (now - linkShownMs < LINK_AGE_EVERY_MS) return;
-  if (socket.alive) setText("link-age", `${Math.round(worstAgeMs / 10) * 10} ms`);
-  linkShownMs = now;
-  worstAgeMs = 0;
+/** A held command is over. */
+function ended() {
+  asked = null;
+  if (!driving) return;
+  driving = false;
+  tones.play("stop");
 }
 
-const otherLanguage = new URL(location.href);
-otherLanguage.searchParams.set("lang", language === "nl" ? "en" : "nl");
-byId("language").href = otherLanguage.href;
+function setMode(mode) {
+  targets.setMode(mode, performance.now());
+  setData("mode", mode);
+  setText("menu-state", strings.label(mode));
+}
 
-measure();
+/** Shows "drive", "menu" or "eyes"; whatever was held ends. */
+function open(view) {
+  targets.cancel(performance.now());
+  eyes.stop();
+  setData("view", view);
+  measure();
+}
+
+/** Driving goes off: nobody is known to be before the page, or nobody used it. */
+function switchOff() {
+  practice.armed = false;
+  autoOff.used(performance.now()); // said once
+  if (state?.you) socket.send("disarm");
+}
+
+async function change(wish) {
+  const reason = await profiles.change(wish);
+  if (reason) notice("refused", reason);
+  applyProfile();
+}
+
+async function reload() {
+  await profiles.reload();
+  applyProfile();
+}
+
+/** Takes over the chosen profile; another language is another page. */
+function applyProfile() {
+  const mine = profiles.current;
+  if (mine.language !== strings.language && !new URLSearchParams(location.search).has("lang")) {
+    return location.reload();
+  }
+  targets.configure(mine);
+  autoOff.configure(mine.auto_off_s);
+  tones.on = mine.tones;
+  setData("contrast", mine.contrast);
+  setData("mirrored", mine.mirrored);
+  setMode(mine.mode);
+  if (body.dataset.view === "menu") menu.show();
+  measure();
+}
+
+/** The eye test is over: proposes, and takes over when the driver chooses so. */
+function judged(result) {
+  open("menu");
+  menu.show("eyes", result);
+}
+
+applyProfile();
 addEventListener("resize", measure);
-listen(targets, hits, (name) => name !== "backward" || body.dataset.backward === "true");
+listen(targets, hits, {
+  shown: (name) => byId(name).offsetWidth > 0,
+  away: switchOff,
+  pressed: (alone) => (clicksAlone = alone ? clicksAlone + 1 : 0),
+});
 keepAwake();
 setInterval(() => {
   const now = performance.now();
+  if (clock.jumped(now, Date.now())) {
+    targets.cancel(now);
+    switchOff();
+  }
   targets.tick(now);
+  if (targets.holding) autoOff.used(now);
+  else if (autoOff.leftMs(now) <= 0) switchOff();
   socket.tick(now);
   picture.tick(now);
   banner.tick(now);
-  showLinkAge(now);
+  eyes.tick(now);
+  facts.ages(socket.alive ? socket.ageMs(now) : null, picture.ageMs(now), now);
 }, TICK_MS);

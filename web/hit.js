@@ -1,7 +1,5 @@
 // Which target lies under a point: hit areas larger than the buttons, and sticky once entered.
 
-/** Share by which the hit area grows, in each dimension, once entered. */
-const GROWTH = 0.2;
 /** Gaze is less exact vertically: hit areas reach this share of the screen's height further. */
 const VERTICAL_MARGIN = 0.022;
 
@@ -18,15 +16,19 @@ const grown = (box, share) => {
 export class HitMap {
   #areas = new Map();
 
-  /** Reads the boxes of the given elements (named by id); call again after a resize. */
-  measure(elements) {
+  /**
+   * Reads the boxes of the given elements (named by id); call again after a resize.
+   *
+   * `growth` is the share by which a hit area grows, in each dimension, once entered.
+   */
+  measure(elements, growth) {
     this.#areas.clear();
     for (const element of elements) {
       const { left, top, right, bottom, width } = element.getBoundingClientRect();
       if (width === 0) continue; // not shown, as Achteruit by default
       const margin = element.classList.contains("drive") ? innerHeight * VERTICAL_MARGIN : 0;
       const area = { left, right, top: top - margin, bottom: bottom + margin };
-      this.#areas.set(element.id, { area, sticky: grown(area, GROWTH) });
+      this.#areas.set(element.id, { area, sticky: grown(area, growth) });
     }
   }
 

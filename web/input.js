@@ -6,24 +6,49 @@ const KEYS = {
   ArrowLeft: "left",
   ArrowRight: "right",
   " ": "stop",
-  Enter: "arm",
+  Escape: "stop",
 };
+/** Moves this shortly before a press are its own: a click by gaze jumps there and presses. */
+const OWN_MOVE_MS = 60;
+const RECENT_MS = 1500;
+
+/** Tells clicks of a pointer that never moves in between: gaze control that only clicks. */
+class ClickOnly {
+  #moves = [];
+
+  moved(at) {
+    this.#moves = this.#moves.filter((move) => at - move < RECENT_MS);
+    this.#moves.push(at);
+  }
+
+  /** True when no pointer moved before the press that happens now. */
+  pressed(at) {
+    return !this.#moves.some((move) => at - move < RECENT_MS && at - move > OWN_MOVE_MS);
+  }
+}
 
 /**
  * Listens on the page for its whole life.
  *
- * `targets` is a Targets, `hits` a HitMap, `enabled(name)` tells whether a key's target exists.
- * Event times are the browser's own stamps: a backlog after a stall proves nothing fresh.
+ * `targets` is a Targets, `hits` a HitMap, `shown(name)` tells whether a target can be chosen now.
+ * `away()` is told when the page loses its person: hidden, without focus, closed. `pressed(alone)`
+ * is told of every press of the pointer, true when no movement led to it. Event times are the
+ * browser's own stamps: a backlog after a stall proves nothing fresh.
  */
-export function listen(targets, hits, enabled) {
+export function listen(targets, hits, { shown, away, pressed }) {
   let current = null;
   let last = { x: NaN, y: NaN };
+  const clicks = new ClickOnly();
   const stampOf = (event) => Math.min(event.timeStamp, performance.now());
   const find = (event) => (current = hits.at(event.clientX, event.clientY, current));
   const source = (event) => `pointer ${event.pointerId}`;
   const cancel = () => {
     current = null;
     targets.cancel(performance.now());
+  };
+  const leave = () => {
+    cancel();
+    away();
   };
 
   addEventListener("pointermove", (event) => {
@@ -32,14 +57,19 @@ export function listen(targets, hits, enabled) {
     // The browser repeats a pointer that stands still: no proof of anyone looking.
     if (event.clientX === last.x && event.clientY === last.y) return;
     last = { x: event.clientX, y: event.clientY };
+    clicks.moved(at);
     targets.hover(find(event), at);
   });
   addEventListener("pointerdown", (event) => {
-    if (event.button !== 0 || event.target.closest("a")) return;
+    if (event.button !== 0) return;
+    const at = stampOf(event);
     // Keeps the release ours when the pointer leaves the window with the button down.
     document.body.setPointerCapture(event.pointerId);
-    targets.press(find(event), source(event), stampOf(event));
+    pressed(event.pointerType === "mouse" && clicks.pressed(at));
+    targets.press(find(event), source(event), at);
   });
+  // The keyboard's focus stays where the keyboard put it.
+  addEventListener("mousedown", (event) => event.preventDefault());
   addEventListener("pointerup", (event) => targets.release(source(event), stampOf(event)));
   addEventListener("pointercancel", cancel);
   addEventListener("contextmenu", (event) => event.preventDefault());
@@ -51,20 +81,25 @@ export function listen(targets, hits, enabled) {
     targets.release("click", stampOf(event));
   });
 
+  // Enter is the key of the target that has the keyboard's focus, else of "Rijden aan".
+  const named = (event) =>
+    event.key === "Enter" ? (event.target.closest?.(".target")?.id ?? "arm") : KEYS[event.key];
   addEventListener("keydown", (event) => {
-    const name = KEYS[event.key];
+    const name = named(event);
     if (!name || event.ctrlKey || event.altKey || event.metaKey) return;
-    if (event.target.closest?.("a") && event.key === "Enter") return;
     event.preventDefault();
-    if (event.repeat || !enabled(name)) return;
+    if (event.repeat || !shown(name)) return;
     targets.press(name, `key ${event.key}`, stampOf(event));
   });
-  addEventListener("keyup", (event) => targets.release(`key ${event.key}`, stampOf(event)));
+  addEventListener("keyup", (event) => {
+    if (named(event)) event.preventDefault(); // or the browser adds a click of its own
+    targets.release(`key ${event.key}`, stampOf(event));
+  });
 
-  addEventListener("blur", cancel);
-  addEventListener("pagehide", cancel);
-  document.addEventListener("freeze", cancel);
-  document.addEventListener("visibilitychange", () => document.hidden && cancel());
+  addEventListener("blur", leave);
+  addEventListener("pagehide", leave);
+  document.addEventListener("freeze", leave);
+  document.addEventListener("visibilitychange", () => document.hidden && leave());
   document.documentElement.addEventListener("pointerleave", (event) => {
     if (event.pointerType !== "touch") cancel(); // a lifted finger "leaves" too: that is a release
   });

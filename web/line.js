@@ -7,8 +7,9 @@ const PLACES = {
   right: "line-right",
   backward: "backward",
 };
+const TURNS = ["left", "right"];
 
-/** Shows the board's decision per direction. */
+/** Shows the board's decision per direction, and how far is free. */
 export class ObstacleLine {
   #strings;
   #shown = {};
@@ -17,15 +18,28 @@ export class ObstacleLine {
     this.#strings = strings;
   }
 
-  /** `decisions`: direction -> "free", "slow", "blocked" or "unknown". */
-  update(decisions) {
+  /**
+   * `decisions`: direction -> "free", "slow", "blocked" or "unknown". Where the host tells them,
+   * `clearance`: metres forward and backward, degrees left and right, null for not known; `view`:
+   * direction -> "seen", "blind" or "unseen".
+   */
+  update({ decisions, clearance, view }) {
     for (const [direction, place] of Object.entries(PLACES)) {
-      const decision = decisions[direction];
-      if (this.#shown[direction] === decision) continue;
-      this.#shown[direction] = decision;
+      const seen = view?.[direction] ?? "seen";
+      const decision = seen === "seen" ? decisions[direction] : seen;
+      const far = seen === "seen" ? this.#far(direction, clearance?.[direction] ?? null) : "";
+      if (this.#shown[direction] === `${decision} ${far}`) continue;
+      this.#shown[direction] = `${decision} ${far}`;
       const element = document.getElementById(place);
-      element.dataset.decision = decision;
+      if (element.dataset.decision !== decision) element.dataset.decision = decision;
       element.querySelector(".word").textContent = this.#strings.label(decision);
+      element.querySelector(".far").textContent = far;
     }
+  }
+
+  #far(direction, free) {
+    if (free === null) return "";
+    if (TURNS.includes(direction)) return `${Math.floor(free / 5) * 5}°`;
+    return `${this.#strings.number(Math.floor(free * 10) / 10, 1)} m`;
   }
 }

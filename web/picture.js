@@ -27,6 +27,11 @@ export class Picture {
     this.#wire = new Wire("/ws/video", SILENCE_MS, { message: (data) => this.#receive(data) });
   }
 
+  /** Age of the picture shown, ms; null before the first. */
+  ageMs(now) {
+    return this.#bornMs === null ? null : now - this.#bornMs;
+  }
+
   tick(now) {
     this.#wire.tick(now);
     if (this.#bornMs === null) return;

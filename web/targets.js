@@ -9,10 +9,6 @@ const COMMAND_TTL_MS = 300;
 const STEP_REPEAT_MS = 150;
 /** After a stop the gaze must be off every drive target for this long. */
 const REST_MS = 300;
-/** Gaze needs this long on a button (arm, mode); "reset" is never a matter of looking. */
-const BUTTON_DWELL_MS = 1000;
-/** How long a finger or mouse must press "reset", as the button at the chair. */
-const RESET_PRESS_MS = 3000;
 /** A shorter press in continuous mode earns the hint to keep pressing. */
 const TAP_MS = 200;
 
@@ -22,8 +18,9 @@ const isDrive = (name) => DRIVE.includes(name);
  * Turns pointer, touch and key events into commands.
  *
  * All times are ms of one monotonic clock. `on` receives:
- * drive(verb, mode, edge) for every command to send, stop(), act(name) for a button,
- * tap() when a press was too short to drive, view(dwelling, holding) when either name changed.
+ * drive(verb, mode, edge) for every command to send, stop(asked) where `asked` tells that somebody
+ * looked at Stop or pressed it, act(name) for a button, tap() when a press was too short to drive,
+ * view(dwelling, holding, dwellMs) when either name changed.
  */
 export class Targets {
   mode = "continuous";
@@ -31,6 +28,8 @@ export class Targets {
   /** Gaze starts a drive target only while the chair is armed; a press always asks the board. */
   #armed = false;
   #dwellMs = 600;
+  #steerMs = 200;
+  #buttonMs = 1000;
   #graceMs = 200;
   #staleMs = 500;
   #heartbeatMs = 50;
@@ -38,7 +37,7 @@ export class Targets {
   #edge = 0;
   #under = undefined; // target under the pointer, null: none, undefined: not known
   #spent = null; // button that acted and was not left yet
-  #dwell = null; // {target, since, movedAt, leftAt}
+  #dwell = null; // {target, since, movedAt, leftAt, ms}
   #hold = null; // {target, source, mode, edge, since, provenAt, leftAt, sendAt}
   #pressed = null; // button pressed and not released: {target, source, since}
   #restNeeded = true;
@@ -49,14 +48,24 @@ export class Targets {
     this.#on = on;
   }
 
-  /** Takes the times of the host's welcome (ms). */
-  configure({ dwell_ms, leave_grace_ms, pointer_stale_ms, heartbeat_ms }) {
+  /** How often a held command is said, ms. */
+  setHeartbeat(ms) {
+    this.#heartbeatMs = ms;
+    this.#fresh();
+  }
+
+  /** Takes the times of a person's profile (ms). */
+  configure({ dwell_ms, steer_dwell_ms, button_dwell_ms, leave_grace_ms, pointer_stale_ms }) {
     this.#dwellMs = dwell_ms;
+    this.#steerMs = steer_dwell_ms;
+    this.#buttonMs = button_dwell_ms;
     this.#graceMs = leave_grace_ms;
     this.#staleMs = pointer_stale_ms;
-    this.#heartbeatMs = heartbeat_ms;
-    // Heartbeats end early, so that the board's time-to-live runs out when the pointer is stale.
-    this.#freshMs = Math.max(heartbeat_ms, pointer_stale_ms - COMMAND_TTL_MS);
+    this.#fresh();
+  }
+
+  get holding() {
+    return this.#hold !== null;
   }
 
   /** Changes between "step" and "continuous"; what was held ends. */
@@ -72,7 +81,7 @@ export class Targets {
     this.#rest(target, at);
     if (target !== this.#spent) this.#spent = null;
     if (target === "stop") {
-      if (entered) this.stop(at);
+      if (entered) this.stop(at, true);
       return;
     }
     if (this.#hold) this.#hoverWhileHolding(target, at);
@@ -84,7 +93,7 @@ export class Targets {
   press(target, source, at) {
     this.#dwell = null;
     this.#under = target;
-    if (target === "stop") this.stop(at);
+    if (target === "stop") this.stop(at, true);
     else if (isDrive(target)) this.#activate(target, source, at);
     else if (target) this.#pressed = { target, source, since: at };
     this.#show();
@@ -94,7 +103,7 @@ export class Targets {
   drag(target, source, at) {
     const entered = target !== this.#under;
     this.#under = target;
-    if (target === "stop" && entered) this.stop(at);
+    if (target === "stop" && entered) this.stop(at, true);
     if (this.#hold?.source === source && this.#hold.target !== target) this.#letGo(at);
     if (this.#pressed?.source === source && this.#pressed.target !== target) this.#pressed = null;
     this.#show();
@@ -105,7 +114,7 @@ export class Targets {
     const pressed = this.#pressed;
     if (pressed?.source === source) {
       this.#pressed = null;
-      if (pressed.target !== "reset") this.#act(pressed.target);
+      this.#act(pressed.target);
     }
     const hold = this.#hold;
     if (hold?.source === source) {
@@ -116,10 +125,10 @@ export class Targets {
   }
 
   /** Stops at once and forgets every hold. */
-  stop(at) {
+  stop(at, asked = false) {
     this.#dwell = this.#hold = this.#pressed = null;
     this.#needRest(at);
-    this.#on.stop();
+    this.#on.stop(asked);
     this.#show();
   }
 
@@ -139,11 +148,6 @@ export class Targets {
   /** Lets time pass; call it often (each 25 ms). */
   tick(now) {
     this.#rested(now);
-    const pressed = this.#pressed;
-    if (pressed?.target === "reset" && now - pressed.since >= RESET_PRESS_MS) {
-      this.#pressed = null;
-      this.#act("reset");
-    }
     if (this.#hold) this.#tickHold(now);
     if (this.#dwell) this.#tickDwell(now);
     this.#show();
@@ -157,11 +161,23 @@ export class Targets {
       if (this.#gazeOver(at)) return this.#letGo(at);
       hold.provenAt = at;
       hold.leftAt = null;
+      this.#dwell = null;
     } else if (hold.mode === "step") {
       this.#letGo(at);
     } else {
       hold.leftAt ??= at;
+      this.#steer(target, at);
     }
+  }
+
+  /** Moving already, a look at another direction needs less time; the old motion ends meanwhile. */
+  #steer(target, at) {
+    if (this.#dwell && at - this.#dwell.movedAt >= this.#staleMs) this.#dwell = null;
+    if (!this.#dwell && this.#gazeOver(at)) return this.#letGo(at);
+    if (!isDrive(target)) this.#dwell = null;
+    else if (this.#dwell?.target === target) this.#dwell.movedAt = at;
+    else this.#dwell = { target, since: at, movedAt: at, leftAt: null, ms: this.#steerMs };
+    this.#finishDwell(at);
   }
 
   #hoverIdle(target, at) {
@@ -178,21 +194,21 @@ export class Targets {
       dwell.leftAt = null;
       dwell.movedAt = at;
     } else if (this.#mayDwell(target)) {
-      this.#dwell = { target, since: at, movedAt: at, leftAt: null };
+      const ms = isDrive(target) ? this.#dwellMs : this.#buttonMs;
+      this.#dwell = { target, since: at, movedAt: at, leftAt: null, ms };
     }
     this.#finishDwell(at);
   }
 
   #mayDwell(target) {
-    if (target === null || target === "reset" || target === this.#spent) return false;
+    if (target === null || target === this.#spent) return false;
     return !isDrive(target) || (this.#armed && !this.#restNeeded);
   }
 
   #finishDwell(now) {
     const dwell = this.#dwell;
     if (!dwell || dwell.leftAt !== null || now - dwell.movedAt >= this.#freshMs) return;
-    const dwellMs = isDrive(dwell.target) ? this.#dwellMs : BUTTON_DWELL_MS;
-    if (now - dwell.since >= dwellMs) this.#activate(dwell.target, "gaze", now);
+    if (now - dwell.since >= dwell.ms) this.#activate(dwell.target, "gaze", now);
   }
 
   #activate(target, source, at) {
@@ -249,7 +265,12 @@ export class Targets {
     const { mode } = this.#hold;
     this.#hold = null;
     this.#needRest(at);
-    if (mode === "continuous") this.#on.stop();
+    if (mode === "continuous") this.#on.stop(false);
+  }
+
+  #fresh() {
+    // Heartbeats end early, so that the board's time-to-live runs out when the pointer is stale.
+    this.#freshMs = Math.max(this.#heartbeatMs, this.#staleMs - COMMAND_TTL_MS);
   }
 
   #needRest(at) {
@@ -273,6 +294,6 @@ export class Targets {
     const shown = `${dwelling} ${holding}`;
     if (shown === this.#shown) return;
     this.#shown = shown;
-    this.#on.view(dwelling, holding);
+    this.#on.view(dwelling, holding, this.#dwell?.ms);
   }
 }

@@ -20,6 +20,7 @@ from gazechair.page_messages import (
     STOP,
     Arm,
     Beat,
+    Call,
     Cap,
     Drive,
     HoldBypass,
@@ -27,6 +28,7 @@ from gazechair.page_messages import (
     Take,
 )
 from gazechair.press import CurrentPress
+from gazechair.refusal import Refusal
 from gazelink import codes
 
 PAGE_SILENT_S = 0.3
@@ -34,17 +36,6 @@ ARM_ANSWER_S = 1.0  # an order to arm that the board has not followed by then ha
 
 # A viewer can never own the chair.
 ROLES = {"driver": codes.DRIVER, "caretaker": codes.CARETAKER, "viewer": codes.NOBODY}
-
-
-@dataclass(frozen=True)
-class Refusal:
-    """Why a message was not followed."""
-
-    what: str
-    """ "cmd", "drive", "arm", "take", "bypass", "cap" or "message"."""
-    reason: str
-    """A key of the string tables."""
-    detail: str
 
 
 @dataclass
@@ -64,6 +55,8 @@ class Arbiter:
         """`last_edge`: board edges go on from here, 0..255; `first_token`: tokens begin here."""
         self.cap_permille = 1000
         """Nobody drives with more, 50..1000."""
+        self.call = False
+        """The driver has asked for help, and nobody has come yet."""
         self._freshness = Freshness(first_token)
         self._bypass = BypassButton(last_edge)
         self._clients: dict[int, _Client] = {}
@@ -153,6 +146,8 @@ class Arbiter:
             return self._drive(client, page, message, now_s)
         if isinstance(message, Arm):
             return self._arm(client, page, message, now_s)
+        if isinstance(message, Call):
+            return self._call(page, message)
         if message is STOP:
             self._press.stop()
         elif message is DISARM:
@@ -166,6 +161,13 @@ class Arbiter:
                 self._disarm(client)
         else:
             return self._care(client, page, message, now_s)
+        return None
+
+    def _call(self, page: _Client, message: Call) -> Refusal | None:
+        # It outlasts the page that called: a tablet that goes dark still needs somebody.
+        if message.on and page.role != codes.DRIVER:
+            return Refusal("call", "not_allowed", "only the driver calls; a caretaker ends it")
+        self.call = message.on
         return None
 
     def _care(

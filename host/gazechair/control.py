@@ -9,13 +9,15 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from gazechair import errors
-from gazechair.arbiter import Arbiter, Refusal
+from gazechair.arbiter import Arbiter
 from gazechair.board_state import BoardId, BoardState, BoardStats
 from gazechair.config import Config
 from gazechair.driver_port import Message
 from gazechair.health import HealthRegistry
 from gazechair.outgoing import STOP_COMMAND, Bypass, Clearance, Command
 from gazechair.page_messages import BadMessage, parse
+from gazechair.profiles import ProfileRefused, Profiles, house_fields
+from gazechair.refusal import Refusal
 from gazechair.slots import Clock
 from gazelink import codes
 
@@ -46,13 +48,16 @@ class Control:
         parts: HealthRegistry,
         picture_age_s: Callable[[], float | None] = lambda: None,
         clock: Clock = time.monotonic,
+        profiles: Profiles | None = None,
     ) -> None:
-        """`picture_age_s` is the age of the newest picture, None before the first."""
+        """`picture_age_s` is the age of the newest picture, None before the first; `profiles`
+        are those on disk, None: the configured one, in memory."""
         self._config = config
         self._link = link
         self._parts = parts
         self._picture_age_s = picture_age_s
         self._clock = clock
+        self._profiles = profiles or Profiles(None, house_fields(config))
         self._lock = threading.Condition()
         self._arbiter = Arbiter(secrets.randbelow(256), secrets.randbelow(1 << 30))
         self._errors = errors.ErrorHandler()
@@ -104,17 +109,12 @@ class Control:
             self._refresh(now_s)
 
     def welcome(self, client: int) -> Message:
-        driver = self._config.driver
         return {
             "k": "welcome",
             "role": self._role(client),
             "simulated": self._simulated(),
-            "backward": driver.backward,
-            "mode": driver.mode,
-            "dwell_ms": driver.dwell_ms,
-            "leave_grace_ms": driver.leave_grace_ms,
+            "backward": self._config.driver.backward,
             "heartbeat_ms": HEARTBEAT_MS,
-            "pointer_stale_ms": driver.pointer_stale_ms,
         }
 
     def receive(self, client: int, message: Message) -> list[Message]:
@@ -147,6 +147,8 @@ class Control:
                 "heading_deg": state.heading_deg if state and state.heading_known else None,
                 "wipers": [state.linear_wiper, state.turn_wiper] if state else None,
                 "cap_permille": self._arbiter.cap_permille,
+                "call": self._arbiter.call,
+                "profile": self._profiles.revision,
                 "bypass_ms": self._bypass_ms(),
                 "simulated": self._simulated(),
             }
@@ -159,6 +161,17 @@ class Control:
         with self._lock:
             self._lock.wait_for(lambda: self._version != last_version, timeout_s)
             return self._version
+
+    def profiles(self) -> Message:
+        return self._profiles.as_json()
+
+    def change_profile(self, wish: Message, role: str) -> Message:
+        try:
+            if role == "viewer":
+                raise ProfileRefused("not_allowed", "a viewer changes nothing")
+            return self._profiles.change(wish, role == "caretaker")
+        except ProfileRefused as refusal:
+            return {"reason": refusal.reason, "detail": str(refusal)}
 
     def health(self) -> Message:
         return dict(self._parts.as_json())
@@ -191,6 +204,8 @@ class Control:
             *(part.state for part in parts.values()),
             self._arbiter.owner,
             self._arbiter.cap_permille,
+            self._arbiter.call,
+            self._profiles.revision,
             self._arbiter.bypass is None,
             self._simulated(),
         )

@@ -16,6 +16,8 @@ from gazechair.front_door import FrontDoor
 from gazechair.health import Health, HealthRegistry
 from gazechair.lidar import LidarService
 from gazechair.link import BoardLink
+from gazechair.profiles import Profiles, house_fields
+from gazechair.state_folder import state_folder
 
 _LAST_WORDS_S = 0.06  # three repeats of stop and disarm
 
@@ -47,7 +49,13 @@ class Daemon:
             self.parts.part("lidar"),
         )
         self._camera = CameraService(config.camera, self.parts.part("camera"))
-        self.control = Control(config, self.link, self.parts, self._camera.latest().age_s)
+        self.control = Control(
+            config,
+            self.link,
+            self.parts,
+            self._camera.latest().age_s,
+            profiles=Profiles(state_folder(config.web.state_folder), house_fields(config)),
+        )
         self._web = FrontDoor(
             config, self.control, self._camera.latest(), CaretakerSettings(self.link)
         )

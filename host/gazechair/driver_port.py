@@ -45,6 +45,14 @@ class DriverPort(Protocol):
         """
         ...
 
+    def profiles(self) -> Message:
+        """GET /profiles: {"revision", "chosen", "profiles", "fields"}."""
+        ...
+
+    def change_profile(self, wish: Message, role: str) -> Message:
+        """POST /profiles by a device of `role`: as profiles(), or {"reason", "detail"}."""
+        ...
+
     def health(self) -> Message:
         """{part: {"state", "reason", "detail", "for_s"}} for GET /health."""
         ...

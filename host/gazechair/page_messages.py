@@ -65,6 +65,13 @@ class Cap:
 
 
 @dataclass(frozen=True)
+class Call:
+    """The driver asks for help, or nobody needs to come any more."""
+
+    on: bool
+
+
+@dataclass(frozen=True)
 class HoldBypass:
     """The caretaker holds the bypass button: one press, repeated while held."""
 
@@ -86,9 +93,9 @@ RESET = Plain("reset")
 RELEASE = Plain("release")
 END_BYPASS = Plain("bypass")
 _PLAIN = {plain.kind: plain for plain in (STOP, DISARM, EMERGENCY, RESET, RELEASE)}
-_OTHERS = ("cmd", "drive", "arm", "take", "hb", "cap", "bypass")
+_OTHERS = ("cmd", "drive", "arm", "take", "hb", "cap", "call", "bypass")
 
-PageMessage = Drive | Arm | Take | Beat | Cap | HoldBypass | Plain
+PageMessage = Drive | Arm | Take | Beat | Cap | Call | HoldBypass | Plain
 
 
 def parse(message: dict[str, Any]) -> PageMessage:
@@ -120,11 +127,11 @@ def parse(message: dict[str, Any]) -> PageMessage:
         )
     if kind == "cap":
         return Cap(_integer(message, "permille", LOWEST_CAP_PERMILLE, 1000))
+    if kind == "call":
+        return Call(_flag(message, "on"))
     if kind == "bypass":
-        if message.get("held") is False:
+        if not _flag(message, "held"):
             return END_BYPASS
-        if message.get("held") is not True:
-            raise BadMessage('bypass: "held" must be true or false')
         return HoldBypass(_integer(message, "edge", 1, MAX_EDGE), _proof(message))
     raise BadMessage(f'"k" must be one of {", ".join((*_OTHERS, *_PLAIN))}')
 
@@ -140,6 +147,13 @@ def _integer(message: dict[str, Any], key: str, low: int, high: int) -> int:
     value = message.get(key)
     if type(value) is not int or not low <= value <= high:
         raise BadMessage(f'{message["k"]}: "{key}" must be a whole number {low}..{high}')
+    return value
+
+
+def _flag(message: dict[str, Any], key: str) -> bool:
+    value = message.get(key)
+    if not isinstance(value, bool):
+        raise BadMessage(f'{message["k"]}: "{key}" must be true or false')
     return value
 
 

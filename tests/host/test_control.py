@@ -103,12 +103,41 @@ def test_welcome_tells_how_the_page_is_to_behave(rig: Rig) -> None:
         "role": "driver",
         "simulated": False,
         "backward": False,
-        "mode": "continuous",
-        "dwell_ms": 700,
-        "leave_grace_ms": 200,
         "heartbeat_ms": 25,
-        "pointer_stale_ms": 500,
     }
+
+
+def test_the_configured_driver_is_the_first_profile(rig: Rig) -> None:
+    mine = rig.control.profiles()["profiles"][0]
+    assert (mine["mode"], mine["dwell_ms"], mine["leave_grace_ms"]) == ("continuous", 700, 200)
+    assert rig.control.profiles()["fields"]["language"]["choices"][:2] == ["nl", "en"]
+
+
+def test_a_changed_profile_is_news_for_the_pages(rig: Rig) -> None:
+    version = rig.control.wait_change(0.0, -1)
+    wish = {"save": {"id": "1", "dwell_ms": 900}}
+    answer = rig.control.change_profile(wish, "driver")
+    rig.control.update()
+    assert rig.look()["profile"] == answer["revision"]
+    assert rig.control.wait_change(0.0, version) != version
+    assert rig.control.change_profile(wish, "viewer")["reason"] == "not_allowed"
+    assert rig.control.change_profile({"save": {"id": "9"}}, "driver")["reason"] == (
+        "profile_unknown"
+    )
+
+
+def test_a_call_for_help_stays_until_somebody_comes(rig: Rig) -> None:
+    assert rig.say(k="call", on=True) == []
+    assert rig.look()["call"] is True
+    rig.control.disconnect(rig.page)
+    caretaker = rig.control.connect("caretaker")
+    assert rig.control.snapshot(caretaker)["call"] is True
+    assert rig.control.receive(caretaker, {"k": "call", "on": False}) == []
+    assert rig.control.snapshot(caretaker)["call"] is False
+    refusal = rig.control.receive(caretaker, {"k": "call", "on": True})
+    assert refusal[0]["reason"] == "not_allowed"
+    viewer = rig.control.connect("viewer")
+    assert rig.control.receive(viewer, {"k": "call", "on": False})[0]["reason"] == "not_allowed"
 
 
 def test_snapshot_has_every_key_of_the_protocol(rig: Rig) -> None:
@@ -133,6 +162,8 @@ def test_snapshot_has_every_key_of_the_protocol(rig: Rig) -> None:
         "heading_deg": 90.0,
         "wipers": [170, 171],
         "cap_permille": 1000,
+        "call": False,
+        "profile": rig.control.profiles()["revision"],
         "bypass_ms": 0,
         "simulated": False,
     }

@@ -200,18 +200,6 @@ def test_losing_the_armed_state_ends_a_hold_for_good(driver):
     assert driver.heard("cmd") == []
 
 
-def test_a_latched_fault_is_cleared_by_pressing_three_seconds(driver):
-    assert not driver.page.locator("#reset").is_visible()
-    driver.state(level="error", message="emergency", state="disarmed")
-    driver.look("reset")
-    driver.advance(4000, look="reset")
-    driver.page.mouse.down()
-    driver.advance(2900)
-    assert driver.heard("reset") == []
-    driver.advance(300)
-    assert len(driver.heard("reset")) == 1
-
-
 def test_assistive_clicks_without_a_pointer_work(driver):
     driver.page.evaluate("document.getElementById('stop').click()")
     assert last(driver)["k"] == "stop"

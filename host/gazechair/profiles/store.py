@@ -23,15 +23,19 @@ log = logging.getLogger(__name__)
 class Profiles:
     """Thread-safe. There is always at least one profile, and one is chosen."""
 
-    def __init__(self, folder: Path, fields: Mapping[str, Field]) -> None:
-        """`folder`: the state folder; a file that can't be read is kept beside, and said."""
-        self._path = folder / FILE_NAME
+    def __init__(self, folder: Path | None, fields: Mapping[str, Field]) -> None:
+        """`folder`: the state folder, None: in memory only.
+
+        A file that can't be read is kept beside, and said.
+        """
+        self._path = None if folder is None else folder / FILE_NAME
         self._fields = dict(fields)
         self._lock = threading.Lock()
         self._revision = secrets.randbelow(1 << 30)
         self._profiles: dict[str, Profile] = {}
         self._chosen = ""
-        self._read()
+        if self._path is not None:
+            self._read(self._path)
         if not self._profiles:
             self._profiles["1"] = {name: field.default for name, field in self._fields.items()}
         if self._chosen not in self._profiles:
@@ -80,7 +84,10 @@ class Profiles:
                 chosen = chosen if chosen in profiles else next(iter(profiles))
             else:
                 raise ProfileRefused("bad_message", f"{kind} is none of choose, save, create")
-            self._write(profiles, chosen)
+            if self._path is not None:
+                _write(self._path, {"chosen": chosen, "profiles": profiles})
+            self._profiles, self._chosen = profiles, chosen
+            self._revision += 1
             return self._as_json()
 
     def _as_json(self) -> dict[str, Any]:
@@ -117,14 +124,14 @@ class Profiles:
         name = self._fields["name"].accept("name", name)
         return id, {**self._profiles[self._chosen], "name": name}
 
-    def _read(self) -> None:
+    def _read(self, path: Path) -> None:
         try:
-            text = self._path.read_text(encoding="utf-8")
+            text = path.read_text(encoding="utf-8")
         except FileNotFoundError:
             return
         except (OSError, UnicodeDecodeError) as error:
-            log.error("%s: cannot be read (%s); begins with a new profile", self._path, error)
-            self._keep_aside()
+            log.error("%s: cannot be read (%s); begins with a new profile", path, error)
+            _keep_aside(path)
             return
         try:
             document = json.loads(text)
@@ -132,12 +139,8 @@ class Profiles:
                 self._profiles[id] = self._mended(id, dict(found))
             self._chosen = str(document["chosen"])
         except (ValueError, TypeError, KeyError, AttributeError) as error:
-            log.error("%s: damaged (%r); begins with what could be read", self._path, error)
-            self._keep_aside()
-
-    def _keep_aside(self) -> None:
-        with contextlib.suppress(OSError):
-            os.replace(self._path, self._path.with_suffix(".damaged"))
+            log.error("%s: damaged (%r); begins with what could be read", path, error)
+            _keep_aside(path)
 
     def _mended(self, id: str, found: Mapping[str, Any]) -> Profile:
         # An older or newer host's profile stays usable: strange values become defaults.
@@ -155,19 +158,22 @@ class Profiles:
             profile["steer_dwell_ms"] = self._fields["steer_dwell_ms"].low
         return profile
 
-    def _write(self, profiles: dict[str, Profile], chosen: str) -> None:
-        text = json.dumps({"chosen": chosen, "profiles": profiles}, ensure_ascii=False, indent=1)
-        fresh = self._path.with_suffix(".new")
-        try:
-            self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            with open(fresh, "w", encoding="utf-8") as file:
-                file.write(text + "\n")
-                file.flush()
-                os.fsync(file.fileno())
-            fresh.replace(self._path)
-        except OSError as error:
-            detail = f"{self._path}: {error.strerror}; is the disk full?"
-            log.error("%s", detail)
-            raise ProfileRefused("profile_not_stored", detail) from None
-        self._profiles, self._chosen = profiles, chosen
-        self._revision += 1
+
+def _keep_aside(path: Path) -> None:
+    with contextlib.suppress(OSError):
+        os.replace(path, path.with_suffix(".damaged"))
+
+
+def _write(path: Path, document: Mapping[str, Any]) -> None:
+    fresh = path.with_suffix(".new")
+    try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        with open(fresh, "w", encoding="utf-8") as file:
+            file.write(json.dumps(document, ensure_ascii=False, indent=1) + "\n")
+            file.flush()
+            os.fsync(file.fileno())
+        fresh.replace(path)
+    except OSError as error:
+        detail = f"{path}: {error.strerror}; is the disk full?"
+        log.error("%s", detail)
+        raise ProfileRefused("profile_not_stored", detail) from None

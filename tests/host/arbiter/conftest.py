@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 import pytest
 
-from gazechair.arbiter import Arbiter, Refusal
+from gazechair.arbiter import Arbiter
 from gazechair.page_messages import Arm, Beat, Drive, Take
+from gazechair.refusal import Refusal
 from gazelink import codes
 
 

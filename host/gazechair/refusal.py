@@ -1,0 +1,16 @@
+"""Why a page's message was not followed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """Why a message was not followed."""
+
+    what: str
+    """ "cmd", "drive", "arm", "take", "bypass", "cap", "call" or "message"."""
+    reason: str
+    """A key of the string tables."""
+    detail: str

@@ -1,0 +1,35 @@
+"""What a tablet need not load: comments and indentation of the pages' own scripts and styles.
+
+The files stay as people wrote them, line for line: an error's line number is still right.
+"""
+
+from __future__ import annotations
+
+_LEAN = (".js", ".css", ".html")
+
+
+def lean(text: str, suffix: str) -> str:
+    """`text` of a file of the pages without whole-line comments and indentation.
+
+    Relies on what tests/web/test_web_files.py keeps true of them: comments stand on lines of
+    their own, and no text goes on over a line's end.
+    """
+    if suffix not in _LEAN:
+        return text
+    lines = []
+    inside = ""  # what ends the comment we are in
+    for line in text.splitlines():
+        bare = line.strip()
+        if inside:
+            inside = "" if bare.endswith(inside) else inside
+            bare = ""
+        elif bare.startswith("/*"):
+            inside = "" if bare.endswith("*/") else "*/"
+            bare = ""
+        elif bare.startswith("<!--"):
+            inside = "" if bare.endswith("-->") else "-->"
+            bare = ""
+        elif bare.startswith("//"):
+            bare = ""
+        lines.append(bare)
+    return "\n".join(lines) + "\n"

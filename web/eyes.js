@@ -1,0 +1,104 @@
+// "Test ogen": 20 s of looking at dots; measures jitter and dropouts, proposes dwell and grace.
+
+const DOTS = [
+  [0.5, 0.5],
+  [0.12, 0.45],
+  [0.5, 0.2],
+  [0.88, 0.45],
+  [0.5, 0.75],
+];
+const DOT_MS = 4000;
+/** The way to a new dot takes this long and does not count. */
+const TRAVEL_MS = 1000;
+/** Longer between two samples: the tracker has lost the eyes. */
+const DROPOUT_MS = 100;
+/** Fewer samples than this can't be judged. */
+const ENOUGH = 60;
+
+const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
+const round50 = (value) => Math.round(value / 50) * 50;
+const middle = (values) => values.sort((a, b) => a - b)[values.length >> 1];
+
+/**
+ * What `samples` ([ms, x, y] in screen heights, ms from the test's begin) say.
+ *
+ * Returns null for too few, else jitter (rms distance to each dot's median, in % of the screen's
+ * height), dropouts (their number), longest_ms, and the proposed dwell_ms and leave_grace_ms:
+ * grace outlasts 9 of 10 dropouts; dwell is 500 ms, and 100 ms more for each % of jitter and for
+ * each dropout per 2 s. Starting points, to be tuned with the person.
+ */
+export function judge(samples) {
+  const gaps = [];
+  const squares = [];
+  let seen = 0;
+  for (let dot = 0; dot < DOTS.length; dot += 1) {
+    const from = dot * DOT_MS + TRAVEL_MS;
+    const till = (dot + 1) * DOT_MS;
+    const here = samples.filter(([at]) => at >= from && at < till);
+    seen += here.length;
+    let last = from;
+    for (const at of [...here.map((sample) => sample[0]), till]) {
+      if (at - last > DROPOUT_MS) gaps.push(at - last);
+      last = at;
+    }
+    if (here.length === 0) continue;
+    const x = middle(here.map((sample) => sample[1]));
+    const y = middle(here.map((sample) => sample[2]));
+    squares.push(...here.map((sample) => (sample[1] - x) ** 2 + (sample[2] - y) ** 2));
+  }
+  if (seen < ENOUGH) return null;
+  gaps.sort((a, b) => a - b);
+  const jitter = 100 * Math.sqrt(squares.reduce((sum, one) => sum + one, 0) / squares.length);
+  const usual = gaps[Math.floor(gaps.length * 0.9)] ?? 0;
+  return {
+    jitter,
+    dropouts: gaps.length,
+    longest_ms: Math.round(gaps[gaps.length - 1] ?? 0),
+    dwell_ms: clamp(round50(500 + 100 * jitter + 10 * gaps.length), 500, 1500),
+    leave_grace_ms: clamp(round50(usual + 50), 150, 500),
+  };
+}
+
+/** Runs the test: moves the dot, collects where the pointer goes. Its owner calls tick(now). */
+export class EyeTest {
+  #done;
+  #label;
+  #startMs = null;
+  #samples = [];
+  #dot = document.getElementById("dot");
+
+  /** `label(seconds)` is told what is left; `done(result)` gets what judge() returns. */
+  constructor(label, done) {
+    this.#label = label;
+    this.#done = done;
+    addEventListener("pointermove", (event) => {
+      if (this.#startMs === null) return;
+      const at = Math.min(event.timeStamp, performance.now()) - this.#startMs;
+      this.#samples.push([at, event.clientX / innerHeight, event.clientY / innerHeight]);
+    });
+  }
+
+  start(now) {
+    this.#startMs = now;
+    this.#samples = [];
+    this.tick(now);
+  }
+
+  /** Ends without a result. */
+  stop() {
+    this.#startMs = null;
+  }
+
+  tick(now) {
+    if (this.#startMs === null) return;
+    const dot = Math.floor((now - this.#startMs) / DOT_MS);
+    if (dot >= DOTS.length) {
+      this.stop();
+      return this.#done(judge(this.#samples));
+    }
+    const [x, y] = DOTS[dot];
+    this.#dot.style.setProperty("left", `${100 * x}vw`);
+    this.#dot.style.setProperty("top", `${100 * y}vh`);
+    this.#label(Math.ceil((DOTS.length * DOT_MS - (now - this.#startMs)) / 1000));
+  }
+}

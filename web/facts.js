@@ -1,0 +1,70 @@
+// The bar: who drives, what is asked and what the chair does, how old link and picture are.
+
+const AGE_EVERY_MS = 1000;
+const NEUTRAL = 170; // wiper counts
+const FULL = 84;
+/** Wipers this near to neutral move nothing. */
+const REST = 3;
+const TURN_WINDOW_MS = 400;
+const setText = (id, text) => {
+  const element = document.getElementById(id);
+  if (element.textContent !== text) element.textContent = text;
+};
+
+/** Shows the facts; tiny changes only. */
+export class Facts {
+  #strings;
+  #headings = []; // [ms, degrees]
+  #worst = { link: 0, picture: 0 };
+  #shownMs = 0;
+
+  constructor(strings) {
+    this.#strings = strings;
+  }
+
+  /** `news`: the host's state; `asked`: the verb this page commands, null for none. */
+  update(news, asked, now) {
+    const label = (key) => this.#strings.label(key);
+    setText("owner", label(news.you ? "you" : `owner_${news.owner}`));
+    setText("asked", asked ? `${label(asked)} →` : "");
+    setText("motion", `${label(`motion_${news.motion}`)}${this.#estimate(news, now)}`);
+    const moving = this.#moving(news);
+    if (document.body.dataset.moving !== moving) document.body.dataset.moving = moving;
+  }
+
+  /** The worst ages of the last second: numbers that can be read. null: not known. */
+  ages(linkMs, pictureMs, now) {
+    this.#worst.link = Math.max(this.#worst.link, linkMs ?? 0);
+    this.#worst.picture = Math.max(this.#worst.picture, pictureMs ?? 0);
+    if (now - this.#shownMs < AGE_EVERY_MS) return;
+    const word = (ms) => `${Math.round(ms / 10) * 10} ms`;
+    if (linkMs !== null) setText("link-age", word(this.#worst.link));
+    setText("picture-ms", pictureMs === null ? "–" : word(this.#worst.picture));
+    this.#shownMs = now;
+    this.#worst = { link: 0, picture: 0 };
+  }
+
+  /** Which way the joystick is pushed: a name of a drive target, or "none". */
+  #moving({ motion, wipers }) {
+    if (motion === "stopped" || wipers === null) return "none";
+    const [linear, turn] = wipers.map((count) => count - NEUTRAL);
+    if (Math.max(Math.abs(linear), Math.abs(turn)) < REST) return "none";
+    if (Math.abs(turn) > Math.abs(linear)) return turn > 0 ? "left" : "right";
+    return linear > 0 ? "forward" : "backward";
+  }
+
+  /** Speed has no sensor: the push of the joystick, and for turns what the heading does. */
+  #estimate({ motion, wipers, heading_deg: heading }, now) {
+    this.#headings = this.#headings.filter(([at]) => now - at < 2 * TURN_WINDOW_MS);
+    if (heading !== null) this.#headings.push([now, heading]);
+    if (motion === "stopped" || wipers === null) return "";
+    const [from] = this.#headings;
+    if (motion === "turn" && heading !== null && now - from[0] >= TURN_WINDOW_MS) {
+      const turned = ((heading - from[1] + 540) % 360) - 180;
+      const rate = Math.round(turned / ((now - from[0]) / 1000) / 5) * 5;
+      return ` ± ${Math.abs(rate)}°/s`;
+    }
+    const push = Math.max(...wipers.map((count) => Math.abs(count - NEUTRAL))) / FULL;
+    return ` ± ${Math.round(push * 20) * 5} %`;
+  }
+}

@@ -1,0 +1,43 @@
+// Practice: the targets work and count, and nothing is sent that could move the chair.
+
+/** Counts what was chosen, and plays the part of the board. */
+export class Practice {
+  on = false;
+  armed = false;
+  #strings;
+  #counts = {};
+  #edge = 0;
+
+  constructor(strings) {
+    this.#strings = strings;
+  }
+
+  /** Begins, or ends; the counts begin anew. */
+  toggle() {
+    this.on = !this.on;
+    this.armed = false;
+    this.#counts = {};
+    this.#edge = 0;
+    this.#show();
+  }
+
+  /** "Rijden aan" or "Rijden uit" was chosen. */
+  arm() {
+    this.armed = !this.armed;
+  }
+
+  /** A command as it would have been sent. */
+  drive(verb, edge) {
+    if (edge === this.#edge) return;
+    this.#edge = edge;
+    this.#counts[verb] = (this.#counts[verb] ?? 0) + 1;
+    this.#show();
+  }
+
+  #show() {
+    const counts = Object.entries(this.#counts);
+    const words = counts.map(([verb, count]) => `${this.#strings.label(verb)} ${count}`);
+    const score = words.join(" · ") || this.#strings.label("practice_begin");
+    document.getElementById("score").textContent = this.on ? score : "";
+  }
+}

@@ -1,0 +1,67 @@
+// A person's own settings: loaded from the host, changed here, kept by the host.
+
+const RETRY_MS = 2000;
+const JSON_TYPE = { "Content-Type": "application/json" };
+
+/** The profiles the host keeps, the chosen one among them, and the limits of every field. */
+export class Profiles {
+  #table;
+
+  constructor(table) {
+    this.#table = table;
+  }
+
+  /** Changes with every change at the host. */
+  get revision() {
+    return this.#table.revision;
+  }
+
+  /** The chosen profile: {id, name, dwell_ms, ...}. */
+  get current() {
+    return this.all.find((profile) => profile.id === this.#table.chosen);
+  }
+
+  get all() {
+    return this.#table.profiles;
+  }
+
+  /** {low, high, step} of a number, {choices} of a choice. */
+  field(name) {
+    return this.#table.fields[name];
+  }
+
+  /** Reads them again; keeps what it has when the host does not answer. */
+  async reload() {
+    const table = await ask({ cache: "no-store" });
+    if (table.profiles) this.#table = table;
+  }
+
+  /** Asks for a change, as POST /profiles takes it; null, or the reason why not. */
+  async change(wish) {
+    const body = JSON.stringify(wish);
+    const answer = await ask({ method: "POST", headers: JSON_TYPE, body });
+    if (!answer.profiles) return answer.reason;
+    this.#table = answer;
+    return null;
+  }
+}
+
+/** Loads the profiles, trying again until the host answers; a device not paired goes to pair. */
+export async function loadProfiles() {
+  for (;;) {
+    const answer = await ask({ cache: "no-store" });
+    if (answer.profiles) return new Profiles(answer);
+    if (answer.reason === "not_paired") location.assign("/pair");
+    console.warn(`/profiles: ${answer.reason}: ${answer.detail}`);
+    await new Promise((resume) => setTimeout(resume, RETRY_MS));
+  }
+}
+
+async function ask(request) {
+  try {
+    const answer = await fetch("/profiles", request);
+    return await answer.json();
+  } catch (error) {
+    return { reason: "no_answer", detail: error.message };
+  }
+}

@@ -1,0 +1,71 @@
+// Small tones: begin rises, end falls, the board's override buzzes; silent until sound is allowed.
+
+const LOUDNESS = 0.12;
+const GAP_S = 0.02;
+
+/** Each tone has a shape of its own: [Hz, seconds, wave] one after the other. */
+const SHAPES = {
+  start: [
+    [520, 0.07, "sine"],
+    [780, 0.1, "sine"],
+  ],
+  stop: [
+    [520, 0.07, "sine"],
+    [350, 0.12, "sine"],
+  ],
+  override: [
+    [220, 0.11, "square"],
+    [220, 0.11, "square"],
+    [220, 0.11, "square"],
+  ],
+  armed: [[660, 0.2, "triangle"]],
+  alert: [
+    [880, 0.16, "square"],
+    [660, 0.16, "square"],
+    [880, 0.16, "square"],
+    [660, 0.16, "square"],
+  ],
+};
+
+/** One audio context for the page, woken by the first press or key. */
+export class Tones {
+  on = true;
+  #context = null;
+  #woken = () => {};
+
+  /** `woken()` is told once sound is allowed. */
+  constructor(woken = () => {}) {
+    this.#woken = woken;
+    for (const event of ["pointerup", "keydown"]) addEventListener(event, () => this.#wake());
+  }
+
+  /** True once the browser lets the page be heard. */
+  get audible() {
+    return this.#context?.state === "running";
+  }
+
+  /** Plays the tone of this name (a key of SHAPES). */
+  play(name) {
+    if (!this.on || !this.audible) return;
+    let at = this.#context.currentTime;
+    for (const [hz, seconds, wave] of SHAPES[name]) {
+      const tone = this.#context.createOscillator();
+      const volume = this.#context.createGain();
+      tone.type = wave;
+      tone.frequency.value = hz;
+      volume.gain.setValueAtTime(LOUDNESS, at);
+      volume.gain.exponentialRampToValueAtTime(0.001, at + seconds);
+      tone.connect(volume).connect(this.#context.destination);
+      tone.start(at);
+      tone.stop(at + seconds);
+      at += seconds + GAP_S;
+    }
+  }
+
+  async #wake() {
+    if (this.audible) return;
+    this.#context ??= new AudioContext();
+    await this.#context.resume();
+    this.#woken();
+  }
+}
