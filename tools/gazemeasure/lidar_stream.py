@@ -122,7 +122,7 @@ def _run(seconds: float, busy: bool) -> Live:
 def _watch(
     pipeline: Pipeline, seconds: float, load: threading.Thread | None
 ) -> tuple[dict[int, float], int, int]:
-    """({turn: when it was evaluated}, resyncs, restarts of the scan)."""
+    """({turns complete: when they were evaluated}, resyncs, restarts of the scan)."""
     seen_s: dict[int, float] = {}
     resyncs = restarts = turn = 0
     end_s = time.monotonic() + _START_S
@@ -134,10 +134,10 @@ def _watch(
             end_s = time.monotonic() + seconds
             if load is not None:
                 load.start()
-        if lidar.turns < turn:
+        if lidar.quarters // 4 < turn:
             restarts += 1
             seen_s.clear()
-        turn, resyncs = lidar.turns, lidar.resyncs
+        turn, resyncs = lidar.quarters // 4, lidar.resyncs
         if turn not in seen_s:
             seen_s[turn] = time.monotonic()
     return seen_s, resyncs, restarts

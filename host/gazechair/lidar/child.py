@@ -73,7 +73,7 @@ class Lidar:
             coverage=round(seen / max(1, unmasked), 3),
             blind_deg=_arcs(self.view.states == BLIND),
             points=len(scan),
-            turns=stream.turns,
+            quarters=stream.quarters,
             lost_share=round(stream.lost_share, 4),
             resyncs=stream.resyncs,
         )

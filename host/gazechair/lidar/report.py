@@ -42,8 +42,8 @@ class LidarReport:
     """Arcs of the chair's frame in which it is blind, [from, to) counter-clockwise."""
     points: int = 0
     """Measurements in the scan, those without a return included."""
-    turns: int = 0
-    """Turns since it was started."""
+    quarters: int = 0
+    """Quarter turns of its mirror since it was started."""
     lost_share: float = 0.0
     """Share of its bytes of the last second or so that had to be thrown away."""
     resyncs: int = 0

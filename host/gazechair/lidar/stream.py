@@ -23,7 +23,8 @@ class NodeStream:
     def __init__(self, source: int, period_s: float) -> None:
         """`source`: codes.REAL, ...; `period_s`: from one measurement to the next."""
         self._sweep = Sweep(source, period_s)
-        self._quarter = -1
+        self.quarters = -1
+        """Quarter turns of the mirror that were complete since the start."""
         self.lost_share = 0.0
         """Share of its bytes of the last second or so that had to be thrown away."""
         self.resyncs = 0
@@ -47,8 +48,8 @@ class NodeStream:
             return False
         self.last_s = received_s
         self._sweep.take(nodes, received_s)
-        changed = self._sweep.quarter != self._quarter
-        self._quarter = self._sweep.quarter
+        changed = self._sweep.quarter != self.quarters
+        self.quarters = self._sweep.quarter
         return changed
 
     def scan(self) -> Scan | None:

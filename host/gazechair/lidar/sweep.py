@@ -14,6 +14,8 @@ from gazelink import codes
 NODE_PERIOD_S = 1.0 / 16_000.0  # standard scan: 16 kHz
 _LONGEST_TURN_S = 0.5  # behind that the S flag was lost several times over
 _FOLLOW = 0.2  # of the turning rate, each turn
+# A dense capsule comes when the next one is whole: so long a quarter does not wait for its own.
+_ALL_BUT_DEG = 2.0
 _JITTER_DEG = 5.0  # of the angle at which a turn starts
 _KEPT = 3  # turns before the one in progress
 
@@ -73,7 +75,7 @@ class Sweep:
 
     @property
     def quarter(self) -> int:
-        """Counts the quarter turns of the mirror that have begun."""
+        """Counts the quarter turns of the mirror that are complete, but for a degree or two."""
         return self.turns * 4 + self._turns[0].quarter
 
     def scan(self) -> Scan | None:
@@ -114,7 +116,7 @@ class _Turn:
         if self._count > most:
             self._pieces = [piece]
             self._count = len(piece[0])
-        self.quarter = int(-piece[0][-1] % 360.0 // 90.0)
+        self.quarter = int((-piece[0][-1] % 360.0 + _ALL_BUT_DEG) // 90.0)
 
     def joined(self) -> _Nodes:
         if not self._pieces:
