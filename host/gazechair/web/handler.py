@@ -101,8 +101,6 @@ class Handler(WSGIRequestHandler):
 class Server(ThreadedWSGIServer):
     """Accepts, and leaves everything that may take time to the connection's own thread."""
 
-    request_queue_size = 128
-
     def __init__(
         self, listener: socket.socket, app: Any, context: ssl.SSLContext | None = None
     ) -> None:

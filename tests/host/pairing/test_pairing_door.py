@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from gazechair.pairing import Paired
+from gazechair.pairing import Paired, local
 from gazechair.pairing.local import SOCKET_NAME, AlreadyRunning, LocalDoor, NotRunning, ask
 from gazechair.pairing.show import code_as_text, devices_as_text, qr_rows
 
@@ -24,7 +24,8 @@ def folder(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def door(again: Any, folder: Path) -> Iterator[Any]:
+def door(again: Any, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    monkeypatch.setattr(local, "_LOOK_S", 0.02)  # ends sooner
     desk = again(folder)
     door = LocalDoor(desk, folder, lambda: URL)
     door.start()

@@ -20,7 +20,7 @@ from gazechair.config import Config, WebConfig
 from gazechair.link_protocol import SettingReply
 from gazechair.pairing import Paired, PairingDesk
 from gazechair.slots import Latest
-from gazechair.web import WebServer, files
+from gazechair.web import WebServer, control, files, page_client
 from gazelink import codes
 from gazelink.settings_table import TABLE
 
@@ -183,6 +183,8 @@ def pages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (folder / "strings" / "nl.json").write_text("{}")
     (tmp_path / "outside.json").write_text("{}")
     monkeypatch.setattr(files, "web_folder", lambda: folder)
+    monkeypatch.setattr(control, "_LOOK_S", 0.02)  # ends sooner
+    monkeypatch.setattr(page_client, "_LOOK_S", 0.02)
     return folder
 
 
