@@ -20,7 +20,7 @@ from gazechair.config import Config, is_loopback, uses_tls
 from gazechair.driver_port import DriverPort
 from gazechair.pairing import Device, PairingDesk
 from gazechair.slots import Latest
-from gazechair.web import files, pairing_routes, settings_routes
+from gazechair.web import files, pairing_routes, profile_routes, settings_routes
 from gazechair.web.answers import answer, refuse
 from gazechair.web.certificate import Certificate, CertificateError
 from gazechair.web.control import ControlHub
@@ -142,6 +142,7 @@ class WebServer:
         pairing_routes.add_routes(
             app, self._desk, self._cookie_name, lambda: f"{self.url}pair", self._tls
         )
+        profile_routes.add_routes(app, self._driver_port)
         settings_routes.add_routes(app, self._settings)
         sock = Sock(app)
 
