@@ -86,16 +86,6 @@ def test_a_killed_child_is_replaced(rig: Rig) -> None:
     assert rig.health.state == "ok"
 
 
-def test_a_hanging_child_is_killed_and_replaced(rig: Rig) -> None:
-    rig.service.start()
-    rig.wait_fresh(BACKWARD)
-    pid = rig.service.pid
-    assert pid is not None
-    os.kill(pid, signal.SIGSTOP)
-    rig.wait(lambda: rig.health.state == "lost")
-    rig.wait_fresh(BACKWARD)
-
-
 def test_a_pulled_cable_is_said_and_healed(rig: Rig) -> None:
     rig.service.start()
     rig.wait_fresh(BACKWARD)
@@ -111,15 +101,6 @@ def test_a_pulled_cable_is_said_and_healed(rig: Rig) -> None:
     rig.wait(lambda: rig.health.state == "ok")
     since_lost = rig.states[rig.states.index("lost") :]
     assert set(since_lost) == {"lost", "ok"}, "attempts to reopen are no news"
-
-
-def test_lost_and_corrupt_bytes_are_lived_with(rig: Rig) -> None:
-    rig.device.drop = 1e-4
-    rig.device.corrupt = 1e-4
-    rig.service.start()
-    rig.wait(lambda: rig.service.report is not None and rig.service.report.lidars[0].resyncs > 5)
-    assert rig.service.restarts == 0
-    rig.wait_fresh(BACKWARD)
 
 
 def test_a_view_covered_ahead_is_degraded_and_blocked(rig: Rig) -> None:
