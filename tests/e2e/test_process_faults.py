@@ -23,6 +23,7 @@ import pytest
 import gazesetup
 from e2e.running import Running
 from gazeboard import limits
+from gazedemo.pairing import cookie
 from gazedemo.stack import Stack
 
 pytestmark = pytest.mark.e2e
@@ -185,7 +186,8 @@ def test_two_hosts_on_one_port_the_second_is_refused(chair: Running) -> None:
         "port = 0" if line.startswith("port = ") and '"' not in line else line
         for line in text.splitlines()
     ]
-    config.write_text("\n".join(lines))
+    state = str(chair.stack.state_folder)
+    config.write_text("\n".join(lines).replace(state, state + "2"))
     with open(folder / "second.log", "w+b") as log:
         second = subprocess.Popen(
             [sys.executable, "-m", "gazechair", "run", "--config", str(config)],
@@ -195,8 +197,10 @@ def test_two_hosts_on_one_port_the_second_is_refused(chair: Running) -> None:
             env=gazesetup.source_environment(),
         )
         try:
-            chair.until(lambda: second_health(folder)["state"] == "lost", "it says so")
-            detail = second_health(folder)["detail"]
+            chair.until(lambda: second_url(folder), "it serves its page")
+            url, headers = second_url(folder), {"Cookie": cookie(folder / "state2", "viewer")}
+            chair.until(lambda: board_of(url, headers)["state"] == "lost", "it says so")
+            detail = board_of(url, headers)["detail"]
         finally:
             second.terminate()
             second.wait(20.0)
@@ -205,11 +209,15 @@ def test_two_hosts_on_one_port_the_second_is_refused(chair: Running) -> None:
     chair.drive()
 
 
-def second_health(folder: Path) -> dict[str, Any]:
-    """What the second daemon says of the board."""
-    found = re.search(r"http://[\d.:]+/", (folder / "second.log").read_text())
-    if found is None:
-        return {"state": "not there yet"}
-    with urllib.request.urlopen(found[0] + "health", timeout=10) as answer:
+def second_url(folder: Path) -> str:
+    """Where the second daemon says that its page is; "" before that."""
+    found = re.search(r"page is at (http://[\d.:]+/)", (folder / "second.log").read_text())
+    return found[1] if found else ""
+
+
+def board_of(url: str, headers: dict[str, str]) -> dict[str, Any]:
+    """What a daemon says of the board."""
+    request = urllib.request.Request(url + "health", headers=headers)
+    with urllib.request.urlopen(request, timeout=10) as answer:
         part: dict[str, Any] = json.load(answer)["board"]
     return part
