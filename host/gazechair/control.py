@@ -11,9 +11,12 @@ from typing import Any, Protocol
 from gazechair import errors
 from gazechair.arbiter import Arbiter
 from gazechair.board_state import BoardId, BoardState, BoardStats
+from gazechair.board_words import board_key, board_words
+from gazechair.clearance.shown import shown
 from gazechair.config import Config
 from gazechair.driver_port import Message
 from gazechair.health import HealthRegistry
+from gazechair.kept_cap import KeptCap
 from gazechair.outgoing import STOP_COMMAND, Bypass, Clearance, Command
 from gazechair.page_messages import BadMessage, parse
 from gazechair.profiles import ProfileRefused, Profiles, house_fields
@@ -23,7 +26,6 @@ from gazelink import codes
 
 HEARTBEAT_MS = 25
 _TICK_S = 0.025
-_UNKNOWN = dict.fromkeys(codes.DIRECTIONS, "unknown")
 
 
 class Link(Protocol):
@@ -49,9 +51,11 @@ class Control:
         picture_age_s: Callable[[], float | None] = lambda: None,
         clock: Clock = time.monotonic,
         profiles: Profiles | None = None,
+        kept_cap: KeptCap | None = None,
     ) -> None:
         """`picture_age_s` is the age of the newest picture, None before the first; `profiles`
-        are those on disk, None: the configured one, in memory."""
+        are those on disk, None: the configured one, in memory; `kept_cap`: the speed cap's file.
+        """
         self._config = config
         self._link = link
         self._parts = parts
@@ -59,13 +63,14 @@ class Control:
         self._clock = clock
         self._profiles = profiles or Profiles(None, house_fields(config))
         self._lock = threading.Condition()
+        self._kept_cap = kept_cap or KeptCap(None)
         self._arbiter = Arbiter(secrets.randbelow(256), secrets.randbelow(1 << 30))
+        self._arbiter.cap_permille = self._kept_cap.read()
         self._errors = errors.ErrorHandler()
         self._verdict = errors.Verdict("ok", "ok")
         self._sent = STOP_COMMAND
         self._sent_bypass: Bypass | None = None
-        self._source: int | None = None
-        self._scan_s: float | None = None
+        self._clearance: Clearance | None = None
         self._shown: tuple[Any, ...] = ()
         self._version = 0
         self._stopping = threading.Event()
@@ -88,8 +93,7 @@ class Control:
     def clearance(self, clearance: Clearance) -> None:
         """What the newest scans leave free, on its way to the board."""
         self._link.clearance(clearance)
-        self._source = clearance.source
-        self._scan_s = clearance.acquired_s
+        self._clearance = clearance
 
     def update(self) -> None:
         """Something about the board or a part's health has changed."""
@@ -125,8 +129,12 @@ class Control:
         with self._lock:
             now_s = self._clock()
             self._hear_board(now_s)  # what the page has seen, the arbiter must know
+            was_permille = self._arbiter.cap_permille
             refusal = self._arbiter.receive(client, meaning, now_s)
+            cap_permille = self._arbiter.cap_permille
             self._tell_board()
+        if cap_permille != was_permille:
+            self._kept_cap.keep(cap_permille)  # a disk may take its time: nobody waits for it
         return [] if refusal is None else [_refused(refusal)]
 
     def snapshot(self, client: int) -> Message:
@@ -137,7 +145,8 @@ class Control:
             return {
                 "k": "state",
                 "token": self._arbiter.issue_token(now_s),
-                **_board_words(state),
+                **board_words(state),
+                **shown(self._clearance, now_s),
                 "level": self._verdict.level,
                 "message": self._verdict.message,
                 **{name: parts[name].state for name in ("board", "lidar", "camera")},
@@ -199,7 +208,7 @@ class Control:
         parts = self._parts.states()
         self._verdict = self._errors.fold(self._problems(state, now_s), now_s)
         shown = (
-            *_board_key(state),
+            *board_key(state),
             self._verdict,
             *(part.state for part in parts.values()),
             self._arbiter.owner,
@@ -218,8 +227,9 @@ class Control:
         problems = errors.of_parts(self._parts.states())
         if state is not None:
             problems += errors.of_board(state)
-        scan_s = self._scan_s
-        problems += errors.of_silence("lidar", None if scan_s is None else now_s - scan_s)
+        clearance = self._clearance
+        age_s = None if clearance is None else now_s - clearance.acquired_s
+        problems += errors.of_silence("lidar", age_s)
         problems += errors.of_silence("camera", self._picture_age_s())
         if self._arbiter.page_silent:
             problems.append(errors.Problem("page_silent", codes.WARNING))
@@ -250,8 +260,9 @@ class Control:
         return stats.counters["bypass_ms"]
 
     def _simulated(self) -> bool:
-        board = self._link.board()
-        return self._source not in (None, codes.REAL) or (board is not None and board.simulated)
+        board, clearance = self._link.board(), self._clearance
+        source = codes.REAL if clearance is None else clearance.source
+        return source != codes.REAL or (board is not None and board.simulated)
 
 
 def _refused(refusal: Refusal) -> Message:
@@ -260,36 +271,4 @@ def _refused(refusal: Refusal) -> Message:
         "what": refusal.what,
         "reason": refusal.reason,
         "detail": refusal.detail,
-    }
-
-
-def _board_key(state: BoardState | None) -> tuple[int, ...]:
-    # All of the state that a page shows, but what changes all the time.
-    if state is None:
-        return ()
-    return (
-        state.state,
-        state.motion,
-        state.override,
-        state.arm_reason,
-        state.decisions,
-        state.edge,
-    )
-
-
-def _board_words(state: BoardState | None) -> Message:
-    if state is None:
-        return {
-            "state": "disarmed",
-            "motion": "stopped",
-            "override": "none",
-            "arm_reason": "not_connected",
-            "decisions": _UNKNOWN,
-        }
-    return {
-        "state": state.state_name,
-        "motion": state.motion_name,
-        "override": state.override_name,
-        "arm_reason": state.arm_reason_name,
-        "decisions": state.decision_names,
     }

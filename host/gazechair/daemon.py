@@ -14,6 +14,7 @@ from gazechair.config import Config, is_loopback, uses_tls
 from gazechair.control import Control
 from gazechair.front_door import FrontDoor
 from gazechair.health import Health, HealthRegistry
+from gazechair.kept_cap import KeptCap
 from gazechair.lidar import LidarService
 from gazechair.link import BoardLink
 from gazechair.profiles import Profiles, house_fields
@@ -49,12 +50,14 @@ class Daemon:
             self.parts.part("lidar"),
         )
         self._camera = CameraService(config.camera, self.parts.part("camera"))
+        folder = state_folder(config.web.state_folder)
         self.control = Control(
             config,
             self.link,
             self.parts,
             self._camera.latest().age_s,
-            profiles=Profiles(state_folder(config.web.state_folder), house_fields(config)),
+            profiles=Profiles(folder, house_fields(config)),
+            kept_cap=KeptCap(folder),
         )
         self._web = FrontDoor(
             config, self.control, self._camera.latest(), CaretakerSettings(self.link)

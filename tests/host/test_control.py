@@ -161,6 +161,8 @@ def test_snapshot_has_every_key_of_the_protocol(rig: Rig) -> None:
         "edge": 0,
         "heading_deg": 90.0,
         "wipers": [170, 171],
+        "clearance": dict.fromkeys(("forward", "backward", "left", "right")),
+        "view": dict.fromkeys(("forward", "backward", "left", "right"), "blind"),
         "cap_permille": 1000,
         "call": False,
         "profile": rig.control.profiles()["revision"],

@@ -1,0 +1,41 @@
+"""The board's state as pages are told it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gazechair.board_state import BoardState
+from gazelink import codes
+
+
+def board_words(state: BoardState | None) -> dict[str, Any]:
+    """State, motion, override, arm_reason and decisions by name; None: not connected."""
+    if state is None:
+        return {
+            "state": "disarmed",
+            "motion": "stopped",
+            "override": "none",
+            "arm_reason": "not_connected",
+            "decisions": dict.fromkeys(codes.DIRECTIONS, "unknown"),
+        }
+    return {
+        "state": state.state_name,
+        "motion": state.motion_name,
+        "override": state.override_name,
+        "arm_reason": state.arm_reason_name,
+        "decisions": state.decision_names,
+    }
+
+
+def board_key(state: BoardState | None) -> tuple[int, ...]:
+    """All of the state that a page shows, but what changes all the time."""
+    if state is None:
+        return ()
+    return (
+        state.state,
+        state.motion,
+        state.override,
+        state.arm_reason,
+        state.decisions,
+        state.edge,
+    )
