@@ -70,6 +70,7 @@ class App:
         s = self.settings
         self.joystick.set_neutral(s.neutral_linear_count, s.neutral_turn_count)
         self._imu.tilt_limit_q4 = s.tilt_limit_q4_deg
+        self.obstacles.configure(s)
         self.motion = Motion(s, turn_controller(s))
         self.inbox.back.calibrated = s.calibrated
         self.inbox.touch()
@@ -96,7 +97,13 @@ class App:
         self._last_us = start_us
         relay_closed = board.relay_pin() == 0
         obstacles = self.obstacles
-        obstacles.step(i, motion.linear_permille, motion.turn_permille)
+        obstacles.step(
+            i,
+            motion.linear_permille,
+            motion.turn_permille,
+            safety.state == codes.ARMED,
+            False,
+        )
         safety.step(
             i,
             obstacles.blocked,
@@ -106,7 +113,7 @@ class App:
             late,
         )
         if safety.permitted:
-            motion.step(i, safety.blocked, obstacles.caps)
+            motion.step(i, safety.blocked, obstacles.caps, safety.faults)
             if motion.ended:
                 safety.finished(motion.end_reason)
         else:
@@ -262,7 +269,7 @@ class App:
 
     # Upper bound of the forward or backward speed now.
     def speed_mm_s(self):
-        return 0
+        return self.obstacles.speed_mm_s()
 
     # The selected profile; bit 7: the turn rate seen agrees with it.
     def profile_seen(self):
@@ -270,7 +277,7 @@ class App:
 
     # What is left of a bypass.
     def bypass_ms(self):
-        return 0
+        return self.obstacles.bypass.left_ms
 
     # The board stops the tick first, then calls this: neutral, enable off.
     def shut_down(self):

@@ -40,3 +40,14 @@ STEP_FORWARD_MAX_MS = const(5000)  # P4: longest step a setting can ask for
 STEP_TURN_MAX_MS = const(10000)
 TUNE_PULSE_MAX_MS = const(2000)  # P4: longest tuning pulse
 BYPASS_MAX_MS = const(20000)  # longest bypass of an obstacle; then the button must be pressed anew
+
+# Obstacles (obstacles.py, stopping.py)
+SLOW_AHEAD_MS = const(1000)  # slowing begins this much of the speed before the stop distance
+CLEAR_MS = const(300)  # a way must look better this long before more is allowed
+BAND_MM = const(60)  # and this much better than needed: twice the lidar's noise
+BAND_Q4_DEG = const(48)
+OUTERMOST_MM = const(750)  # a turn's creep: drive axle to the footprint's farthest corner
+CREEP_OVER_PERMILLE = const(30)  # least output above the dead zone that still moves the chair
+# Nothing opens the relay of a wiper that got stuck when none is fitted: a person has to reach the
+# chair's own button. At this speed that takes 20 cm a second.
+NO_RELAY_MM_S = const(200)

@@ -1,28 +1,237 @@
-# What the obstacles permit: per direction blocked or free, and the most output each may have. Pure:
-# one tick of 1 ms, no I/O, no clock, no allocation, integers only. Only ever reduces.
+# What the obstacles permit: per direction free, slow or blocked, and the most output each may have.
+# Pure: one tick of 1 ms, no I/O, no clock, no allocation, integers only. Only ever reduces.
+#
+# The distances of the newest clearance, shortened by what the chair may have moved since they were
+# measured, are held against what it takes to stop. Less: blocked. More, but little: as much output
+# as leaves time to slow down. The work is spread over the ticks, an eighth each; but a new
+# clearance that is too near blocks in the tick that sees it.
 
+from gazeboard import limits
+from gazeboard.bypass import Bypass
+from gazeboard.speed import SpeedBound
+from gazeboard.stopping import LEVELS, Stopping
 from gazelink import codes
+from gazelink.const import const
 from gazelink.native import micropython
 
-_ALL_BLOCKED = 15
-_FULL_PERMILLE = 1000
-_DECISIONS = bytes(  # blocked bits -> 2-bit fields
-    [sum([codes.BLOCKED << (2 * d) for d in range(4) if b & (1 << d)]) for b in range(16)]
-)
+# Numbers of other files once more: const() puts them into the code, where looking them up in their
+# module would take a fifth of this file's time.
+_FORWARD = const(0)
+_BACKWARD = const(1)
+_LEFT = const(2)
+_RIGHT = const(3)
+_DECIDED_FREE = const(0)
+_DECIDED_SLOW = const(1)
+_DECIDED_BLOCKED = const(2)
+_LEVELS = const(16)
+_AGE_MAX_MS = const(60000)
+_CLEAR_MS = const(300)
+assert (_FORWARD, _BACKWARD) == (codes.DIR_FORWARD, codes.DIR_BACKWARD)
+assert (_LEFT, _RIGHT) == (codes.DIR_LEFT, codes.DIR_RIGHT)
+assert (_DECIDED_FREE, _DECIDED_SLOW, _DECIDED_BLOCKED) == (codes.FREE, codes.SLOW, codes.BLOCKED)
+assert (_LEVELS, _AGE_MAX_MS, _CLEAR_MS) == (LEVELS, limits.AGE_MAX_MS, limits.CLEAR_MS)
+
+_PERIOD_MS = const(8)  # each direction's turn comes round; well below any chair's dead time
+_BLOCKED = const(-1)  # level below all outputs
+_ALL_BLOCKED = const(15)
+_ALL_DECIDED = const(0xAA)
+
+
+class Way:
+    # One direction. `level` is an index of Stopping.permille, or _BLOCKED.
+
+    def __init__(self):
+        self._bound = SpeedBound(_PERIOD_MS)
+        self._better_ms = 0  # how long a higher level has been possible
+        self.level = _BLOCKED
+        self.speed = 0  # upper bound, units/s
+        self.stop = 0  # units it takes to stop from that, margin included
+
+    # `permille` is the highest output since the last time, `measured` a speed that is seen.
+    @micropython.native
+    def feel(self, stopping, permille, measured):
+        speed = self._bound.update(stopping, permille)
+        if measured > speed:
+            speed = measured
+        self.speed = speed
+        # As Stopping.stop(): written out, a call is dear here.
+        stop = stopping.margin
+        if speed:
+            stop += speed * stopping.time_ms // 1000 + speed * speed // stopping.two_brake
+        self.stop = stop
+
+    # `distance` was free `age_ms` ago; `ceiling` is the highest level that other things permit.
+    # Down at once, up only after CLEAR_MS of a better view.
+    @micropython.native
+    def judge(self, stopping, distance, age_ms, ceiling):
+        begin = stopping.begin
+        stop = self.stop
+        level = self.level
+        distance -= self.speed * age_ms // 1000
+        if level > ceiling:
+            level = ceiling
+        if level >= 0 and (distance < stop or distance < begin[level]):
+            level = _level(begin, distance) if distance >= stop else _BLOCKED
+        if level < self.level:
+            self.level = level
+            self._better_ms = 0
+            return
+        if level >= ceiling:
+            return
+        distance -= stopping.band
+        if distance < stop or distance < begin[level + 1]:
+            self._better_ms = 0
+            return
+        self._better_ms += _PERIOD_MS
+        if self._better_ms >= _CLEAR_MS:
+            self._better_ms = 0
+            self.level = min(ceiling, _level(begin, distance))
+
+
+# The highest level whose distance is there; _BLOCKED for none.
+@micropython.native
+def _level(begin, distance):
+    low = 0
+    high = _LEVELS + 1
+    while low < high:
+        middle = (low + high) >> 1
+        if begin[middle] <= distance:
+            low = middle + 1
+        else:
+            high = middle
+    return low - 1
 
 
 class Obstacles:
-    # settings: a Settings.
+    # settings: a Settings; configure() again whenever they change.
 
     def __init__(self, settings):
-        self._settings = settings
+        self.bypass = Bypass(_PERIOD_MS)
         self.blocked = _ALL_BLOCKED  # bits per direction
-        self.decisions = _DECISIONS[_ALL_BLOCKED]  # 2 bits per direction
-        self.caps = [_FULL_PERMILLE] * 4  # most output per direction, permille
+        self.decisions = _ALL_DECIDED  # 2 bits per direction
+        self.caps = [0] * 4  # most output per direction, permille
+        self._ways = [Way() for _ in range(4)]
+        self._most = [0] * 4  # highest output of each direction since its last turn
+        self._phase = 0
+        self._age_ms = _AGE_MAX_MS
+        self._count = 0
+        self._looked = False
+        self.configure(settings)
 
-    # `i` is an Inputs: the newest clearance. linear_permille, turn_permille: what was put out in
-    # the tick before.
+    # Not in the tick: makes the tables anew.
+    def configure(self, settings):
+        self._stopping = [
+            Stopping(settings, direction, trusted)
+            for trusted in (False, True)
+            for direction in range(4)
+        ]
+
+    # `i` is an Inputs: the newest clearance, bypass and turn rate. linear_permille, turn_permille:
+    # what was put out in the tick before. armed: the chair may be driven. trusted: it turns as the
+    # selected profile says.
     @micropython.native
-    def step(self, i, linear_permille, turn_permille):
-        self.blocked = i.clearance_blocked & _ALL_BLOCKED
-        self.decisions = _DECISIONS[self.blocked]
+    def step(self, i, linear_permille, turn_permille, armed, trusted):
+        most = self._most
+        if linear_permille > 0:
+            if linear_permille > most[_FORWARD]:
+                most[_FORWARD] = linear_permille
+        elif -linear_permille > most[_BACKWARD]:
+            most[_BACKWARD] = -linear_permille
+        if turn_permille > 0:
+            if turn_permille > most[_LEFT]:
+                most[_LEFT] = turn_permille
+        elif -turn_permille > most[_RIGHT]:
+            most[_RIGHT] = -turn_permille
+        count = i.clearance_count
+        if count != self._count:
+            self._count = count
+            self._age_ms = i.clearance_age_ms
+            self._look(i)
+            # Work enough for one tick, but a clearance in each tick must not keep the rest waiting.
+            self._looked = not self._looked
+            if self._looked:
+                return
+        else:
+            self._looked = False
+        phase = (self._phase + 1) & 7
+        self._phase = phase
+        at = phase >> 1
+        way = self._ways[at]
+        stopping = self._stopping[at + 4 if trusted else at]
+        if phase & 1:
+            self._judge(i, at, way, stopping)
+            return
+        measured = 0
+        if at == _FORWARD:
+            self.bypass.step(i, armed)
+        elif at == _LEFT:
+            measured = i.rate_q4
+        elif at == _RIGHT:
+            measured = -i.rate_q4
+        way.feel(stopping, most[at], measured)
+        most[at] = 0
+
+    # A new clearance: what it forbids counts in this tick.
+    @micropython.native
+    def _look(self, i):
+        near = i.clearance_blocked & _ALL_BLOCKED
+        age_ms = self._age_ms
+        ways = self._ways
+        way = ways[_FORWARD]
+        if i.clearance_forward_mm < way.stop + way.speed * age_ms // 1000:
+            near |= 1 << _FORWARD
+        way = ways[_BACKWARD]
+        if i.clearance_backward_mm < way.stop + way.speed * age_ms // 1000:
+            near |= 1 << _BACKWARD
+        way = ways[_LEFT]
+        if i.clearance_left_q4 < way.stop + way.speed * age_ms // 1000:
+            near |= 1 << _LEFT
+        way = ways[_RIGHT]
+        if i.clearance_right_q4 < way.stop + way.speed * age_ms // 1000:
+            near |= 1 << _RIGHT
+        near &= ~self.blocked
+        if near:
+            for at in range(4):
+                if near & (1 << at):
+                    ways[at].level = _BLOCKED
+                    self._decide(at, ways[at], self._stopping[at])
+
+    @micropython.native
+    def _judge(self, i, at, way, stopping):
+        self._age_ms = min(_AGE_MAX_MS, self._age_ms + 2)  # two phases
+        ceiling = _LEVELS
+        if i.clearance_blocked & (1 << at):
+            ceiling = _BLOCKED
+        elif i.clearance_unseen & (1 << at):
+            ceiling = 0
+        if at == _FORWARD:
+            distance = i.clearance_forward_mm
+        elif at == _BACKWARD:
+            distance = i.clearance_backward_mm
+        elif at == _LEFT:
+            distance = i.clearance_left_q4
+        else:
+            distance = i.clearance_right_q4
+        way.judge(stopping, distance, self._age_ms, ceiling)
+        self._decide(at, way, stopping)
+
+    # The decision of one direction, from its level and the bypass, which makes every direction
+    # creep and none blocked, unless the chair is still too fast for that.
+    @micropython.native
+    def _decide(self, at, way, stopping):
+        level = way.level
+        if self.bypass.left_ms and way.speed <= 2 * stopping.creep:
+            level = 0
+        if level < 0:
+            decision = _DECIDED_BLOCKED
+            self.blocked |= 1 << at
+            self.caps[at] = 0
+        else:
+            decision = _DECIDED_FREE if level == _LEVELS else _DECIDED_SLOW
+            self.blocked &= ~(1 << at)
+            self.caps[at] = stopping.permille[level]
+        self.decisions = self.decisions & ~(3 << (2 * at)) | (decision << (2 * at))
+
+    # Upper bound of the speed forward or backward, mm/s.
+    def speed_mm_s(self):
+        return max(self._ways[_FORWARD].speed, self._ways[_BACKWARD].speed)

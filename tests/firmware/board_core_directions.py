@@ -26,6 +26,7 @@ def test_p5_a_blocked_direction_refuses_what_goes_there_and_nothing_else():
         core.arm()
         for blocked in range(16):
             core.i.clearance_blocked = blocked
+            core.see()
             core.press(verb)
             core.tick()
             against = blocked & needs

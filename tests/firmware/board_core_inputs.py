@@ -194,7 +194,7 @@ def test_decisions_tell_what_is_blocked():
     core.i.tilted = True  # says nothing about obstacles
     for blocked in range(16):
         core.i.clearance_blocked = blocked | 0xF0
-        core.tick()
+        core.see()
         assert core.safety.blocked == blocked
         for direction in range(4):
             decision = core.obstacles.decisions >> (2 * direction) & 3

@@ -6,7 +6,7 @@ from gazeboard.obstacles import Obstacles
 from gazeboard.safety import Safety
 from gazeboard.settings import Settings
 from gazeboard.shared import Inputs
-from gazelink import codes
+from gazelink import codes, messages
 
 CLOSES_MS = 3  # the contact follows the enable line
 OPENS_MS = 15
@@ -22,6 +22,8 @@ class Turn:
         self.missed = False
         self.seen = None
         self.followed = None
+        self.kept_q4 = None
+        self.held = 0
 
     def start(self, setpoint_q4, heading_q4):
         self.setpoint_q4 = setpoint_q4
@@ -34,6 +36,13 @@ class Turn:
     def follow(self, turn_permille):
         self.followed = turn_permille
 
+    def keep(self, heading_q4):
+        self.kept_q4 = heading_q4
+
+    def hold(self, heading_q4, rate_q4):
+        self.seen = (heading_q4, rate_q4)
+        return self.held
+
 
 class Core:
     # Everything is well until a test says otherwise: `host`, `service`, `lidar` and `imu` live,
@@ -45,6 +54,7 @@ class Core:
         self.i.calibrated = True
         self.i.clearance_source = codes.REAL
         self.i.cap_permille = 1000
+        self.free()
         self.turn = Turn()
         self.settings = Settings()
         self.safety = Safety(simulated, relay_fitted, boot_faults)
@@ -59,6 +69,7 @@ class Core:
         self.button = False
         self.late = False
         self.contact = None
+        self.trusted = False  # the chair turns as the selected profile says
         self.hold_ms = 0  # time to live that each tick's command brings; 0: no new command
         self.toggled = False
         self._on_ms = 0
@@ -84,10 +95,12 @@ class Core:
         safety = self.safety
         motion = self.motion
         obstacles = self.obstacles
-        obstacles.step(i, motion.linear_permille, motion.turn_permille)
+        armed = safety.state == codes.ARMED
+        linear_permille = motion.linear_permille
+        obstacles.step(i, linear_permille, motion.turn_permille, armed, self.trusted)
         safety.step(i, obstacles.blocked, self.closed(), self.emergency, self.button, self.late)
         if safety.permitted:
-            motion.step(i, safety.blocked, obstacles.caps)
+            motion.step(i, safety.blocked, obstacles.caps, safety.faults)
             if motion.ended:
                 safety.finished(motion.end_reason)
         else:
@@ -124,6 +137,15 @@ class Core:
         self.hold_ms = hold_ms
         self.command(ttl_ms)
 
+    # Nothing is in any way.
+    def free(self):
+        self.i.clearance_blocked = 0
+        self.i.clearance_unseen = 0
+        self.i.clearance_forward_mm = messages.CLEAR_FAR
+        self.i.clearance_backward_mm = messages.CLEAR_FAR
+        self.i.clearance_left_q4 = messages.CLEAR_FAR
+        self.i.clearance_right_q4 = messages.CLEAR_FAR
+
     def release(self):
         self.i.verb = codes.STOP
         self.hold_ms = 0
@@ -147,10 +169,15 @@ class Core:
         self.i.edge = 0
         self.i.order_number = 0
 
+    # Long enough for obstacles to believe a better view; a clearance a tick takes half its turns.
+    def see(self):
+        self.run(700)
+
     def make_ready(self):
         self.until(lambda: self.safety.arm_reason == codes.NO_REASON, 1500)
 
     def arm(self, owner=codes.DRIVER):
+        self.see()
         self.make_ready()
         self.order(codes.ARM, owner)
         self.until(self.armed, 200)

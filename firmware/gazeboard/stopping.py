@@ -1,0 +1,79 @@
+# How far the chair runs in one direction before it stands, and what output a free way of some
+# length allows: one table per direction and assumption about the chair, made when settings change.
+#
+# A unit is 1 mm forward and backward, 1/16 degree in turns. All products stay within 31 bits for
+# the settings' ranges: a speed is at most 2400 units/s, a time 1400 ms.
+#
+#   stop(v) = v * t + v * v / (2 * a) + margin     t: until it brakes, a: its braking
+#   begin(v) = stop(v) + v * AHEAD_MS              slowing down begins here
+
+from gazeboard import limits
+from gazelink import codes
+from gazelink.settings_table import PROFILES, profile_row
+
+LEVELS = 16  # outputs between creep and no limit
+FULL_PERMILLE = 1000
+_Q4_DEG_PER_RADIAN = 917
+_FULL = ("forward_mm_s", "backward_mm_s", "left_q4_dps", "right_q4_dps")
+_UNIT_Q4 = 16  # sixteenths in a degree
+
+
+class Stopping:
+    # direction: codes.DIR_*. trusted: the chair turns as the selected profile says; else it may be
+    # the fastest of all profiles, with the weakest brake.
+
+    def __init__(self, settings, direction, trusted):
+        turns = direction >= codes.DIR_LEFT
+        profiles = (settings.profile,) if trusted else range(len(PROFILES))
+
+        def rows(name):
+            return [getattr(settings, profile_row(profile, name)) for profile in profiles]
+
+        self.full = max(rows(_FULL[direction]))  # units/s at full deflection
+        self.dead_ms = max(rows("dead_time_ms"))
+        lag_ms = max(rows("lag_ms"))
+        # The rows are measured in turns: going straight, a chair rolls on longer.
+        self.tail_ms = lag_ms + lag_ms // 4
+        if turns:
+            self.brake = min(rows("brake_dps2")) * _UNIT_Q4  # units/s2
+            self.margin = settings.stop_margin_q4_deg
+            self.band = limits.BAND_Q4_DEG
+            output = max(settings.turn_permille, settings.step_turn_permille)
+        else:
+            self.brake = min(rows("brake_mm_s2"))
+            self.margin = settings.stop_margin_mm
+            self.band = limits.BAND_MM
+            output = settings.linear_permille
+        self.two_brake = 2 * self.brake
+        self.time_ms = max(settings.reaction_ms, self.dead_ms + lag_ms)
+        self._turns = turns
+        self._make_table(settings, output, max(rows("deadband_permille")))
+
+    # What runs further than `output`, the most the settings let out, limits nothing.
+    def _make_table(self, settings, output, deadband):
+        last = FULL_PERMILLE
+        if not settings.relay_fitted:
+            last = self._permille(limits.NO_RELAY_MM_S)
+            output = min(output, last)
+        # Less than the dead zone would not move the chair at all.
+        creep = max(self._permille(settings.creep_mm_s), deadband + limits.CREEP_OVER_PERMILLE)
+        creep = min(creep, output)
+        self.creep = self.speed(creep)
+        self.permille = [creep + (output - creep) * k // LEVELS for k in range(LEVELS)] + [last]
+        self.begin = [self.stop(self.creep)]
+        for k in range(1, LEVELS + 1):
+            v = self.speed(creep + (output - creep) * k // LEVELS)
+            self.begin.append(self.stop(v) + v * limits.SLOW_AHEAD_MS // 1000)
+
+    # The output that makes at most this speed of the chair's outermost point.
+    def _permille(self, mm_s):
+        v = mm_s * _Q4_DEG_PER_RADIAN // limits.OUTERMOST_MM if self._turns else mm_s
+        return min(FULL_PERMILLE, v * FULL_PERMILLE // self.full)
+
+    # Units/s that an output makes at most, rounded up.
+    def speed(self, permille):
+        return (permille * self.full + FULL_PERMILLE - 1) // FULL_PERMILLE
+
+    # Units from a decision to stop until the chair stands, margin included.
+    def stop(self, speed):
+        return speed * self.time_ms // 1000 + speed * speed // self.two_brake + self.margin
