@@ -25,6 +25,7 @@ _WAITING = 16
 PIECE_BYTES = 4 * CAPSULE_SIZE  # 5 ms
 _FURTHER_M = 8.0
 _EXTENDED_M = 0.5
+_AT_MIRROR_DEG = 30.0  # some capsules: they may be under way, or lost
 
 
 def turn_of(count: int, first: int = 0) -> Array:
@@ -91,8 +92,9 @@ def count_undetected(capsule_count: int, corrupt: float, drop: float, seed: int)
     return count
 
 
-def longest_extension_turns(turns: int, seed: int) -> tuple[float, int]:
-    """For how long wrong points make a degree look free, in turns, at worst; and how many did.
+def longest_extension(turns: int, seed: int) -> tuple[int, int]:
+    """How often the mirror passes a degree, at worst, while wrong points make it look free; 1 is
+    the pass that brought them. And how many capsules were wrong.
 
     One capsule in 100 is wrong as a whole, 8 m too far with a good checksum, as if all checks had
     failed, but not at the same place twice in a row; and one byte in 1000 is lost. A degree looks
@@ -101,8 +103,8 @@ def longest_extension_turns(turns: int, seed: int) -> tuple[float, int]:
     random = np.random.default_rng(seed)
     stream = ByteStream("dense", codes.SIMULATED)
     per_turn = PER_TURN // POINTS
-    free_since = np.full(BINS, -1)
-    longest, wrong, scans = 0, 0, 0
+    first_pass = np.full(BINS, -1)
+    longest, wrong = 0, 0
     last = np.zeros(per_turn, dtype=np.bool_)
     truth = _nearest_truth()
     for turn in range(turns):
@@ -115,13 +117,23 @@ def longest_extension_turns(turns: int, seed: int) -> tuple[float, int]:
         for at in range(0, len(octets), PIECE_BYTES):
             now_s = (turn + at / len(octets)) * 0.1
             if stream.feed(octets[at : at + PIECE_BYTES], now_s) and (scan := stream.scan()):
-                scans += 1
+                passes, settled = _passes(stream.quarters)
                 free = _nearest(scan) > truth + _EXTENDED_M
-                free_since[free & (free_since < 0)] = scans
-                free_since[~free] = -1
-                held = free_since[free_since >= 0]
-                longest = max(longest, scans - int(held.min()) + 1 if len(held) else 0)
-    return longest / 4.0, wrong
+                begun = settled & free & (first_pass < 0)
+                first_pass[begun] = passes[begun]
+                first_pass[settled & ~free] = -1
+                held = settled & (first_pass >= 0)
+                if held.any():
+                    longest = max(longest, int((passes - first_pass)[held].max()) + 1)
+    return longest, wrong
+
+
+def _passes(quarters: int) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Per degree: how often the mirror has passed it; and whether it is not just there now."""
+    raw_deg = -(np.arange(BINS) - BINS / 2 + 0.5) % 360.0
+    behind_deg = 90.0 * (quarters % 4) - raw_deg
+    passes = quarters // 4 + (behind_deg > 0.0)
+    return passes.astype(np.int64), np.abs((behind_deg + 180.0) % 360.0 - 180.0) > _AT_MIRROR_DEG
 
 
 def _shifted(rows: Octets, chosen: NDArray[np.bool_]) -> Octets:
