@@ -23,7 +23,7 @@ class Page:
         self.alive = True
         self.stalled = False  # the network holds everything up, both ways
         self.edge = 0
-        self._held: tuple[str, str] | None = None
+        self._held: dict[str, Any] | None = None
         self.delay_ms = 0  # of the network, each way
         self.proved_ms = 0  # when it last said that a button is held
         self._now_ms = 0
@@ -106,14 +106,20 @@ class Page:
     def press(self, verb: str, mode: str = "continuous") -> None:
         """Press a button and keep it pressed."""
         self.edge += 1
-        self._held = (verb, mode)
+        self._held = {"k": "cmd", "verb": verb, "mode": mode}
+        self._say_held()
+
+    def pull(self, linear: int, turn: int) -> None:
+        """Hold the stick there: a new press when it was not held."""
+        if self._held is None or self._held["k"] != "drive":
+            self.edge += 1
+        self._held = {"k": "drive", "linear": linear, "turn": turn}
         self._say_held()
 
     def _say_held(self) -> None:
         assert self._held is not None
-        verb, mode = self._held
         self.proved_ms = self._now_ms
-        self._send_fresh(k="cmd", verb=verb, mode=mode, edge=self.edge)
+        self._send_fresh(**self._held, edge=self.edge)
 
     def release(self) -> None:
         """Leave the button."""
