@@ -47,9 +47,9 @@ class Motion:
         self.ended = False
 
     # One tick of the permitted command `i`; `blocked` has a bit per direction, `caps` the most
-    # output per direction, permille.
+    # output per direction, permille; `faults` are the safety core's.
     @micropython.native
-    def step(self, i, blocked, caps):
+    def step(self, i, blocked, caps, faults=0):
         if i.edge != self._edge:
             self._begin(i)
         self.ended = False
@@ -64,6 +64,8 @@ class Motion:
             self._step_on(i)
         else:
             self._pulse(i)
+        if self.state == codes.MOVING_FORWARD and i.mode != codes.TUNE:
+            self._keep_straight(i, faults)
         self._limit(i, blocked, caps)
         self._turn.follow(self.turn_permille)
 
@@ -75,6 +77,8 @@ class Motion:
         stepwise = i.mode != codes.CONTINUOUS and i.verb != codes.DRIVE
         linear = _clamped(self.linear_permille, min(cap, s.linear_permille))
         most = s.step_turn_permille if stepwise else s.turn_permille
+        if i.verb == codes.FORWARD:
+            most = s.hold_permille
         turn = _clamped(self.turn_permille, min(cap, most))
         self.linear_permille = max(-caps[codes.DIR_BACKWARD], min(caps[codes.DIR_FORWARD], linear))
         turn = max(-caps[codes.DIR_RIGHT], min(caps[codes.DIR_LEFT], turn))
@@ -98,6 +102,8 @@ class Motion:
                 self._turn.start(i.heading_q4 + angle_q4, i.heading_q4)
             elif i.verb == codes.RIGHT:
                 self._turn.start(i.heading_q4 - angle_q4, i.heading_q4)
+        if i.verb == codes.FORWARD:
+            self._turn.keep(i.heading_q4)
 
     @micropython.native
     def _hold(self, verb):
@@ -119,12 +125,28 @@ class Motion:
                 self._end(codes.NO_REASON)
             else:
                 self._hold(i.verb)
+                self._smooth()
             return
         self.turn_permille = self._turn.update(i.heading_q4, i.rate_q4, i.heading_count)
         if self._turn.arrived:
             self._end(codes.NO_REASON)
         elif self._turn.missed or self._elapsed_ms > self._settings.step_turn_limit_ms:
             self._end(codes.TIME_LIMIT)
+
+    # A step straight on begins and ends gently, within its time.
+    @micropython.native
+    def _smooth(self):
+        ramp_ms = self._settings.step_ramp_ms
+        ms = min(self._elapsed_ms, self._settings.step_forward_ms + 1 - self._elapsed_ms)
+        if ms < ramp_ms:
+            self.linear_permille = self.linear_permille * ms // ramp_ms
+
+    # The heading of the press is kept while going forward. Not backwards: which way a chair turns
+    # then for the same joystick is not known. Without a heading it goes on unheld.
+    @micropython.native
+    def _keep_straight(self, i, faults):
+        if faults & codes.HEADING_FAULTS == 0:
+            self.turn_permille = self._turn.hold(i.heading_q4, i.rate_q4)
 
     # One open-loop pulse, at most TUNE_PULSE_MAX_MS long and tune_angle wide.
     @micropython.native

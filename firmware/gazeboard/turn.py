@@ -9,6 +9,7 @@
 from gazeboard.casters import Casters
 from gazeboard.chair_model import ChairModel
 from gazeboard.limits import HEADING_TURN_Q4_DEG
+from gazeboard.pid import PD
 from gazeboard.stop_plan import StopPlan
 from gazelink.const import const
 from gazelink.native import micropython
@@ -23,11 +24,14 @@ _COUNTER = const(1)
 _COAST = const(2)
 
 _MOVES = const(4)  # the first and its corrections
-_MOVES_ALL = const(6)  # with those from rest
+_MOVES_ALL = const(9)  # with those from rest
+_HOLD_ON = const(16)  # permille: half a degree with the usual gain
+_HOLD_OFF = const(6)
+_ANSWER_MIN_Q8 = const(64)
+_GENTLE_Q8 = const(800)  # a correction by less than 3 degrees runs out without counter-deflection
 _NEAR_Q8 = const(512)  # with no move left, 2 degrees beside is there all the same
 _SHORT_Q8 = const(64)  # a quarter degree short is better than a long coast
 _STILL_Q8 = const(64)
-_WILD = 4
 _DOUBT_Q10 = const(8192)  # 8 degrees/s: below it the model is believed, above it what is seen
 _GAIN_MIN_Q8 = const(64)
 _GAIN_MAX_Q8 = const(512)
@@ -42,14 +46,18 @@ def wrapped(angle_q4):
 
 
 class TurnController:
-    # model: a ChairModel, stepped by whoever puts out. left, right: a StopPlan each.
+    # model: a ChairModel, stepped by whoever puts out. left, right: a StopPlan each. hold: the
+    # FeedbackController that keeps a heading, permille; deadband: what it must put out to be felt.
     # cutoff_q4: nearer than this is there. limit_permille: full deflection.
 
-    def __init__(self, model, casters, left, right, cutoff_q4, limit_permille):
+    def __init__(self, model, casters, left, right, hold, deadband, cutoff_q4, limit_permille):
         self.model = model
         self._casters = casters
         self._left = left
         self._right = right
+        self._hold = hold
+        self._deadband = deadband
+        self._holds = False
         self._cutoff_q8 = cutoff_q4 << 4
         self._limit = limit_permille
         self._count = -1
@@ -58,11 +66,13 @@ class TurnController:
         self._seen_q16 = 0
         self._beside_q8 = 0
         self._gain_q8 = 256
-        self._wild_q8 = 256  # the largest in this step
         self._phase = _COAST
         self._sign = 1
         self._plan = left
         self._moves = 0
+        self._gentle = False
+        self._answer_q8 = 256
+        self._before_q8 = 0
         self._rest_ms = 0
         self.arrived = False
         self.missed = False  # at rest beside the setpoint, with no move left
@@ -81,7 +91,6 @@ class TurnController:
         self._moves = 0
         self.arrived = False
         self.missed = False
-        self._wild_q8 = 256
         self._rest_ms = 0
         self._look(heading_q4, 0)
         self._casters.watch(self._beside_q8)
@@ -93,6 +102,25 @@ class TurnController:
         self._phase = _GO
         self._sign = 1 if left_q8 >= 0 else -1
         self._plan = self._left if left_q8 >= 0 else self._right
+        self._gentle = self._moves > 1 and -_GENTLE_Q8 < left_q8 < _GENTLE_Q8
+
+    # From now on hold() keeps this heading.
+    @micropython.native
+    def keep(self, heading_q4):
+        self._setpoint_q4 = heading_q4
+        self._holds = False
+
+    # Going straight on: the turn output in permille that brings the heading back. Nothing for less
+    # than _HOLD_ON permille, so that the deadband is not crossed to and fro.
+    @micropython.native
+    def hold(self, heading_q4, rate_q4):
+        out = self._hold.update(wrapped(self._setpoint_q4 - heading_q4), rate_q4, 1)
+        size = abs(out)
+        if size < (_HOLD_OFF if self._holds else _HOLD_ON):
+            self._holds = False
+            return 0
+        self._holds = True
+        return out + self._deadband if out > 0 else out - self._deadband
 
     # One tick of 1 ms: the turn output in permille, left positive. count: of heading samples.
     @micropython.native
@@ -118,11 +146,16 @@ class TurnController:
                 ahead_q8 = -ahead_q8
         out = self._limit if sign > 0 else -self._limit
         if self._phase == _GO:
-            if ramp_q6 > 0:
+            if self._gentle:
+                ahead_q8 += self._plan.free_q8(ramp_q6, rate_q6)
+            elif ramp_q6 > 0:
                 ahead_q8 += self._plan.stop_q8(ramp_q6, rate_q6)
             if left_q8 > self._turns_q8(ahead_q8):
                 return out
             self._phase = _COUNTER
+            if self._gentle:
+                self._phase = _COAST
+                return 0
         if ramp_q6 > 0:
             return -out
         if self._plan.end_rate_q6(-ramp_q6, rate_q6) > 0:
@@ -151,17 +184,26 @@ class TurnController:
             rate_q4 = -rate_q4
         gain_q8 = (((rate_q4 << 6) + _DOUBT_Q10) << 8) // (rate_q10 + _DOUBT_Q10)
         gain_q8 = max(_GAIN_MIN_Q8, min(_GAIN_MAX_Q8, gain_q8))
-        if gain_q8 > self._wild_q8:
-            self._wild_q8 = gain_q8
-        if self._moves > 1 and gain_q8 < self._wild_q8:
-            gain_q8 += (self._wild_q8 - gain_q8) * _WILD >> 4
-        self._gain_q8 = gain_q8
+        self._gain_q8 = gain_q8 * self._answer_q8 >> 8
 
     # What the model turned beyond what that sample shows, 1/256 degree.
     @micropython.native
     def _pipeline_q8(self):
         angle_q16 = self.model.angle() - self._seen_q16
         return ((angle_q16 + _HALF_TURN_Q16) % _TURN_Q16 - _HALF_TURN_Q16) >> 8
+
+    # At rest again, left_q8 away: how much of the last move from rest came to be?
+    @micropython.native
+    def _learn(self, left_q8):
+        before_q8 = self._before_q8
+        self._before_q8 = left_q8
+        if before_q8 == 0:
+            return
+        part_q8 = 256 - (left_q8 << 8) // before_q8
+        if part_q8 < 160:
+            self._answer_q8 = max(_ANSWER_MIN_Q8, self._answer_q8 * 5 >> 3)
+        elif part_q8 > 340:
+            self._answer_q8 = min(512, self._answer_q8 * 3 >> 1)
 
     # How far the chair turns while the wheels turn that far, 1/256 degree.
     @micropython.native
@@ -188,6 +230,7 @@ class TurnController:
             return
         if not -self._cutoff_q8 <= left_q8 <= self._cutoff_q8 and self._moves < _MOVES_ALL:
             self._rest_ms = 0
+            self._learn(self._sign * left_q8)
             self._begin(self._sign * left_q8)
         else:
             self.arrived = -_NEAR_Q8 <= left_q8 <= _NEAR_Q8
@@ -206,6 +249,8 @@ def turn_controller(settings):
         Casters(of("caster_q4_deg") - NO_CASTERS_Q4_DEG, of("caster_way_q4_deg")),
         StopPlan(left, right, *dynamics),
         StopPlan(right, left, *dynamics),
+        PD(s.hold_kp_q4, s.hold_kd_q4),
+        of("deadband_permille"),
         s.turn_cutoff_q4_deg,
         s.step_turn_permille,
     )

@@ -28,6 +28,8 @@ def begun(verb, mode, linear=0, turn=0):
     settings.linear_permille = 600
     settings.turn_permille = 500
     settings.step_forward_ms = 200
+    settings.step_ramp_ms = 0
+    settings.hold_permille = 150
     settings.step_turn_limit_ms = 300
     settings.step_turn_q4_deg = 160
     return Motion(settings, Turn()), i
@@ -267,6 +269,66 @@ def test_what_is_put_out_is_followed():
     assert motion._turn.followed == 0
 
 
+def test_a_step_straight_on_begins_and_ends_gently():
+    for verb, sign in ((codes.FORWARD, 1), (codes.BACKWARD, -1)):
+        motion, i = begun(verb, codes.STEP)
+        motion._settings.step_ramp_ms = 50
+        for ms in range(1, 201):
+            motion.step(i, 0, CAPS)
+            assert abs(motion.linear_permille) == min(600, 12 * ms, 12 * (201 - ms))
+            assert motion.linear_permille * sign > 0
+        motion.step(i, 0, CAPS)
+        assert motion.ended
+
+
+def test_a_held_motion_is_at_its_output_at_once():
+    motion, i = begun(codes.FORWARD, codes.CONTINUOUS)
+    motion._settings.step_ramp_ms = 50
+    motion.step(i, 0, CAPS)
+    assert outputs(motion) == (600, 0)
+
+
+def test_going_forward_keeps_the_heading_of_the_press():
+    for mode in (codes.STEP, codes.CONTINUOUS):
+        for held, out in ((70, 70), (-70, -70), (9999, 150), (-9999, -150)):
+            motion, i = begun(codes.FORWARD, mode)
+            motion._turn.held = held
+            i.heading_q4 = 1000
+            i.rate_q4 = 7
+            motion.step(i, 0, CAPS)
+            assert motion._turn.kept_q4 == 1000
+            assert motion._turn.held_at == (1000, 7)
+            assert outputs(motion) == (600, out)
+            assert motion._turn.followed == out
+            against = LEFT_BIT if out > 0 else RIGHT_BIT
+            motion.step(i, against, CAPS)
+            assert outputs(motion) == (600, 0)
+
+
+def test_without_a_heading_it_goes_forward_unheld():
+    for fault in range(18):
+        motion, i = begun(codes.FORWARD, codes.CONTINUOUS)
+        motion._turn.held = 70
+        motion.step(i, 0, CAPS, 1 << fault)
+        heading = (1 << fault) & codes.HEADING_FAULTS
+        assert outputs(motion) == (600, 0 if heading else 70)
+
+
+def test_no_other_motion_holds_the_heading():
+    for verb, mode in (
+        (codes.BACKWARD, codes.STEP),
+        (codes.BACKWARD, codes.CONTINUOUS),
+        (codes.DRIVE, codes.CONTINUOUS),
+        (codes.FORWARD, codes.TUNE),
+    ):
+        motion, i = begun(verb, mode, 100, 0)
+        motion._turn.held = 70
+        i.pulse_ms = 100
+        motion.step(i, 0, CAPS)
+        assert motion.linear_permille
+        assert motion.turn_permille == 0
+
+
 # -- a tuning pulse --------------------------------------------------------------------------------
 
 
@@ -302,7 +364,10 @@ def test_p4_a_pulse_is_never_longer_nor_wider_than_its_limits():
     for angle_q4 in (480, -480):
         motion, i = begun(codes.LEFT, codes.TUNE)
         i.pulse_ms = 65535
+        i.heading_q4 = 100
         motion.step(i, 0, CAPS)
+        motion.step(i, 0, CAPS)
+        assert not motion.ended
         i.heading_q4 = (i.heading_q4 + angle_q4) % 5760
         motion.step(i, 0, CAPS)
         assert motion.ended

@@ -96,6 +96,12 @@ class NeverThere:
     def follow(self, turn_permille):
         self.followed = turn_permille
 
+    def keep(self, heading_q4):
+        self.setpoint = heading_q4
+
+    def hold(self, heading_q4, rate_q4):
+        return 0
+
 
 def moving(verb, mode=codes.CONTINUOUS, linear=0, turn=0):
     i = Inputs()

@@ -24,6 +24,7 @@ class Turn:
         self.followed = None
         self.kept_q4 = None
         self.held = 0
+        self.held_at = None
 
     def start(self, setpoint_q4, heading_q4):
         self.setpoint_q4 = setpoint_q4
@@ -40,7 +41,7 @@ class Turn:
         self.kept_q4 = heading_q4
 
     def hold(self, heading_q4, rate_q4):
-        self.seen = (heading_q4, rate_q4)
+        self.held_at = (heading_q4, rate_q4)
         return self.held
 
 

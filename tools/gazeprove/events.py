@@ -144,7 +144,7 @@ def decide(core: Core, inputs: Any, facts: Facts) -> None:
     if not safety.permitted:
         motion.stop()
         return
-    motion.step(inputs, safety.blocked, _CAPS)
+    motion.step(inputs, safety.blocked, _CAPS, safety.faults)
     if motion.ended:
         facts.end_reason = motion.end_reason
         safety.finished(motion.end_reason)

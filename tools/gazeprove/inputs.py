@@ -158,6 +158,13 @@ class AnyTurn:
     def follow(self, turn_permille: int) -> None:
         """Nor what was put out."""
 
+    def keep(self, heading_q4: int) -> None:
+        """Nor which heading is held."""
+
+    def hold(self, heading_q4: int, rate_q4: int) -> int:
+        """Nothing, or far too much either way."""
+        return (0, 9999, -9999)[self._choices.pick(3)]
+
     def update(self, heading_q4: int, rate_q4: int, count: int) -> int:
         """Arrived, missed, far too much either way, or nothing."""
         answer = self._choices.pick(5)

@@ -123,7 +123,8 @@ def motion_goes_as_asked(a: After) -> bool:
             a.linear * a.read["linear_permille"] >= 0 and a.turn * a.read["turn_permille"] >= 0
         )
     if verb in (codes.FORWARD, codes.BACKWARD):
-        return a.turn == 0 and (a.linear > 0) == (verb == codes.FORWARD)
+        held = settings.hold_permille if verb == codes.FORWARD else 0
+        return abs(a.turn) <= held and (a.linear > 0) == (verb == codes.FORWARD)
     held = a.read.get("mode") == codes.CONTINUOUS
     turning = verb in (codes.LEFT, codes.RIGHT) and a.linear == 0
     return turning and (not held or (a.turn > 0) == (verb == codes.LEFT))
