@@ -9,6 +9,7 @@ from gazeboard.joystick import Joystick
 from gazeboard.link import Link
 from gazeboard.motion import Motion
 from gazeboard.obstacles import Obstacles
+from gazeboard.profile_check import ProfileCheck
 from gazeboard.safety import Safety
 from gazeboard.settings import FILE as SETTINGS_FILE
 from gazeboard.settings import Settings, sealed, unsealed
@@ -71,7 +72,9 @@ class App:
         self.joystick.set_neutral(s.neutral_linear_count, s.neutral_turn_count)
         self._imu.tilt_limit_q4 = s.tilt_limit_q4_deg
         self.obstacles.configure(s)
-        self.motion = Motion(s, turn_controller(s))
+        turn = turn_controller(s)
+        self.motion = Motion(s, turn)
+        self.profile_check = ProfileCheck(turn.model)
         self.inbox.back.calibrated = s.calibrated
         self.inbox.touch()
 
@@ -102,7 +105,7 @@ class App:
             motion.linear_permille,
             motion.turn_permille,
             safety.state == codes.ARMED,
-            False,
+            self.profile_check.agreed,
         )
         safety.step(
             i,
@@ -118,6 +121,7 @@ class App:
                 safety.finished(motion.end_reason)
         else:
             motion.stop()
+        self.profile_check.step(i)
         joystick = self.joystick
         verified = joystick.write(motion.linear_permille, motion.turn_permille)
         if safety.wipers_written(verified, joystick.neutral):
@@ -273,7 +277,7 @@ class App:
 
     # The selected profile; bit 7: the turn rate seen agrees with it.
     def profile_seen(self):
-        return self.settings.profile
+        return self.settings.profile | (self.profile_check.agreed << 7)
 
     # What is left of a bypass.
     def bypass_ms(self):

@@ -137,3 +137,10 @@ class ChairModel:
     def moves(self):
         s = self._state
         return s[_RAMP] != 0 or s[_ASKED] != 0 or not -512 < self.seen_rate() < 512
+
+    # It turns as fast as is asked for, within an eighth: ramp and lag are over.
+    @micropython.native
+    def steady(self):
+        asked_q10 = self._state[_ASKED] >> 6
+        off_q10 = abs(asked_q10 - self._state[_RATE])
+        return asked_q10 != 0 and off_q10 <= abs(asked_q10) >> 3

@@ -1,0 +1,59 @@
+# Is the chair in the speed profile the board believes it in? The turn rate seen is compared with the
+# model's, whatever motion turns. Pure: one tick of 1 ms, no allocation, integers only.
+#
+# While the ramps run all profiles are alike; only a steady turn tells them apart. Nobody may take
+# the word of a slow profile before that: until it agrees, the fastest is assumed.
+
+from gazelink.const import const
+from gazelink.native import micropython
+
+_SAMPLE_MS = const(10)
+_AGREES_MS = const(300)  # of steady turning within a quarter of the model's rate
+_CONTRADICTS_MS = const(200)
+_TURNS_Q10 = const(6144)  # 6 degrees/s: slower turning says little
+_FASTER_Q10 = const(8192)  # and anything this much faster than half as much again contradicts
+
+
+class ProfileCheck:
+    # model: the ChairModel of the selected profile, stepped by the motion.
+
+    def __init__(self, model):
+        self._model = model
+        self._count = -1
+        self._steady_ms = 0
+        self._agrees_ms = 0
+        self._contradicts_ms = 0
+        self.agreed = False
+
+    # After the motion's tick; `i` is an Inputs.
+    @micropython.native
+    def step(self, i):
+        model = self._model
+        self._steady_ms = min(self._steady_ms + 1, 1000) if model.steady() else 0
+        if i.heading_count == self._count:
+            return
+        self._count = i.heading_count
+        if i.heading_faults:
+            return
+        rate_q10 = model.seen_rate()
+        seen_q10 = i.rate_q4 << 6
+        if rate_q10 < 0:
+            rate_q10 = -rate_q10
+            seen_q10 = -seen_q10
+        if abs(seen_q10) > rate_q10 + (rate_q10 >> 1) + _FASTER_Q10:
+            self._contradict()
+        elif rate_q10 > _TURNS_Q10 and self._steady_ms > model.dead_ms:
+            if abs(seen_q10 - rate_q10) <= rate_q10 >> 2:
+                self._contradicts_ms = 0
+                self._agrees_ms = min(self._agrees_ms + _SAMPLE_MS, _AGREES_MS)
+                if self._agrees_ms >= _AGREES_MS:
+                    self.agreed = True
+            else:
+                self._contradict()
+
+    @micropython.native
+    def _contradict(self):
+        self._agrees_ms = 0
+        self._contradicts_ms = min(self._contradicts_ms + _SAMPLE_MS, _CONTRADICTS_MS)
+        if self._contradicts_ms >= _CONTRADICTS_MS:
+            self.agreed = False
