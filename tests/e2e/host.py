@@ -5,7 +5,6 @@ from __future__ import annotations
 import random
 from collections import deque
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 from unittest import mock
 
@@ -18,8 +17,6 @@ from gazechair.health import OK, HealthRegistry
 from gazechair.lidar.blind import Blindness
 from gazechair.lidar.nodes import NodeDecoder
 from gazechair.lidar.scan import Pose, to_chair
-from gazechair.lidar.sectors import ALL_BLOCKED, blocked_bits, measure
-from gazechair.lidar.service import classic
 from gazechair.lidar.sweep import Sweep
 from gazechair.link_protocol import FaultText, LinkProtocol, SessionBegun, SessionEnded
 from gazechair.outgoing import Bypass, Clearance, Command
@@ -139,10 +136,8 @@ class Host:
                 parts.part(name).set(OK)
             self.control = Control(Config(), self.link, parts, clock=clock)
         self._clock = clock
-        self._sectors = classic(Config().sectors)
         self._decoder = NodeDecoder()
         self._sweep = Sweep()
-        self._bits = ALL_BLOCKED
         self._blindness = Blindness()
         self._evaluate = Evaluator(footprint_of(Config().footprint), [(_POSE.x_m, _POSE.y_m)])
         self._scan_bytes = bytearray()
@@ -184,11 +179,10 @@ class Host:
         scan = self._sweep.add(self._decoder.feed(data), self._clock())
         if scan is None or self._sweep.turns < 2:
             return
-        readings = tuple(measure(scan.angles_deg, scan.distances_m, s) for s in self._sectors)
-        self._bits = blocked_bits(self._sectors, readings, Config().sectors.distance_m, self._bits)
         found = self._evaluate((to_chair(scan, _POSE, _MASK, self._blindness),))
-        clearance = Clearance(source=codes.SIMULATED, acquired_s=scan.acquired_s, **found)
-        self.control.clearance(replace(clearance, blocked=clearance.blocked | self._bits))
+        self.control.clearance(
+            Clearance(source=codes.SIMULATED, acquired_s=scan.acquired_s, **found)
+        )
 
     def look(self, client: int) -> dict[str, Any]:
         """What a page would be told now."""

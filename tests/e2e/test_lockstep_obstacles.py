@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from e2e.lockstep import Lockstep
@@ -17,6 +19,15 @@ PLACES = {
 }
 
 
+NEAR = (300, 300, 20 * 16, 20 * 16)  # mm, mm, 1/16 degree
+
+
+def way_of(inputs: Any, direction: int) -> int:
+    """How far the board has been told that it may go."""
+    names = ("forward_mm", "backward_mm", "left_q4", "right_q4")
+    return int(getattr(inputs, f"clearance_{names[direction]}"))
+
+
 @pytest.mark.parametrize("verb", PLACES)
 @pytest.mark.parametrize("mode", ["continuous", "step"])
 def test_p5_someone_steps_in_the_way(verb: str, mode: str) -> None:
@@ -26,7 +37,7 @@ def test_p5_someone_steps_in_the_way(verb: str, mode: str) -> None:
     begun_ms = chair.now_ms
     chair.world.faults.inject("obstacle", **PLACES[verb])
     back = chair.board.app.inbox
-    chair.until(lambda: back.front.clearance_blocked & (1 << direction), 300)
+    chair.until(lambda: way_of(back.front, direction) < NEAR[direction], 300)
     decoded_ms = chair.now_ms
     chair.until(chair.neutral, 10)
     cause = "obstacle on the path, from the decoded frame"
@@ -76,8 +87,9 @@ LIDAR_FAULTS = ("lidar_stall", "lidar_mirror_blocked", "lidar_protection_stop")
 def note_age(chair: Lockstep, cause: str) -> None:
     """From the acquisition of the newest measurement that came until both wipers are neutral."""
     assert chair.host is not None
-    scan_s = chair.host.control._scan_s
-    assert scan_s is not None
+    clearance = chair.host.control._clearance
+    assert clearance is not None
+    scan_s = clearance.acquired_s
     chair.until(chair.neutral, 400)
     measured(END_TO_END, "P6", cause, chair.now_ms - round(scan_s * 1000), limits.CLEARANCE_OLD_MS)
     assert chair.override() == "obstacle_data_old"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import asdict, replace
+from dataclasses import asdict
 
 from gazechair import health as states
 from gazechair.children import Status, Supervisor
@@ -43,7 +43,8 @@ class LidarService:
         self._footprint = footprint
         self._publish = publish
         self._health = health
-        self._bits = ALL_BLOCKED
+        self.flags = ALL_BLOCKED
+        """The first prototype's sectors, a bit per direction: for diagnosis, they stop nothing."""
         self._published_s: float | None = None
         self._verdict = _Steady()
         self.report: Report | None = None
@@ -83,15 +84,28 @@ class LidarService:
         if self._supervisor is not None:
             self._supervisor.stop()
 
+    def describe(self) -> str:
+        """What the lidars deliver at this moment, in one line."""
+        found = []
+        for one in self.report.lidars if self.report else ():
+            if one.rate_hz is not None and one.coverage is not None:
+                figures = f"{one.points} points, {one.rate_hz:.1f} turns/s"
+                found.append(f"{one.name} {figures}, sees {one.coverage:.0%} of its view")
+        if not found:
+            return "delivers nothing"
+        near = [
+            codes.DIRECTIONS[s.direction] for s in self._sectors if self.flags >> s.direction & 1
+        ]
+        return "; ".join(found) + f"; within {self._distance_m:g} m: {', '.join(near) or 'nothing'}"
+
     def _on_data(self, payload: bytes) -> None:
         report = Report.unpack(payload)
         found = report.evaluation
         if report.acquired_s is None or report.source is None or found is None:
-            self._bits = ALL_BLOCKED
+            self.flags = ALL_BLOCKED
         elif report.acquired_s != self._published_s:
-            self._bits = blocked_bits(self._sectors, report.readings, self._distance_m, self._bits)
-            clearance = Clearance(source=report.source, acquired_s=report.acquired_s, **found)
-            self._publish(replace(clearance, blocked=clearance.blocked | self._bits))
+            self.flags = blocked_bits(self._sectors, report.readings, self._distance_m, self.flags)
+            self._publish(Clearance(source=report.source, acquired_s=report.acquired_s, **found))
             self._published_s = report.acquired_s
         self.report = report
         self._tell(report)
@@ -117,7 +131,7 @@ class LidarService:
         return f"{lidar.name}: {detail}" if len(self._configs) > 1 else detail
 
     def _on_status(self, status: Status) -> None:
-        self._bits = ALL_BLOCKED
+        self.flags = ALL_BLOCKED
         self._verdict.forget()
         self._health.set(status.state, status.reason, status.detail)
 
