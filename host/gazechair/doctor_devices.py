@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 from gazechair import health as h
 from gazechair import ports
@@ -35,6 +36,8 @@ def ask(config: Config) -> dict[str, HealthState]:
             time.sleep(0.05)
         answers = registry.states()
         answers["board"] = _introduced(link, answers["board"])
+        if answers["lidar"].state == h.OK:
+            answers["lidar"] = replace(answers["lidar"], detail=lidar.describe())
     finally:
         for part in (camera, lidar, link):
             part.stop()
