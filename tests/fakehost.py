@@ -82,6 +82,18 @@ def picture(width: int = 1280, height: int = 720, shade: int = 0) -> bytes:
     return out.getvalue()
 
 
+def _ended(app: Flask) -> Callable[..., Any]:
+    """The application, that answers nothing more on a connection that has been a socket."""
+
+    def wsgi(environ: dict[str, Any], start_response: Callable[..., Any]) -> Any:
+        body = app(environ, start_response)
+        if "HTTP_UPGRADE" in environ:
+            raise ConnectionAbortedError
+        return body
+
+    return wsgi
+
+
 class FakeHost:
     """Serves the real page; the test says what the host would say and reads what it hears."""
 
@@ -101,13 +113,14 @@ class FakeHost:
         self.profiles = Profiles(Path(self._folder.name), table)
         self._sockets: dict[str, list[Server]] = {"control": [], "video": []}
         self._lock = threading.Lock()
-        self._server = make_server("127.0.0.1", 0, self._application(), threaded=True)
+        self._server = make_server("127.0.0.1", 0, _ended(self._application()), threaded=True)
         self.url = f"http://127.0.0.1:{self._server.server_port}/"
         self._thread = threading.Thread(target=self._server.serve_forever, name="fake host")
         self._thread.start()
 
     def _application(self) -> Flask:
         app = Flask("fakehost", static_folder=None)
+        app.json.sort_keys = False  # type: ignore[attr-defined]
         sock = Sock(app)
 
         @app.get("/")
@@ -202,6 +215,11 @@ class FakeHost:
 
     def connected(self, kind: str) -> bool:
         return bool(self._sockets[kind])
+
+    def close(self, code: int) -> None:
+        """Closes the control sockets with this code."""
+        for ws in [*self._sockets["control"]]:
+            ws.close(code)
 
     def cut(self) -> None:
         """Closes every socket and takes no new one, as a host that died."""

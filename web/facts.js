@@ -14,18 +14,22 @@ const setText = (id, text) => {
 /** Shows the facts; tiny changes only. */
 export class Facts {
   #strings;
+  #names;
   #headings = []; // [ms, degrees]
   #worst = { link: 0, picture: 0 };
   #shownMs = 0;
 
-  constructor(strings) {
+  /** `names`: labels to use in place of others. */
+  constructor(strings, names = {}) {
     this.#strings = strings;
+    this.#names = names;
   }
 
   /** `news`: the host's state; `asked`: the verb this page commands, null for none. */
   update(news, asked, now) {
     const label = (key) => this.#strings.label(key);
-    setText("owner", label(news.you ? "you" : `owner_${news.owner}`));
+    const owner = `owner_${news.owner}`;
+    setText("owner", label(news.you ? "you" : (this.#names[owner] ?? owner)));
     setText("asked", asked ? `${label(asked)} →` : "");
     setText("motion", `${label(`motion_${news.motion}`)}${this.#estimate(news, now)}`);
     const moving = this.#moving(news);

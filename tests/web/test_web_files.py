@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from gazechair import caretaker_settings
+from gazechair.profiles import fields
 from gazechair.web.lean import lean
 from gazelink import codes
 
@@ -64,6 +66,8 @@ def test_every_label_named_in_the_page_exists_and_none_is_unused():
     assert named <= labels
     built = {*codes.STATES, *codes.DECISIONS, "ok", "warning", "error"}
     built |= {name for name in labels if name.startswith(("motion_", "owner_", "menu_", "look_"))}
+    built |= {label for label in labels if label.startswith("role_")}
+    built |= {*fields(["nl"], {}), *caretaker_settings.ALLOWED}
     in_code = {label for label in labels if f'"{label}"' in text}
     assert labels - named - built - in_code == set()
 

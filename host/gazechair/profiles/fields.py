@@ -67,7 +67,7 @@ class Field:
 def fields(languages: Sequence[str], house: Mapping[str, Any]) -> dict[str, Field]:
     """Every field; `languages` there are words for, `house`: defaults other than these."""
     table = {
-        "name": Field("1"),
+        "name": Field("driver"),
         "mode": Field("step", choices=("step", "continuous")),
         "dwell_ms": Field(600, 300, 2000, 100),
         "steer_dwell_ms": Field(200, 100, 800, 50),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 from gazechair.config import Config
 from gazechair.profiles.fields import Field, fields
 from gazechair.web.files import web_folder
@@ -19,6 +21,7 @@ def house_fields(config: Config) -> dict[str, Field]:
     return fields(
         languages(),
         {
+            "name": _name(config.web.language),
             "mode": driver.mode,
             "dwell_ms": driver.dwell_ms,
             "leave_grace_ms": driver.leave_grace_ms,
@@ -26,3 +29,9 @@ def house_fields(config: Config) -> dict[str, Field]:
             "language": config.web.language,
         },
     )
+
+
+def _name(language: str) -> str:
+    # Until somebody gives the first profile a name of a person.
+    words = json.loads((web_folder() / "strings" / f"{language}.json").read_text("utf-8"))
+    return str(words["labels"]["role_driver"])

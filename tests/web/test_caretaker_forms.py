@@ -1,0 +1,97 @@
+"""The caretaker's settings, the people who drive, and the pairing of devices."""
+
+import pytest
+
+from fakehost import wait_until
+from webperson import CARETAKER, Driver
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture
+def caretaker(page, host):
+    page.set_viewport_size({"width": 390, "height": 844})
+    host.welcome["role"] = "caretaker"
+    host.replies.update(CARETAKER)
+    host.state.update(you=False, owner="nobody", state="disarmed")
+    person = Driver(page, host)
+    person.open("caretaker")
+    return person
+
+
+def tab(caretaker, name, waits_for):
+    caretaker.page.locator(f"#tab-{name}").click()
+    wait_until(lambda: caretaker.page.locator(waits_for).count(), waits_for)
+
+
+def change(caretaker, name, value):
+    caretaker.page.locator(f"[name={name}]").fill(value)
+    caretaker.page.locator(f"[name={name}]").blur()
+
+
+def test_a_setting_of_the_chair_is_shown_in_plain_units_and_saved(caretaker, host, artefact):
+    tab(caretaker, "settings", "#chair .row")
+    artefact("caretaker-settings")
+    assert caretaker.page.locator("[name=step_forward_ms]").input_value() == "2"
+    change(caretaker, "step_forward_ms", "1.5")
+    wait_until(lambda: host.posted, "the setting")
+    assert host.posted == [("/settings", {"set": {"step_forward_ms": 1500}})]
+
+
+def test_a_refused_setting_says_why_and_shows_what_is_in_force(caretaker, host):
+    tab(caretaker, "settings", "#chair .row")
+    host.replies["POST /settings"] = 409, {"reason": "setting_while_armed", "detail": ""}
+    change(caretaker, "step_forward_ms", "1.5")
+    wait_until(lambda: "rijden aan staat" in caretaker.text("#banner"), "the reason")
+    assert caretaker.page.locator("[name=step_forward_ms]").input_value() == "2"
+
+
+def test_people_are_made_chosen_tuned_and_deleted(caretaker, host):
+    tab(caretaker, "settings", "#profiles .row")
+    caretaker.page.locator("#profiles button").first.click()
+    wait_until(lambda: len(host.profiles.as_json()["profiles"]) == 2, "the new one")
+    caretaker.state()
+    wait_until(lambda: caretaker.page.locator("[name=person] option").count() == 2, "its name")
+    caretaker.page.locator("[name=person]").select_option("2")
+    wait_until(lambda: host.profiles.as_json()["chosen"] == "2", "the choice")
+    wait_until(lambda: caretaker.page.locator("[name=name]").input_value() == "Nieuw", "it")
+    change(caretaker, "name", "Jan")
+    wait_until(lambda: host.profiles.chosen()["name"] == "Jan", "the name")
+    change(caretaker, "dwell_ms", "0.9")
+    wait_until(lambda: host.profiles.chosen()["dwell_ms"] == 900, "the time")
+    change(caretaker, "dwell_ms", "99")
+    wait_until(lambda: "Deze waarde kan niet" in caretaker.text("#banner"), "the reason")
+    caretaker.page.locator("#profiles button").last.click()
+    wait_until(lambda: len(host.profiles.as_json()["profiles"]) == 1, "it to be gone")
+
+
+def test_a_new_code_has_a_qr_picture_and_ends(caretaker, host, artefact):
+    tab(caretaker, "pairing", "#devices li")
+    caretaker.page.locator("#invite button").first.click()
+    wait_until(lambda: caretaker.page.locator(".qr").count(), "the QR code")
+    assert host.posted == [("/pairing/code", {"role": "driver"})]
+    assert caretaker.text("#invite .code") == "K7QM-2XWD"
+    assert "5:00" in caretaker.text("#invite")
+    artefact("caretaker-pairing")
+    caretaker.run_for(61_000)
+    assert "3:59" in caretaker.text("#invite")
+    caretaker.run_for(240_000)
+    assert caretaker.page.locator(".qr").count() == 0
+
+
+def test_a_device_is_revoked_by_a_second_press(caretaker, host):
+    tab(caretaker, "pairing", "#devices li")
+    assert "tablet" in caretaker.text("#devices")
+    button = caretaker.page.locator("#devices button").first
+    button.click()
+    assert button.inner_text() == "Zeker weten?"
+    assert host.posted == []
+    button.click()
+    wait_until(lambda: host.posted, "the wish")
+    assert host.posted == [("/pairing/revoke", {"id": "3fa2b1"})]
+    wait_until(lambda: caretaker.page.locator("#devices li").count() == 1, "it to be gone")
+
+
+def test_a_revoked_phone_goes_to_the_pairing_page(caretaker, page, host):
+    host.close(4001)
+    wait_until(lambda: page.url.endswith("/pair"), "the pairing page")

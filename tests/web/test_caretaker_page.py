@@ -1,0 +1,267 @@
+"""The caretaker's page on a phone: see, stop, take over, bypass, cap; and who only watches."""
+
+from itertools import pairwise
+
+import pytest
+
+from fakehost import picture, wait_until
+from webperson import CARETAKER, Driver
+
+pytestmark = pytest.mark.browser
+
+OVERFLOWING = """
+() => [...document.querySelectorAll("button, .near, #status, header, #banner, li")].filter(e => {
+  const box = e.getBoundingClientRect();
+  return box.width && getComputedStyle(e).visibility === "visible" &&
+    (box.left < -1 || box.right > innerWidth + 1 || e.scrollWidth > e.clientWidth + 3);
+}).map(e => e.id || e.className || e.textContent)
+"""
+
+
+@pytest.fixture
+def caretaker(page, host):
+    """The page on a phone; the driver drives."""
+    page.set_viewport_size({"width": 390, "height": 844})
+    host.welcome["role"] = "caretaker"
+    host.replies.update(CARETAKER)
+    host.state.update(you=False, owner="driver")
+    person = Driver(page, host)
+    person.open("caretaker")
+    return person
+
+
+@pytest.fixture
+def driving(caretaker):
+    """The caretaker has taken over."""
+    caretaker.state(you=True, owner="caretaker", state="armed")
+    return caretaker
+
+
+def pad(caretaker, right, forward):
+    """A place on the joystick, -1..1 each (px)."""
+    caretaker.page.locator("#pad").scroll_into_view_if_needed()
+    box = caretaker.page.locator("#pad").bounding_box()
+    x = box["x"] + box["width"] * (1 + right) / 2
+    return x, box["y"] + box["height"] * (1 - forward) / 2
+
+
+def test_stop_is_said_when_the_finger_touches(caretaker):
+    x, y = caretaker.spot("stop")
+    caretaker.forget()
+    caretaker.page.mouse.move(x, y)
+    caretaker.page.mouse.down()
+    assert caretaker.heard("stop")
+
+
+@pytest.mark.parametrize("key", [" ", "Escape"])
+def test_stop_by_key(caretaker, key):
+    caretaker.forget()
+    caretaker.page.keyboard.press(key)
+    assert caretaker.heard("stop") == [{"k": "stop"}]
+
+
+def test_emergency_at_once_and_reset_by_holding_two_seconds(caretaker):
+    caretaker.page.locator("#emergency").click()
+    assert caretaker.heard("emergency") == [{"k": "emergency"}]
+    assert not caretaker.page.locator("#reset").is_visible()
+    caretaker.state(level="error", message="emergency", state="disarmed")
+    caretaker.page.locator("#reset").scroll_into_view_if_needed()
+    x, y = caretaker.spot("reset")
+    caretaker.page.mouse.move(x, y)
+    caretaker.page.mouse.down()
+    caretaker.advance(1900)
+    assert caretaker.heard("reset") == []
+    caretaker.advance(200)
+    caretaker.page.mouse.up()
+    caretaker.advance(3000)
+    assert caretaker.heard("reset") == [{"k": "reset"}]
+
+
+def test_take_over_and_hand_back(caretaker):
+    assert caretaker.text("#take") == "Overnemen"
+    caretaker.page.locator("#take").click()
+    assert [set(message) for message in caretaker.heard("take")] == [{"k", "token", "since"}]
+    caretaker.state(you=True, owner="caretaker")
+    assert caretaker.text("#take") == "Teruggeven"
+    caretaker.page.locator("#take").click()
+    assert caretaker.heard("release") == [{"k": "release"}]
+
+
+def test_the_joystick_drives_in_proportion_while_touched_and_springs_back(driving):
+    driving.page.mouse.move(*pad(driving, 0, 0))
+    driving.page.mouse.down()
+    assert driving.heard("drive")[0].items() >= {"linear": 0, "turn": 0, "edge": 1}.items()
+    driving.page.mouse.move(*pad(driving, 0, 0.55))
+    driving.advance(100)
+    ahead = driving.heard("drive")[-1]
+    assert (ahead["linear"], ahead["turn"], ahead["edge"]) == (pytest.approx(500, abs=15), 0, 1)
+    driving.page.mouse.move(*pad(driving, -3, 0))
+    driving.advance(100)
+    left = driving.heard("drive")[-1]
+    assert (left["linear"], left["turn"]) == (pytest.approx(0, abs=10), pytest.approx(1000, abs=10))
+    driving.page.mouse.up()
+    assert driving.heard("drive", "stop")[-1] == {"k": "stop"}
+    driving.forget()
+    driving.advance(500)
+    assert driving.heard("drive") == []
+
+
+def test_the_joystick_says_so_every_heartbeat_with_a_fresh_proof(driving):
+    driving.page.mouse.move(*pad(driving, 0, 0.5))
+    driving.page.mouse.down()
+    driving.advance(1000)
+    said = driving.heard("drive")
+    assert len(said) in (20, 21)
+    proofs = [message["token"] + message["since"] for message in said]
+    assert all(b > a for a, b in pairwise(proofs))
+
+
+def test_every_grab_is_a_new_press(driving):
+    for _ in range(3):
+        driving.page.mouse.move(*pad(driving, 0, 0.5))
+        driving.page.mouse.down()
+        driving.page.mouse.up()
+    assert sorted({message["edge"] for message in driving.heard("drive")}) == [1, 2, 3]
+
+
+def test_the_joystick_is_dead_until_taken_over_and_when_driving_goes_off(caretaker):
+    caretaker.page.mouse.move(*pad(caretaker, 0, 0.5))
+    caretaker.page.mouse.down()
+    caretaker.page.mouse.up()
+    assert caretaker.heard("drive") == []
+    caretaker.state(you=True, owner="caretaker")
+    caretaker.page.mouse.down()
+    assert caretaker.heard("drive")
+    caretaker.state(state="disarmed")
+    caretaker.advance(50)
+    caretaker.forget()
+    caretaker.state(state="armed")
+    caretaker.advance(500)
+    assert caretaker.heard("drive") == []
+
+
+def test_arrow_keys_drive_together_while_held(driving):
+    driving.page.keyboard.down("ArrowUp")
+    driving.page.keyboard.down("ArrowLeft")
+    driving.advance(100)
+    both = driving.heard("drive")[-1]
+    assert (both["linear"], both["turn"], both["edge"]) == (500, 500, 1)
+    driving.page.keyboard.up("ArrowUp")
+    driving.advance(100)
+    assert driving.heard("drive")[-1].items() >= {"linear": 0, "turn": 500, "edge": 1}.items()
+    driving.page.keyboard.up("ArrowLeft")
+    assert driving.heard("drive", "stop")[-1] == {"k": "stop"}
+
+
+@pytest.mark.parametrize("event", ["blur", "pagehide"])
+def test_putting_the_phone_away_stops_and_gives_back(driving, event):
+    driving.page.keyboard.down("ArrowUp")
+    driving.forget()
+    driving.page.evaluate(f"dispatchEvent(new Event('{event}'))")
+    assert [message["k"] for message in driving.heard("drive", "stop", "release")] == [
+        "stop",
+        "release",
+    ]
+    driving.advance(500)
+    assert driving.heard("drive") == []
+
+
+def test_bypass_while_held_with_what_is_left(caretaker):
+    caretaker.page.locator("#bypass").scroll_into_view_if_needed()
+    x, y = caretaker.spot("bypass")
+    caretaker.page.mouse.move(x, y)
+    caretaker.page.mouse.down()
+    caretaker.state(bypass_ms=19_400)
+    caretaker.advance(200)
+    assert "20 s" in caretaker.text("#bypass")
+    caretaker.page.mouse.up()
+    said = caretaker.heard("bypass")
+    assert {message["held"] for message in said[:-1]} == {True}
+    assert {message["edge"] for message in said[:-1]} == {1}
+    assert said[-1] == {"k": "bypass", "held": False}
+
+
+def test_the_cap_is_told_and_shown(caretaker):
+    slider = caretaker.page.locator("#cap")
+    assert caretaker.text("#cap-word") == "geen grens"
+    slider.fill("600")
+    assert caretaker.heard("cap") == [{"k": "cap", "permille": 600}]
+    caretaker.state(cap_permille=600)
+    assert caretaker.text("#cap-word") == "60 %"
+
+
+def test_a_call_for_help_is_heard_felt_and_answered(caretaker, artefact):
+    caretaker.page.evaluate(
+        "() => { window.shaken = 0; navigator.vibrate = () => (shaken += 1);"
+        "window.tones = 0; const start = OscillatorNode.prototype.start;"
+        "OscillatorNode.prototype.start = function(t) { tones += 1; start.call(this, t); } }"
+    )
+    caretaker.page.locator("#sound").click()
+    wait_until(lambda: not caretaker.page.locator("#sound").is_visible(), "sound to be on")
+    caretaker.state(call=True)
+    caretaker.advance(4500)
+    assert caretaker.page.evaluate("shaken") >= 2
+    assert caretaker.page.evaluate("tones") >= 8
+    assert "vraagt hulp" in caretaker.text("#call")
+    artefact("caretaker-call")
+    caretaker.page.locator("#answer").click()
+    assert caretaker.heard("call") == [{"k": "call", "on": False}]
+    before = caretaker.page.evaluate("shaken")
+    caretaker.advance(5000)  # seen: silent, though the host still says it
+    assert caretaker.page.evaluate("shaken") == before
+
+
+@pytest.mark.parametrize(
+    "news", [{"level": "error", "message": "board_lost"}, None], ids=["an error", "a lost link"]
+)
+def test_trouble_is_felt(caretaker, news):
+    caretaker.page.evaluate("() => { window.shaken = 0; navigator.vibrate = () => (shaken += 1); }")
+    if news:
+        caretaker.state(**news)
+        caretaker.advance(100)
+    else:
+        caretaker.run_for(2200)
+    assert caretaker.page.evaluate("shaken") == 1
+
+
+def test_a_viewer_has_no_controls(page, host, artefact):
+    page.set_viewport_size({"width": 390, "height": 844})
+    host.welcome["role"] = "viewer"
+    host.state.update(you=False)
+    viewer = Driver(page, host)
+    viewer.open("caretaker")
+    assert page.locator("button:visible").count() == 1  # sound
+    assert page.locator("#sound").is_visible()
+    assert viewer.page.locator(".watching").is_visible()
+    viewer.page.keyboard.press("ArrowUp")
+    assert viewer.heard("drive", "stop") == []
+    artefact("caretaker-viewer")
+
+
+LOOKS = {
+    "watching": {"simulated": True},
+    "driving": {"you": True, "owner": "caretaker", "motion": "drive", "wipers": [200, 170]},
+    "override": {
+        "override": "obstacle_forward",
+        "decisions": {"forward": "blocked", "left": "slow", "right": "free", "backward": "unknown"},
+        "clearance": {"forward": 0.3, "backward": None, "left": 22.0, "right": 180.0},
+        "view": {"forward": "seen", "backward": "unseen", "left": "seen", "right": "seen"},
+    },
+    "emergency": {"state": "disarmed", "level": "error", "message": "emergency"},
+}
+
+
+@pytest.mark.parametrize("name", LOOKS)
+def test_how_it_looks(caretaker, host, name, artefact):
+    host.show(picture(), 1)
+    wait_until(lambda: host.acknowledged, "the picture")
+    caretaker.state(**LOOKS[name])
+    caretaker.advance(1100)
+    host.show(picture(), 2)
+    wait_until(lambda: len(host.acknowledged) == 2, "the picture")
+    caretaker.advance(25)
+    for width, height in ((390, 844), (1366, 768)):
+        caretaker.page.set_viewport_size({"width": width, "height": height})
+        artefact(f"caretaker-{name}-{width}")
+        assert caretaker.page.evaluate(OVERFLOWING) == []
+        assert caretaker.page.evaluate("document.documentElement.scrollWidth <= innerWidth")

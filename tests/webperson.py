@@ -1,0 +1,132 @@
+"""A person before a page in a Chromium, and what the host answers a caretaker."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import Page
+
+import gazesetup
+from fakehost import FakeHost, wait_until
+
+DEVICE = {"id": "3fa2b1", "role": "driver", "name": "tablet", "created": 0, "last_used": 0}
+PHONE = {**DEVICE, "id": "9c01aa", "role": "caretaker", "name": "phone", "you": True}
+SETTINGS = {
+    "profile": {"value": 2, "low": 0, "high": 4, "default": 2},
+    "linear_permille": {"value": 600, "low": 50, "high": 1000, "default": 600},
+    "step_forward_ms": {"value": 2000, "low": 100, "high": 5000, "default": 2000},
+    "step_turn_q4_deg": {"value": 160, "low": 32, "high": 1440, "default": 160},
+}
+CODE = {
+    "code": "K7QM-2XWD",
+    "role": "driver",
+    "valid_s": 300,
+    "url": "https://192.168.1.5:8080/pair",
+}
+# What the host answers a caretaker.
+CARETAKER = {
+    "GET /settings": (200, {"settings": SETTINGS}),
+    "POST /settings": (200, {"settings": SETTINGS}),
+    "GET /pairing": (200, {"devices": [{**DEVICE, "you": False}, PHONE]}),
+    "POST /pairing/code": (200, {**CODE, "qr": ["1010" * 6, "0110" * 6] * 12}),
+    "POST /pairing/revoke": (200, {"devices": [PHONE]}),
+}
+
+
+class Driver:
+    """A person before the page: looks, presses, waits. Time passes only in advance()."""
+
+    def __init__(self, page: Page, host: FakeHost) -> None:
+        self.page = page
+        self.host = host
+        self._wiggle = 0
+
+    def open(self, query: str = "") -> None:
+        """Loads the page and waits for its link."""
+        self.page.goto(self.host.url + query)
+        self.connect()
+
+    def connect(self) -> None:
+        """Lets time pass until the page says that its link is alive."""
+
+        def linked() -> bool:
+            self.run_for(25)
+            if self.host.connected("control"):
+                self.host.say_state()
+            return self.data("link") == "ok" and self.host.connected("video")
+
+        wait_until(linked, "the page's link")
+
+    def run_for(self, ms: int) -> None:
+        """Lets `ms` pass on the page's clock and the host's; the host says nothing."""
+        self.host.now_ms += ms
+        self.page.clock.run_for(ms)
+
+    def data(self, name: str) -> str:
+        return self.page.evaluate("name => document.body.dataset[name]", name)
+
+    def text(self, selector: str) -> str:
+        return self.page.locator(selector).inner_text()
+
+    def state(self, **changes: Any) -> None:
+        """The host's state changes, and the page has taken it in."""
+        token = self.host.say_state(**changes)
+        wait_until(lambda: self.page.evaluate("spied.token") >= token, "a state to arrive")
+
+    def advance(self, ms: int, look: str | tuple[float, float] | None = None) -> None:
+        """Lets `ms` pass; with `look` the pointer keeps trembling there."""
+        for step in range(0, ms, 25):
+            if step % 100 == 0:
+                self.state()
+            if look is not None:
+                self.look(look)
+            self.run_for(min(25, ms - step))
+
+    def spot(self, where: str | tuple[float, float]) -> tuple[float, float]:
+        """Centre of a target, or a point given in shares of the screen (px)."""
+        if isinstance(where, str):
+            box = self.page.locator(f"#{where}").bounding_box()
+            assert box is not None, f"{where} is not shown"
+            return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        size = self.page.viewport_size
+        assert size is not None
+        return where[0] * size["width"], where[1] * size["height"]
+
+    def look(self, where: str | tuple[float, float]) -> None:
+        """One pointer event there; a gaze trembles, so no two are at the same place."""
+        x, y = self.spot(where)
+        self._wiggle ^= 1
+        self.page.mouse.move(x + 3 * self._wiggle, y)
+
+    def hover(self, target: str) -> None:
+        """Looks at the middle first, long enough to be at rest, then dwells on the target."""
+        self.advance(350, look=(0.5, 0.6))
+        self.advance(650, look=target)
+
+    def heard(self, *kinds: str) -> list[dict[str, Any]]:
+        """All messages of these kinds that the page has sent until now."""
+        self.host._marks += 1
+        mark = {"k": "mark", "n": self.host._marks}
+        self.page.evaluate(
+            "text => spied.sockets.findLast(s => s.url.endsWith('control') && s.readyState === 1)"
+            "?.send(text)",
+            json.dumps(mark),
+        )
+        wait_until(lambda: mark in self.host.heard, "the page's messages")
+        return [message for message in self.host.heard if message["k"] in kinds]
+
+    def forget(self) -> None:
+        """Forgets what was heard until now."""
+        self.heard()
+        self.host.heard.clear()
+
+    def screenshot(self, name: str) -> None:
+        save(self.page, name)
+
+
+def save(page: Page, name: str) -> None:
+    """Keeps a picture of the page for people to look at."""
+    folder = Path(os.environ.get("GAZECHAIR_ARTEFACTS", gazesetup.ROOT / ".local/artefacts"))
+    folder.mkdir(parents=True, exist_ok=True)
+    page.screenshot(path=folder / f"{name}.png")

@@ -1,0 +1,50 @@
+// What a caretaker must hear and feel even with the phone in a pocket.
+
+const AGAIN_MS = 4000;
+const SHAKE_MS = [300, 120, 300];
+/** No word from the chair for this long is worth an alarm. */
+const LOST_MS = 2000;
+
+/** Sounds for as long as there is a reason; a reason that was seen is silent until it is new. */
+export class Alerts {
+  #tones;
+  #reasons = new Set();
+  #seen = new Set();
+  #againAt = 0;
+  #heardMs = null;
+
+  constructor(tones) {
+    this.#tones = tones;
+    // Whoever touches the page has seen what it says.
+    for (const event of ["pointerdown", "keydown"]) {
+      addEventListener(event, () => (this.#seen = new Set(this.#reasons)));
+    }
+  }
+
+  /** The host's state has come: a call for help and an error are reasons. */
+  update({ call, level, message }, now) {
+    this.#heardMs = now;
+    const reasons = new Set();
+    if (call) reasons.add("call");
+    if (level === "error") reasons.add(message);
+    this.#change(reasons, now);
+  }
+
+  /** Lets time pass. */
+  tick(now) {
+    if (this.#heardMs !== null && now - this.#heardMs > LOST_MS && !this.#reasons.has("lost")) {
+      this.#change(new Set([...this.#reasons, "lost"]), now);
+    }
+    const open = [...this.#reasons].some((reason) => !this.#seen.has(reason));
+    if (!open || now < this.#againAt) return;
+    this.#againAt = now + AGAIN_MS;
+    this.#tones.play("alert");
+    navigator.vibrate?.(SHAKE_MS);
+  }
+
+  #change(reasons, now) {
+    if ([...reasons].some((reason) => !this.#reasons.has(reason))) this.#againAt = now;
+    this.#seen = new Set([...this.#seen].filter((reason) => reasons.has(reason)));
+    this.#reasons = reasons;
+  }
+}

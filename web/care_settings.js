@@ -1,0 +1,156 @@
+// Forms for the chair's settings and for each person's own: rows from the host's own limits.
+
+const JSON_TYPE = { "Content-Type": "application/json" };
+/** The chair's speed profiles by number, as the chair itself shows them. */
+const SPEEDS = ["1.2", "2.1", "3.1", "4.1", "5.1"];
+/** How numbers are shown: by the end of their name, [unit, how many of it are one shown]. */
+const UNITS = [
+  ["_ms", "s", 1000],
+  ["_permille", "%", 10],
+  ["_q4_deg", "°", 16],
+  ["_percent", "%", 1],
+  ["_s", "s", 1],
+];
+const unitOf = (name) => UNITS.find(([end]) => name.endsWith(end)) ?? ["", "", 1];
+
+/** A labelled control; `changed(value)` is told of every new value. */
+function row(strings, name, field, value, changed) {
+  const label = document.createElement("label");
+  label.className = "row";
+  const word = document.createElement("span");
+  const [, unit, scale] = unitOf(name);
+  word.textContent = (strings.label(name) ?? name) + (unit && ` (${unit})`);
+  let control;
+  if (field.choices) {
+    control = document.createElement("select");
+    for (const [choice, text] of field.choices) control.append(new Option(text, choice));
+    control.value = value;
+    control.addEventListener("change", () => changed(control.value));
+  } else {
+    control = document.createElement("input");
+    control.type = typeof value === "boolean" ? "checkbox" : field.high ? "number" : "text";
+    if (control.type === "checkbox") control.checked = value;
+    else control.value = field.high ? value / scale : value;
+    if (field.high) {
+      [control.min, control.max] = [field.low / scale, field.high / scale];
+      control.step = (field.step ?? 1) / scale;
+    } else if (control.type === "text") control.maxLength = 40;
+    control.addEventListener("change", () => {
+      if (control.type === "checkbox") changed(control.checked);
+      else changed(field.high ? Math.round(Number(control.value) * scale) : control.value.trim());
+    });
+  }
+  control.name = name;
+  label.append(word, control);
+  return label;
+}
+
+const button = (text, act) => {
+  const element = document.createElement("button");
+  element.type = "button";
+  element.textContent = text;
+  element.addEventListener("click", act);
+  return element;
+};
+
+/** The board's settings; read when shown, saved one by one. */
+export class ChairSettings {
+  #root;
+  #strings;
+  #refuse;
+
+  constructor(root, strings, refuse) {
+    this.#root = root;
+    this.#strings = strings;
+    this.#refuse = refuse;
+  }
+
+  load() {
+    return this.#ask({ cache: "no-store" });
+  }
+
+  async #ask(request) {
+    let answer;
+    try {
+      answer = await (await fetch("/settings", request)).json();
+    } catch {
+      answer = { reason: "no_answer" };
+    }
+    if (answer.settings) this.#show(answer.settings);
+    else this.#refuse(answer.reason);
+    return Boolean(answer.settings);
+  }
+
+  #show(settings) {
+    const rows = Object.entries(settings).map(([name, field]) => {
+      const choices = name === "profile" && SPEEDS.map((speed, at) => [at, speed]);
+      return row(this.#strings, name, choices ? { choices } : field, field.value, async (value) => {
+        const body = JSON.stringify({ set: { [name]: Number(value) } });
+        // Refused: what is in force is shown again.
+        if (!(await this.#ask({ method: "POST", headers: JSON_TYPE, body }))) this.#show(settings);
+      });
+    });
+    this.#root.replaceChildren(...rows);
+  }
+}
+
+/** The people who drive: who does now, and each one's own times and looks. */
+export class PersonSettings {
+  #root;
+  #strings;
+  #profiles;
+  #refuse;
+  #shown = null;
+
+  constructor(root, strings, profiles, refuse) {
+    this.#root = root;
+    this.#strings = strings;
+    this.#profiles = profiles;
+    this.#refuse = refuse;
+    this.#show();
+  }
+
+  /** The host has this revision of the profiles. */
+  async update(revision) {
+    if (revision === this.#shown) return;
+    this.#shown = revision;
+    await this.#profiles.reload();
+    this.#show();
+  }
+
+  async #change(wish) {
+    const reason = await this.#profiles.change(wish);
+    if (reason) this.#refuse(reason);
+    this.#show();
+  }
+
+  #show() {
+    this.#shown = this.#profiles.revision;
+    const mine = this.#profiles.current;
+    const label = (key) => this.#strings.label(key);
+    const people = { choices: this.#profiles.all.map(({ id, name }) => [id, name]) };
+    const rows = [
+      row(this.#strings, "person", people, mine.id, (choose) => this.#change({ choose })),
+    ];
+    for (const [name, value] of Object.entries(mine)) {
+      if (name === "id") continue;
+      const field = { ...this.#profiles.field(name) };
+      if (field.choices) {
+        field.choices = field.choices.map((choice) => [choice, this.#word(choice)]);
+      }
+      const save = (changed) => this.#change({ save: { id: mine.id, [name]: changed } });
+      rows.push(row(this.#strings, name, field, value, save));
+    }
+    const buttons = document.createElement("p");
+    buttons.className = "buttons";
+    buttons.append(
+      button(label("care_new_person"), () => this.#change({ create: label("care_someone") })),
+      button(label("care_delete_person"), () => this.#change({ delete: mine.id })),
+    );
+    this.#root.replaceChildren(...rows, buttons);
+  }
+
+  #word(choice) {
+    return this.#strings.label(choice) ?? this.#strings.label(`look_${choice}`) ?? choice;
+  }
+}

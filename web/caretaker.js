@@ -1,0 +1,195 @@
+// The caretaker's page: puts the parts together; one timer moves them all.
+
+import { Alerts } from "./alerts.js";
+import { Banner } from "./banner.js";
+import { ChairSettings, PersonSettings } from "./care_settings.js";
+import { Facts } from "./facts.js";
+import { Held } from "./held.js";
+import { Joystick } from "./joystick.js";
+import { ObstacleLine } from "./line.js";
+import { Pairing } from "./pairing.js";
+import { Picture } from "./picture.js";
+import { loadProfiles } from "./profile.js";
+import { ControlSocket } from "./socket.js";
+import { StatusCorner } from "./status.js";
+import { chosenLanguage, loadStrings } from "./strings.js";
+import { Tones } from "./tones.js";
+import { keepAwake } from "./wakelock.js";
+import { ClockWatch } from "./watch.js";
+
+const TICK_MS = 25;
+const RESET_HOLD_MS = 2000;
+/** Until the host has told the cap back, a moved slider keeps its place. */
+const CAP_SETTLES_MS = 1000;
+/** Messages that only a reset clears. */
+const LATCHED = ["wiper", "tick_exception", "emergency", "watchdog_boots"];
+const TABS = ["drive", "settings", "pairing"];
+
+const strings = await loadStrings(chosenLanguage(location.search, navigator.language));
+const body = document.body;
+const byId = (id) => document.getElementById(id);
+const setText = (id, text) => {
+  const element = byId(id);
+  if (element.textContent !== text) element.textContent = text;
+};
+const setData = (name, value) => {
+  if (body.dataset[name] !== String(value)) body.dataset[name] = value;
+};
+
+document.documentElement.lang = strings.language;
+document.title = strings.label("care_title");
+strings.fill(document);
+
+const tones = new Tones(() => setData("sound", true));
+const banner = new Banner(strings, tones);
+const corner = new StatusCorner(strings);
+const facts = new Facts(strings, { owner_driver: "care_owner_driver" });
+const line = new ObstacleLine(strings);
+const picture = new Picture(byId("picture"), (age) => setData("picture", age));
+const alerts = new Alerts(tones);
+const clock = new ClockWatch();
+const refuse = (key) => banner.notice("refused", key, performance.now());
+const persons = new PersonSettings(byId("profiles"), strings, await loadProfiles(), refuse);
+const chair = new ChairSettings(byId("chair"), strings, refuse);
+const pairing = new Pairing(byId("invite"), byId("devices"), strings, refuse);
+
+let state = null; // the host's newest state
+let edge = 0;
+let capMovedMs = -Infinity;
+
+const socket = new ControlSocket({
+  message: (message) => receivers[message.k]?.(message, performance.now()),
+  link(alive) {
+    setData("link", alive ? "ok" : "lost");
+    if (!alive) endAll();
+  },
+});
+
+const joystick = new Joystick(byId("pad"), byId("knob"), {
+  drive(linear, turn, fresh) {
+    if (fresh) edge += 1;
+    socket.sendFresh("drive", { linear, turn, edge });
+  },
+  stop: () => socket.send("stop"),
+});
+
+let bypassEdge = 0;
+const bypass = new Held(byId("bypass"), {
+  begin: () => (bypassEdge = edge += 1),
+  held: () => socket.sendFresh("bypass", { held: true, edge: bypassEdge }),
+  end: () => socket.send("bypass", { held: false }),
+});
+let resetSince = null;
+const reset = new Held(byId("reset"), {
+  begin: () => (resetSince = performance.now()),
+  held() {
+    if (resetSince === null || performance.now() - resetSince < RESET_HOLD_MS) return;
+    resetSince = null;
+    socket.send("reset");
+  },
+  end: () => (resetSince = null),
+});
+
+const receivers = {
+  welcome(welcome) {
+    setData("role", welcome.role);
+    setData("insecure", welcome.insecure);
+    for (const part of [joystick, bypass]) part.setHeartbeat(welcome.heartbeat_ms);
+  },
+  state(news, now) {
+    state = news;
+    setData("state", news.state);
+    setData("you", news.you);
+    setData("simulated", news.simulated);
+    setData("call", news.call);
+    setData("latched", news.level === "error" && LATCHED.includes(news.message));
+    facts.update(news, null, now);
+    line.update(news);
+    corner.update(news.level, news.message);
+    banner.override(news.override, now);
+    alerts.update(news, now);
+    const ready = news.you && news.state === "armed" && body.dataset.role === "caretaker";
+    joystick.enabled = ready;
+    setText("take", strings.label(news.you ? "care_release" : "care_take"));
+    setText("pad-word", ready ? "" : strings.label(news.you ? "arming" : "care_pad_off"));
+    showCap(news.cap_permille);
+    const left = Math.ceil(news.bypass_ms / 1000);
+    setText("bypass-left", left > 0 ? `${left} s` : "");
+    persons.update(news.profile);
+  },
+  refused(refusal) {
+    refuse(refusal.reason);
+    console.warn(`${refusal.what} refused: ${refusal.detail}`);
+  },
+};
+
+/** The cap in force; while the slider is being moved, what it would become. */
+function showCap(permille) {
+  const slider = byId("cap");
+  const moved = performance.now() - capMovedMs < CAP_SETTLES_MS;
+  if (!moved && Number(slider.value) !== permille) slider.value = permille;
+  const shown = moved ? Number(slider.value) : permille;
+  setText("cap-word", shown >= 1000 ? strings.label("care_no_cap") : `${shown / 10} %`);
+}
+
+function endAll() {
+  joystick.end();
+  bypass.end();
+  reset.end();
+}
+
+/** The phone is put away: whoever drove from here no longer does. */
+function leave() {
+  endAll();
+  if (state?.you) socket.send("release");
+}
+
+function openTab(name) {
+  setData("tab", name);
+  for (const tab of TABS) byId(`tab-${tab}`).ariaPressed = String(tab === name);
+  if (name === "settings") chair.load();
+  if (name === "pairing") pairing.load();
+}
+
+const press = (id, act) => byId(id).addEventListener("click", act);
+// At the touch itself: a stop does not wait for the finger to lift.
+byId("stop").addEventListener("pointerdown", () => socket.send("stop"));
+press("stop", () => socket.send("stop"));
+press("emergency", () => socket.send("emergency"));
+press("take", () => {
+  if (state?.you) socket.send("release");
+  else socket.sendFresh("take");
+});
+press("answer", () => socket.send("call", { on: false }));
+for (const tab of TABS) press(`tab-${tab}`, () => openTab(tab));
+byId("cap").addEventListener("input", (event) => {
+  capMovedMs = performance.now();
+  showCap(Number(event.target.value));
+});
+byId("cap").addEventListener("change", (event) => {
+  socket.send("cap", { permille: Number(event.target.value) });
+});
+addEventListener("keydown", (event) => {
+  if (event.key !== "Escape" && event.key !== " ") return;
+  if (event.key === " " && event.target.closest?.("button, input, select")) return;
+  event.preventDefault();
+  socket.send("stop");
+});
+addEventListener("blur", leave);
+addEventListener("pagehide", leave);
+document.addEventListener("freeze", leave);
+document.addEventListener("visibilitychange", () => document.hidden && leave());
+addEventListener("contextmenu", (event) => event.preventDefault());
+keepAwake();
+setInterval(() => {
+  const now = performance.now();
+  if (clock.jumped(now, Date.now())) leave();
+  socket.tick(now);
+  joystick.tick(now);
+  bypass.tick(now);
+  reset.tick(now);
+  picture.tick(now);
+  banner.tick(now);
+  alerts.tick(now);
+  facts.ages(socket.alive ? socket.ageMs(now) : null, picture.ageMs(now), now);
+}, TICK_MS);

@@ -1,0 +1,117 @@
+// An on-screen joystick: proportional, springs back, drives only while touched or a key is held.
+
+/** Nearer to the middle than this share nothing moves. */
+const DEAD = 0.1;
+/** What an arrow key pushes, of 1000. */
+const KEY_PERMILLE = 500;
+const KEYS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1] };
+
+/** Of a touch's place in -1..1 (right, down): permille forward and left, without the dead zone. */
+export function push(x, y) {
+  const far = Math.hypot(x, y);
+  if (far < DEAD) return { linear: 0, turn: 0 };
+  const strength = (Math.min(1, far) - DEAD) / (1 - DEAD) / far;
+  return { linear: Math.round(-1000 * y * strength), turn: Math.round(-1000 * x * strength) };
+}
+
+/**
+ * The pad. `on` receives drive(linear, turn, fresh) at once and at every heartbeat while held,
+ * `fresh` for a new press, and stop() when it ends for whatever reason.
+ */
+export class Joystick {
+  enabled = false;
+  #pad;
+  #knob;
+  #on;
+  #heartbeatMs = 50;
+  #pointer = null;
+  #keys = new Set();
+  #now = null; // {linear, turn} while held
+  #sendAt = 0;
+
+  constructor(pad, knob, on) {
+    this.#pad = pad;
+    this.#knob = knob;
+    this.#on = on;
+    pad.addEventListener("pointerdown", (event) => this.#touch(event));
+    pad.addEventListener("pointermove", (event) => this.#move(event));
+    for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
+      pad.addEventListener(end, (event) => event.pointerId === this.#pointer && this.end());
+    }
+    addEventListener("keydown", (event) => this.#key(event, true));
+    addEventListener("keyup", (event) => this.#key(event, false));
+  }
+
+  setHeartbeat(ms) {
+    this.#heartbeatMs = ms;
+  }
+
+  /** Springs back. */
+  end() {
+    if (this.#now === null) return;
+    this.#now = this.#pointer = null;
+    this.#keys.clear();
+    this.#show(0, 0);
+    this.#on.stop();
+  }
+
+  tick(now) {
+    if (this.#now === null) return;
+    if (!this.enabled) return this.end();
+    if (now < this.#sendAt) return;
+    this.#sendAt = now + this.#heartbeatMs;
+    this.#on.drive(this.#now.linear, this.#now.turn, false);
+  }
+
+  #touch(event) {
+    event.preventDefault();
+    if (!this.enabled || event.button !== 0 || this.#now !== null) return;
+    this.#pad.setPointerCapture(event.pointerId);
+    this.#pointer = event.pointerId;
+    this.#place(event, true);
+  }
+
+  #move(event) {
+    if (event.pointerId === this.#pointer) this.#place(event, false);
+  }
+
+  #place(event, fresh) {
+    const box = this.#pad.getBoundingClientRect();
+    const x = (2 * (event.clientX - box.left)) / box.width - 1;
+    const y = (2 * (event.clientY - box.top)) / box.height - 1;
+    const far = Math.max(1, Math.hypot(x, y));
+    this.#show(x / far, y / far);
+    this.#push(push(x, y), fresh);
+  }
+
+  #key(event, down) {
+    const typing = event.target.closest?.("input, select, textarea");
+    if (!KEYS[event.key] || typing || event.ctrlKey || event.altKey || event.metaKey) return;
+    event.preventDefault();
+    if (event.repeat || !this.enabled || this.#pointer !== null) return;
+    if (!down && !this.#keys.has(event.key)) return;
+    const fresh = this.#now === null;
+    if (down) this.#keys.add(event.key);
+    else this.#keys.delete(event.key);
+    if (this.#keys.size === 0) return this.end();
+    let [linear, turn] = [0, 0];
+    for (const key of this.#keys) {
+      linear += KEYS[key][0];
+      turn += KEYS[key][1];
+    }
+    this.#show(-turn / 2, -linear / 2);
+    this.#push({ linear: linear * KEY_PERMILLE, turn: turn * KEY_PERMILLE }, fresh);
+  }
+
+  #push(wish, fresh) {
+    this.#now = wish;
+    if (!fresh) return; // the next heartbeat says it: newest wins
+    this.#sendAt = performance.now() + this.#heartbeatMs;
+    this.#on.drive(wish.linear, wish.turn, true);
+  }
+
+  #show(x, y) {
+    this.#knob.style.setProperty("transform", `translate(${50 * x}%, ${50 * y}%)`);
+    this.#pad.classList.toggle("held", this.#now !== null || x !== 0 || y !== 0);
+  }
+}

@@ -1,0 +1,148 @@
+// Pairing from the caretaker's page: a new code with its QR picture, the list, revoking.
+
+const JSON_TYPE = { "Content-Type": "application/json" };
+const ROLES = ["driver", "caretaker", "viewer"];
+const SVG = () => document.querySelector("svg").namespaceURI;
+/** White around a QR code, in modules: readers need it. */
+const QUIET = 4;
+/** A second press within this long is what revokes. */
+const SURE_MS = 5000;
+
+const element = (name, text = "", className = "") => {
+  const made = document.createElement(name);
+  made.textContent = text;
+  made.className = className;
+  return made;
+};
+
+/** Rows of "0" and "1" as a picture. */
+function qrPicture(rows, spoken) {
+  const svg = document.createElementNS(SVG(), "svg");
+  const size = rows.length + 2 * QUIET;
+  svg.setAttribute("viewBox", `0 0 ${size} ${size}`);
+  svg.setAttribute("class", "qr");
+  svg.setAttribute("role", "img");
+  svg.setAttribute("aria-label", spoken);
+  const path = document.createElementNS(SVG(), "path");
+  const parts = rows.flatMap((row, y) =>
+    [...row.matchAll(/1+/g)].map(({ index, 0: run }) => {
+      const wide = run.length;
+      return `M${index + QUIET} ${y + QUIET}h${wide}v1h-${wide}z`;
+    }),
+  );
+  path.setAttribute("d", parts.join(""));
+  svg.append(path);
+  return svg;
+}
+
+/** Shows the way in for a new device, and who is in. */
+export class Pairing {
+  #invite;
+  #list;
+  #strings;
+  #refuse;
+  #timer = null;
+
+  constructor(invite, list, strings, refuse) {
+    this.#invite = invite;
+    this.#list = list;
+    this.#strings = strings;
+    this.#refuse = refuse;
+    this.#offer();
+  }
+
+  async load() {
+    const answer = await this.#ask("/pairing");
+    if (answer) this.#showDevices(answer.devices);
+  }
+
+  async #ask(path, content) {
+    const body = JSON.stringify(content);
+    const request = content ? { method: "POST", headers: JSON_TYPE, body } : { cache: "no-store" };
+    try {
+      const answer = await fetch(path, request);
+      const found = await answer.json();
+      if (answer.ok) return found;
+      this.#refuse(found.reason);
+    } catch {
+      this.#refuse("no_answer");
+    }
+    return null;
+  }
+
+  /** A button for each role. */
+  #offer() {
+    clearInterval(this.#timer);
+    const roles = ROLES.map((role) => {
+      const choice = element("button", this.#strings.label(`role_${role}`));
+      choice.type = "button";
+      choice.addEventListener("click", () => this.#newCode(role));
+      return choice;
+    });
+    const buttons = element("p", "", "buttons");
+    buttons.append(...roles);
+    this.#invite.replaceChildren(element("p", this.#strings.label("care_which"), "note"), buttons);
+  }
+
+  async #newCode(role) {
+    const answer = await this.#ask("/pairing/code", { role });
+    if (!answer) return;
+    clearInterval(this.#timer);
+    const label = (key) => this.#strings.label(key);
+    const left = element("p", "", "note");
+    const done = element("button", label("care_done"));
+    done.type = "button";
+    done.addEventListener("click", () => {
+      this.#offer();
+      this.load();
+    });
+    const parts = [
+      element("p", `${label(`role_${role}`)}: ${label("care_scan")}`),
+      element("p", answer.url, "url"),
+      element("p", answer.code, "code"),
+      left,
+      done,
+    ];
+    if (answer.qr) parts.splice(1, 0, qrPicture(answer.qr, label("care_qr")));
+    this.#invite.replaceChildren(...parts);
+    const until = performance.now() + 1000 * answer.valid_s;
+    const count = () => {
+      const seconds = Math.ceil((until - performance.now()) / 1000);
+      if (seconds <= 0) return this.#offer();
+      const minutes = Math.floor(seconds / 60);
+      const rest = String(seconds % 60).padStart(2, "0");
+      left.textContent = `${label("care_valid")} ${minutes}:${rest}`;
+    };
+    this.#timer = setInterval(count, 1000);
+    count();
+  }
+
+  #showDevices(devices) {
+    const label = (key) => this.#strings.label(key);
+    const day = (seconds) => new Date(1000 * seconds).toLocaleDateString(this.#strings.language);
+    const rows = devices.map(({ id, role, name, last_used: used, you }) => {
+      const item = element("li");
+      const words = element("p");
+      words.append(
+        element("b", name),
+        element("span", ` ${label(`role_${role}`)}${you ? `, ${label("care_this")}` : ""}`),
+        element("small", `${label("care_used")} ${day(used)}`),
+      );
+      const revoke = element("button", label("care_revoke"));
+      revoke.type = "button";
+      let sureUntil = 0;
+      revoke.addEventListener("click", async () => {
+        if (performance.now() > sureUntil) {
+          sureUntil = performance.now() + SURE_MS;
+          revoke.textContent = label("care_sure");
+          return;
+        }
+        const answer = await this.#ask("/pairing/revoke", { id });
+        if (answer) this.#showDevices(answer.devices);
+      });
+      item.append(words, revoke);
+      return item;
+    });
+    this.#list.replaceChildren(...rows);
+  }
+}
