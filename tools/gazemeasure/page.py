@@ -271,10 +271,12 @@ def _judge_load(report: Report, stack: Stack, seconds: float) -> None:
     """Page weight, and the main thread's share on a processor six times slower."""
     sizes: dict[str, int] = {}
     with _page(stack, spy=False) as driver:
+        session = driver.page.context.new_cdp_session(driver.page)
+        session.send("Network.enable")
+        session.send("Network.setCacheDisabled", {"cacheDisabled": True})
         driver.page.on("response", lambda answer: sizes.__setitem__(answer.url, _size(answer)))
         driver.page.reload()
         Check(stack, driver, gazesetup.LOCAL / "artefacts").arm()
-        session = driver.page.context.new_cdp_session(driver.page)
         session.send("Performance.enable")
         session.send("Emulation.setCPUThrottlingRate", {"rate": _THROTTLE})
         begin_s, begin = time.monotonic(), _task_s(session)
