@@ -2,33 +2,33 @@
 # the chair may creep past an obstacle. Pure: integers only, no clock, no allocation.
 
 from gazeboard import limits
+from gazelink.const import const
 from gazelink.native import micropython
 
-_ANY = -1  # the next number is a new press, whatever it is
+_ANY = const(-1)  # the next number is a new press, whatever it is
+_EARLY_MS = const(32)  # turns of obstacles: until each direction has taken notice
 
 
 class Bypass:
-    # step() is called every `period_ms`.
-
-    def __init__(self, period_ms):
-        self._period_ms = period_ms
+    def __init__(self):
         self._number = _ANY
         self._count = 0
         self._session_count = 0
         self._ttl_ms = 0
         self.left_ms = 0  # of this press; 0: no bypass
 
-    # `i` is an Inputs. A press only counts when its first word comes while armed; one that ended,
-    # by whatever, never comes back: only a number ahead of it does, or a new session's.
+    # `i` is an Inputs; elapsed_ms since the last call. A press only counts when its first word
+    # comes while armed. One that ended, by whatever, never comes back: only a number ahead of it
+    # does, or one of a new session.
     @micropython.native
-    def step(self, i, armed):
+    def step(self, i, armed, elapsed_ms):
         if i.session_count != self._session_count:
             self._session_count = i.session_count
             self._number = _ANY
             self.left_ms = 0
         if self.left_ms > 0:
-            self.left_ms = max(0, self.left_ms - self._period_ms)
-            self._ttl_ms -= self._period_ms
+            self.left_ms = max(0, self.left_ms - elapsed_ms)
+            self._ttl_ms -= elapsed_ms
         if i.bypass_count != self._count:
             self._count = i.bypass_count
             self._heard(i.bypass_number, i.bypass_ttl_ms)
@@ -41,5 +41,5 @@ class Bypass:
             if self._number != _ANY and (number - self._number) & 0xFF > 127:
                 return
             self._number = number
-            self.left_ms = limits.BYPASS_MAX_MS - limits.MARGIN_MS
-        self._ttl_ms = min(ttl_ms, limits.COMMAND_TTL_MS) - limits.MARGIN_MS
+            self.left_ms = limits.BYPASS_MAX_MS - _EARLY_MS
+        self._ttl_ms = min(ttl_ms, limits.COMMAND_TTL_MS) - _EARLY_MS

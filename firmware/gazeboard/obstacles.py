@@ -106,7 +106,7 @@ class Obstacles:
     # settings: a Settings; configure() again whenever they change.
 
     def __init__(self, settings):
-        self.bypass = Bypass(_PERIOD_MS)
+        self.bypass = Bypass()
         self.blocked = _ALL_BLOCKED  # bits per direction
         self.decisions = _ALL_DECIDED  # 2 bits per direction
         self.caps = [0] * 4  # most output per direction, permille
@@ -116,6 +116,7 @@ class Obstacles:
         self._age_ms = _AGE_MAX_MS
         self._count = 0
         self._looked = False
+        self._extra_ms = 0  # ticks that looking took, beyond a turn's period
         self.configure(settings)
 
     # Not in the tick: makes the tables anew.
@@ -150,6 +151,7 @@ class Obstacles:
             # Work enough for one tick, but a clearance in each tick must not keep the rest waiting.
             self._looked = not self._looked
             if self._looked:
+                self._extra_ms += 1
                 return
         else:
             self._looked = False
@@ -163,7 +165,8 @@ class Obstacles:
             return
         measured = 0
         if at == _FORWARD:
-            self.bypass.step(i, armed)
+            self.bypass.step(i, armed, _PERIOD_MS + self._extra_ms)
+            self._extra_ms = 0
         elif at == _LEFT:
             measured = i.rate_q4
         elif at == _RIGHT:

@@ -1,0 +1,123 @@
+# The caretaker's bypass: held, at most 20 s a press, each press once.
+
+from gazeboard import limits
+from gazeboard.bypass import Bypass
+from gazeboard.shared import Inputs
+
+PERIOD_MS = 8
+EARLY_MS = 32
+MOST_MS = limits.BYPASS_MAX_MS - EARLY_MS
+
+
+class Held:
+    # A bypass and its inputs; `number` is said once a turn with `ttl_ms`.
+
+    def __init__(self):
+        self.i = Inputs()
+        self.i.session_count = 1
+        self.bypass = Bypass()
+        self.armed = True
+
+    def turn(self, number=None, ttl_ms=300):
+        if number is not None:
+            self.i.bypass_number = number
+            self.i.bypass_ttl_ms = ttl_ms
+            self.i.bypass_count = (self.i.bypass_count + 1) & 0xFFFF
+        self.bypass.step(self.i, self.armed, PERIOD_MS)
+        return self.bypass.left_ms
+
+
+def test_nothing_said_is_no_bypass():
+    held = Held()
+    assert [held.turn() for _ in range(5)] == [0] * 5
+
+
+def test_a_press_lasts_20_s_and_never_comes_back():
+    held = Held()
+    assert held.turn(7) == MOST_MS
+    turns = 0
+    while held.turn(7):
+        turns += 1
+    assert (turns + 1) * PERIOD_MS - MOST_MS in range(PERIOD_MS)
+    for _ in range(300):
+        assert held.turn(7) == 0
+    assert held.turn(8) == MOST_MS  # a new press
+
+
+def test_it_ends_when_it_is_no_longer_said():
+    for ttl_ms, lasts_ms in ((300, 268), (60000, 268), (100, 68), (41, 9), (40, 8), (33, 1)):
+        held = Held()
+        assert held.turn(1, ttl_ms) == MOST_MS
+        turns = 1
+        while held.turn():
+            turns += 1
+        assert (turns - 1) * PERIOD_MS < lasts_ms <= turns * PERIOD_MS, ttl_ms
+        assert held.turn(1) == 0  # the same press said again is over
+    for ttl_ms in (0, 1, EARLY_MS):
+        assert Held().turn(1, ttl_ms) == 0
+
+
+def test_held_on_it_goes_on_and_its_time_runs():
+    held = Held()
+    held.turn(1)
+    for turn in range(1, 100):
+        assert held.turn(1 if turn % 10 == 0 else None) == MOST_MS - turn * PERIOD_MS
+
+
+def test_letting_go_ends_it():
+    held = Held()
+    held.turn(1)
+    assert held.turn(1, 0) == 0
+    assert held.turn(1) == 0
+
+
+def test_an_old_number_never_counts():
+    for newest, old in ((9, 8), (9, 137), (2, 255), (200, 73)):
+        held = Held()
+        held.turn(newest)
+        held.turn(newest, 0)
+        assert held.turn(old) == 0
+        assert held.turn(newest) == 0
+    for newest, ahead in ((8, 9), (9, 136), (255, 1), (250, 3)):
+        held = Held()
+        held.turn(newest)
+        held.turn(newest, 0)
+        assert held.turn(ahead) == MOST_MS, (newest, ahead)
+
+
+def test_an_old_number_does_not_refresh_a_running_press():
+    held = Held()
+    held.turn(9)
+    turns = 0
+    while held.turn(8):
+        turns += 1
+    assert turns * PERIOD_MS < 300
+
+
+def test_any_number_may_be_the_first():
+    for number in (0, 1, 127, 128, 129, 254, 255):
+        assert Held().turn(number) == MOST_MS
+
+
+def test_a_press_that_began_disarmed_or_was_disarmed_never_counts():
+    held = Held()
+    held.armed = False
+    assert held.turn(3) == 0
+    held.armed = True
+    assert held.turn(3) == 0
+    assert held.turn(4) == MOST_MS
+    held.armed = False
+    assert held.turn(4) == 0
+    held.armed = True
+    assert held.turn(4) == 0
+    assert held.turn() == 0
+
+
+def test_a_new_session_ends_it_and_numbers_begin_anew():
+    held = Held()
+    held.turn(100)
+    held.i.session_count = 2
+    assert held.turn() == 0
+    assert held.turn(99) == MOST_MS
+    held.i.session_count = 3
+    assert held.turn(99) == MOST_MS  # a number of that session, its first
