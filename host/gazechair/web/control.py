@@ -11,6 +11,7 @@ from typing import Any
 
 from gazechair.driver_port import DriverPort
 from gazechair.pairing import Device
+from gazechair.web.complaints import Complaints
 from gazechair.web.page_client import Ending, PageClient
 from gazechair.web.sockets import CLOSE_REVOKED, CLOSE_TRY_LATER, GONE, prepare
 
@@ -20,6 +21,7 @@ _FALLEN_SILENT_S = 1.0
 _LOOK_S = 0.2
 
 log = logging.getLogger(__name__)
+complaints = Complaints(log)
 
 
 class ControlHub:
@@ -56,7 +58,7 @@ class ControlHub:
         prepare(ws)
         client = self._admit(ws, device)
         if client is None:
-            log.warning("refused page %s: too many pages of a %s", peer, device.role)
+            complaints.warn("refused page %s: too many pages of a %s", peer, device.role)
             with contextlib.suppress(*GONE):
                 ws.close(CLOSE_TRY_LATER, f"at most {PLACES[device.role]} pages of a {device.role}")
             return

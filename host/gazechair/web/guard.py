@@ -12,6 +12,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from gazechair.pairing import Device
+from gazechair.web.complaints import Complaints
 
 Environ = dict[str, Any]
 StartResponse = Callable[..., Any]
@@ -40,7 +41,7 @@ HEADERS = {
     "Cross-Origin-Opener-Policy": "same-origin",
 }
 
-log = logging.getLogger(__name__)
+complaints = Complaints(logging.getLogger(__name__))
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,7 @@ class Guard:
         if refusal is not None:
             if refusal.reason == "not_paired" and path in PAGES and not is_upgrade(environ):
                 return _redirect(environ, start, "/pair")
-            log.warning("refused %s %s: %s", environ.get("REMOTE_ADDR"), path, refusal.detail)
+            complaints.warn("refused %s %r: %s", environ.get("REMOTE_ADDR"), path, refusal.detail)
             return _answer(start, refusal)
         # Compression would cost 1 ms a picture and gain nothing (a JPEG does not shrink).
         environ.pop("HTTP_SEC_WEBSOCKET_EXTENSIONS", None)

@@ -12,6 +12,7 @@ from typing import Any
 
 from werkzeug.serving import ThreadedWSGIServer, WSGIRequestHandler
 
+from gazechair.web.complaints import Complaints
 from gazechair.web.places import Places
 from gazechair.web.sockets import tune
 from gazechair.web.tls_socket import TlsSocket
@@ -25,6 +26,7 @@ _HANDSHAKE_S = 5.0
 _TLS_HELLO = b"\x16"
 
 log = logging.getLogger(__name__)
+complaints = Complaints(log)
 
 
 class _TooMuch(Exception):
@@ -95,7 +97,7 @@ class Handler(WSGIRequestHandler):
         log.debug("%s %s %s", self.client_address[0], self.requestline, code)
 
     def log(self, type: str, message: str, *args: Any) -> None:
-        log.warning("%s: %s", self.client_address[0], message % args)
+        complaints.warn("%s: %s", self.client_address[0], message % args)
 
 
 class Server(ThreadedWSGIServer):
@@ -113,7 +115,7 @@ class Server(ThreadedWSGIServer):
     def verify_request(self, request: Any, client_address: Any) -> bool:
         """Lets everyone in; who has been new for longest goes when there are too many."""
         for place in self.places.admit(request, client_address[0]):
-            log.warning(
+            complaints.warn(
                 "%s: too many connections, one of %s ends", client_address[0], place.address
             )
         return True
@@ -152,7 +154,7 @@ class Server(ThreadedWSGIServer):
         try:
             connection.handshake(_HANDSHAKE_S)
         except (OSError, ssl.SSLError) as error:
-            log.info("%s: no encryption agreed: %s", address, error)
+            complaints.warn("%s: no encryption agreed: %s", address, error)
             return None
         return connection
 
