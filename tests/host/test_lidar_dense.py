@@ -153,7 +153,7 @@ def test_a_good_checksum_over_torn_distances_is_not_believed() -> None:
     rows = capsules(*room_mm(40), after_reset=True)
     rows[20, [21, 41]] ^= 0x20  # eight metres further, twice
     nodes, decoder = decode(rows.tobytes())
-    assert decoder.implausible == 1
+    assert decoder.spiky == 1
     assert nodes.distances_m.max() < 6.0
 
 

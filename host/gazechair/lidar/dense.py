@@ -45,7 +45,8 @@ class CapsuleDecoder:
     """Feed it bytes as they come; it returns the nodes of every capsule that can be trusted.
 
     Counters: `fed` bytes taken, `resyncs` places where the stream had to be realigned, `dropped`
-    bytes given up there, `implausible` capsules with a good checksum that were not believed.
+    bytes given up there, `implausible` capsules with a good checksum at a wrong angle, `spiky` ones
+    whose distances looked damaged.
     `step_deg`: the mirror's turning from one capsule to the next, 0 before it is known.
     """
 
@@ -54,6 +55,7 @@ class CapsuleDecoder:
         self.resyncs = 0
         self.dropped = 0
         self.implausible = 0
+        self.spiky = 0
         self.step_deg = 0.0
         self._pending = b""
         self._at = 0  # place in the stream where the pending bytes begin
@@ -142,10 +144,12 @@ class CapsuleDecoder:
         self._held = (rows[-1:], places[-1:], bool(left[-1]))
         distances_m = np.ascontiguousarray(rows[:, 4:]).view("<u2") / 1000.0
         trusted = left[:-1] | fits
-        if len(trusted):
-            trusted &= ~self._looks_hit(distances_m, starts_deg)
-        distances_m, places = distances_m[:-1], places[:-1]
         self.implausible += len(trusted) - int(np.count_nonzero(trusted))
+        if len(trusted):
+            hit = self._looks_hit(distances_m, starts_deg)
+            self.spiky += int(np.count_nonzero(hit & trusted))
+            trusted &= ~hit
+        distances_m, places = distances_m[:-1], places[:-1]
         step = np.where(fits & (count == 1.0), each, self.step_deg)
         angles = starts_deg[:-1, None] + step[:, None] * (np.arange(POINTS) / POINTS)
         nodes = _nodes(angles[trusted], distances_m[trusted], places[trusted], end, self._last_deg)

@@ -21,8 +21,8 @@ _READ_S = 0.05
 # Pauses after each quarter turn, of some 25 ms, then the last one again and again: few large pieces
 # are cheap to decode, and its end is not slept over.
 _GATHER_S = (0.010, 0.010, 0.002)
-_SILENT_S = 0.15  # without measurements: no scan counts any more
-_GIVE_UP_S = 0.4  # and then the device is opened anew
+_SILENT_S = 0.25  # without measurements: no scan counts any more
+_GIVE_UP_S = 0.5  # and then the device is opened anew
 _FIRST_S = 5.0  # until the first measurements; the motor runs up meanwhile
 _RETRY_S = (0.25, 2.0)
 
