@@ -11,6 +11,10 @@ from gazemeasure.report import Report
 BENCHMARKS = {
     "glance": ("gazemeasure.glance", "from the page's event handler to the wipers and back"),
     "link": ("gazemeasure.link", "the serial link: round trip beside a bare echo, re-plugs"),
+    "obstacles": (
+        "gazemeasure.obstacles",
+        "past things and people: ours, the first prototype's rule",
+    ),
     "page": ("gazemeasure.page", "the page on a bad network: glance, picture age, its load"),
     "tick": ("gazemeasure.tick", "the hard tick: allocation, instructions, jitter, telemetry"),
     "turn": ("gazemeasure.turn", "turns: ours, the first prototype, a plain PID, the optimum"),

@@ -12,6 +12,7 @@ from gazechair.link_protocol import LinkProtocol
 from gazechair.outgoing import STOP_COMMAND, Clearance, Command
 from gazelink import codes
 from gazesim.bank import Bank
+from gazesim.rooms import Room
 from gazesim.world import World
 
 _CLEARANCE_MS = 50
@@ -48,10 +49,10 @@ class _Memory:
 class WholeChair:
     """App, devices, chair and a host that holds `verb` in `mode`; what may go wrong is public."""
 
-    def __init__(self, profile: str = "3.1") -> None:
+    def __init__(self, profile: str = "3.1", room: str | Room = "open") -> None:
         self.now_ms = 0
         self.bank = Bank.in_memory()
-        self.world = World(self.bank, "open", profile)
+        self.world = World(self.bank, room, profile)
         self._memory = _Memory()
         self._board = VirtualBoard(
             self.bank.buffer, self._memory, self._memory, 0x0B07, self._ticks_us, _ticks_diff
@@ -62,7 +63,8 @@ class WholeChair:
         self.state: BoardState | None = None
         self.speaks = True  # False: the host has died
         self.holds = True  # False: it no longer proves that somebody holds on
-        self.sees = True  # False: no more clearance
+        self.sees = True  # False: no more clearance, but what is told by `tell`
+        self.scanned = b""  # what the lidar sent in this ms
         self.serves = True  # False: the service loop hangs
         self.blocked = 0
         self.owner = codes.CARETAKER
@@ -108,7 +110,11 @@ class WholeChair:
         self._board.tick(self.app)
         for _ in range(_SERVICES_PER_MS if self.serves else 0):
             self.app.service()
-        self.world.step(0.001)
+        self.scanned = self.world.step(0.001)
+
+    def tell(self, clearance: Clearance) -> None:
+        """What the host's lidars leave free."""
+        self._protocol.clearance(clearance, self.now_s())
 
     def _host(self) -> None:
         now_s = self.now_s()

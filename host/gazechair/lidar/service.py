@@ -100,6 +100,7 @@ class LidarService:
 
     def _on_data(self, payload: bytes) -> None:
         report = Report.unpack(payload)
+        self.report = report
         found = report.evaluation
         if report.acquired_s is None or report.source is None or found is None:
             self.flags = ALL_BLOCKED
@@ -107,7 +108,6 @@ class LidarService:
             self.flags = blocked_bits(self._sectors, report.readings, self._distance_m, self.flags)
             self._publish(Clearance(source=report.source, acquired_s=report.acquired_s, **found))
             self._published_s = report.acquired_s
-        self.report = report
         self._tell(report)
 
     def _tell(self, report: Report) -> None:

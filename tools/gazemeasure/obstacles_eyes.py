@@ -1,0 +1,146 @@
+"""Lidars for many fast runs: a few rays at their true times, and the two rules that read them.
+
+800 rays a turn instead of 3200 (a ray each 0.45 degrees), acquired one after another while the
+chair moves, 10 turns a second, with range noise and lost returns.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazechair.clearance.evaluate import Evaluator
+from gazechair.clearance.footprint import Footprint
+from gazechair.config import SectorsConfig
+from gazechair.lidar.blind import Blindness
+from gazechair.lidar.scan import Pose, Scan, in_arcs, to_chair
+from gazechair.lidar.sectors import ALL_BLOCKED, blocked_bits, measure
+from gazechair.lidar.service import classic
+from gazechair.outgoing import Clearance
+from gazelink import codes
+from gazesim.rooms import Room
+from gazesim.world import LIDAR_HEIGHT_M
+
+Array = NDArray[np.float64]
+RAYS = 800
+TURN_S = 0.1
+_MISSING = 0.003
+_RANGE_M = (0.05, 30.0)
+
+Arc = tuple[float, float]
+Where = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Mount:
+    """A lidar's place on the chair and the arcs of its view that the chair itself fills."""
+
+    pose: Pose
+    mask: tuple[Arc, ...]
+
+
+FRONT = (Mount(Pose(0.5), ((122.0, -122.0),)),)
+"""The first prototype's lidar: in front, what the chair hides behind it is never seen."""
+CORNERS = (
+    Mount(Pose(0.651, 0.376), ((-180.0, -90.0),)),
+    Mount(Pose(-0.451, -0.376, 180.0), ((-180.0, -90.0),)),
+)
+"""Two on opposite corners, each seeing 270 degrees: nothing round the chair is unseen."""
+
+
+class Eye:
+    """One lidar in a room."""
+
+    def __init__(
+        self, mount: Mount, room: Room, noise_m: float, seed: int, rays: int = RAYS
+    ) -> None:
+        self.mount = mount
+        self._room = room
+        self._noise_m = noise_m
+        self._random = np.random.default_rng(seed)
+        self._angles_deg = (180.0 - 360.0 * np.arange(rays) / rays) % 360.0 - 180.0
+        self._rays = rays
+        self._masked = in_arcs(self._angles_deg, mount.mask)
+        self._distances_m = np.zeros(rays)
+        self._next = 0
+        self._owed = 0.0
+        self.turns = 0
+
+    def step(self, dt_s: float, chair: Where) -> None:
+        """The mirror turns for `dt_s`, the chair being at (x, y, heading) meanwhile."""
+        self._owed += self._rays * dt_s / TURN_S
+        count = int(self._owed + 1e-6)
+        self._owed -= count
+        at = (self._next + np.arange(count)) % self._rays
+        self._next += count
+        if self._next >= self._rays:
+            self._next -= self._rays
+            self.turns += 1
+        at = at[~self._masked[at]]
+        if len(at):
+            self._distances_m[at] = self._measure(self._angles_deg[at], chair)
+
+    def _measure(self, angles_deg: Array, chair: Where) -> Array:
+        pose = self.mount.pose
+        x_m, y_m, heading_deg = chair
+        c, s = math.cos(math.radians(heading_deg)), math.sin(math.radians(heading_deg))
+        x, y = x_m + c * pose.x_m - s * pose.y_m, y_m + s * pose.x_m + c * pose.y_m
+        rays = np.radians(pose.directions_deg(angles_deg) + heading_deg)
+        true = self._room.cast(x, y, rays, LIDAR_HEIGHT_M)
+        seen = (true >= _RANGE_M[0]) & (true <= _RANGE_M[1])
+        seen &= self._random.random(len(true)) >= _MISSING
+        noise = self._random.standard_normal(len(true)) * self._noise_m
+        return np.where(seen, np.maximum(np.where(seen, true, 0.0) + noise, 0.0), 0.0)
+
+    def scan(self, now_s: float) -> Scan:
+        """The newest turn."""
+        return Scan(self._angles_deg, self._distances_m.copy(), now_s - TURN_S, codes.SIMULATED)
+
+
+class Ours:
+    """The footprint's clearance, as the host computes it."""
+
+    def __init__(self, eyes: Sequence[Eye]) -> None:
+        self._eyes = eyes
+        self._blindness = [Blindness() for _ in eyes]
+        origins = [(eye.mount.pose.x_m, eye.mount.pose.y_m) for eye in eyes]
+        self._evaluate = evaluator(tuple(origins))
+
+    def look(self, now_s: float) -> Clearance:
+        """What is free now."""
+        views = tuple(
+            to_chair(eye.scan(now_s), eye.mount.pose, eye.mount.mask, blindness)
+            for eye, blindness in zip(self._eyes, self._blindness, strict=True)
+        )
+        found = self._evaluate(views)
+        return Clearance(source=codes.SIMULATED, acquired_s=now_s - TURN_S, **found)
+
+
+class Prototype:
+    """The first prototype's rule: three sectors of its front lidar, 0.5 m, nothing behind."""
+
+    def __init__(self, eye: Eye) -> None:
+        config = SectorsConfig()
+        self._eye = eye
+        self._sectors = classic(config)
+        self._distance_m = config.distance_m
+        self._bits = ALL_BLOCKED
+
+    def look(self, now_s: float) -> Clearance:
+        """What it takes for free."""
+        scan = self._eye.scan(now_s)
+        kept = ~in_arcs(scan.angles_deg, self._eye.mount.mask)
+        directions = self._eye.mount.pose.directions_deg(scan.angles_deg[kept])
+        readings = tuple(measure(directions, scan.distances_m[kept], s) for s in self._sectors)
+        self._bits = blocked_bits(self._sectors, readings, self._distance_m, self._bits)
+        bits = self._bits & ~(1 << codes.DIR_BACKWARD)
+        return Clearance(bits, codes.SIMULATED, now_s - TURN_S)
+
+
+def evaluator(origins_m: tuple[tuple[float, float], ...]) -> Evaluator:
+    """A fresh evaluator of the default footprint for lidars there."""
+    return Evaluator(Footprint(), origins_m)

@@ -1,0 +1,112 @@
+"""Runs past obstacles through the whole firmware in virtual time: lidar bytes to wipers."""
+
+from __future__ import annotations
+
+import math
+
+from gazechair.clearance.evaluate import Evaluator
+from gazechair.clearance.footprint import Footprint
+from gazechair.lidar.blind import Blindness
+from gazechair.lidar.scan import to_chair
+from gazechair.lidar.stream import ByteStream
+from gazechair.outgoing import Clearance
+from gazelink import codes
+from gazelink.settings_table import PROFILES
+from gazemeasure.obstacles_eyes import FRONT
+from gazemeasure.obstacles_run import MOVING_M_S, Outcome, fastest
+from gazemeasure.turn_app import WholeChair
+from gazesim.random_rooms import Task, task
+
+_LIMIT_MS = 25_000
+_GATHER_MS = 5
+_LATE_MS = 3  # evaluation and line
+_CHECK_MS = 20
+_DENSE = b"\xa5\x82\x05\x01\x00\x00\x00\x00\x23"
+_MOUNT = FRONT[0]
+_KINDS = ("door", "way", "room")
+
+
+class Eyes:
+    """The lidar's part of the host: bytes in, clearance out, renewed each quarter turn."""
+
+    def __init__(self) -> None:
+        self._stream = ByteStream("dense", codes.SIMULATED)
+        self._blindness = Blindness()
+        self._evaluate = Evaluator(Footprint(), [(_MOUNT.pose.x_m, _MOUNT.pose.y_m)])
+        self._bytes = bytearray()
+
+    def step(self, data: bytes, now_ms: int) -> Clearance | None:
+        """A millisecond's bytes; a clearance when there is a new one."""
+        self._bytes += data
+        if now_ms % _GATHER_MS or not self._bytes:
+            return None
+        fed, self._bytes = bytes(self._bytes), bytearray()
+        if not self._stream.feed(fed, now_ms / 1000.0):
+            return None
+        scan = self._stream.scan()
+        if scan is None:
+            return None
+        view = to_chair(scan, _MOUNT.pose, _MOUNT.mask, self._blindness)
+        return Clearance(source=scan.source, acquired_s=scan.acquired_s, **self._evaluate((view,)))
+
+
+def firmware_run(seed: int) -> Outcome:
+    """One run forward, with the prototype's one lidar, at the board's own settings."""
+    profile = PROFILES[seed % len(PROFILES)]
+    wanted = _forward(_KINDS[seed % len(_KINDS)], seed)
+    chair = WholeChair(profile, wanted.room)
+    chair.owner = codes.DRIVER
+    chair.sees = False
+    chair.world.lidar.receive(_DENSE)
+    eyes, outcome = Eyes(), Outcome()
+    pending: list[tuple[int, Clearance]] = []
+    asked_ms = 0
+
+    def one_ms() -> None:
+        chair.one_ms()
+        said = eyes.step(chair.scanned, chair.now_ms)
+        if said is not None:
+            pending.append((chair.now_ms + _LATE_MS, said))
+        if pending and pending[0][0] <= chair.now_ms:
+            chair.tell(pending.pop(0)[1])
+
+    while chair.app.safety.state != codes.ARMED:
+        one_ms()
+        if chair.app.safety.arm_reason == codes.NO_REASON and chair.now_ms % 200 == 0:
+            chair.order(codes.ARM, chair.owner)
+        if chair.now_ms > _LIMIT_MS:
+            raise RuntimeError(
+                f"run {seed}: not armed: {codes.reason_name(chair.app.safety.arm_reason)}"
+            )
+    for _ in range(300):
+        one_ms()
+    start_m = (chair.world.chair.x_m, chair.world.chair.y_m)
+    begun_ms = asked_ms = chair.now_ms
+    chair.press(codes.FORWARD, codes.CONTINUOUS)
+    while chair.now_ms < begun_ms + _LIMIT_MS:
+        one_ms()
+        truth = chair.world.chair
+        if chair.now_ms % _CHECK_MS == 0:
+            gap_m = wanted.room.clearance_m(truth.x_m, truth.y_m, truth.heading_deg)
+            if fastest(truth) > MOVING_M_S:
+                outcome.least_m = min(outcome.least_m, gap_m)
+        if chair.world.collisions:
+            outcome.touched = outcome.collided = True
+            break
+        if math.hypot(truth.x_m - start_m[0], truth.y_m - start_m[1]) >= wanted.goal:
+            outcome.arrived = True
+            break
+        if chair.now_ms > asked_ms + 300 and fastest(truth) == 0.0:
+            outcome.stopped = True
+            break
+    outcome.took_s = (chair.now_ms - begun_ms) / 1000.0
+    return outcome
+
+
+def _forward(kind: str, seed: int) -> Task:
+    """The task of that kind and seed, or of the next seed whose motion is forward."""
+    while True:
+        found = task(kind, seed)
+        if found.verb == codes.FORWARD:
+            return found
+        seed += 1_000_000
