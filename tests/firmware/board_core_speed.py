@@ -130,3 +130,13 @@ def test_another_chair_is_believed_at_once_upwards_only():
     run(bound, slow, 1000, 10)
     assert bound.update(Chair(full=900), 1000) == 901
     assert bound.update(slow, 1000) == 901
+
+
+def test_a_peak_that_comes_again_forgets_what_was_below_it():
+    chair = Chair(dead_ms=80)
+    plain = SpeedBound(PERIOD_MS)
+    dented = SpeedBound(PERIOD_MS)
+    for permille in (1000, 900, 1000):
+        dented.update(chair, permille)
+        plain.update(chair, 1000)
+    assert run(dented, chair, 0, 100) == run(plain, chair, 0, 100)

@@ -19,10 +19,12 @@ REGS = at.SLOT_REGS
 NEUTRAL = 170
 
 
-# Values of a CLEARANCE frame: what is blocked, and nothing else within range.
-def clearance(blocked, source, age_ms):
-    far = messages.CLEAR_FAR
-    return (blocked, 0, source, far, far, far, far, age_ms)
+FAR = messages.CLEAR_FAR
+
+
+# Values of a CLEARANCE frame: what is blocked, and nothing else within range unless said.
+def clearance(blocked, source, age_ms, distances=(FAR, FAR, FAR, FAR), unseen=0):
+    return (blocked, unseen, source) + tuple(distances) + (age_ms,)
 
 
 class Clock:
@@ -105,6 +107,9 @@ class Rig:
         self.service_alive = True
         self.lidar_alive = True
         self.blocked = 0
+        self.unseen = 0
+        self.distances = [FAR] * 4  # per direction: mm, mm, 1/16 degree, 1/16 degree
+        self.bypass = 0  # number of the press that is held, 0: none
         self.source = codes.REAL
         self.command = (codes.STOP, codes.STEP, 0, codes.DRIVER, 0, 0)
         self.hold = False  # the command's time-to-live is refreshed with each frame
@@ -195,10 +200,16 @@ class Rig:
         ttl = 300 if self.hold else 0
         self.send(messages.COMMAND, (verb, mode, edge, owner, ttl, linear, turn, 1000, 0))
         if self.lidar_alive:
-            self.send(messages.CLEARANCE, clearance(self.blocked, self.source, 5))
+            self.see()
+        if self.bypass:
+            self.send(messages.BYPASS, (self.bypass, 300))
         if self._order_left:
             self._order_left -= 1
             self.send(messages.ORDER, self.order)
+
+    def see(self):
+        values = clearance(self.blocked, self.source, 5, self.distances, self.unseen)
+        self.send(messages.CLEARANCE, values)
 
     def say_hello(self, session=SESSION):
         values = (0, 0, frame.schema_hash(), session, 0, 0, 1, 0, b"rig")
