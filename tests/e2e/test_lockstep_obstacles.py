@@ -81,6 +81,43 @@ def test_p5_a_covered_lidar_blocks(driving: Lockstep) -> None:
     driving.needs_a_new_press()
 
 
+@pytest.mark.parametrize(
+    ("arc_deg", "verb"),
+    [((-30.0, 20.0), "forward"), ((-120.0, 0.0), "forward"), ((85.0, 121.0), "left")],
+)
+def test_p5_a_half_covered_lidar_blocks_what_it_no_longer_sees(
+    arc_deg: tuple[float, float], verb: str
+) -> None:
+    chair = Lockstep()
+    chair.drive(verb)
+    chair.world.lidar.beams.covered_deg = arc_deg
+    chair.until(chair.neutral, 300)
+    assert chair.override() == f"obstacle_{verb}"
+    chair.run(60)
+    assert chair.page.shown["view"][verb] == "blind"
+    chair.stays_still(300)
+    chair.world.lidar.beams.covered_deg = None
+    chair.needs_a_new_press(verb)
+    chair.run(60)
+    assert chair.page.shown["view"][verb] != "blind"
+
+
+def test_p5_what_a_covered_side_does_not_look_at_stays_free(driving: Lockstep) -> None:
+    driving.world.lidar.beams.covered_deg = (85.0, 121.0)
+    for _ in range(600):
+        driving.one_ms()
+        assert not driving.neutral(), driving.why()
+    assert driving.page.shown["view"]["left"] == "blind"
+
+
+def test_p5_what_is_never_seen_is_unseen_and_only_crept_into(chair: Lockstep) -> None:
+    chair.drive("left", ms=1500)
+    assert chair.page.shown["view"]["left"] == "unseen"
+    assert chair.page.shown["decisions"]["left"] == "slow"
+    assert 0 < chair.world.chair.yaw_rate_deg_s < 15.0
+    assert chair.page.shown["view"]["forward"] == "seen"
+
+
 LIDAR_FAULTS = ("lidar_stall", "lidar_mirror_blocked", "lidar_protection_stop")
 
 
