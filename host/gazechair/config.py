@@ -9,8 +9,8 @@ from dataclasses import Field, dataclass, field, fields
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from gazechair import settings
-from gazechair.clearance.footprint import DEFAULT_CORNERS, why_not
+from gazechair import config_rules, settings
+from gazechair.clearance.footprint import DEFAULT_CORNERS
 from gazechair.settings import Kind, Refused, choice, flag, integer, number, text, word
 
 if sys.version_info >= (3, 11):
@@ -224,7 +224,8 @@ def parse(content: str, name: str = "configuration") -> Config:
         read = [_section(content, name, section, at, table) for at, table in enumerate(tables)]
         sections[section] = tuple(read) if section in SEVERAL else read[0]
     config = Config(**sections)
-    _check_whole(config, content, name)
+    for rule in config_rules.broken(config):
+        _refuse(content, name, rule.section, rule.key, rule.reason, rule.at)
     return config
 
 
@@ -240,39 +241,6 @@ def _section(content: str, name: str, section: str, at: int, values: dict[str, A
         except Refused as refusal:
             _refuse(content, name, section, key, str(refusal), at)
     return SECTIONS[section](**checked)
-
-
-def _check_whole(config: Config, content: str, name: str) -> None:
-    # What no single setting can tell.
-    if config.camera.kind == "http" and not re.match(r"https?://[^/\s]+", config.camera.url):
-        reason = 'must be the address of the stream when kind is "http", as http://host:port/path'
-        _refuse(content, name, "camera", "url" if config.camera.url else "kind", reason)
-    _check_lidars(config.lidar, content, name)
-    reason = why_not(config.footprint.corners_m)
-    if reason:
-        _refuse(content, name, "footprint", "corners_m", f"must {reason}")
-    if not re.fullmatch(r"[A-Za-z0-9.:-]{0,253}", config.web.name):
-        _refuse(content, name, "web", "name", "must be a host name or an address")
-    if config.web.insecure_http and config.web.tls:
-        reason = "contradicts tls = true; leave one of them out"
-        _refuse(content, name, "web", "insecure_http", reason)
-
-
-def _check_lidars(lidars: tuple[LidarConfig, ...], content: str, name: str) -> None:
-    fitted = [lidar for lidar in lidars if lidar.kind == "s2"]
-    for at, lidar in enumerate(lidars):
-        if lidar.kind == "replay" and not lidar.file:
-            reason = 'must be the file to play when kind is "replay"'
-            _refuse(content, name, "lidar", "kind", reason, at)
-        if lidar.name in [other.name for other in lidars[:at]]:
-            reason = f"{lidar.name!r} is the name of another lidar; give each its own"
-            _refuse(content, name, "lidar", "name", reason, at)
-        if lidar.kind == "s2" and lidar.port == "auto" and len(fitted) > 1:
-            reason = '"auto" finds one lidar only; with several give each "usb:SERIAL" or a path'
-            _refuse(content, name, "lidar", "port", reason, at)
-        if lidar.kind == "s2" and [other.port for other in fitted].count(lidar.port) > 1:
-            reason = f"{lidar.port!r} is the port of another lidar"
-            _refuse(content, name, "lidar", "port", reason, at)
 
 
 def uses_tls(web: WebConfig) -> bool:
