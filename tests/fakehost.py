@@ -2,6 +2,7 @@
 
 import io
 import json
+import socket
 import struct
 import tempfile
 import threading
@@ -16,6 +17,7 @@ from flask_sock import Sock
 from PIL import Image, ImageDraw
 from simple_websocket import ConnectionClosed, Server
 from werkzeug.serving import make_server
+from wsproto.events import CloseConnection
 
 import gazesetup
 from gazechair.profiles import ProfileRefused, Profiles, fields
@@ -108,6 +110,7 @@ class FakeHost:
         self.replies: dict[str, tuple[int, dict[str, Any]]] = {}  # "GET /me": status, body
         self.posted: list[tuple[str, dict[str, Any]]] = []
         self._marks = 0
+        self._close_code = 0
         self._folder = tempfile.TemporaryDirectory(prefix="gazechair-")
         table = fields(["en", "nl", "xx"], {"mode": "continuous"})
         self.profiles = Profiles(Path(self._folder.name), table)
@@ -194,8 +197,12 @@ class FakeHost:
                 ws.send(json.dumps(self.welcome))
             self._sockets[kind].append(ws)
         try:
-            while True:
-                hear(ws.receive())
+            while not (kind == "control" and self._close_code):
+                message = ws.receive(0.1)
+                if message is not None:
+                    hear(message)
+            ws.sock.send(ws.ws.send(CloseConnection(self._close_code)))
+            ws.sock.shutdown(socket.SHUT_RDWR)  # its reader holds it open otherwise
         finally:
             with self._lock:
                 self._sockets[kind].remove(ws)
@@ -218,8 +225,9 @@ class FakeHost:
 
     def close(self, code: int) -> None:
         """Closes the control sockets with this code."""
-        for ws in [*self._sockets["control"]]:
-            ws.close(code)
+        self._close_code = code
+        wait_until(lambda: not self.connected("control"), "the sockets to close")
+        self._close_code = 0
 
     def cut(self) -> None:
         """Closes every socket and takes no new one, as a host that died."""

@@ -94,4 +94,4 @@ def test_a_device_is_revoked_by_a_second_press(caretaker, host):
 
 def test_a_revoked_phone_goes_to_the_pairing_page(caretaker, page, host):
     host.close(4001)
-    wait_until(lambda: page.url.endswith("/pair"), "the pairing page")
+    page.wait_for_url("**/pair")

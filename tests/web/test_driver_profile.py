@@ -1,0 +1,269 @@
+"""The driver's own settings: the menu, practice, the eye test, help, and driving that goes off."""
+
+import pytest
+
+from fakehost import picture, wait_until
+
+pytestmark = pytest.mark.browser
+
+OFF = {"state": "disarmed", "you": False, "owner": "nobody"}
+
+
+def choose(driver, target):
+    """A click on a target, and the pointer away again."""
+    driver.page.locator(f"#{target}").click()
+    driver.look((0.5, 0.66))
+
+
+@pytest.fixture
+def menu(driver):
+    """The menu is open."""
+    driver.state(**OFF)
+    x, y = driver.spot("menu")
+    driver.advance(1100, look=(x / 1920, y / 1080))
+    driver.look((0.5, 0.66))
+    assert driver.data("view") == "menu"
+    return driver
+
+
+def background(driver, host):
+    host.show(picture(), 1)
+    wait_until(lambda: host.acknowledged, "the picture")
+    driver.advance(25)
+
+
+def test_the_menu_is_there_only_while_driving_is_off(driver):
+    assert not driver.page.locator("#menu").is_visible()
+    assert driver.page.locator("#mode").is_visible()
+    driver.state(**OFF)
+    assert driver.page.locator("#menu").is_visible()
+    assert not driver.page.locator("#mode").is_visible()
+
+
+def test_the_menu_keeps_stop_and_has_seven_targets_at_most(menu, artefact):
+    targets = [t for t in menu.page.locator(".target").all() if t.is_visible()]
+    assert len(targets) == 7
+    menu.forget()
+    menu.look("stop")
+    assert menu.heard("stop")
+    artefact("driver-menu")
+    choose(menu, "back")
+    assert menu.data("view") == "drive"
+
+
+def test_nothing_drives_from_the_menu(menu):
+    menu.state(state="armed", you=True, owner="driver")
+    menu.forget()
+    for place in ("tile-1", "tile-2", "tile-4", (0.5, 0.2), (0.1, 0.45), (0.9, 0.45)):
+        menu.advance(500, look=place)
+    for key in ("ArrowUp", "ArrowLeft", "ArrowRight", "ArrowDown"):
+        menu.page.keyboard.press(key)
+    assert menu.heard("cmd") == []
+
+
+def test_times_are_changed_by_steps_saved_on_the_host_and_used_at_once(menu, host, artefact):
+    choose(menu, "tile-3")
+    artefact("driver-menu-times")
+    assert "0,60 s" in menu.text("#tile-2")
+    choose(menu, "tile-2")
+    wait_until(lambda: "0,70 s" in menu.text("#tile-2"), "the new time")
+    assert host.posted == [("/profiles", {"save": {"id": "1", "dwell_ms": 700}})]
+    choose(menu, "back")
+    choose(menu, "back")
+    menu.state(state="armed", you=True, owner="driver")
+    menu.forget()
+    menu.advance(350, look=(0.5, 0.66))
+    menu.advance(675, look="forward")
+    assert menu.heard("cmd") == []
+    menu.advance(75, look="forward")
+    assert menu.heard("cmd")
+
+
+def test_a_time_stops_at_its_limit(menu, host):
+    host.profiles.change({"save": {"id": "1", "dwell_ms": 2000}}, True)
+    menu.state()
+    choose(menu, "tile-3")
+    wait_until(lambda: "2,00 s" in menu.text("#tile-2"), "the profile")
+    choose(menu, "tile-2")
+    wait_until(lambda: host.posted, "the wish")
+    assert host.posted[-1][1]["save"]["dwell_ms"] == 2000
+
+
+@pytest.mark.parametrize("look", ["high", "night"])
+def test_contrast_and_mirroring_are_seen_at_once(menu, host, look, artefact):
+    choose(menu, "tile-4")
+    artefact("driver-menu-looks")
+    for _ in range(1 if look == "high" else 2):
+        before = menu.data("contrast")
+        choose(menu, "tile-1")
+        wait_until(lambda before=before: menu.data("contrast") != before, "the look")
+    choose(menu, "tile-3")
+    wait_until(lambda: menu.data("mirrored") == "true", "mirrored")
+    choose(menu, "back")
+    choose(menu, "back")
+    background(menu, host)
+    menu.state(
+        state="armed",
+        you=True,
+        owner="driver",
+        motion="turn",
+        wipers=[170, 230],
+        decisions={"forward": "slow", "left": "free", "right": "blocked", "backward": "unknown"},
+        clearance={"forward": 1.24, "left": 95.0, "right": 0.0, "backward": None},
+    )
+    menu.advance(25)
+    assert menu.data("contrast") == look
+    assert menu.spot("stop")[0] > 960 > menu.spot("help")[0]
+    assert menu.spot("left")[0] < 960 < menu.spot("right")[0]
+    artefact(f"driver-{look}")
+
+
+def test_another_person_brings_their_own_settings(menu, host):
+    host.profiles.change({"create": "Jan"}, True)
+    menu.state()
+    wait_until(lambda: len(host.profiles.as_json()["profiles"]) == 2, "Jan")
+    host.profiles.change({"save": {"id": "2", "mode": "step"}}, True)
+    menu.state()
+    menu.advance(100)
+    choose(menu, "tile-5")
+    wait_until(lambda: "Jan" in menu.text("#tile-5"), "the name")
+    assert menu.data("mode") == "step"
+    assert host.profiles.chosen()["name"] == "Jan"
+
+
+def test_what_a_caretaker_tunes_arrives_without_a_reload(driver, host):
+    host.profiles.change({"save": {"id": "1", "contrast": "night"}}, True)
+    driver.state()
+    wait_until(lambda: driver.data("contrast") == "night", "the look")
+
+
+def test_a_third_language_is_one_file(page, driver, host):
+    words = page.evaluate("fetch('/strings/en.json').then(answer => answer.json())")
+    words["labels"]["forward"] = "Forwarts"
+    page.route("**/strings/xx.json", lambda route: route.fulfill(json=words))
+    host.profiles.change({"save": {"id": "1", "language": "xx"}}, True)
+    with page.expect_navigation():
+        driver.state()
+        page.clock.run_for(25)
+    driver.connect()
+    assert driver.text("#forward") == "Forwarts"
+    assert page.evaluate("document.documentElement.lang") == "xx"
+
+
+def test_practice_moves_nothing_and_counts(menu, host, artefact):
+    choose(menu, "tile-1")
+    assert menu.data("practice") == "true"
+    background(menu, host)
+    artefact("driver-practice")
+    menu.forget()
+    menu.advance(1100, look="arm")
+    assert menu.data("state") == "armed"
+    menu.hover("forward")
+    menu.hover("left")
+    menu.hover("forward")
+    menu.page.keyboard.press("ArrowRight")
+    assert menu.heard("arm", "take", "cmd", "drive", "bypass") == []
+    assert menu.text("#score") == "Vooruit 2 · Links 1 · Rechts 1"
+    menu.state(override="obstacle_left")
+    artefact("driver-practising")
+    menu.page.keyboard.press("Enter")
+    choose(menu, "menu")
+    choose(menu, "tile-1")
+    assert menu.data("practice") == "false"
+    menu.page.keyboard.press("Enter")
+    assert len(menu.heard("arm")) == 1
+
+
+def test_the_eye_test_measures_and_proposes(menu, host, artefact):
+    choose(menu, "tile-2")
+    assert menu.data("view") == "eyes"
+    menu.advance(500, look=(0.5, 0.5))
+    artefact("driver-eyes")
+    places = [(0.5, 0.5), (0.12, 0.45), (0.5, 0.2), (0.88, 0.45), (0.5, 0.75)]
+    menu.advance(3475, look=places[0])
+    for place in places[1:]:
+        menu.advance(2000, look=place)
+        menu.advance(300)  # the tracker loses the eyes
+        menu.advance(1700, look=place)
+    menu.advance(50)
+    assert menu.data("view") == "menu"
+    assert "4 (" in menu.text("#tile-2")
+    artefact("driver-eyes-result")
+    choose(menu, "tile-3")
+    wait_until(lambda: host.posted, "the profile")
+    saved = host.profiles.chosen()
+    assert (saved["dwell_ms"], saved["leave_grace_ms"]) == (550, 400)
+
+
+def test_the_eye_test_without_eyes_says_so(menu):
+    choose(menu, "tile-2")
+    menu.advance(20_100)
+    assert "Geen blik gezien" in menu.text("#tile-1")
+
+
+def test_help_is_asked_by_looking_and_taken_back(driver, artefact):
+    driver.advance(1100, look="help")
+    assert driver.heard("call") == [{"k": "call", "on": True}]
+    driver.state(call=True)
+    assert driver.text("#help-label") == "Hulp gevraagd"
+    assert driver.page.locator("#help").get_attribute("aria-pressed") == "true"
+    driver.advance(25)
+    artefact("driver-help")
+    choose(driver, "help")
+    assert driver.heard("call")[-1] == {"k": "call", "on": False}
+
+
+def test_driving_unused_counts_down_and_goes_off(driver):
+    driver.hover("forward")
+    driver.advance(300, look=(0.5, 0.66))
+    driver.forget()
+    driver.advance(12_000, look=(0.5, 0.66))
+    assert "Gaat uit over 3 s" in driver.text("#arm-state")
+    assert driver.heard("disarm") == []
+    driver.advance(3100, look=(0.5, 0.66))
+    assert driver.heard("disarm") == [{"k": "disarm"}]
+
+
+def test_driving_that_is_used_stays_on(driver):
+    driver.page.keyboard.down("ArrowUp")
+    driver.advance(20_000)
+    assert driver.heard("disarm") == []
+
+
+def test_two_clicks_of_a_pointer_that_never_moves_mean_steps(driver):
+    x, y = driver.spot("forward")
+    for click in range(2):
+        driver.advance(2000)
+        driver.page.mouse.click(x + click, y)
+    assert driver.data("mode") == "step"
+    assert "Stap per klik" in driver.text("#banner")
+    driver.forget()
+    driver.advance(2000)
+    driver.page.mouse.click(x, y)
+    assert {m["mode"] for m in driver.heard("cmd")} == {"step"}
+
+
+def test_a_mouse_that_moves_stays_continuous(driver):
+    for _ in range(3):
+        driver.advance(300, look=(0.5, 0.66))
+        driver.advance(200, look="forward")
+        driver.page.mouse.down()
+        driver.page.mouse.up()
+    assert driver.data("mode") == "continuous"
+
+
+def test_targets_are_reached_and_pressed_by_tab_and_enter(driver):
+    driver.page.keyboard.press("Tab")
+    assert driver.page.evaluate("document.activeElement.id") == "arm"
+    driver.page.keyboard.press("Enter")
+    assert len(driver.heard("disarm")) == 1
+    driver.page.keyboard.press("Tab")
+    driver.page.keyboard.press("Enter")
+    assert driver.data("mode") == "step"
+    driver.page.keyboard.press("Enter")
+    driver.page.keyboard.press("Tab")
+    driver.page.keyboard.down("Enter")
+    driver.advance(100)
+    assert {m["verb"] for m in driver.heard("cmd")} == {"forward"}
+    driver.page.keyboard.up("Enter")
+    assert driver.heard("cmd", "stop")[-1] == {"k": "stop"}
