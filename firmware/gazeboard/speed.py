@@ -27,9 +27,9 @@ class SpeedBound:
     @micropython.native
     def update(self, stopping, permille):
         bound = self._bound
-        if permille == 0 and bound == 0 and self._peak == 0:
+        if permille == 0 and bound == 0:
             return 0
-        asked = permille * stopping.full * _SCALE // 1000 + 1 if permille else 0
+        asked = (permille * stopping.full * _SCALE + 999) // 1000
         if asked >= self._peak:
             self._peak = asked
             self._since = 0

@@ -12,7 +12,9 @@ from gazeprove.inputs import Choices
 LIMIT_S = 600
 
 
-@pytest.mark.parametrize("part", ["enumeration", "everything at once", "coverage", "mutation"])
+@pytest.mark.parametrize(
+    "part", ["enumeration", "everything at once", "decisions", "coverage", "mutation"]
+)
 def test_the_quick_proof_holds(part: str) -> None:
     """Nothing falls short in this part."""
     done = subprocess.run(

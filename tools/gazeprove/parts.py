@@ -6,14 +6,14 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from gazeprove import cover, equivalent, kill, mutate
+from gazeprove import cover, decisions, equivalent, kill, mutate
 from gazeprove.explore import explore
 from gazeprove.inputs import CAUSES, Scope
 from gazeprove.invariants import INVARIANTS
 from gazeprove.scopes import scopes
 from gazeprove.walk import Walk
 
-MODULES = ("safety", "motion")
+MODULES = ("safety", "motion", "obstacles", "speed", "stopping", "bypass")
 _NOTE_EVERY_S = 5.0
 _QUICK_EVERY = 25  # the quick form tries one mutant in so many
 
@@ -64,6 +64,18 @@ def everything_at_once(quick: bool, note: Note) -> Part:
     return figures, short
 
 
+def decisions_of_obstacles(quick: bool, note: Note) -> Part:
+    """Every decision of the obstacle rule, from every level, at every distance that matters."""
+    figures = {"settings": 0, "decisions": 0}
+    short: list[str] = []
+    for settings in decisions.settings_tried(quick):
+        found = decisions.explore(settings, quick, note)
+        figures["settings"] += 1
+        figures["decisions"] += found.decisions
+        short += found.broken
+    return figures, short
+
+
 def coverage(quick: bool, note: Note) -> Part:
     """Lines and branches of the core that its own tests run."""
     figures: dict[str, Any] = {}
@@ -110,6 +122,7 @@ def mutation(quick: bool, note: Note) -> Part:
 PARTS: dict[str, Callable[[bool, Note], Part]] = {
     "enumeration": enumeration,
     "everything at once": everything_at_once,
+    "decisions": decisions_of_obstacles,
     "coverage": coverage,
     "mutation": mutation,
 }
