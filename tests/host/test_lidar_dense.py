@@ -157,11 +157,15 @@ def test_a_good_checksum_over_torn_distances_is_not_believed() -> None:
     assert nodes.distances_m.max() < 6.0
 
 
-def test_a_thin_thing_seen_in_every_turn_is_believed() -> None:
-    turns, distances_mm = room_mm(6 * A_TURN)
-    distances_mm[np.isclose(turns, 500 / PER_TURN)] = 1500.0
-    nodes, _ = decode(capsules(turns, distances_mm, after_reset=True).tobytes(), 336)
-    assert np.count_nonzero(np.isclose(nodes.distances_m, 1.5)) >= 4
+@pytest.mark.parametrize("per_turn", [PER_TURN, PER_TURN + 13])
+def test_a_thin_thing_seen_in_every_turn_is_believed(per_turn: int) -> None:
+    """Also when the capsules begin elsewhere in each turn."""
+    points = np.arange(20 * A_TURN * POINTS)
+    turns = points % per_turn / per_turn
+    distances_mm = np.where(points % per_turn == 500, 1500.0, 3000.0 + points % 7)
+    nodes, decoder = decode(capsules(turns, distances_mm, after_reset=True).tobytes(), 336)
+    assert np.count_nonzero(np.isclose(nodes.distances_m, 1.5)) >= 18
+    assert decoder.spiky == 1
 
 
 def test_where_speckle_is_common_it_costs_few_capsules() -> None:

@@ -34,6 +34,7 @@ _HIGH_M = 1.0
 _SPIKE_NOISE = 5.0  # times the capsule's own median step
 # A capsule in 50 may be given up for its spikes: where speckle is common, spikes tell nothing.
 _SPIKE_BUDGET = 4.0
+_SPIKE_MEMORY = 250  # capsules: some three turns
 _SPIKE_EARN = 1.0 / 50.0
 _MAX_PENDING = 1 << 16
 
@@ -63,7 +64,8 @@ class CapsuleDecoder:
         self._held: tuple[Rows, IntArray, bool] | None = None  # waits for the next start angle
         self._misfits = 0
         self._spikes_left = _SPIKE_BUDGET
-        self._spiky = np.zeros(360, dtype=np.bool_)  # by start angle: looked hit a turn ago
+        self._believed = 0  # capsules so far
+        self._spike_at = np.full(360, -_SPIKE_MEMORY - 1, dtype=np.int64)  # by degree: the newest
         self._last_m = 0.0
         self._last_deg: float | None = None  # of the newest node, as the lidar counts
 
@@ -180,22 +182,25 @@ class CapsuleDecoder:
         height = np.where(rise * fall > 0.0, np.minimum(np.abs(rise), np.abs(fall)), 0.0)
         height[(line[:-2] == 0.0) | (line[1:-1] == 0.0) | (line[2:] == 0.0)] = 0.0
         height = height.reshape(-1, POINTS)
-        place = starts_deg[:-1].astype(np.int64)
-        self._spikes_left = min(self._spikes_left + len(place) * _SPIKE_EARN, _SPIKE_BUDGET)
+        self._believed += len(height)
+        self._spikes_left = min(self._spikes_left + len(height) * _SPIKE_EARN, _SPIKE_BUDGET)
         if height.max() <= _SPIKE_M:
-            self._spiky[place] = False
-            return np.zeros(len(place), dtype=np.bool_)
+            return np.zeros(len(height), dtype=np.bool_)
         middle = POINTS // 2
         noise_m = np.partition(np.abs(rise).reshape(-1, POINTS), middle, axis=1)[:, middle]
         spikes = height > np.maximum(_SPIKE_M, _SPIKE_NOISE * noise_m)[:, None]
         counts = np.count_nonzero(spikes, axis=1)
         hit: NDArray[np.bool_] = (counts >= 2) | ((counts == 1) & (height.max(axis=1) > _HIGH_M))
-        fresh = hit & ~self._spiky[place]
-        self._spiky[place] = hit
-        if np.count_nonzero(fresh) > self._spikes_left:
-            fresh[:] = False
-        self._spikes_left -= np.count_nonzero(fresh)
-        return fresh
+        angles_deg = starts_deg[:-1, None] + self.step_deg * (np.arange(POINTS) / POINTS)
+        degrees = angles_deg.astype(np.int64) % 360
+        highest = degrees[np.arange(len(hit)), height.argmax(axis=1)]
+        known = self._believed - self._spike_at[(highest[:, None] + (-1, 0, 1)) % 360]
+        self._spike_at[degrees[spikes & hit[:, None]]] = self._believed
+        hit &= known.min(axis=1) > _SPIKE_MEMORY
+        if np.count_nonzero(hit) > self._spikes_left:
+            hit[:] = False
+        self._spikes_left -= np.count_nonzero(hit)
+        return hit
 
 
 def _middle(values: FloatArray) -> float:
