@@ -15,9 +15,8 @@ from gazechair.config import Config
 from gazechair.control import Control
 from gazechair.health import OK, HealthRegistry
 from gazechair.lidar.blind import Blindness
-from gazechair.lidar.nodes import NodeDecoder
 from gazechair.lidar.scan import Pose, to_chair
-from gazechair.lidar.sweep import Sweep
+from gazechair.lidar.stream import ByteStream
 from gazechair.link_protocol import FaultText, LinkProtocol, SessionBegun, SessionEnded
 from gazechair.outgoing import Bypass, Clearance, Command
 from gazechair.web.page_client import decode
@@ -136,8 +135,7 @@ class Host:
                 parts.part(name).set(OK)
             self.control = Control(Config(), self.link, parts, clock=clock)
         self._clock = clock
-        self._decoder = NodeDecoder()
-        self._sweep = Sweep()
+        self._stream = ByteStream("standard", codes.SIMULATED)
         self._blindness = Blindness()
         self._evaluate = Evaluator(footprint_of(Config().footprint), [(_POSE.x_m, _POSE.y_m)])
         self._scan_bytes = bytearray()
@@ -176,8 +174,10 @@ class Host:
     def _judge_scan(self) -> None:
         data = bytes(self._scan_bytes)
         self._scan_bytes.clear()
-        scan = self._sweep.add(self._decoder.feed(data), self._clock())
-        if scan is None or self._sweep.turns < 2:
+        if not data or not self._stream.feed(data, self._clock()):
+            return
+        scan = self._stream.scan()
+        if scan is None:
             return
         found = self._evaluate((to_chair(scan, _POSE, _MASK, self._blindness),))
         self.control.clearance(

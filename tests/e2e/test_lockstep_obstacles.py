@@ -150,6 +150,21 @@ def test_p6_lidar_silent(fault: str, verb: str) -> None:
     chair.needs_a_new_press(verb)
 
 
+@pytest.mark.parametrize("verb", ["forward", "left"])
+def test_p6_a_lidar_that_repeats_itself(verb: str) -> None:
+    chair = Lockstep()
+    chair.drive(verb)
+    begun_ms = chair.now_ms
+    chair.world.faults.inject("lidar_frozen")
+    chair.until(chair.neutral, 400)
+    took_ms = chair.now_ms - begun_ms
+    measured(END_TO_END, "P6", "lidar: repeats itself, from the first repetition", took_ms, 300)
+    assert chair.override() == "obstacle_data_old"
+    chair.stays_still(1000)
+    chair.world.faults.clear("lidar_frozen")
+    chair.needs_a_new_press(verb)
+
+
 def test_p6_lidar_child_dead_while_its_host_lives(driving: Lockstep) -> None:
     assert driving.host is not None
     driving.host.lidar_child = False  # the last word is repeated every 50 ms, its age grows
