@@ -47,6 +47,47 @@ def _parameters(forward: float, backward: float, left: float, right: float) -> P
 PROFILES = {name: _parameters(*speeds) for name, speeds in SPEEDS_KM_H.items()}
 
 
+# What the first prototype's published turns say about the chair, found by python -m gazetwin --fit
+# (see docs/turning.md): two chairs for both of which every published clue holds.
+_LEAST_STICKY = {
+    "dead_time_s": 0.2016,
+    "deadband": 0.1149,
+    "lag_s": 0.4476,
+    "accelerate": 42.67,
+    "brake": 51.04,
+    "friction": 1.265,
+    "stiction": 4.08,
+}
+_IDENTIFIED = {
+    "dead_time_s": 0.125,
+    "deadband": 0.056,
+    "lag_s": 0.35,
+    "accelerate": 36.0,
+    "brake": 150.0,
+    "friction": 0.4,
+    "stiction": 9.7,
+}
+
+
+def identified(profile: str) -> Parameters:
+    """That profile of the chair that turns as published, undisturbed.
+
+    Of all chairs found its match survives small changes of its numbers best. KeyError without such
+    a profile.
+    """
+    return _turning(profile, _IDENTIFIED)
+
+
+def least_sticky(profile: str) -> Parameters:
+    """Likewise, the chair found with the least stiction; its match hangs on the last digit."""
+    return _turning(profile, _LEAST_STICKY)
+
+
+def _turning(profile: str, numbers: dict[str, float]) -> Parameters:
+    chair = undisturbed(profile)
+    return replace(chair, turn=replace(chair.turn, **numbers))
+
+
 def undisturbed(profile: str) -> Parameters:
     """That profile on an even floor, with every disturbance zero. KeyError without such a one."""
     return replace(PROFILES[profile], disturbances=Disturbances())

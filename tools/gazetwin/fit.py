@@ -84,16 +84,17 @@ def _stepped(source: random.Random, share: float) -> float:
     return max(0.0, min(1.0, share + source.gauss(0.0, _NEAR) * (source.random() < 0.6)))
 
 
-def robustness(candidate: Candidate, reading: Reading, trials: int, seed: int = 1) -> float:
-    """Mean cost of neighbours within 2 % of the bounds: a chair that matches by luck has a high."""
-    source = random.Random(seed)
-    total = 0.0
-    for _ in range(trials):
-        near = tuple(
-            max(0.0, min(1.0, share + source.uniform(-0.02, 0.02))) for share in candidate.shares
-        )
-        total += match(axis(near), reading).cost
-    return total / trials
+def slices(turn: Axis, reading: Reading, points: int = 25) -> dict[str, list[tuple[float, float]]]:
+    """Around the chair `turn`, one number changed at a time within BOUNDS: (value, cost) each."""
+    found = {}
+    for name, (low, high) in BOUNDS.items():
+        values = [low + (high - low) * k / (points - 1) for k in range(points)]
+        near = [getattr(turn, name) * (1.0 + 0.01 * k) for k in range(-10, 11)]
+        values = sorted(value for value in {*values, *near} if low <= value <= high)
+        found[name] = [
+            (value, match(replace(turn, **{name: value}), reading).cost) for value in values
+        ]
+    return found
 
 
 def ranges(candidates: list[Candidate]) -> dict[str, tuple[float, float]]:

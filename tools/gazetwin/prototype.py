@@ -45,6 +45,8 @@ READINGS = (
     Reading("Ki per sample, Kd per second, 100 Hz", 100, SAMPLE, SECOND),
 )
 """Per millisecond is the same as per sample at 1000 Hz."""
+FITTED = READINGS[1]
+"""The reading under which the twin was identified: all clues hold, within the priors."""
 
 
 @dataclass(frozen=True)
