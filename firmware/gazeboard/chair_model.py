@@ -10,7 +10,7 @@ import array
 from gazelink.const import const
 from gazelink.native import micropython, ptr32
 
-# Indices of the state.
+# Indices of the state; stop_plan.py knows some of them.
 _ASKED = const(0)  # the speed asked for, q16
 _RAMP = const(1)  # q16
 _RATE = const(2)  # q10
@@ -53,13 +53,13 @@ class ChairModel:
                 (2 << 16) // (2 * self.lag_ms + 1),  # 1 - exp(-1 / lag) within 0.03 %
             ],
         )
-        self._state = array.array("i", [0] * 8)
+        self.state = array.array("i", [0] * 8)
         self._past = array.array("i", [0] * (2 * _PAST_MS))
 
     # One ms of `permille`, left positive, -1000..1000.
     @micropython.viper
     def step(self, permille: int):
-        s = ptr32(self._state)
+        s = ptr32(self.state)
         n = ptr32(self._numbers)
         if permille != s[_OUT]:
             s[_OUT] = permille
@@ -114,33 +114,15 @@ class ChairModel:
     # Angle (q16) and rate (q10) that the newest heading sample shows.
     @micropython.native
     def seen_angle(self):
-        return self._past[(self._state[_HEAD] - 2 * self.dead_ms) & (2 * _PAST_MS - 1)]
+        return self._past[(self.state[_HEAD] - 2 * self.dead_ms) & (2 * _PAST_MS - 1)]
 
     @micropython.native
     def seen_rate(self):
-        return self._past[((self._state[_HEAD] - 2 * self.dead_ms) & (2 * _PAST_MS - 1)) + 1]
-
-    @micropython.native
-    def angle(self):
-        return self._state[_ANGLE]
-
-    @micropython.native
-    def ramp_q6(self):
-        return self._state[_RAMP] >> 10
-
-    @micropython.native
-    def rate_q6(self):
-        return self._state[_RATE] >> 4
-
-    # Anything put out is still on its way into motion, or the chair turns faster than 0.5 degree/s.
-    @micropython.native
-    def moves(self):
-        s = self._state
-        return s[_RAMP] != 0 or s[_ASKED] != 0 or not -512 < self.seen_rate() < 512
+        return self._past[((self.state[_HEAD] - 2 * self.dead_ms) & (2 * _PAST_MS - 1)) + 1]
 
     # It turns as fast as is asked for, within an eighth: ramp and lag are over.
     @micropython.native
     def steady(self):
-        asked_q10 = self._state[_ASKED] >> 6
-        off_q10 = abs(asked_q10 - self._state[_RATE])
+        asked_q10 = self.state[_ASKED] >> 6
+        off_q10 = abs(asked_q10 - self.state[_RATE])
         return asked_q10 != 0 and off_q10 <= abs(asked_q10) >> 3

@@ -15,6 +15,7 @@ _WORD = (
     codes.TURNING,
     codes.DRIVING,
 )
+_NEAR_Q4 = 32  # 2 degrees
 
 
 class Motion:
@@ -26,6 +27,8 @@ class Motion:
         self._edge = 0
         self._elapsed_ms = 0
         self._heading_q4 = 0  # at the beginning of the motion
+        self._setpoint_q4 = 0  # of the newest step turn
+        self._arrived = False  # there, and no other motion since
         self.linear_permille = 0
         self.turn_permille = 0
         self.state = codes.STOPPED
@@ -99,11 +102,22 @@ class Motion:
         if i.mode == codes.STEP:
             angle_q4 = self._settings.step_turn_q4_deg
             if i.verb == codes.LEFT:
-                self._turn.start(i.heading_q4 + angle_q4, i.heading_q4)
+                self._setpoint_q4 = self._from_q4(i.heading_q4) + angle_q4
+                self._turn.start(self._setpoint_q4, i.heading_count)
             elif i.verb == codes.RIGHT:
-                self._turn.start(i.heading_q4 - angle_q4, i.heading_q4)
+                self._setpoint_q4 = self._from_q4(i.heading_q4) - angle_q4
+                self._turn.start(self._setpoint_q4, i.heading_count)
         if i.verb == codes.FORWARD:
             self._turn.keep(i.heading_q4)
+        self._arrived = False
+
+    # Where a step turn counts from: the heading, or the setpoint at which the step before arrived
+    # and the chair still stands, so that what each leaves does not add up.
+    @micropython.native
+    def _from_q4(self, heading_q4):
+        if self._arrived and -_NEAR_Q4 <= wrapped(self._setpoint_q4 - heading_q4) <= _NEAR_Q4:
+            return self._setpoint_q4
+        return heading_q4
 
     @micropython.native
     def _hold(self, verb):
@@ -129,6 +143,7 @@ class Motion:
             return
         self.turn_permille = self._turn.update(i.heading_q4, i.rate_q4, i.heading_count)
         if self._turn.arrived:
+            self._arrived = True
             self._end(codes.NO_REASON)
         elif self._turn.missed or self._elapsed_ms > self._settings.step_turn_limit_ms:
             self._end(codes.TIME_LIMIT)

@@ -1,4 +1,4 @@
-# Is the chair in the speed profile the board believes it in? The turn rate seen is compared with the
+# Is the chair in the speed profile the board believes in? The turn rate seen is compared with the
 # model's, whatever motion turns. Pure: one tick of 1 ms, no allocation, integers only.
 #
 # While the ramps run all profiles are alike; only a steady turn tells them apart. Nobody may take
@@ -20,6 +20,7 @@ class ProfileCheck:
     def __init__(self, model):
         self._model = model
         self._count = -1
+        self._due = False
         self._steady_ms = 0
         self._agrees_ms = 0
         self._contradicts_ms = 0
@@ -28,11 +29,16 @@ class ProfileCheck:
     # After the motion's tick; `i` is an Inputs.
     @micropython.native
     def step(self, i):
-        model = self._model
-        self._steady_ms = min(self._steady_ms + 1, 1000) if model.steady() else 0
-        if i.heading_count == self._count:
+        if i.heading_count != self._count:
+            # The tick of a new sample has enough to do.
+            self._count = i.heading_count
+            self._due = True
             return
-        self._count = i.heading_count
+        if not self._due:
+            return
+        self._due = False
+        model = self._model
+        self._steady_ms = min(self._steady_ms + _SAMPLE_MS, 1000) if model.steady() else 0
         if i.heading_faults:
             return
         rate_q10 = model.seen_rate()

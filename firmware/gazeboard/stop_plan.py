@@ -23,6 +23,14 @@ _DECAY = const(4)  # first word of e^(-r / (b T)), 1/16384
 _COUNTER = const(40)  # first word of counter[z], 1/256 degree
 _CELLS = const(34)
 
+# Indices of a ChairModel's state.
+_RAMP = const(1)
+_RATE = const(2)
+_ANGLE = const(4)
+
+_HALF_TURN = const(11796480)  # q16
+_TURN = const(23592960)
+
 
 class StopPlan:
     # Speeds in 1/16 degree/s, ramps in degrees/s^2. ahead: full speed towards the turn's side,
@@ -40,18 +48,32 @@ class StopPlan:
         words += counter_areas(cell, _CELLS, against_q4 / 16, accelerate, brake, lag_s)
         self._words = array.array("i", words)
 
-    # Still to turn, in 1/256 degree, if stopped from now on: ramp_q6 0 or above and rate_q6 in
-    # 1/64 degree/s, at most 200 degrees/s.
+    # How far the wheels still turn towards the side, 1/256 degree, from the angle `seen_q16` on:
+    # what is on its way, and the rest if the turn is ended now: let go, or by counter-deflection.
+    # state: a ChairModel's; side: 1 left, -1 right.
     @micropython.viper
-    def stop_q8(self, ramp_q6: int, rate_q6: int) -> int:
+    def ahead_q8(self, state, seen_q16: int, side: int, counters: int) -> int:
+        s = ptr32(state)
         w = ptr32(self._words)
+        way = s[_ANGLE] - seen_q16
+        if way >= _HALF_TURN:
+            way -= _TURN
+        elif way + _HALF_TURN < 0:
+            way += _TURN
+        ramp = side * (s[_RAMP] >> 10)
+        rate = side * (s[_RATE] >> 4)
         # 12800^2 / 1024 * 6553 < 2**30.
-        area = ((ramp_q6 * ramp_q6 >> 10) * w[_PER_BRAKE] >> 12) + (rate_q6 * w[_LAG] >> 10)
+        area = (ramp * ramp >> 10) * w[_PER_BRAKE] >> 12
+        if ramp < 0:
+            area = 0 - area
+        area += side * (way >> 8) + (rate * w[_LAG] >> 10)
+        if ramp <= 0 or counters == 0:
+            return area
         shift = w[_SHIFT]
         mask = (1 << shift) - 1
-        at = (ramp_q6 >> shift) + _DECAY
-        decay = w[at] + ((w[at + 1] - w[at]) * (ramp_q6 & mask) >> shift)
-        z = ((rate_q6 - ramp_q6 - w[_BRAKE_LAG]) * decay >> 14) + w[_BRAKE_LAG]
+        at = (ramp >> shift) + _DECAY
+        decay = w[at] + ((w[at + 1] - w[at]) * (ramp & mask) >> shift)
+        z = ((rate - ramp - w[_BRAKE_LAG]) * decay >> 14) + w[_BRAKE_LAG]
         if z <= 0:
             return area
         at = (z >> shift) + _COUNTER
@@ -59,23 +81,23 @@ class StopPlan:
             return area - w[_COUNTER + _CELLS - 1]
         return area - w[at] - ((w[at + 1] - w[at]) * (z & mask) >> shift)
 
-    # Still to turn, in 1/256 degree, if let go from now on: ramp_q6 either way.
+    # Counter-deflection goes on: 2 while the ramp is on the turn's side, 1 while the chair would
+    # not stand yet when the ramp, let go, is back at zero; then 0.
     @micropython.viper
-    def free_q8(self, ramp_q6: int, rate_q6: int) -> int:
+    def counters(self, state, side: int) -> int:
+        s = ptr32(state)
         w = ptr32(self._words)
-        area = (ramp_q6 * ramp_q6 >> 10) * w[_PER_BRAKE] >> 12
-        if ramp_q6 < 0:
-            area = 0 - area
-        return area + (rate_q6 * w[_LAG] >> 10)
-
-    # Rate left, 1/64 degree/s, when the ramp, now ramp_q6 the other way (0 or above), is back at 0.
-    @micropython.viper
-    def end_rate_q6(self, ramp_q6: int, rate_q6: int) -> int:
-        w = ptr32(self._words)
+        ramp = side * (s[_RAMP] >> 10)
+        if ramp > 0:
+            return 2
+        ramp = 0 - ramp
+        rate = side * (s[_RATE] >> 4)
         shift = w[_SHIFT]
-        at = (ramp_q6 >> shift) + _DECAY
-        decay = w[at] + ((w[at + 1] - w[at]) * (ramp_q6 & ((1 << shift) - 1)) >> shift)
-        return ((rate_q6 + ramp_q6 + w[_BRAKE_LAG]) * decay >> 14) - w[_BRAKE_LAG]
+        at = (ramp >> shift) + _DECAY
+        decay = w[at] + ((w[at + 1] - w[at]) * (ramp & ((1 << shift) - 1)) >> shift)
+        if ((rate + ramp + w[_BRAKE_LAG]) * decay >> 14) > w[_BRAKE_LAG]:
+            return 1
+        return 0
 
 
 # Angle, 1/256 degree, of the counter-lobe that ends rate 0, cell, 2 cell, ... at ramp 0.

@@ -16,12 +16,11 @@ from gazelink.native import micropython
 from gazelink.settings_table import NO_CASTERS_Q4_DEG
 
 _HALF_Q4 = HEADING_TURN_Q4_DEG // 2
-_HALF_TURN_Q16 = const(11796480)
-_TURN_Q16 = const(23592960)
 
 _GO = const(0)
 _COUNTER = const(1)
 _COAST = const(2)
+_START = const(3)
 
 _MOVES = const(4)  # the first and its corrections
 _MOVES_ALL = const(9)  # with those from rest
@@ -37,6 +36,7 @@ _GAIN_MIN_Q8 = const(64)
 _GAIN_MAX_Q8 = const(512)
 _REST_Q4 = const(16)  # slower than 1 degree/s is rest
 _SETTLE_MS = const(150)
+_SAMPLE_MS = const(10)
 
 
 @micropython.native
@@ -61,6 +61,9 @@ class TurnController:
         self._cutoff_q8 = cutoff_q4 << 4
         self._limit = limit_permille
         self._count = -1
+        self._looked = False
+        self._out = 0
+        self._way_q8 = 0
         self._setpoint_q4 = 0
         self._left_q8 = 0
         self._seen_q16 = 0
@@ -85,16 +88,19 @@ class TurnController:
         if self._casters.any:
             self._casters.advance(model.seen_angle())
 
+    # count: of heading samples. The turn begins two ms later, so that no tick has too much to do.
     @micropython.native
-    def start(self, setpoint_q4, heading_q4):
+    def start(self, setpoint_q4, count):
         self._setpoint_q4 = setpoint_q4 % HEADING_TURN_Q4_DEG
         self._moves = 0
         self.arrived = False
         self.missed = False
-        self._rest_ms = 0
-        self._look(heading_q4, 0)
-        self._casters.watch(self._beside_q8)
-        self._begin(self._left_q8)
+        self._answer_q8 = 256
+        self._before_q8 = 0
+        self._phase = _START
+        self._looked = False
+        self._count = count
+        self._out = 0
 
     @micropython.native
     def _begin(self, left_q8):
@@ -102,6 +108,8 @@ class TurnController:
         self._phase = _GO
         self._sign = 1 if left_q8 >= 0 else -1
         self._plan = self._left if left_q8 >= 0 else self._right
+        self._out = self._limit * self._sign
+        self._rest_ms = 0
         self._gentle = self._moves > 1 and -_GENTLE_Q8 < left_q8 < _GENTLE_Q8
 
     # From now on hold() keeps this heading.
@@ -126,44 +134,35 @@ class TurnController:
     @micropython.native
     def update(self, heading_q4, rate_q4, count):
         if count != self._count:
+            # Its work fills this tick: what is made of it comes with the next.
             self._count = count
             self._look(heading_q4, rate_q4)
-        model = self.model
-        sign = self._sign
-        ramp_q6 = sign * model.ramp_q6()
-        rate_q6 = sign * model.rate_q6()
-        left_q8 = sign * self._left_q8
-        ahead_q8 = sign * self._pipeline_q8()
-        if self._phase == _COAST:
-            self._coast(left_q8, ahead_q8 + self._plan.free_q8(ramp_q6, rate_q6), rate_q4)
-            if self._phase == _COAST:
+            self._looked = True
+            return self._out
+        phase = self._phase
+        if phase == _START:
+            if self._looked:
+                self._casters.watch(self._beside_q8)
+                self._begin(self._left_q8)
+            else:
+                self._count = -1  # the first tick has enough to do: look in the next
+        elif phase == _COAST:
+            if not self._looked:
                 return 0
-            if sign != self._sign:
-                sign = -sign
-                ramp_q6 = -ramp_q6
-                rate_q6 = -rate_q6
-                left_q8 = -left_q8
-                ahead_q8 = -ahead_q8
-        out = self._limit if sign > 0 else -self._limit
-        if self._phase == _GO:
-            if self._gentle:
-                ahead_q8 += self._plan.free_q8(ramp_q6, rate_q6)
-            elif ramp_q6 > 0:
-                ahead_q8 += self._plan.stop_q8(ramp_q6, rate_q6)
-            if left_q8 > self._turns_q8(ahead_q8):
-                return out
-            self._phase = _COUNTER
-            if self._gentle:
+            self._looked = False
+            self._coast(rate_q4)
+        elif phase == _GO:
+            if self._left_q8 * self._sign <= self._turns_q8(not self._gentle):
+                self._phase = _COAST if self._gentle else _COUNTER
+                self._out = 0 if self._gentle else -self._out
+        else:
+            more = self._plan.counters(self.model.state, self._sign)
+            if more == 0 or (
+                more == 1 and self._left_q8 * self._sign >= self._turns_q8(False) + _SHORT_Q8
+            ):
                 self._phase = _COAST
-                return 0
-        if ramp_q6 > 0:
-            return -out
-        if self._plan.end_rate_q6(-ramp_q6, rate_q6) > 0:
-            free_q8 = ahead_q8 + self._plan.free_q8(ramp_q6, rate_q6)
-            if left_q8 < self._turns_q8(free_q8) + _SHORT_Q8:
-                return -out
-        self._phase = _COAST
-        return 0
+                self._out = 0
+        return self._out
 
     # A new heading sample: how far it is from there, and how the chair turns compared to the model.
     @micropython.native
@@ -186,12 +185,6 @@ class TurnController:
         gain_q8 = max(_GAIN_MIN_Q8, min(_GAIN_MAX_Q8, gain_q8))
         self._gain_q8 = gain_q8 * self._answer_q8 >> 8
 
-    # What the model turned beyond what that sample shows, 1/256 degree.
-    @micropython.native
-    def _pipeline_q8(self):
-        angle_q16 = self.model.angle() - self._seen_q16
-        return ((angle_q16 + _HALF_TURN_Q16) % _TURN_Q16 - _HALF_TURN_Q16) >> 8
-
     # At rest again, left_q8 away: how much of the last move from rest came to be?
     @micropython.native
     def _learn(self, left_q8):
@@ -205,31 +198,34 @@ class TurnController:
         elif part_q8 > 340:
             self._answer_q8 = min(512, self._answer_q8 * 3 >> 1)
 
-    # How far the chair turns while the wheels turn that far, 1/256 degree.
+    # How far the chair still turns to its side from the newest sample on, 1/256 degree, if the turn
+    # is ended now: by counter-deflection, or let go.
     @micropython.native
-    def _turns_q8(self, way_q8):
+    def _turns_q8(self, counters):
+        side = self._sign
+        way_q8 = self._plan.ahead_q8(self.model.state, self._seen_q16, side, counters)
+        self._way_q8 = way_q8
         if self._casters.any:
-            sign = self._sign
-            way_q8 += sign * self._casters.swing_q8(sign * way_q8)
+            way_q8 += side * self._casters.swing_q8(side * way_q8)
         return way_q8 * self._gain_q8 >> 8
 
-    # Nothing put out: is it there, or is another move needed? The sooner the surer it is.
+    # Nothing put out, a new sample: is it there, or is another move needed? The sooner the surer.
     @micropython.native
-    def _coast(self, left_q8, free_q8, rate_q4):
-        error_q8 = left_q8 - self._turns_q8(free_q8)
-        doubt_q8 = self._cutoff_q8 + (abs(free_q8) >> 2)
+    def _coast(self, rate_q4):
+        left_q8 = self._left_q8 * self._sign
+        error_q8 = left_q8 - self._turns_q8(False)
+        way_q8 = self._way_q8
+        doubt_q8 = self._cutoff_q8 + (abs(way_q8) >> 2)
         if not -doubt_q8 <= error_q8 <= doubt_q8 and self._moves < _MOVES:
-            self._rest_ms = 0
             self._begin(self._sign * error_q8)
             return
-        if not -_REST_Q4 <= rate_q4 <= _REST_Q4 or not -_STILL_Q8 <= free_q8 <= _STILL_Q8:
+        if not -_REST_Q4 <= rate_q4 <= _REST_Q4 or not -_STILL_Q8 <= way_q8 <= _STILL_Q8:
             self._rest_ms = 0
             return
-        self._rest_ms += 1
+        self._rest_ms += _SAMPLE_MS
         if self._rest_ms < _SETTLE_MS:
             return
         if not -self._cutoff_q8 <= left_q8 <= self._cutoff_q8 and self._moves < _MOVES_ALL:
-            self._rest_ms = 0
             self._learn(self._sign * left_q8)
             self._begin(self._sign * left_q8)
         else:

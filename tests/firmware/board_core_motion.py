@@ -152,6 +152,50 @@ def test_a_step_turn_starts_from_the_present_heading():
         assert motion._turn.seen == (1100, 8, 4)
 
 
+def arrived(motion, i, heading_q4):
+    motion._turn.arrived = False
+    motion.step(i, 0, CAPS)
+    i.heading_q4 = heading_q4
+    motion._turn.arrived = True
+    motion.step(i, 0, CAPS)
+    assert motion.ended
+    motion.stop()
+    i.edge += 1
+
+
+def test_what_a_step_turn_leaves_does_not_add_up():
+    for verb, sign in ((codes.LEFT, 1), (codes.RIGHT, -1)):
+        for rest_q4, counted in ((0, True), (9, True), (-32, True), (32, True), (33, False)):
+            motion, i = begun(verb, codes.STEP)
+            i.heading_q4 = 1000
+            arrived(motion, i, 1000 + 160 * sign - rest_q4)
+            motion.step(i, 0, CAPS)
+            first_q4 = 1000 + 160 * sign
+            start_q4 = first_q4 if counted else first_q4 - rest_q4
+            assert motion._turn.setpoint_q4 == start_q4 + 160 * sign
+
+
+def test_a_step_turn_counts_from_the_heading_after_anything_but_an_arrival():
+    for spoil in (codes.FORWARD, codes.STOP):
+        motion, i = begun(codes.LEFT, codes.STEP)
+        i.heading_q4 = 1000
+        if spoil == codes.STOP:  # ended before it arrived
+            motion.step(i, 0, CAPS)
+            motion.stop()
+            i.edge += 1
+            i.heading_q4 = 1150
+        else:
+            arrived(motion, i, 1150)
+            i.verb = spoil
+            motion.step(i, 0, CAPS)
+            motion.stop()
+            i.edge += 1
+            i.verb = codes.LEFT
+        motion._turn.arrived = False
+        motion.step(i, 0, CAPS)
+        assert motion._turn.setpoint_q4 == 1310
+
+
 def test_only_step_turns_have_a_setpoint():
     for verb, mode in (
         (codes.FORWARD, codes.STEP),

@@ -79,6 +79,7 @@ def test_one_bad_sample_contradicts_nothing():
     turning.i.rate_q4 = 3000
     turning.i.heading_count += 1
     turning.check.step(turning.i)
+    turning.check.step(turning.i)
     assert turning.check.agreed
 
 

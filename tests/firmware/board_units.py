@@ -87,7 +87,7 @@ class NeverThere:
     missed = False
     setpoint = None
 
-    def start(self, setpoint_q4, heading_q4):
+    def start(self, setpoint_q4, count):
         self.setpoint = setpoint_q4
 
     def update(self, heading_q4, rate_q4, count):

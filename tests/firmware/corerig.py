@@ -26,7 +26,7 @@ class Turn:
         self.held = 0
         self.held_at = None
 
-    def start(self, setpoint_q4, heading_q4):
+    def start(self, setpoint_q4, count):
         self.setpoint_q4 = setpoint_q4
         self.arrived = False
 

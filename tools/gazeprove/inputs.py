@@ -152,7 +152,7 @@ class AnyTurn:
         self.arrived = False
         self.missed = False
 
-    def start(self, setpoint_q4: int, heading_q4: int) -> None:
+    def start(self, setpoint_q4: int, count: int) -> None:
         """Where to does not matter here."""
 
     def follow(self, turn_permille: int) -> None:
