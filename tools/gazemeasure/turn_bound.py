@@ -26,30 +26,37 @@ _COARSE, _FINE, _OFFSETS = 14, 9, 11
 
 def bounds(cases: Sequence[Case]) -> Floats:
     """The bound of each case, s from the press; inf when none was found."""
+    return best(cases)[0]
+
+
+def best(cases: Sequence[Case]) -> tuple[Floats, Floats]:
+    """The bounds, and per case both switches that give it, s, without dead time."""
     model = Model.of(cases)
-    out = np.empty(len(cases))
+    out, switches = np.empty(len(cases)), np.empty((len(cases), 2))
     order = np.argsort((model.angle / model.forward)[:, 0])
     for part in np.array_split(order, max(1, len(cases) // _TOGETHER)):
-        out[part] = _search(model.rows(part)) + model.dead[part, 0]
-    return out
+        settled, t1, t2 = _search(model.rows(part))
+        out[part] = settled + model.dead[part, 0]
+        switches[part] = np.hstack([t1, t2])
+    return out, switches
 
 
-def _search(model: Model) -> Floats:
+def _search(model: Model) -> tuple[Floats, Floats, Floats]:
     full_s = model.forward / model.accelerate
     most = model.forward / model.brake + 2.0 * model.lag + full_s
     t2 = most * np.linspace(0.0, 1.0, _COARSE)[None, :]
     guess = model.angle / model.forward + 0.5 * full_s
-    best, t1, t2 = _around(model, np.broadcast_to(guess, t2.shape), t2, _SECANTS)
+    least, t1, t2 = _around(model, np.broadcast_to(guess, t2.shape), t2, _SECANTS)
     width = most / (_COARSE - 1)
     while float(width.max()) > FINE_S:
         near = np.maximum(0.0, t2 + width * np.linspace(-1.0, 1.0, _FINE)[None, :])
         found, new_t1, new_t2 = _around(model, np.broadcast_to(t1, near.shape), near, _FEW)
-        better = (found < best)[:, None]
-        best = np.minimum(found, best)
+        better = (found < least)[:, None]
+        least = np.minimum(found, least)
         t1 = np.where(better, new_t1, t1)
         t2 = np.where(better, new_t2, t2)
         width = width / 4
-    return best
+    return least, t1, t2
 
 
 def _around(model: Model, t1: Floats, t2: Floats, secants: int) -> tuple[Floats, Floats, Floats]:

@@ -2,7 +2,8 @@
 
 Settled: from then on within 1 degree of the setpoint and slower than 1 degree/s for 1 s.
 Oscillates: after it first came within 1 degree, the heading left that band on alternating sides
-more than twice, or the wiper changed sides more than twice.
+more than twice, or the wiper changed sides more than twice (the counter-deflection with which a
+corrective move stops belongs to that move and does not count).
 Unstable: it oscillates and the last of those swings is no smaller than the first, or the heading
 ran away: further from the setpoint than 1.5 x the step and the most that casters do.
 """
@@ -28,7 +29,8 @@ DEFINITIONS = (
     "settled: within 1 deg of the setpoint and under 1 deg/s for 1 s (true heading); the time is",
     "  that second's beginning, from the press.",
     "oscillates: after first coming within 1 deg, the heading leaves that band on alternating",
-    "  sides more than twice, or the wiper changes sides more than twice.",
+    "  sides more than twice, or the wiper changes sides more than twice (the counter-deflection",
+    "  that stops a corrective move belongs to it and does not count).",
     "unstable: oscillates, its last swing no smaller than its first; or was ever further off than",
     "  1.5 x the step and 15 deg, the most that casters do.",
 )
@@ -120,10 +122,24 @@ def _swings(error: Floats) -> list[float]:
 
 
 def _flips(error: Floats, count: NDArray[np.int16]) -> int:
-    """How often the wiper changed sides after the heading first came within the band."""
+    """How often the wiper changed sides after the heading first came within the band; the one
+    counter-deflection with which a later move stops is part of that move and not counted."""
     inside = np.flatnonzero(np.abs(error) <= WITHIN_DEG)
     if len(inside) == 0:
         return 0
     sides = np.sign(count[inside[0] :].astype(np.int32) - NEUTRAL)
-    sides = sides[sides != 0]
-    return int(np.count_nonzero(np.diff(sides)))
+    starts = np.flatnonzero(np.diff(sides, prepend=0) != 0)
+    flips, last, free, begun = 0, 0, False, 0
+    for side in sides[starts]:
+        if side == 0:
+            last = 0
+            continue
+        if last == 0:  # a move begins
+            flips += bool(begun) and side != begun
+            begun, free = int(side), bool(begun) or sides[0] == 0
+        elif free:
+            free = False
+        else:
+            flips += 1
+        last = int(side)
+    return flips

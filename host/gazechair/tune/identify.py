@@ -20,7 +20,7 @@ from gazechair.tune.recording import Recording
 
 Floats = NDArray[np.float64]
 
-_NOISE_DEG = 0.25  # what a sample may be off: floor, quantisation, time of the wiper's move
+_NOISE_DEG = 0.6  # what a sample may be off: the floor's doing, in which neighbours agree
 _HUBER = 2.0
 _ROUNDS = (10, 25)  # of every start, and of the best three
 # How the casters lie at first, and how many degrees they do.
@@ -28,9 +28,9 @@ _STARTS = ((0.0, 0.0), (0.0, 8.0), (0.0, -8.0), (1.0, 8.0), (1.0, -8.0), (0.5, 8
 _EVERY = 2  # samples: neighbours say little new
 _STEP = 1e-4
 # Spread about what is believed of the profile; sizes and times as logarithms.
-_SPREAD = np.array([0.5, 0.5, 0.05, 0.08, 0.5, 0.5, 0.5, 6.0, 0.6, 0.5, 0.7])
-_LOW = np.array([1.0, 1.0, 0.0, 0.02, -4.0, 2.5, 2.5, -20.0, 0.5, 0.0, -4.0])
-_HIGH = np.array([5.5, 5.5, 0.3, 0.4, -0.2, 7.0, 7.0, 20.0, 5.0, 1.0, 4.0])
+_SPREAD = np.array([0.5, 0.5, 0.05, 0.15, 0.5, 0.35, 0.35, 6.0, 0.6, 0.5, 0.7])
+_LOW = np.array([1.0, 1.0, 0.0, 0.02, -4.0, 3.4, 3.4, -20.0, 0.5, 0.0, -4.0])
+_HIGH = np.array([5.5, 5.5, 0.3, 0.4, -0.2, 6.2, 6.2, 20.0, 5.0, 1.0, 4.0])
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from gazelink.settings_table import PROFILES, TABLE, index_of
 
 _RESIDUAL_DEG = 0.5
 _RESIDUAL_SHARE = 0.08  # of what the pulses turned the chair on average
-_TURNED_DEG = 3.0  # on average
+_TURNED_DEG = 2.0  # on average
 _SURE = 0.25  # standard error of a full speed, as a share
 _APART = 3.0  # left and right
 _FITS = 1.7  # found and believed speeds of a profile: by load, battery and floor

@@ -34,7 +34,7 @@ _RESTS_MS = (900, 4000)  # after a pulse, at least and at most
 _GAP_MS = 40  # samples further apart leave it open when the wiper moved
 _RATE_SAMPLES = 8
 _REPEATS = 3
-_ANSWERS = 5  # after so many pulses a chair must have turned, and the right way
+_ANSWERS = 5  # after so many pulses a chair must have turned
 _MOVED_DEG = 2.0
 _REST, _PUSH, _RUN, _OUT = range(4)
 
@@ -215,7 +215,7 @@ class Procedure:
                 "the chair did not turn; is it switched on, its brakes engaged (not in"
                 " free-wheel), the DB9 plugged in, the relay closed?"
             )
-        if max(along) < 0.2 * _MOVED_DEG or (len(along) == _ALL and sum(along) < 0.0):
+        if len(along) == _ALL and sum(along) < 0.0:  # casters alone may do that to a few pulses
             raise TuneError(
                 "the chair turned the other way; the turn channel is reversed: see docs/wiring.md"
             )
