@@ -15,6 +15,9 @@ const DROPOUT_MS = 100;
 /** Fewer samples than this can't be judged. */
 const ENOUGH = 60;
 
+/** This share of the looks counts for jitter: a glance aside is none. */
+const STEADY = 0.9;
+
 const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
 const round50 = (value) => Math.round(value / 50) * 50;
 const middle = (values) => values.sort((a, b) => a - b)[values.length >> 1];
@@ -23,7 +26,8 @@ const middle = (values) => values.sort((a, b) => a - b)[values.length >> 1];
  * What `samples` ([ms, x, y] in screen heights, ms from the test's begin) say.
  *
  * Returns null for too few, else jitter (rms distance to each dot's median, in % of the screen's
- * height), dropouts (their number), longest_ms, and the proposed dwell_ms and leave_grace_ms:
+ * height, of the 90 % that are nearest), dropouts (their number), longest_ms, and the proposed
+ * dwell_ms and leave_grace_ms:
  * grace outlasts 9 of 10 dropouts; dwell is 500 ms, and 100 ms more for each % of jitter and for
  * each dropout per 2 s. Starting points, to be tuned with the person.
  */
@@ -48,7 +52,8 @@ export function judge(samples) {
   }
   if (seen < ENOUGH) return null;
   gaps.sort((a, b) => a - b);
-  const jitter = 100 * Math.sqrt(squares.reduce((sum, one) => sum + one, 0) / squares.length);
+  const steady = squares.sort((a, b) => a - b).slice(0, Math.ceil(squares.length * STEADY));
+  const jitter = 100 * Math.sqrt(steady.reduce((sum, one) => sum + one, 0) / steady.length);
   const usual = gaps[Math.floor(gaps.length * 0.9)] ?? 0;
   return {
     jitter,

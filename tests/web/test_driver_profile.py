@@ -158,9 +158,9 @@ def test_practice_moves_nothing_and_counts(menu, host, artefact):
     menu.forget()
     menu.advance(1100, look="arm")
     assert menu.data("state") == "armed"
-    menu.hover("forward")
-    menu.hover("left")
-    menu.hover("forward")
+    for target in ("forward", "left", "forward"):
+        menu.hover(target)
+        menu.advance(300, look=(0.5, 0.66))
     menu.page.keyboard.press("ArrowRight")
     assert menu.heard("arm", "take", "cmd", "drive", "bypass") == []
     assert menu.text("#score") == "Vooruit 2 · Links 1 · Rechts 1"

@@ -51,6 +51,49 @@ def test_hiding_the_page_in_any_way_stops_at_once(driver, by):
         driver.page.keyboard.up("ArrowUp")
 
 
+AWAY = [how for how in HIDE if how not in ("leaving the document", "pointer cancelled")]
+
+
+@pytest.mark.parametrize("how", AWAY)
+def test_a_page_without_its_person_switches_driving_off(driver, how):
+    driver.page.evaluate(HIDE[how])
+    assert driver.heard("stop", "disarm") == [{"k": "stop"}, {"k": "disarm"}]
+
+
+def test_looking_away_from_a_page_that_does_not_drive_stops_nobody(driver):
+    driver.state(you=False, owner="caretaker")
+    driver.forget()
+    for event in HIDE.values():
+        driver.page.evaluate(event)
+    assert driver.heard("stop", "disarm") == []
+    driver.look("stop")
+    assert driver.heard("stop") == [{"k": "stop"}]
+
+
+@pytest.mark.parametrize("by", ["gaze", "press", "key"])
+def test_a_tablet_that_slept_has_stopped_and_is_off(driver, by):
+    hold(driver, by)
+    driver.forget()
+    driver.page.clock.fast_forward(3000)  # no tick of the page in between
+    driver.host.now_ms += 3000
+    driver.connect()
+    said = [message["k"] for message in driver.heard("cmd", "stop", "disarm")]
+    assert said[:1] == ["stop"]
+    assert "disarm" in said
+    assert "cmd" not in said
+    driver.forget()
+    driver.advance(1000, look="forward" if by == "gaze" else None)
+    assert driver.heard("cmd") == []
+
+
+def test_a_jump_of_the_time_of_day_alone_stops_too(driver):
+    hold(driver, "key")
+    driver.forget()
+    driver.page.evaluate("() => { const day = Date.now; Date.now = () => day() + 60_000; }")
+    driver.advance(50)
+    assert [m["k"] for m in driver.heard("stop", "disarm")] == ["stop", "disarm"]
+
+
 def test_going_to_another_page_says_stop(driver, host):
     driver.page.keyboard.down("ArrowUp")
     driver.forget()
