@@ -121,6 +121,10 @@ def test_creep():
     assert Stopping(settings, codes.DIR_LEFT, True).permille[0] == 146 * 1000 // 728
     assert Stopping(settings, codes.DIR_RIGHT, False).permille[0] == 160
     assert Stopping(settings, codes.DIR_FORWARD, True).creep == 120
+    # Of a turn's outermost point: 917 sixteenths of a degree in a radian, 750 mm off.
+    for mm_s in range(90, 201):
+        s = Stopping(changed(creep_mm_s=mm_s), codes.DIR_RIGHT, False)
+        assert s.permille[0] == max(110, mm_s * 917 // 750 * 1000 // 910), mm_s
     # Never below what moves the chair, never above what the settings let out.
     settings = changed(p3_1_deadband_permille=300)
     assert Stopping(settings, codes.DIR_LEFT, True).permille[0] == 330
@@ -148,6 +152,8 @@ def test_without_a_relay_every_way_is_slow():
             assert limits.NO_RELAY_MM_S - 3 <= most_mm_s <= limits.NO_RELAY_MM_S + 1
             v = s.speed(s.permille[LEVELS])
             assert s.begin[LEVELS] == s.stop(v) + v
+    assert Stopping(settings, codes.DIR_FORWARD, False).permille[LEVELS] == 200 * 1000 // 556
+    assert Stopping(settings, codes.DIR_LEFT, False).permille[LEVELS] == 244 * 1000 // 910
     slow = changed(relay_fitted=0, linear_permille=150)
     s = Stopping(slow, codes.DIR_FORWARD, True)
     assert s.begin[LEVELS] == s.stop(s.speed(150)) + s.speed(150)

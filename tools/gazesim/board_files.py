@@ -27,7 +27,7 @@ def firmware_files() -> dict[str, str]:
     checkout. Raises gazechair's FlashError when the firmware is not there.
     """
     sources = tree.find_sources()
-    files = {f"{LIB}/{path}": file.read_text() for path, file in sources.files.items()}
+    files = {f"{LIB}/{path}": text for path, text in sources.texts().items()}
     return {**files, tree.MAIN: sources.main.read_text()}
 
 

@@ -9,10 +9,12 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from gazechair.flash import numbers
 from gazechair.flash.errors import FlashError
 
 BASE = "/flash"
@@ -62,6 +64,10 @@ class Sources:
     files: dict[str, Path]
     main: Path
 
+    def texts(self) -> dict[str, str]:
+        """What goes onto the board: path -> text, with the tables' numbers put in."""
+        return numbers.put_in({path: file.read_text() for path, file in self.files.items()})
+
 
 def find_sources() -> Sources:
     """The firmware that belongs to this gazechair. Raises FlashError when it is not there."""
@@ -90,15 +96,18 @@ def build(sources: Sources, compile_file: Compile | None) -> Tree:
     Raises FlashError when main.py is not as expected, and what `compile_file` raises.
     """
     files = {}
-    for path, source in sources.files.items():
+    for path, content in sources.texts().items():
         if compile_file is None:
-            files[path] = source.read_bytes()
+            files[path] = content.encode()
         else:
-            files[path[: -len(".py")] + ".mpy"] = compile_file(source, path)
+            with tempfile.TemporaryDirectory(prefix="gazechair-") as folder:
+                source = Path(folder, "source.py")
+                source.write_text(content)
+                files[path[: -len(".py")] + ".mpy"] = compile_file(source, path)
     text = sources.main.read_text()
     digest = hashlib.sha256(text.encode())
-    for path, content in sorted(files.items()):
-        digest.update(path.encode() + b"\0" + hashlib.sha256(content).digest())
+    for path, compiled in sorted(files.items()):
+        digest.update(path.encode() + b"\0" + hashlib.sha256(compiled).digest())
     name = PREFIX + digest.hexdigest()[:8]
     head, found, tail = text.partition(_FIRST_IMPORT)
     if not found:
