@@ -112,18 +112,18 @@ class WebConfig:
         text(),
         'paired devices and certificate; "" = $STATE_DIRECTORY, or ~/.local/state/gazechair',
     )
-    language: str = _setting("nl", choice("nl", "en"), "language of the page")
+    language: str = _setting("nl", settings.language(), "language of a new person's page")
 
 
 @dataclass(frozen=True)
 class DriverConfig:
-    """How the driver's page behaves."""
+    """How the driver's page behaves until a person's own profile says otherwise."""
 
     mode: str = _setting("step", choice("step", "continuous"), "mode in which the page starts")
-    dwell_ms: int = _setting(600, integer(0, 3000), "gaze on a button this long starts it")
+    dwell_ms: int = _setting(600, integer(300, 2000), "gaze on a button this long starts it")
     leave_grace_ms: int = _setting(200, integer(0, 500), "gaze off a button this long stops it")
     pointer_stale_ms: int = _setting(
-        500, integer(200, 1000), "a pointer that stands still this long counts as looking away"
+        500, integer(300, 1000), "a pointer that stands still this long counts as looking away"
     )
     backward: bool = _setting(False, flag(), "true = show the button that drives backward")
 

@@ -9,6 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from gazechair.words import languages
+
 Arc = tuple[float, float]
 
 
@@ -67,6 +69,17 @@ def choice(*names: str) -> Kind:
         return value
 
     return _kind(" or ".join(f'"{name}"' for name in names), accept)
+
+
+def language() -> Kind:
+    """The name of a file of words for the pages."""
+
+    def accept(value: Any) -> str:
+        if value not in languages():
+            raise ValueError
+        return str(value)
+
+    return _kind('the name of a file in web/strings, as "nl" or "en"', accept)
 
 
 def flag() -> Kind:

@@ -2,17 +2,9 @@
 
 from __future__ import annotations
 
-import json
-
 from gazechair.config import Config
 from gazechair.profiles.fields import Field, fields
-from gazechair.web.files import web_folder
-
-
-def languages() -> list[str]:
-    """Every language there is a file of words for, two letters each, Dutch first."""
-    found = sorted(path.stem for path in (web_folder() / "strings").glob("??.json"))
-    return sorted(found, key=lambda language: language != "nl")
+from gazechair.words import label, languages
 
 
 def house_fields(config: Config) -> dict[str, Field]:
@@ -21,7 +13,8 @@ def house_fields(config: Config) -> dict[str, Field]:
     return fields(
         languages(),
         {
-            "name": _name(config.web.language),
+            # Until somebody gives the first profile a person's name.
+            "name": label(config.web.language, "role_driver"),
             "mode": driver.mode,
             "dwell_ms": driver.dwell_ms,
             "leave_grace_ms": driver.leave_grace_ms,
@@ -29,9 +22,3 @@ def house_fields(config: Config) -> dict[str, Field]:
             "language": config.web.language,
         },
     )
-
-
-def _name(language: str) -> str:
-    # Until somebody gives the first profile a name of a person.
-    words = json.loads((web_folder() / "strings" / f"{language}.json").read_text("utf-8"))
-    return str(words["labels"]["role_driver"])

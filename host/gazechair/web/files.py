@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from pathlib import Path
 
 from flask import Flask, Response, abort, redirect, request
@@ -10,6 +9,7 @@ from werkzeug.wrappers import Response as AnyResponse
 
 from gazechair.web.guard import DEVICE
 from gazechair.web.lean import lean
+from gazechair.words import web_folder as web_folder
 
 _TYPES = {
     ".html": "text/html; charset=utf-8",
@@ -20,24 +20,6 @@ _TYPES = {
     ".png": "image/png",
     ".ico": "image/x-icon",
 }
-
-
-def web_folder() -> Path:
-    """The folder of index.html: package `gazeweb` when installed, else web/ beside host/.
-
-    Raises FileNotFoundError with what to do when neither is there.
-    """
-    try:
-        package = importlib.import_module("gazeweb")
-    except ModuleNotFoundError:
-        folder = Path(__file__).resolve().parents[3] / "web"
-    else:
-        folder = Path(str(package.__file__)).parent
-    if not (folder / "index.html").is_file():
-        raise FileNotFoundError(
-            f"the page's files are not at {folder}: install gazechair again, or run it from a clone"
-        )
-    return folder
 
 
 def add_routes(app: Flask, folder: Path) -> None:

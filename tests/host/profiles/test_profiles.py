@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gazechair.profiles import ProfileRefused, Profiles, fields
+from gazechair import config as configuration
+from gazechair.profiles import ProfileRefused, Profiles, fields, house_fields
 from gazechair.profiles.store import FILE_NAME, MOST_PROFILES
 
 FIELDS = fields(["en", "nl"], {"mode": "continuous", "language": "en"})
@@ -118,3 +119,19 @@ def test_strange_values_of_another_version_become_defaults(tmp_path):
 def test_a_full_disk_changes_nothing_and_says_so(profiles, tmp_path):
     (tmp_path / "profiles.new").mkdir()
     assert reason(profiles, {"choose": "1"}) == "profile_not_stored"
+
+
+def test_a_new_language_is_one_file(tmp_path, monkeypatch):
+    """A file of words more: it can be configured, and every person can choose it."""
+    (tmp_path / "strings").mkdir()
+    for language in ("nl", "en", "xx"):
+        words = {"labels": {"role_driver": f"driver in {language}"}, "messages": {}}
+        (tmp_path / "strings" / f"{language}.json").write_text(json.dumps(words))
+    monkeypatch.setattr("gazechair.words.web_folder", lambda: tmp_path)
+    config = configuration.parse('[web]\nlanguage = "xx"')
+    table = house_fields(config)
+    assert table["language"].choices == ("nl", "en", "xx")
+    mine = Profiles(None, table).chosen()
+    assert (mine["language"], mine["name"]) == ("xx", "driver in xx")
+    with pytest.raises(configuration.ConfigError, match="web/strings"):
+        configuration.parse('[web]\nlanguage = "yy"')

@@ -1,0 +1,37 @@
+"""The pages' files and the languages they speak: one file of words each."""
+
+from __future__ import annotations
+
+import importlib
+import json
+from pathlib import Path
+
+
+def web_folder() -> Path:
+    """The folder of index.html: package `gazeweb` when installed, else web/ beside host/.
+
+    Raises FileNotFoundError with what to do when neither is there.
+    """
+    try:
+        package = importlib.import_module("gazeweb")
+    except ModuleNotFoundError:
+        folder = Path(__file__).resolve().parents[2] / "web"
+    else:
+        folder = Path(str(package.__file__)).parent
+    if not (folder / "index.html").is_file():
+        raise FileNotFoundError(
+            f"the page's files are not at {folder}: install gazechair again, or run it from a clone"
+        )
+    return folder
+
+
+def languages() -> list[str]:
+    """Every language there is a file of words for, two letters each, Dutch first."""
+    found = sorted(path.stem for path in (web_folder() / "strings").glob("??.json"))
+    return sorted(found, key=lambda language: language != "nl")
+
+
+def label(language: str, key: str) -> str:
+    """A word of the pages' own. Raises FileNotFoundError, KeyError."""
+    table = json.loads((web_folder() / "strings" / f"{language}.json").read_text("utf-8"))
+    return str(table["labels"][key])
