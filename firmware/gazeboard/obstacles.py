@@ -87,6 +87,12 @@ class Way:
             self._better_ms = 0
             self.level = min(ceiling, _level(begin, distance))
 
+    # A clearance has come that is nearer than it takes to stop.
+    @micropython.native
+    def block(self):
+        self.level = _BLOCKED
+        self._better_ms = 0
+
 
 # The highest level whose distance is there; _BLOCKED for none.
 @micropython.native
@@ -196,7 +202,7 @@ class Obstacles:
         if near:
             for at in range(4):
                 if near & (1 << at):
-                    ways[at].level = _BLOCKED
+                    ways[at].block()
                     self._decide(at, ways[at], self._stopping[at])
 
     @micropython.native

@@ -417,3 +417,23 @@ def test_looking_often_does_not_lengthen_a_bypass():
         eyes.tick()
         ms += 1
     assert limits.BYPASS_MAX_MS - 50 <= ms <= limits.BYPASS_MAX_MS
+
+
+def test_a_single_near_clearance_blocks_for_300_ms_whatever_was_waited_before():
+    eyes = Eyes()
+    s = eyes.stopping(0)
+    eyes.set(s.begin[3], (0,))
+    eyes.run(40)
+    eyes.set(CLEAR_FAR, (0,))
+    eyes.run(280)  # nearly believed
+    eyes.frames = False
+    eyes.set(0, (0,))
+    eyes.frame()
+    eyes.tick()
+    eyes.set(CLEAR_FAR, (0,))
+    eyes.frame()
+    eyes.frames = True
+    eyes.run(limits.CLEAR_MS - TURN_MS)
+    assert eyes.decision(0) == codes.BLOCKED
+    eyes.run(60)
+    assert eyes.decision(0) == codes.FREE

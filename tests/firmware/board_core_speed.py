@@ -54,6 +54,7 @@ def test_it_rises_at_once_to_what_the_output_may_cause():
     assert SpeedBound(PERIOD_MS).update(chair, 499) == 278  # rounded up
     assert SpeedBound(PERIOD_MS).update(chair, 1) == 1
     assert SpeedBound(PERIOD_MS).update(chair, 0) == 0
+    assert SpeedBound(PERIOD_MS).update(Chair(full=1001), 1) == 2
 
 
 def test_it_falls_after_the_dead_time_with_the_brake_behind_the_lag():
@@ -134,7 +135,7 @@ def test_another_chair_is_believed_at_once_upwards_only():
 
 
 def test_a_peak_that_comes_again_forgets_what_was_below_it():
-    chair = Chair(dead_ms=80)
+    chair = Chair(dead_ms=80, tail_ms=0, brake=200000)
     plain = SpeedBound(PERIOD_MS)
     dented = SpeedBound(PERIOD_MS)
     for permille in (1000, 900, 1000):

@@ -65,8 +65,8 @@ def test_the_way_to_stop():
     for direction, margin in ((codes.DIR_FORWARD, 100), (codes.DIR_LEFT, 48)):
         s = Stopping(changed(profile=3), direction, True)
         for speed in range(0, 901, 20):
-            exact = speed * s.time_ms / 1000 + speed * speed / (2 * s.brake) + margin
-            assert exact - 2 < s.stop(speed) <= exact
+            exact = speed * s.time_ms // 1000 + speed * speed // (2 * s.brake) + margin
+            assert s.stop(speed) == exact
         assert s.stop(0) == margin
     assert Stopping(changed(stop_margin_mm=300), codes.DIR_BACKWARD, True).stop(0) == 300
     assert Stopping(changed(stop_margin_q4_deg=99), codes.DIR_RIGHT, True).stop(0) == 99
@@ -111,6 +111,8 @@ def test_more_way_never_allows_less_and_far_allows_all_for_any_settings():
                 assert s.begin[0] >= s.margin
                 assert 0 < s.permille[0] <= 1000
                 assert s.stop(s.full) < 1 << 30
+                if settings is highest:
+                    assert s.begin[LEVELS] == s.stop(s.full) + s.full  # a second of it
 
 
 def test_creep():
@@ -125,6 +127,8 @@ def test_creep():
     for mm_s in range(90, 201):
         s = Stopping(changed(creep_mm_s=mm_s), codes.DIR_RIGHT, False)
         assert s.permille[0] == max(110, mm_s * 917 // 750 * 1000 // 910), mm_s
+    s = Stopping(settings, codes.DIR_FORWARD, True)
+    assert (s.speed(240), s.speed(241), s.speed(1000)) == (87, 88, 361)  # 86.64, 87.001: up
     # Never below what moves the chair, never above what the settings let out.
     settings = changed(p3_1_deadband_permille=300)
     assert Stopping(settings, codes.DIR_LEFT, True).permille[0] == 330
