@@ -72,8 +72,7 @@ _IDENTIFIED = {
 def identified(profile: str) -> Parameters:
     """That profile of the chair that turns as published, undisturbed.
 
-    Of all chairs found its match survives small changes of its numbers best. KeyError without such
-    a profile.
+    One of many that would do, in round numbers. KeyError without such a profile.
     """
     return _turning(profile, _IDENTIFIED)
 
