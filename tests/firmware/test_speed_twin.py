@@ -72,9 +72,9 @@ def test_the_bound_is_never_below_the_truth(profile: str, trusted: bool) -> None
         both.step(linear, turn)
         for direction, true, bound in zip(range(4), both.truth(), both.bounds(), strict=True):
             assert true <= bound + TOLERANCE, (ms, codes.DIRECTIONS[direction])
-    for ms in range(REST_WITHIN_MS):
+    rest_ms = 0
+    while any(both.bounds()):
         both.step(0, 0)
-        if not any(both.bounds()):
-            break
-    assert both.truth() == (0.0, 0.0, 0.0, 0.0), ms
-    assert not any(both.bounds()), ms
+        rest_ms += 1
+        assert rest_ms < REST_WITHIN_MS
+    assert both.truth() == (0.0, 0.0, 0.0, 0.0)
