@@ -8,6 +8,8 @@ const PLACES = {
   backward: "backward",
 };
 const TURNS = ["left", "right"];
+/** What the board does not let pass. */
+const STOPS = ["blocked", "unknown"];
 
 /** Shows the board's decision per direction, and how far is free. */
 export class ObstacleLine {
@@ -26,12 +28,16 @@ export class ObstacleLine {
   update({ decisions, clearance, view }) {
     for (const [direction, place] of Object.entries(PLACES)) {
       const seen = view?.[direction] ?? "seen";
-      const decision = seen === "seen" ? decisions[direction] : seen;
-      const far = seen === "seen" ? this.#far(direction, clearance?.[direction] ?? null) : "";
-      if (this.#shown[direction] === `${decision} ${far}`) continue;
-      this.#shown[direction] = `${decision} ${far}`;
+      let decision = decisions[direction];
+      let far = this.#far(direction, clearance?.[direction] ?? null);
+      // Not seen is why it is blocked; what the board lets pass all the same is told with that.
+      if (seen !== "seen" && STOPS.includes(decision)) [decision, far] = [seen, ""];
+      else if (seen !== "seen") far = this.#strings.label(seen);
+      if (this.#shown[direction] === `${decision} ${far} ${seen}`) continue;
+      this.#shown[direction] = `${decision} ${far} ${seen}`;
       const element = document.getElementById(place);
       if (element.dataset.decision !== decision) element.dataset.decision = decision;
+      if (element.dataset.seen !== seen) element.dataset.seen = seen;
       element.querySelector(".word").textContent = this.#strings.label(decision);
       element.querySelector(".far").textContent = far;
     }

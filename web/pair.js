@@ -79,10 +79,15 @@ byId("form").addEventListener("submit", (event) => {
   pair();
 });
 
-const given = decodeURIComponent(location.hash.slice(1));
-byId("code").focus();
-if (given !== "") {
+/** Uses a code in the address; opening such an address here again does not load the page anew. */
+function useGiven() {
+  const given = decodeURIComponent(location.hash.slice(1));
+  if (given === "") return;
   history.replaceState(null, "", location.pathname + location.search); // used once: not for history
   byId("code").value = given;
   pair();
 }
+
+byId("code").focus();
+addEventListener("hashchange", useGiven);
+useGiven();

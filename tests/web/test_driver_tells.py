@@ -142,6 +142,33 @@ def test_the_obstacle_line_has_a_colour_and_a_word_for_each_segment(driver):
     assert len(set(looks)) == 3
 
 
+ALL_SEEN = dict.fromkeys(("forward", "backward", "left", "right"), "seen")
+
+
+def test_the_obstacle_line_tells_distances_when_the_host_does(driver):
+    driver.state(
+        decisions={"left": "free", "forward": "slow", "right": "blocked", "backward": "free"},
+        clearance={"forward": 1.27, "backward": None, "left": 96.0, "right": 4.0},
+        view=ALL_SEEN,
+    )
+    words = [driver.text(f"#line-{segment} .tag") for segment in ("left", "front", "right")]
+    assert words == ["Links\nvrij\n95°", "Voor langzaam 1,2 m", "Rechts\nbezet\n0°"]
+
+
+@pytest.mark.parametrize(("view", "word"), [("unseen", "niet gezien"), ("blind", "zicht weg")])
+def test_what_is_not_seen_is_said_and_looks_like_it(driver, view, word):
+    driver.state(
+        decisions={"left": "free", "forward": "blocked", "right": "unknown", "backward": "free"},
+        clearance={"forward": 0.0, "backward": None, "left": None, "right": None},
+        view={**ALL_SEEN, "forward": view, "left": view},
+    )
+    assert driver.text("#line-front .tag").split() == ["Voor", *word.split()]
+    assert driver.text("#line-left .tag").split() == ["Links", "vrij", *word.split()]
+    assert driver.page.locator("#line-front").get_attribute("data-decision") == view
+    look = "getComputedStyle(document.querySelector('#line-left .bar')).backgroundImage"
+    assert "repeating" in driver.page.evaluate(look)
+
+
 def test_the_simulation_banner_shows_whenever_the_host_simulates(driver, host):
     simulation = driver.page.get_by_text("SIMULATIE", exact=True)
     assert not simulation.is_visible()
