@@ -26,7 +26,7 @@ _MOVES = const(4)  # the first and its corrections
 _MOVES_ALL = const(9)  # with those from rest
 _HOLD_ON = const(16)  # permille: half a degree with the usual gain
 _HOLD_OFF = const(6)
-_ANSWER_MIN_Q8 = const(64)
+_EXTRA_MAX_Q8 = const(1024)
 _GENTLE_Q8 = const(800)  # a correction by less than 3 degrees runs out without counter-deflection
 _NEAR_Q8 = const(512)  # with no move left, 2 degrees beside is there all the same
 _SHORT_Q8 = const(64)  # a quarter degree short is better than a long coast
@@ -76,6 +76,7 @@ class TurnController:
         self._gentle = False
         self._answer_q8 = 256
         self._before_q8 = 0
+        self._extra_q8 = 0
         self._rest_ms = 0
         self.arrived = False
         self.missed = False  # at rest beside the setpoint, with no move left
@@ -97,6 +98,7 @@ class TurnController:
         self.missed = False
         self._answer_q8 = 256
         self._before_q8 = 0
+        self._extra_q8 = 0
         self._phase = _START
         self._looked = False
         self._count = count
@@ -152,7 +154,8 @@ class TurnController:
             self._looked = False
             self._coast(rate_q4)
         elif phase == _GO:
-            if self._left_q8 * self._sign <= self._turns_q8(not self._gentle):
+            aim_q8 = (self._left_q8 + self._extra_q8) * self._sign
+            if aim_q8 <= self._turns_q8(not self._gentle):
                 self._phase = _COAST if self._gentle else _COUNTER
                 self._out = 0 if self._gentle else -self._out
         else:
@@ -193,10 +196,16 @@ class TurnController:
         if before_q8 == 0:
             return
         part_q8 = 256 - (left_q8 << 8) // before_q8
+        if part_q8 < 26:
+            self._moves = _MOVES_ALL  # it hardly moved: this is the last try
         if part_q8 < 160:
-            self._answer_q8 = max(_ANSWER_MIN_Q8, self._answer_q8 * 5 >> 3)
-        elif part_q8 > 340:
-            self._answer_q8 = min(512, self._answer_q8 * 3 >> 1)
+            # Too little: what is left is added to what the next move aims at.
+            extra_q8 = self._extra_q8 + left_q8
+            self._extra_q8 = max(-_EXTRA_MAX_Q8, min(_EXTRA_MAX_Q8, extra_q8))
+        else:
+            self._extra_q8 = 0
+            if part_q8 > 340:
+                self._answer_q8 = min(512, self._answer_q8 * 3 >> 1)
 
     # How far the chair still turns to its side from the newest sample on, 1/256 degree, if the turn
     # is ended now: by counter-deflection, or let go.
@@ -213,7 +222,7 @@ class TurnController:
     @micropython.native
     def _coast(self, rate_q4):
         left_q8 = self._left_q8 * self._sign
-        error_q8 = left_q8 - self._turns_q8(False)
+        error_q8 = left_q8 + self._extra_q8 * self._sign - self._turns_q8(False)
         way_q8 = self._way_q8
         doubt_q8 = self._cutoff_q8 + (abs(way_q8) >> 2)
         if not -doubt_q8 <= error_q8 <= doubt_q8 and self._moves < _MOVES:

@@ -1,0 +1,181 @@
+# The turn controller on a chair that turns as its model says, and on one that does not.
+
+from boardtest import no_allocation
+from gazeboard.chair_model import ChairModel
+from gazeboard.limits import HEADING_TURN_Q4_DEG
+from gazeboard.settings import Settings
+from gazeboard.stop_plan import StopPlan
+from gazeboard.turn import turn_controller, wrapped
+from gazelink.settings_table import NO_CASTERS_Q4_DEG, PROFILES, TABLE, profile_row
+
+
+def settings_of(profile, values):
+    settings = Settings()
+    settings.profile = profile
+    for name in values:
+        setattr(settings, profile_row(profile, name), values[name])
+    return settings
+
+
+class Bench:
+    # A board that believes the profile's defaults, and a chair of which `values` differ.
+
+    def __init__(self, profile=2, values=None, heading_q4=0):
+        self.turn = turn_controller(settings_of(profile, {}))
+        self.chair = ChairModel(settings_of(profile, values or {}))
+        self.begins_q4 = heading_q4
+        self.heading_q4 = heading_q4
+        self.rate_q4 = 0
+        self.count = 0
+        self.ms = 0
+        self.stuck = False
+        self.outs = []
+
+    def one_ms(self, out):
+        self.turn.follow(out)
+        self.chair.step(0 if self.stuck else out)
+        self.outs.append(out)
+        self.ms += 1
+        if self.ms % 10 == 0:
+            angle_q4 = self.chair.seen_angle() >> 12
+            self.heading_q4 = (self.begins_q4 + angle_q4) % HEADING_TURN_Q4_DEG
+            self.rate_q4 = self.chair.seen_rate() >> 6
+            self.count += 1
+
+    # Turn by `degrees`; the error it ends with, in degrees, and the time it takes, ms.
+    def by(self, degrees):
+        setpoint_q4 = self.heading_q4 + degrees * 16
+        self.turn.start(setpoint_q4, self.count)
+        begins_ms = self.ms
+        while not self.turn.arrived and not self.turn.missed:
+            self.one_ms(self.turn.update(self.heading_q4, self.rate_q4, self.count))
+            assert self.ms - begins_ms < 10000
+        return wrapped(setpoint_q4 - self.heading_q4) / 16, self.ms - begins_ms
+
+    # How often the output changed sides.
+    def flips(self):
+        sides = [out > 0 for out in self.outs if out]
+        return sum([sides[k] != sides[k - 1] for k in range(1, len(sides))])
+
+
+def test_turns_land_both_ways_on_every_profile_and_across_north():
+    for profile in range(len(PROFILES)):
+        for degrees in (5, -10, 45):
+            bench = Bench(profile, heading_q4=5700 if degrees > 0 else 50)
+            error_deg, ms = bench.by(degrees)
+            assert -0.5 <= error_deg <= 0.5, (profile, degrees, error_deg)
+            assert bench.flips() == 1, "one counter-deflection, no correction"
+            assert ms < 1600 or abs(degrees) > 10, ms
+
+
+def test_it_ends_at_rest_and_stays_there():
+    bench = Bench()
+    bench.by(10)
+    for _ in range(500):
+        bench.one_ms(0)
+        assert abs(wrapped(bench.heading_q4 - 160)) <= 12
+        assert abs(bench.rate_q4) <= 16
+
+
+def test_a_chair_that_is_not_as_believed_is_corrected_a_few_times_at_most():
+    for values in (
+        {"left_q4_dps": 510},
+        {"left_q4_dps": 940},
+        {"dead_time_ms": 90},
+        {"dead_time_ms": 250},
+        {"lag_ms": 150},
+        {"lag_ms": 450},
+        {"deadband_permille": 150},
+    ):
+        for degrees in (10, 45):
+            bench = Bench(2, values)
+            error_deg, _ = bench.by(degrees)
+            assert -1.0 <= error_deg <= 1.0, (values, degrees, error_deg)
+            assert bench.turn._moves <= 5, values
+
+
+def test_a_turn_may_begin_while_the_chair_still_turns():
+    for out in (500, -500):
+        bench = Bench()
+        for _ in range(1000):
+            bench.one_ms(out)
+        error_deg, _ = bench.by(20)
+        assert -1.0 <= error_deg <= 1.0
+
+
+def test_a_chair_that_does_not_move_is_given_up():
+    bench = Bench()
+    bench.stuck = True
+    _, ms = bench.by(10)
+    assert ms < 6000
+    assert bench.turn.missed
+    assert not bench.turn.arrived
+
+
+def test_it_is_at_rest_at_once_when_it_is_there_already():
+    bench = Bench()
+    error_deg, _ = bench.by(0)
+    assert error_deg == 0
+
+
+def test_known_casters_are_counted_in():
+    for size in (-128, 128):
+        bench = Bench()
+        row = profile_row(2, "caster_q4_deg")
+        settings = settings_of(2, {})
+        setattr(settings, row, NO_CASTERS_Q4_DEG + size)
+        bench.turn = turn_controller(settings)
+        # They have swung round to the left's end long ago: nothing is added to a left turn.
+        for _ in range(2000):
+            bench.one_ms(500)
+        for _ in range(1500):
+            bench.one_ms(0)
+        bench.outs = []
+        error_deg, _ = bench.by(20)
+        assert -0.7 <= error_deg <= 0.7
+        assert bench.flips() == 1
+
+
+def test_the_plan_says_where_a_stop_ends():
+    # Full deflection for a while, then counter-deflection for as long as the plan says.
+    settings = settings_of(2, {})
+    for go_ms in (100, 300, 900):
+        model = ChairModel(settings)
+        plan = StopPlan(728, 728, 120, 180, 250)
+        for _ in range(go_ms):
+            model.step(1000)
+        planned_q8 = plan.ahead_q8(model.state, 0, 1, 1)
+        while plan.counters(model.state, 1):
+            model.step(-1000)
+        for _ in range(3000):
+            model.step(0)
+        assert abs(planned_q8 - (model.seen_angle() >> 8)) <= 64, go_ms
+
+
+def test_holding_a_heading_is_bounded_and_does_not_chatter():
+    turn = turn_controller(Settings())
+    turn.keep(5759)
+    assert turn.hold(3, 0) == 0  # a quarter degree beside: nothing
+    assert turn.hold(5759 - 16, 0) > 0
+    assert turn.hold(16, 0) < 0
+    assert turn.hold(5759 - 5, 0) > 0  # on until nearly there
+    assert turn.hold(5759, 0) == 0
+
+
+def test_extreme_settings_stay_within_31_bits():
+    for pick in (2, 3):
+        values = {row[0][5:]: row[pick] for row in TABLE if row[0].startswith("p3_1_")}
+        values = {name: value for name, value in values.items() if name != "tuned"}
+        turn = turn_controller(settings_of(2, values))
+        turn.start(2879, 0)
+        state = [0]
+
+        def tick():
+            state[0] = (state[0] + 1) & 1023
+            out = turn.update(state[0] * 5, 30000 if state[0] & 1 else -30000, state[0] >> 3)
+            turn.follow(out)
+            turn.hold(state[0] * 5, 30000)
+
+        for _ in range(1500):
+            tick()
+        no_allocation(tick, 20)
