@@ -48,7 +48,7 @@ class Margins:
     """What is added round the outline, in metres, each 0 or more."""
 
     front_m: float = 0.05
-    side_m: float = 0.03
+    side_m: float = 0.02
     rear_m: float = 0.05
 
 

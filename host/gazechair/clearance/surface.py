@@ -15,7 +15,7 @@ import numpy as np
 
 from gazechair.clearance.footprint import BoolArray, FloatArray
 
-_NEIGHBOURS = 8  # beams to each side
+_NEIGHBOURS = 12  # beams to each side
 _WINDOW_RAD = 0.03  # and no farther than this
 _SMOOTH_M = 2.0  # what is farther neither stops nor slows
 _NEXT_RAD = 0.01  # beams so near to each other are neighbours
