@@ -34,6 +34,8 @@ _STILL_Q8 = const(64)
 _DOUBT_Q10 = const(8192)  # 8 degrees/s: below it the model is believed, above it what is seen
 _GAIN_MIN_Q8 = const(64)
 _GAIN_MAX_Q8 = const(512)
+_STALLS_Q8 = const(140)  # with hardly half the rate, half of which is only doubt,
+_STALLED_MS = const(800)  # for so long, something holds the chair: given up
 _REST_Q4 = const(16)  # slower than 1 degree/s is rest
 _SETTLE_MS = const(150)
 _SAMPLE_MS = const(10)
@@ -77,9 +79,10 @@ class TurnController:
         self._answer_q8 = 256
         self._before_q8 = 0
         self._extra_q8 = 0
+        self._stalled_ms = 0
         self._rest_ms = 0
         self.arrived = False
-        self.missed = False  # at rest beside the setpoint, with no move left
+        self.missed = False  # at rest beside the setpoint with no move left, or held by something
 
     # One ms of what was put out, whatever the motion.
     @micropython.native
@@ -99,6 +102,7 @@ class TurnController:
         self._answer_q8 = 256
         self._before_q8 = 0
         self._extra_q8 = 0
+        self._stalled_ms = 0
         self._phase = _START
         self._looked = False
         self._count = count
@@ -185,6 +189,11 @@ class TurnController:
             rate_q10 = -rate_q10
             rate_q4 = -rate_q4
         gain_q8 = (((rate_q4 << 6) + _DOUBT_Q10) << 8) // (rate_q10 + _DOUBT_Q10)
+        if gain_q8 < _STALLS_Q8 and rate_q10 > _DOUBT_Q10:
+            self._stalled_ms += _SAMPLE_MS
+            self.missed = self._stalled_ms >= _STALLED_MS
+        else:
+            self._stalled_ms = 0
         gain_q8 = max(_GAIN_MIN_Q8, min(_GAIN_MAX_Q8, gain_q8))
         self._gain_q8 = gain_q8 * self._answer_q8 >> 8
 
