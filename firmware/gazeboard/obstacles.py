@@ -6,16 +6,14 @@
 # as leaves time to slow down. The work is spread over the ticks, an eighth each; but a new
 # clearance that is too near blocks in the tick that sees it.
 
-from gazeboard import limits
 from gazeboard.bypass import Bypass
 from gazeboard.speed import SpeedBound
-from gazeboard.stopping import LEVELS, Stopping
-from gazelink import codes
+from gazeboard.stopping import Stopping
 from gazelink.const import const
 from gazelink.native import micropython
 
 # Numbers of other files once more: const() puts them into the code, where looking them up in their
-# module would take a fifth of this file's time.
+# module would take a fifth of this file's time. tests/firmware/test_obstacle_numbers.py compares.
 _FORWARD = const(0)
 _BACKWARD = const(1)
 _LEFT = const(2)
@@ -26,10 +24,6 @@ _DECIDED_BLOCKED = const(2)
 _LEVELS = const(16)
 _AGE_MAX_MS = const(60000)
 _CLEAR_MS = const(300)
-assert (_FORWARD, _BACKWARD) == (codes.DIR_FORWARD, codes.DIR_BACKWARD)
-assert (_LEFT, _RIGHT) == (codes.DIR_LEFT, codes.DIR_RIGHT)
-assert (_DECIDED_FREE, _DECIDED_SLOW, _DECIDED_BLOCKED) == (codes.FREE, codes.SLOW, codes.BLOCKED)
-assert (_LEVELS, _AGE_MAX_MS, _CLEAR_MS) == (LEVELS, limits.AGE_MAX_MS, limits.CLEAR_MS)
 
 _PERIOD_MS = const(8)  # each direction's turn comes round; well below any chair's dead time
 _BLOCKED = const(-1)  # level below all outputs
@@ -75,17 +69,15 @@ class Way:
         if level < self.level:
             self.level = level
             self._better_ms = 0
-            return
-        if level >= ceiling:
-            return
-        distance -= stopping.band
-        if distance < stop or distance < begin[level + 1]:
-            self._better_ms = 0
-            return
-        self._better_ms += _PERIOD_MS
-        if self._better_ms >= _CLEAR_MS:
-            self._better_ms = 0
-            self.level = min(ceiling, _level(begin, distance))
+        elif level < ceiling:
+            distance -= stopping.band
+            if distance < stop or distance < begin[level + 1]:
+                self._better_ms = 0
+            else:
+                self._better_ms += _PERIOD_MS
+                if self._better_ms >= _CLEAR_MS:
+                    self._better_ms = 0
+                    self.level = min(ceiling, _level(begin, distance))
 
     # A clearance has come that is nearer than it takes to stop.
     @micropython.native

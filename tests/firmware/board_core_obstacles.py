@@ -122,7 +122,7 @@ def test_a_better_view_counts_after_300_ms_and_by_a_band():
             for high in (low + 1, LEVELS):
                 eyes = Eyes()
                 s = eyes.stopping(direction)
-                eyes.set(s.begin[low] if low >= 0 else 0, (direction,))
+                eyes.set(s.begin[low] if low >= 0 else s.begin[0] - 1, (direction,))
                 eyes.run(40)
                 # Better, but not by the band: never.
                 eyes.set(s.begin[low + 1] + s.band - 1, (direction,))
@@ -437,3 +437,40 @@ def test_a_single_near_clearance_blocks_for_300_ms_whatever_was_waited_before():
     assert eyes.decision(0) == codes.BLOCKED
     eyes.run(60)
     assert eyes.decision(0) == codes.FREE
+
+
+def test_each_rise_waits_anew():
+    eyes = Eyes()
+    s = eyes.stopping(0)
+    eyes.set(s.begin[3], (0,))
+    eyes.run(40)
+    eyes.set(s.begin[5] + s.band, (0,))
+    eyes.run(400)
+    assert eyes.way(0).level == 5
+    eyes.set(CLEAR_FAR, (0,))
+    eyes.run(limits.CLEAR_MS - TURN_MS)
+    assert eyes.way(0).level == 5
+
+
+def test_a_fast_chair_stays_blocked_by_what_a_slow_one_might_pass():
+    for direction in range(4):
+        eyes = Eyes()
+        way = eyes.way(direction)
+        s = eyes.stopping(direction)
+        way.stop = s.stop(s.full)
+        assert s.begin[0] + s.band < way.stop
+        for distance, level in ((way.stop + s.band - 1, -1), (way.stop + s.band, 1)):
+            way.level = -1
+            for _ in range(100):
+                way.judge(s, distance, 0, LEVELS)
+            assert way.level == -1 if level < 0 else way.level > 0
+
+
+def test_without_any_clearance_a_moving_chair_is_blocked():
+    eyes = Eyes(clear=False)
+    eyes.frames = False
+    eyes.set(10000)
+    eyes.linear = 600
+    eyes.turn = -600
+    eyes.run(1000)
+    assert eyes.o.blocked & 9 == 9

@@ -147,6 +147,7 @@ def test_a_peak_that_comes_again_forgets_what_was_below_it():
 def test_a_pulse_below_the_peak_is_on_its_way_too():
     chair = Chair(dead_ms=40, tail_ms=0, brake=200000)  # follows at once
     bound = SpeedBound(PERIOD_MS)
+    assert run(bound, chair, 1000, 1) + run(bound, chair, 0, 9) == [1000] * 7 + [0] * 3
     seen = [bound.update(chair, permille) for permille in [1000, 600] + [300] * 15]
     # In turn 6 the chair does what it was told in turn 1; the bound is one turn behind.
     assert seen == [1000] * 7 + [600] * 6 + [300] * 4, seen
