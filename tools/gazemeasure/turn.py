@@ -15,7 +15,7 @@ import numpy as np
 from gazemeasure import turn_figures, turn_jobs, turn_stops
 from gazemeasure.report import Report
 from gazemeasure.turn_bound import bounds
-from gazemeasure.turn_cases import Drawn, grid, monte_carlo, stepped
+from gazemeasure.turn_cases import Drawn, grid, monte_carlo, published, stepped
 from gazemeasure.turn_jobs import DEFAULTS, PLAIN, PROTOTYPE, TUNED, Done, Job
 from gazemeasure.turn_judge import DEFINITIONS
 from gazemeasure.turn_model import Floats
@@ -41,8 +41,10 @@ def measure(quick: bool) -> Report:
             *(Job(name, d) for name in (PROTOTYPE, PLAIN) for d in rivals),
             *(Job(TUNED, d) for d in cases + chairs),
             *(Job(DEFAULTS, d) for d in chairs),
+            *(Job(name, d) for name in (TUNED, PROTOTYPE) for d in published()),
         ]
         done = pool.map(turn_jobs.run, jobs, chunksize=4)
+        done, as_published = done[: -2 * len(published())], done[-2 * len(published()) :]
         best = np.concatenate(at_best.get())
         grid_best, chairs_best = best[: len(cases)], best[len(cases) :]
         tuned = [d for d in done if d.job.controller == TUNED]
@@ -50,6 +52,7 @@ def measure(quick: bool) -> Report:
         turn_figures.of_steps(report, steps.get())
         turn_figures.of_chairs(report, tuned[len(cases) :], chairs_best)
         turn_figures.of_defaults(report, _by(done, DEFAULTS))
+        turn_figures.of_published(report, _by(as_published, TUNED), _by(as_published, PROTOTYPE))
         turn_figures.of_stops(report, turn_stops.together(stops.get()), done)
         turn_figures.table(report, tuned[: len(cases)], grid_best, _rivals(done))
     for line in DEFINITIONS:

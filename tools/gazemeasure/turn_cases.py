@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from gazemeasure.turn_model import Case
 from gazemeasure.turn_run import WARM_MS
 from gazesim.imu_model import Imu, ImuErrors
-from gazesim.profiles import PROFILES, random_chair, undisturbed
+from gazesim.profiles import PROFILES, identified, least_sticky, random_chair, undisturbed
 
 ANGLES_DEG = (5, 10, 20, 45, 90)
 
@@ -52,5 +52,15 @@ def stepped() -> list[Drawn]:
     return [
         Drawn(profile, Case(PROFILES[profile], side * 10.0, seed=20 + number))
         for number, profile in enumerate(PROFILES)
+        for side in (1.0, -1.0)
+    ]
+
+
+def published() -> list[Drawn]:
+    """The published turn of 10 degrees on 4.1, both ways, by both chairs that the first prototype's
+    figures allow."""
+    return [
+        Drawn("4.1", Case(chair("4.1"), side * 10.0))
+        for chair in (identified, least_sticky)
         for side in (1.0, -1.0)
     ]

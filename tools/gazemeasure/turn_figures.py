@@ -66,6 +66,12 @@ def of_defaults(report: Report, found: Sequence[Done]) -> None:
     report.add("untuned defaults: rest error, p95", error, "deg")
 
 
+def of_published(report: Report, ours: Sequence[Done], first: Sequence[Done]) -> None:
+    """The turn that was published, on the chairs identified from it."""
+    report.add("published 10 deg on 4.1: ours, slowest", max(map(settled_s, ours)), "s")
+    report.add("published 10 deg on 4.1: first prototype", max(map(settled_s, first)), "s")
+
+
 def of_stops(report: Report, stops: Stops, done: Sequence[Done]) -> None:
     """Ways to cut a turn short; and the wipers of everything that ran."""
     report.add("paths that cut a turn short", stops.paths, "")

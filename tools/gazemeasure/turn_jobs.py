@@ -15,10 +15,11 @@ from gazemeasure.turn_board import settings_with
 from gazemeasure.turn_cases import Drawn
 from gazemeasure.turn_judge import Verdict, judge
 from gazemeasure.turn_plain import tuned as tuned_gains
-from gazemeasure.turn_rivals import READING, PlainTurn, PrototypeTurn, Rival, turn_of_rival
+from gazemeasure.turn_rivals import PlainTurn, PrototypeTurn, Rival, turn_of_rival
 from gazemeasure.turn_run import steps_of_board, turn_of_board
 from gazemeasure.turn_tuning import record
 from gazesim.chair import Chair, Parameters
+from gazetwin.prototype import FITTED
 
 _PROTOTYPE_S = 40.0
 _PLAIN_S = 15.0
@@ -91,7 +92,7 @@ def _run_rival(job: Job) -> Done:
     drawn = job.drawn
     rival: Rival
     if job.controller == PROTOTYPE:
-        rival, seconds = PrototypeTurn(READING), _PROTOTYPE_S
+        rival, seconds = PrototypeTurn(FITTED), _PROTOTYPE_S
     else:
         rival, seconds = PlainTurn(_plain(drawn.profile)), _PLAIN_S
     chair = Chair(drawn.profile, drawn.case.seed, drawn.case.parameters)

@@ -80,8 +80,8 @@ def judge(turn: Turn) -> Verdict:
         settled_s=float("nan") if at is None else at / 1000,
         overshoot_deg=max(0.0, float(error.max())),
         end_error_deg=float(abs(error[-1])),
-        oscillates=oscillates,
-        unstable=growing or float(np.abs(error).max()) > 1.5 * step + _CASTERS_DEG,
+        oscillates=bool(oscillates),
+        unstable=bool(growing) or float(np.abs(error).max()) > 1.5 * step + _CASTERS_DEG,
         stands=bool(turn.count[-1] == NEUTRAL and abs(turn.rate_dps[-1]) < UNDER_DPS),
         left_again=bool(at is not None and outside[at:].any()),
         counts=(int(turn.count.min()), int(turn.count.max())),
@@ -135,7 +135,7 @@ def _flips(error: Floats, count: NDArray[np.int16]) -> int:
             last = 0
             continue
         if last == 0:  # a move begins
-            flips += bool(begun) and side != begun
+            flips += bool(begun) and int(side) != begun
             begun, free = int(side), bool(begun) or sides[0] == 0
         elif free:
             free = False

@@ -16,12 +16,13 @@ from gazemeasure.turn_jobs import LIMIT_MS
 from gazemeasure.turn_judge import Turn
 from gazemeasure.turn_model import Case
 from gazemeasure.turn_plain import tuned
-from gazemeasure.turn_rivals import READING, PlainTurn, PrototypeTurn, turn_of_rival
+from gazemeasure.turn_rivals import PlainTurn, PrototypeTurn, turn_of_rival
 from gazemeasure.turn_run import turn_of_board
 from gazemeasure.turn_tuning import record
 from gazesim.chair import Chair
 from gazesim.imu_model import Imu, ImuErrors
 from gazesim.profiles import random_chair, undisturbed
+from gazetwin.prototype import FITTED
 from gazetwin.svg import Line, Plot, write
 
 _FOLDER = Path(__file__).resolve().parents[2] / "docs" / "turning"
@@ -43,7 +44,7 @@ def _turns(profile: str) -> Plot:
     values = {"profile": PROFILES.index(profile), "step_turn_limit_ms": LIMIT_MS}
     ours = turn_of_board(_chair(drawn), drawn.imu(), settings_with(values | rows), 10.0, 4000)
     plain = turn_of_rival(_chair(drawn), drawn.imu(), PlainTurn(tuned(profile)), 10.0, _SECONDS)
-    first = turn_of_rival(_chair(drawn), drawn.imu(), PrototypeTurn(READING), 10.0, _SECONDS)
+    first = turn_of_rival(_chair(drawn), drawn.imu(), PrototypeTurn(FITTED), 10.0, _SECONDS)
     return Plot(
         f"10 degrees to the left, profile {profile}, undisturbed",
         "s since the press",

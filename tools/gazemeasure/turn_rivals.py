@@ -12,10 +12,7 @@ from gazemeasure.turn_judge import Turn
 from gazemeasure.turn_run import WARM_MS, Bench, recorded
 from gazesim.chair import Chair
 from gazesim.imu_model import Imu
-from gazetwin.prototype import PUBLISHED, READINGS, Prototype, Reading
-
-READING = READINGS[0]
-"""How the published gains are read here."""
+from gazetwin.prototype import PUBLISHED, Prototype, Reading
 
 
 class Rival(ABC):
