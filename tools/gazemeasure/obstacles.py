@@ -25,9 +25,9 @@ from gazemeasure.report import Report
 from gazesim.random_rooms import Task, door_task, task, wall_task
 
 _SHARES = ("door", "way", "room", "room", "room")
-_STATIC, _STATIC_QUICK = 10_000, 30
-_PEOPLE, _PEOPLE_QUICK = 3_000, 15
-_DOORS, _DOORS_QUICK = 200, 8
+_STATIC, _STATIC_QUICK = 10_000, 25
+_PEOPLE, _PEOPLE_QUICK = 3_000, 10
+_DOORS, _DOORS_QUICK = 200, 6
 _WALLS, _WALLS_QUICK = 40, 4
 _FIRMWARE, _FIRMWARE_QUICK = 200, 3
 _FALSE_SIDE_M = 0.05
