@@ -57,6 +57,7 @@ def _turns(profile: str) -> Plot:
         ],
         band=(9.0, 11.0),
         x_range=(0.0, _SECONDS),
+        y_range=(0.0, 16.0),  # the legend has the room above
     )
 
 
