@@ -34,8 +34,7 @@ _STILL_Q8 = const(64)
 _DOUBT_Q10 = const(8192)  # 8 degrees/s: below it the model is believed, above it what is seen
 _GAIN_MIN_Q8 = const(64)
 _GAIN_MAX_Q8 = const(512)
-_STALLS_Q8 = const(140)  # with hardly half the rate, half of which is only doubt,
-_STALLED_MS = const(800)  # for so long, something holds the chair: given up
+_STALLED_MS = const(800)  # at rest for so long while it should turn, something holds the chair
 _REST_Q4 = const(16)  # slower than 1 degree/s is rest
 _SETTLE_MS = const(150)
 _SAMPLE_MS = const(10)
@@ -189,7 +188,7 @@ class TurnController:
             rate_q10 = -rate_q10
             rate_q4 = -rate_q4
         gain_q8 = (((rate_q4 << 6) + _DOUBT_Q10) << 8) // (rate_q10 + _DOUBT_Q10)
-        if gain_q8 < _STALLS_Q8 and rate_q10 > _DOUBT_Q10:
+        if rate_q10 > _DOUBT_Q10 and -_REST_Q4 <= rate_q4 <= _REST_Q4:
             self._stalled_ms += _SAMPLE_MS
             self.missed = self._stalled_ms >= _STALLED_MS
         else:
