@@ -60,5 +60,19 @@ OBSTACLES: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
         ),
     },
     "stopping": {},
-    "bypass": {},
+    "bypass": {
+        "The first session sets it.": (
+            ("__init__", "self._number = _ANY  ->  pass"),
+            ("__init__", "self._session_count = 0  ->  self._session_count = 1"),
+            ("__init__", "self._session_count = 0  ->  self._session_count = -1"),
+        ),
+        "No press has this number either.": (("module", "_ANY = const(-1)  ->  _ANY = const(-2)"),),
+        "Both must be above 0 for a bypass, and a press sets both.": (
+            ("__init__", "self._ttl_ms = 0  ->  self._ttl_ms = 1"),
+            ("__init__", "self._ttl_ms = 0  ->  self._ttl_ms = -1"),
+            ("__init__", "self.left_ms = 0  ->  self.left_ms = 1"),
+            ("__init__", "self.left_ms = 0  ->  self.left_ms = -1"),
+        ),
+        "Nothing is left to count down.": (("step", "if self.left_ms > 0:  ->  if True:"),),
+    },
 }

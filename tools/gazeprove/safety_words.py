@@ -44,7 +44,12 @@ PROMISES = (
         "300 ms, page to wheels",
     ),
     Promise("P4", "A step lasts too long", "neutral; the board enforces the limit", "limit + 1 ms"),
-    Promise("P5", "Obstacle on the commanded path", "neutral, override with the reason", "2 ms"),
+    Promise(
+        "P5",
+        "Obstacle on the commanded path, nearer than it takes to stop",
+        "neutral, override with the reason; farther: slowed down; a bypass creeps for at most 20 s",
+        "2 ms",
+    ),
     Promise("P6", "Obstacle data old or missing", "counts as blocked", "300 ms"),
     Promise(
         "P7",
@@ -133,9 +138,11 @@ NOT_COVERED = """\
 - The relay and its charge pump are a model that opens 20 ms after the last toggle. Without a relay
   fitted, P8, P10, P11 and P15 only have the wipers.
 - A wiper's read-back proves a register, not a voltage. The chair's own braking is a model.
-- A tuning run's limit (P4), slowing down before obstacles (P5) and the caretaker's bypass are not
-  built yet. Obstacles are judged by three sectors of one lidar at one height; the rear is not seen,
-  so backward is always blocked.
+- The speed has no sensor: it is an upper bound from the outputs, for a chair that is at most as
+  fast as the fastest profile and brakes at least as its weakest (until the turn rate seen agrees
+  with the selected one; then as that one). Down a slope it may roll faster.
+- Obstacles are what the lidars see in their planes: no table tops, glass or steps. A bypass passes
+  what blocks, never missing or old data, and only while the caretaker holds the button.
 - A stamp on the wire repeats every 65.5 s: a frame that arrives exactly that late within the same
   session passes the stamp, and is only refused by its sequence number and its press.
 - Whoever can write to the board's USB port can begin a session of his own. That disarms; driving
