@@ -12,6 +12,7 @@ export function chosenLanguage(search, wish = HOME) {
 /** One language's words. */
 export class Strings {
   #table;
+  #numbers = []; // one form per number of digits
   /** Two letters. */
   language;
 
@@ -35,10 +36,9 @@ export class Strings {
 
   /** A number as it is written here: "2,4" or "2.4". */
   number(value, digits) {
-    return value.toLocaleString(this.language, {
-      minimumFractionDigits: digits,
-      maximumFractionDigits: digits,
-    });
+    const form = { minimumFractionDigits: digits, maximumFractionDigits: digits };
+    this.#numbers[digits] ??= new Intl.NumberFormat(this.language, form);
+    return this.#numbers[digits].format(value);
   }
 
   /** Fills every element that names a label, as its text or as its spoken name. */
