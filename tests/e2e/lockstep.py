@@ -157,6 +157,9 @@ class Lockstep:
     def drive(self, verb: str = "forward", mode: str = "continuous", ms: int = 600) -> None:
         """Armed, pressed, on its way."""
         self.arm()
+        # After boot a way must look free for a while before the board believes it.
+        way = 1 << codes.DIRECTIONS.index(verb)
+        self.until(lambda: not self.board.app.obstacles.blocked & way, 600)
         self.page.press(verb, mode)
         self.until(lambda: not self.neutral(), 10 + self.page.delay_ms)
         self.run(ms)
