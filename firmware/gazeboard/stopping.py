@@ -47,17 +47,15 @@ class Stopping:
         self.two_brake = 2 * self.brake
         self.time_ms = max(settings.reaction_ms, self.dead_ms + lag_ms)
         self._turns = turns
-        self._make_table(settings, output, max(rows("deadband_permille")))
+        self._make_table(settings, output, _moving_permille(settings, direction))
 
     # What runs further than `output`, the most the settings let out, limits nothing.
-    def _make_table(self, settings, output, deadband):
+    def _make_table(self, settings, output, moving):
         last = FULL_PERMILLE
         if not settings.relay_fitted:
-            last = self._permille(limits.NO_RELAY_MM_S)
+            last = max(self._permille(limits.NO_RELAY_MM_S), moving)
             output = min(output, last)
-        # Less than the dead zone would not move the chair at all.
-        creep = max(self._permille(settings.creep_mm_s), deadband + limits.CREEP_OVER_PERMILLE)
-        creep = min(creep, output)
+        creep = min(output, max(self._permille(settings.creep_mm_s), moving))
         self.creep = self.speed(creep)
         self.permille = [creep + (output - creep) * k // LEVELS for k in range(LEVELS)] + [last]
         self.begin = [self.stop(self.creep)]
@@ -77,3 +75,16 @@ class Stopping:
     # Units from a decision to stop until the chair stands, margin included.
     def stop(self, speed):
         return speed * self.time_ms // 1000 + speed * speed // self.two_brake + self.margin
+
+
+# The least output that moves the selected profile's chair: less is not slower, but nothing. In a
+# turn it must break loose, too: a quarter more than that takes.
+def _moving_permille(settings, direction):
+    deadband = settings.of_profile("deadband_permille")
+    moving = deadband + limits.CREEP_OVER_PERMILLE
+    if direction >= codes.DIR_LEFT:
+        breakaway = (FULL_PERMILLE - deadband) * settings.of_profile("breakaway_q4_dps")
+        moving = max(
+            moving, deadband + 5 * breakaway // (4 * settings.of_profile(_FULL[direction]))
+        )
+    return moving

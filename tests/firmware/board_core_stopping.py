@@ -57,7 +57,7 @@ def test_else_the_fastest_of_all_with_the_weakest_brake():
 
 def test_the_reaction_time_is_at_least_what_the_chair_takes():
     for reaction_ms, lag_ms, time_ms in ((350, 100, 350), (350, 250, 400), (1000, 800, 1000)):
-        settings = changed(reaction_ms=reaction_ms, p3_1_lag_ms=lag_ms)
+        settings = changed(reaction_ms=reaction_ms, p3_1_lag_ms=lag_ms, p3_1_dead_time_ms=150)
         assert Stopping(settings, codes.DIR_FORWARD, True).time_ms == time_ms
 
 
@@ -120,17 +120,24 @@ def test_creep():
     settings = Settings()
     assert Stopping(settings, codes.DIR_FORWARD, True).permille[0] == 332
     assert Stopping(settings, codes.DIR_FORWARD, False).permille[0] == 215
+    # What breaks a turn of the selected profile loose, 155/16 degrees/s and a quarter, is more.
+    for trusted in (False, True):
+        for direction in (codes.DIR_LEFT, codes.DIR_RIGHT):
+            creep = Stopping(settings, direction, trusted).permille[0]
+            assert creep == 56 + (1000 - 56) * 155 * 5 // (4 * 728) == 307
+    settings = changed(p3_1_breakaway_q4_dps=0)
     assert Stopping(settings, codes.DIR_LEFT, True).permille[0] == 146 * 1000 // 728
     assert Stopping(settings, codes.DIR_RIGHT, False).permille[0] == 160
     assert Stopping(settings, codes.DIR_FORWARD, True).creep == 120
     # Of a turn's outermost point: 917 sixteenths of a degree in a radian, 750 mm off.
     for mm_s in range(90, 201):
-        s = Stopping(changed(creep_mm_s=mm_s), codes.DIR_RIGHT, False)
-        assert s.permille[0] == max(110, mm_s * 917 // 750 * 1000 // 910), mm_s
-    s = Stopping(settings, codes.DIR_FORWARD, True)
+        settings = changed(creep_mm_s=mm_s, p3_1_breakaway_q4_dps=0)
+        s = Stopping(settings, codes.DIR_RIGHT, False)
+        assert s.permille[0] == max(86, mm_s * 917 // 750 * 1000 // 910), mm_s
+    s = Stopping(Settings(), codes.DIR_FORWARD, True)
     assert (s.speed(240), s.speed(241), s.speed(1000)) == (87, 88, 361)  # 86.64, 87.001: up
     # Never below what moves the chair, never above what the settings let out.
-    settings = changed(p3_1_deadband_permille=300)
+    settings = changed(p3_1_deadband_permille=300, p3_1_breakaway_q4_dps=0)
     assert Stopping(settings, codes.DIR_LEFT, True).permille[0] == 330
     assert Stopping(settings, codes.DIR_LEFT, False).permille[0] == 330
     settings = changed(linear_permille=100)
@@ -146,7 +153,9 @@ def test_turning_counts_the_higher_of_its_two_outputs():
 
 
 def test_without_a_relay_every_way_is_slow():
-    settings = changed(relay_fitted=0)
+    sticky = Stopping(changed(relay_fitted=0), codes.DIR_LEFT, False)
+    assert sticky.permille == [307] * (LEVELS + 1)  # what moves it at all
+    settings = changed(relay_fitted=0, p3_1_breakaway_q4_dps=0)
     for direction in range(4):
         for trusted in (False, True):
             s = Stopping(settings, direction, trusted)

@@ -189,4 +189,4 @@ def test_without_a_relay_the_chair_is_slow():
     rig.run(2500)
     rig.press(codes.LEFT)
     rig.run(600)
-    assert 0 < moving(rig, codes.DIR_LEFT) <= 84 * 269 // 1000 + 1
+    assert 0 < moving(rig, codes.DIR_LEFT) <= 84 * 307 // 1000 + 1
