@@ -17,7 +17,7 @@ from gazelink.settings_table import PROFILES
 from gazesim.chair import Chair
 
 RUN_MS = 5_000
-REST_WITHIN_MS = 4_000
+REST_WITHIN_MS = 6_000
 TOLERANCE = 1.0  # mm/s or 1/16 degree/s: the bound's own grain
 
 
