@@ -195,12 +195,12 @@ class Arbiter:
         if session != self._session:
             self._session = session
             self._press.stop()
-        was = self._state
-        self._state = state
+        was, self._state = self._state, state
         self._board_edge = edge
+        if was == codes.ARMED != state:
+            self._press.end()
         # Just asked to arm, the board may still be on its way from an earlier disarming.
         if state == codes.DISARMED != was and self._arm_asked_s is None:
-            self._press.end()
             self._owner = None
         self.tick(now_s)
 

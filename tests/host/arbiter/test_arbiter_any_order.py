@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import (
@@ -100,7 +101,8 @@ class AnyOrder(RuleBasedStateMachine):
     def board_changes(self, state: int) -> None:
         self.scene.board(state)
         if state != codes.ARMED:
-            assert not self.scene.moving or self.scene.arbiter.owner is not None
+            assert not self.scene.moving
+            self.kill_all()
 
     @rule(session=st.sampled_from([0, 7, 8]))
     def session_changes(self, session: int) -> None:
@@ -153,3 +155,22 @@ def test_any_order_of_anything(new_scene: Callable[[], Any]) -> None:
             suppress_health_check=[HealthCheck.too_slow],  # machines stall
         ),
     )
+
+
+@pytest.mark.parametrize("state", [codes.DISARMED, codes.ARMING])
+def test_a_board_not_armed_any_more_ends_the_press_however_soon_after_arming(
+    new_scene: Callable[[], Any], state: int
+) -> None:
+    machine = AnyOrder(new_scene())
+    machine.arms(0)
+    machine.board_changes(codes.ARMED)
+    machine.drives(0, new=True, mode=codes.CONTINUOUS)
+    assert machine.scene.moving
+    machine.board_changes(state)
+    machine.drives(0, new=False, mode=codes.CONTINUOUS)
+    machine.only_a_live_proven_press_has_time_to_live()
+    machine.board_changes(codes.ARMED)
+    machine.drives(0, new=False, mode=codes.CONTINUOUS)
+    assert not machine.scene.moving  # armed again, it waits for a new press
+    machine.drives(0, new=True, mode=codes.CONTINUOUS)
+    assert machine.scene.moving
