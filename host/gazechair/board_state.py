@@ -23,7 +23,10 @@ class BoardId:
 
 @dataclass(frozen=True)
 class BoardState:
-    """One STATE frame; numbers as in gazelink.codes, in words by the `..._name` properties."""
+    """One STATE frame and what is known with it.
+
+    Numbers are as in gazelink.codes, in words by the `..._name` properties.
+    """
 
     state: int
     motion: int
@@ -46,6 +49,8 @@ class BoardState:
     """The board's tick clock, modulo 65536."""
     received_s: float
     """Monotonic time of arrival."""
+    relay_checked: bool = False
+    """The board has said that it monitors its safety relay; see link_relay."""
 
     @property
     def state_name(self) -> str:

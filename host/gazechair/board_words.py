@@ -9,7 +9,7 @@ from gazelink import codes
 
 
 def board_words(state: BoardState | None) -> dict[str, Any]:
-    """State, motion, override, arm_reason and decisions by name; None: not connected."""
+    """What a page is told of `state`, numbers by name; None: not connected."""
     if state is None:
         return {
             "state": "disarmed",
@@ -17,6 +17,7 @@ def board_words(state: BoardState | None) -> dict[str, Any]:
             "override": "none",
             "arm_reason": "not_connected",
             "decisions": dict.fromkeys(codes.DIRECTIONS, "unknown"),
+            "relay_checked": True,  # nothing known against it: "board" tells what is wrong
         }
     return {
         "state": state.state_name,
@@ -24,6 +25,7 @@ def board_words(state: BoardState | None) -> dict[str, Any]:
         "override": state.override_name,
         "arm_reason": state.arm_reason_name,
         "decisions": state.decision_names,
+        "relay_checked": state.relay_checked,
     }
 
 
@@ -38,4 +40,5 @@ def board_key(state: BoardState | None) -> tuple[int, ...]:
         state.arm_reason,
         state.decisions,
         state.edge,
+        state.relay_checked,
     )

@@ -135,11 +135,16 @@ class BoardLink:
     ) -> SettingReply | None:
         """Ask about a setting (codes.SETTING_...); None when no answer came. Waits, as ping."""
         last = self._setting.entry()
+        end_s = time.monotonic() + timeout_s
         with self._lock:
             self._protocol.request_setting(request, index, value)
             self._flush()
-        entry = self._setting.wait(timeout_s, 0 if last is None else last.version)
-        return None if entry is None else entry.value
+        while True:
+            left_s = end_s - time.monotonic()
+            last = self._setting.wait(left_s, 0 if last is None else last.version)
+            # The link asks about the relay by itself; that answer is not the caller's.
+            if last is None or (last.value.request, last.value.index) == (request, index):
+                return None if last is None else last.value
 
     # The thread
 

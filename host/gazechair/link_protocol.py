@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from gazechair.board_state import BoardId, BoardState, BoardStats
 from gazechair.link_orders import Orders
+from gazechair.link_relay import RelayQuestion
 from gazechair.outgoing import STOP_COMMAND, Bypass, Clearance, Command
 from gazelink import VERSION, codes, frame, messages
 
@@ -111,6 +112,7 @@ class LinkProtocol:
         self._ping_wanted = False
         self._ping_sent_s: float | None = None
         self._setting: tuple[int, int, int] | None = None
+        self._relay = RelayQuestion()
 
     @property
     def board(self) -> BoardId | None:
@@ -192,8 +194,9 @@ class LinkProtocol:
             self._ping_token = (self._ping_token + 1) & 0xFFFFFFFF
             self._ping_sent_s = now_s
             out += self._frame(messages.PING, (self._ping_token & _U16, self._ping_token >> 16))
-        if self._setting is not None:
-            out += self._frame(messages.SETTING, self._setting)
+        setting = self._setting or self._relay.due(now_s)  # the board answers one at a time
+        if setting is not None:
+            out += self._frame(messages.SETTING, setting)
             self._setting = None
         return out
 
@@ -208,7 +211,7 @@ class LinkProtocol:
         """When to poll and check again at the latest."""
         if self._board is None:
             return self._hello_due_s
-        due = min(self._command_due_s, self._orders.due_s())
+        due = min(self._command_due_s, self._orders.due_s(), self._relay.due_s())
         if self._bypass is not None:
             due = min(due, self._bypass_due_s)
         return due if self._clearance is None else min(due, self._clearance_due_s)
@@ -254,7 +257,9 @@ class LinkProtocol:
         elif message is messages.STATS:
             events.append(BoardStats(message.unpack(buf), now_s))
         elif message is messages.SETTING_REPLY:
-            events.append(SettingReply(**message.unpack(buf)))
+            reply = SettingReply(**message.unpack(buf))
+            self._relay.heard(reply.index, reply.value, reply.refused)
+            events.append(reply)
         elif message is messages.PONG:
             fields = message.unpack(buf)
             token = fields["token_low"] | fields["token_high"] << 16
@@ -296,6 +301,7 @@ class LinkProtocol:
         self._heard_s = now_s
         self._command_due_s = now_s
         self._clearance_due_s = now_s
+        self._relay.begin(now_s)
         events.append(SessionBegun(self._board))
 
     def _state(self, fields: dict[str, int], now_s: float) -> BoardState:
@@ -315,6 +321,7 @@ class LinkProtocol:
             decisions=fields["decisions"],
             board_ms=self._stamp_ms,
             received_s=now_s,
+            relay_checked=self._relay.checked(now_s),
         )
 
     def _handshake(self, now_s: float) -> None:

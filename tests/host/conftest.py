@@ -55,6 +55,10 @@ class FakeBoard:
     def fault(self, reason: int, detail: bytes) -> bytes:
         return self._frame(messages.FAULT, (reason, detail))
 
+    def setting_reply(self, **changes: int) -> bytes:
+        values = dict.fromkeys(messages.SETTING_REPLY.names, 0) | changes
+        return self._frame(messages.SETTING_REPLY, tuple(values.values()))
+
     def restart(self) -> None:
         """A reset: another boot id, no session."""
         self.boot = (self.boot + 1) & 0xFFFF

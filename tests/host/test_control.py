@@ -151,6 +151,7 @@ def test_snapshot_has_every_key_of_the_protocol(rig: Rig) -> None:
         "override": "none",
         "arm_reason": "none",
         "decisions": dict.fromkeys(("forward", "backward", "left", "right"), "free"),
+        "relay_checked": False,
         "level": "ok",
         "message": "ok",
         "board": "ok",
@@ -179,7 +180,17 @@ def test_without_a_board_the_snapshot_says_so(rig: Rig) -> None:
     assert (state["state"], state["arm_reason"]) == ("disarmed", "not_connected")
     assert set(state["decisions"].values()) == {"unknown"}
     assert (state["heading_deg"], state["wipers"]) == (None, None)
+    assert state["relay_checked"] is True  # nothing drives: one message is enough
     assert (state["board"], state["level"], state["message"]) == ("lost", "error", "board_lost")
+
+
+def test_a_relay_found_to_be_unmonitored_is_news_for_the_pages(rig: Rig) -> None:
+    rig.board(relay_checked=True)
+    version = rig.control.wait_change(0.0, -1)
+    assert rig.look()["relay_checked"] is True
+    rig.board(relay_checked=False)
+    assert rig.control.wait_change(0.0, version) != version
+    assert rig.look()["relay_checked"] is False
 
 
 def test_a_heading_with_a_fault_is_not_shown(rig: Rig) -> None:

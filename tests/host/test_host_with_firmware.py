@@ -170,6 +170,16 @@ def test_a_press_moves_the_wipers_within_3_ms_and_a_release_ends_it(chain: Chain
     assert chain.until(chain.neutral, 3) <= 3
 
 
+@pytest.mark.parametrize("fitted", [1, 0])
+def test_the_page_knows_before_arming_whether_the_relay_is_monitored(fitted: int) -> None:
+    chain = Chain()
+    chain.app.settings.relay_fitted = fitted
+    chain.ready()
+    assert chain.look()["relay_checked"] == bool(fitted)
+    chain.run(1000)
+    assert chain.look()["relay_checked"] == bool(fitted)
+
+
 def test_nothing_moves_before_arming(chain: Chain) -> None:
     fresh = Chain()
     fresh.hold_button("forward", 1)

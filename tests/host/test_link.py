@@ -14,6 +14,7 @@ import pytest
 
 from gazechair.health import Health
 from gazechair.link import BoardLink
+from gazechair.link_protocol import SettingReply
 from gazechair.outgoing import Clearance, Command
 from gazelink import codes
 
@@ -52,6 +53,23 @@ def test_a_ping_comes_back(cable: Any, link: BoardLink) -> None:
     round_trip_s = link.ping(PATIENCE_S)
     assert round_trip_s is not None
     assert round_trip_s > 0
+
+
+def test_an_answer_about_another_setting_is_not_the_callers(cable: Any, link: BoardLink) -> None:
+    until(lambda: link.state() is not None, "a state arrives")
+    answers: list[SettingReply | None] = []
+    asking = threading.Thread(
+        target=lambda: answers.append(link.setting(codes.SETTING_GET, 3, timeout_s=PATIENCE_S))
+    )
+    asking.start()
+    until(lambda: [row for row in cable.heard("setting") if row["index"] == 3], "it is asked")
+    for index, value in ((4, 44), (3, 33)):
+        with cable._lock:
+            reply = cable.board.setting_reply(index=index, value=value)
+        cable.say(reply)
+        assert link.ping(PATIENCE_S) is not None  # the link has read the answer by now
+    asking.join(PATIENCE_S)
+    assert answers == [SettingReply(codes.SETTING_GET, 3, 33, 0)]
 
 
 def test_commands_clearance_and_orders_reach_the_board(cable: Any, link: BoardLink) -> None:

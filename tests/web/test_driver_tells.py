@@ -176,6 +176,17 @@ def test_the_simulation_banner_shows_whenever_the_host_simulates(driver, host):
     assert simulation.is_visible()
 
 
+def test_a_relay_that_nothing_monitors_is_shown_for_as_long_as_it_is_so(driver):
+    banner = driver.page.get_by_text("Relais niet bewaakt", exact=True)
+    driver.state(relay_checked=True)
+    assert not banner.is_visible()
+    driver.state(relay_checked=False)
+    driver.advance(60_000)
+    assert banner.is_visible()
+    driver.state(state="disarmed", you=False, owner="nobody")
+    assert banner.is_visible()
+
+
 def test_who_drives_what_the_chair_does_and_the_link_age_are_shown(driver):
     driver.state(motion="turn")
     driver.advance(1200)
