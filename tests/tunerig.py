@@ -96,4 +96,5 @@ def truth(parameters: Parameters) -> TurnNumbers:
         axis.lag_s,
         axis.accelerate,
         axis.brake,
+        axis.stiction,
     )

@@ -1,5 +1,5 @@
-# How the chair turns, as the board believes it: the selected profile's deadband, dead time, ramp
-# and lag, stepped along with what is put out. Integers, no allocation.
+# How the chair turns, as the board believes it: the selected profile's deadband, dead time, ramp,
+# stiction and lag, stepped along with what is put out. Integers, no allocation.
 #
 # The state is the one the chair will have when what is put out now has reached it, a dead time from
 # now; at() is the state that the newest heading sample shows. Rates are in 1/1024 degree/s (q10),
@@ -27,6 +27,7 @@ _RIGHT = const(2)
 _ACCELERATE = const(3)  # q16 a ms
 _BRAKE = const(4)
 _FOLLOW = const(5)  # share of the difference that the lag lets through in a ms, 1/65536
+_BREAKAWAY = const(6)  # a ramp below this leaves a standing chair standing, q16
 
 _STILL = const(512)  # half a degree/s, q10
 _PAST_MS = const(512)  # a power of two, above the longest dead time
@@ -51,6 +52,7 @@ class ChairModel:
                 (of("accelerate_dps2") << 16) // 1000,
                 (of("brake_dps2") << 16) // 1000,
                 (2 << 16) // (2 * self.lag_ms + 1),  # 1 - exp(-1 / lag) within 0.03 %
+                of("breakaway_q4_dps") << 12,
             ],
         )
         self.state = array.array("i", [0] * 8)
@@ -88,10 +90,15 @@ class ChairModel:
                     ramp = wanted
             s[_RAMP] = ramp
         # At most 300 degrees/s apart: 307200 * 3277 < 2**30. What the shift drops is kept.
-        rate = s[_RATE]
-        rest = ((ramp >> 6) - rate) * n[_FOLLOW] + s[_RATE_REST]
-        rate += rest >> 16
+        before = s[_RATE]
+        rest = ((ramp >> 6) - before) * n[_FOLLOW] + s[_RATE_REST]
+        rate = before + (rest >> 16)
         s[_RATE_REST] = rest & 0xFFFF
+        # It sticks where it stands, or turns round, below what would break it loose.
+        if ramp < n[_BREAKAWAY] and ramp + n[_BREAKAWAY] > 0:
+            if before == 0 or (before > 0 and rate < 0) or (before < 0 and rate > 0):
+                rate = 0
+                s[_RATE_REST] = 0
         # At a standstill the brakes hold it.
         if ramp == 0 and wanted == 0 and rate < _STILL and rate + _STILL > 0:
             rate = 0

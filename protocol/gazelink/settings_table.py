@@ -46,17 +46,18 @@ PROFILE_ROWS = (
     ("lag_ms", 20, 800),
     ("accelerate_dps2", 20, 600),
     ("brake_dps2", 20, 600),
+    ("breakaway_q4_dps", 0, 480),  # a ramp below this does not set a standing chair in motion
     ("caster_q4_deg", 0, 640),  # turned further after a reversal, above NO_CASTERS_Q4_DEG
     ("caster_way_q4_deg", 80, 2000),  # turned by the wheels until the casters have swung round
     ("tuned", 0, 1),
 )
 # Until a chair is tuned: the speeds seen on the chair, the rest from comparable chairs.
 _DEFAULTS = (
-    (194, 250, 500, 364, 273, 80, 150, 250, 120, 180, 320, 400, 0),
-    (278, 278, 500, 637, 637, 80, 150, 250, 120, 180, 320, 400, 0),
-    (361, 389, 500, 728, 728, 80, 150, 250, 120, 180, 320, 400, 0),
-    (444, 472, 500, 910, 910, 80, 150, 250, 120, 180, 320, 400, 0),
-    (556, 389, 500, 910, 910, 80, 150, 250, 120, 180, 320, 400, 0),
+    (194, 250, 500, 364, 273, 56, 140, 350, 36, 150, 155, 320, 400, 0),
+    (278, 278, 500, 637, 637, 56, 140, 350, 36, 150, 155, 320, 400, 0),
+    (361, 389, 500, 728, 728, 56, 140, 350, 36, 150, 155, 320, 400, 0),
+    (444, 472, 500, 910, 910, 56, 140, 350, 36, 150, 155, 320, 400, 0),
+    (556, 389, 500, 910, 910, 56, 140, 350, 36, 150, 155, 320, 400, 0),
 )
 
 

@@ -44,7 +44,7 @@ def test_steady_turning_as_the_profile_says_is_believed():
         for permille in (500, -1000):
             turning = Turning(profile, profile)
             assert not turning.run(permille, 300), "too early"
-            assert turning.run(permille, 1700), (profile, permille)
+            assert turning.run(permille, 3200), (profile, permille)
             assert turning.run(0, 1000), "rest contradicts nothing"
 
 

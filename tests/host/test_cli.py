@@ -64,7 +64,8 @@ def test_a_taken_web_port_ends_run_in_one_line(
         port = taken.getsockname()[1]
         file = tmp_path / "chair.toml"
         file.write_text(
-            f'[board]\nport = "{tmp_path}/none"\n[web]\nport = {port}\nstate_folder = "{tmp_path}"\n'
+            f'[board]\nport = "{tmp_path}/none"\n'
+            f'[web]\nport = {port}\nstate_folder = "{tmp_path}"\n'
         )
         process = subprocess.run(
             [sys.executable, "-m", "gazechair", "run", "--config", str(file)],

@@ -42,7 +42,7 @@ def test_no_three_switches_of_a_fine_grid_beat_the_bound(
     )
     settled, _ = outcome(model, Switches(t1, t2, t3))
     brute_s = float(settled.min() + model.dead[0, 0])
-    assert best_s <= brute_s + 0.005
+    assert best_s <= 1.02 * brute_s  # a chair that sticks gains a little by a third
     assert best_s >= brute_s - 0.08  # the grid is coarse, the search is not magic
 
 

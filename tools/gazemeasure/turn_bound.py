@@ -5,7 +5,7 @@ towards the setpoint, full deflection back, neutral. For each length of the coun
 first switch is found by secants so that the chair comes to rest at the setpoint; around it both
 switches are searched together, coarse to fine (down to FINE_S), for the earliest settling in
 turn_judge's sense. The dead time is part of it. tests/tools/test_measure_turn.py compares with
-brute force over three switches: a third one gains less than the resolution.
+brute force over three switches: a third one gains 2 % at most, on a chair that sticks.
 """
 
 from __future__ import annotations

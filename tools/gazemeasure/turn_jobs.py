@@ -126,4 +126,5 @@ def true_rows(profile: str, parameters: Parameters) -> dict[str, int]:
         axis.lag_s,
         axis.accelerate,
         axis.brake,
+        axis.stiction,
     ).rows(profile)

@@ -37,10 +37,10 @@ SPEEDS_KM_H = {
 
 
 def _parameters(forward: float, backward: float, left: float, right: float) -> Parameters:
-    # The dynamics are estimates, the same for every profile until they are identified on the chair.
+    # Driving: estimates, the same for every profile. Turning: as identified.
     per_km_h = math.degrees(KM_H / HALF_TRACK_M)
     linear = Axis(forward * KM_H, backward * KM_H, 0.15, 0.08, 0.6, 1.0, 0.30, 0.01)
-    turn = Axis(left * per_km_h, right * per_km_h, 0.12, 0.08, 120.0, 180.0, 0.20, 0.5)
+    turn = Axis(left * per_km_h, right * per_km_h, 0.125, 0.056, 36.0, 150.0, 0.35, 0.5, 0.4, 9.7)
     return Parameters(linear, turn)
 
 

@@ -25,12 +25,13 @@ _HUBER = 2.0
 _ROUNDS = (10, 25)  # of every start, and of the best three
 # How the casters lie at first, and how many degrees they do.
 _STARTS = ((0.0, 0.0), (0.0, 8.0), (0.0, -8.0), (1.0, 8.0), (1.0, -8.0), (0.5, 8.0), (0.5, -8.0))
+_BRISK = (4.8, 1.0)  # a chair that starts at once: its ramp, log degrees/s2, and its stiction
 _EVERY = 2  # samples: neighbours say little new
 _STEP = 1e-4
 # Spread about what is believed of the profile; sizes and times as logarithms.
-_SPREAD = np.array([0.5, 0.5, 0.05, 0.15, 0.5, 0.35, 0.35, 6.0, 0.6, 0.5, 0.7])
-_LOW = np.array([1.0, 1.0, 0.0, 0.02, -4.0, 3.4, 3.4, -20.0, 0.5, 0.0, -4.0])
-_HIGH = np.array([5.5, 5.5, 0.3, 0.4, -0.2, 6.2, 6.2, 20.0, 5.0, 1.0, 4.0])
+_SPREAD = np.array([0.25, 0.25, 0.05, 0.15, 0.5, 0.5, 0.35, 6.0, 6.0, 0.6, 0.5, 0.7])
+_LOW = np.array([1.0, 1.0, 0.0, 0.02, -4.0, 3.0, 3.0, 0.0, -20.0, 0.5, 0.0, -4.0])
+_HIGH = np.array([5.5, 5.5, 0.3, 0.4, -0.2, 6.2, 6.2, 29.0, 20.0, 5.0, 1.0, 4.0])
 
 
 @dataclass(frozen=True)
@@ -50,9 +51,12 @@ def identify(recordings: Sequence[Recording], believed: TurnNumbers) -> Fit:
     centre = _unknowns(believed)
     tried = []
     for lie, caster in _STARTS:
-        start = centre.copy()
-        start[model.LIE], start[model.CASTER] = lie, caster
-        tried.append(_descend(start, centre, pulses, _ROUNDS[0]))
+        for brisk in (False, True):
+            start = centre.copy()
+            start[model.LIE], start[model.CASTER] = lie, caster
+            if brisk:
+                start[[model.ACCELERATE, model.BREAKAWAY]] = _BRISK
+            tried.append(_descend(start, centre, pulses, _ROUNDS[0]))
     tried.sort(key=lambda valley: valley[0])
     best = min(
         (_descend(valley[1], centre, pulses, _ROUNDS[1]) for valley in tried[:3]),
@@ -64,7 +68,7 @@ def identify(recordings: Sequence[Recording], believed: TurnNumbers) -> Fit:
     return Fit(
         _numbers(unknowns),
         float(np.sqrt(np.nanmean(residual**2))),
-        TurnNumbers(*errors[:7].tolist()),
+        TurnNumbers(*errors[:8].tolist()),
     )
 
 
@@ -73,7 +77,10 @@ def _unknowns(n: TurnNumbers) -> Floats:
     way = np.log(0.25 * (n.left_dps + n.right_dps))  # half a second at full speed
     left, right, lag, accelerate, brake = sizes
     return np.array(
-        [left, right, n.deadband, n.dead_time_s, lag, accelerate, brake, 0.0, way, 0.5, 0.0]
+        [
+            *(left, right, n.deadband, n.dead_time_s, lag, accelerate, brake, n.breakaway_dps),
+            *(0.0, way, 0.5, 0.0),
+        ]
     )
 
 
@@ -89,6 +96,7 @@ def _numbers(u: Floats) -> TurnNumbers:
         float(lag),
         float(accelerate),
         float(brake),
+        float(u[model.BREAKAWAY]),
         float(u[model.CASTER]),
         float(np.exp(u[model.CASTER_WAY])),
     )

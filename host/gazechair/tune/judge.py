@@ -16,6 +16,11 @@ _TURNED_DEG = 2.0  # on average
 _SURE = 0.25  # standard error of a full speed, as a share
 _APART = 3.0  # left and right
 _FITS = 1.7  # found and believed speeds of a profile: by load, battery and floor
+# No deadband, no stiction and no casters at all are a chair's good right.
+_MAY_BE_NONE = (
+    *("tuned", "deadband_permille", "breakaway_q4_dps"),
+    *("caster_q4_deg", "caster_way_q4_deg"),
+)
 _OTHER = 1.35  # another profile is named only when it fits this much better
 
 
@@ -49,8 +54,8 @@ def judge(recordings: Sequence[Recording], fit: Fit) -> None:
 def _within_limits(numbers: TurnNumbers) -> None:
     for name, value in numbers.rows(PROFILES[0]).items():
         _, _, low, high = TABLE[index_of(name)]
-        if name.endswith(("tuned", "deadband_permille", "caster_q4_deg", "caster_way_q4_deg")):
-            continue  # no deadband and no casters at all are a chair's good right
+        if name.endswith(_MAY_BE_NONE):
+            continue
         if not low < value < high:
             what = name.partition("_")[2].partition("_")[2]
             raise TuneError(

@@ -1,9 +1,11 @@
 """What a chair at rest does in answer to one pulse of the joystick, in closed form.
 
-Deadband, dead time, ramp and lag as in numbers.TurnNumbers, the order in which the board's own
-model has them. The ramp of a pulse is a trapezoid, a sum of four ramps that begin one after the
-other; the heading is the sum of their answers: a ramp of slope 1 through a lag of L seconds turns
-x**2/2 - L*x + L**2*(1 - exp(-x/L)) in x seconds.
+Deadband, dead time, ramp, stiction and lag as in numbers.TurnNumbers, the order in which the
+board's own model has them. The ramp of a pulse is a trapezoid, a sum of four ramps that begin one
+after the other; the heading is the sum of their answers: a ramp of slope 1 through a lag of L
+seconds turns x**2/2 - L*x + L**2*(1 - exp(-x/L)) in x seconds. The chair stands until the ramp
+breaks it loose; the first ramp then begins with a jump, and a jump of 1 turns x - L*(1 -
+exp(-x/L)).
 
 Casters, which swing round after a reversal by the way the wheels go, turn the chair besides: half a
 cosine over the first degrees of the way back. A sloping floor turns it a little while it moves.
@@ -24,8 +26,9 @@ from gazechair.tune.recording import Recording
 Floats = NDArray[np.float64]
 
 # The columns of a set of unknowns; those of size and time as logarithms.
-LEFT, RIGHT, DEADBAND, DEAD, LAG, ACCELERATE, BRAKE, CASTER, CASTER_WAY, LIE, SLOPE = range(11)
-UNKNOWNS = 11
+LEFT, RIGHT, DEADBAND, DEAD, LAG, ACCELERATE, BRAKE, BREAKAWAY = range(8)
+CASTER, CASTER_WAY, LIE, SLOPE = range(8, 12)
+UNKNOWNS = 12
 _SLOW_DPS = 0.5  # slower than this a floor turns nothing: the brakes hold the chair
 
 
@@ -79,14 +82,20 @@ def _wheels(u: Floats, pulses: Pulses, asked: Floats) -> tuple[Floats, Floats]:
     up, down, lag = np.exp(u[:, ACCELERATE]), np.exp(u[:, BRAKE]), np.exp(u[:, LAG])
     rising = np.minimum(pulses.seconds, asked / up)
     zero = pulses.seconds + up * rising / down
+    jump = np.maximum(0.0, u[:, BREAKAWAY])
+    loose = jump / up  # when it breaks loose
     t = pulses.time_s - u[:, DEAD]
-    way = np.zeros(np.broadcast_shapes(t.shape, asked.shape))
-    rate = np.zeros_like(way)
-    for slope, begin in ((up, 0.0), (-up, rising), (-down, pulses.seconds), (down, zero)):
+    x = np.maximum(0.0, t - loose)
+    gone = 1.0 - np.exp(-x / lag)
+    way = jump * (x - lag * gone)
+    rate = jump * gone
+    for slope, begin in ((up, loose), (-up, rising), (-down, pulses.seconds), (down, zero)):
         x = np.maximum(0.0, t - begin)
         gone = 1.0 - np.exp(-x / lag)
         way = way + slope * (0.5 * x * x - lag * x + lag * lag * gone)
         rate = rate + slope * (x - lag * gone)
+    moves = up * rising > jump
+    way, rate = np.where(moves, way, 0.0), np.where(moves, rate, 0.0)
     step_s = np.diff(pulses.time_s, axis=1, prepend=pulses.time_s[:, :1])
     moving_s = np.cumsum((rate > _SLOW_DPS) * step_s, axis=2)
     return way, moving_s
@@ -114,4 +123,7 @@ def angle_deg(numbers: TurnNumbers, deflection: float, pulse_s: float) -> float:
     up, down = numbers.accelerate_dps2, numbers.brake_dps2
     rising = min(pulse_s, speed / up)
     peak = up * rising
-    return peak * (pulse_s - rising) + 0.5 * peak * (rising + peak / down)
+    if peak <= numbers.breakaway_dps:
+        return 0.0
+    stood = 0.5 * numbers.breakaway_dps**2 / up
+    return peak * (pulse_s - rising) + 0.5 * peak * (rising + peak / down) - stood

@@ -29,6 +29,8 @@ class TurnNumbers:
     lag_s: float
     accelerate_dps2: float
     brake_dps2: float
+    breakaway_dps: float
+    """A ramp below this does not set a standing chair in motion."""
     caster_deg: float = 0.0
     """How much further the chair turns after a reversal, while the casters swing round."""
     caster_way_deg: float = 25.0
@@ -49,6 +51,7 @@ class TurnNumbers:
             row("lag_ms") / 1000,
             float(row("accelerate_dps2")),
             float(row("brake_dps2")),
+            row("breakaway_q4_dps") / 16,
             (row("caster_q4_deg") - NO_CASTERS_Q4_DEG) / 16,
             row("caster_way_q4_deg") / 16,
         )
@@ -68,6 +71,7 @@ class TurnNumbers:
             "lag_ms": self.lag_s * 1000,
             "accelerate_dps2": self.accelerate_dps2,
             "brake_dps2": self.brake_dps2,
+            "breakaway_q4_dps": max(0.0, self.breakaway_dps) * 16,
             "caster_q4_deg": NO_CASTERS_Q4_DEG + self.caster_deg * 16,
             "caster_way_q4_deg": min(124.0, max(6.0, self.caster_way_deg)) * 16,
             "tuned": 1,

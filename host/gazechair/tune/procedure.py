@@ -36,6 +36,7 @@ _RATE_SAMPLES = 8
 _REPEATS = 3
 _ANSWERS = 5  # after so many pulses a chair must have turned
 _MOVED_DEG = 2.0
+_LOOSE = 1.4  # so much more than what is believed to break a standing chair loose
 _REST, _PUSH, _RUN, _OUT = range(4)
 
 
@@ -115,6 +116,7 @@ class Procedure:
         sign = 1 if permille > 0 else -1
         angle = max(3.0, (to_deg - heading_deg) * sign)
         numbers = scaled(self._believed, self._factor[sign])
+        permille = sign * max(abs(permille), self._least_permille(numbers, sign))
         low, high = PULSE_MS
         high = max(low, min(high, self._left_ms // max(1, len(self._plan) - 2)))
         while high - low > 5:
@@ -124,6 +126,12 @@ class Procedure:
             else:
                 high = middle
         return Pulse(permille, low)
+
+    def _least_permille(self, numbers: TurnNumbers, sign: int) -> int:
+        """Less than this may not set the chair in motion."""
+        full = numbers.left_dps if sign > 0 else numbers.right_dps
+        share = min(1.0, _LOOSE * numbers.breakaway_dps / full)
+        return round(1000 * (numbers.deadband + (1.0 - numbers.deadband) * share))
 
     def _push(self, s: Sample, moves: bool) -> None:
         if s.override:
@@ -204,8 +212,9 @@ class Procedure:
             raise TuneError("the heading is noisy though the chair stands; is the sensor loose?")
         sign = 1 if recording.deflection > 0 else -1
         believed = angle_deg(self._believed, recording.deflection, recording.pulse_s)
-        ratio = max(0.3, min(3.0, recording.turned_deg * sign / believed))
-        self._factor[sign] = 0.5 * (self._factor[sign] + ratio)
+        if believed > _MOVED_DEG:
+            ratio = max(0.3, min(3.0, recording.turned_deg * sign / believed))
+            self._factor[sign] = 0.5 * (self._factor[sign] + ratio)
         if len(self.recordings) < _ANSWERS:
             return
         turned = [r.turned_deg for r in self.recordings]

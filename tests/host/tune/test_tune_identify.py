@@ -27,7 +27,7 @@ def unknowns(numbers: TurnNumbers, caster_deg: float = 0.0, lie: float = 0.0) ->
     sizes = np.log([n.left_dps, n.right_dps])
     rates = np.log([n.lag_s, n.accelerate_dps2, n.brake_dps2])
     casters = [caster_deg, np.log(20.0), lie]
-    return np.array([[*sizes, n.deadband, n.dead_time_s, *rates, *casters, 0.0]])
+    return np.array([[*sizes, n.deadband, n.dead_time_s, *rates, n.breakaway_dps, *casters, 0.0]])
 
 
 def recorded(described: np.ndarray) -> list[Recording]:
@@ -39,17 +39,20 @@ def recorded(described: np.ndarray) -> list[Recording]:
 
 
 @pytest.mark.parametrize("caster_deg", [0.0, 9.0, -6.0])
-@pytest.mark.parametrize("lag_s", [0.15, 0.45])
-def test_the_models_own_data_give_its_numbers_back(lag_s: float, caster_deg: float) -> None:
-    true = TurnNumbers(38.0, 31.0, 0.11, 0.2, lag_s, 140.0, 200.0)
+@pytest.mark.parametrize(("lag_s", "breakaway_dps"), [(0.15, 0.0), (0.45, 0.0), (0.3, 6.0)])
+def test_the_models_own_data_give_its_numbers_back(
+    lag_s: float, breakaway_dps: float, caster_deg: float
+) -> None:
+    true = TurnNumbers(38.0, 31.0, 0.11, 0.2, lag_s, 40.0, 160.0, breakaway_dps)
     fit = identify(recorded(unknowns(true, caster_deg)), TurnNumbers.default("3.1"))
     assert fit.residual_deg < 0.1
     found = fit.numbers
     assert found.left_dps == pytest.approx(true.left_dps, rel=0.06)
     assert found.right_dps == pytest.approx(true.right_dps, rel=0.06)
     assert found.deadband == pytest.approx(true.deadband, abs=0.02)
-    assert found.dead_time_s == pytest.approx(true.dead_time_s, abs=0.01)
+    assert found.dead_time_s == pytest.approx(true.dead_time_s, abs=0.02)
     assert found.lag_s == pytest.approx(true.lag_s, rel=0.08)
+    assert found.breakaway_dps == pytest.approx(true.breakaway_dps, abs=3.0)  # or dead time
 
 
 @pytest.mark.parametrize(("deflection", "pulse_s"), [(1.0, 0.3), (0.4, 0.8), (-1.0, 1.0)])
@@ -65,8 +68,8 @@ def test_the_model_turns_as_the_twin_does(deflection: float, pulse_s: float) -> 
     numbers = truth(undisturbed("3.1"))
     described = unknowns(numbers)
     told = model.headings(described, Pulses.of([recording]))[0, 0]
-    assert np.abs(told - recording.heading_deg).max() < 0.15  # it ends where the brakes hold
-    assert abs(angle_deg(numbers, deflection, pulse_s) - abs(headings[-1])) < 0.15
+    assert np.abs(told - recording.heading_deg).max() < 0.4  # it knows no friction
+    assert abs(angle_deg(numbers, deflection, pulse_s) - abs(headings[-1])) < 0.4
 
 
 @pytest.mark.parametrize("profile", PROFILES)

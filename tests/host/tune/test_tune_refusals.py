@@ -17,7 +17,7 @@ from gazelink import codes
 
 NEUTRAL = 170
 BELIEVED = TurnNumbers.default("3.1")
-SURE = TurnNumbers(0.01, 0.01, 0.01, 0.01, 0.01, 0.01, 0.01)
+SURE = TurnNumbers(*[0.01] * 8)
 
 
 class Script:
@@ -101,7 +101,7 @@ def recordings(turned_deg: float) -> list[Recording]:
     return [Recording(1.0, 0.5, time_s, np.array([0.0, turned_deg]), 0.0)] * 4
 
 
-GOOD = TurnNumbers(45.0, 44.0, 0.1, 0.15, 0.25, 120.0, 180.0)
+GOOD = TurnNumbers(45.0, 44.0, 0.1, 0.15, 0.25, 120.0, 180.0, 5.0)
 
 
 @pytest.mark.parametrize(
