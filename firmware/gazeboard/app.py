@@ -75,6 +75,7 @@ class App:
         turn = turn_controller(s)
         self.motion = Motion(s, turn)
         self.profile_check = ProfileCheck(turn.model)
+        self.safety.set_relay_fitted(s.relay_fitted)
         self.inbox.back.calibrated = s.calibrated
         self.inbox.touch()
 

@@ -86,6 +86,10 @@ class Safety:
         self._emergency_count = 0
         self._order_number = 0
 
+    # Whether a contact tells what the relay does; only while disarmed.
+    def set_relay_fitted(self, fitted):
+        self._relay_fitted = fitted
+
     # One tick. `i` is an Inputs; `blocked` has a bit per direction (obstacles); the contacts are
     # what the pins say now; `late` is true when the time since the last tick exceeded the limit.
     @micropython.native

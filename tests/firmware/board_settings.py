@@ -99,3 +99,18 @@ def test_telemetry_comes_as_often_as_asked():
     bad = rig.app.link.bad
     rig.run(5)
     assert rig.app.link.bad == bad + 2
+
+
+def test_a_relay_contact_counts_from_the_moment_it_is_said_to_be_fitted():
+    rig = connected()
+    fitted = index_of("relay_fitted")
+    rig.relay_works = False
+    assert ask(rig, codes.SETTING_SET, fitted, 0) == (0, codes.NO_REASON)
+    rig.arm()  # nobody tells what the relay does
+    rig.give(codes.DISARM)
+    rig.run(200)
+    assert ask(rig, codes.SETTING_SET, fitted, 1) == (1, codes.NO_REASON)
+    rig.run(1200)
+    rig.give(codes.ARM)
+    rig.until(lambda: rig.app.safety.faults & (1 << codes.RELAY_OPEN), 400)
+    assert rig.app.safety.state == codes.DISARMED
