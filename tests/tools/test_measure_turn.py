@@ -35,7 +35,7 @@ def test_no_three_switches_of_a_fine_grid_beat_the_bound(
     t1, t2, t3 = (
         each.reshape(1, -1)
         for each in np.meshgrid(
-            np.arange(0.5 * guess, guess + 0.5, 0.012),
+            np.arange(0.5 * guess, guess + 0.9, 0.012),
             np.arange(0.0, 0.8, 0.04),
             np.arange(0.0, 0.25, 0.06),
         )
