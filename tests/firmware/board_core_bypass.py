@@ -38,6 +38,7 @@ def test_a_press_lasts_20_s_and_never_comes_back():
     turns = 0
     while held.turn(7):
         turns += 1
+        assert turns < 3000
     assert (turns + 1) * PERIOD_MS - MOST_MS in range(PERIOD_MS)
     for _ in range(300):
         assert held.turn(7) == 0
@@ -51,6 +52,7 @@ def test_it_ends_when_it_is_no_longer_said():
         turns = 1
         while held.turn():
             turns += 1
+            assert turns < 100
         assert (turns - 1) * PERIOD_MS < lasts_ms <= turns * PERIOD_MS, ttl_ms
         assert held.turn(1) == 0  # the same press said again is over
     for ttl_ms in (0, 1, EARLY_MS):
@@ -91,6 +93,7 @@ def test_an_old_number_does_not_refresh_a_running_press():
     turns = 0
     while held.turn(8):
         turns += 1
+        assert turns < 100
     assert turns * PERIOD_MS < 300
 
 
@@ -123,3 +126,26 @@ def test_a_new_session_ends_it_and_numbers_begin_anew():
     assert held.turn(99) == MOST_MS
     held.i.session_count = 1  # its count wraps
     assert held.turn(99) == MOST_MS  # a number of that session, its first
+
+
+def test_the_last_millisecond_passes_too():
+    held = Held()
+    held.turn(1)
+    held.i.bypass_count += 1
+    held.bypass.step(held.i, True, MOST_MS - 1)
+    assert held.bypass.left_ms == 1
+    assert held.turn(1) == 0
+
+
+def test_the_count_of_its_frames_wraps():
+    held = Held()
+    held.i.bypass_count = 0xFFF0
+    for _ in range(100):
+        left_ms = held.turn(1)
+    assert left_ms == MOST_MS - 99 * PERIOD_MS
+
+
+def test_no_frame_holds_it_longer_than_a_command_may_live():
+    held = Held()
+    held.turn(1, 60000)
+    assert held.bypass._ttl_ms == limits.COMMAND_TTL_MS - EARLY_MS == 268

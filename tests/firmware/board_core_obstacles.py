@@ -171,7 +171,7 @@ def test_noise_of_3_cm_makes_nothing_chatter():
 
 def test_the_faster_the_longer_the_way_to_stop():
     for direction in range(4):
-        for permille in (250, 400, 600):
+        for permille in range(250, 1001, 50):
             eyes = Eyes()
             outputs(eyes, direction, permille)
             eyes.run(20)
@@ -226,6 +226,7 @@ def test_a_distance_that_is_not_renewed_is_used_up():
         while eyes.decision(direction) != codes.BLOCKED:
             eyes.tick()
             ms += 1
+            assert ms < 400
         assert 190 <= ms <= 225, ms
 
 
@@ -329,6 +330,7 @@ def test_bypass_creeps_past_what_blocks_for_20_s():
                 eyes.hold_bypass(1)
             eyes.tick()
             ms += 1
+            assert ms < limits.BYPASS_MAX_MS
         eyes.run(2 * TURN_MS)
         assert limits.BYPASS_MAX_MS - 50 <= ms + 2 * TURN_MS <= limits.BYPASS_MAX_MS
         assert eyes.decision(direction) == codes.BLOCKED
@@ -416,6 +418,7 @@ def test_looking_often_does_not_lengthen_a_bypass():
         eyes.frame()
         eyes.tick()
         ms += 1
+        assert ms <= limits.BYPASS_MAX_MS
     assert limits.BYPASS_MAX_MS - 50 <= ms <= limits.BYPASS_MAX_MS
 
 
@@ -474,3 +477,72 @@ def test_without_any_clearance_a_moving_chair_is_blocked():
     eyes.turn = -600
     eyes.run(1000)
     assert eyes.o.blocked & 9 == 9
+
+
+def test_what_the_chair_moved_meanwhile_is_exact():
+    for direction in range(4):
+        for speed, age_ms, moved in ((200, 250, 50), (999, 250, 249), (1000, 100, 100)):
+            for short in (0, 1):
+                eyes = Eyes()
+                eyes.frames = False
+                way = eyes.way(direction)
+                way.speed = speed
+                way.stop = 300
+                eyes.age_ms = age_ms
+                eyes.set(300 + moved - short, (direction,))
+                eyes.frame()
+                eyes.tick()
+                assert eyes.o.blocked == short << direction
+                # And the same by its turn.
+                way.level = LEVELS
+                way.judge(eyes.stopping(direction), 300 + moved - short, age_ms, LEVELS)
+                assert (way.level < 0) == (short == 1)
+
+
+def test_the_smallest_output_counts():
+    for direction in range(4):
+        eyes = Eyes()
+        outputs(eyes, direction, 1)
+        eyes.run(20)
+        assert [eyes.way(d).speed for d in range(4)] == [int(d == direction) for d in range(4)]
+
+
+def test_from_blocked_to_creep():
+    for direction in range(4):
+        eyes = Eyes()
+        s = eyes.stopping(direction)
+        eyes.set(0, (direction,))
+        eyes.run(40)
+        eyes.set(s.begin[0] + s.band, (direction,))
+        eyes.run(400)
+        assert eyes.way(direction).level == 0
+
+
+def test_one_turn_of_a_worse_view_starts_the_wait_anew():
+    eyes = Eyes()
+    way = eyes.way(0)
+    s = eyes.stopping(0)
+    way.level = 5
+    turns = limits.CLEAR_MS // TURN_MS
+    for _ in range(turns):
+        way.judge(s, CLEAR_FAR, 0, LEVELS)
+    way.judge(s, s.begin[4], 0, LEVELS)
+    for _ in range(turns):
+        way.judge(s, CLEAR_FAR, 0, LEVELS)
+        assert way.level == 4
+    way.judge(s, CLEAR_FAR, 0, LEVELS)
+    assert way.level == LEVELS
+
+
+def test_the_count_of_clearances_wraps():
+    eyes = Eyes()
+    eyes.frames = False
+    eyes.i.clearance_count = 0xFFFE
+    eyes.frame()
+    eyes.tick()
+    eyes.tick()
+    eyes.set(0, (0,))
+    eyes.frame()
+    assert eyes.i.clearance_count == 0
+    eyes.tick()
+    assert eyes.decision(0) == codes.BLOCKED

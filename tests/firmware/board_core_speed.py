@@ -116,6 +116,7 @@ def test_it_is_nothing_in_the_time_it_takes_to_stop():
         ms = 0
         while bound.update(chair, 0):
             ms += PERIOD_MS
+            assert ms <= stated_ms
         assert stated_ms // 4 < ms <= stated_ms, (ms, stated_ms)
         assert bound.update(chair, 0) == 0
         assert bound.update(chair, 1000) == chair.full  # and anew
@@ -151,3 +152,26 @@ def test_a_pulse_below_the_peak_is_on_its_way_too():
     seen = [bound.update(chair, permille) for permille in [1000, 600] + [300] * 15]
     # In turn 6 the chair does what it was told in turn 1; the bound is one turn behind.
     assert seen == [1000] * 7 + [600] * 6 + [300] * 4, seen
+
+
+def test_the_dead_time_is_over_with_its_last_millisecond():
+    chair = Chair(dead_ms=39, tail_ms=0, brake=200000)
+    bound = SpeedBound(PERIOD_MS)
+    assert run(bound, chair, 1000, 1) + run(bound, chair, 0, 9) == [1000] * 6 + [0] * 4
+
+
+def test_the_brake_is_as_told():
+    chair = Chair(full=2400, dead_ms=24, tail_ms=0, brake=9600)  # 76.8 units in a turn
+    bound = SpeedBound(PERIOD_MS)
+    seen = run(bound, chair, 1000, 1) + run(bound, chair, 0, 30)
+    begun = 5  # dead time, and the turn that the bound is behind
+    for k in range(26):
+        exact = 2400 - k * 76.8
+        assert exact <= seen[begun - 1 + k] <= exact + 1 + k / 64, k
+
+
+def test_the_end_of_the_lag_is_slow():
+    chair = Chair(full=1, brake=100000)
+    bound = SpeedBound(PERIOD_MS)
+    seen = run(bound, chair, 1000, 1) + run(bound, chair, 0, 60)
+    assert sum(seen) == 41, sum(seen)

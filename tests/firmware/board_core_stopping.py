@@ -23,6 +23,10 @@ def row(settings, name):
     return settings.of_profile(name)
 
 
+def test_levels():
+    assert LEVELS == 16
+
+
 def test_a_trusted_profile_counts_alone():
     for profile in range(len(PROFILES)):
         settings = changed(
@@ -120,6 +124,7 @@ def test_creep():
     settings = Settings()
     assert Stopping(settings, codes.DIR_FORWARD, True).permille[0] == 332
     assert Stopping(settings, codes.DIR_FORWARD, False).permille[0] == 215
+    assert Stopping(settings, codes.DIR_BACKWARD, False).permille[0] == 254
     # What breaks a turn of the selected profile loose, 155/16 degrees/s and a quarter, is more.
     for trusted in (False, True):
         for direction in (codes.DIR_LEFT, codes.DIR_RIGHT):

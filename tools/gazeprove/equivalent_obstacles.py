@@ -9,6 +9,12 @@ OBSTACLES: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
             ("__init__", "self._better_ms = 0  ->  self._better_ms = -1"),
             ("__init__", "self._better_ms = 0  ->  self._better_ms = 1"),
             ("judge", "if self._better_ms >= _CLEAR_MS:  ->  if self._better_ms > _CLEAR_MS:"),
+            ("judge", "self._better_ms = 0  ->  self._better_ms = 1"),
+            ("judge", "self._better_ms = 0  ->  self._better_ms = -1"),
+            ("block", "self._better_ms = 0  ->  self._better_ms = 1"),
+            ("block", "self._better_ms = 0  ->  self._better_ms = -1"),
+            ("module", "_CLEAR_MS = const(300)  ->  _CLEAR_MS = const(301)"),
+            ("module", "_CLEAR_MS = const(300)  ->  _CLEAR_MS = const(299)"),
         ),
         "Written before it is first read; named here so that no attribute is added later.": (
             ("__init__", "self.speed = 0  ->  self.speed = -1"),
@@ -19,6 +25,31 @@ OBSTACLES: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
         "Saves time: a clearance stays for longer than a turn, which says the same.": (
             ("_look", "if near:  ->  if True:"),
             ("_look", "near &= ~self.blocked  ->  pass"),
+        ),
+        "Where the round begins, and what the first tick finds, is no matter: nothing has moved.": (
+            ("__init__", "self._phase = 0  ->  self._phase = 1"),
+            ("__init__", "self._phase = 0  ->  self._phase = -1"),
+            ("__init__", "self._looked = False  ->  self._looked = True"),
+            ("__init__", "self._extra_ms = 0  ->  self._extra_ms = 1"),
+            ("__init__", "self._extra_ms = 0  ->  self._extra_ms = -1"),
+            ("__init__", "self._most = [0] * 4  ->  self._most = [-1] * 4"),
+        ),
+        "An output of 0, or below, asks for nothing.": (
+            ("step", "if linear_permille > 0:  ->  if linear_permille >= 0:"),
+            ("step", "if turn_permille > 0:  ->  if turn_permille >= 0:"),
+            ("step", "measured = 0  ->  measured = -1"),
+            ("step", "most[at] = 0  ->  most[at] = -1"),
+        ),
+        "Forward is the lowest.": (
+            ("step", "if at == _FORWARD:  ->  if at <= _FORWARD:"),
+            ("_judge", "if at == _FORWARD:  ->  if at <= _FORWARD:"),
+        ),
+        "Only how the work is spread.": (("step", "self._looked = False  ->  pass"),),
+        "Nobody asks for the higher bits.": (
+            (
+                "_look",
+                "near = i.clearance_blocked & _ALL_BLOCKED  ->  near = i.clearance_blocked",
+            ),
         ),
         "The same speed either way.": (
             ("feel", "if measured > speed:  ->  if measured >= speed:"),
@@ -54,6 +85,27 @@ OBSTACLES: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
         ),
         "Saves time: a bound of 0 stays 0 without an output.": (
             ("update", "if permille == 0 and bound == 0:  ->  if False:"),
+            (
+                "update",
+                "if permille == 0 and bound == 0:  ->  if permille == -1 and bound == 0:",
+            ),
+            (
+                "update",
+                "if permille == 0 and bound == 0:  ->  if permille == 0 and bound == 1:",
+            ),
+            (
+                "update",
+                "if permille == 0 and bound == 0:  ->  if permille == 0 and bound == -1:",
+            ),
+        ),
+        "A multiple of 64: in thousandths its rest is a multiple of 8.": (
+            (
+                "update",
+                (
+                    "asked = (permille * stopping.full * _SCALE + 999) // 1000  ->  "
+                    "asked = (permille * stopping.full * _SCALE + 998) // 1000"
+                ),
+            ),
         ),
         "The next turn's output is never below 0 and takes its place.": (
             ("update", "self._since = 0  ->  self._since = -1"),
@@ -73,6 +125,27 @@ OBSTACLES: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
             ("__init__", "self.left_ms = 0  ->  self.left_ms = 1"),
             ("__init__", "self.left_ms = 0  ->  self.left_ms = -1"),
         ),
-        "Nothing is left to count down.": (("step", "if self.left_ms > 0:  ->  if True:"),),
+        "Nothing is left to count down, or it is in this turn.": (
+            ("step", "if self.left_ms > 0:  ->  if True:"),
+            ("step", "if self.left_ms > 0:  ->  if self.left_ms >= 0:"),
+            ("step", "if self.left_ms > 0:  ->  if self.left_ms > -1:"),
+            ("step", "self.left_ms = 0  ->  self.left_ms = 1"),
+        ),
+        "No number is below 0; an odd bit less does not reach the other half.": (
+            (
+                "_heard",
+                (
+                    "if self._number != _ANY and number - self._number & 255 > 127:  ->  "
+                    "if self._number > _ANY and number - self._number & 255 > 127:"
+                ),
+            ),
+            (
+                "_heard",
+                (
+                    "if self._number != _ANY and number - self._number & 255 > 127:  ->  "
+                    "if self._number != _ANY and number - self._number & 254 > 127:"
+                ),
+            ),
+        ),
     },
 }
