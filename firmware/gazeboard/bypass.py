@@ -25,7 +25,7 @@ class Bypass:
         if i.session_count != self._session_count:
             self._session_count = i.session_count
             self._number = _ANY
-            self.left_ms = 0
+            self._ttl_ms = 0
         if self.left_ms > 0:
             self.left_ms = max(0, self.left_ms - elapsed_ms)
             self._ttl_ms -= elapsed_ms

@@ -546,3 +546,26 @@ def test_the_count_of_clearances_wraps():
     assert eyes.i.clearance_count == 0
     eyes.tick()
     assert eyes.decision(0) == codes.BLOCKED
+
+
+def test_a_view_that_is_better_yet_waits_anew_too():
+    eyes = Eyes()
+    way = eyes.way(0)
+    s = eyes.stopping(0)
+    way.level = 3
+    for _ in range(limits.CLEAR_MS // TURN_MS + 1):
+        assert way.level == 3
+        way.judge(s, s.begin[5] + s.band, 0, LEVELS)
+    assert way.level == 5
+    way.judge(s, CLEAR_FAR, 0, LEVELS)
+    assert way.level == 5
+
+
+def test_a_trusted_profile_creeps_as_itself():
+    # 120 mm/s of the selected profile's 361, or of the fastest one's 556.
+    for trusted, permille in ((True, 332), (False, 215)):
+        eyes = Eyes()
+        eyes.trusted = trusted
+        eyes.i.clearance_unseen = 1
+        eyes.run(40)
+        assert eyes.o.caps[0] == permille

@@ -38,6 +38,8 @@ OBSTACLES: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
             ("step", "if linear_permille > 0:  ->  if linear_permille >= 0:"),
             ("step", "if turn_permille > 0:  ->  if turn_permille >= 0:"),
             ("step", "measured = 0  ->  measured = -1"),
+            ("step", "if linear_permille > 0:  ->  if linear_permille > -1:"),
+            ("step", "if turn_permille > 0:  ->  if turn_permille > -1:"),
             ("step", "most[at] = 0  ->  most[at] = -1"),
         ),
         "Forward is the lowest.": (
@@ -49,6 +51,79 @@ OBSTACLES: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
             (
                 "_look",
                 "near = i.clearance_blocked & _ALL_BLOCKED  ->  near = i.clearance_blocked",
+            ),
+        ),
+        "A list that is longer than what is asked of it.": (
+            ("__init__", "self._most = [0] * 4  ->  self._most = [0] * 5"),
+            (
+                "__init__",
+                (
+                    "self._ways = [Way() for _ in range(4)]  ->  self._ways = [Way() for _ "
+                    "in range(5)]"
+                ),
+            ),
+            ("_look", "for at in range(4):  ->  for at in range(5):"),
+        ),
+        "The last four of eight, counted from either end.": (
+            (
+                "step",
+                (
+                    "stopping = self._stopping[at + 4 if trusted else at]  ->  stopping = s"
+                    "elf._stopping[at - 4 if trusted else at]"
+                ),
+            ),
+        ),
+        "The round goes the other way.": (
+            ("step", "phase = self._phase + 1 & 7  ->  phase = self._phase - 1 & 7"),
+        ),
+        "DIR_FORWARD is bit 0.": (
+            ("_look", "near |= 1 << _FORWARD  ->  near |= 1 >> _FORWARD"),
+            ("_look", "near |= 1 << _FORWARD  ->  near |= 1"),
+        ),
+        "The others were asked for before, or there is none beyond.": (
+            ("_judge", "if at == _BACKWARD:  ->  if at <= _BACKWARD:"),
+            ("_judge", "if at == _LEFT:  ->  if at <= _LEFT:"),
+            ("step", "if at == _RIGHT:  ->  if at >= _RIGHT:"),
+            (
+                "_decide",
+                (
+                    "decision = _DECIDED_FREE if level == _LEVELS else _DECIDED_SLOW  ->  d"
+                    "ecision = _DECIDED_FREE if level >= _LEVELS else _DECIDED_SLOW"
+                ),
+            ),
+        ),
+        "The search then finds the same level.": (
+            (
+                "judge",
+                (
+                    "if level >= 0 and (distance < stop or distance < begin[level]):  ->  i"
+                    "f level >= 0 and (distance <= stop or distance < begin[level]):"
+                ),
+            ),
+            (
+                "judge",
+                (
+                    "if level >= 0 and (distance < stop or distance < begin[level]):  ->  i"
+                    "f level >= 0 and (distance < stop or distance <= begin[level]):"
+                ),
+            ),
+        ),
+        "The same output is stored again.": (
+            (
+                "step",
+                ("if linear_permille > most[_FORWARD]:  ->  if linear_permille >= most[_FORWARD]:"),
+            ),
+            (
+                "step",
+                (
+                    "if -linear_permille > most[_BACKWARD]:  ->  if -linear_permille >= mos"
+                    "t[_BACKWARD]:"
+                ),
+            ),
+            ("step", "if turn_permille > most[_LEFT]:  ->  if turn_permille >= most[_LEFT]:"),
+            (
+                "step",
+                ("if -turn_permille > most[_RIGHT]:  ->  if -turn_permille >= most[_RIGHT]:"),
             ),
         ),
         "The same speed either way.": (
@@ -115,6 +190,7 @@ OBSTACLES: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
     "bypass": {
         "The first session sets it.": (
             ("__init__", "self._number = _ANY  ->  pass"),
+            ("__init__", "self._ttl_ms = 0  ->  pass"),
             ("__init__", "self._session_count = 0  ->  self._session_count = 1"),
             ("__init__", "self._session_count = 0  ->  self._session_count = -1"),
         ),
@@ -129,7 +205,8 @@ OBSTACLES: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
             ("step", "if self.left_ms > 0:  ->  if True:"),
             ("step", "if self.left_ms > 0:  ->  if self.left_ms >= 0:"),
             ("step", "if self.left_ms > 0:  ->  if self.left_ms > -1:"),
-            ("step", "self.left_ms = 0  ->  self.left_ms = 1"),
+            ("step", "self._ttl_ms = 0  ->  self._ttl_ms = 1"),
+            ("step", "self._ttl_ms = 0  ->  self._ttl_ms = -1"),
         ),
         "No number is below 0; an odd bit less does not reach the other half.": (
             (
