@@ -286,3 +286,19 @@ def test_arming_again_changes_nothing():
         core.tick()
         assert core.moving()
         assert core.safety.owner == codes.DRIVER
+
+
+def test_a_relay_that_is_fitted_later_counts_from_then_on():
+    core = Core(relay_fitted=False)
+    core.contact = False
+    core.arm()
+    core.order(codes.DISARM)
+    core.run(5)
+    core.safety.set_relay_fitted(True)
+    core.make_ready()
+    core.order(codes.ARM)
+    core.run(300)
+    assert not core.armed()
+    assert core.fault(codes.RELAY_OPEN)
+    core.safety.set_relay_fitted(False)
+    core.arm()

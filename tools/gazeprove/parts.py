@@ -15,7 +15,7 @@ from gazeprove.walk import Walk
 
 MODULES = ("safety", "motion", "obstacles", "speed", "stopping", "bypass")
 _NOTE_EVERY_S = 5.0
-_QUICK_EVERY = 25  # the quick form tries one mutant in so many
+_QUICK_EVERY = 80  # the quick form tries one mutant in so many
 
 Note = Callable[[str], None]
 Part = tuple[dict[str, Any], list[str]]
