@@ -123,7 +123,7 @@ class CabledBoard(ABC):
         """Plug it in again; the port shows as soon as the board runs."""
         self._cable_in = True
         if self.running:
-            self._cable.plug()
+            self._show_port()
 
     def poll(self) -> None:
         """Start it again when it ended by itself (a reset)."""
