@@ -10,7 +10,7 @@ from gazechair.flash.greeting import Greeter, wait_for_hello
 from gazechair.flash.repl import Repl
 from liveboard import LIMIT_S, NEUTRAL, EmulatedLiveBoard
 
-pytestmark = pytest.mark.m7
+pytestmark = [pytest.mark.m7, pytest.mark.patient]
 
 CALIBRATED = 0b11_11_11_00  # register 0x35, the magnetometer not used
 GYRO_ONLY = 0b11_11_00_00

@@ -9,11 +9,13 @@ import sys
 from pathlib import Path
 from typing import BinaryIO
 
+from gazeboard.boards import bank_layout as layout
 from gazesim.bank import Bank
 from gazesim.cable import Cable
 from gazesim.cabled_board import CabledBoard, die_with_parent
 
 CPYTHON = "cpython"
+_HANG = 2  # host flag
 _ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -26,7 +28,13 @@ class BoardProcess(CabledBoard):
         super().__init__(bank, bank_path, folder, cable)
         self._interpreter = interpreter
 
+    def pause(self) -> None:
+        """Stop it in the middle of whatever it does; when it goes on, it finds that much time gone."""
+        self._bank.set_u32(layout.HOST_FLAGS_AT, _HANG)
+        super().pause()
+
     def _launch(self, line: socket.socket, log: BinaryIO) -> subprocess.Popen[bytes]:
+        self._bank.set_u32(layout.HOST_FLAGS_AT, 0)
         cpython = self._interpreter == CPYTHON
         sources = os.pathsep.join(str(_ROOT / part) for part in ("protocol", "firmware"))
         environment: dict[str, str] = dict(os.environ)

@@ -27,7 +27,7 @@ FLASH_PROG_US_AT = 0x40  # (h)
 SEED_AT = 0x44  # (h)
 LOG_HEAD_AT = 0x48  # (g)
 SOFT_RESETS_AT = 0x4C  # (g)
-HOST_FLAGS_AT = 0x50  # (h)
+HOST_FLAGS_AT = 0x50  # (h) 1: see the emulated board; 2: the time now being lost is a hang
 WORLD_MS_AT = 0x54  # (h) the simulator's own time; 0: none. Only the virtual board looks at it
 
 # Bus n at BUSES_AT + n * BUS_SIZE: flags (h; bit 0 SCL stuck low), transfers, collisions, aborted

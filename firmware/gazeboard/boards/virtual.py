@@ -18,6 +18,7 @@ _CATCH_UP_US = 5000  # a PC that stalled longer paused the board
 _LEAD_MS = 10  # the board waits for a simulated world that is further behind than this
 _TICKS_MASK = 0x3FFFFFFF
 _IDLE_US = 200
+_HANG = 2  # host flag: the simulator stops this process on purpose
 
 
 class VirtualBoard:
@@ -105,7 +106,10 @@ class VirtualBoard:
             behind_us = self.ticks_diff(self.ticks_us(), due_us)
             waiting = self._ahead_of_world()
             if behind_us > _CATCH_UP_US or (waiting and behind_us > 0):
-                self._lost_us = (self._lost_us + behind_us) & _TICKS_MASK
+                if self._hung():
+                    due_us = self.ticks_us()
+                else:
+                    self._lost_us = (self._lost_us + behind_us) & _TICKS_MASK
                 behind_us = 0
             if behind_us >= 0 and not waiting:
                 due_us = (due_us + _TICK_US) & _TICKS_MASK
@@ -116,6 +120,13 @@ class VirtualBoard:
             if left_us > 50:
                 sleep_us(min(left_us, _IDLE_US))
         app.shut_down()
+
+    # Was the time just lost a hang, which the firmware must find late, and not a stall of the PC?
+    def _hung(self):
+        if not u32(self._bank, at.HOST_FLAGS_AT) & _HANG:
+            return False
+        put_u32(self._bank, at.HOST_FLAGS_AT, 0)
+        return True
 
     # Is the simulated world, a process of its own, stalled? Then its sensors stand still for no
     # fault of theirs: the board's time waits for it. A world that is ahead is not caught up with.
