@@ -1,5 +1,6 @@
 """A small stand-in for the host: serves the pages, says what a test says, remembers all."""
 
+import contextlib
 import io
 import json
 import socket
@@ -25,6 +26,7 @@ from gazechair.web.lean import lean
 
 WEB = gazesetup.ROOT / "web"
 PATIENCE_S = 30.0
+STOP_POLL_S = 0.02
 WELCOME = {
     "k": "welcome",
     "role": "driver",
@@ -118,7 +120,9 @@ class FakeHost:
         self._lock = threading.Lock()
         self._server = make_server("127.0.0.1", 0, _ended(self._application()), threaded=True)
         self.url = f"http://127.0.0.1:{self._server.server_port}/"
-        self._thread = threading.Thread(target=self._server.serve_forever, name="fake host")
+        self._thread = threading.Thread(
+            target=self._server.serve_forever, args=(STOP_POLL_S,), name="fake host"
+        )
         self._thread.start()
 
     def _application(self) -> Flask:
@@ -233,7 +237,8 @@ class FakeHost:
         """Closes every socket and takes no new one, as a host that died."""
         self.accepting = False
         for ws in [*self._sockets["control"], *self._sockets["video"]]:
-            ws.close()
+            with contextlib.suppress(ConnectionClosed):  # the page may have been quicker
+                ws.close()
         wait_until(lambda: not self.connected("control"), "the sockets to close")
 
     def _send(self, kind: str, data: str | bytes) -> None:

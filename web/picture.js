@@ -1,30 +1,26 @@
-// The camera picture: decode off the main thread, draw, acknowledge, mark what is old.
+// The camera picture as the page knows it: its age. picture_worker.js draws it, beside the page.
 
-import { Wire } from "./wire.js";
-
-const HEADER_BYTES = 8; // u32 LE sequence, u32 LE age in ms when sent
 const STALE_MS = 500;
-const SILENCE_MS = 5000;
 
 /**
- * Draws the newest picture on `canvas`.
+ * Lets the newest picture be drawn on `canvas`.
  *
- * `onAge(state)` is told "fresh", "stale" (older than 500 ms) or "none" (never one seen).
- * The host sends the next picture after the acknowledgement: one in flight, never a queue.
+ * `onAge(state)` is told "fresh" or "stale" (older than 500 ms); a browser that can't draw beside
+ * the page (no OffscreenCanvas) shows no picture. The host sends the next picture after the
+ * acknowledgement: one in flight, never a queue.
  */
 export class Picture {
-  #canvas;
-  #surface;
   #onAge;
-  #wire;
   #bornMs = null; // when the picture shown was taken, on this page's clock
   #state = "none";
 
   constructor(canvas, onAge) {
-    this.#canvas = canvas;
-    this.#surface = canvas.getContext("bitmaprenderer");
     this.#onAge = onAge;
-    this.#wire = new Wire("/ws/video", SILENCE_MS, { message: (data) => this.#receive(data) });
+    if (!canvas.transferControlToOffscreen) return;
+    const surface = canvas.transferControlToOffscreen();
+    const worker = new Worker("/static/picture_worker.js", { type: "module" });
+    worker.onmessage = (event) => (this.#bornMs = performance.now() - event.data);
+    worker.postMessage(surface, [surface]);
   }
 
   /** Age of the picture shown, ms; null before the first. */
@@ -33,31 +29,8 @@ export class Picture {
   }
 
   tick(now) {
-    this.#wire.tick(now);
     if (this.#bornMs === null) return;
     const state = now - this.#bornMs > STALE_MS ? "stale" : "fresh";
-    if (state === this.#state) return;
-    this.#state = state;
-    this.#onAge(state);
-  }
-
-  async #receive(data) {
-    const header = new DataView(data, 0, HEADER_BYTES);
-    const sequence = header.getUint32(0, true);
-    const bornMs = performance.now() - header.getUint32(4, true);
-    try {
-      await this.#draw(new Uint8Array(data, HEADER_BYTES));
-      this.#bornMs = bornMs;
-    } catch (error) {
-      console.warn(`picture ${sequence} is not a readable JPEG: ${error.message}`);
-    }
-    this.#wire.send(String(sequence)); // a bad picture too, or the next one would never come
-  }
-
-  async #draw(jpeg) {
-    const bitmap = await createImageBitmap(new Blob([jpeg], { type: "image/jpeg" }));
-    if (this.#canvas.width !== bitmap.width) this.#canvas.width = bitmap.width;
-    if (this.#canvas.height !== bitmap.height) this.#canvas.height = bitmap.height;
-    this.#surface.transferFromImageBitmap(bitmap);
+    if (state !== this.#state) this.#onAge((this.#state = state));
   }
 }

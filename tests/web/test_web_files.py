@@ -81,7 +81,7 @@ def files_of(page: str) -> set[Path]:
             continue
         found.add(path)
         text = path.read_text("utf-8")
-        names = re.findall(r'(?:src|href)="/static/([\w.]+)"', text)
+        names = re.findall(r'(?:(?:src|href)=|Worker\()"/static/([\w.]+)"', text)
         names += re.findall(r'from "\./([\w.]+)"', text)
         open_ones += [WEB / name for name in names]
     return found

@@ -18,7 +18,7 @@ from gazedemo.check import NEUTRAL, Check
 from gazedemo.sim_control import SimControl
 from gazedemo.stack import Stack
 from gazemeasure.frozen_viewer import FrozenViewer
-from gazemeasure.page_spy import SPY, TAKE
+from gazemeasure.page_spy import TAKE, install
 from gazemeasure.report import Report, percentile
 from gazemeasure.shaper import Shaper
 from gazemeasure.stalls import STALL_S, StallProbe
@@ -112,8 +112,7 @@ def _page(stack: Stack, port: int | None = None, spy: bool = True) -> Iterator[D
         address = f"http://127.0.0.1:{port}/{path}"
     with open_page(chromium, address) as driver:
         if spy:
-            driver.page.add_init_script(SPY)
-            driver.page.reload()
+            install(driver.page)
         yield driver
 
 

@@ -1,12 +1,19 @@
 """What the page benchmark adds to the page from outside: times of its handlers, ages of pictures.
 
-Injected before the page's own scripts. All times are ms of the computer's wall clock.
+`install` adds it to the page before its own scripts, and to the thread that draws its pictures.
+All times are ms of the computer's wall clock.
 """
+
+from __future__ import annotations
+
+from playwright.sync_api import Page
 
 from gazemeasure.stamped_camera import READ
 
-SPY = f"""(() => {{
-  const readStamp = {READ};
+_WORKER = "picture_worker.js"
+_CHANNEL = "gazemeasure"
+
+_PAGE = f"""(() => {{
   const now = () => performance.timeOrigin + performance.now();
   const spy = window.spy = {{said: [], over: [], late: [], drawn: []}};
   const send = WebSocket.prototype.send;
@@ -26,10 +33,19 @@ SPY = f"""(() => {{
     if (name !== under) spy.over.push([at, name]);
     under = name;
   }}, true);
+  new BroadcastChannel("{_CHANNEL}").onmessage = (event) => spy.drawn.push(event.data);
+}})()"""
+
+_DRAWING = f"""(() => {{
+  const readStamp = {READ};
+  const now = () => performance.timeOrigin + performance.now();
+  const channel = new BroadcastChannel("{_CHANNEL}");
   const show = ImageBitmapRenderingContext.prototype.transferFromImageBitmap;
   ImageBitmapRenderingContext.prototype.transferFromImageBitmap = function (bitmap) {{
-    const at = now(), stamp = readStamp(bitmap);
-    if (stamp !== null) spy.drawn.push([at, (Math.round(at) - stamp) & 0xffff, bitmap.width]);
+    const at = now(), stamp = readStamp(bitmap), width = bitmap.width;
+    if (stamp !== null) {{
+      channel.postMessage([at, (Math.round(at) - stamp) & 0xffff, width]);
+    }}
     return show.call(this, bitmap);
   }};
 }})()"""
@@ -40,3 +56,12 @@ TAKE = """() => {
   Object.assign(window.spy, {said: [], over: [], late: [], drawn: []});
   return taken;
 }"""
+
+
+def install(page: Page) -> None:
+    """Load the page again, watched; its host must be there. Error when it starts no thread."""
+    page.add_init_script(_PAGE)
+    page.reload()
+    if not any(worker.url.endswith(_WORKER) for worker in page.workers):
+        page.wait_for_event("worker", lambda worker: worker.url.endswith(_WORKER))
+    page.workers[-1].evaluate(_DRAWING)

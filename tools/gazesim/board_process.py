@@ -29,7 +29,7 @@ class BoardProcess(CabledBoard):
         self._interpreter = interpreter
 
     def pause(self) -> None:
-        """Stop it in the middle of whatever it does; when it goes on, it finds that much time gone."""
+        """Stop it in the middle of whatever it does; going on, it finds that much time gone."""
         self._bank.set_u32(layout.HOST_FLAGS_AT, _HANG)
         super().pause()
 

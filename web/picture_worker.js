@@ -1,0 +1,39 @@
+// The camera picture's own thread: receives, decodes, draws, acknowledges; tells the page its age.
+
+import { Wire } from "./wire.js";
+
+const HEADER_BYTES = 8; // u32 LE sequence, u32 LE age in ms when sent
+const SILENCE_MS = 5000;
+const TICK_MS = 100;
+
+let canvas = null;
+let surface = null;
+
+const wire = new Wire("/ws/video", SILENCE_MS, { message: receive });
+
+onmessage = (event) => {
+  canvas = event.data;
+  surface = canvas.getContext("bitmaprenderer");
+  wire.tick(performance.now());
+  setInterval(() => wire.tick(performance.now()), TICK_MS);
+};
+
+async function receive(data) {
+  const header = new DataView(data, 0, HEADER_BYTES);
+  const sequence = header.getUint32(0, true);
+  const bornMs = performance.now() - header.getUint32(4, true);
+  try {
+    await draw(new Uint8Array(data, HEADER_BYTES));
+    postMessage(performance.now() - bornMs);
+  } catch (error) {
+    console.warn(`picture ${sequence} is not a readable JPEG: ${error.message}`);
+  }
+  wire.send(String(sequence)); // a bad picture too, or the next one would never come
+}
+
+async function draw(jpeg) {
+  const bitmap = await createImageBitmap(new Blob([jpeg], { type: "image/jpeg" }));
+  if (canvas.width !== bitmap.width) canvas.width = bitmap.width;
+  if (canvas.height !== bitmap.height) canvas.height = bitmap.height;
+  surface.transferFromImageBitmap(bitmap);
+}
