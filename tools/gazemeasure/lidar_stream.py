@@ -14,6 +14,7 @@ from pathlib import Path
 from gazechair.config import LidarConfig
 from gazechair.lidar.child import Pipeline
 from gazemeasure import lidar_damage
+from gazemeasure.lidar_emulator import MASK
 from gazemeasure.report import Report, percentile
 from gazemeasure.stalls import StallProbe
 
@@ -97,7 +98,7 @@ def _run(seconds: float, busy: bool) -> Live:
             stdout=subprocess.PIPE,
             text=True,
         )
-        pipeline = Pipeline((LidarConfig(kind="s2", port=path),), (), None)
+        pipeline = Pipeline((LidarConfig(kind="s2", port=path, mask=MASK),), (), None)
         try:
             assert emulator.stdout is not None
             emulator.stdout.readline()

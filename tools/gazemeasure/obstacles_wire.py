@@ -20,6 +20,7 @@ from gazechair.health import Health
 from gazechair.lidar import LidarService
 from gazechair.outgoing import Clearance
 from gazelink import frame, messages
+from gazemeasure.lidar_emulator import MASK
 from gazemeasure.report import Report, percentile
 from gazemeasure.stalls import StallProbe
 
@@ -66,7 +67,7 @@ def _measure(seconds: float) -> tuple[list[float], int]:
                 written_s.setdefault(report.lidars[0].quarters // 4, time.monotonic())
 
         service = LidarService(
-            (LidarConfig(kind="s2", port=path),),
+            (LidarConfig(kind="s2", port=path, mask=MASK),),
             SectorsConfig(),
             FootprintConfig(),
             publish,

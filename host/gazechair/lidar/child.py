@@ -102,7 +102,8 @@ class Pipeline:
         self.lidars = tuple(Lidar(config, self._news.set) for config in configs)
 
     def start(self) -> None:
-        """Start every lidar's thread."""
+        """Start every lidar's thread; no thread of the process waits long for another then."""
+        sys.setswitchinterval(_SWITCH_S)
         for lidar in self.lidars:
             lidar.reader.start()
 
@@ -162,7 +163,6 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
     footprint = footprint_of(FootprintConfig(**{**fields, "corners_m": corners_m}))
     evaluator = Evaluator(footprint, [(config.x_m, config.y_m) for config in configs])
     pipeline = Pipeline(configs, tuple(Sector(*s) for s in argument["sectors"]), evaluator)
-    sys.setswitchinterval(_SWITCH_S)
     pipeline.start()
     try:
         while (name := pipeline.hanging()) is None:
