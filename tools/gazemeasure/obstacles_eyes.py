@@ -30,6 +30,7 @@ RAYS = 800
 TURN_S = 0.1
 _MISSING = 0.003
 _RANGE_M = (0.05, 30.0)
+_PIECE_S = 0.02  # beams are cast together from one place
 
 Arc = tuple[float, float]
 Where = tuple[float, float, float]
@@ -67,14 +68,16 @@ class Eye:
         self._masked = in_arcs(self._angles_deg, mount.mask)
         self._distances_m = np.zeros(rays)
         self._next = 0
-        self._owed = 0.0
+        self._waited_s = 0.0
         self.turns = 0
 
     def step(self, dt_s: float, chair: Where) -> None:
         """The mirror turns for `dt_s`, the chair being at (x, y, heading) meanwhile."""
-        self._owed += self._rays * dt_s / TURN_S
-        count = int(self._owed + 1e-6)
-        self._owed -= count
+        self._waited_s += dt_s
+        if self._waited_s < _PIECE_S - 1e-9:
+            return
+        count = round(self._rays * self._waited_s / TURN_S)
+        self._waited_s = 0.0
         at = (self._next + np.arange(count)) % self._rays
         self._next += count
         if self._next >= self._rays:
