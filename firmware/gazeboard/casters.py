@@ -3,7 +3,8 @@
 # way), half a cosine. Integers, no allocation.
 #
 # How they lie is known once the chair has turned far enough one way. Until then both ends are
-# followed, half of each is expected, and what the heading does tells which of them is right.
+# followed, and the one that is nearer to what the heading does is believed; as long as they differ
+# too little to tell, the one that turns the chair farther.
 
 import array
 import math
@@ -19,10 +20,13 @@ _SIZE = const(3)  # 1/256 degree
 _WAY = const(4)
 _PER_WAY = const(5)
 _SWING = const(6)  # first word of (1 - cos) / 2, 1/16384
+_BELIEVED = const(264)  # _LOW or _HIGH, or neither
 _CELLS = const(256)
 
+_EITHER = const(2)
 _HALF_TURN = const(11796480)
 _TURN = const(23592960)
+_CERTAIN_Q8 = const(384)  # so much worse the other must be to be given up
 _SURE_Q8 = const(192)  # so far apart the two must be to tell which is right
 
 
@@ -34,7 +38,7 @@ class Casters:
         words += [
             int(8192 * (1.0 - math.cos(math.pi * k / _CELLS)) + 0.5) for k in range(_CELLS + 1)
         ]
-        self._words = array.array("i", words + words[-1:])
+        self._words = array.array("i", words + words[-1:] + [_EITHER])
         self.any = size_q4 != 0
         self._turned_q8 = 0
         self._low_q8 = 0
@@ -85,6 +89,8 @@ class Casters:
             cell = (to >> 8) + _SWING
             swung -= w[cell] + ((w[cell + 1] - w[cell]) * (to & 255) >> 8)
             swung = w[_SIZE] * swung >> 14
+            if k == w[_BELIEVED]:
+                return swung
             if k == 0:
                 most = swung
             elif way_q8 > 0:
@@ -103,23 +109,40 @@ class Casters:
         cell = (to >> 8) + _SWING
         return w[_SIZE] * (w[cell] + ((w[cell + 1] - w[cell]) * (to & 255) >> 8)) >> 14
 
-    # From here on the heading is watched; beside_q8: how far it is beside the wheels' angle.
+    # From here on the heading is watched; beside_q8: how far it is beside the wheels' angle. What
+    # was believed until now is taken for sure.
     @micropython.native
     def watch(self, beside_q8):
+        w = self._words
+        believed = w[_BELIEVED]
+        if believed != _EITHER:
+            w[_LOW] = w[_HIGH] = w[believed]
+            w[_BELIEVED] = _EITHER
         self._turned_q8 = beside_q8
         self._low_q8 = self._turned(_LOW)
         self._high_q8 = self._turned(_HIGH)
 
-    # The heading is beside_q8 beside the wheels' angle now: which end has it right?
+    # The heading is beside_q8 beside the wheels' angle now: which end has it right? Returns what
+    # the casters do not explain of it since watch().
     @micropython.native
     def learn(self, beside_q8):
         by_q8 = beside_q8 - self._turned_q8
-        low_q8 = self._turned(_LOW) - self._low_q8
-        high_q8 = self._turned(_HIGH) - self._high_q8
+        low_q8 = by_q8 - self._turned(_LOW) + self._low_q8
+        high_q8 = by_q8 - self._turned(_HIGH) + self._high_q8
         if -_SURE_Q8 < low_q8 - high_q8 < _SURE_Q8:
-            return
+            if self._words[_LOW] != self._words[_HIGH]:
+                self._words[_BELIEVED] = _EITHER
+            return (low_q8 + high_q8) >> 1
         w = self._words
-        if abs(by_q8 - low_q8) < abs(by_q8 - high_q8):
-            w[_HIGH] = w[_LOW]
-        else:
+        doubt_q8 = abs(low_q8) - abs(high_q8)
+        if doubt_q8 < 0:
+            w[_BELIEVED] = _LOW
+            if doubt_q8 < -_CERTAIN_Q8:
+                w[_HIGH] = w[_LOW]
+                self._high_q8 = self._low_q8
+            return low_q8
+        w[_BELIEVED] = _HIGH
+        if doubt_q8 > _CERTAIN_Q8:
             w[_LOW] = w[_HIGH]
+            self._low_q8 = self._high_q8
+        return high_q8

@@ -8,7 +8,7 @@ few samples: it decides only what the pulses leave open.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,8 @@ Floats = NDArray[np.float64]
 
 _NOISE_DEG = 0.6  # what a sample may be off: the floor's doing, in which neighbours agree
 _HUBER = 2.0
-_ROUNDS = (10, 25)  # of every start, and of the best three
+_STUCK_DPS = 0.5  # what a ramp may be off the speed at which the chair breaks loose
+_ROUNDS = (10, 40)  # of every start, and of the best three
 # How the casters lie at first, and how many degrees they do.
 _STARTS = ((0.0, 0.0), (0.0, 8.0), (0.0, -8.0), (1.0, 8.0), (1.0, -8.0), (0.5, 8.0), (0.5, -8.0))
 _BRISK = (4.8, 1.0)  # a chair that starts at once: its ramp, log degrees/s2, and its stiction
@@ -30,6 +31,7 @@ _EVERY = 2  # samples: neighbours say little new
 _STEP = 1e-4
 # Spread about what is believed of the profile; sizes and times as logarithms.
 _SPREAD = np.array([0.25, 0.25, 0.05, 0.15, 0.5, 0.5, 0.35, 6.0, 6.0, 0.6, 0.5, 0.7])
+_LOOSE_SHARE = 0.8  # of the full speed at most is needed to break loose: it turned
 _LOW = np.array([1.0, 1.0, 0.0, 0.02, -4.0, 3.0, 3.0, 0.0, -20.0, 0.5, 0.0, -4.0])
 _HIGH = np.array([5.5, 5.5, 0.3, 0.4, -0.2, 6.2, 6.2, 29.0, 20.0, 5.0, 1.0, 4.0])
 
@@ -96,16 +98,15 @@ def _numbers(u: Floats) -> TurnNumbers:
         float(lag),
         float(accelerate),
         float(brake),
-        float(u[model.BREAKAWAY]),
+        min(float(u[model.BREAKAWAY]), _LOOSE_SHARE * min(float(left), float(right))),
         float(u[model.CASTER]),
         float(np.exp(u[model.CASTER_WAY])),
     )
 
 
 def _thinned(p: Pulses) -> Pulses:
-    return Pulses(
-        p.deflection, p.seconds, p.time_s[:, ::_EVERY].copy(), p.heading_deg[:, ::_EVERY].copy()
-    )
+    times, headings = p.time_s[:, ::_EVERY].copy(), p.heading_deg[:, ::_EVERY].copy()
+    return replace(p, time_s=times, heading_deg=headings)
 
 
 def _descend(
@@ -128,7 +129,7 @@ def _descend(
             gain = cost - seen[0]
             now, damping = trial, damping / 5
             cost, jacobian, residual, weights = seen
-            if gain < 1e-4 * cost:
+            if gain < 1e-6 * cost:
                 break
         else:
             damping *= 6
@@ -148,9 +149,11 @@ def _look(
     nudges: Floats,
 ) -> tuple[float, Floats, Floats, Floats]:
     """Cost, Jacobian, residuals and weights at `at`; the beliefs are the last rows."""
-    seen = model.headings(at + nudges, pulses)[:, known]
-    residual = np.concatenate(((seen[0] - wanted) / _NOISE_DEG, (at - centre) / _SPREAD))
-    columns = ((seen[1:] - seen[0]) / (_STEP * _NOISE_DEG)).T
+    seen = model.headings(at + nudges, pulses)[:, known] / _NOISE_DEG
+    seen = np.hstack((seen, model.excess_dps(at + nudges, pulses) / _STUCK_DPS))
+    wanted = np.concatenate((wanted / _NOISE_DEG, np.zeros(len(pulses.seconds))))
+    residual = np.concatenate((seen[0] - wanted, (at - centre) / _SPREAD))
+    columns = ((seen[1:] - seen[0]) / _STEP).T
     jacobian = np.vstack([columns, np.diag(1.0 / _SPREAD)])
     size = np.abs(residual)
     weights = np.minimum(1.0, _HUBER / np.maximum(size, 1e-9))

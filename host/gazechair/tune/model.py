@@ -7,6 +7,9 @@ seconds turns x**2/2 - L*x + L**2*(1 - exp(-x/L)) in x seconds. The chair stands
 breaks it loose; the first ramp then begins with a jump, and a jump of 1 turns x - L*(1 -
 exp(-x/L)).
 
+Whether a pulse sets the chair in motion is taken from the recording, not worked out, so that the
+headings follow the numbers smoothly; `excess_dps` tells what the numbers say about it.
+
 Casters, which swing round after a reversal by the way the wheels go, turn the chair besides: half a
 cosine over the first degrees of the way back. A sloping floor turns it a little while it moves.
 Both are found along with the rest so that they do not spoil it, and forgotten.
@@ -24,11 +27,13 @@ from gazechair.tune.numbers import TurnNumbers
 from gazechair.tune.recording import Recording
 
 Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 # The columns of a set of unknowns; those of size and time as logarithms.
 LEFT, RIGHT, DEADBAND, DEAD, LAG, ACCELERATE, BRAKE, BREAKAWAY = range(8)
 CASTER, CASTER_WAY, LIE, SLOPE = range(8, 12)
 UNKNOWNS = 12
+_TURNED_DEG = 0.3  # less is a chair that stuck
 _SLOW_DPS = 0.5  # slower than this a floor turns nothing: the brakes hold the chair
 
 
@@ -43,7 +48,9 @@ class Pulses:
     time_s: Floats
     """Since the wiper moved; rows are padded with their last sample."""
     heading_deg: Floats
-    """Since then; nan where padded."""
+    """Since then; nan where padded, and all of it when the chair stuck."""
+    turned: Flags
+    """Column: whether it turned the chair."""
 
     @classmethod
     def of(cls, recordings: Sequence[Recording]) -> Pulses:
@@ -54,13 +61,19 @@ class Pulses:
         for row, r in enumerate(recordings):
             n = len(r.time_s)
             times[row, :n], times[row, n:] = r.time_s, r.time_s[-1]
-            headings[row, :n] = r.heading_deg
+            headings[row, :n] = r.heading_deg if _turned(r) else np.nan
         return cls(
             np.array([[r.deflection] for r in recordings]),
             np.array([[r.pulse_s] for r in recordings]),
             times,
             headings,
+            np.array([[_turned(r)] for r in recordings]),
         )
+
+
+def _turned(recording: Recording) -> bool:
+    # At any time: the casters may take back what the wheels do.
+    return float(np.abs(recording.heading_deg).max()) > _TURNED_DEG
 
 
 def headings(unknowns: Floats, pulses: Pulses) -> Floats:
@@ -69,12 +82,28 @@ def headings(unknowns: Floats, pulses: Pulses) -> Floats:
     u = unknowns[:, :, None, None]
     left = pulses.deflection > 0
     sign = np.where(left, 1.0, -1.0)
-    full = np.exp(np.where(left, u[:, LEFT], u[:, RIGHT]))
-    band = u[:, DEADBAND]
-    asked = full * np.clip((np.abs(pulses.deflection) - band) / (1.0 - band), 0.0, 1.0)
-    wheels, moving_s = _wheels(u, pulses, asked)
+    wheels, moving_s = _wheels(u, pulses, _asked(u, pulses))
     swung = _casters(u, wheels, left[:, 0])
     return sign * (wheels + u[:, CASTER] * swung) + u[:, SLOPE] * moving_s
+
+
+def excess_dps(unknowns: Floats, pulses: Pulses) -> Floats:
+    """By how much each pulse's ramp fails to do, or does, what the chair did: sets x pulses.
+
+    0 where it is below the breakaway speed and the chair stuck, or above and it turned.
+    """
+    u = unknowns[:, :, None, None]
+    asked = _asked(u, pulses)
+    above = np.minimum(np.exp(u[:, ACCELERATE]) * pulses.seconds, asked) - u[:, BREAKAWAY]
+    return np.maximum(0.0, np.where(pulses.turned, -above, above))[:, :, 0]
+
+
+def _asked(u: Floats, pulses: Pulses) -> Floats:
+    """The speed each pulse asks for, without sign."""
+    full = np.exp(np.where(pulses.deflection > 0, u[:, LEFT], u[:, RIGHT]))
+    band = u[:, DEADBAND]
+    share = np.clip((np.abs(pulses.deflection) - band) / (1.0 - band), 0.0, 1.0)
+    return np.asarray(full * share)
 
 
 def _wheels(u: Floats, pulses: Pulses, asked: Floats) -> tuple[Floats, Floats]:
@@ -94,8 +123,7 @@ def _wheels(u: Floats, pulses: Pulses, asked: Floats) -> tuple[Floats, Floats]:
         gone = 1.0 - np.exp(-x / lag)
         way = way + slope * (0.5 * x * x - lag * x + lag * lag * gone)
         rate = rate + slope * (x - lag * gone)
-    moves = up * rising > jump
-    way, rate = np.where(moves, way, 0.0), np.where(moves, rate, 0.0)
+    way, rate = np.where(pulses.turned, way, 0.0), np.where(pulses.turned, rate, 0.0)
     step_s = np.diff(pulses.time_s, axis=1, prepend=pulses.time_s[:, :1])
     moving_s = np.cumsum((rate > _SLOW_DPS) * step_s, axis=2)
     return way, moving_s

@@ -17,13 +17,13 @@ from gazelink import codes
 CUT_DEG = 22.0  # a pulse is cut short when the chair would coast further from the start than this
 FAR_DEG = 45.0  # further the tuning is given up
 MOST_MS = 10_000  # all pulses together
-PULSE_MS = (150, 1200)
+PULSE_MS = (150, 1500)
 SPAN_COUNTS = 84  # of the wiper, at full deflection
 # (deflection permille, left positive; heading to come to, degrees from the start)
 _PROBES = ((600, 4), (-600, 0))
 _SWEEPS = (
-    *((1000, 16), (-1000, 0), (-500, -16), (300, -8), (1000, 16)),
-    *((-300, 8), (-600, -14), (500, 0)),
+    *((1000, 16), (-1000, -16), (1000, 16), (-500, 0)),
+    *((300, 8), (-300, -8), (-600, -16), (500, 0)),
 )
 _ALL = len(_PROBES) + len(_SWEEPS)
 _QUIET_MS = 400

@@ -33,8 +33,10 @@ def unknowns(numbers: TurnNumbers, caster_deg: float = 0.0, lie: float = 0.0) ->
 def recorded(described: np.ndarray) -> list[Recording]:
     """What the model itself would have recorded, in a sensor's sixteenths."""
     time_s = np.arange(0.0, 3.0, 0.01)
-    empty = [Recording(u, s, time_s, np.zeros_like(time_s), 0.0) for u, s in PULSES]
-    headings = np.round(model.headings(described, Pulses.of(empty))[0] * 16) / 16
+    turning = [Recording(u, s, time_s, np.ones_like(time_s), 0.0) for u, s in PULSES]
+    pulses = Pulses.of(turning)
+    headings = np.round(model.headings(described, pulses)[0] * 16) / 16
+    headings[model.excess_dps(described, pulses)[0] > 0.0] = 0.0  # these do not break it loose
     return [Recording(u, s, time_s, h, 0.0) for (u, s), h in zip(PULSES, headings, strict=True)]
 
 
@@ -81,7 +83,7 @@ def test_undisturbed_chairs_are_found_within_a_few_percent(profile: str) -> None
     true, found = truth(parameters), fit.numbers
     assert found.left_dps == pytest.approx(true.left_dps, rel=0.06)
     assert found.right_dps == pytest.approx(true.right_dps, rel=0.06)
-    assert found.deadband == pytest.approx(true.deadband, abs=0.02)
+    assert found.deadband == pytest.approx(true.deadband, abs=0.03)
     assert found.dead_time_s == pytest.approx(true.dead_time_s + 0.02, abs=0.015)
     assert found.lag_s == pytest.approx(true.lag_s, rel=0.10)
 

@@ -80,7 +80,7 @@ def test_a_good_chair_is_recorded_whole() -> None:
         ({"override_after_ms": 3000}, "stopped the pulse: obstacle_left"),
         ({"share": 0.5}, "slower than asked for"),
         ({"period_ms": 60}, "this computer stalls"),
-        ({"rate_dps": 2500.0}, "far more than asked for"),
+        ({"rate_dps": 6000.0}, "far more than asked for"),
     ],
 )
 def test_a_chair_that_does_not_answer_as_it_should(change: dict[str, float], reason: str) -> None:
