@@ -26,7 +26,6 @@ _MOVES = const(4)  # the first and its corrections
 _MOVES_ALL = const(9)  # with those from rest
 _HOLD_ON = const(16)  # permille: half a degree with the usual gain
 _HOLD_OFF = const(6)
-_EXTRA_MAX_Q8 = const(1024)
 _GENTLE_Q8 = const(800)  # a correction by less than 3 degrees runs out without counter-deflection
 _NEAR_Q8 = const(512)  # with no move left, 2 degrees beside is there all the same
 _SHORT_Q8 = const(64)  # a quarter degree short is better than a long coast
@@ -80,7 +79,6 @@ class TurnController:
         self._gentle = False
         self._answer_q8 = 256
         self._before_q8 = 0
-        self._extra_q8 = 0
         self._stalled_ms = 0
         self._rest_ms = 0
         self._moved_ms = 0
@@ -108,7 +106,6 @@ class TurnController:
         self.missed = False
         self._answer_q8 = 256
         self._before_q8 = 0
-        self._extra_q8 = 0
         self._stalled_ms = 0
         self._moved_ms = 0
         self._drift_q8 = 0
@@ -177,7 +174,7 @@ class TurnController:
             self._looked = False
             self._coast(rate_q4)
         elif phase == _GO:
-            aim_q8 = (self._left_q8 + self._extra_q8) * self._sign
+            aim_q8 = self._left_q8 * self._sign
             if aim_q8 <= self._turns_q8(not self._gentle):
                 self._phase = _COAST if self._gentle else _COUNTER
                 self._out = 0 if self._gentle else -self._out
@@ -257,14 +254,8 @@ class TurnController:
         part_q8 = 256 - (left_q8 << 8) // before_q8
         if part_q8 < 26:
             self._moves += 2  # it hardly moved: not for ever
-        if part_q8 < 160:
-            # Too little: what is left is added to what the next move aims at.
-            extra_q8 = self._extra_q8 + left_q8
-            self._extra_q8 = max(-_EXTRA_MAX_Q8, min(_EXTRA_MAX_Q8, extra_q8))
-        else:
-            self._extra_q8 = 0
-            if part_q8 > 340:
-                self._answer_q8 = min(512, self._answer_q8 * 3 >> 1)
+        elif part_q8 > 340:
+            self._answer_q8 = min(512, self._answer_q8 * 3 >> 1)
 
     # How far the chair still turns to its side from the newest sample on, 1/256 degree, if the turn
     # is ended now: by counter-deflection, or let go.
@@ -282,7 +273,7 @@ class TurnController:
     @micropython.native
     def _coast(self, rate_q4):
         left_q8 = self._left_q8 * self._sign
-        error_q8 = left_q8 + self._extra_q8 * self._sign - self._turns_q8(False)
+        error_q8 = left_q8 - self._turns_q8(False)
         way_q8 = self._way_q8
         doubt_q8 = self._cutoff_q8 + (abs(way_q8) >> 2)
         if not -doubt_q8 <= error_q8 <= doubt_q8 and self._moves < _MOVES:
