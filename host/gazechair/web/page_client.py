@@ -22,6 +22,7 @@ TOKEN_PERIOD_S = 0.05
 _COALESCE_S = 0.02  # several changes at once become one state
 _REFUSAL_PERIOD_S = 0.2
 _LOOK_S = 0.2
+_FAREWELL_S = 1.0
 _SILENT_S = 10.0  # a page sends a heartbeat every 100 ms; hidden ones once a second
 # Never refused for coming too fast.
 _ALWAYS = ("stop", "emergency", "disarm")
@@ -122,7 +123,9 @@ class PageClient:
         with self._wake:
             self._ended = True
             self._wake.notify()
-        if ending.code is not None and self._dismissed is None:
+        if self._dismissed is not None:
+            self._sender.join(_FAREWELL_S)  # it says why, unless the reader is stuck
+        elif ending.code is not None:
             with contextlib.suppress(*GONE):
                 self._ws.close(ending.code, ending.why)
         hang_up(self._ws)

@@ -12,7 +12,8 @@ import pytest
 import simple_websocket
 from wsproto.events import Ping
 
-from gazechair.web import control
+from gazechair.web import control, page_client
+from gazechair.web.page_client import PageClient
 
 LONG_S = 20.0
 
@@ -152,6 +153,31 @@ def test_a_device_that_comes_back_replaces_its_own_page(port: Any, driver: Any) 
     assert driver.open().next()["k"] == "welcome"
     port.wait_for(lambda: len(port.gone) == 1)
     assert pages[port.gone[0] - 1].until_closed()[0] == 1013
+
+
+def test_a_page_sent_away_is_told_why_even_when_its_reader_notices_first(
+    port: Any, driver: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Slow:
+        """A socket whose farewell takes a while to get out."""
+
+        def __init__(self, ws: Any) -> None:
+            self._ws = ws
+
+        def __getattr__(self, name: str) -> Any:
+            return getattr(self._ws, name)
+
+        def close(self, code: int, why: str) -> None:
+            time.sleep(2 * page_client._LOOK_S)
+            self._ws.close(code, why)
+
+    monkeypatch.setattr(control, "_FALLEN_SILENT_S", 0.0)
+    init = PageClient.__init__
+    monkeypatch.setattr(PageClient, "__init__", lambda self, ws, *rest: init(self, Slow(ws), *rest))
+    lost = driver.open()
+    lost.next_of("state")
+    driver.open()
+    assert lost.until_closed()[0] == 1013
 
 
 def test_a_page_fallen_silent_makes_way_for_its_own_return(
