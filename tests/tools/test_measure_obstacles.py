@@ -46,6 +46,14 @@ def test_somebody_who_comes_towards_the_chair() -> None:
     assert ours.stopped
 
 
+@pytest.mark.parametrize("seed", [117, 199, 241, 891])
+def test_somebody_who_stands_before_the_chair_and_starts_towards_it(seed: int) -> None:
+    ours = trial(("people", seed)).ours
+    assert ours.stoppable
+    assert ours.stopped
+    assert not ours.collided
+
+
 def test_somebody_who_runs_into_its_side_is_no_fault_of_the_rule() -> None:
     walker = Walker(1.1, 2.0, -90.0, from_s=1.5)
     run = Run(Task("people", Room("hall", HALL), codes.FORWARD, 3.0, walker), "5.1", OURS, 1)()

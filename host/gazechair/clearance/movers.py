@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.clearance.footprint import BoolArray, FloatArray
-from gazelink.settings_table import NAMES, PROFILES, TABLE, profile_row
+from gazechair.clearance.zone import BRAKE_M_S2, REACTION_S
 
 _BINS = 360
 _DEG = 2.0 * math.pi / _BINS
@@ -36,14 +36,6 @@ _MOST_M_S = 1.6
 _LEAST_WIDE = 3
 _PLACES = np.linspace(0.0, 1.0, 9)[1:]  # along his way
 _TURNING_DEG_S = 15.0  # faster, and two views have too little in common
-
-
-def _default(name: str) -> int:
-    return int(TABLE[NAMES.index(name)][1])
-
-
-_REACTION_S = _default("reaction_ms") / 1000.0
-_BRAKE_M_S2 = min(_default(profile_row(p, "brake_mm_s2")) for p in range(len(PROFILES))) / 1000.0
 
 
 class Movers:
@@ -143,7 +135,7 @@ class Movers:
         chosen = speed > 0.0
         offset, speed = offset[chosen], speed[chosen]
         ranges = np.hypot(offset[:, 0], offset[:, 1])
-        stop_s = _REACTION_S + abs(self.speed_m_s) / _BRAKE_M_S2
+        stop_s = REACTION_S + abs(self.speed_m_s) / BRAKE_M_S2
         left = np.maximum(1.0 - speed[:, None] * stop_s * _PLACES / ranges[:, None], 0.0)
         found = offset[:, None, :] * left[:, :, None] + self._origin
         return np.asarray(found.reshape(-1, 2))

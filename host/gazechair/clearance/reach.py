@@ -12,6 +12,7 @@ import numpy as np
 
 from gazechair.clearance.footprint import FloatArray, Footprint
 from gazechair.clearance.movers import Movers
+from gazechair.clearance.standing import Standing, like_persons, stands
 from gazechair.clearance.surface import surfaces
 from gazechair.clearance.sweeps import Sweeps
 from gazechair.clearance.zone import STOP_ZONE
@@ -34,6 +35,7 @@ class LidarReach:
     def __init__(self, footprint: Footprint) -> None:
         self._sweeps = Sweeps(footprint)
         self._movers: Movers | None = None
+        self._standing = {way: Standing() for way in (codes.DIR_FORWARD, codes.DIR_BACKWARD)}
         self._speckles: list[tuple[float, FloatArray]] = []
 
     def update(self, view: ChairView) -> Reach:
@@ -52,6 +54,12 @@ class LidarReach:
         if self._movers is None:
             self._movers = Movers(view.origin_m)
         coming = self._movers.update(seen.points_m, view.acquired_s)
+        persons = like_persons(seen.points_m, view.origin_m, seen.noise_m)
+        still = stands(self._movers.speed_m_s, self._movers.rate_deg_s)
+        for direction, standing in self._standing.items():
+            way_m = min((contacts[one, direction].min() for one in persons), default=math.inf)
+            told_m = standing.update(float(way_m), still, bool(len(coming)), view.acquired_s)
+            least[direction] = min(least[direction], told_m)
         if len(coming):
             least = np.minimum(least, self._sweeps.contacts(coming).min(axis=0))
         return (float(least[0]), float(least[1]), float(least[2]), float(least[3]))

@@ -33,6 +33,8 @@ class Surfaces:
     """(N, 2)."""
     lone: BoolArray
     """(N,): no neighbouring beam measured about the same."""
+    noise_m: float
+    """The range noise of one beam, before the smoothing."""
 
 
 def noise_m(ranges_m: FloatArray) -> float:
@@ -53,7 +55,8 @@ def surfaces(points_m: FloatArray, origin_m: tuple[float, float]) -> Surfaces:
     order = np.argsort(bearings, kind="stable")
     bearings = bearings[order]
     ranges = np.hypot(offset[order, 0], offset[order, 1])
-    smooth = _smoothed(bearings, ranges)
+    noise = noise_m(ranges)
+    smooth = _smoothed(bearings, ranges, noise)
     gap = np.abs(np.diff(ranges, append=ranges[:1]))
     turn = np.diff(bearings, append=bearings[:1] + 2.0 * np.pi)
     alike = (gap < _ALIKE_M) & (turn < _NEXT_RAD) & (turn > 0.0)
@@ -61,11 +64,11 @@ def surfaces(points_m: FloatArray, origin_m: tuple[float, float]) -> Surfaces:
     lone[1:] &= ~alike[:-1]
     lone[:1] &= ~alike[-1:]
     scale = smooth / np.maximum(ranges, 1e-9)
-    return Surfaces(offset[order] * scale[:, None] + origin_m, lone)
+    return Surfaces(offset[order] * scale[:, None] + origin_m, lone, noise)
 
 
-def _smoothed(bearings: FloatArray, ranges: FloatArray) -> FloatArray:
-    gate_m = min(max(_GATE_SIGMA * noise_m(ranges), _LEAST_GATE_M), _MOST_GATE_M)
+def _smoothed(bearings: FloatArray, ranges: FloatArray, noise: float) -> FloatArray:
+    gate_m = min(max(_GATE_SIGMA * noise, _LEAST_GATE_M), _MOST_GATE_M)
     near = np.flatnonzero(ranges < _SMOOTH_M)
     if not len(near):
         return ranges

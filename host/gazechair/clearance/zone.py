@@ -1,4 +1,4 @@
-"""The stop zone: within it the fastest profile could not wait for a second look."""
+"""What stopping takes, by the settings' default numbers; the stop zone of the fastest profile."""
 
 from __future__ import annotations
 
@@ -12,15 +12,24 @@ def _default(name: str) -> int:
     return int(_ROWS[name][1])
 
 
+REACTION_S = _default("reaction_ms") / 1000.0
+"""From an obstacle's echo to the first braking."""
+CREEP_M_S = _default("creep_mm_s") / 1000.0
+"""The board's slowest speed."""
+STOP_MARGIN_M = _default("stop_margin_mm") / 1000.0
+
+
 def _stop(speeds: list[int], brakes: list[int], margin: float) -> float:
     # d = v t + v^2 / 2a + margin, the largest of all profiles.
-    reaction_s = _default("reaction_ms") / 1000.0
-    ways = [v * reaction_s + v * v / (2.0 * a) for v, a in zip(speeds, brakes, strict=True)]
+    ways = [v * REACTION_S + v * v / (2.0 * a) for v, a in zip(speeds, brakes, strict=True)]
     return max(ways) + margin
 
 
 def _of_profiles(name: str) -> list[int]:
     return [_default(profile_row(at, name)) for at in range(len(PROFILES))]
+
+
+BRAKE_M_S2 = min(_of_profiles("brake_mm_s2")) / 1000.0
 
 
 def _zones() -> dict[int, float]:
@@ -36,4 +45,5 @@ def _zones() -> dict[int, float]:
 
 
 STOP_ZONE = _zones()
-"""Per direction: metres or degrees in which the fastest profile, by its default numbers, stops."""
+"""Per direction: metres or degrees in which the fastest profile stops. It could not wait for a
+second look there."""

@@ -1,0 +1,111 @@
+"""What stands in the way and may be a person: the chair nears it only so fast that it can still
+stop before him should he start to walk towards it.
+
+A walker is recognised by his walking (`movers`). Someone who stands looks like a pot or a stool,
+and when he starts, half a metre before a chair in motion, recognising him is too late. So whatever
+stands free and is as wide as a person is taken for one: the way to it is cut to what the board
+needs to see in order to be slow enough. That stops the chair some 0.55 m before it. What has not
+moved for ten seconds before a standing chair is furniture after all: the chair may creep up to it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazechair.clearance.footprint import FloatArray
+from gazechair.clearance.zone import BRAKE_M_S2, CREEP_M_S, REACTION_S, STOP_MARGIN_M
+
+_WALK_M_S = 1.0
+_HARMLESS_M_S = 0.05
+_SLOW_AHEAD_S = 1.0  # the board's SLOW_AHEAD_MS; a test compares
+
+_APART_M = 0.06  # neighbouring beams that differ by more hit different things
+_APART_SIGMA = 4.0  # and by more than this many times the noise of a beam
+_APART_RAD = 0.03
+_WIDE_M = (0.08, 0.9)  # from a leg in trousers to somebody broad, seen askew
+_LEAST_BEAMS = 3
+
+_CALM_S = 10.0
+_SAME_M = 0.05
+_AWAY_M = 0.3
+_STANDS_M_S = 0.03
+_STANDS_DEG_S = 3.0
+
+_SPEEDS = np.arange(CREEP_M_S, 2.0, 0.02)
+
+
+def _stop_m(speeds: FloatArray) -> FloatArray:
+    return speeds * REACTION_S + speeds**2 / (2.0 * BRAKE_M_S2)
+
+
+# From how far the chair may have each of _SPEEDS: he walks until it is as good as standing.
+_FROM_M = _stop_m(_SPEEDS) + _WALK_M_S * (REACTION_S + (_SPEEDS - _HARMLESS_M_S) / BRAKE_M_S2)
+# The way that makes the board permit that speed, and no more.
+_TOLD_M = _stop_m(_SPEEDS) + STOP_MARGIN_M + (_SPEEDS - CREEP_M_S) * _SLOW_AHEAD_S
+
+CREEP_WAY_M = float(_TOLD_M[0])
+"""The way to be told to the board for the chair to creep."""
+BLOCKED_WITHIN_M = float(_FROM_M[0])
+"""Nearer than this to what may be a person, the chair stops."""
+
+
+def told_m(way_m: float) -> float:
+    """The way to be told to the board when `way_m` ahead may stand a person."""
+    if way_m < BLOCKED_WITHIN_M:
+        return 0.0
+    told = float(np.interp(way_m, _FROM_M, _TOLD_M))
+    return told + max(0.0, way_m - float(_FROM_M[-1]))
+
+
+def like_persons(
+    points_m: FloatArray, origin_m: tuple[float, float], noise_m: float
+) -> list[NDArray[np.int64]]:
+    """Indices of the points of each thing as wide as a person, of (N, 2) in order of bearings.
+
+    `noise_m`: of one beam, before the smoothing.
+    """
+    if len(points_m) < _LEAST_BEAMS:
+        return []
+    offset = points_m - origin_m
+    ranges = np.hypot(offset[:, 0], offset[:, 1])
+    bearings = np.arctan2(offset[:, 1], offset[:, 0])
+    apart = np.abs(np.diff(ranges)) > max(_APART_M, _APART_SIGMA * noise_m)
+    apart |= np.diff(bearings) > _APART_RAD
+    things = np.split(np.arange(len(points_m)), np.flatnonzero(apart) + 1)
+    found = []
+    for thing in things:
+        across = points_m[thing[-1]] - points_m[thing[0]]
+        if len(thing) >= _LEAST_BEAMS and _WIDE_M[0] <= np.hypot(*across) <= _WIDE_M[1]:
+            found.append(thing)
+    return found
+
+
+class Standing:
+    """Judges one direction, forward or backward, of one lidar's views in their order."""
+
+    def __init__(self) -> None:
+        self._near_m = np.inf
+        self._since_s = 0.0
+        self._furniture = False
+
+    def update(self, way_m: float, chair_stands: bool, walks: bool, at_s: float) -> float:
+        """The way to be told to the board; inf for no limit.
+
+        `way_m`: the way to the nearest that may be a person. `walks`: something comes by itself.
+        """
+        if self._furniture:
+            self._furniture = not walks and way_m < self._near_m + _AWAY_M
+        if walks or not chair_stands or abs(way_m - self._near_m) > _SAME_M:
+            if not self._furniture:
+                self._near_m, self._since_s = way_m, at_s
+        elif at_s - self._since_s >= _CALM_S and way_m < BLOCKED_WITHIN_M + _SAME_M:
+            self._furniture = True
+        if self._furniture:
+            return max(CREEP_WAY_M, told_m(way_m))
+        return told_m(way_m)
+
+
+def stands(speed_m_s: float, rate_deg_s: float) -> bool:
+    """Whether a chair seen to move like that stands."""
+    return abs(speed_m_s) < _STANDS_M_S and abs(rate_deg_s) < _STANDS_DEG_S
