@@ -110,13 +110,13 @@ def through_door(seed: int) -> Outcome:
     depth_m = (0.05, 0.10, 0.20)[seed % 3]
     door = door_task(0.90, depth_m, offset_m, heading_deg, 1.0)
     profile = PROFILES[seed % len(PROFILES)]
-    return Run(door, profile, OURS, seed, _DOOR_NOISE_M, _DOOR_RAYS)()
+    return Run(door, profile, OURS, seed, _DOOR_NOISE_M, _DOOR_RAYS, straight=True)()
 
 
 def along_wall(seed: int) -> Outcome:
     """4 m with the side 0.15 m from a wall."""
     wall = wall_task(0.15, 4.0, left=bool(seed % 2))
-    return Run(wall, PROFILES[seed % len(PROFILES)], OURS, seed, _DOOR_NOISE_M, _DOOR_RAYS)()
+    return Run(wall, PROFILES[seed % len(PROFILES)], OURS, seed, _DOOR_NOISE_M, _DOOR_RAYS, straight=True)()
 
 
 def _static(report: Report, trials: Sequence[Trial]) -> None:

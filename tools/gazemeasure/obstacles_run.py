@@ -20,6 +20,7 @@ from gazemeasure.obstacles_eyes import CORNERS, FRONT, RAYS, Eye, Ours, Prototyp
 from gazemeasure.turn_board import settings_with
 from gazesim import chair as twin
 from gazesim.chair import Chair
+from gazesim.profiles import undisturbed
 from gazesim.random_rooms import WALKER_RADIUS_M, Task
 from gazesim.rooms import Person, Room
 
@@ -69,10 +70,12 @@ class Run:
         seed: int,
         noise_m: float = 0.006,
         rays: int = RAYS,
+        straight: bool = False,
     ) -> None:
+        """`straight`: the floor is even, so that the path is what the task says."""
         self._task = task
         self._room = task.room
-        self._chair = Chair(profile, seed)
+        self._chair = Chair(profile, seed, undisturbed(profile) if straight else None)
         self._chair.place(*task.room.start)
         self._chair.step(_STEP_S, (0.0, 0.0))
         self._inputs = Inputs()

@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gazechair.clearance.footprint import FloatArray, Footprint
 from gazechair.clearance.movers import Movers
 from gazechair.clearance.standing import Standing, like_persons, stands
-from gazechair.clearance.surface import surfaces
+from gazechair.clearance.surface import Surfaces, surfaces
 from gazechair.clearance.sweeps import Sweeps
 from gazechair.clearance.zone import STOP_ZONE
 from gazechair.lidar.scan import ChairView
@@ -34,6 +35,7 @@ class LidarReach:
 
     def __init__(self, footprint: Footprint) -> None:
         self._sweeps = Sweeps(footprint)
+        self._across_m = (footprint.body[:, 1].min(), footprint.body[:, 1].max())
         self._movers: Movers | None = None
         self._standing = {way: Standing() for way in (codes.DIR_FORWARD, codes.DIR_BACKWARD)}
         self._speckles: list[tuple[float, FloatArray]] = []
@@ -54,7 +56,7 @@ class LidarReach:
         if self._movers is None:
             self._movers = Movers(view.origin_m)
         coming = self._movers.update(seen.points_m, view.acquired_s)
-        persons = like_persons(seen.points_m, view.origin_m, seen.noise_m)
+        persons = self._persons(seen, view.origin_m)
         still = stands(self._movers.speed_m_s, self._movers.rate_deg_s)
         for direction, standing in self._standing.items():
             way_m = min((contacts[one, direction].min() for one in persons), default=math.inf)
@@ -63,6 +65,17 @@ class LidarReach:
         if len(coming):
             least = np.minimum(least, self._sweeps.contacts(coming).min(axis=0))
         return (float(least[0]), float(least[1]), float(least[2]), float(least[3]))
+
+    def _persons(self, seen: Surfaces, origin_m: tuple[float, float]) -> list[NDArray[np.int64]]:
+        # Only what the bare chair would hit: a door post beside the way is as wide as a leg.
+        low_m, high_m = self._across_m
+        across_m = seen.points_m[:, 1]
+        in_way = (across_m > low_m) & (across_m < high_m)
+        return [
+            thing[in_way[thing]]
+            for thing in like_persons(seen.points_m, origin_m, seen.noise_m)
+            if in_way[thing].any()
+        ]
 
     def _seen_before(self, points: FloatArray, at_s: float) -> np.ndarray:
         found = np.zeros(len(points), dtype=np.bool_)
