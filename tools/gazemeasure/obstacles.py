@@ -116,7 +116,9 @@ def through_door(seed: int) -> Outcome:
 def along_wall(seed: int) -> Outcome:
     """4 m with the side 0.15 m from a wall."""
     wall = wall_task(0.15, 4.0, left=bool(seed % 2))
-    return Run(wall, PROFILES[seed % len(PROFILES)], OURS, seed, _DOOR_NOISE_M, _DOOR_RAYS, straight=True)()
+    return Run(
+        wall, PROFILES[seed % len(PROFILES)], OURS, seed, _DOOR_NOISE_M, _DOOR_RAYS, straight=True
+    )()
 
 
 def _static(report: Report, trials: Sequence[Trial]) -> None:
