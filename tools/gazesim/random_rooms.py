@@ -18,6 +18,7 @@ KINDS = ("door", "way", "room", "people")
 WALKER_M_S = 1.0
 WALKER_RADIUS_M = 0.22
 _HALL_M = 5.0
+_PEOPLE_HALL_M = 8.0  # nobody starts behind its walls
 _TRIES = 200
 _VERBS = (codes.FORWARD, codes.BACKWARD, codes.LEFT, codes.RIGHT)
 
@@ -171,5 +172,5 @@ def _people(chance: random.Random) -> Task:
         heading,
         chance.uniform(0.0, 8.0),
     )
-    room = Room("people", _square(), start=(0.0, 0.0, 0.0))
+    room = Room("people", _square(_PEOPLE_HALL_M), start=(0.0, 0.0, 0.0))
     return Task("people", room, codes.FORWARD, 3.0, walker)

@@ -35,7 +35,8 @@ class LidarReach:
 
     def __init__(self, footprint: Footprint) -> None:
         self._sweeps = Sweeps(footprint)
-        self._across_m = (footprint.body[:, 1].min(), footprint.body[:, 1].max())
+        across_m = np.concatenate(footprint.parts)[:, 1]
+        self._across_m = (across_m.min(), across_m.max())
         self._movers: Movers | None = None
         self._standing = {way: Standing() for way in (codes.DIR_FORWARD, codes.DIR_BACKWARD)}
         self._speckles: list[tuple[float, FloatArray]] = []
@@ -67,7 +68,7 @@ class LidarReach:
         return (float(least[0]), float(least[1]), float(least[2]), float(least[3]))
 
     def _persons(self, seen: Surfaces, origin_m: tuple[float, float]) -> list[NDArray[np.int64]]:
-        # Only what the bare chair would hit: a door post beside the way is as wide as a leg.
+        # Only what is straight ahead: a door post beside the way is as wide as a leg.
         low_m, high_m = self._across_m
         across_m = seen.points_m[:, 1]
         in_way = (across_m > low_m) & (across_m < high_m)
