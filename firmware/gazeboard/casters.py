@@ -43,6 +43,7 @@ class Casters:
         self._turned_q8 = 0
         self._low_q8 = 0
         self._high_q8 = 0
+        self.mark()
 
     # The wheels have turned to `angle_q16`.
     @micropython.viper
@@ -69,6 +70,21 @@ class Casters:
                 at = w[_WAY]
             w[k] = at
             k += 1
+
+    # As they lie now, skip() puts them back.
+    @micropython.native
+    def mark(self):
+        self._low_mark = self._words[_LOW]
+        self._high_mark = self._words[_HIGH]
+
+    # The wheels have not turned since mark(), though the model's have, to `angle_q16`.
+    @micropython.native
+    def skip(self, angle_q16):
+        w = self._words
+        if self.any:
+            w[_LOW] = self._low_mark
+            w[_HIGH] = self._high_mark
+        w[_SEEN] = angle_q16
 
     # What they add over the next `way_q8` of the wheels, both in 1/256 degree, left positive.
     @micropython.viper

@@ -127,6 +127,29 @@ class ChairModel:
     def seen_rate(self):
         return self._past[((self.state[_HEAD] - 2 * self.dead_ms) & (2 * _PAST_MS - 1)) + 1]
 
+    # Nothing is asked for any more, and the chair's ramp is back at zero.
+    @micropython.native
+    def let_go(self):
+        return self.state[_ASKED] == 0 and self.state[_RAMP] == 0
+
+    @micropython.native
+    def slower(self, rate_q10):
+        return -rate_q10 < self.state[_RATE] < rate_q10
+
+    # The chair is seen to stand, and nothing is on its way.
+    @micropython.viper
+    def halt(self):
+        s = ptr32(self.state)
+        past = ptr32(self._past)
+        s[_RATE] = 0
+        s[_RATE_REST] = 0
+        angle = s[_ANGLE]
+        k = 0
+        while k < 2 * _PAST_MS:
+            past[k] = angle
+            past[k + 1] = 0
+            k += 2
+
     # It turns as fast as is asked for, within an eighth: ramp and lag are over.
     @micropython.native
     def steady(self):

@@ -4,7 +4,8 @@
 # A move is full deflection, full counter-deflection, nothing. When to change over is told by the
 # chair's model, which runs a dead time ahead, and by the stop plan; the feedback controller acts on
 # what the heading seen deviates from the model's, and moves the changes accordingly. At rest, what
-# is still missing is made good by at most two more moves, planned the same way.
+# is still missing is made good by a few more moves, planned the same way; how long those last is
+# kept between what did too little and what did too much, so that a wrong model ends, too.
 
 from gazeboard.casters import Casters
 from gazeboard.chair_model import ChairModel
@@ -24,6 +25,7 @@ _START = const(3)
 
 _MOVES = const(4)  # the first and its corrections
 _MOVES_ALL = const(9)  # with those from rest
+_ENOUGH = const(5)  # after so many, what is left of the sensor's error is borne
 _HOLD_ON = const(16)  # permille: half a degree with the usual gain
 _HOLD_OFF = const(6)
 _GENTLE_Q8 = const(800)  # a correction by less than 3 degrees runs out without counter-deflection
@@ -35,10 +37,19 @@ _GAIN_MIN_Q8 = const(64)
 _GAIN_MAX_Q8 = const(512)
 _STALLED_MS = const(800)  # at rest for so long while it should turn, something holds the chair
 _REST_Q4 = const(16)  # slower than 1 degree/s is rest
-_SETTLE_MS = const(150)
+_SETTLE_MS = const(100)
 _SAMPLE_MS = const(10)
 _MOVING_Q10 = const(512)  # slower than half a degree/s the brakes hold it
 _DRIFT_MAX_Q8 = const(400)  # degrees/s; a floor hardly slopes more
+_STANDS_Q4 = const(8)  # seen slower than half a degree/s, a chair let go stands
+_STANDS = const(3)  # samples
+_CREEPS_Q10 = const(1536)  # 1.5 degrees/s: a model so slow may be of a chair that stands
+_ROLLS_OUT_Q10 = const(2048)
+_SLOW_Q4 = const(48)  # 3 degrees/s: a small correction waits for the rest
+_LONGER_MS = const(30)
+_ENDLESS_MS = const(9999)
+_LEAST_Q8 = const(128)
+_HALF_STEP_Q8 = const(8)  # of the heading sensor
 
 
 @micropython.native
@@ -61,6 +72,7 @@ class TurnController:
         self._deadband = deadband
         self._holds = False
         self._cutoff_q8 = cutoff_q4 << 4
+        self._there_q8 = self._cutoff_q8
         self._limit = limit_permille
         self._count = -1
         self._looked = False
@@ -74,13 +86,21 @@ class TurnController:
         self._gain_q8 = 256
         self._phase = _COAST
         self._sign = 1
+        self._side = 0  # of the last correction from rest
         self._plan = left
         self._moves = 0
         self._gentle = False
-        self._answer_q8 = 256
         self._before_q8 = 0
         self._stalled_ms = 0
         self._rest_ms = 0
+        self._stands = 0
+        self._before_q16 = 0
+        self._idle_q8 = 0
+        self._pulse_ms = 0
+        self._low_ms = 0
+        self._high_ms = _ENDLESS_MS
+        self._rested = False
+        self._careful = False
         self._moved_ms = 0
         self._from_q16 = 0
         self._drift_q8 = 0
@@ -104,9 +124,13 @@ class TurnController:
         self._moves = 0
         self.arrived = False
         self.missed = False
-        self._answer_q8 = 256
         self._before_q8 = 0
         self._stalled_ms = 0
+        self._stands = 0
+        self._idle_q8 = 0
+        self._rested = False
+        self._careful = False
+        self._side = 0
         self._moved_ms = 0
         self._drift_q8 = 0
         self._phase = _START
@@ -124,6 +148,42 @@ class TurnController:
         self._out = self._limit * self._sign
         self._rest_ms = 0
         self._gentle = self._moves > 1 and -_GENTLE_Q8 < left_q8 < _GENTLE_Q8
+        self._bound_pulse(left_q8)
+
+    # What the last correction from rest was to do and has done bounds how long the next to that
+    # side lasts; when it did far too much, the one that comes back is to do half.
+    @micropython.native
+    def _bound_pulse(self, left_q8):
+        if self._rested:
+            asked_q8 = self._before_q8 * self._side
+            done_q8 = asked_q8 - left_q8 * self._side
+            self._careful = done_q8 > asked_q8 + (asked_q8 >> 1)
+            if self._careful:
+                self._high_ms = min(self._high_ms, self._pulse_ms)
+            elif done_q8 < asked_q8 >> 1:
+                self._low_ms = max(self._low_ms, self._pulse_ms)
+        if self._sign != self._side:
+            self._side = self._sign
+            self._low_ms = 0
+            self._high_ms = _ENDLESS_MS
+        self._rested = self._gentle and self._stands >= _STANDS
+        self._before_q8 = left_q8
+        self._pulse_ms = 0
+
+    # Whether a gentle move ends now; as_planned: by what the model says.
+    @micropython.native
+    def _gentle_ends(self, as_planned):
+        if not self._rested:
+            return as_planned
+        ms = self._pulse_ms + 1
+        self._pulse_ms = ms
+        low_ms = self._low_ms
+        if low_ms:
+            if ms < low_ms + _LONGER_MS:
+                as_planned = False
+            elif ms >= low_ms + 3 * _LONGER_MS:
+                as_planned = True
+        return as_planned or ms + (_LONGER_MS >> 1) >= self._high_ms
 
     # From now on hold() keeps this heading.
     @micropython.native
@@ -147,14 +207,16 @@ class TurnController:
     @micropython.native
     def update(self, heading_q4, rate_q4, count):
         if count != self._count:
-            # Its work fills this tick and two more: what is made of it comes after them.
+            # Its work fills this tick and three more: what is made of it comes after them.
             self._count = count
             self._look(heading_q4, rate_q4)
-            self._to_do = 2
+            self._to_do = 3
             return self._out
         if self._to_do:
             self._to_do -= 1
-            if self._to_do:
+            if self._to_do == 2:
+                self._watch_rest(rate_q4)
+            elif self._to_do:
                 self._learn_drift()
             else:
                 self._look_ahead()
@@ -165,6 +227,9 @@ class TurnController:
             if self._looked:
                 self._casters.watch(self._beside_q8)
                 self._from_q16 = self._seen_q16
+                # The sensor's own error: half a step, and 0.4 % of the way.
+                error_q8 = _HALF_STEP_Q8 + (abs(self._left_q8) >> 8)
+                self._there_q8 = max(_LEAST_Q8, self._cutoff_q8 - error_q8)
                 self._begin(self._left_q8)
             else:
                 self._count = -1  # the first tick has enough to do: look in the next
@@ -175,9 +240,15 @@ class TurnController:
             self._coast(rate_q4)
         elif phase == _GO:
             aim_q8 = self._left_q8 * self._sign
-            if aim_q8 <= self._turns_q8(not self._gentle):
-                self._phase = _COAST if self._gentle else _COUNTER
-                self._out = 0 if self._gentle else -self._out
+            if self._gentle:
+                if self._careful:
+                    aim_q8 >>= 1
+                if self._gentle_ends(aim_q8 <= self._turns_q8(False)):
+                    self._phase = _COAST
+                    self._out = 0
+            elif aim_q8 <= self._turns_q8(True):
+                self._phase = _COUNTER
+                self._out = -self._out
         else:
             more = self._plan.counters(self.model.state, self._sign)
             if more == 0 or (
@@ -192,6 +263,7 @@ class TurnController:
     def _look(self, heading_q4, rate_q4):
         model = self.model
         self._left_q8 = wrapped(self._setpoint_q4 - heading_q4) << 4
+        self._before_q16 = self._seen_q16
         self._seen_q16 = model.seen_angle()
         rate_q10 = model.seen_rate()
         self._beside_q8 = wrapped(heading_q4 - (self._seen_q16 >> 12)) << 4
@@ -209,8 +281,35 @@ class TurnController:
             self.missed = self._stalled_ms >= _STALLED_MS
         else:
             self._stalled_ms = 0
-        gain_q8 = max(_GAIN_MIN_Q8, min(_GAIN_MAX_Q8, gain_q8))
-        self._gain_q8 = gain_q8 * self._answer_q8 >> 8
+        self._gain_q8 = max(_GAIN_MIN_Q8, min(_GAIN_MAX_Q8, gain_q8))
+
+    # What the model turns while the chair is seen to stand, the chair has not: neither the floor
+    # nor the casters did that. A chair let go that stands for longer than what is on its way stays.
+    @micropython.native
+    def _watch_rest(self, rate_q4):
+        model = self.model
+        seen_q16 = self._seen_q16
+        creeps = -_CREEPS_Q10 < model.seen_rate() < _CREEPS_Q10
+        if self._out or not model.let_go() or not -_STANDS_Q4 <= rate_q4 <= _STANDS_Q4:
+            self._stands = 0
+        else:
+            self._stands += 1
+            if (
+                self._phase == _COAST
+                and (self._stands - _STANDS) * _SAMPLE_MS >= model.dead_ms
+                and model.slower(_ROLLS_OUT_Q10)
+            ):
+                model.halt()
+                self._seen_q16 = model.seen_angle()
+                self._beside_q8 -= wrapped((self._seen_q16 - seen_q16) >> 12) << 4
+                creeps = True
+        if self._moves and creeps and -_REST_Q4 <= rate_q4 <= _REST_Q4:
+            by_q4 = wrapped((self._seen_q16 - self._before_q16) >> 12)
+            self._idle_q8 += by_q4 << 4
+            self._from_q16 += by_q4 << 12
+            self._casters.skip(model.seen_angle())
+        else:
+            self._casters.mark()
 
     # What turns the chair as long as it moves, whichever way: a floor that slopes. What neither the
     # model nor the casters explain since the start is shared between it and a wrong gain by how
@@ -219,7 +318,7 @@ class TurnController:
     def _learn_drift(self):
         if self._moves == 0:
             return
-        rest_q8 = self._casters.learn(self._beside_q8)
+        rest_q8 = self._casters.learn(self._beside_q8 + self._idle_q8)
         if not -_MOVING_Q10 < self.model.seen_rate() < _MOVING_Q10:
             self._moved_ms += _SAMPLE_MS
         time = self._moved_ms // 100
@@ -244,19 +343,6 @@ class TurnController:
         braked_ms = model.dead_ms + model.lag_ms + (model.lag_ms >> 1)
         self._slides_braked_q8 = self._drift_q8 * min(slides_ms, braked_ms) // 1000
 
-    # Another correction, by left_q8, is needed: how much of the one before came to be?
-    @micropython.native
-    def _learn(self, left_q8):
-        before_q8 = self._before_q8
-        self._before_q8 = left_q8
-        if before_q8 == 0:
-            return
-        part_q8 = 256 - (left_q8 << 8) // before_q8
-        if part_q8 < 26:
-            self._moves += 2  # it hardly moved: not for ever
-        elif part_q8 > 340:
-            self._answer_q8 = min(512, self._answer_q8 * 3 >> 1)
-
     # How far the chair still turns to its side from the newest sample on, 1/256 degree, if the turn
     # is ended now: by counter-deflection, or let go.
     @micropython.native
@@ -275,19 +361,24 @@ class TurnController:
         left_q8 = self._left_q8 * self._sign
         error_q8 = left_q8 - self._turns_q8(False)
         way_q8 = self._way_q8
-        doubt_q8 = self._cutoff_q8 + (abs(way_q8) >> 2)
+        still = -_STILL_Q8 <= way_q8 <= _STILL_Q8
+        slow = -_SLOW_Q4 < rate_q4 < _SLOW_Q4
+        if slow and not still and -_GENTLE_Q8 < error_q8 < _GENTLE_Q8:
+            self._rest_ms = 0
+            return
+        doubt_q8 = self._there_q8 + (abs(way_q8) >> 2)
         if not -doubt_q8 <= error_q8 <= doubt_q8 and self._moves < _MOVES:
-            self._before_q8 = self._sign * error_q8
             self._begin(self._sign * error_q8)
             return
-        if not -_REST_Q4 <= rate_q4 <= _REST_Q4 or not -_STILL_Q8 <= way_q8 <= _STILL_Q8:
+        if not still or not -_REST_Q4 <= rate_q4 <= _REST_Q4:
             self._rest_ms = 0
             return
         self._rest_ms += _SAMPLE_MS
         if self._rest_ms < _SETTLE_MS:
             return
-        if not -self._cutoff_q8 <= left_q8 <= self._cutoff_q8 and self._moves < _MOVES_ALL:
-            self._learn(self._sign * left_q8)
+        if self._moves >= _ENOUGH:
+            self._there_q8 = self._cutoff_q8  # enough of that: better near than to and fro
+        if not -self._there_q8 <= left_q8 <= self._there_q8 and self._moves < _MOVES_ALL:
             self._begin(self._sign * left_q8)
         else:
             self.arrived = -_NEAR_Q8 <= left_q8 <= _NEAR_Q8

@@ -22,7 +22,7 @@ _GENERAL = (
     ("step_turn_limit_ms", 6000, 1000, 10000),
     ("tune_angle_q4_deg", 480, 80, 960),
     ("step_ramp_ms", 300, 0, 1000),  # a step straight on begins and ends over this long
-    ("turn_cutoff_q4_deg", 13, 8, 80),  # a step turn nearer than this has arrived
+    ("turn_cutoff_q4_deg", 16, 8, 80),  # nearer, less the sensor's error, a step turn has arrived
     ("hold_kp_q4", 320, 0, 3200),  # going straight: permille per degree beside the heading
     ("hold_kd_q4", 80, 0, 3200),  # permille per degree/s
     ("hold_permille", 150, 0, 300),  # the most that holding puts out
