@@ -134,6 +134,7 @@ class Casters:
         if believed != _EITHER:
             w[_LOW] = w[_HIGH] = w[believed]
             w[_BELIEVED] = _EITHER
+        self.mark()
         self._turned_q8 = beside_q8
         self._low_q8 = self._turned(_LOW)
         self._high_q8 = self._turned(_HIGH)

@@ -25,6 +25,8 @@ _START = const(3)
 
 _MOVES = const(4)  # the first and its corrections
 _MOVES_ALL = const(9)  # with those from rest
+_RETURNS = const(1)  # corrections that change sides: a chair nobody has tuned does not swing
+_RETURNS_TUNED = const(2)
 _ENOUGH = const(5)  # after so many, what is left of the sensor's error is borne
 _HOLD_ON = const(16)  # permille: half a degree with the usual gain
 _HOLD_OFF = const(6)
@@ -63,7 +65,9 @@ class TurnController:
     # FeedbackController that keeps a heading, permille; deadband: what it must put out to be felt.
     # cutoff_q4: nearer than this is there. limit_permille: full deflection.
 
-    def __init__(self, model, casters, left, right, hold, deadband, cutoff_q4, limit_permille):
+    def __init__(
+        self, model, casters, left, right, hold, deadband, cutoff_q4, limit_permille, tuned
+    ):
         self.model = model
         self._casters = casters
         self._left = left
@@ -74,6 +78,8 @@ class TurnController:
         self._cutoff_q8 = cutoff_q4 << 4
         self._there_q8 = self._cutoff_q8
         self._limit = limit_permille
+        self._returns_most = _RETURNS_TUNED if tuned else _RETURNS
+        self._tuned = tuned
         self._count = -1
         self._looked = False
         self._to_do = 0
@@ -86,6 +92,7 @@ class TurnController:
         self._gain_q8 = 256
         self._phase = _COAST
         self._sign = 1
+        self._returns = 0  # how often it set out back
         self._side = 0  # of the last correction from rest
         self._plan = left
         self._moves = 0
@@ -130,6 +137,7 @@ class TurnController:
         self._idle_q8 = 0
         self._rested = False
         self._careful = False
+        self._returns = 0
         self._side = 0
         self._moved_ms = 0
         self._drift_q8 = 0
@@ -141,9 +149,12 @@ class TurnController:
 
     @micropython.native
     def _begin(self, left_q8):
+        sign = 1 if left_q8 >= 0 else -1
+        if self._moves and sign != self._sign:
+            self._returns += 1
         self._moves += 1
         self._phase = _GO
-        self._sign = 1 if left_q8 >= 0 else -1
+        self._sign = sign
         self._plan = self._left if left_q8 >= 0 else self._right
         self._out = self._limit * self._sign
         self._rest_ms = 0
@@ -210,7 +221,7 @@ class TurnController:
             # Its work fills this tick and three more: what is made of it comes after them.
             self._count = count
             self._look(heading_q4, rate_q4)
-            self._to_do = 3
+            self._to_do = 1 if self._phase == _START else 3  # nothing to learn from yet
             return self._out
         if self._to_do:
             self._to_do -= 1
@@ -355,6 +366,13 @@ class TurnController:
         slides_q8 = self._slides_braked_q8 if counters else self._slides_q8
         return (way_q8 * self._gain_q8 >> 8) + side * slides_q8
 
+    # On to the same side always; back only a few times, or when it is far off and tuned.
+    @micropython.native
+    def _may_go(self, left_q8):
+        if left_q8 > 0 or self._returns < self._returns_most:
+            return True
+        return self._tuned and left_q8 < -_NEAR_Q8
+
     # Nothing put out, a new sample: is it there, or is another move needed? The sooner the surer.
     @micropython.native
     def _coast(self, rate_q4):
@@ -367,7 +385,11 @@ class TurnController:
             self._rest_ms = 0
             return
         doubt_q8 = self._there_q8 + (abs(way_q8) >> 2)
-        if not -doubt_q8 <= error_q8 <= doubt_q8 and self._moves < _MOVES:
+        if (
+            not -doubt_q8 <= error_q8 <= doubt_q8
+            and self._moves < _MOVES
+            and self._may_go(error_q8)
+        ):
             self._begin(self._sign * error_q8)
             return
         if not still or not -_REST_Q4 <= rate_q4 <= _REST_Q4:
@@ -378,7 +400,11 @@ class TurnController:
             return
         if self._moves >= _ENOUGH:
             self._there_q8 = self._cutoff_q8  # enough of that: better near than to and fro
-        if not -self._there_q8 <= left_q8 <= self._there_q8 and self._moves < _MOVES_ALL:
+        if (
+            not -self._there_q8 <= left_q8 <= self._there_q8
+            and self._moves < _MOVES_ALL
+            and self._may_go(left_q8)
+        ):
             self._begin(self._sign * left_q8)
         else:
             self.arrived = -_NEAR_Q8 <= left_q8 <= _NEAR_Q8
@@ -401,4 +427,5 @@ def turn_controller(settings):
         of("deadband_permille"),
         s.turn_cutoff_q4_deg,
         s.step_turn_permille,
+        of("tuned"),
     )

@@ -21,10 +21,10 @@ def settings_of(profile, values):
 
 
 class Bench:
-    # A board that believes the profile's defaults, and a chair of which `values` differ.
+    # A board that takes the profile's defaults for tuned, and a chair of which `values` differ.
 
-    def __init__(self, profile=2, values=None, heading_q4=0):
-        self.turn = turn_controller(settings_of(profile, {}))
+    def __init__(self, profile=2, values=None, heading_q4=0, tuned=1):
+        self.turn = turn_controller(settings_of(profile, {"tuned": tuned}))
         self.chair = ChairModel(settings_of(profile, values or {}))
         self.begins_q4 = heading_q4
         self.heading_q4 = heading_q4
@@ -157,6 +157,27 @@ def test_a_pulse_that_did_nothing_is_followed_by_a_longer_one():
     assert len(last) >= 2, last
     for k in range(1, len(last)):
         assert last[k] * last[k - 1] < 0 or abs(last[k]) >= abs(last[k - 1]) + 30, last
+
+
+def test_a_chair_that_nobody_has_tuned_sets_out_back_once_at_most():
+    for values in (
+        {"left_q4_dps": 1000, "right_q4_dps": 1000, "brake_dps2": 50},
+        {"lag_ms": 700, "dead_time_ms": 300},
+        {"breakaway_q4_dps": 300, "lag_ms": 600},
+    ):
+        for degrees in (10, 45):
+            bench = Bench(2, values, tuned=0)
+            bench.by(degrees)
+            # A counter-deflection follows its own move at once; what sets out comes after a rest.
+            back = 0
+            towards = True
+            for k in range(len(bench.outs)):
+                begins = bench.outs[k] != 0 and (k == 0 or bench.outs[k - 1] == 0)
+                if begins and (bench.outs[k] > 0) != towards:
+                    towards = not towards
+                    back += 1
+            assert back <= 1, (values, degrees, pulses(bench.outs))
+            assert bench.turn.arrived or bench.turn.missed
 
 
 def test_wide_turns_land_nearer_by_what_the_sensor_may_be_off():
