@@ -155,7 +155,9 @@ def test_two_lidars_are_judged_together_and_one_may_fail(tmp_path: Path) -> None
     both = Together(tmp_path)
     try:
         both.pipeline.start()
-        report = both.until(lambda r: all(one.state == "ok" for one in r.lidars))
+        report = both.until(
+            lambda r: all(one.state == "ok" and one.acquired_s is not None for one in r.lidars)
+        )
         assert report.acquired_s == min(one.acquired_s or 0.0 for one in report.lidars)
         assert report.source == codes.SIMULATED
         assert report.evaluation is not None
