@@ -78,43 +78,25 @@ class TurnController:
         self._cutoff_q8 = cutoff_q4 << 4
         self._there_q8 = self._cutoff_q8
         self._limit = limit_permille
-        self._returns_most = _RETURNS_TUNED if tuned else _RETURNS
         self._tuned = tuned
-        self._count = -1
-        self._looked = False
-        self._to_do = 0
-        self._out = 0
         self._way_q8 = 0
-        self._setpoint_q4 = 0
         self._left_q8 = 0
         self._seen_q16 = 0
+        self._before_q16 = 0
         self._beside_q8 = 0
         self._gain_q8 = 256
-        self._phase = _COAST
         self._sign = 1
-        self._returns = 0  # how often it set out back
-        self._side = 0  # of the last correction from rest
         self._plan = left
-        self._moves = 0
         self._gentle = False
-        self._before_q8 = 0
-        self._stalled_ms = 0
         self._rest_ms = 0
-        self._stands = 0
-        self._before_q16 = 0
-        self._idle_q8 = 0
         self._pulse_ms = 0
         self._low_ms = 0
         self._high_ms = _ENDLESS_MS
-        self._rested = False
-        self._careful = False
-        self._moved_ms = 0
         self._from_q16 = 0
-        self._drift_q8 = 0
         self._slides_q8 = 0
         self._slides_braked_q8 = 0
-        self.arrived = False
-        self.missed = False  # at rest beside the setpoint with no move left, or held by something
+        self.start(0, -1)
+        self._phase = _COAST  # no turn yet
 
     # One ms of what was put out, whatever the motion.
     @micropython.native
@@ -130,15 +112,15 @@ class TurnController:
         self._setpoint_q4 = setpoint_q4 % HEADING_TURN_Q4_DEG
         self._moves = 0
         self.arrived = False
-        self.missed = False
+        self.missed = False  # at rest beside the setpoint with no move left, or held by something
         self._before_q8 = 0
         self._stalled_ms = 0
         self._stands = 0
         self._idle_q8 = 0
         self._rested = False
         self._careful = False
-        self._returns = 0
-        self._side = 0
+        self._returns = 0  # how often it set out back
+        self._side = 0  # of the last correction from rest
         self._moved_ms = 0
         self._drift_q8 = 0
         self._phase = _START
@@ -369,9 +351,11 @@ class TurnController:
     # On to the same side always; back only a few times, or when it is far off and tuned.
     @micropython.native
     def _may_go(self, left_q8):
-        if left_q8 > 0 or self._returns < self._returns_most:
+        if left_q8 > 0:
             return True
-        return self._tuned and left_q8 < -_NEAR_Q8
+        if not self._tuned:
+            return self._returns < _RETURNS
+        return self._returns < _RETURNS_TUNED or left_q8 < -_NEAR_Q8
 
     # Nothing put out, a new sample: is it there, or is another move needed? The sooner the surer.
     @micropython.native

@@ -57,7 +57,7 @@ class LidarReach:
         if self._movers is None:
             self._movers = Movers(view.origin_m)
         coming = self._movers.update(seen.points_m, view.acquired_s)
-        persons = self._persons(seen, view.origin_m)
+        persons = self._persons(seen)
         still = stands(self._movers.speed_m_s, self._movers.rate_deg_s)
         for direction, standing in self._standing.items():
             way_m = min((contacts[one, direction].min() for one in persons), default=math.inf)
@@ -67,16 +67,12 @@ class LidarReach:
             least = np.minimum(least, self._sweeps.contacts(coming).min(axis=0))
         return (float(least[0]), float(least[1]), float(least[2]), float(least[3]))
 
-    def _persons(self, seen: Surfaces, origin_m: tuple[float, float]) -> list[NDArray[np.int64]]:
+    def _persons(self, seen: Surfaces) -> list[NDArray[np.int64]]:
         # Only what is straight ahead: a door post beside the way is as wide as a leg.
         low_m, high_m = self._across_m
         across_m = seen.points_m[:, 1]
         in_way = (across_m > low_m) & (across_m < high_m)
-        return [
-            thing[in_way[thing]]
-            for thing in like_persons(seen.points_m, origin_m, seen.noise_m)
-            if in_way[thing].any()
-        ]
+        return [thing[in_way[thing]] for thing in like_persons(seen) if in_way[thing].any()]
 
     def _seen_before(self, points: FloatArray, at_s: float) -> np.ndarray:
         found = np.zeros(len(points), dtype=np.bool_)

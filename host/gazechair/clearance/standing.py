@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.clearance.footprint import FloatArray
+from gazechair.clearance.surface import Surfaces
 from gazechair.clearance.zone import BRAKE_M_S2, CREEP_M_S, REACTION_S, STOP_MARGIN_M
 
 _WALK_M_S = 1.0
@@ -58,20 +59,13 @@ def told_m(way_m: float) -> float:
     return told + max(0.0, way_m - float(_FROM_M[-1]))
 
 
-def like_persons(
-    points_m: FloatArray, origin_m: tuple[float, float], noise_m: float
-) -> list[NDArray[np.int64]]:
-    """Indices of the points of each thing as wide as a person, of (N, 2) in order of bearings.
-
-    `noise_m`: of one beam, before the smoothing.
-    """
+def like_persons(seen: Surfaces) -> list[NDArray[np.int64]]:
+    """Indices of the points of each thing as wide as a person."""
+    points_m = seen.points_m
     if len(points_m) < _LEAST_BEAMS:
         return []
-    offset = points_m - origin_m
-    ranges = np.hypot(offset[:, 0], offset[:, 1])
-    bearings = np.arctan2(offset[:, 1], offset[:, 0])
-    apart = np.abs(np.diff(ranges)) > max(_APART_M, _APART_SIGMA * noise_m)
-    apart |= np.diff(bearings) > _APART_RAD
+    apart = np.abs(np.diff(seen.ranges_m)) > max(_APART_M, _APART_SIGMA * seen.noise_m)
+    apart |= np.diff(seen.bearings_rad) > _APART_RAD
     things = np.split(np.arange(len(points_m)), np.flatnonzero(apart) + 1)
     found = []
     for thing in things:

@@ -31,6 +31,10 @@ class Surfaces:
 
     points_m: FloatArray
     """(N, 2)."""
+    ranges_m: FloatArray
+    """(N,): how far they are from the lidar."""
+    bearings_rad: FloatArray
+    """(N,): ascending, about the lidar."""
     lone: BoolArray
     """(N,): no neighbouring beam measured about the same."""
     noise_m: float
@@ -64,7 +68,8 @@ def surfaces(points_m: FloatArray, origin_m: tuple[float, float]) -> Surfaces:
     lone[1:] &= ~alike[:-1]
     lone[:1] &= ~alike[-1:]
     scale = smooth / np.maximum(ranges, 1e-9)
-    return Surfaces(offset[order] * scale[:, None] + origin_m, lone, noise)
+    points = offset[order] * scale[:, None] + origin_m
+    return Surfaces(points, smooth, bearings, lone, noise)
 
 
 def _smoothed(bearings: FloatArray, ranges: FloatArray, noise: float) -> FloatArray:
