@@ -16,6 +16,7 @@ _WORD = (
     codes.DRIVING,
 )
 _NEAR_Q4 = 32  # 2 degrees
+_LAST_MOVE_MS = 2000  # before a step turn's time is up: a correction takes as long
 
 
 class Motion:
@@ -141,6 +142,8 @@ class Motion:
                 self._hold(i.verb)
                 self._smooth()
             return
+        if self._elapsed_ms + _LAST_MOVE_MS == self._settings.step_turn_limit_ms:
+            self._turn.settle()
         self.turn_permille = self._turn.update(i.heading_q4, i.rate_q4, i.heading_count)
         if self._turn.arrived:
             self._arrived = True

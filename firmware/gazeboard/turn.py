@@ -25,7 +25,9 @@ _START = const(3)
 
 _MOVES = const(4)  # the first and its corrections
 _MOVES_ALL = const(9)  # with those from rest
-_RETURNS = const(1)  # corrections that change sides: a chair nobody has tuned does not swing
+# How often its pushes may change sides after the first counter-deflection. A chair nobody has
+# tuned comes back once when it went too far, and does not swing.
+_RETURNS = const(0)
 _RETURNS_TUNED = const(2)
 _ENOUGH = const(5)  # after so many, what is left of the sensor's error is borne
 _HOLD_ON = const(16)  # permille: half a degree with the usual gain
@@ -40,6 +42,7 @@ _GAIN_MAX_Q8 = const(512)
 _STALLED_MS = const(800)  # at rest for so long while it should turn, something holds the chair
 _REST_Q4 = const(16)  # slower than 1 degree/s is rest
 _SETTLE_MS = const(100)
+_SURE_MS = const(400)  # near the cut-off's edge a floor may yet carry it out
 _SAMPLE_MS = const(10)
 _MOVING_Q10 = const(512)  # slower than half a degree/s the brakes hold it
 _DRIFT_MAX_Q8 = const(400)  # degrees/s; a floor hardly slopes more
@@ -80,6 +83,7 @@ class TurnController:
         self._limit = limit_permille
         self._tuned = tuned
         self._way_q8 = 0
+        self._pushed = 1
         self._left_q8 = 0
         self._seen_q16 = 0
         self._before_q16 = 0
@@ -112,6 +116,7 @@ class TurnController:
         self._setpoint_q4 = setpoint_q4 % HEADING_TURN_Q4_DEG
         self._moves = 0
         self.arrived = False
+        self._time_is_up = False
         self.missed = False  # at rest beside the setpoint with no move left, or held by something
         self._before_q8 = 0
         self._stalled_ms = 0
@@ -119,7 +124,7 @@ class TurnController:
         self._idle_q8 = 0
         self._rested = False
         self._careful = False
-        self._returns = 0  # how often it set out back
+        self._returns = 0  # how often its pushes changed sides
         self._side = 0  # of the last correction from rest
         self._moved_ms = 0
         self._drift_q8 = 0
@@ -129,19 +134,27 @@ class TurnController:
         self._count = count
         self._out = 0
 
+    # Its time is nearly over: no more corrections, they would be cut short.
+    @micropython.native
+    def settle(self):
+        self._time_is_up = True
+
     @micropython.native
     def _begin(self, left_q8):
         sign = 1 if left_q8 >= 0 else -1
-        if self._moves and sign != self._sign:
+        if self._moves == 0:
+            self._pushed = -sign  # by the counter-deflection to come
+        elif sign != self._pushed:
+            self._pushed = sign
             self._returns += 1
         self._moves += 1
         self._phase = _GO
         self._sign = sign
         self._plan = self._left if left_q8 >= 0 else self._right
         self._out = self._limit * self._sign
-        self._rest_ms = 0
         self._gentle = self._moves > 1 and -_GENTLE_Q8 < left_q8 < _GENTLE_Q8
         self._bound_pulse(left_q8)
+        self._rest_ms = 0
 
     # What the last correction from rest was to do and has done bounds how long the next to that
     # side lasts; when it did far too much, the one that comes back is to do half.
@@ -159,7 +172,7 @@ class TurnController:
             self._side = self._sign
             self._low_ms = 0
             self._high_ms = _ENDLESS_MS
-        self._rested = self._gentle and self._stands >= _STANDS
+        self._rested = self._gentle and self._rest_ms >= _SETTLE_MS
         self._before_q8 = left_q8
         self._pulse_ms = 0
 
@@ -306,7 +319,7 @@ class TurnController:
 
     # What turns the chair as long as it moves, whichever way: a floor that slopes. What neither the
     # model nor the casters explain since the start is shared between it and a wrong gain by how
-    # likely either is to have done it (standard deviations 0.8 degrees/s, 5 %; noise 0.3 degrees).
+    # likely either is to have done it (standard deviations 0.8 degrees/s, 6 %; noise 0.3 degrees).
     @micropython.native
     def _learn_drift(self):
         if self._moves == 0:
@@ -316,7 +329,7 @@ class TurnController:
             self._moved_ms += _SAMPLE_MS
         time = self._moved_ms // 100
         way_q4 = wrapped((self._seen_q16 - self._from_q16) >> 12)
-        drift_q8 = (rest_q8 >> 4) * time * 160 // (time * time + way_q4 * way_q4 // 656 + 14)
+        drift_q8 = (rest_q8 >> 4) * time * 160 // (time * time + way_q4 * way_q4 // 400 + 14)
         self._drift_q8 = max(-_DRIFT_MAX_Q8, min(_DRIFT_MAX_Q8, drift_q8))
 
     # How far that will turn it until it stands: let go, the rate falls to what the brakes hold in
@@ -348,16 +361,20 @@ class TurnController:
         slides_q8 = self._slides_braked_q8 if counters else self._slides_q8
         return (way_q8 * self._gain_q8 >> 8) + side * slides_q8
 
-    # On to the same side always; back only a few times, or when it is far off and tuned.
+    # On to the same side always, and as the first counter-deflection went. Back only a few times,
+    # or when it is far off and tuned.
     @micropython.native
     def _may_go(self, left_q8):
-        if left_q8 > 0:
+        if self._time_is_up:
+            return False
+        if left_q8 > 0 or self._pushed != self._sign:
             return True
         if not self._tuned:
             return self._returns < _RETURNS
         return self._returns < _RETURNS_TUNED or left_q8 < -_NEAR_Q8
 
-    # Nothing put out, a new sample: is it there, or is another move needed? The sooner the surer.
+    # Nothing put out, a new sample: is it there, or is another move needed? A large one the sooner
+    # the surer; a small one from rest, which is what both the model and the sensor say.
     @micropython.native
     def _coast(self, rate_q4):
         left_q8 = self._left_q8 * self._sign
@@ -365,12 +382,14 @@ class TurnController:
         way_q8 = self._way_q8
         still = -_STILL_Q8 <= way_q8 <= _STILL_Q8
         slow = -_SLOW_Q4 < rate_q4 < _SLOW_Q4
-        if slow and not still and -_GENTLE_Q8 < error_q8 < _GENTLE_Q8:
+        small = -_GENTLE_Q8 < error_q8 < _GENTLE_Q8
+        if small and slow and not still:
             self._rest_ms = 0
             return
         doubt_q8 = self._there_q8 + (abs(way_q8) >> 2)
         if (
-            not -doubt_q8 <= error_q8 <= doubt_q8
+            not (small and still)
+            and not -doubt_q8 <= error_q8 <= doubt_q8
             and self._moves < _MOVES
             and self._may_go(error_q8)
         ):
@@ -383,14 +402,14 @@ class TurnController:
         if self._rest_ms < _SETTLE_MS:
             return
         if self._moves >= _ENOUGH:
-            self._there_q8 = self._cutoff_q8  # enough of that: better near than to and fro
+            self._there_q8 = self._cutoff_q8  # better near than to and fro
         if (
             not -self._there_q8 <= left_q8 <= self._there_q8
             and self._moves < _MOVES_ALL
             and self._may_go(left_q8)
         ):
             self._begin(self._sign * left_q8)
-        else:
+        elif self._rest_ms >= _SURE_MS or abs(left_q8) <= self._there_q8 >> 1:
             self.arrived = -_NEAR_Q8 <= left_q8 <= _NEAR_Q8
             self.missed = not self.arrived
 

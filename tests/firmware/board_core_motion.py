@@ -103,6 +103,18 @@ def test_p4_a_turn_that_never_arrives_ends_at_its_limit():
         assert motion.end_reason == codes.TIME_LIMIT
 
 
+def test_two_seconds_before_its_limit_a_turn_is_told_to_settle_once():
+    for verb in TURNS:
+        motion, i = begun(verb, codes.STEP)
+        motion._settings.step_turn_limit_ms = 2700
+        told = []
+        for ms in range(1, 2701):
+            motion.step(i, 0, CAPS)
+            if motion._turn.settles > len(told):
+                told.append(ms)
+        assert told == [700]
+
+
 def test_a_turn_that_arrives_has_ended_as_asked():
     for verb in TURNS:
         motion, i = begun(verb, codes.STEP)

@@ -180,6 +180,85 @@ def test_a_chair_that_nobody_has_tuned_sets_out_back_once_at_most():
             assert bench.turn.arrived or bench.turn.missed
 
 
+def test_told_to_settle_it_begins_no_more_corrections_and_says_what_it_is():
+    for left_q4_dps, at_ms in ((510, 0), (510, 2500), (350, 0)):
+        bench = Bench(2, {"left_q4_dps": left_q4_dps, "right_q4_dps": left_q4_dps, "lag_ms": 600})
+        bench.turn.start(20 * 16, 0)
+        while not bench.turn.arrived and not bench.turn.missed:
+            if bench.ms == max(at_ms, 1):
+                bench.turn.settle()
+                pushes = max(1, bench.pushes())
+            bench.one_ms(bench.turn.update(bench.heading_q4, bench.rate_q4, bench.count))
+        assert bench.pushes() == pushes
+        off_q4 = abs(wrapped(20 * 16 - bench.heading_q4))
+        assert bench.turn.arrived == (off_q4 <= 32), off_q4
+    again = Bench(2, {"left_q4_dps": 510})
+    again.turn.settle()
+    error_deg, _ = again.by(20)
+    assert -1.0 <= error_deg <= 1.0, "the next turn corrects again"
+
+
+def test_near_the_edge_of_the_cutoff_it_waits_for_what_the_floor_does():
+    waited = []
+    for lag_ms in range(300, 440, 10):
+        bench = Bench(2, {"lag_ms": lag_ms})
+        bench.turn.start(10 * 16, 0)
+        rested_ms = 0
+        while not bench.turn.arrived:
+            rested_ms = rested_ms + 1 if abs(bench.rate_q4) <= 16 else 0
+            bench.one_ms(bench.turn.update(bench.heading_q4, bench.rate_q4, bench.count))
+        waited.append((abs(10 * 16 - bench.heading_q4), rested_ms))
+    edge = [rested_ms for off_q4, rested_ms in waited if off_q4 > 8]
+    within = [rested_ms for off_q4, rested_ms in waited if off_q4 < 7]
+    assert len(edge) >= 2 and min(edge) >= 390, waited
+    assert max(within) < 300, waited
+
+
+def test_a_small_correction_waits_for_rest_or_catches_a_chair_that_turns_fast():
+    quick = {"breakaway_q4_dps": 40, "lag_ms": 200, "dead_time_ms": 90}
+    rested = 0
+    for brake_dps2, slope_dps in ((90, 1.0), (150, 0.0), (150, 1.0), (300, 1.0)):
+        for degrees in (5, 10, 20):
+            bench = Bench(2, dict(quick, brake_dps2=brake_dps2))
+            bench.slope_dps = slope_dps
+            bench.turn.start(degrees * 16, 0)
+            out = rest_ms = changes = 0
+            pushed_left = degrees < 0  # by the first counter-deflection
+            while not bench.turn.arrived and not bench.turn.missed:
+                before = out
+                rate_q4 = abs(bench.rate_q4)
+                rest_ms = rest_ms + 1 if rate_q4 <= 16 else 0
+                out = bench.turn.update(bench.heading_q4, bench.rate_q4, bench.count)
+                if out and not before and bench.turn._gentle:
+                    assert rate_q4 >= 48 or rest_ms >= 90, (brake_dps2, slope_dps, degrees)
+                    rested += rate_q4 < 48
+                if out and not before and bench.ms > 20 and (out > 0) != pushed_left:
+                    pushed_left = not pushed_left
+                    changes += 1
+                bench.one_ms(out)
+            assert changes == bench.turn._returns
+    assert rested >= 5
+
+
+def test_how_often_it_may_set_out_back():
+    for tuned in (0, 1):
+        turn = Bench(2, tuned=tuned).turn
+        for returns in range(5):
+            for pushed in (-1, 1):  # its last push, towards or back
+                for left_q8 in (-520, -500, -10, 10):
+                    turn._sign = 1
+                    turn._pushed = pushed
+                    turn._returns = returns
+                    turn._time_is_up = False
+                    on = left_q8 > 0
+                    as_pushed = pushed < 0  # by the counter-deflection: that is no change of sides
+                    few = returns < 2 or left_q8 < -512
+                    allowed = on or as_pushed or (tuned and few)
+                    assert turn._may_go(left_q8) == bool(allowed), (tuned, returns, pushed, left_q8)
+                    turn._time_is_up = True
+                    assert not turn._may_go(left_q8)
+
+
 def test_wide_turns_land_nearer_by_what_the_sensor_may_be_off():
     for values in ({"lag_ms": 450}, {"dead_time_ms": 250}, {"left_q4_dps": 600}):
         error_deg, _ = Bench(2, values).by(90)

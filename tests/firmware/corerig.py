@@ -20,6 +20,7 @@ class Turn:
         self.out = 300
         self.arrived = False
         self.missed = False
+        self.settles = 0
         self.seen = None
         self.followed = None
         self.kept_q4 = None
@@ -29,6 +30,9 @@ class Turn:
     def start(self, setpoint_q4, count):
         self.setpoint_q4 = setpoint_q4
         self.arrived = False
+
+    def settle(self):
+        self.settles += 1
 
     def update(self, heading_q4, rate_q4, count):
         self.seen = (heading_q4, rate_q4, count)

@@ -7,18 +7,21 @@ seconds turns x**2/2 - L*x + L**2*(1 - exp(-x/L)) in x seconds. The chair stands
 breaks it loose; the first ramp then begins with a jump, and a jump of 1 turns x - L*(1 -
 exp(-x/L)).
 
-Whether a pulse sets the chair in motion is taken from the recording, not worked out, so that the
-headings follow the numbers smoothly; `excess_dps` tells what the numbers say about it.
+Whether a pulse sets the chair in motion is taken from the recording (`readings`), not worked out,
+so that the headings follow the numbers smoothly; `excess_dps` tells what the numbers say about it.
 
 Casters, which swing round after a reversal by the way the wheels go, turn the chair besides: half a
-cosine over the first degrees of the way back. A sloping floor turns it a little while it moves.
-Both are found along with the rest so that they do not spoil it, and forgotten.
+cosine over the first degrees of the way back. A sloping floor turns it a little while it moves, as
+much more as it stands across the slope; and each pulse finds its own piece of floor, on which the
+wheels turn it by some percent more or less than on the others. All of that is found along with the
+rest so that it does not spoil it, and forgotten.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,12 +32,17 @@ from gazechair.tune.recording import Recording
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-# The columns of a set of unknowns; those of size and time as logarithms.
+# The columns of a set of unknowns of a chair; those of size and time as logarithms. SLOPE in
+# degrees/s, BEND in degrees/s per radian.
 LEFT, RIGHT, DEADBAND, DEAD, LAG, ACCELERATE, BRAKE, BREAKAWAY = range(8)
-CASTER, CASTER_WAY, LIE, SLOPE = range(8, 12)
-UNKNOWNS = 12
-_TURNED_DEG = 0.3  # less is a chair that stuck
-_SLOW_DPS = 0.5  # slower than this a floor turns nothing: the brakes hold the chair
+CASTER, CASTER_WAY, LIE, SLOPE, BEND = range(8, 13)
+UNKNOWNS = 13
+_STUCK_DEG = 0.09  # more than a step of the sensor and its drift
+_TURNED_DEG = 0.3
+_DOUBTFUL = 3  # pulses in between; where there are more, the sensor is noisy
+# Slower than this a floor turns the chair the less: the brakes hold it from half of that on, and a
+# step there would make the headings jump with the numbers.
+_SLOW_DPS = 1.0
 
 
 @dataclass(frozen=True)
@@ -51,40 +59,63 @@ class Pulses:
     """Since then; nan where padded, and all of it when the chair stuck."""
     turned: Flags
     """Column: whether it turned the chair."""
+    away_rad: Floats
+    """Recorded heading since the first pulse: which way a slope leads changes with it."""
 
     @classmethod
-    def of(cls, recordings: Sequence[Recording]) -> Pulses:
-        """All rows as long as the longest."""
+    def of(cls, recordings: Sequence[Recording], turned: Sequence[bool]) -> Pulses:
+        """All rows as long as the longest; `turned`: one of readings()."""
         columns = max(len(r.time_s) for r in recordings)
         times = np.empty((len(recordings), columns))
         headings = np.full((len(recordings), columns), np.nan)
+        away = np.zeros((len(recordings), columns))
+        start_deg = 0.0
         for row, r in enumerate(recordings):
             n = len(r.time_s)
+            away[row, :n] = np.radians(start_deg + r.heading_deg)
+            start_deg += r.turned_deg
             times[row, :n], times[row, n:] = r.time_s, r.time_s[-1]
-            headings[row, :n] = r.heading_deg if _turned(r) else np.nan
+            headings[row, :n] = r.heading_deg if turned[row] else np.nan
         return cls(
             np.array([[r.deflection] for r in recordings]),
             np.array([[r.pulse_s] for r in recordings]),
             times,
             headings,
-            np.array([[_turned(r)] for r in recordings]),
+            np.array([[moved] for moved in turned]),
+            away,
         )
 
 
-def _turned(recording: Recording) -> bool:
-    # At any time: the casters may take back what the wheels do.
-    return float(np.abs(recording.heading_deg).max()) > _TURNED_DEG
+def readings(recordings: Sequence[Recording]) -> list[tuple[bool, ...]]:
+    """Whether each pulse turned the chair: all ways to read the recordings, the likeliest first.
+
+    One that shows next to nothing may have stuck, or have turned the wheels while the casters took
+    all of it back.
+    """
+    most = [float(np.abs(r.heading_deg).max()) for r in recordings]
+    both = [_STUCK_DEG < m < _TURNED_DEG for m in most]
+    if sum(both) > _DOUBTFUL:
+        both = [False] * len(most)
+    ways = [
+        (False, True) if doubtful else (m >= _TURNED_DEG,)
+        for m, doubtful in zip(most, both, strict=True)
+    ]
+    return list(product(*ways))
 
 
 def headings(unknowns: Floats, pulses: Pulses) -> Floats:
-    """Heading of every sample for every row of `unknowns` (sets x UNKNOWNS): sets x pulses x
-    samples, degrees."""
-    u = unknowns[:, :, None, None]
+    """Heading of every sample for every row of `unknowns`: sets x pulses x samples, degrees.
+
+    A row: the chair's unknowns (UNKNOWNS), then for each pulse the share it turned further.
+    """
+    u = unknowns[:, :UNKNOWNS, None, None]
+    gain = 1.0 + unknowns[:, UNKNOWNS:, None]
     left = pulses.deflection > 0
     sign = np.where(left, 1.0, -1.0)
-    wheels, moving_s = _wheels(u, pulses, _asked(u, pulses))
+    wheels, moved_s = _wheels(u, pulses, _asked(u, pulses))
     swung = _casters(u, wheels, left[:, 0])
-    return sign * (wheels + u[:, CASTER] * swung) + u[:, SLOPE] * moving_s
+    slid = np.cumsum((u[:, SLOPE] + u[:, BEND] * pulses.away_rad) * moved_s, axis=2)
+    return sign * (gain * wheels + u[:, CASTER] * swung) + slid
 
 
 def excess_dps(unknowns: Floats, pulses: Pulses) -> Floats:
@@ -107,7 +138,8 @@ def _asked(u: Floats, pulses: Pulses) -> Floats:
 
 
 def _wheels(u: Floats, pulses: Pulses, asked: Floats) -> tuple[Floats, Floats]:
-    """The way of the wheels in the pulse's own direction, and for how long they moved."""
+    """The way of the wheels in the pulse's own direction, and for how long they moved until each
+    sample since the one before."""
     up, down, lag = np.exp(u[:, ACCELERATE]), np.exp(u[:, BRAKE]), np.exp(u[:, LAG])
     rising = np.minimum(pulses.seconds, asked / up)
     zero = pulses.seconds + up * rising / down
@@ -125,8 +157,7 @@ def _wheels(u: Floats, pulses: Pulses, asked: Floats) -> tuple[Floats, Floats]:
         rate = rate + slope * (x - lag * gone)
     way, rate = np.where(pulses.turned, way, 0.0), np.where(pulses.turned, rate, 0.0)
     step_s = np.diff(pulses.time_s, axis=1, prepend=pulses.time_s[:, :1])
-    moving_s = np.cumsum((rate > _SLOW_DPS) * step_s, axis=2)
-    return way, moving_s
+    return way, np.clip(rate / _SLOW_DPS, 0.0, 1.0) * step_s
 
 
 def _casters(u: Floats, wheels: Floats, left: NDArray[np.bool_]) -> Floats:

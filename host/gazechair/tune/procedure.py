@@ -36,6 +36,7 @@ _RATE_SAMPLES = 8
 _REPEATS = 3
 _ANSWERS = 5  # after so many pulses a chair must have turned
 _MOVED_DEG = 2.0
+_REVERSED = 0.5  # share of what is believed, turned the other way
 _LOOSE = 1.4  # so much more than what is believed to break a standing chair loose
 _REST, _PUSH, _RUN, _OUT = range(4)
 
@@ -61,6 +62,7 @@ class Procedure:
         self._began = 0
         self._start_deg = 0.0
         self._noise_deg = 0.0
+        self._believed_deg = 0.0  # by all pulses together
 
     def sample(self, s: Sample) -> None:
         """Take a sample. TuneError when the chair does not answer as it should."""
@@ -212,6 +214,7 @@ class Procedure:
             raise TuneError("the heading is noisy though the chair stands; is the sensor loose?")
         sign = 1 if recording.deflection > 0 else -1
         believed = angle_deg(self._believed, recording.deflection, recording.pulse_s)
+        self._believed_deg += believed
         if believed > _MOVED_DEG:
             ratio = max(0.3, min(3.0, recording.turned_deg * sign / believed))
             self._factor[sign] = 0.5 * (self._factor[sign] + ratio)
@@ -224,7 +227,8 @@ class Procedure:
                 "the chair did not turn; is it switched on, its brakes engaged (not in"
                 " free-wheel), the DB9 plugged in, the relay closed?"
             )
-        if len(along) == _ALL and sum(along) < 0.0:  # casters alone may do that to a few pulses
+        # Casters alone may do that to a few pulses, and take most of what a slow chair turns.
+        if len(along) == _ALL and sum(along) < -_REVERSED * self._believed_deg:
             raise TuneError(
                 "the chair turned the other way; the turn channel is reversed: see docs/wiring.md"
             )

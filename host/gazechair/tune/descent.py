@@ -1,0 +1,100 @@
+"""Least squares within bounds: Levenberg and Marquardt's method, with weights that fall off for
+data far away (Huber).
+
+The damping counts in the unknowns' own natural sizes, not in how much the data depend on them: one
+on which they hardly depend just here (how casters lie, at the end of their swing) would otherwise
+take every step by itself, and too far.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+_HUBER = 2.0  # residuals beyond this count linearly
+_DAMPING = 100.0
+_DAMPING_MOST = 1e9
+_EASES, _STIFFENS = 5.0, 6.0  # after a step that helped, and one that did not
+_ENOUGH = 1e-6  # share of the cost by which a step must lower it to go on
+
+
+@dataclass(frozen=True)
+class Valley:
+    """Where a descent ended."""
+
+    cost: float
+    at: Floats
+    covariance: Floats
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """What the unknowns can be at all, and how far each may well be off."""
+
+    low: Floats
+    high: Floats
+    size: Floats
+
+    def clipped(self, at: Floats) -> Floats:
+        """The nearest point within."""
+        return np.clip(at, self.low, self.high)
+
+    def step(self, at: Floats, squares: Floats, down: Floats) -> Floats:
+        """Where the step that solves `squares` x step = `down` leads; what would leave the bounds
+        stays on them, and the others make the best of it."""
+        to = at.copy()
+        free = np.ones(len(at), dtype=bool)
+        while free.any():
+            rest = down[free] - squares[np.ix_(free, ~free)] @ (to - at)[~free]
+            to[free] = at[free] + np.linalg.solve(squares[np.ix_(free, free)], rest)
+            beyond = free & ((to < self.low) | (to > self.high))
+            if not beyond.any():
+                break
+            to = self.clipped(to)
+            free &= ~beyond
+        return to
+
+
+Look = Callable[[Floats], tuple[Floats, Floats]]
+"""The residuals at a point and their Jacobian."""
+
+
+def descend(look: Look, data: int, start: Floats, bounds: Bounds, rounds: int) -> Valley:
+    """The valley below `start`, after `rounds` steps tried at most. The first `data` residuals are
+    data, which may be wrong; the others always count in full."""
+    at = bounds.clipped(start)
+    scale = np.diag(bounds.size**-2.0)
+    damping = _DAMPING
+    residual, jacobian = look(at)
+    cost, weights = _weighed(residual, data)
+    for _ in range(rounds):
+        squares = (jacobian * weights[:, None]).T @ jacobian
+        down = -jacobian.T @ (weights * residual)
+        trial = bounds.step(at, squares + damping * scale, down)
+        seen, steep = look(trial)
+        there, heavy = _weighed(seen, data)
+        if there < cost:
+            gain = cost - there
+            at, residual, jacobian, cost, weights = trial, seen, steep, there, heavy
+            damping /= _EASES
+            if gain < _ENOUGH * cost:
+                break
+        else:
+            damping *= _STIFFENS
+            if damping > _DAMPING_MOST:
+                break
+    squares = (jacobian * weights[:, None]).T @ jacobian
+    return Valley(cost, at, np.asarray(np.linalg.inv(squares)))
+
+
+def _weighed(residual: Floats, data: int) -> tuple[float, Floats]:
+    size = np.abs(residual)
+    weights = np.minimum(1.0, _HUBER / np.maximum(size, 1e-9))
+    weights[data:] = 1.0
+    cost = np.where(weights < 1.0, _HUBER * (2 * size - _HUBER), size**2).sum()
+    return float(cost), weights
