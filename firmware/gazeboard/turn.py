@@ -11,6 +11,8 @@ from gazeboard.casters import Casters
 from gazeboard.chair_model import ChairModel
 from gazeboard.limits import HEADING_TURN_Q4_DEG
 from gazeboard.pid import PD
+from gazeboard.slope import Slope
+from gazeboard.small_moves import SmallMoves
 from gazeboard.stop_plan import StopPlan
 from gazelink.const import const
 from gazelink.native import micropython
@@ -44,15 +46,11 @@ _REST_Q4 = const(16)  # slower than 1 degree/s is rest
 _SETTLE_MS = const(100)
 _SURE_MS = const(400)  # near the cut-off's edge a floor may yet carry it out
 _SAMPLE_MS = const(10)
-_MOVING_Q10 = const(512)  # slower than half a degree/s the brakes hold it
-_DRIFT_MAX_Q8 = const(400)  # degrees/s; a floor hardly slopes more
 _STANDS_Q4 = const(8)  # seen slower than half a degree/s, a chair let go stands
 _STANDS = const(3)  # samples
 _CREEPS_Q10 = const(1536)  # 1.5 degrees/s: a model so slow may be of a chair that stands
 _ROLLS_OUT_Q10 = const(2048)
 _SLOW_Q4 = const(48)  # 3 degrees/s: a small correction waits for the rest
-_LONGER_MS = const(30)
-_ENDLESS_MS = const(9999)
 _LEAST_Q8 = const(128)
 _HALF_STEP_Q8 = const(8)  # of the heading sensor
 
@@ -73,6 +71,8 @@ class TurnController:
     ):
         self.model = model
         self._casters = casters
+        self._slope = Slope(model)
+        self._small = SmallMoves()
         self._left = left
         self._right = right
         self._hold = hold
@@ -93,12 +93,7 @@ class TurnController:
         self._plan = left
         self._gentle = False
         self._rest_ms = 0
-        self._pulse_ms = 0
-        self._low_ms = 0
-        self._high_ms = _ENDLESS_MS
         self._from_q16 = 0
-        self._slides_q8 = 0
-        self._slides_braked_q8 = 0
         self.start(0, -1)
         self._phase = _COAST  # no turn yet
 
@@ -118,16 +113,12 @@ class TurnController:
         self.arrived = False
         self._time_is_up = False
         self.missed = False  # at rest beside the setpoint with no move left, or held by something
-        self._before_q8 = 0
         self._stalled_ms = 0
         self._stands = 0
         self._idle_q8 = 0
-        self._rested = False
-        self._careful = False
         self._returns = 0  # how often its pushes changed sides
-        self._side = 0  # of the last correction from rest
-        self._moved_ms = 0
-        self._drift_q8 = 0
+        self._small.start()
+        self._slope.start()
         self._phase = _START
         self._looked = False
         self._to_do = 0
@@ -153,43 +144,9 @@ class TurnController:
         self._plan = self._left if left_q8 >= 0 else self._right
         self._out = self._limit * self._sign
         self._gentle = self._moves > 1 and -_GENTLE_Q8 < left_q8 < _GENTLE_Q8
-        self._bound_pulse(left_q8)
+        from_rest = self._rest_ms >= _SETTLE_MS
+        self._small.begin(left_q8, sign, self._gentle and from_rest)
         self._rest_ms = 0
-
-    # What the last correction from rest was to do and has done bounds how long the next to that
-    # side lasts; when it did far too much, the one that comes back is to do half.
-    @micropython.native
-    def _bound_pulse(self, left_q8):
-        if self._rested:
-            asked_q8 = self._before_q8 * self._side
-            done_q8 = asked_q8 - left_q8 * self._side
-            self._careful = done_q8 > asked_q8 + (asked_q8 >> 1)
-            if self._careful:
-                self._high_ms = min(self._high_ms, self._pulse_ms)
-            elif done_q8 < asked_q8 >> 1:
-                self._low_ms = max(self._low_ms, self._pulse_ms)
-        if self._sign != self._side:
-            self._side = self._sign
-            self._low_ms = 0
-            self._high_ms = _ENDLESS_MS
-        self._rested = self._gentle and self._rest_ms >= _SETTLE_MS
-        self._before_q8 = left_q8
-        self._pulse_ms = 0
-
-    # Whether a gentle move ends now; as_planned: by what the model says.
-    @micropython.native
-    def _gentle_ends(self, as_planned):
-        if not self._rested:
-            return as_planned
-        ms = self._pulse_ms + 1
-        self._pulse_ms = ms
-        low_ms = self._low_ms
-        if low_ms:
-            if ms < low_ms + _LONGER_MS:
-                as_planned = False
-            elif ms >= low_ms + 3 * _LONGER_MS:
-                as_planned = True
-        return as_planned or ms + (_LONGER_MS >> 1) >= self._high_ms
 
     # From now on hold() keeps this heading.
     @micropython.native
@@ -223,9 +180,11 @@ class TurnController:
             if self._to_do == 2:
                 self._watch_rest(rate_q4)
             elif self._to_do:
-                self._learn_drift()
+                self._learn_slope()
             else:
-                self._look_ahead()
+                plan = self._plan
+                way_q8 = plan.ahead_q8(self.model.state, self._seen_q16, self._sign, False)
+                self._slope.look_ahead(way_q8)
                 self._looked = True
             return self._out
         phase = self._phase
@@ -247,9 +206,9 @@ class TurnController:
         elif phase == _GO:
             aim_q8 = self._left_q8 * self._sign
             if self._gentle:
-                if self._careful:
+                if self._small.careful:
                     aim_q8 >>= 1
-                if self._gentle_ends(aim_q8 <= self._turns_q8(False)):
+                if self._small.ends(aim_q8 <= self._turns_q8(False)):
                     self._phase = _COAST
                     self._out = 0
             elif aim_q8 <= self._turns_q8(True):
@@ -277,7 +236,7 @@ class TurnController:
             self._casters.advance(self._seen_q16)
             deg_q8 = 256 if rate_q10 >= 0 else -256
             rate_q10 = rate_q10 * (256 + self._casters.swing_q8(deg_q8) * deg_q8 // 256) >> 8
-        of_wheels_q4 = rate_q4 - (self._drift_q8 >> 4)
+        of_wheels_q4 = rate_q4 - (self._slope.drift_q8 >> 4)
         if rate_q10 < 0:
             rate_q10 = -rate_q10
             of_wheels_q4 = -of_wheels_q4
@@ -317,37 +276,13 @@ class TurnController:
         else:
             self._casters.mark()
 
-    # What turns the chair as long as it moves, whichever way: a floor that slopes. What neither the
-    # model nor the casters explain since the start is shared between it and a wrong gain by how
-    # likely either is to have done it (standard deviations 0.8 degrees/s, 6 %; noise 0.3 degrees).
     @micropython.native
-    def _learn_drift(self):
+    def _learn_slope(self):
         if self._moves == 0:
             return
         rest_q8 = self._casters.learn(self._beside_q8 + self._idle_q8)
-        if not -_MOVING_Q10 < self.model.seen_rate() < _MOVING_Q10:
-            self._moved_ms += _SAMPLE_MS
-        time = self._moved_ms // 100
         way_q4 = wrapped((self._seen_q16 - self._from_q16) >> 12)
-        drift_q8 = (rest_q8 >> 4) * time * 160 // (time * time + way_q4 * way_q4 // 400 + 14)
-        self._drift_q8 = max(-_DRIFT_MAX_Q8, min(_DRIFT_MAX_Q8, drift_q8))
-
-    # How far that will turn it until it stands: let go, the rate falls to what the brakes hold in
-    # some halvings.
-    @micropython.native
-    def _look_ahead(self):
-        model = self.model
-        way_q8 = self._plan.ahead_q8(model.state, self._seen_q16, self._sign, False)
-        rate = abs(way_q8) * 8 // (model.lag_ms + model.dead_ms)  # half degrees/s
-        slides_ms = 0
-        if rate:
-            slides_ms = model.dead_ms + (model.lag_ms >> 1)
-            while rate > 1:
-                rate >>= 1
-                slides_ms += (model.lag_ms * 11) >> 4
-        self._slides_q8 = self._drift_q8 * slides_ms // 1000
-        braked_ms = model.dead_ms + model.lag_ms + (model.lag_ms >> 1)
-        self._slides_braked_q8 = self._drift_q8 * min(slides_ms, braked_ms) // 1000
+        self._slope.learn(rest_q8, way_q4, self.model.seen_rate())
 
     # How far the chair still turns to its side from the newest sample on, 1/256 degree, if the turn
     # is ended now: by counter-deflection, or let go.
@@ -358,7 +293,8 @@ class TurnController:
         self._way_q8 = way_q8
         if self._casters.any:
             way_q8 += side * self._casters.swing_q8(side * way_q8)
-        slides_q8 = self._slides_braked_q8 if counters else self._slides_q8
+        slope = self._slope
+        slides_q8 = slope.slides_braked_q8 if counters else slope.slides_q8
         return (way_q8 * self._gain_q8 >> 8) + side * slides_q8
 
     # On to the same side always, and as the first counter-deflection went. Back only a few times,

@@ -38,6 +38,8 @@ class Fit:
     numbers: TurnNumbers
     residual_deg: float
     """Root mean square of what the model leaves unexplained."""
+    uneven: float
+    """Root mean square of the shares by which single pulses turned further than the others."""
     spread: TurnNumbers
     """Standard error of each number, as a share of it (of the deadband and dead time: as is)."""
 
@@ -55,6 +57,7 @@ def identify(recordings: Sequence[Recording], believed: TurnNumbers) -> Fit:
     return Fit(
         beliefs.numbers(best.at),
         float(np.sqrt(np.nanmean(residual**2))),
+        float(np.sqrt(np.mean(best.at[model.UNKNOWNS :] ** 2))),
         TurnNumbers(*errors[:8].tolist()),
     )
 

@@ -10,8 +10,9 @@ from gazechair.tune.numbers import TurnNumbers
 from gazechair.tune.recording import Recording
 from gazelink.settings_table import PROFILES, TABLE, index_of
 
-_RESIDUAL_DEG = 0.5
-_RESIDUAL_SHARE = 0.08  # of what the pulses turned the chair on average
+_RESIDUAL_DEG = 0.25
+_RESIDUAL_SHARE = 0.04  # of what the pulses turned the chair on average
+_UNEVEN = 0.1  # a very uneven floor makes half of it
 _TURNED_DEG = 2.0  # on average
 _SURE = 0.25  # standard error of a full speed, as a share
 _APART = 3.0  # left and right
@@ -33,10 +34,11 @@ def judge(recordings: Sequence[Recording], fit: Fit) -> None:
             f"the chair turned only {mean:.1f} degrees a pulse; is something in its way, or a"
             " slower profile selected than the chair turns with?"
         )
-    if fit.residual_deg > max(_RESIDUAL_DEG, _RESIDUAL_SHARE * mean):
+    if fit.residual_deg > max(_RESIDUAL_DEG, _RESIDUAL_SHARE * mean) or fit.uneven > _UNEVEN:
         raise TuneError(
-            f"the chair's turns do not repeat (they differ by {fit.residual_deg:.1f} degrees from"
-            " any one chair's); repeat on an even, firm floor, with nobody touching the chair"
+            f"the chair's turns do not repeat (they differ by {100 * fit.uneven:.0f} % from each"
+            f" other, and by {fit.residual_deg:.1f} degrees from any one chair's); repeat on an"
+            " even, firm floor, with nobody touching the chair"
         )
     n = fit.numbers
     if max(fit.spread.left_dps, fit.spread.right_dps) > _SURE:
