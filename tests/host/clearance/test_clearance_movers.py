@@ -2,30 +2,22 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 
 from gazechair.clearance.footprint import Footprint
 from gazechair.clearance.movers import Movers
 from gazechair.clearance.reach import LidarReach
-from gazechair.lidar.blind import SEEN
-from gazechair.lidar.scan import ChairView
 from gazelink import codes
 from gazesim.plans import room as plan
 from gazesim.rooms import Person, Room
-
-ORIGIN = (0.5, 0.0)
-ROUND = np.radians(np.arange(0.0, 360.0, 0.225))
-LOOK_S = 0.05
-OPEN = np.full(360, SEEN, dtype=np.uint8)
+from lidarviews import HALL, LOOK_S, NOISE_M, ORIGIN, points_of, view_of
 
 
 class Film:
     """A chair that drives through a room at constant speeds, and what its lidar sees."""
 
-    def __init__(self, room: Room, noise_m: float = 0.006) -> None:
+    def __init__(self, room: Room, noise_m: float = NOISE_M) -> None:
         self.room = room
         self.noise_m = noise_m
         self.chance = np.random.default_rng(3)
@@ -33,13 +25,7 @@ class Film:
         self.x_m, self.heading_deg, self.time_s = 0.0, 0.0, 0.0
 
     def points(self) -> np.ndarray:
-        heading = math.radians(self.heading_deg)
-        x = self.x_m + ORIGIN[0] * math.cos(heading)
-        ranges = self.room.cast(x, ORIGIN[0] * math.sin(heading), ROUND + heading, 0.25)
-        ranges = ranges + self.chance.normal(0.0, self.noise_m, len(ranges))
-        kept = np.isfinite(ranges)
-        rays = np.column_stack((np.cos(ROUND), np.sin(ROUND))) * ranges[:, None]
-        return rays[kept] + ORIGIN
+        return points_of(self.room, self.chance, self.noise_m, self.x_m, self.heading_deg)
 
     def look(self, speed_m_s: float, rate_deg_s: float = 0.0, walk_m_s: float = 0.0) -> np.ndarray:
         self.time_s += LOOK_S
@@ -67,7 +53,7 @@ def test_how_the_chair_moves_is_seen_and_a_room_that_stands_does_not_come(
 @pytest.mark.parametrize("speed_m_s", [0.0, 0.2, 0.55])
 def test_someone_who_comes_is_where_he_will_be(speed_m_s: float) -> None:
     film = Film(Room("hall", plan("wall").walls, people=(Person(((3.5, 0.0),)),)))
-    film.room.walls = ((-3, -3, 6, -3), (6, -3, 6, 3), (6, 3, -3, 3), (-3, 3, -3, -3))
+    film.room.walls = HALL
     for _ in range(12):
         coming = film.look(speed_m_s, walk_m_s=1.0)
     face_m = film.room.people[0].x_m - 0.22 - film.x_m
@@ -90,8 +76,7 @@ def test_the_way_ahead_is_shortened_by_what_he_walks_meanwhile() -> None:
     reach = LidarReach(Footprint())
     for _ in range(12):
         film.look(0.0, walk_m_s=1.0)
-        view = ChairView(film.points(), OPEN, ORIGIN, film.time_s, codes.SIMULATED)
-        way_m = reach.update(view)[codes.DIR_FORWARD]
+        way_m = reach.update(view_of(film.points(), film.time_s))[codes.DIR_FORWARD]
     gap_m = film.room.people[0].x_m - 0.6 - 0.70
     assert way_m == pytest.approx(gap_m - 0.35, abs=0.1)
 

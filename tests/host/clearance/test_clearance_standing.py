@@ -14,28 +14,15 @@ from gazechair.clearance import standing
 from gazechair.clearance.footprint import Footprint
 from gazechair.clearance.reach import LidarReach
 from gazechair.clearance.standing import BLOCKED_WITHIN_M, CREEP_WAY_M, Standing, told_m
-from gazechair.lidar.blind import SEEN
-from gazechair.lidar.scan import ChairView
 from gazelink import codes
 from gazelink.settings_table import PROFILES
 from gazesim.rooms import Person, Room, box
-
-ORIGIN = (0.5, 0.0)
-ROUND = np.radians(np.arange(0.0, 360.0, 0.225))
-OPEN = np.full(360, SEEN, dtype=np.uint8)
-HALL = ((-3, -3, 6, -3), (6, -3, 6, 3), (6, 3, -3, 3), (-3, 3, -3, -3))
-LOOK_S = 0.05
+from lidarviews import HALL, LOOK_S, NOISE_M, points_of, view_of
 
 
-def seen(room: Room, noise_m: float = 0.006, seed: int = 3) -> np.ndarray:
-    ranges = room.cast(*ORIGIN, ROUND, 0.25)
-    ranges = ranges + np.random.default_rng(seed).normal(0.0, noise_m, len(ranges))
-    return np.column_stack((np.cos(ROUND), np.sin(ROUND))) * ranges[:, None] + ORIGIN
-
-
-def forward_m(reach: LidarReach, room: Room, at_s: float, noise_m: float = 0.006) -> float:
-    points = seen(room, noise_m, seed=round(1000 * at_s))
-    return reach.update(ChairView(points, OPEN, ORIGIN, at_s, codes.SIMULATED))[codes.DIR_FORWARD]
+def forward_m(reach: LidarReach, room: Room, at_s: float, noise_m: float = NOISE_M) -> float:
+    points = points_of(room, np.random.default_rng(round(1000 * at_s)), noise_m)
+    return reach.update(view_of(points, at_s))[codes.DIR_FORWARD]
 
 
 def hall(*people: Person, furniture: tuple = ()) -> Room:
