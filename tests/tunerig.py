@@ -5,7 +5,6 @@ from __future__ import annotations
 from e2e.host import Link
 from e2e.lockstep import Lockstep
 from gazechair.outgoing import Clearance
-from gazechair.tune.numbers import TurnNumbers
 from gazelink import codes
 from gazesim.chair import Chair
 from gazesim.profiles import Parameters, undisturbed
@@ -83,18 +82,3 @@ class TuneRig:
                 return
             self.one_ms()
         raise AssertionError(self.lockstep.why())
-
-
-def truth(parameters: Parameters) -> TurnNumbers:
-    """How that chair really turns."""
-    axis = parameters.disturbances.axis(parameters.turn)
-    return TurnNumbers(
-        axis.positive,
-        axis.negative,
-        axis.deadband,
-        axis.dead_time_s,
-        axis.lag_s,
-        axis.accelerate,
-        axis.brake,
-        axis.stiction,
-    )

@@ -17,8 +17,8 @@ from gazemeasure.turn_judge import Verdict, judge
 from gazemeasure.turn_plain import tuned as tuned_gains
 from gazemeasure.turn_rivals import PlainTurn, PrototypeTurn, Rival, turn_of_rival
 from gazemeasure.turn_run import steps_of_board, turn_of_board
-from gazemeasure.turn_tuning import record
-from gazesim.chair import Chair, Parameters
+from gazemeasure.turn_tuning import record, truth
+from gazesim.chair import Chair
 from gazetwin.prototype import FITTED
 
 _PROTOTYPE_S = 40.0
@@ -67,7 +67,7 @@ def run(job: Job) -> Done:
     values = {"profile": PROFILES.index(drawn.profile), "step_turn_limit_ms": LIMIT_MS}
     found, refused = None, ""
     if job.controller == KNOWN:
-        values |= true_rows(drawn.profile, drawn.case.parameters)
+        values |= truth(drawn.case.parameters).rows(drawn.profile)
     elif job.controller == TUNED:
         try:
             found = tune(drawn)
@@ -113,18 +113,3 @@ def tune(drawn: Drawn) -> TurnNumbers:
     judge_fit(recordings, fit)
     fits_profile(fit.numbers, drawn.profile)
     return fit.numbers
-
-
-def true_rows(profile: str, parameters: Parameters) -> dict[str, int]:
-    """The settings of a profile as they would be if the chair were known exactly."""
-    axis = parameters.disturbances.axis(parameters.turn)
-    return TurnNumbers(
-        axis.positive,
-        axis.negative,
-        axis.deadband,
-        axis.dead_time_s,
-        axis.lag_s,
-        axis.accelerate,
-        axis.brake,
-        axis.stiction,
-    ).rows(profile)

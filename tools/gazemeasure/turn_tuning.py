@@ -10,7 +10,7 @@ from gazechair.tune.recording import Recording, Sample
 from gazelink import codes
 from gazemeasure.turn_board import BoardMotion
 from gazemeasure.turn_run import Bench
-from gazesim.chair import Chair
+from gazesim.chair import Chair, Parameters
 from gazesim.imu_model import Imu
 
 _SAMPLE_MS = 10
@@ -38,3 +38,18 @@ def record(chair: Chair, imu: Imu, settings: Any, profile: str) -> list[Recordin
             else:
                 board.pulse(held.turn_permille, held.pulse_ms)
     return procedure.recordings
+
+
+def truth(parameters: Parameters) -> TurnNumbers:
+    """How that chair really turns, its casters aside."""
+    axis = parameters.disturbances.axis(parameters.turn)
+    return TurnNumbers(
+        axis.positive,
+        axis.negative,
+        axis.deadband,
+        axis.dead_time_s,
+        axis.lag_s,
+        axis.accelerate,
+        axis.brake,
+        axis.stiction,
+    )

@@ -11,7 +11,8 @@ from gazechair.tune.numbers import TurnNumbers
 from gazechair.tune.recording import Recording
 from gazechair.tune.runner import Runner
 from gazelink import codes
-from tunerig import TuneRig, truth
+from gazemeasure.turn_tuning import truth
+from tunerig import TuneRig
 
 NEUTRAL = 170
 SENSOR_S = 0.015  # the twin's heading sensor is that late, and a telemetry sample 0..10 ms old

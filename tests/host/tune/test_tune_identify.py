@@ -16,11 +16,10 @@ from gazechair.tune.recording import Recording
 from gazemeasure.turn_board import settings_with
 from gazemeasure.turn_cases import monte_carlo
 from gazemeasure.turn_jobs import tune
-from gazemeasure.turn_tuning import record
+from gazemeasure.turn_tuning import record, truth
 from gazesim.chair import Chair
 from gazesim.imu_model import Imu, ImuErrors
 from gazesim.profiles import PROFILES, random_chair, undisturbed
-from tunerig import truth
 
 PULSES = ((0.6, 0.4), (-0.6, 0.4), (1.0, 0.5), (-1.0, 0.6), (-0.5, 0.9), (0.3, 1.1), (1.0, 0.6))
 
