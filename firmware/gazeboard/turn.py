@@ -19,6 +19,8 @@ from gazelink.native import micropython
 from gazelink.settings_table import NO_CASTERS_Q4_DEG
 
 _HALF_Q4 = HEADING_TURN_Q4_DEG // 2
+_TURN_Q16 = HEADING_TURN_Q4_DEG << 12
+_HALF_Q16 = _TURN_Q16 // 2
 
 _GO = const(0)
 _COUNTER = const(1)
@@ -115,7 +117,7 @@ class TurnController:
         self.missed = False  # at rest beside the setpoint with no move left, or held by something
         self._stalled_ms = 0
         self._stands = 0
-        self._idle_q8 = 0
+        self._idle_q16 = 0
         self._returns = 0  # how often its pushes changed sides
         self._small.start()
         self._slope.start()
@@ -269,9 +271,14 @@ class TurnController:
                 self._beside_q8 -= wrapped((self._seen_q16 - seen_q16) >> 12) << 4
                 creeps = True
         if self._moves and creeps and -_REST_Q4 <= rate_q4 <= _REST_Q4:
-            by_q4 = wrapped((self._seen_q16 - self._before_q16) >> 12)
-            self._idle_q8 += by_q4 << 4
-            self._from_q16 += by_q4 << 12
+            # To the last bit: it creeps by less than a sixteenth of a degree a sample.
+            by_q16 = self._seen_q16 - self._before_q16
+            if by_q16 > _HALF_Q16:
+                by_q16 -= _TURN_Q16
+            elif by_q16 < -_HALF_Q16:
+                by_q16 += _TURN_Q16
+            self._idle_q16 += by_q16
+            self._from_q16 += by_q16
             self._casters.skip(model.seen_angle())
         else:
             self._casters.mark()
@@ -280,7 +287,7 @@ class TurnController:
     def _learn_slope(self):
         if self._moves == 0:
             return
-        rest_q8 = self._casters.learn(self._beside_q8 + self._idle_q8)
+        rest_q8 = self._casters.learn(self._beside_q8 + (self._idle_q16 >> 8))
         way_q4 = wrapped((self._seen_q16 - self._from_q16) >> 12)
         self._slope.learn(rest_q8, way_q4, self.model.seen_rate())
 

@@ -296,6 +296,18 @@ def test_casters_stay_where_the_wheels_have_not_turned():
     assert casters.swing_q8(-(8 << 8)) == ahead_q8
 
 
+def test_what_the_model_creeps_while_the_chair_stands_counts_alike_both_ways():
+    for side in (1, -1):
+        turn = Bench().turn
+        turn.start(160, 0)
+        turn._moves = 1
+        for _ in range(100):
+            turn._before_q16 = turn._seen_q16
+            turn._seen_q16 += side * 700  # a degree/s: less than a step of the sensor a sample
+            turn._watch_rest(0)
+        assert turn._idle_q16 == side * 70000
+
+
 def test_it_is_at_rest_at_once_when_it_is_there_already():
     bench = Bench()
     error_deg, _ = bench.by(0)
