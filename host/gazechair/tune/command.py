@@ -17,7 +17,8 @@ _BEFORE = """\
 Tuning profile {profile}: the chair turns left and right by itself, ten short pulses within some
 25 degrees to each side, about half a minute; it ends where it began.
   - Select profile {profile} on the chair. Somebody sits in it as on any day, or a like weight.
-  - An even, firm floor; a metre free all round; nobody touches the chair.
+  - An even, firm floor; a metre free all round, also behind, where the lidar may not look: whoever
+    says go has looked. Nobody touches the chair.
   - Any key or Ctrl-C stops it at once. So do the emergency button and everything that else does."""
 _ROWS = (
     ("left_q4_dps", "left, full deflection", "deg/s", 16),
@@ -27,6 +28,7 @@ _ROWS = (
     ("lag_ms", "lag", "ms", 1),
     ("accelerate_dps2", "speeds up", "deg/s2", 1),
     ("brake_dps2", "slows down", "deg/s2", 1),
+    ("breakaway_q4_dps", "breaks loose at", "deg/s", 16),
 )
 
 

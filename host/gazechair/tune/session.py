@@ -6,9 +6,11 @@ import contextlib
 import select
 import sys
 import termios
+import threading
 import time
 import tty
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 from gazechair import ports
 from gazechair.board_settings import BoardSettings
@@ -16,6 +18,7 @@ from gazechair.config import Config
 from gazechair.health import Health
 from gazechair.lidar import LidarService
 from gazechair.link import BoardLink
+from gazechair.outgoing import Clearance
 from gazechair.tune.command import Tuning
 from gazechair.tune.errors import TuneError
 from gazechair.tune.numbers import TurnNumbers
@@ -25,27 +28,42 @@ from gazelink import codes
 
 _CONNECT_S = 10.0
 _POLL_S = 0.05
+_HEARD_S = 0.6  # until the board drives faster: 0.3 s of a better view, and some scans
+_TURNS = 1 << codes.DIR_LEFT | 1 << codes.DIR_RIGHT
 _GO = "\nEnter: go. Anything else: leave all as it is. "
 
 
 def tune(config: Config, profile: str, dry_run: bool, say: Callable[[str], None]) -> None:
     """Run `gazechair tune` on the board and lidars of `config`. TuneError, SettingsError."""
-    with _board_and_lidars(config) as link:
+    with _board_and_lidars(config) as (link, looked):
         _ready(link)
         with _keyboard() as pressed:
 
             def record(believed: TurnNumbers, neutral_count: int) -> list[Recording]:
+                looked.set()
+                time.sleep(_HEARD_S)
                 runner = Runner(link, time.monotonic, time.sleep, pressed, say)
                 return runner.run(believed, neutral_count)
 
             Tuning(BoardSettings(link), record, say, _confirmed).run(profile, dry_run)
 
 
+def with_eyes(clearance: Clearance) -> Clearance:
+    """The same when somebody has looked where no lidar of this chair does: nothing a turn enters is
+    unseen then. What is seen, and what blocks, stays."""
+    return replace(clearance, unseen=clearance.unseen & ~_TURNS)
+
+
 @contextlib.contextmanager
-def _board_and_lidars(config: Config) -> Iterator[BoardLink]:
-    board, eyes = Health("board"), Health("lidar")
+def _board_and_lidars(config: Config) -> Iterator[tuple[BoardLink, threading.Event]]:
+    """The link, and an event to set once a person has looked all round."""
+    board, eyes, looked = Health("board"), Health("lidar"), threading.Event()
     link = BoardLink(ports.finder(config.board.port, ports.BOARD), board)
-    lidars = LidarService(config.lidar, config.sectors, config.footprint, link.clearance, eyes)
+
+    def told(clearance: Clearance) -> None:
+        link.clearance(with_eyes(clearance) if looked.is_set() else clearance)
+
+    lidars = LidarService(config.lidar, config.sectors, config.footprint, told, eyes)
     link.start()
     try:
         lidars.start()
@@ -56,7 +74,7 @@ def _board_and_lidars(config: Config) -> Iterator[BoardLink]:
                 raise TuneError(f"no board: {why}; stop gazechair run if it holds the port")
             time.sleep(_POLL_S)
         _wait_for_lidars(link, eyes, end_s)
-        yield link
+        yield link, looked
     finally:
         lidars.stop()
         link.stop()
