@@ -10,7 +10,7 @@ _ENDLESS_MS = const(9999)
 
 
 class SmallMoves:
-    # careful: the last one did far too much; the one that comes back is to do half.
+    # careful: the newest of them that was judged did far too much; what comes back is to do half.
 
     def __init__(self):
         self.start()

@@ -4,8 +4,8 @@
 # A move is full deflection, full counter-deflection, nothing. When to change over is told by the
 # chair's model, which runs a dead time ahead, and by the stop plan; the feedback controller acts on
 # what the heading seen deviates from the model's, and moves the changes accordingly. At rest, what
-# is still missing is made good by a few more moves, planned the same way; how long those last is
-# kept between what did too little and what did too much, so that a wrong model ends, too.
+# is still missing is made good by a few more moves, planned the same way (small_moves.py), with
+# what the floor does counted in (slope.py).
 
 from gazeboard.casters import Casters
 from gazeboard.chair_model import ChairModel

@@ -15,22 +15,11 @@ from pathlib import Path
 import pytest
 
 import gazesetup
-from gazechair.outgoing import Clearance
-from gazechair.tune.session import with_eyes
-from gazelink import codes
+from gazedemo.stack import CHAIR_CONFIG
 
 pytestmark = pytest.mark.e2e
 
 LIMIT_S = 120.0
-# As in the demo the chair itself is in the lidar's way: every turn enters what it never sees.
-CONFIG = """\
-[board]
-port = "{board}"
-[lidar]
-kind = "s2"
-port = "{lidar}"
-mask = [[123, -123]]
-"""
 
 
 @pytest.fixture
@@ -44,7 +33,7 @@ def config(tmp_path: Path) -> Iterator[Path]:
         assert simulator.stdout is not None
         ready = json.loads(simulator.stdout.readline())
         path = tmp_path / "gazechair.toml"
-        path.write_text(CONFIG.format(**ready))
+        path.write_text(CHAIR_CONFIG.format(**ready))
         yield path
     finally:
         simulator.terminate()
@@ -107,12 +96,3 @@ def test_any_key_stops_it_and_nothing_is_changed(config: Path) -> None:
     terminal.press(b"x")
     assert terminal.exit_code() == 2
     assert "stopped; nothing was changed" in terminal.text
-
-
-def test_a_person_sees_for_turns_alone_what_no_lidar_does_and_never_over_what_one_does() -> None:
-    turns = 1 << codes.DIR_LEFT | 1 << codes.DIR_RIGHT
-    for bits in range(16):
-        seen = Clearance(bits, codes.REAL, 1.0, bits, 100, 200, 30, 40)
-        with_person = with_eyes(seen)
-        assert with_person.unseen == bits & ~turns
-        assert with_person == Clearance(bits, codes.REAL, 1.0, bits & ~turns, 100, 200, 30, 40)

@@ -25,13 +25,17 @@ from gazedemo.sim_control import SimControl
 
 _START_S = 60.0
 _END_S = 8.0
-_CONFIG = """\
+CHAIR_CONFIG = """\
 [board]
 port = "{board}"
 [lidar]
 kind = "s2"
 port = "{lidar}"
 mask = [[123, -123]]
+"""
+"""The simulated chair's own part of a configuration: `board` and `lidar` are the simulator's ports.
+The chair itself is in its lidar's way behind."""
+_HOST_CONFIG = """\
 [camera]
 kind = "http"
 url = "{camera}"
@@ -142,7 +146,8 @@ class Stack:
         with gazesetup.say("host and driver's page"):
             config = self.folder / "gazechair.toml"
             paths = self.paths | ({"camera": self._camera_url} if self._camera_url else {})
-            config.write_text(_CONFIG.format(port=self._port, state=self.state_folder, **paths))
+            text = CHAIR_CONFIG + _HOST_CONFIG
+            config.write_text(text.format(port=self._port, state=self.state_folder, **paths))
             self._spawn("host", ["-m", "gazechair", "run", "--config", str(config)])
             self._wait_for_parts()
 
