@@ -99,7 +99,7 @@ class App:
         late = self._started and board.ticks_diff(start_us, self._last_us) > limits.TICK_STALLED_US
         self._started = True
         self._last_us = start_us
-        relay_closed = board.relay_pin() == 0
+        relay_closed = board.relay_pin() == 1
         obstacles = self.obstacles
         obstacles.step(
             i,

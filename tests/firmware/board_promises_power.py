@@ -88,7 +88,7 @@ def test_a_relay_that_stays_open_or_closed_is_a_fault():
     assert rig.neutral()
     rig = Rig()
     rig.run(1200)
-    rig._relay = lambda: rig.drive_pin(pins.RELAY_FEEDBACK, 0)  # welded
+    rig._relay = lambda: rig.drive_pin(pins.RELAY_FEEDBACK, 1)  # welded, or the wire broken
     rig.run(limits.RELAY_STUCK_MS + 5)
     assert fault(rig, codes.RELAY_STUCK)
     rig.give(codes.ARM)

@@ -174,7 +174,7 @@ class Rig:
         self._level = level
         self._quiet_ms = 0 if toggled else self._quiet_ms + 1
         self.relay_closed = self._quiet_ms < 15 and self.relay_works
-        self.drive_pin(pins.RELAY_FEEDBACK, 0 if self.relay_closed else 1)
+        self.drive_pin(pins.RELAY_FEEDBACK, 1 if self.relay_closed else 0)
 
     def _sense(self):
         self.heading_q4 += self.rate_dps * 16 / 100

@@ -79,12 +79,12 @@ def test_a_stuck_wiper_acknowledges_and_reads_back_wrong():
 
 def test_the_relay_closes_with_toggling_and_shows_it():
     board = Board()
-    assert board.feedback() == 1
+    assert board.feedback() == 0
     board.ticks(PULL_IN_MS - 1)
     assert not board.relay.closed
     board.ticks(2)
     assert board.relay.closed
-    assert board.feedback() == 0
+    assert board.feedback() == 1
 
 
 def test_it_opens_after_20_ticks_without_toggling():
@@ -94,7 +94,7 @@ def test_it_opens_after_20_ticks_without_toggling():
     assert board.relay.closed
     board.ticks(1, toggle=False)
     assert not board.relay.closed
-    assert board.feedback() == 1
+    assert board.feedback() == 0
 
 
 def test_writing_the_same_level_again_pumps_nothing():
@@ -152,13 +152,13 @@ def test_a_contact_can_be_stuck_either_way():
     board = Board()
     board.relay.set_stuck(True)
     board.ticks(1, toggle=False)
-    assert board.feedback() == 0
+    assert board.feedback() == 1
     board.relay.set_stuck(False)
     board.ticks(50)
-    assert board.feedback() == 1
+    assert board.feedback() == 0
     board.relay.set_stuck(None)
     board.ticks(1)
-    assert board.feedback() == 0
+    assert board.feedback() == 1
 
 
 def test_emergency_input_and_button():

@@ -36,7 +36,7 @@ def prepare():
     mem32[IMU + at.SLOT_STRETCH_US] = STRETCH_US
     mem8[IMU + at.SLOT_PRESENT] = 1
     pin(pins.EMERGENCY, 0)
-    pin(pins.RELAY_FEEDBACK, 1)
+    pin(pins.RELAY_FEEDBACK, 0)
 
 
 class HostInside:
@@ -142,7 +142,7 @@ class Measured:
         app_running = ticks < RUN_TICKS
         # What the world does: contact follows the enable line, the sensor's bytes never stand
         # still.
-        pin(pins.RELAY_FEEDBACK, 0 if app.safety.enable else 1)
+        pin(pins.RELAY_FEEDBACK, 1 if app.safety.enable else 0)
         if ticks - self._sensed_at >= 10:
             self._sensed_at = ticks
             self._noise = (self._noise + 1) & 3

@@ -135,8 +135,8 @@ NOT_COVERED = """\
 - No hardware yet: nothing here was measured on a wheelchair or a Teensy. The same promises run in
   real time on 32-bit MicroPython (`tests/e2e/test_process_*.py`) and on the emulated Teensy
   (`tests/board`); `tools/test --board PORT` is for the real one.
-- The relay and its charge pump are a model that opens 20 ms after the last toggle. Without a relay
-  fitted, P8, P10, P11 and P15 only have the wipers.
+- The relay's 20 ms are a budget, not a measurement: the model of relay and charge pump opens 20 ms
+  after the last toggle. Without a relay fitted, P8, P10, P11 and P15 only have the wipers.
 - A wiper's read-back proves a register, not a voltage. The chair's own braking is a model.
 - The speed has no sensor: it is an upper bound from the outputs, for a chair that is at most as
   fast as the fastest profile and brakes at least as its weakest (until the turn rate seen agrees

@@ -5,7 +5,7 @@ from __future__ import annotations
 from gazesim.bank import Bank
 
 ENABLE_PIN = 2
-FEEDBACK_PIN = 3  # low: contact closed
+FEEDBACK_PIN = 3  # normally closed mirror contact to ground; high: relay closed
 EMERGENCY_PIN = 4  # normally closed to ground; high: emergency
 BUTTON_PIN = 5  # low: pressed
 
@@ -78,7 +78,7 @@ class Relay:
         return writes > 0 and flipped == bool(writes & 1) and self._enable.mode == 1
 
     def _show(self) -> None:
-        self._feedback.drive(0 if self.closed else None)
+        self._feedback.drive(None if self.closed else 0)
 
     def press_emergency(self, pressed: bool) -> None:
         """Open the normally-closed emergency input, or close it again."""

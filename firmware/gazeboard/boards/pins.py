@@ -1,7 +1,7 @@
 # Which pin does what, on every board (docs/wiring: Teensy 4.0 names).
 
 ENABLE = 2  # toggles every tick while enabled; the charge pump holds the relay closed
-RELAY_FEEDBACK = 3  # low: contact closed (pull-up)
+RELAY_FEEDBACK = 3  # mirror contact: low is released, high is closed or a broken wire (pull-up)
 EMERGENCY = 4  # normally closed to ground: low is well, high is emergency (pull-up)
 BUTTON = 5  # low: pressed (pull-up)
 LED = 13
