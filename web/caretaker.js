@@ -152,10 +152,15 @@ function openTab(name) {
 }
 
 const press = (id, act) => byId(id).addEventListener("click", act);
+/** A stop also ends what is held on this page, by another finger too. */
+function stop(kind = "stop") {
+  socket.send(kind);
+  endAll();
+}
 // At the touch itself: a stop does not wait for the finger to lift.
-byId("stop").addEventListener("pointerdown", () => socket.send("stop"));
-press("stop", () => socket.send("stop"));
-press("emergency", () => socket.send("emergency"));
+byId("stop").addEventListener("pointerdown", () => stop());
+press("stop", () => stop());
+press("emergency", () => stop("emergency"));
 press("take", () => {
   if (state?.you) socket.send("release");
   else socket.sendFresh("take");
@@ -173,7 +178,7 @@ addEventListener("keydown", (event) => {
   if (event.key !== "Escape" && event.key !== " ") return;
   if (event.key === " " && event.target.closest?.("button, input, select")) return;
   event.preventDefault();
-  socket.send("stop");
+  stop();
 });
 addEventListener("blur", leave);
 addEventListener("pagehide", leave);

@@ -15,7 +15,8 @@ export function push(x, y) {
 }
 
 /**
- * The pad. `on` receives drive(linear, turn, fresh) at once and at every heartbeat while held,
+ * The pad. Where it lies is looked up once, at the grab: a page that moves under a finger changes
+ * nothing of what the finger says. `on` receives drive(linear, turn, fresh) at once and at every heartbeat while held,
  * `fresh` for a new press, and stop() when it ends for whatever reason.
  */
 export class Joystick {
@@ -25,6 +26,7 @@ export class Joystick {
   #on;
   #heartbeatMs = 50;
   #pointer = null;
+  #grab = null; // where the pad lay when it was grabbed: {x, y} of its middle, radius (px)
   #keys = new Set();
   #now = null; // {linear, turn} while held
   #sendAt = 0;
@@ -37,6 +39,10 @@ export class Joystick {
     pad.addEventListener("pointermove", (event) => this.#move(event));
     for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
       pad.addEventListener(end, (event) => event.pointerId === this.#pointer && this.end());
+    }
+    // A screen that turns or is zoomed: what the finger meant is not known any more.
+    for (const screen of [window, visualViewport]) {
+      screen.addEventListener("resize", () => this.#pointer !== null && this.end());
     }
     addEventListener("keydown", (event) => this.#key(event, true));
     addEventListener("keyup", (event) => this.#key(event, false));
@@ -68,17 +74,20 @@ export class Joystick {
     if (!this.enabled || event.button !== 0 || this.#now !== null) return;
     this.#pad.setPointerCapture(event.pointerId);
     this.#pointer = event.pointerId;
+    const { left, top, width, height } = this.#pad.getBoundingClientRect();
+    this.#grab = { x: left + width / 2, y: top + height / 2, radius: width / 2 };
     this.#place(event, true);
   }
 
   #move(event) {
-    if (event.pointerId === this.#pointer) this.#place(event, false);
+    if (event.pointerId !== this.#pointer) return;
+    if (event.buttons === 0) this.end(); // the release went elsewhere
+    else this.#place(event, false);
   }
 
   #place(event, fresh) {
-    const box = this.#pad.getBoundingClientRect();
-    const x = (2 * (event.clientX - box.left)) / box.width - 1;
-    const y = (2 * (event.clientY - box.top)) / box.height - 1;
+    const x = (event.clientX - this.#grab.x) / this.#grab.radius;
+    const y = (event.clientY - this.#grab.y) / this.#grab.radius;
     const far = Math.max(1, Math.hypot(x, y));
     this.#show(x / far, y / far);
     this.#push(push(x, y), fresh);

@@ -1,0 +1,181 @@
+"""The caretaker's joystick under a finger: only the finger changes what it says, never the page."""
+
+import pytest
+
+from webperson import CARETAKER, Driver
+
+pytestmark = pytest.mark.browser
+
+PHONE = {"width": 390, "height": 844}
+# Pushes everything below the page's head down, as a banner that appears would.
+SHOVE = "px => { document.querySelector('header').style.paddingBottom = `${px}px`; }"
+
+
+class Fingers:
+    """Fingers on the glass, as the browser's own touch events. Places are px of the viewport."""
+
+    def __init__(self, page):
+        self._session = page.context.new_cdp_session(page)
+        self._down = {}
+
+    def touch(self, name, x, y):
+        """Puts a finger down, or moves it."""
+        kind = "touchMove" if name in self._down else "touchStart"
+        self._down[name] = (x, y)
+        self._send(kind)
+
+    def lift(self, name):
+        del self._down[name]
+        self._send("touchMove" if self._down else "touchEnd")  # the browser sees who is missing
+
+    def cancel(self):
+        """The system takes the touches away: a gesture, a call."""
+        self._down.clear()
+        self._session.send("Input.dispatchTouchEvent", {"type": "touchCancel", "touchPoints": []})
+
+    def _send(self, kind):
+        points = [{"x": x, "y": y, "id": n} for n, (x, y) in self._down.items()]
+        self._session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+
+@pytest.fixture
+def driving(page, host):
+    """A phone with the caretaker's page, which has taken over."""
+    page.set_viewport_size(PHONE)
+    host.welcome["role"] = "caretaker"
+    host.replies.update(CARETAKER)
+    host.state.update(you=True, owner="caretaker")
+    person = Driver(page, host)
+    person.open("caretaker")
+    person.advance(100)
+    page.locator("#pad").scroll_into_view_if_needed()
+    return person
+
+
+@pytest.fixture
+def fingers(driving):
+    return Fingers(driving.page)
+
+
+def place(driving, right, forward):
+    """A place on the pad, -1..1 each (px)."""
+    box = driving.page.locator("#pad").bounding_box()
+    x = box["x"] + box["width"] * (1 + right) / 2
+    return x, box["y"] + box["height"] * (1 - forward) / 2
+
+
+def said(driving):
+    """What the newest `drive` asks, (linear, turn); what was heard before is forgotten."""
+    driving.forget()
+    driving.advance(100)
+    wishes = driving.heard("drive")
+    return (wishes[-1]["linear"], wishes[-1]["turn"]) if wishes else None
+
+
+@pytest.mark.parametrize("px", [-20, 49, 110])
+def test_a_page_that_moves_under_the_finger_changes_nothing(driving, fingers, px):
+    x, y = place(driving, 0, 0.19)
+    fingers.touch(1, x, y)
+    assert said(driving) == (pytest.approx(100, abs=10), 0)
+    driving.page.evaluate(SHOVE, max(0, px))
+    if px < 0:
+        driving.page.mouse.wheel(0, px)
+    fingers.touch(1, x, y + 1)
+    assert said(driving) == (pytest.approx(90, abs=10), 0)
+
+
+def test_a_pad_that_changes_its_size_changes_nothing(driving, fingers):
+    x, y = place(driving, 0.3, 0.3)
+    fingers.touch(1, x, y)
+    before = said(driving)
+    driving.page.evaluate("document.getElementById('pad').style.width = '60px'")
+    fingers.touch(1, x, y + 0.5)
+    assert said(driving) == pytest.approx(before, abs=10)
+
+
+def test_a_second_finger_neither_drives_nor_helps(driving, fingers):
+    x, y = place(driving, 0, 0.3)
+    fingers.touch(1, x, y)
+    before = said(driving)
+    fingers.touch(2, *place(driving, 0, 0.95))
+    assert said(driving) == before
+    fingers.touch(2, *place(driving, 0.95, 0))
+    assert said(driving) == before
+    fingers.lift(1)
+    assert said(driving) is None
+    fingers.touch(2, *place(driving, 0, 0.9))
+    assert said(driving) is None
+
+
+def test_a_second_finger_on_stop_ends_the_grab(driving, fingers):
+    fingers.touch(1, *place(driving, 0, 0.5))
+    assert said(driving)
+    driving.forget()
+    fingers.touch(2, *driving.spot("stop"))
+    assert driving.heard("stop")
+    assert said(driving) is None
+    fingers.touch(1, *place(driving, 0, 0.6))
+    assert said(driving) is None
+
+
+def test_a_touch_taken_away_by_the_system_stops(driving, fingers):
+    fingers.touch(1, *place(driving, 0, 0.5))
+    driving.advance(100)
+    fingers.cancel()
+    assert driving.heard("drive", "stop")[-1] == {"k": "stop"}
+    assert said(driving) is None
+
+
+def test_a_finger_beyond_the_pad_asks_full_in_its_direction_and_no_more(driving, fingers):
+    fingers.touch(1, *place(driving, 0, 0.5))
+    for right, forward, wish in (
+        (0, 1.4, (1000, 0)),
+        (-1.4, 0, (0, 1000)),
+        (1.2, 1.2, (707, -707)),
+    ):
+        fingers.touch(1, *place(driving, right, forward))
+        assert said(driving) == pytest.approx(wish, abs=12)
+
+
+TURNED = {
+    "rotated": lambda page: page.set_viewport_size({"width": 844, "height": 390}),
+    "zoomed": lambda page: page.evaluate("visualViewport.dispatchEvent(new Event('resize'))"),
+    "a page that moved on": lambda page: page.evaluate(
+        "document.dispatchEvent(new Event('freeze'))"
+    ),
+}
+
+
+@pytest.mark.parametrize("how", TURNED)
+def test_a_screen_that_turns_under_the_finger_ends_the_grab(driving, fingers, how):
+    fingers.touch(1, *place(driving, 0, 0.5))
+    assert said(driving)
+    driving.forget()
+    TURNED[how](driving.page)
+    driving.advance(100)
+    assert driving.heard("stop")
+    assert driving.heard("drive")[2:] == []
+    fingers.touch(1, 200, 200)
+    assert said(driving) is None
+
+
+def test_a_page_that_scrolls_under_the_finger_changes_nothing(driving, fingers):
+    x, y = place(driving, 0, 0.3)
+    fingers.touch(1, x, y)
+    before = said(driving)
+    driving.page.evaluate("scrollBy(0, -60)")
+    fingers.touch(1, x + 0.5, y)
+    assert said(driving) == pytest.approx(before, abs=6)
+
+
+def test_a_release_that_nobody_told_ends_the_grab_at_the_next_move(driving):
+    """A mouse whose button came up elsewhere moves with no button down."""
+    driving.page.mouse.move(*place(driving, 0, 0.5))
+    driving.page.mouse.down()
+    assert said(driving)
+    driving.page.evaluate(
+        "document.getElementById('pad').dispatchEvent(new PointerEvent('pointermove',"
+        "{pointerId: 1, pointerType: 'mouse', buttons: 0, clientX: 200, clientY: 400}))"
+    )
+    assert driving.heard("drive", "stop")[-1] == {"k": "stop"}
+    assert said(driving) is None
