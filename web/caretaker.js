@@ -22,7 +22,9 @@ const RESET_HOLD_MS = 2000;
 /** Until the host has told the cap back, a moved slider keeps its place. */
 const CAP_SETTLES_MS = 1000;
 /** Messages that only a reset clears. */
-const LATCHED = ["wiper", "tick_exception", "emergency", "watchdog_boots"];
+const LATCHED = [
+  "wiper", "tick_exception", "emergency", "watchdog_boots", "disobeys", "relay_unexpected",
+];
 const TABS = ["drive", "settings", "pairing"];
 
 const strings = await loadStrings(chosenLanguage(location.search, navigator.language));

@@ -65,7 +65,10 @@ SETTING_SET = 1
 SETTING_SAVE = 2
 SETTING_DEFAULTS = 3
 SETTING_SAVE_HEADING = 4  # store the heading sensor's calibration
-SETTING_REQUESTS = ("get", "set", "save", "defaults", "save_heading")
+# Set one of the joystick's neutral counts, which plain set refuses. The board does not arm until a
+# save, and forgets the change when another session begins first.
+SETTING_SET_NEUTRAL = 5
+SETTING_REQUESTS = ("get", "set", "save", "defaults", "save_heading", "set_neutral")
 
 # Where obstacle data comes from. A real board never arms behind anything but REAL.
 REAL = 0
@@ -97,6 +100,8 @@ SETTING_WHILE_ARMED = 19
 SETTING_NOT_STORED = 20
 SENSOR_NOT_CALIBRATED = 21
 TUNING_ANGLE = 22  # a tuning pulse turned the chair as far as it may
+ABOVE_CREEP = 23  # only creep is allowed this way, and the chair needs more to move at all
+SETTING_BY_CALIBRATION = 24  # the joystick's neutral: only by SETTING_SET_NEUTRAL
 REASONS = (
     "none",
     "not_armed",
@@ -121,6 +126,8 @@ REASONS = (
     "setting_not_stored",
     "sensor_not_calibrated",
     "tuning_angle",
+    "above_creep",
+    "setting_by_calibration",
 )
 
 # Faults: bit numbers in `faults`. As a reason, fault n is code FAULT_REASON + n.
@@ -143,6 +150,8 @@ CALIBRATION = 14
 WATCHDOG_BOOTS = 15
 SIMULATED_SOURCE = 16
 NO_HARD_TIMER = 17
+DISOBEYS = 18  # it turns although it should stand, or otherwise than it is told
+RELAY_UNEXPECTED = 19  # the settings say that no contact is fitted, and one closes
 
 # Severity of a fault: what the page's corner shows.
 WARNING = 1
@@ -168,6 +177,8 @@ FAULTS = (
     (WATCHDOG_BOOTS, "watchdog_boots", ERROR, True),
     (SIMULATED_SOURCE, "simulated_source", ERROR, False),
     (NO_HARD_TIMER, "no_hard_timer", ERROR, False),
+    (DISOBEYS, "disobeys", ERROR, True),
+    (RELAY_UNEXPECTED, "relay_unexpected", ERROR, True),
 )
 
 HEADING_FAULTS = (

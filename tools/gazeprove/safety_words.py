@@ -91,6 +91,12 @@ PROMISES = (
     ),
     Promise("P15", "USB or board power pulled", "the relay opens; on return P1", "20 ms (relay)"),
     Promise("P16", "Tilt beyond the limit", "neutral, with the reason", "100 ms"),
+    Promise(
+        "P21",
+        "The chair turns on with neutral put out, or against what it is told",
+        "enable off, latched, with the reason; the caretaker clears",
+        "3 s",
+    ),
 )
 
 # (what must hold, reason shown when it does not)
@@ -125,10 +131,12 @@ CLEARS = {
     "tilt": "3 degrees below the limit",
     "relay_open": "contact open, as it should be, for 500 ms with the enable line off",
     "relay_stuck": "contact open for 500 ms with the enable line off",
-    "calibration": "when settings are saved, or set to their defaults",
+    "calibration": "when settings are saved",
     "watchdog_boots": "power off and on; the board stays in its REPL until then",
     "simulated_source": "with obstacle data from a real lidar",
     "no_hard_timer": "with a MicroPython that has hard timers",
+    "disobeys": "by the caretaker, or 3 s at the chair's button",
+    "relay_unexpected": "by the caretaker, or 3 s at the chair's button, once the contact is open",
 }
 
 NOT_COVERED = """\
