@@ -2,6 +2,7 @@
 
 import pytest
 
+from fakehost import wait_until
 from webperson import CARETAKER, Driver
 
 pytestmark = pytest.mark.browser
@@ -15,26 +16,30 @@ class Fingers:
     """Fingers on the glass, as the browser's own touch events. Places are px of the viewport."""
 
     def __init__(self, page):
+        self._page = page
+        page.evaluate("() => { window.felt = 0; addEventListener('pointermove', () => felt++); }")
         self._session = page.context.new_cdp_session(page)
         self._down = {}
 
     def touch(self, name, x, y):
         """Puts a finger down, or moves it."""
         kind = "touchMove" if name in self._down else "touchStart"
+        felt = self._page.evaluate("felt")
         self._down[name] = (x, y)
-        self._send(kind)
+        self._send(kind, self._down)
+        if kind == "touchMove":  # the browser tells the page with its next frame
+            wait_until(lambda: self._page.evaluate("felt") > felt, "the finger's move")
 
     def lift(self, name):
-        del self._down[name]
-        self._send("touchMove" if self._down else "touchEnd")  # the browser sees who is missing
+        self._send("touchEnd", {name: self._down.pop(name)})
 
     def cancel(self):
         """The system takes the touches away: a gesture, a call."""
         self._down.clear()
         self._session.send("Input.dispatchTouchEvent", {"type": "touchCancel", "touchPoints": []})
 
-    def _send(self, kind):
-        points = [{"x": x, "y": y, "id": n} for n, (x, y) in self._down.items()]
+    def _send(self, kind, where):
+        points = [{"x": x, "y": y, "id": n} for n, (x, y) in where.items()]
         self._session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
 
 
