@@ -4,66 +4,73 @@
 # are carried by every write (unused here: always 0). A read returns the RDAC last selected by a
 # write.
 
-from gazeboard.limits import WIPER_MAX, WIPER_MIN, WIPER_NEUTRAL, WIPER_SPAN
+from gazeboard import limits
+from gazelink.const import const
 from gazelink.native import micropython
 
-ADDRESS = 0x2C
-_RDAC1 = 0x00  # linear
-_RDAC2 = 0x80  # turn
+ADDRESS = const(0x2C)
+_RDAC1 = const(0x00)  # linear
+_RDAC2 = const(0x80)  # turn
 
 
 @micropython.native
 def counts(permille, neutral):
     # Wiper count of a deflection of -1000..1000, never outside the chair's window.
     if permille >= 0:
-        value = neutral + permille * WIPER_SPAN // 1000
+        value = neutral + permille * limits.WIPER_SPAN // 1000
     else:
-        value = neutral - -permille * WIPER_SPAN // 1000
-    return max(WIPER_MIN, min(WIPER_MAX, value))
+        value = neutral - -permille * limits.WIPER_SPAN // 1000
+    if value < limits.WIPER_MIN:
+        return limits.WIPER_MIN
+    return value if value <= limits.WIPER_MAX else limits.WIPER_MAX
 
 
 class Joystick:
     def __init__(self, i2c):
         self._i2c = i2c
-        self._out = bytearray(2)
+        self._linear_out = bytearray((_RDAC1, 0))
+        self._turn_out = bytearray((_RDAC2, 0))
         self._in = bytearray(1)
-        self.set_neutral(WIPER_NEUTRAL, WIPER_NEUTRAL)
+        self.set_neutral(limits.WIPER_NEUTRAL, limits.WIPER_NEUTRAL)
 
     # The stored centre of both channels; only while disarmed.
     @micropython.native
     def set_neutral(self, linear_count, turn_count):
         self._neutral_linear = linear_count
         self._neutral_turn = turn_count
-        self.linear_wiper = linear_count
-        self.turn_wiper = turn_count
-        self.neutral = True  # what was last asked for was neutral on both
+        self._aim(0, 0)
 
-    # Write both and read both back; True: verified. A bus error or a wrong value is False at once,
-    # so that a stuck bus costs one time-out a tick, not four.
+    # What to write from now on.
     @micropython.native
-    def write(self, linear_permille, turn_permille):
+    def _aim(self, linear_permille, turn_permille):
         linear = self._neutral_linear
         turn = self._neutral_turn
-        self.neutral = linear_permille == 0 and turn_permille == 0
+        self._linear_permille = linear_permille
+        self._turn_permille = turn_permille
+        self.neutral = linear_permille == 0 and turn_permille == 0  # on both
         if not self.neutral:
             linear = counts(linear_permille, linear)
             turn = counts(turn_permille, turn)
         self.linear_wiper = linear
         self.turn_wiper = turn
+        self._linear_out[1] = linear
+        self._turn_out[1] = turn
+
+    # Write both and read both back; True: verified. A bus error or a wrong value is False at once,
+    # so that a stuck bus costs one time-out a tick, not four.
+    @micropython.native
+    def write(self, linear_permille, turn_permille):
+        if linear_permille != self._linear_permille or turn_permille != self._turn_permille:
+            self._aim(linear_permille, turn_permille)
         i2c = self._i2c
-        out = self._out
         back = self._in
         try:
-            out[0] = _RDAC1
-            out[1] = linear
-            i2c.writeto(ADDRESS, out)
+            i2c.writeto(ADDRESS, self._linear_out)
             i2c.readfrom_into(ADDRESS, back)
-            if back[0] != linear:
+            if back[0] != self.linear_wiper:
                 return False
-            out[0] = _RDAC2
-            out[1] = turn
-            i2c.writeto(ADDRESS, out)
+            i2c.writeto(ADDRESS, self._turn_out)
             i2c.readfrom_into(ADDRESS, back)
-            return back[0] == turn
+            return back[0] == self.turn_wiper
         except OSError:
             return False

@@ -78,14 +78,36 @@ class Motion:
     def _limit(self, i, blocked, caps):
         s = self._settings
         cap = i.cap_permille
-        stepwise = i.mode != codes.CONTINUOUS and i.verb != codes.DRIVE
-        linear = _clamped(self.linear_permille, min(cap, s.linear_permille))
-        most = s.step_turn_permille if stepwise else s.turn_permille
+        linear = self.linear_permille
+        if linear:
+            most = s.linear_permille
+            if cap < most:
+                most = cap
+            way = caps[codes.DIR_FORWARD if linear > 0 else codes.DIR_BACKWARD]
+            if way < most:
+                most = way
+            if linear > most:
+                self.linear_permille = most
+            elif linear < -most:
+                self.linear_permille = -most
+        turn = self.turn_permille
+        if turn == 0:
+            return
         if i.verb == codes.FORWARD:
             most = s.hold_permille
-        turn = _clamped(self.turn_permille, min(cap, most))
-        self.linear_permille = max(-caps[codes.DIR_BACKWARD], min(caps[codes.DIR_FORWARD], linear))
-        turn = max(-caps[codes.DIR_RIGHT], min(caps[codes.DIR_LEFT], turn))
+        elif i.mode != codes.CONTINUOUS and i.verb != codes.DRIVE:
+            most = s.step_turn_permille
+        else:
+            most = s.turn_permille
+        if cap < most:
+            most = cap
+        way = caps[codes.DIR_LEFT if turn > 0 else codes.DIR_RIGHT]
+        if way < most:
+            most = way
+        if turn > most:
+            turn = most
+        elif turn < -most:
+            turn = -most
         # A controller's correction may point the other way than the command: it only goes where it
         # is free.
         if (turn > 0 and blocked & (1 << codes.DIR_LEFT)) or (
@@ -191,8 +213,3 @@ class Motion:
         self._halt()
         self.ended = True
         self.end_reason = reason
-
-
-@micropython.native
-def _clamped(value, limit):
-    return max(-limit, min(limit, value))

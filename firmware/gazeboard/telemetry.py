@@ -2,13 +2,14 @@
 # line is free. No allocation; the tick writes `head` last, the service loop alone moves `tail`.
 
 from gazelink import codes
+from gazelink.const import const
 from gazelink.messages import HEADER_SIZE, STATE
-from gazelink.native import micropython
+from gazelink.native import micropython, ptr8
 
 PERIOD_MS = 10  # unless the host asks for another, 1..100
-_SLOTS = 32  # at a frame a millisecond: longer than a collection of garbage takes
-_SLOT = 16
-_ALL_UNKNOWN = 255  # codes.UNKNOWN in all four fields
+_SLOTS = const(32)  # at a frame a millisecond: longer than a collection of garbage takes
+_SLOT = const(16)
+_ALL_UNKNOWN = const(255)  # codes.UNKNOWN in all four fields
 _PAYLOAD = STATE.size - HEADER_SIZE
 _NEWEST_ONLY_MS = 5  # a period of this or more: what waited is skipped, the newest goes
 assert _PAYLOAD + 2 <= _SLOT
@@ -28,37 +29,47 @@ class Telemetry:
         self.dropped = 0  # due, but the line was too slow
 
     # In the tick: `ticks` is its number, `motion` the motion's state, heading in 1/16 degree.
-    @micropython.native
-    def capture(self, ticks, motion, heading_q4):
-        behind = (ticks - self._due) & 0x3FFFFFFF
+    @micropython.viper
+    def capture(self, ticks: int, motion: int, heading_q4: int):
+        behind = (ticks - int(self._due)) & 0x3FFFFFFF
         if behind >= 0x20000000:  # not due yet
             return
-        self._due = (ticks + self.period_ms - behind % self.period_ms) & 0x3FFFFFFF
-        if (self._head - self._tail) & 0xFF >= _SLOTS:
-            self.dropped = (self.dropped + 1) & 0xFFFF
+        period_ms = int(self.period_ms)
+        if behind:
+            behind = behind % period_ms
+        self._due = (ticks + period_ms - behind) & 0x3FFFFFFF
+        head = int(self._head)
+        if (head - int(self._tail)) & 0xFF >= _SLOTS:
+            self.dropped = (int(self.dropped) + 1) & 0xFFFF
             return
         s = self._safety
-        b = self._slots
-        at = (self._head & (_SLOTS - 1)) * _SLOT
-        faults = s.faults
-        b[at] = s.state | (motion << 4)
-        b[at + 1] = s.override
-        b[at + 2] = s.arm_reason
-        b[at + 3] = s.first_fault
+        joystick = self._joystick
+        faults = int(s.faults)
+        edge = int(s.edge)
+        if edge == 0:
+            edge = int(s.spent_edge)
+        decisions = _ALL_UNKNOWN
+        if faults & (1 << int(codes.OBSTACLE_DATA_OLD)) == 0:
+            decisions = int(self._obstacles.decisions)
+        b = ptr8(self._slots)
+        at = (head & (_SLOTS - 1)) * _SLOT
+        b[at] = int(s.state) | (motion << 4)
+        b[at + 1] = int(s.override)
+        b[at + 2] = int(s.arm_reason)
+        b[at + 3] = int(s.first_fault)
         b[at + 4] = faults & 0xFF
         b[at + 5] = (faults >> 8) & 0xFF
         b[at + 6] = (faults >> 16) & 0xFF
-        b[at + 7] = faults >> 24
+        b[at + 7] = (faults >> 24) & 0xFF
         b[at + 8] = heading_q4 & 0xFF
         b[at + 9] = heading_q4 >> 8
-        b[at + 10] = self._joystick.linear_wiper
-        b[at + 11] = self._joystick.turn_wiper
-        b[at + 12] = s.edge if s.edge else s.spent_edge
-        old = faults & (1 << codes.OBSTACLE_DATA_OLD)
-        b[at + 13] = _ALL_UNKNOWN if old else self._obstacles.decisions
+        b[at + 10] = int(joystick.linear_wiper)
+        b[at + 11] = int(joystick.turn_wiper)
+        b[at + 12] = edge
+        b[at + 13] = decisions
         b[at + 14] = ticks & 0xFF
         b[at + 15] = (ticks >> 8) & 0xFF
-        self._head = (self._head + 1) & 0xFF
+        self._head = (head + 1) & 0xFF
 
     # In the service loop: a captured state waits.
     def waits(self):

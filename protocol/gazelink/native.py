@@ -1,14 +1,14 @@
 # For `@micropython.native`: machine code instead of bytecode, a sixth fewer instructions in the
 # tick. `@micropython.viper` with ptr32(array("i")) and ints: machine words, a tenth of them.
 # MicroPython's compiler knows these words by their spelling; on CPython they change nothing, so
-# what is written in viper keeps within 31 bits and divides nothing.
+# what is written in viper keeps within 31 bits and divides nothing negative.
 
 import sys
 
 if sys.implementation.name == "micropython":
     import micropython
 
-    ptr32 = None  # the compiler's own
+    ptr32 = ptr8 = None  # the compiler's own
 else:
 
     class micropython:
@@ -23,5 +23,8 @@ else:
     def ptr32(words):
         return words
 
+    def ptr8(octets):
+        return octets
 
-__all__ = ("micropython", "ptr32")
+
+__all__ = ("micropython", "ptr8", "ptr32")
