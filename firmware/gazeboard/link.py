@@ -7,6 +7,7 @@
 import struct
 
 from gazeboard import limits
+from gazeboard.safety import ahead
 from gazelink import VERSION, codes, frame, messages
 from gazelink.frame import i16, u16
 
@@ -81,6 +82,7 @@ class Link:
         self._session = 0
         self._seed = bytearray(4)
         self._last_seq = 0
+        self._order_numbers = bytearray(len(codes.ORDERS))  # newest of each kind, 0: none yet
         self._heard_at = 0  # ticks of the last valid frame
         self._hello_at = 0
         self._stats_at = 0
@@ -194,13 +196,15 @@ class Link:
         back.edge = 0
         back.ttl_ms = 0
         back.bypass_ttl_ms = 0
-        back.order_number = 0
+        for action in range(len(codes.ORDERS)):
+            self._order_numbers[action] = 0
         self._inbox.touch()
 
     def _on_command(self, buf, back, age_ms):
         verb = buf[_VERB]
         if verb == codes.STOP:
             back.verb = codes.STOP
+            back.stop_edge = back.edge  # pressed before this stop: spent by it
             back.stop_count = (back.stop_count + 1) & 0xFFFF
             return
         linear = i16(buf, _LINEAR)
@@ -228,18 +232,33 @@ class Link:
         back.ttl_ms = max(0, u16(buf, _TTL) - age_ms)  # counted from when the host sent it
         back.command_count = (back.command_count + 1) & 0xFFFF
 
+    # Each kind has its own number and its own counter: a repeated order counts once, and none takes
+    # another's place within a slice.
     def _on_order(self, buf, back, age_ms):
         action = buf[_ACTION]
-        if action > codes.RESET_FAULTS or buf[_NUMBER] == 0:
+        number = buf[_NUMBER]
+        owner = buf[_ORDER_OWNER]
+        if action > codes.RESET_FAULTS or number == 0:
             self.bad = (self.bad + 1) & 0xFFFF
         elif action == codes.EMERGENCY_STOP:
             back.emergency_count = (back.emergency_count + 1) & 0xFFFF
-        elif action != codes.DISARM and age_ms > limits.FRAME_STALE_MS:
+        elif action == codes.DISARM:
+            if number != self._order_numbers[action]:
+                self._order_numbers[action] = number
+                back.disarm_count = (back.disarm_count + 1) & 0xFFFF
+        elif age_ms > limits.FRAME_STALE_MS:
             self.stale = (self.stale + 1) & 0xFFFF
-        else:
-            back.order_action = action
-            back.order_owner = buf[_ORDER_OWNER]
-            back.order_number = buf[_NUMBER]
+        elif (action == codes.ARM and owner != codes.DRIVER and owner != codes.CARETAKER) or (
+            action == codes.RESET_FAULTS and owner != codes.CARETAKER
+        ):
+            self.bad = (self.bad + 1) & 0xFFFF
+        elif ahead(number, self._order_numbers[action]):
+            self._order_numbers[action] = number
+            if action == codes.ARM:
+                back.arm_owner = owner
+                back.arm_count = (back.arm_count + 1) & 0xFFFF
+            else:
+                back.reset_count = (back.reset_count + 1) & 0xFFFF
 
     def _on_clearance(self, buf, back, age_ms):
         if buf[_SOURCE] > codes.REPLAYED:

@@ -40,6 +40,12 @@ def older(age_ms):
     return age_ms + 1 if age_ms < limits.AGE_MAX_MS else age_ms
 
 
+@micropython.native
+def ahead(edge, newest):
+    # Is press `edge` newer than `newest`? They are numbered 1..255 and round; 0: none yet.
+    return newest == 0 or 1 <= (edge - newest) & 0xFF <= 127
+
+
 class Safety:
     # boot_faults: bits found at start. The latched ones clear like any latched fault, the others
     # stand until the next boot.
@@ -61,6 +67,7 @@ class Safety:
         self._standing = boot_faults & ~_LATCHED
         self._verb = codes.STOP  # of the press that moves the chair: a press never changes its mind
         self._mode = codes.STEP
+        self._straight = False  # the heading was lost during this drive: it turns no more
         self._quiet = False  # spent_edge ended as asked: nothing to explain
         self._host_age_ms = limits.AGE_MAX_MS
         self._service_age_ms = limits.AGE_MAX_MS
@@ -84,7 +91,9 @@ class Safety:
         self._session_count = 0
         self._stop_count = 0
         self._emergency_count = 0
-        self._order_number = 0
+        self._disarm_count = 0
+        self._arm_count = 0
+        self._reset_count = 0
 
     # Whether a contact tells what the relay does; only while disarmed.
     def set_relay_fitted(self, fitted):
@@ -95,20 +104,25 @@ class Safety:
     @micropython.native
     def step(self, i, blocked, relay_closed, emergency_open, button_pressed, late):
         self._count_ages(i, relay_closed, button_pressed)
-        self._judge_session(i)
-        ordered = i.order_number != self._order_number
-        self._order_number = i.order_number
-        reset = self._button_ms == limits.RESET_PRESS_MS or (
-            ordered and i.order_action == codes.RESET_FAULTS and i.order_owner == codes.CARETAKER
-        )
+        # Every order has a counter of its own: none takes another's place. An order to arm or to
+        # reset that comes with a new session belongs to the old one.
+        same_session = self._judge_session(i)
+        disarm = i.disarm_count != self._disarm_count
+        self._disarm_count = i.disarm_count
+        arms = (i.arm_count - self._arm_count) & 0xFFFF if same_session else 0
+        self._arm_count = i.arm_count
+        reset = i.reset_count != self._reset_count and same_session
+        self._reset_count = i.reset_count
+        if self._button_ms == limits.RESET_PRESS_MS:
+            reset = True
         faults = self._judge_faults(i, emergency_open, late, reset)
         if faults and self.faults == 0:
             self.first_fault = fault_reason(faults)
         self.faults = faults
-        if ordered and i.order_action == codes.DISARM:
+        if disarm:
             self._disarm()
-        elif ordered and i.order_action == codes.ARM:
-            self._arm(i.order_owner)
+        elif arms:
+            self._arm(i.arm_owner, arms, reset)
         self._advance(i)
         self.blocked = _ALL_BLOCKED if faults & (1 << codes.OBSTACLE_DATA_OLD) else blocked
         self._judge_command(i)
@@ -256,23 +270,30 @@ class Safety:
             return old & ((1 << codes.RELAY_OPEN) | (1 << codes.RELAY_STUCK))
         return 0
 
-    # Another host, or the same one again: nothing of the old life may go on.
+    # Another host, or the same one again: nothing of the old life may go on, and its presses are
+    # numbered anew. False in the first tick of a session.
     @micropython.native
     def _judge_session(self, i):
-        if i.session_count != self._session_count:
-            self._session_count = i.session_count
-            self._order_number = 0
-            self._disarm()
+        if i.session_count == self._session_count:
+            return True
+        self._session_count = i.session_count
+        self._end_press(codes.NOT_CONNECTED)
+        self.spent_edge = 0
+        self._disarm()
+        return False
 
+    # The last of `arms` orders was `owner`'s; several at once may have gone to and fro. `reset`:
+    # faults are reset in this very tick, and whoever asked to arm has not seen them gone.
     @micropython.native
-    def _arm(self, owner):
+    def _arm(self, owner, arms, reset):
         if owner != codes.DRIVER and owner != codes.CARETAKER:
             return
-        if self.state == codes.ARMED and owner != self.owner:
+        if self.state != codes.DISARMED:
             # Hand-over between people: stop, and wait for the new owner's own press.
-            self.owner = owner
-            self._end_press(codes.NOT_OWNER)
-        elif self.state == codes.DISARMED and self._why_not_arm() == codes.NO_REASON:
+            if owner != self.owner or arms > 1:
+                self.owner = owner
+                self._end_press(codes.NOT_OWNER)
+        elif not reset and self._why_not_arm() == codes.NO_REASON:
             self.state = codes.ARMING
             self.owner = owner
             self.first_fault = codes.NO_REASON
@@ -309,7 +330,7 @@ class Safety:
                 self._disarm()
             elif self._relay_proven():
                 self.state = codes.ARMED
-                self.spent_edge = i.edge  # a press held until now is an old one
+                self._spend(i.edge)  # a press held until now is an old one
                 self.override = codes.NO_REASON
                 self._quiet = False
         self.enable = self.state != codes.DISARMED
@@ -321,6 +342,12 @@ class Safety:
             return self._closed_ms >= limits.RELAY_HOLD_MS
         return self._arming_ms >= limits.RELAY_HOLD_MS
 
+    # That press and all before it never move the chair any more.
+    @micropython.native
+    def _spend(self, edge):
+        if edge and ahead(edge, self.spent_edge):
+            self.spent_edge = edge
+
     @micropython.native
     def _judge_command(self, i):
         self.permitted = False
@@ -328,6 +355,8 @@ class Safety:
         self._stop_count = i.stop_count
         if stopped or i.verb == codes.STOP:
             self._end_press(codes.NO_REASON)
+        if stopped:
+            self._spend(i.stop_edge)  # what was pressed before the stop, seen here or not
         if i.verb == codes.STOP:
             self.override = codes.NO_REASON
             return
@@ -341,7 +370,7 @@ class Safety:
             return
         self._end_press(reason)
         if i.edge != self.spent_edge:
-            self.spent_edge = i.edge or self.spent_edge
+            self._spend(i.edge)
             self.override = reason
             self._quiet = False
         elif self.override == codes.NO_REASON and not self._quiet:
@@ -356,7 +385,8 @@ class Safety:
             return codes.NOT_OWNER
         if self.faults & _NEUTRAL:
             return fault_reason(self.faults & _NEUTRAL)
-        if i.edge == self.spent_edge or i.edge == 0:
+        # Only the press that moves it, and presses newer than all before.
+        if i.edge == 0 or (i.edge != self.edge and not ahead(i.edge, self.edge or self.spent_edge)):
             return codes.NEEDS_NEW_COMMAND
         running = i.edge == self.edge
         if running and (i.verb != self._verb or i.mode != self._mode):
@@ -374,9 +404,25 @@ class Safety:
         if i.verb == codes.RIGHT:
             return self._why_not_turn(-1)
         if i.verb == codes.DRIVE:
-            reason = self._why_not_linear(i.linear_permille)
-            return reason if reason else self._why_not_turn(i.turn_permille)
+            return self._why_not_drive(i, running)
         return codes.BAD_COMMAND
+
+    # A press held at rest ends by what would end it in motion: old data ends all of it, a lost
+    # heading its turns (P14).
+    @micropython.native
+    def _why_not_drive(self, i, running):
+        if self.faults & (1 << codes.OBSTACLE_DATA_OLD):
+            return codes.FAULT_REASON + codes.OBSTACLE_DATA_OLD
+        reason = self._why_not_linear(i.linear_permille)
+        if reason == codes.NO_REASON:
+            reason = self._why_not_turn(i.turn_permille)
+        if not running:
+            self._straight = False
+        if self.faults & codes.HEADING_FAULTS:
+            self._straight = True
+        elif self._straight and i.turn_permille and reason == codes.NO_REASON:
+            return codes.NEEDS_NEW_COMMAND
+        return reason
 
     @micropython.native
     def _why_not_linear(self, sign):

@@ -3,7 +3,7 @@
 
 class Inputs:
     # Everything the tick reads. Counters change when their value is new; 16 bits, any difference
-    # counts.
+    # counts. stop_edge: the newest press when the last stop came. reset_count: the caretaker's.
 
     FIELDS = (
         "host_count",
@@ -20,9 +20,11 @@ class Inputs:
         "pulse_ms",
         "command_count",
         "stop_count",
-        "order_action",
-        "order_number",
-        "order_owner",
+        "stop_edge",
+        "disarm_count",
+        "arm_count",
+        "arm_owner",
+        "reset_count",
         "emergency_count",
         "clearance_blocked",
         "clearance_unseen",
@@ -64,9 +66,11 @@ class Inputs:
         self.pulse_ms = o.pulse_ms
         self.command_count = o.command_count
         self.stop_count = o.stop_count
-        self.order_action = o.order_action
-        self.order_number = o.order_number
-        self.order_owner = o.order_owner
+        self.stop_edge = o.stop_edge
+        self.disarm_count = o.disarm_count
+        self.arm_count = o.arm_count
+        self.arm_owner = o.arm_owner
+        self.reset_count = o.reset_count
         self.emergency_count = o.emergency_count
         self.clearance_blocked = o.clearance_blocked
         self.clearance_unseen = o.clearance_unseen

@@ -185,48 +185,83 @@ def test_arming_begins_a_new_explanation():
     assert core.safety.first_fault == codes.NO_REASON
 
 
-def test_a_second_person_cannot_take_over_while_arming():
-    core = Core()
-    core.make_ready()
-    core.order(codes.ARM, codes.DRIVER)
-    core.tick()
-    core.order(codes.ARM, codes.CARETAKER)
-    core.until(core.armed, 200)
-    assert core.safety.owner == codes.DRIVER
+def test_a_take_over_while_arming_is_not_lost():
+    for first, then in ((codes.DRIVER, codes.CARETAKER), (codes.CARETAKER, codes.DRIVER)):
+        core = Core()
+        core.see()
+        core.make_ready()
+        core.order(codes.ARM, first)
+        core.tick()
+        core.order(codes.ARM, then)
+        core.until(core.armed, 200)
+        assert core.safety.owner == then
+        core.press(codes.FORWARD)
+        core.i.owner = then
+        core.tick()
+        assert core.moving()
 
 
 def test_an_order_is_obeyed_once():
     core = Core()
     core.arm()
-    core.i.order_action = codes.DISARM
     core.tick()
     assert core.armed()
     core.order(codes.DISARM)
     core.tick()
     assert core.safety.state == codes.DISARMED
-    core.i.order_action = codes.ARM
     core.run(1000)
-    assert core.safety.state == codes.DISARMED  # the number is old
-    core.i.order_number = 7
-    core.new_session()
-    core.run(1000)
-    core.i.order_number = 7  # another session counts anew
-    core.tick()
-    assert core.safety.state == codes.ARMING
+    assert core.safety.state == codes.DISARMED
+    core.order(codes.ARM)
+    core.run(200)
+    assert core.armed()
 
 
-def test_an_order_in_the_tick_of_its_session_counts():
+def test_an_order_to_arm_or_to_reset_dies_with_its_session():
     core = Core()
-    core.arm()
-    core.run(600)
-    core.order(codes.DISARM)
-    core.run(700)
-    number = core.i.order_number
+    core.make_ready()
+    core.order(codes.ARM)
     core.new_session()
-    core.i.order_action = codes.ARM
-    core.i.order_number = number
+    core.run(1000)
+    assert core.safety.state == codes.DISARMED
+    core.order(codes.ARM)
     core.tick()
     assert core.safety.state == codes.ARMING
+    core.emergency_message()
+    core.tick()
+    core.order(codes.RESET_FAULTS, codes.CARETAKER)
+    core.new_session()
+    core.run(1000)
+    assert core.only_fault(codes.EMERGENCY)
+    core.order(codes.RESET_FAULTS, codes.CARETAKER)
+    core.tick()
+    assert core.safety.faults == 0
+
+
+def test_nobody_arms_in_the_tick_of_a_reset():
+    for by_order in (True, False):
+        core = Core()
+        core.make_ready()
+        if by_order:
+            core.order(codes.RESET_FAULTS, codes.CARETAKER)
+        else:
+            core.button = True
+            core.run(limits.RESET_PRESS_MS - 1)
+        core.order(codes.ARM)
+        core.tick()
+        assert core.safety.state == codes.DISARMED
+        core.order(codes.ARM)
+        core.tick()
+        assert core.safety.state == codes.ARMING
+
+
+def test_two_people_who_ask_at_once_stop_the_chair_and_the_last_one_drives():
+    for first, last in ((1, 2), (2, 1), (1, 1)):
+        core = Core()
+        core.drive()
+        core.order(codes.ARM, first)
+        core.order(codes.ARM, last)
+        assert refused(core, codes.NOT_OWNER)
+        assert core.safety.owner == last
 
 
 def test_disarm_ends_everything():

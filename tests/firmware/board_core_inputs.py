@@ -76,10 +76,10 @@ def test_faults_found_at_boot_stand_or_latch():
 
 def test_the_first_tick_already_counts():
     core = Core(boot_faults=1 << codes.EMERGENCY)
-    core.order(codes.RESET_FAULTS, codes.CARETAKER)
+    core.order(codes.RESET_FAULTS, codes.CARETAKER)  # before the session: nobody's
     core.press(codes.FORWARD, hold_ms=0)
     core.tick()
-    assert not core.fault(codes.EMERGENCY)
+    assert core.only_fault(codes.EMERGENCY)
     assert core.safety.ttl_ms == limits.COMMAND_TTL_MS - limits.MARGIN_MS
     assert core.safety.override == codes.NOT_ARMED
 
@@ -287,9 +287,17 @@ def test_counters_wrap_and_any_difference_counts():
         core.tick()
         assert not core.moving(), counter
     core = Core()
-    core.i.order_number = 254
+    core.i.disarm_count = core.i.arm_count = core.i.reset_count = 0xFFFF
+    core.tick()
     core.drive()
+    assert core.i.arm_count == 0
     core.order(codes.DISARM)
     core.tick()
-    assert core.i.order_number == 1
+    assert core.i.disarm_count == 0
     assert core.safety.state == codes.DISARMED
+    core.emergency_message()
+    core.run(2)
+    core.order(codes.RESET_FAULTS, codes.CARETAKER)
+    core.tick()
+    assert core.i.reset_count == 0
+    assert core.safety.faults == 0

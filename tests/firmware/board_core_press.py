@@ -100,7 +100,7 @@ def test_a_press_keeps_its_verb_and_mode():
         assert refused(core, codes.BAD_COMMAND)
 
 
-def test_press_numbers_wrap_and_only_have_to_differ():
+def test_press_numbers_wrap():
     core = Core()
     core.i.edge = 254
     core.drive()
@@ -108,26 +108,134 @@ def test_press_numbers_wrap_and_only_have_to_differ():
     assert core.i.edge == 1
     core.tick()
     assert core.motion.linear_permille < 0
-    core.i.edge = 255
-    core.stop()
-    core.tick()
-    assert core.moving()
     core.stop()
     assert refused(core, codes.NEEDS_NEW_COMMAND)
     core.press(codes.LEFT)
     core.tick()
     assert core.moving()
-    core.i.edge = 200
+
+
+def test_p12_only_a_press_ahead_of_the_newest_moves():
+    # Every number after every other, the newest one running, stopped, or refused.
+    core = Core()
+    core.arm()
+    s = core.safety
+    for newest in range(1, 256, 7):
+        for how in ("runs", "stopped", "refused"):
+            for edge in range(256):
+                s.edge = 0
+                s.spent_edge = (newest - 1) or 255
+                core.i.owner = codes.CARETAKER if how == "refused" else codes.DRIVER
+                core.i.verb = codes.FORWARD
+                core.i.mode = codes.CONTINUOUS
+                core.i.edge = newest
+                core.command(300)
+                core.tick()
+                assert core.moving() == (how != "refused")
+                if how == "stopped":
+                    core.stop()
+                core.i.owner = codes.DRIVER
+                core.i.edge = edge
+                core.command(300)
+                core.tick()
+                ahead = edge != 0 and 1 <= (edge - newest) & 0xFF <= 127
+                moves = ahead or (how == "runs" and edge == newest)
+                if how == "stopped" and edge:
+                    # It came with the stop: which of the two was first is not known.
+                    moves = moves and core.i.stop_edge != edge
+                assert core.moving() == moves, (newest, how, edge)
+                if not moves:  # and nothing that was refused makes an older one new
+                    for old in (newest, newest - 5, newest - 100):
+                        core.i.edge = (old - 1) % 255 + 1
+                        core.command(300)
+                        core.tick()
+                        assert not core.moving(), (newest, how, edge, old)
+
+
+def test_p13_a_command_of_somebody_else_never_lets_an_old_press_go_on():
+    for other in range(1, 256):
+        core = Core()
+        core.i.edge = 99
+        core.drive()
+        old = core.i.edge
+        core.stop()
+        core.tick()
+        core.i.owner = codes.CARETAKER
+        core.i.edge = other
+        core.tick()
+        core.i.owner = codes.DRIVER
+        core.i.edge = old
+        core.tick()
+        assert not core.moving(), other
+        if other != 99:
+            core.i.edge = 99
+            core.tick()
+            assert not core.moving(), other
+
+
+def test_p13_a_stop_spends_the_press_that_came_in_with_it():
+    core = Core()
+    core.drive()
+    core.press(codes.BACKWARD)
+    core.stop()  # after that press, in the same slice
+    assert refused(core, codes.NEEDS_NEW_COMMAND)
+    core.press(codes.FORWARD)
+    core.stop()
+    core.i.edge += 1  # pressed after the stop, in the same slice
+    core.tick()
+    assert core.moving()
+    core.i.verb = codes.STOP
+    core.tick()
+    core.i.edge += 1
     core.stop()
     core.tick()
-    core.stop()
+    core.i.verb = codes.FORWARD  # came late, but was pressed before the stop
     assert refused(core, codes.NEEDS_NEW_COMMAND)
-    core.i.edge = 4
-    core.i.clearance_blocked = 1 << codes.DIR_LEFT
-    core.press(codes.LEFT)
-    assert refused(core, codes.OBSTACLE_LEFT)
-    core.i.clearance_blocked = 0
-    assert refused(core, codes.OBSTACLE_LEFT)
+
+
+def test_p14_a_stick_held_at_rest_ends_with_old_data():
+    for old_ms in (1, 400):
+        core = Core()
+        core.arm()
+        core.i.linear_permille = core.i.turn_permille = 0
+        core.press(codes.DRIVE)
+        core.run(20)
+        assert core.safety.edge == core.i.edge
+        core.lidar = False
+        core.until(lambda: core.fault(codes.OBSTACLE_DATA_OLD), 400)
+        core.run(old_ms)
+        assert core.safety.override == REASON + codes.OBSTACLE_DATA_OLD
+        core.lidar = True
+        core.run(700)
+        core.i.linear_permille = 300
+        core.i.turn_permille = 300
+        assert refused(core, REASON + codes.OBSTACLE_DATA_OLD)
+        core.press(codes.DRIVE)
+        core.tick()
+        assert core.moving()
+
+
+def test_p14_a_stick_that_lost_the_heading_turns_with_a_new_press_only():
+    for linear in (0, 300):
+        core = Core()
+        core.arm()
+        core.i.linear_permille = linear
+        core.i.turn_permille = 0
+        core.press(codes.DRIVE)
+        core.run(20)
+        core.i.heading_faults = 1 << codes.HEADING_JUMP
+        core.run(20)
+        assert core.moving() == (linear != 0)  # forward stays possible (P7)
+        core.i.heading_faults = 0
+        core.run(20)
+        core.i.linear_permille = 300
+        core.tick()
+        assert core.moving()
+        core.i.turn_permille = 300
+        assert refused(core, codes.NEEDS_NEW_COMMAND)
+        core.press(codes.DRIVE)
+        core.tick()
+        assert core.motion.turn_permille != 0
 
 
 def test_the_silence_after_a_finished_step_is_of_its_press_only():

@@ -156,13 +156,21 @@ class Core:
         self.hold_ms = 0
 
     def order(self, action, owner=codes.DRIVER):
+        # As the link counts it: a reset is the caretaker's.
         i = self.i
-        i.order_action = action
-        i.order_owner = owner
-        i.order_number = i.order_number % 255 + 1
+        if action == codes.DISARM:
+            i.disarm_count = (i.disarm_count + 1) & 0xFFFF
+        elif action == codes.ARM:
+            i.arm_owner = owner
+            i.arm_count = (i.arm_count + 1) & 0xFFFF
+        elif action == codes.EMERGENCY_STOP:
+            self.emergency_message()
+        elif owner == codes.CARETAKER:
+            i.reset_count = (i.reset_count + 1) & 0xFFFF
 
     # A stop by anyone, while a press may go on.
     def stop(self):
+        self.i.stop_edge = self.i.edge
         self.i.stop_count = (self.i.stop_count + 1) & 0xFFFF
 
     def emergency_message(self):
@@ -172,7 +180,6 @@ class Core:
         self.i.session_count += 1
         self.i.verb = codes.STOP
         self.i.edge = 0
-        self.i.order_number = 0
 
     # Long enough for obstacles to believe a better view; a clearance a tick takes half its turns.
     def see(self):
