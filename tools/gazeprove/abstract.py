@@ -50,6 +50,7 @@ _PLAIN = (
     "_verb",
     "_mode",
     "_quiet",
+    "_straight",
     "_session_count",
     *_EXACT,
 )
@@ -68,7 +69,9 @@ FORGOTTEN: dict[str, Any] = {
     "_heading_count": 0,
     "_stop_count": 0,
     "_emergency_count": 0,
-    "_order_number": 0,
+    "_disarm_count": 0,
+    "_arm_count": 0,
+    "_reset_count": 0,
 }
 
 State = tuple[Any, ...]
@@ -103,8 +106,9 @@ _ELAPSED[codes.RIGHT] = _ELAPSED[codes.LEFT]
 _OFF, _OPEN = _AT["_off_ms"], _AT["_open_ms"]
 _TABLES = tuple((_AT[name], _LOWEST[name]) for name in COUNTERS)
 
-# Press numbers: only whether they are 0, the running or the spent one matters.
-RUNNING, SPENT, FRESH = 1, 2, 3
+# Press numbers, in the order in which they were pressed: older than all known, the spent one, the
+# running one, a newer one. 0 is none.
+OLD, SPENT, RUNNING, FRESH = 255, 1, 2, 3
 _SOME_REASON = codes.NOT_ARMED
 
 
@@ -154,6 +158,8 @@ def _renamed(values: list[Any], motion: list[Any]) -> State:
         # Of a press that has ended nothing is kept but its number.
         values[_AT["_verb"]] = codes.STOP
         values[_AT["_mode"]] = codes.STEP
+    if not running or values[_AT["_verb"]] != codes.DRIVE:
+        values[_AT["_straight"]] = False  # only a drive that goes on reads it
     if motion[0] and motion[0] == running:
         motion[0] = values[_AT["edge"]]
     elif motion[0]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +10,7 @@ from gazeboard import limits
 from gazeboard.safety import Safety
 from gazelink import codes
 from gazeprove import abstract
-from gazeprove.abstract import FRESH, Core, State
+from gazeprove.abstract import FRESH, OLD, Core, State
 from gazeprove.inputs import AnyTurn, Choices, LazyInputs, Scope
 
 _CAPS = (1000, 1000, 1000, 1000)  # what obstacles permit beside the blocked bits only reduces
@@ -24,7 +25,9 @@ class Facts:
     message: bool
     button: bool
     late: bool
-    ordered: bool
+    disarm: bool
+    arms: int
+    reset: bool
     stopped: bool
     new_session: bool
     verified: bool = True
@@ -58,13 +61,16 @@ def tick(
     stalled = strikes("service")
     blind = strikes("lidar")
     lost = strikes("imu")
+    disarm, arms, reset = _orders(scope, pick)
     facts = Facts(
         contact=enable != strikes("relay"),
         emergency_open=strikes("emergency"),
         message="emergency" in causes and pick(2) == 1,
         button=strikes("button"),
         late=strikes("late"),
-        ordered=pick(2) == 1,
+        disarm=disarm,
+        arms=arms,
+        reset=reset,
         stopped=strikes("stop"),
         new_session=strikes("session") or abstract.get(state, "_session_count") == 0,
     )
@@ -90,12 +96,13 @@ def tick(
     core.load(state, tuple(passed))
     was.update(core.safety.__dict__)
     running, spent = core.safety.edge, core.safety.spent_edge
+    old = {OLD: OLD} if scope.all_commands else {}
     read = inputs.__dict__
     read.clear()
     read.update(
         _scope=scope,
         _choices=choices,
-        _presses=tuple({0: 0, running: running, spent: spent, FRESH: FRESH}),
+        _presses=tuple({0: 0, running: running, spent: spent, FRESH: FRESH, **old}),
         host_count=0 if mute else 1,
         service_count=0 if stalled else 1,
         clearance_count=0 if blind else 1,
@@ -104,7 +111,9 @@ def tick(
         session_count=core.safety._session_count + (1 if facts.new_session else 0),
         stop_count=1 if facts.stopped else 0,
         emergency_count=1 if facts.message else 0,
-        order_number=1 if facts.ordered else 0,
+        disarm_count=1 if disarm else 0,
+        arm_count=arms,
+        reset_count=1 if reset else 0,
     )
     raised = pick(3) if "exception" in causes else 0
     facts.raised = raised > 0
@@ -124,6 +133,14 @@ def tick(
         mute or stalled or blind or lost or facts.raised or facts.late or facts.emergency_open
     ) and (facts.verified and not facts.message and facts.contact == enable and _all_well(read))
     return facts
+
+
+def _orders(scope: Scope, pick: Callable[[int], int]) -> tuple[bool, int, bool]:
+    """Which orders come: any together where all commands do, else at most one."""
+    if scope.all_commands:
+        return pick(2) == 1, pick(3), pick(2) == 1
+    one = pick(4)
+    return one == 1, int(one == 2), one == 3
 
 
 def _reveal(safety: Safety, before: int, choices: Choices) -> None:

@@ -128,13 +128,10 @@ class LazyInputs:
             return (False, True) if "tilt" in causes else (False,)
         if name == "calibrated":
             return (True, False) if "calibration" in causes else (True,)
-        if name == "order_action":
-            few = (codes.ARM, codes.DISARM, codes.RESET_FAULTS)
-            return (*few, codes.EMERGENCY_STOP) if full else few
-        if name == "order_owner":
-            if not full:
-                return (codes.DRIVER if self.order_action == codes.ARM else codes.CARETAKER,)
-            return (codes.NOBODY, codes.DRIVER, codes.CARETAKER, 3)
+        if name == "stop_edge":
+            return self._presses
+        if name == "arm_owner":
+            return (codes.NOBODY, codes.DRIVER, codes.CARETAKER, 3) if full else (codes.DRIVER,)
         if name == "ttl_ms":
             return (0, 300)
         if name in ("heading_q4", "rate_q4"):

@@ -94,16 +94,16 @@ def motion_only_without_faults(a: After) -> bool:
 
 
 def motion_only_by_a_live_press(a: After) -> bool:
-    """The press has a number, was not spent, was not stopped, and keeps its verb and mode (P14)."""
+    """It has a number ahead of all before, no stop came with or after it, it never changes (P14)."""
     if not a.moving:
         return True
     edge = a.read.get("edge", 0)
     if edge == 0:
         return False
     if edge != a.was["edge"]:
-        # New is what differs from the last press that ended, be it in this very tick.
-        ended = a.was["edge"] and (a.facts.stopped or a.handed_over)
-        return bool(ended) or edge != a.was["spent_edge"]
+        stopped = [a.read.get("stop_edge", 0)] if a.facts.stopped else []
+        before = (a.was["edge"] or a.was["spent_edge"], *stopped)
+        return all(old == 0 or (edge - old) % 256 in range(1, 128) for old in before)
     same = a.read.get("verb") == a.was["_verb"] and a.read.get("mode") == a.was["_mode"]
     return same and not a.facts.stopped and not a.handed_over
 
@@ -159,9 +159,9 @@ def arming_needs_everything(a: After) -> bool:
         return True
     return (
         a.was["state"] == codes.DISARMED
-        and a.facts.ordered
-        and a.read.get("order_action") == codes.ARM
-        and a.read.get("order_owner") == s.owner
+        and a.facts.arms > 0
+        and not (a.facts.disarm or a.facts.reset or a.facts.new_session)
+        and a.read.get("arm_owner") == s.owner
         and s.faults == 0
         and s._session_count > 0
         and a.was["_neutral_ms"] >= 500
@@ -186,7 +186,33 @@ def a_press_ends_for_good(a: After) -> bool:
     old = a.was["edge"]
     if s.edge == old or old == 0:
         return True
-    return s.edge == a.read.get("edge") or s.spent_edge in (old, a.read.get("edge", old))
+    newer = s.spent_edge in (old, a.read.get("edge", old), a.read.get("stop_edge", old))
+    return s.edge == a.read.get("edge") or newer or a.facts.new_session
+
+
+def disarming_is_never_lost(a: After) -> bool:
+    """Whatever else is ordered in the same tick (P13)."""
+    disarmed = a.core.safety.state == codes.DISARMED
+    return disarmed or not (a.facts.stepped and (a.facts.disarm or a.facts.new_session))
+
+
+def a_take_over_is_never_lost(a: After) -> bool:
+    """Armed or arming, whoever asked last owns the chair (P13)."""
+    s = a.core.safety
+    asked = a.facts.stepped and a.facts.arms > 0 and a.was["state"] != codes.DISARMED
+    if not asked or a.facts.new_session or s.state == codes.DISARMED:
+        return True
+    return a.read.get("arm_owner") in (s.owner, codes.NOBODY, 3)
+
+
+def a_drive_ends_with_what_would_end_it_in_motion(a: After) -> bool:
+    """Held at rest or not, old data ends its press; after a lost heading it turns no more (P14)."""
+    s = a.core.safety
+    if not a.facts.stepped or a.read.get("verb") != codes.DRIVE or not s.permitted:
+        return True
+    went_on = a.was["edge"] == a.read.get("edge")
+    heading = a.was["faults"] & _HEADING and went_on
+    return not s.faults >> codes.OBSTACLE_DATA_OLD & 1 and not (heading and a.turn)
 
 
 def latched_faults_stay(a: After) -> bool:
@@ -250,9 +276,9 @@ def refused_arming_has_a_reason(a: After) -> bool:
     s = a.core.safety
     refused = (
         a.facts.stepped
-        and a.facts.ordered
-        and a.read.get("order_action") == codes.ARM
-        and a.read.get("order_owner") in (codes.DRIVER, codes.CARETAKER)
+        and a.facts.arms > 0
+        and not (a.facts.disarm or a.reset or a.facts.new_session)
+        and a.read.get("arm_owner") in (codes.DRIVER, codes.CARETAKER)
         and s.state == codes.DISARMED
     )
     return not refused or s.arm_reason != codes.NO_REASON
@@ -286,6 +312,9 @@ INVARIANTS: tuple[Callable[[After], bool], ...] = (
     arming_needs_everything,
     armed_needs_the_relay,
     a_press_ends_for_good,
+    disarming_is_never_lost,
+    a_take_over_is_never_lost,
+    a_drive_ends_with_what_would_end_it_in_motion,
     latched_faults_stay,
     faults_say_what_is,
     relay_faults_stand_until_the_contact_is_open,

@@ -29,18 +29,15 @@ class After(NamedTuple):
     @property
     def reset(self) -> bool:
         """The latched faults were reset by one of the two ways there are."""
-        by_order = (
-            self.facts.ordered
-            and self.read.get("order_action") == codes.RESET_FAULTS
-            and self.read.get("order_owner") == codes.CARETAKER
-        )
+        by_order = self.facts.reset and not self.facts.new_session
         return self.facts.stepped and (by_order or self.core.safety._button_ms == 3000)
 
     @property
     def handed_over(self) -> bool:
-        """Somebody else owns the chair than before this tick."""
+        """Somebody else owns the chair than before this tick, or did in between."""
         s = self.core.safety
-        return bool(s.state == codes.ARMED and self.was["owner"] != s.owner)
+        to_and_fro = self.facts.arms > 1 and self.read.get("arm_owner") in (1, 2)
+        return bool(s.state == codes.ARMED and (self.was["owner"] != s.owner or to_and_fro))
 
     @property
     def moving(self) -> bool:

@@ -88,7 +88,9 @@ class Walk:
             message=strikes["emergency"] and self._random.random() < 0.5,
             button=strikes["button"],
             late=strikes["late"],
-            ordered=False,
+            disarm=False,
+            arms=0,
+            reset=False,
             stopped=strikes["stop"],
             new_session=strikes["session"] or i.session_count == 0,
         )
@@ -147,17 +149,24 @@ class Walk:
             self._order(codes.RESET_FAULTS if reset else codes.ARM, facts)
         elif roll.random() < 0.001:
             self._order(roll.choice((codes.DISARM, codes.ARM)), facts)
+            if self._scope.all_commands and roll.random() < 0.3:
+                self._order(roll.choice((codes.DISARM, codes.ARM, codes.RESET_FAULTS)), facts)
         elif roll.random() < (0.03 if safety.state == codes.ARMED else 0.002):
             self._press()
 
     def _order(self, action: int, facts: Facts) -> None:
-        facts.ordered = True
-        self._i.order_action = action
-        caretaker = action == codes.RESET_FAULTS
-        if self._scope.all_commands:
-            caretaker = caretaker or self._random.random() < 0.2
-        self._i.order_owner = codes.CARETAKER if caretaker else codes.DRIVER
-        self._i.order_number = self._i.order_number % 255 + 1
+        i = self._i
+        if action == codes.RESET_FAULTS:
+            facts.reset = True
+            i.reset_count = (i.reset_count + 1) & 0xFFFF
+        elif action == codes.DISARM:
+            facts.disarm = True
+            i.disarm_count = (i.disarm_count + 1) & 0xFFFF
+        else:
+            facts.arms += 1
+            i.arm_count = (i.arm_count + 1) & 0xFFFF
+            caretaker = self._scope.all_commands and self._random.random() < 0.2
+            i.arm_owner = codes.CARETAKER if caretaker else codes.DRIVER
 
     def _press(self) -> None:
         roll, i, safety = self._random, self._i, self._core.safety
@@ -171,8 +180,9 @@ class Walk:
             i.turn_permille = roll.choice((-1000, 0, 1000))
         else:
             i.owner = codes.DRIVER
-        new = roll.randrange(1, 256)
-        i.edge = roll.choice((new, new, new, safety.edge, safety.spent_edge, 0))
+        newest = safety.edge or safety.spent_edge
+        new = (newest + roll.randrange(120)) % 255 + 1
+        i.edge = roll.choice((new, new, roll.randrange(256), safety.edge, safety.spent_edge, 0))
         i.clearance_blocked = roll.choice((0, 0, 0, roll.randrange(16)))
         self._hold_ms = roll.choice((0, 20, 350, 2500, 7000))
         self._command(300)
@@ -199,10 +209,10 @@ class Walk:
         if facts.message:
             i.emergency_count = (i.emergency_count + 1) & 0xFFFF
         if facts.stopped:
+            i.stop_edge = roll.choice((i.edge, i.edge, 0, roll.randrange(256)))
             i.stop_count = (i.stop_count + 1) & 0xFFFF
         if facts.new_session:
             i.session_count = (i.session_count + 1) & 0xFFFF or 1
-            i.order_number = 1 if facts.ordered else 0
 
     def _seen(self, was: dict[str, Any], facts: Facts) -> After:
         read = dict(self._i.__dict__)
