@@ -120,7 +120,7 @@ def test_p12_only_a_press_ahead_of_the_newest_moves():
     core = Core()
     core.arm()
     s = core.safety
-    for newest in range(1, 256, 7):
+    for newest in (1, 2, 100, 127, 128, 129, 255):
         for how in ("runs", "stopped", "refused"):
             for edge in range(256):
                 s.edge = 0
