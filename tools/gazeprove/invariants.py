@@ -94,7 +94,7 @@ def motion_only_without_faults(a: After) -> bool:
 
 
 def motion_only_by_a_live_press(a: After) -> bool:
-    """It has a number ahead of all before, no stop came with or after it, it never changes (P14)."""
+    """Its number is ahead of all before, no stop came after it, and it never changes (P14)."""
     if not a.moving:
         return True
     edge = a.read.get("edge", 0)
