@@ -1,4 +1,6 @@
-"""`tools/demo` inside the venv: starts everything, prints where the page is, ends it all on Ctrl-C.
+"""`tools/demo` inside the venv: starts everything, prints where the page is, ends it all.
+
+Ctrl-C, TERM and HUP end it in order.
 
 With --check it drives the chair through the page in a real Chromium instead, prints one JSON line
 of figures and exits 0, or 1 with the step that failed.
@@ -7,16 +9,16 @@ of figures and exits 0, or 1 with the step that failed.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import os
-import signal
 import sys
 import time
 import webbrowser
 from pathlib import Path
 
 import gazesetup
-from gazedemo import pairing
+from gazedemo import ending, pairing
 from gazedemo.stack import Stack, StackError
 
 _PORT = 8080
@@ -37,7 +39,7 @@ def main() -> int:
         help="folder for the check's screenshots",
     )
     arguments = parser.parse_args()
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ended like Ctrl-C: in order
+    ending.listen()
     try:
         if arguments.check:
             return _check(arguments)
@@ -46,7 +48,9 @@ def main() -> int:
         print(f"tools/demo: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print("\nended", flush=True)
+        ending.enough()
+        with contextlib.suppress(OSError):  # the terminal may have gone
+            print("\nended", flush=True)
         return 0
 
 

@@ -20,8 +20,9 @@ from typing import Any
 
 import gazesetup
 from gazechair.pairing.local import NotRunning
-from gazedemo import pairing
+from gazedemo import ending, pairing
 from gazedemo.sim_control import SimControl
+from gazesetup.family import dies_with_me
 
 _START_S = 60.0
 _END_S = 8.0
@@ -52,7 +53,8 @@ class StackError(Exception):
 
 
 class Stack:
-    """Use as a context: inside it everything runs, after it nothing is left.
+    """Use as a context: inside it everything runs, after it nothing is left. Killed, it leaves
+    only its folder: its processes end with the thread that entered it.
 
     `interpreter` is a MicroPython's path or "cpython"; `port` 0 takes any free one; `camera_url` ""
     shows what the simulated camera sees. Logs and ports live in `folder`, which goes at the end.
@@ -100,7 +102,8 @@ class Stack:
         try:
             self._start()
         except BaseException:
-            self._end()
+            with ending.later():
+                self._end()
             raise
         return self
 
@@ -110,7 +113,8 @@ class Stack:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._end()
+        with ending.later():
+            self._end()
 
     def control(self) -> SimControl:
         """The simulator's control connection."""
@@ -152,7 +156,7 @@ class Stack:
             self._wait_for_parts()
 
     def _spawn(self, name: str, words: list[str], stdout: int | None = None) -> None:
-        with open(self.folder / f"{name}.log", "wb") as log:
+        with ending.later(), open(self.folder / f"{name}.log", "wb") as log:
             self._processes[name] = subprocess.Popen(
                 [sys.executable, *words],
                 stdin=subprocess.DEVNULL,
@@ -161,6 +165,7 @@ class Stack:
                 env=gazesetup.source_environment(),
                 cwd=gazesetup.ROOT,
                 start_new_session=True,  # Ctrl-C is for us; we end them in order
+                preexec_fn=dies_with_me(signal.SIGTERM),
             )
 
     def _ready_line(self) -> dict[str, Any]:
@@ -169,8 +174,10 @@ class Stack:
         timer = threading.Timer(_START_S, process.kill)
         timer.name = "simulator-start-limit"
         timer.start()
-        line = process.stdout.readline()
-        timer.cancel()
+        try:
+            line = process.stdout.readline()
+        finally:
+            timer.cancel()
         if not line:
             raise StackError(f"the simulator did not start: {self._tail('simulator')}")
         paths: dict[str, Any] = json.loads(line)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from gazesetup.family import dies_with_me
 
 NOTE_EVERY_S = 3.0
 TAIL_LINES = 25
@@ -60,14 +63,20 @@ def run_quietly(
             stderr=subprocess.STDOUT,
             text=True,
             errors="replace",
+            preexec_fn=dies_with_me(signal.SIGTERM),
         ) as process:
             assert process.stdout is not None
-            for line in process.stdout:
-                lines.append(line)
-                text = show(line.strip())
-                if text and time.monotonic() - last_note >= NOTE_EVERY_S:
-                    last_note = time.monotonic()
-                    note(text)
+            try:
+                for line in process.stdout:
+                    lines.append(line)
+                    text = show(line.strip())
+                    if text and time.monotonic() - last_note >= NOTE_EVERY_S:
+                        last_note = time.monotonic()
+                        note(text)
+            except BaseException:
+                with suppress(OSError):  # another user's, as under sudo
+                    process.terminate()
+                raise
     except OSError as error:
         raise NotAvailable(f"cannot start {words[0]}: {error}") from error
     if process.returncode != 0:

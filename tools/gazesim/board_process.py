@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -10,9 +11,10 @@ from pathlib import Path
 from typing import BinaryIO
 
 from gazeboard.boards import bank_layout as layout
+from gazesetup.family import dies_with_me
 from gazesim.bank import Bank
 from gazesim.cable import Cable
-from gazesim.cabled_board import CabledBoard, die_with_parent
+from gazesim.cabled_board import CabledBoard
 
 CPYTHON = "cpython"
 _HANG = 2  # host flag
@@ -49,5 +51,5 @@ class BoardProcess(CabledBoard):
             stderr=log,
             env=environment,
             start_new_session=True,  # Ctrl-C at the terminal is for the simulator
-            preexec_fn=die_with_parent,
+            preexec_fn=dies_with_me(signal.SIGKILL),
         )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import signal
 import socket
 import subprocess
@@ -15,15 +14,8 @@ from gazeboard.boards import bank_layout as layout
 from gazesim.bank import Bank
 from gazesim.cable import Cable
 
-_PR_SET_PDEATHSIG = 1
 _CAUSE_RESET = 5
 _SEND_BUFFER = 4608  # small, so that a board that does not read holds up the host soon
-_libc = ctypes.CDLL(None, use_errno=True)
-
-
-def die_with_parent() -> None:
-    """For a child's preexec_fn: it is killed when the thread that started it ends."""
-    _libc.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 class CabledBoard(ABC):

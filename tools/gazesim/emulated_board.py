@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import socket
 import subprocess
 import time
@@ -9,10 +10,11 @@ from pathlib import Path
 from typing import BinaryIO
 
 from gazeboard.boards import bank_layout as layout
+from gazesetup.family import dies_with_me
 from gazesim.bank import Bank
 from gazesim.board_files import firmware_files, install_script
 from gazesim.cable import Cable
-from gazesim.cabled_board import CabledBoard, die_with_parent
+from gazesim.cabled_board import CabledBoard
 
 ELF = "firmware.elf"
 _QEMU = "qemu-system-arm"
@@ -74,7 +76,7 @@ class EmulatedBoard(CabledBoard):
             stderr=log,
             pass_fds=(line.fileno(),),
             start_new_session=True,  # Ctrl-C at the terminal is for the simulator
-            preexec_fn=die_with_parent,
+            preexec_fn=dies_with_me(signal.SIGKILL),
         )
 
     def install(self) -> None:

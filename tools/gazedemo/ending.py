@@ -1,0 +1,41 @@
+"""The signals that end a program: heard for certain, never in the middle of what must be whole."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+_ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_AGAIN_S = 0.2
+
+
+def listen() -> None:
+    """From now on each of them raises KeyboardInterrupt in the main thread.
+
+    Again every 200 ms until `enough`: Python drops an exception that falls into a callback.
+    """
+    for number in (*_ENDINGS, signal.SIGALRM):
+        signal.signal(number, _interrupt)
+
+
+def enough() -> None:
+    """The program is ending: none of them means anything more."""
+    signal.setitimer(signal.ITIMER_REAL, 0)
+    for number in (*_ENDINGS, signal.SIGALRM):
+        signal.signal(number, signal.SIG_IGN)
+
+
+@contextmanager
+def later() -> Iterator[None]:
+    """Inside it none of them is heard; one that came is heard after it."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, (*_ENDINGS, signal.SIGALRM))
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _interrupt(*_: object) -> None:
+    signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
+    raise KeyboardInterrupt
