@@ -24,6 +24,7 @@ const CAP_SETTLES_MS = 1000;
 /** Messages that only a reset clears. */
 const LATCHED = [
   "wiper", "tick_exception", "emergency", "watchdog_boots", "disobeys", "relay_unexpected",
+  "storage",
 ];
 const TABS = ["drive", "settings", "pairing"];
 

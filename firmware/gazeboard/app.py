@@ -57,7 +57,7 @@ class App:
         self._enable_level = 0
         self._last_us = 0
         self._started = False
-        self._seen = -1
+        self._watched_at = 0
         self._fed_at = 0
         self._gc_at = 0
         self._blink_at = 0
@@ -70,7 +70,7 @@ class App:
     def _apply_settings(self):
         s = self.settings
         self.joystick.set_neutral(s.neutral_linear_count, s.neutral_turn_count)
-        self._imu.tilt_limit_q4 = s.tilt_limit_q4_deg
+        self._imu.tilt.limit_q4_deg = s.tilt_limit_q4_deg
         self.obstacles.configure(s)
         turn = turn_controller(s)
         self.motion = Motion(s, turn)
@@ -154,16 +154,7 @@ class App:
             self.service_max_ms = gap_ms
         self.inbox.beat()
         self.link.poll(self)
-        if self._imu.poll(now_ms, self.motion.state == codes.TURNING):
-            back = self.inbox.back
-            back.heading_q4 = self._imu.heading_q4
-            back.rate_q4 = self._imu.rate_q4
-            back.heading_count = self._imu.samples
-            back.tilted = self._imu.tilted
-        if self.inbox.back.heading_faults != self._imu.faults or self._imu.samples != self._seen:
-            self._seen = self._imu.samples
-            self.inbox.back.heading_faults = self._imu.faults
-            self.inbox.touch()
+        self._sense(now_ms)
         if self.link.setting_pending:
             self._answer_setting()
         self.inbox.publish()
@@ -173,6 +164,29 @@ class App:
         self._collect()
         self._blink()
         return not (self.link.maintenance and self.link.flushed())
+
+    # Heading and tilt into the inputs.
+    def _sense(self, now_ms):
+        imu = self._imu
+        tilt = imu.tilt
+        back = self.inbox.back
+        state = self.safety.state
+        if imu.poll(now_ms, state != codes.DISARMED):
+            back.heading_q4 = imu.heading_q4
+            back.rate_q4 = imu.rate_q4
+            back.heading_count = imu.samples
+            back.tilted = tilt.beyond
+            self.inbox.touch()
+        ticks = self.outbox.ticks
+        elapsed_ms = (ticks - self._watched_at) & 0x3FFFFFFF
+        self._watched_at = ticks
+        moving = self.motion.state != codes.STOPPED
+        tilt.watch(elapsed_ms, imu.tilt_lost(), moving, state == codes.ARMED)
+        faults = 1 << codes.TILT_UNKNOWN if tilt.unknown else 0
+        if back.heading_faults != imu.faults or back.service_faults != faults:
+            back.heading_faults = imu.faults
+            back.service_faults = faults
+            self.inbox.touch()
 
     # Reading is always allowed; changing and saving only while disarmed (a flash write stops the
     # tick).

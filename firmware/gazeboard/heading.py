@@ -1,7 +1,8 @@
 # Can this heading be believed? Compares each sample with the gyro and with its predecessors. Pure.
 #
 # One sample that disagrees with the gyro is bridged by it; three within 50 ms are a jump; bytes
-# that stop changing are frozen (the gyro's own noise changes some bit of three axes at 100 Hz).
+# that stop changing are frozen (the gyro's own noise changes some bit of three axes at 100 Hz), and
+# so is a heading that stands while the gyro turns.
 
 from gazeboard.limits import HEADING_TURN_Q4_DEG
 from gazeboard.turn import wrapped
@@ -12,8 +13,11 @@ _JUMPS = 3
 _JUMP_WINDOW_MS = 50
 _DRIFT_WINDOW_MS = 500
 _DRIFT_Q4 = 80  # 5 degrees between heading and integrated gyro in one window
-_FROZEN_TURNING_MS = 40
+_FROZEN_ARMED_MS = 38  # four samples that repeat one, with a read repeated among them
 _FROZEN_RESTING_MS = 100
+_LOST_MS = 10  # sooner, when a read was lost meanwhile
+_STANDS_Q4 = 24  # 1.5 degrees by the gyro while the heading does not change at all
+_TURNS_Q4_DPS = 32  # slower, the gyro's offset adds up
 _GOOD_MS = 500  # a fault clears after this long without a bad sample
 
 _FROZEN = 1 << codes.HEADING_FROZEN
@@ -32,15 +36,23 @@ class HeadingMonitor:
         self._last_q4 = 0
         self._residue = 0
         self._same_ms = 0
+        self._lost = False
         self._good_ms = 0
         self._bad = 0
         self._since_bad_ms = 0
         self._window_ms = 0
         self._window_q4 = 0
+        self._stood_q4 = 0
+
+    # A read failed: with the samples round it unchanged, it counts as one of them.
+    def lost(self, armed):
+        self._lost = True
+        if armed and self._same_ms >= _FROZEN_ARMED_MS - _LOST_MS:
+            self.faults |= _FROZEN
 
     # heading_q4: 0..5759; rate_q4: 1/16 degree/s; same: all bytes equal those of the sample before;
-    # dt_ms: since the sample before, 1..100; turning: the board is turning the chair.
-    def feed(self, heading_q4, rate_q4, same, dt_ms, turning):
+    # dt_ms: since the sample before, 1..100; armed: the board may turn the chair at any moment.
+    def feed(self, heading_q4, rate_q4, same, dt_ms, armed):
         if not self._anchored:
             self._anchored = True
             self._last_q4 = heading_q4
@@ -49,7 +61,8 @@ class HeadingMonitor:
         self._residue += rate_q4 * dt_ms
         by_gyro_q4 = self._residue // 1000
         self._residue -= by_gyro_q4 * 1000
-        good = self._check_frozen(same, dt_ms, turning or rate_q4 > 16 or rate_q4 < -16)
+        good = self._check_frozen(same, dt_ms, armed or rate_q4 > 16 or rate_q4 < -16)
+        good = self._check_stands(heading_q4, rate_q4, by_gyro_q4) and good
         predicted_q4 = (self.heading_q4 + by_gyro_q4) % HEADING_TURN_Q4_DEG
         self._since_bad_ms += dt_ms
         if self._since_bad_ms > _JUMP_WINDOW_MS:
@@ -77,13 +90,26 @@ class HeadingMonitor:
         if self._good_ms >= _GOOD_MS:
             self.faults = 0
 
-    def _check_frozen(self, same, dt_ms, moving):
+    def _check_frozen(self, same, dt_ms, soon):
         self._same_ms = min(self._same_ms + dt_ms, _FROZEN_RESTING_MS) if same else 0
-        limit_ms = _FROZEN_TURNING_MS if moving else _FROZEN_RESTING_MS
+        limit_ms = _FROZEN_ARMED_MS if soon else _FROZEN_RESTING_MS
+        if self._lost:
+            limit_ms -= _LOST_MS
+        self._lost = self._lost and same
         if self._same_ms >= limit_ms:
             self.faults |= _FROZEN
             return False
         return self._same_ms == 0 or not self.faults
+
+    def _check_stands(self, heading_q4, rate_q4, by_gyro_q4):
+        if heading_q4 != self._last_q4:
+            self._stood_q4 = 0
+        elif rate_q4 > _TURNS_Q4_DPS or rate_q4 < -_TURNS_Q4_DPS:
+            self._stood_q4 = max(-_STANDS_Q4, min(_STANDS_Q4, self._stood_q4 + by_gyro_q4))
+        if -_STANDS_Q4 < self._stood_q4 < _STANDS_Q4:
+            return True
+        self.faults |= _FROZEN
+        return False
 
     # Heading and gyro may not part slowly either: a wrong fusion mode, a stuck axis.
     def _check_drift(self, parted_q4, dt_ms):

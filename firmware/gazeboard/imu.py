@@ -2,16 +2,18 @@
 # recovery.
 #
 # Registers and times: Bosch BST-BNO055-DS000. Each poll() does at most one short transfer; nothing
-# waits. The burst takes all three gyro axes with the heading (0x14..0x1B), because their noise is
-# what tells a living sensor from a frozen one.
+# waits. The burst takes all three gyro axes with the heading, because their noise is what tells a
+# living sensor from a frozen one, and the tilt (0x14..0x1F), which must be as fresh.
 
 from gazeboard.heading import HeadingMonitor
+from gazeboard.tilt import Tilt
 from gazelink import codes
 
 ADDRESS = 0x28
 _CHIP_ID = 0x00
-_BURST = 0x14  # gyro x y z, heading: 4 x int16, 1/16 deg/s and 1/16 degree
-_TILT = 0x1C  # roll, pitch: 2 x int16, 1/16 degree
+_BURST = 0x14  # gyro x y z, heading, roll, pitch: 6 x int16, 1/16 deg/s and 1/16 degree
+_BURST_SIZE = 12
+_HEADING_SIZE = 8  # gyro and heading: what never stays the same
 _CALIBRATION = 0x35  # sys<<6, gyro<<4, accelerometer<<2, magnetometer: 3 is calibrated
 _OFFSETS = 0x55  # 22 bytes, only in CONFIG
 OFFSETS_SIZE = 22
@@ -29,9 +31,9 @@ _FROM_CONFIG_MS = 10
 _FUSION_START_MS = 100
 _RETRY_MS = 100
 _RETRY_MAX_MS = 1600
-_BUS_ERRORS = 3  # in a row: fault (30 ms)
-_GIVE_UP_ERRORS = 6  # in a row: start the sensor again
-_TILT_HYSTERESIS_Q4 = 48
+_RETRY_READ_MS = 2  # a first lost read must not cost a sample's time
+_BUS_ERRORS = 4  # in a row: fault (32 ms)
+_GIVE_UP_ERRORS = 7  # in a row: start the sensor again
 
 _PROBE = 0
 _CONFIGURE = 1
@@ -50,14 +52,13 @@ def _s16(low, high):
 class Imu:
     # poll(now_ms, ...) with the board's millisecond clock; results go to the attributes.
 
-    def __init__(self, i2c, ticks_diff, tilt_limit_q4):
+    def __init__(self, i2c, ticks_diff, tilt_limit_q4_deg):
         self._i2c = i2c
         self._ticks_diff = ticks_diff
-        self.tilt_limit_q4 = tilt_limit_q4
+        self.tilt = Tilt(tilt_limit_q4_deg)
         self._monitor = HeadingMonitor()
-        self._now = bytearray(8)
-        self._before = bytearray(8)
-        self._tilt = bytearray(4)
+        self._now = bytearray(_BURST_SIZE)
+        self._before = bytearray(_BURST_SIZE)
         self._status = bytearray(5)
         self._one = bytearray(1)
         self._offsets = bytearray(1 + OFFSETS_SIZE)  # behind their register number
@@ -74,17 +75,16 @@ class Imu:
         self._turn = 0  # of the four-sample rota of extra reads
         self._extra = False
         self._errors_in_row = 0
+        self._retried = False
         self._retry_ms = _RETRY_MS
-        self._tilt_samples = 0
         self.heading_q4 = 0
         self.rate_q4 = 0
-        self.tilted = False
         self.faults = 0
         self.samples = 0  # counts good samples: a new value means new data
         self.errors = 0
 
-    # Returns True when there is a new sample.
-    def poll(self, now_ms, turning):
+    # Returns True when there is a new sample. armed: the chair may be turned at any moment.
+    def poll(self, now_ms, armed):
         if not self._scheduled:
             self._scheduled = True
             self._due_ms = now_ms
@@ -92,21 +92,31 @@ class Imu:
         if late_ms < 0:
             if self._extra:
                 self._extra = False
-                self._look_aside(now_ms)
+                self._look_aside(now_ms, armed)
             return False
         self._due_ms = now_ms - late_ms % _SAMPLE_MS + _SAMPLE_MS if late_ms < 1000 else now_ms
         try:
-            fresh = self._work(now_ms, turning)
+            fresh = self._work(now_ms, armed)
             self._errors_in_row = 0
+            if self._retried and fresh:
+                self._due_ms -= _RETRY_READ_MS  # the samples keep their times
+            self._retried = False
         except OSError:
             fresh = False
-            self._failed(now_ms)
+            self._failed(now_ms, armed)
+            if self._state == _RUN and not self._retried:
+                self._retried = True
+                self._due_ms = now_ms + _RETRY_READ_MS
         self.faults = self._monitor.faults
         return fresh
 
-    def _work(self, now_ms, turning):
+    # The sensor cannot be read or believed, so the tilt is not known.
+    def tilt_lost(self):
+        return self.faults & codes.TILT_LOST != 0
+
+    def _work(self, now_ms, armed):
         if self._state == _RUN:
-            return self._sample(now_ms, turning)
+            return self._sample(now_ms, armed)
         if self._state == _PROBE:
             self._i2c.readfrom_mem_into(ADDRESS, _CHIP_ID, self._one)
             if self._one[0] != _ID:
@@ -165,12 +175,12 @@ class Imu:
         self._two[1] = value
         self._i2c.writeto(ADDRESS, self._two)
 
-    def _sample(self, now_ms, turning):
+    def _sample(self, now_ms, armed):
         new = self._now
         old = self._before
         self._i2c.readfrom_mem_into(ADDRESS, _BURST, new)
         same = True
-        for k in range(8):
+        for k in range(_HEADING_SIZE):
             if new[k] != old[k]:
                 same = False
                 old[k] = new[k]
@@ -180,25 +190,27 @@ class Imu:
         clockwise_q4 = _s16(new[6], new[7])
         if not 0 <= clockwise_q4 <= 5760:
             clockwise_q4 = clockwise_q4 % 5760  # no angle: let the monitor see the jump
-        self._monitor.feed(-clockwise_q4 % 5760, self.rate_q4, same, dt_ms, turning)
-        self.heading_q4 = self._monitor.heading_q4
+        monitor = self._monitor
+        monitor.feed(-clockwise_q4 % 5760, self.rate_q4, same, dt_ms, armed)
+        self.heading_q4 = monitor.heading_q4
+        trusted = not same and monitor.faults & codes.TILT_LOST == 0
+        self.tilt.feed(_s16(new[8], new[9]), _s16(new[10], new[11]), dt_ms, trusted)
         self.samples = (self.samples + 1) & 0xFFFF
         self._turn = (self._turn + 1) & 3
         self._extra = self._turn & 1 == 1
         return True
 
-    # Every other sample, in the pass after it: mode and errors, or tilt. One short transfer a pass.
-    def _look_aside(self, now_ms):
+    # Every other sample, in the pass after it: mode and errors, now and then the calibration. One
+    # short transfer a pass.
+    def _look_aside(self, now_ms, armed):
         try:
-            if self._turn == 1:
-                self._check_status(now_ms)
-            elif self.samples & 63 == 63:
+            if self._turn == 3 and self.samples & 63 == 63:
                 self._i2c.readfrom_mem_into(ADDRESS, _CALIBRATION, self._one)
                 self.calibration = self._one[0]
             else:
-                self._check_tilt()
+                self._check_status(now_ms)
         except OSError:
-            self._failed(now_ms)
+            self._failed(now_ms, armed)
         self.faults = self._monitor.faults
 
     def _check_status(self, now_ms):
@@ -208,21 +220,10 @@ class Imu:
             self._monitor.faults |= 1 << codes.HEADING_RESET
             self._next(now_ms, _PROBE, _SAMPLE_MS)
 
-    def _check_tilt(self):
-        self._i2c.readfrom_mem_into(ADDRESS, _TILT, self._tilt)
-        t = self._tilt
-        limit_q4 = self.tilt_limit_q4
-        if self.tilted:
-            limit_q4 -= _TILT_HYSTERESIS_Q4
-        if abs(_s16(t[0], t[1])) > limit_q4 or abs(_s16(t[2], t[3])) > limit_q4:
-            self._tilt_samples = min(2, self._tilt_samples + 1)
-        else:
-            self._tilt_samples = 0
-        self.tilted = self._tilt_samples == 2 or (self.tilted and self._tilt_samples > 0)
-
-    def _failed(self, now_ms):
+    def _failed(self, now_ms, armed):
         self.errors = (self.errors + 1) & 0xFFFF
         self._errors_in_row += 1
+        self._monitor.lost(armed)
         if self._errors_in_row >= _BUS_ERRORS or self._state != _RUN:
             self._monitor.faults |= 1 << codes.HEADING_BUS
         if self._state != _RUN:

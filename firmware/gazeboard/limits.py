@@ -17,6 +17,8 @@ TICK_STALLED_US = const(20000)  # P10
 TICK_STEADY_MS = const(500)  # P10 clears after this long without a stall
 FRAME_STALE_MS = const(100)  # P12: motion frames whose echoed stamp is older are ignored
 TILT_MS = const(100)  # P16
+TILT_UNSEEN_MS = const(5000)  # P16: most that a chair creeps whose tilt cannot be read
+TILT_FORGOTTEN_MS = const(60000)  # and most that level ground is remembered
 
 NEUTRAL_PROVEN_MS = const(500)  # arming: neutral read back this long
 IDLE_MS = const(300)  # arming: nothing commanded this long

@@ -3,6 +3,7 @@
 # permission from safety; anything else is stop().
 
 from gazeboard import limits
+from gazeboard.stopping import Stopping
 from gazeboard.turn import wrapped
 from gazelink import codes
 from gazelink.native import micropython
@@ -25,6 +26,9 @@ class Motion:
     def __init__(self, settings, turn):
         self._settings = settings
         self._turn = turn
+        # What makes a chair creep straight on that may be the fastest.
+        self._creep_forward = Stopping(settings, codes.DIR_FORWARD, False).permille[0]
+        self._creep_backward = Stopping(settings, codes.DIR_BACKWARD, False).permille[0]
         self._edge = 0
         self._elapsed_ms = 0
         self._heading_q4 = 0  # at the beginning of the motion
@@ -71,6 +75,9 @@ class Motion:
         if self.state == codes.MOVING_FORWARD and i.mode != codes.TUNE:
             self._keep_straight(i, faults)
         self._limit(i, blocked, caps)
+        if faults & codes.TILT_LOST:
+            linear = self.linear_permille
+            self.linear_permille = max(-self._creep_backward, min(self._creep_forward, linear))
         self._turn.follow(self.turn_permille)
 
     # Within the settings, the command's cap and what obstacles permit.

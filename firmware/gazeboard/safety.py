@@ -11,7 +11,12 @@ from gazelink.native import micropython
 # Every fault makes neutral, except those that only refuse some directions; and every fault that
 # makes neutral ends the armed state at once, except those that may pass.
 _WARNING = codes.HEADING_FAULTS | (1 << codes.OBSTACLE_DATA_OLD)
-_PASSING = (1 << codes.HOST_SILENT) | (1 << codes.SERVICE_STALLED) | (1 << codes.TILT)
+_PASSING = (
+    (1 << codes.HOST_SILENT)
+    | (1 << codes.SERVICE_STALLED)
+    | (1 << codes.TILT)
+    | (1 << codes.TILT_UNKNOWN)
+)
 _NEUTRAL = ~_WARNING
 _DISARMING = _NEUTRAL & ~_PASSING
 _LATCHED = 0
@@ -231,7 +236,7 @@ class Safety:
             faults |= 1 << codes.OBSTACLE_DATA_OLD
         elif i.clearance_source != codes.REAL and not self._simulated_board:
             faults |= 1 << codes.SIMULATED_SOURCE
-        faults |= i.heading_faults & codes.HEADING_FAULTS
+        faults |= i.heading_faults & codes.HEADING_FAULTS | i.service_faults
         if self._heading_age_ms >= limits.HEADING_OLD_MS - limits.MARGIN_MS:
             faults |= 1 << codes.HEADING_BUS
         if i.tilted:

@@ -43,6 +43,7 @@ class Inputs:
         "heading_faults",
         "heading_count",
         "tilted",
+        "service_faults",  # what the service loop finds: bits of codes.FAULTS
         "calibrated",
     )
 
@@ -89,6 +90,7 @@ class Inputs:
         self.heading_faults = o.heading_faults
         self.heading_count = o.heading_count
         self.tilted = o.tilted
+        self.service_faults = o.service_faults
         self.calibrated = o.calibrated
 
 

@@ -152,6 +152,8 @@ SIMULATED_SOURCE = 16
 NO_HARD_TIMER = 17
 DISOBEYS = 18  # it turns although it should stand, or otherwise than it is told
 RELAY_UNEXPECTED = 19  # the settings say that no contact is fitted, and one closes
+TILT_UNKNOWN = 20  # the sensor is dead, and creeping on has had its time
+STORAGE = 21  # a stored file is damaged, or the flash takes none
 
 # Severity of a fault: what the page's corner shows.
 WARNING = 1
@@ -179,11 +181,16 @@ FAULTS = (
     (NO_HARD_TIMER, "no_hard_timer", ERROR, False),
     (DISOBEYS, "disobeys", ERROR, True),
     (RELAY_UNEXPECTED, "relay_unexpected", ERROR, True),
+    (TILT_UNKNOWN, "tilt_unknown", ERROR, False),
+    (STORAGE, "storage", ERROR, True),
 )
 
+# Without a heading that can be trusted; the tilt comes from the same sensor, and a heading that
+# jumps says nothing against it.
 HEADING_FAULTS = (
     (1 << HEADING_FROZEN) | (1 << HEADING_BUS) | (1 << HEADING_RESET) | (1 << HEADING_JUMP)
 )
+TILT_LOST = HEADING_FAULTS & ~(1 << HEADING_JUMP)
 
 
 def reason_name(code):

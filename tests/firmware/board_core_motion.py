@@ -361,13 +361,33 @@ def test_going_forward_keeps_the_heading_of_the_press():
             assert outputs(motion) == (600, 0)
 
 
-def test_without_a_heading_it_goes_forward_unheld():
-    for fault in range(18):
+def test_without_a_heading_it_goes_forward_unheld_and_without_the_tilt_it_creeps():
+    creep = 120 * 1000 // 556  # of the fastest profile
+    for fault in range(len(codes.FAULTS)):
         motion, i = begun(codes.FORWARD, codes.CONTINUOUS)
         motion._turn.held = 70
         motion.step(i, 0, CAPS, 1 << fault)
         heading = (1 << fault) & codes.HEADING_FAULTS
-        assert outputs(motion) == (600, 0 if heading else 70)
+        lost = heading and fault != codes.HEADING_JUMP
+        assert outputs(motion) == (creep if lost else 600, 0 if heading else 70)
+
+
+def test_without_the_tilt_it_creeps_backwards_and_in_steps_too():
+    for verb, mode in (
+        (codes.BACKWARD, codes.CONTINUOUS),
+        (codes.BACKWARD, codes.STEP),
+        (codes.FORWARD, codes.STEP),
+        (codes.FORWARD, codes.TUNE),
+        (codes.DRIVE, codes.CONTINUOUS),
+    ):
+        motion, i = begun(verb, mode)
+        i.linear_permille = -1000
+        i.pulse_ms = 1000
+        for _ in range(400):
+            motion.step(i, 0, CAPS, 1 << codes.HEADING_BUS)
+            linear = abs(motion.linear_permille)
+            assert linear <= 120 * 1000 // (556 if verb == codes.FORWARD else 472)
+        assert linear > 200
 
 
 def test_no_other_motion_holds_the_heading():

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 from gazeboard import joystick, limits
 from gazeboard.motion import Motion
+from gazeboard.settings import Settings
 from gazeboard.telemetry import Telemetry
 from gazelink import codes
 from gazelink.messages import HEADER_SIZE
@@ -22,7 +23,7 @@ def _within(value: int, limit: int) -> int:
 def test_outputs_stay_within_settings_cap_and_free_ways() -> None:
     """Motion's limits against two clamps, one after the other, on random commands."""
     rng = random.Random(19)
-    settings = SimpleNamespace()
+    settings = Settings()
     motion = Motion(settings, SimpleNamespace())
     for _ in range(_TRIES):
         for name in ("linear", "turn", "step_turn", "hold"):

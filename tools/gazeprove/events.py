@@ -171,6 +171,7 @@ def _all_well(read: dict[str, Any]) -> bool:
     blocked = read.get("clearance_blocked")
     return (
         not read.get("tilted", False)
+        and not read.get("service_faults", 0)
         and read.get("calibrated", True)
         and not read.get("heading_faults", 0)
         and read.get("clearance_source", codes.REAL) == codes.REAL

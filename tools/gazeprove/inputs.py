@@ -126,6 +126,8 @@ class LazyInputs:
             return (0, 1 << codes.HEADING_FROZEN) if "heading" in causes else (0,)
         if name == "tilted":
             return (False, True) if "tilt" in causes else (False,)
+        if name == "service_faults":
+            return (0, 1 << codes.TILT_UNKNOWN) if "tilt" in causes else (0,)
         if name == "calibrated":
             return (True, False) if "calibration" in causes else (True,)
         if name == "stop_edge":

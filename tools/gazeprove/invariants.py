@@ -14,8 +14,10 @@ from gazeprove.seen import After, bits
 
 _HEADING = bits(codes.HEADING_FROZEN, codes.HEADING_BUS, codes.HEADING_RESET, codes.HEADING_JUMP)
 _WARNINGS = _HEADING | bits(codes.OBSTACLE_DATA_OLD)
-_ONLY_NEUTRAL = bits(codes.HOST_SILENT, codes.SERVICE_STALLED, codes.TILT)
-_LATCHED = bits(codes.WIPER, codes.TICK_EXCEPTION, codes.EMERGENCY, codes.WATCHDOG_BOOTS)
+_ONLY_NEUTRAL = bits(codes.HOST_SILENT, codes.SERVICE_STALLED, codes.TILT, codes.TILT_UNKNOWN)
+_LATCHED = bits(
+    codes.WIPER, codes.TICK_EXCEPTION, codes.EMERGENCY, codes.WATCHDOG_BOOTS, codes.STORAGE
+)
 
 
 def motion_only_when_armed(a: After) -> bool:
@@ -88,6 +90,7 @@ def motion_only_without_faults(a: After) -> bool:
     return not a.moving or (
         faults == 0
         and a.read.get("tilted") is False
+        and a.read.get("service_faults") == 0
         and not a.facts.emergency_open
         and not a.facts.message
     )
@@ -240,6 +243,7 @@ def faults_say_what_is(a: After) -> bool:
         | lost << codes.HEADING_BUS
         | (s._steady_ms < 500) << codes.TICK_STALLED
         | a.read["tilted"] << codes.TILT
+        | (a.read["service_faults"] & ~_LATCHED)
         | (not a.read["calibrated"]) << codes.CALIBRATION
         | unreal << codes.SIMULATED_SOURCE
         | s._standing

@@ -90,7 +90,13 @@ PROMISES = (
         "-",
     ),
     Promise("P15", "USB or board power pulled", "the relay opens; on return P1", "20 ms (relay)"),
-    Promise("P16", "Tilt beyond the limit", "neutral, with the reason", "100 ms"),
+    Promise(
+        "P16",
+        "Tilt beyond the limit",
+        "neutral, with the reason; where the sensor is dead: creep for at most 5 s in all, from"
+        " ground that was level when last seen, then neutral with the reason",
+        "100 ms",
+    ),
     Promise(
         "P21",
         "The chair turns on with neutral put out, or against what it is told",
@@ -137,6 +143,8 @@ CLEARS = {
     "no_hard_timer": "with a MicroPython that has hard timers",
     "disobeys": "by the caretaker, or 3 s at the chair's button",
     "relay_unexpected": "by the caretaker, or 3 s at the chair's button, once the contact is open",
+    "tilt_unknown": "when the tilt can be read again (after 500 ms of good samples)",
+    "storage": "by the caretaker, or 3 s at the chair's button, once the flash takes what it must",
 }
 
 NOT_COVERED = """\
@@ -145,6 +153,10 @@ NOT_COVERED = """\
   (`tests/board`); `tools/test --board PORT` is for the real one.
 - The relay's 20 ms are a budget, not a measurement: the model of relay and charge pump opens 20 ms
   after the last toggle. Without a relay fitted, P8, P10, P11 and P15 only have the wipers.
+- While the heading sensor cannot be read or believed nobody knows the tilt. P7 keeps forward
+  possible then, so that a driver gets out of a doorway; P16 bounds it: creep speed, 5 s of motion,
+  60 s in all, and only from less than half the tilt limit when last seen. Ground that turns steep
+  within that way (at most 1 m at the fastest creep) is not noticed.
 - A wiper's read-back proves a register, not a voltage. The chair's own braking is a model.
 - The speed has no sensor: it is an upper bound from the outputs, for a chair that is at most as
   fast as the fastest profile and brakes at least as its weakest (until the turn rate seen agrees

@@ -205,6 +205,7 @@ class Walk:
         i.clearance_source = codes.SIMULATED if strikes["source"] else codes.REAL
         i.heading_faults = 1 << codes.HEADING_FROZEN if strikes["heading"] else 0
         i.tilted = strikes["tilt"]
+        i.service_faults = 1 << codes.TILT_UNKNOWN if strikes["tilt"] and roll.random() < 0.5 else 0
         i.calibrated = not strikes["calibration"]
         if facts.message:
             i.emergency_count = (i.emergency_count + 1) & 0xFFFF

@@ -1,0 +1,68 @@
+# How the chair leans, from the heading sensor: beyond the limit, level, or not known (P16). Pure.
+#
+# A sensor that cannot be read leaves the tilt unknown. Forward stays possible then (P7), at creep
+# speed and for a short while only, and only from ground that was level when it was last seen: to
+# get out of a doorway, not to drive on.
+
+from gazeboard import limits
+from gazelink.const import const
+
+_HYSTERESIS_Q4_DEG = const(48)
+_BEYOND_SAMPLES = const(4)  # 40 ms: a jolt is no slope
+_CLEAR_MS = const(300)  # within the limit again: longer than a sensor's reset stays unseen
+_LEVEL_MS = const(300)
+_LEVEL_ENOUGH_MS = const(200)
+_SPIKE_MS = const(100)  # a single spike leaves level ground level, two do not
+
+
+class Tilt:
+    def __init__(self, limit_q4_deg):
+        self.limit_q4_deg = limit_q4_deg
+        self.beyond = False
+        self.unknown = False  # and no longer permitted to move
+        self._samples = 0
+        self._clear_ms = 0
+        self._level_ms = 0
+        self._unseen_ms = 0
+        self._moved_ms = 0
+
+    # A sample of both angles, dt_ms after the one before. trusted: the sensor works as it should.
+    # A slope is believed from anyone; level ground only from a trusted sensor.
+    def feed(self, roll_q4_deg, pitch_q4_deg, dt_ms, trusted):
+        angle_q4_deg = max(abs(roll_q4_deg), abs(pitch_q4_deg))
+        if angle_q4_deg > self.limit_q4_deg:
+            self._samples = min(self._samples + 1, _BEYOND_SAMPLES)
+            if self._samples == _BEYOND_SAMPLES:
+                self.beyond = True
+        elif self._samples:
+            self._samples -= 1
+        if angle_q4_deg > self.limit_q4_deg - _HYSTERESIS_Q4_DEG:
+            self._clear_ms = 0
+        elif trusted:
+            self._clear_ms = min(self._clear_ms + dt_ms, _CLEAR_MS)
+            if self._clear_ms == _CLEAR_MS:
+                self.beyond = False
+        if angle_q4_deg > self.limit_q4_deg >> 1:
+            self._level_ms = max(0, self._level_ms - _SPIKE_MS)
+        elif trusted:
+            self._level_ms = min(self._level_ms + dt_ms, _LEVEL_MS)
+
+    # Time goes on, by the tick's own count. lost: the sensor cannot be read or believed; moving: a
+    # motion is permitted; armed: else there is nothing to bound.
+    def watch(self, elapsed_ms, lost, moving, armed):
+        if not lost or not armed:
+            self._unseen_ms = 0
+            self._moved_ms = 0
+            self.unknown = False
+            return
+        self._unseen_ms = min(self._unseen_ms + elapsed_ms, limits.AGE_MAX_MS)
+        if moving:
+            self._moved_ms = min(self._moved_ms + elapsed_ms, limits.AGE_MAX_MS)
+        # Found out that late at most; the rest is until the wheels are told.
+        found_ms = limits.HEADING_OLD_MS + limits.MARGIN_MS
+        if (
+            self._level_ms < _LEVEL_ENOUGH_MS
+            or self._moved_ms >= limits.TILT_UNSEEN_MS - found_ms
+            or self._unseen_ms >= limits.TILT_FORGOTTEN_MS - found_ms
+        ):
+            self.unknown = True
