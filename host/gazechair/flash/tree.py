@@ -14,7 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from gazechair.flash import numbers
+from gazechair.flash import calls, numbers
 from gazechair.flash.errors import FlashError
 
 BASE = "/flash"
@@ -66,7 +66,8 @@ class Sources:
 
     def texts(self) -> dict[str, str]:
         """What goes onto the board: path -> text, with the tables' numbers put in."""
-        return numbers.put_in({path: file.read_text() for path, file in self.files.items()})
+        texts = {path: file.read_text() for path, file in self.files.items()}
+        return calls.shorten(numbers.put_in(texts))
 
 
 def find_sources() -> Sources:
