@@ -107,6 +107,7 @@ class App:
             motion.turn_permille,
             safety.state == codes.ARMED,
             self.profile_check.agreed,
+            self.profile_check.sluggish,
         )
         safety.step(
             i,
@@ -122,7 +123,7 @@ class App:
                 safety.finished(motion.end_reason)
         else:
             motion.stop()
-        self.profile_check.step(i)
+        self.profile_check.step(i, motion.linear_permille, motion.turn_permille)
         joystick = self.joystick
         verified = joystick.write(motion.linear_permille, motion.turn_permille)
         if safety.wipers_written(verified, joystick.neutral):

@@ -50,6 +50,21 @@ BAND_MM = const(60)  # and this much better than needed: twice the lidar's noise
 BAND_Q4_DEG = const(48)
 OUTERMOST_MM = const(750)  # a turn's creep: drive axle to the footprint's farthest corner
 CREEP_OVER_PERMILLE = const(30)  # least output above the dead zone that still moves the chair
+# Creep, and any motion without a relay, never exceeds this, however much a chair needs to start:
+# what needs more than that is blocked, or in a turn tried with this much first. In a turn: of the
+# outermost point.
+CREEP_MOST_MM_S = const(260)
 # Nothing opens the relay of a wiper that got stuck when none is fitted: a person has to reach the
 # chair's own button. At this speed that takes 20 cm a second.
 NO_RELAY_MM_S = const(200)
+
+# Trust in the selected profile (profile_check.py, stopping.py): the driver can turn the chair's own
+# knob, while it stands and even while it drives.
+TRUST_MS = const(30000)  # after the last turn that confirmed it
+TRUST_STANDING_MS = const(3000)  # with so little put out that a chair may stand:
+STANDING_PERMILLE = const(150)
+TELLING_PERMILLE = const(500)  # a turn at less says little: the deadband counts for too much
+DEADBAND_MOST_PERMILLE = const(120)  # of a chair that turning has to tell from another
+# A chair that stands while so much asks it to turn is none of the quick ones.
+TRYING_PERMILLE = const(300)
+TRYING_MS = const(1500)

@@ -28,6 +28,7 @@ _CLEAR_MS = const(300)
 _PERIOD_MS = const(8)  # each direction's turn comes round; well below any chair's dead time
 _BLOCKED = const(-1)  # level below all outputs
 _ALL_BLOCKED = const(15)
+_BLOCKED_BITS = const(17)  # of a direction: blocked, and as creep is more than it may be
 _ALL_DECIDED = const(0xAA)
 
 
@@ -105,7 +106,8 @@ class Obstacles:
 
     def __init__(self, settings):
         self.bypass = Bypass()
-        self.blocked = _ALL_BLOCKED  # bits per direction
+        # Bits per direction, and four above them: blocked only because it cannot creep.
+        self.blocked = _ALL_BLOCKED
         self.decisions = _ALL_DECIDED  # 2 bits per direction
         self.caps = [0] * 4  # most output per direction, permille
         self._ways = [Way() for _ in range(4)]
@@ -127,9 +129,9 @@ class Obstacles:
 
     # `i` is an Inputs: the newest clearance, bypass and turn rate. linear_permille, turn_permille:
     # what was put out in the tick before. armed: the chair may be driven. trusted: it turns as the
-    # selected profile says.
+    # selected profile says. sluggish: that holds at least for how turns start.
     @micropython.native
-    def step(self, i, linear_permille, turn_permille, armed, trusted):
+    def step(self, i, linear_permille, turn_permille, armed, trusted, sluggish=False):
         most = self._most
         if linear_permille > 0:
             if linear_permille > most[_FORWARD]:
@@ -157,7 +159,7 @@ class Obstacles:
         self._phase = phase
         at = phase >> 1
         way = self._ways[at]
-        stopping = self._stopping[at + 4 if trusted else at]
+        stopping = self._stopping[at + 4 if trusted or (sluggish and at >= _LEFT) else at]
         if phase & 1:
             self._judge(i, at, way, stopping)
             return
@@ -223,14 +225,20 @@ class Obstacles:
         level = way.level
         if self.bypass.left_ms and way.speed <= 2 * stopping.creep:
             level = 0
+        blocked = self.blocked & ~(_BLOCKED_BITS << at)
+        cap = 0
         if level < 0:
+            blocked |= 1 << at
+        else:
+            cap = stopping.permille[level]
+            if cap == 0:
+                blocked |= _BLOCKED_BITS << at
+        if cap == 0:
             decision = _DECIDED_BLOCKED
-            self.blocked |= 1 << at
-            self.caps[at] = 0
         else:
             decision = _DECIDED_FREE if level == _LEVELS else _DECIDED_SLOW
-            self.blocked &= ~(1 << at)
-            self.caps[at] = stopping.permille[level]
+        self.blocked = blocked
+        self.caps[at] = cap
         self.decisions = self.decisions & ~(3 << (2 * at)) | (decision << (2 * at))
 
     # Upper bound of the speed forward or backward, mm/s.

@@ -2,14 +2,17 @@
 # model's, whatever motion turns. Pure: one tick of 1 ms, no allocation, integers only.
 #
 # While the ramps run all profiles are alike; only a steady turn tells them apart. Nobody may take
-# the word of a slow profile before that: until it agrees, the fastest is assumed.
+# the word of a slow profile before that: until it agrees, the fastest is assumed. And not for long
+# after it: the driver can turn the chair's own knob whenever it stands, and even while it drives.
 
+from gazeboard import limits
 from gazelink.const import const
 from gazelink.native import micropython
 
 _SAMPLE_MS = const(10)
 _AGREES_MS = const(300)  # of steady turning within a quarter of the model's rate
 _CONTRADICTS_MS = const(200)
+_STANDS_Q4 = const(24)  # 1.5 degrees/s
 _TURNS_Q10 = const(6144)  # 6 degrees/s: slower turning says little
 _FASTER_Q10 = const(8192)  # and anything this much faster than half as much again contradicts
 
@@ -24,11 +27,19 @@ class ProfileCheck:
         self._steady_ms = 0
         self._agrees_ms = 0
         self._contradicts_ms = 0
+        self._left_ms = 0  # until trust lapses for want of a turn that confirms it
+        self._stood_ms = 0
+        self._stuck_ms = 0
         self.agreed = False
+        # The chair stands in spite of what would turn a quick one: turns may be given what the
+        # selected profile needs to start.
+        self.sluggish = False
 
-    # After the motion's tick; `i` is an Inputs.
+    # After the motion's tick; `i` is an Inputs, the outputs are those of this tick.
     @micropython.native
-    def step(self, i):
+    def step(self, i, linear_permille, turn_permille):
+        if self.agreed or self.sluggish:
+            self._lapse(linear_permille, turn_permille)
         if i.heading_count != self._count:
             # The tick of a new sample has enough to do.
             self._count = i.heading_count
@@ -38,7 +49,21 @@ class ProfileCheck:
             return
         self._due = False
         model = self._model
-        self._steady_ms = min(self._steady_ms + _SAMPLE_MS, 1000) if model.steady() else 0
+        if model.steady() and abs(turn_permille) >= limits.TELLING_PERMILLE:
+            self._steady_ms = min(self._steady_ms + _SAMPLE_MS, 1000)
+        else:
+            self._steady_ms = 0
+            self._agrees_ms = 0
+        if -limits.TRYING_PERMILLE < turn_permille < limits.TRYING_PERMILLE or self.sluggish:
+            self._stuck_ms = 0
+        elif not -_STANDS_Q4 < i.rate_q4 < _STANDS_Q4 or i.heading_faults:
+            self._stuck_ms = 0
+        else:
+            self._stuck_ms += _SAMPLE_MS
+            if self._stuck_ms >= limits.TRYING_MS:
+                self.sluggish = True
+                self._left_ms = limits.TRUST_MS
+                self._stood_ms = 0
         if i.heading_faults:
             return
         rate_q10 = model.seen_rate()
@@ -51,11 +76,28 @@ class ProfileCheck:
         elif rate_q10 > _TURNS_Q10 and self._steady_ms > model.dead_ms:
             if abs(seen_q10 - rate_q10) <= rate_q10 >> 2:
                 self._contradicts_ms = 0
-                self._agrees_ms = min(self._agrees_ms + _SAMPLE_MS, _AGREES_MS)
+                self._agrees_ms += _SAMPLE_MS
                 if self._agrees_ms >= _AGREES_MS:
+                    self._agrees_ms = 0
+                    self._left_ms = limits.TRUST_MS
+                    self._stood_ms = 0
                     self.agreed = True
             else:
                 self._contradict()
+
+    # Counted in ticks: it lapses also while no heading comes.
+    @micropython.native
+    def _lapse(self, linear_permille, turn_permille):
+        standing = limits.STANDING_PERMILLE
+        if -standing < linear_permille < standing and -standing < turn_permille < standing:
+            self._stood_ms += 1
+        else:
+            self._stood_ms = 0
+        self._left_ms -= 1
+        if self._left_ms <= 0 or self._stood_ms >= limits.TRUST_STANDING_MS:
+            self.agreed = False
+            self.sluggish = False
+            self._agrees_ms = 0
 
     @micropython.native
     def _contradict(self):
@@ -63,3 +105,4 @@ class ProfileCheck:
         self._contradicts_ms = min(self._contradicts_ms + _SAMPLE_MS, _CONTRADICTS_MS)
         if self._contradicts_ms >= _CONTRADICTS_MS:
             self.agreed = False
+            self.sluggish = False

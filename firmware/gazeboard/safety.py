@@ -104,7 +104,7 @@ class Safety:
     def set_relay_fitted(self, fitted):
         self._relay_fitted = fitted
 
-    # One tick. `i` is an Inputs; `blocked` has a bit per direction (obstacles); the contacts are
+    # One tick. `i` is an Inputs; `blocked` is that of Obstacles; the contacts are
     # what the pins say now; `late` is true when the time since the last tick exceeded the limit.
     @micropython.native
     def step(self, i, blocked, relay_closed, emergency_open, button_pressed, late):
@@ -451,4 +451,6 @@ class Safety:
     def _obstacle(self, direction):
         if self.faults & (1 << codes.OBSTACLE_DATA_OLD):
             return codes.FAULT_REASON + codes.OBSTACLE_DATA_OLD
+        if self.blocked & (16 << direction):
+            return codes.ABOVE_CREEP
         return codes.OBSTACLE_FORWARD + direction

@@ -562,10 +562,54 @@ def test_a_view_that_is_better_yet_waits_anew_too():
 
 
 def test_a_trusted_profile_creeps_as_itself():
-    # 120 mm/s of the selected profile's 361, or of the fastest one's 556.
+    # 120 mm/s of the 361 of 3.1, which turns like the selected 2.1, or of the fastest one's 556.
     for trusted, permille in ((True, 332), (False, 215)):
-        eyes = Eyes()
+        settings = Settings()
+        settings.profile = 1
+        eyes = Eyes(settings)
         eyes.trusted = trusted
         eyes.i.clearance_unseen = 1
         eyes.run(40)
         assert eyes.o.caps[0] == permille
+
+
+def test_a_way_that_is_only_open_to_creep_is_blocked_when_that_would_be_too_fast():
+    # What starts this chair straight on, 330 permille, is 264 mm/s of what it may be.
+    settings = Settings()
+    settings.p3_1_deadband_permille = 300
+    settings.p3_1_forward_mm_s = 800
+    eyes = Eyes(settings)
+    ahead = 1 << codes.DIR_FORWARD
+    assert not eyes.o.blocked & (17 * ahead)
+    eyes.i.clearance_unseen = ahead
+    eyes.run(40)
+    assert eyes.o.caps[codes.DIR_FORWARD] == 0
+    assert eyes.o.blocked & (17 * ahead) == 17 * ahead  # blocked, and why
+    assert eyes.decision(codes.DIR_FORWARD) == codes.BLOCKED
+    eyes.i.clearance_blocked = ahead  # now something is there
+    eyes.run(40)
+    assert eyes.o.blocked & (17 * ahead) == ahead
+    eyes.hold_bypass(1)
+    eyes.run(40)
+    assert eyes.o.blocked & (17 * ahead) == 17 * ahead  # nor does a bypass let it pass
+    eyes.i.clearance_blocked = eyes.i.clearance_unseen = 0
+    eyes.run(800)
+    assert not eyes.o.blocked & (17 * ahead)
+
+
+def test_a_sluggish_chair_gets_what_starts_its_turns_and_nothing_more():
+    settings = Settings()
+    settings.profile = 0
+    eyes = Eyes(settings)
+    eyes.i.clearance_unseen = 15
+    eyes.run(40)
+    doubted = list(eyes.o.caps)
+    assert doubted[2:] == [348, 348]
+    eyes.trusted = True
+    eyes.run(40)
+    trusted = list(eyes.o.caps)
+    assert trusted[2:] == [558, 725]
+    eyes.trusted = False
+    for _ in range(40):
+        eyes.o.step(eyes.i, 0, 0, True, False, True)
+    assert list(eyes.o.caps) == doubted[:2] + trusted[2:]

@@ -8,6 +8,12 @@ from gazelink.messages import CLEAR_FAR
 from gazelink.settings_table import PROFILES, TABLE
 
 LINEAR = (codes.DIR_FORWARD, codes.DIR_BACKWARD)
+SEEN = (  # per direction, at full deflection in each profile
+    (194, 278, 361, 444, 556),
+    (250, 278, 389, 472, 389),
+    (364, 637, 728, 910, 910),
+    (273, 637, 728, 910, 910),
+)
 ROWS = ("forward_mm_s", "backward_mm_s", "left_q4_dps", "right_q4_dps")
 
 
@@ -27,21 +33,66 @@ def test_levels():
     assert LEVELS == 16
 
 
-def test_a_trusted_profile_counts_alone():
-    for profile in range(len(PROFILES)):
-        settings = changed(
-            profile=profile, p3_1_dead_time_ms=77, p3_1_lag_ms=60, p3_1_brake_dps2=90
-        )
+# Which profiles turn so much alike that the turn rate seen cannot tell them apart: 2.1's 637 and
+# 3.1's 728 sixteenths of a degree a second, for one.
+ALIKE = ((0,), (1, 2), (1, 2, 3, 4), (1, 2, 3, 4), (1, 2, 3, 4))
+
+
+def test_of_a_trusted_profile_those_count_that_turn_alike():
+    for profile, alike in enumerate(ALIKE):
+        # Worse rows than anything was seen to have: they count, the others' do not.
+        for other in range(len(PROFILES)):
+            prefix = "p" + PROFILES[other].replace(".", "_") + "_"
+            rows = {"dead_time_ms": 300, "lag_ms": 700, "brake_dps2": 90, "brake_mm_s2": 400}
+            worse = {prefix + name: value for name, value in rows.items()}
+            settings = changed(profile=profile, **worse)
+            for direction in range(4):
+                stopping = Stopping(settings, direction, True)
+                counts = other in alike
+                assert stopping.full == max(SEEN[direction][p] for p in alike)
+                assert stopping.dead_ms == (300 if counts else 140)
+                assert stopping.tail_ms == (875 if counts else 437)
+                if direction in LINEAR:
+                    assert stopping.brake == (400 if counts else 500)
+                else:
+                    assert stopping.brake == 16 * (90 if counts else 150)
+
+
+def test_rows_that_say_otherwise_do_not_hide_who_turns_alike():
+    # As seen, 4.1 and 5.1 turn like 3.1, whatever their rows say; and 2.1 does if its row says so.
+    rows = dict.fromkeys(
+        [f"p{n}_1_{side}_q4_dps" for n in (4, 5) for side in ("left", "right")], 80
+    )
+    assert Stopping(changed(**rows), codes.DIR_FORWARD, True).full == 556
+    settings = changed(profile=0, p5_1_right_q4_dps=280)
+    assert Stopping(settings, codes.DIR_FORWARD, True).full == 556
+    # Nor does a row that turns the selected profile into one that none is like.
+    for rate in (80, 2400):
+        settings = changed(profile=1, p2_1_left_q4_dps=rate, p2_1_right_q4_dps=rate)
+        assert Stopping(settings, codes.DIR_FORWARD, True).full >= 278
+    # A deadband takes away more of a turn at half deflection than at full: how much that can be is
+    # part of being alike.
+    for deadband, full in ((0, 556), (56, 361), (300, 361)):
+        settings = changed(profile=1, p2_1_deadband_permille=deadband)
+        assert Stopping(settings, codes.DIR_FORWARD, True).full == full, deadband
+
+
+def test_no_row_makes_the_chair_tamer_than_it_was_seen_to_be():
+    lowest = Settings()
+    tamest = Settings()
+    for name, _default, low, high in TABLE:
+        setattr(lowest, name, low)
+        setattr(tamest, name, high if "brake" in name else low)
+    for settings in (lowest, tamest):
         for direction in range(4):
-            stopping = Stopping(settings, direction, True)
-            assert stopping.full == row(settings, ROWS[direction])
-            assert stopping.dead_ms == row(settings, "dead_time_ms")
-            lag_ms = row(settings, "lag_ms")
-            assert stopping.tail_ms == lag_ms + lag_ms // 4
-            if direction in LINEAR:
-                assert stopping.brake == row(settings, "brake_mm_s2")
-            else:
-                assert stopping.brake == 16 * row(settings, "brake_dps2")
+            stopping = Stopping(settings, direction, False)
+            assert stopping.full == max(SEEN[direction])
+            assert (stopping.dead_ms, stopping.tail_ms, stopping.time_ms) == (140, 437, 490)
+            if settings is tamest:
+                assert stopping.brake == (500 if direction in LINEAR else 16 * 150)
+        for profile in range(len(PROFILES)):
+            settings.profile = profile
+            assert Stopping(settings, codes.DIR_FORWARD, True).full >= SEEN[0][profile]
 
 
 def test_else_the_fastest_of_all_with_the_weakest_brake():
@@ -60,7 +111,7 @@ def test_else_the_fastest_of_all_with_the_weakest_brake():
 
 
 def test_the_reaction_time_is_at_least_what_the_chair_takes():
-    for reaction_ms, lag_ms, time_ms in ((350, 100, 350), (350, 250, 400), (1000, 800, 1000)):
+    for reaction_ms, lag_ms, time_ms in ((350, 100, 500), (350, 450, 600), (1000, 800, 1000)):
         settings = changed(reaction_ms=reaction_ms, p3_1_lag_ms=lag_ms, p3_1_dead_time_ms=150)
         assert Stopping(settings, codes.DIR_FORWARD, True).time_ms == time_ms
 
@@ -113,16 +164,20 @@ def test_more_way_never_allows_less_and_far_allows_all_for_any_settings():
                 assert sorted(s.permille) == s.permille
                 assert s.begin[LEVELS] + s.band < CLEAR_FAR
                 assert s.begin[0] >= s.margin
-                assert 0 < s.permille[0] <= 1000
+                assert 0 <= s.permille[0] <= 1000
+                assert 0 < s.permille[1]
                 assert s.stop(s.full) < 1 << 30
                 if settings is highest:
                     assert s.begin[LEVELS] == s.stop(s.full) + s.full  # a second of it
 
 
 def test_creep():
-    # 120 mm/s of 361 and of the fastest profile's 556; a turn's outermost point, 750 mm off, too.
+    # 120 mm/s of the fastest profile's 556, of 1.2's 194, and of 361, which turns like 2.1; a
+    # turn's outermost point, 750 mm off, too.
+    settings = changed(profile=0, linear_permille=1000)
+    assert Stopping(settings, codes.DIR_FORWARD, True).permille[0] == 120 * 1000 // 194
+    assert Stopping(changed(profile=1), codes.DIR_FORWARD, True).permille[0] == 332
     settings = Settings()
-    assert Stopping(settings, codes.DIR_FORWARD, True).permille[0] == 332
     assert Stopping(settings, codes.DIR_FORWARD, False).permille[0] == 215
     assert Stopping(settings, codes.DIR_BACKWARD, False).permille[0] == 254
     # What breaks a turn of the selected profile loose, 155/16 degrees/s and a quarter, is more.
@@ -131,15 +186,16 @@ def test_creep():
             creep = Stopping(settings, direction, trusted).permille[0]
             assert creep == 56 + (1000 - 56) * 155 * 5 // (4 * 728) == 307
     settings = changed(p3_1_breakaway_q4_dps=0)
+    assert Stopping(settings, codes.DIR_RIGHT, False).permille[0] == 146 * 1000 // 910
+    settings = changed(profile=1, p2_1_breakaway_q4_dps=0)
     assert Stopping(settings, codes.DIR_LEFT, True).permille[0] == 146 * 1000 // 728
-    assert Stopping(settings, codes.DIR_RIGHT, False).permille[0] == 160
     assert Stopping(settings, codes.DIR_FORWARD, True).creep == 120
     # Of a turn's outermost point: 917 sixteenths of a degree in a radian, 750 mm off.
     for mm_s in range(90, 201):
         settings = changed(creep_mm_s=mm_s, p3_1_breakaway_q4_dps=0)
         s = Stopping(settings, codes.DIR_RIGHT, False)
         assert s.permille[0] == max(86, mm_s * 917 // 750 * 1000 // 910), mm_s
-    s = Stopping(Settings(), codes.DIR_FORWARD, True)
+    s = Stopping(changed(profile=1), codes.DIR_FORWARD, True)
     assert (s.speed(240), s.speed(241), s.speed(1000)) == (87, 88, 361)  # 86.64, 87.001: up
     # Never below what moves the chair, never above what the settings let out.
     settings = changed(p3_1_deadband_permille=300, p3_1_breakaway_q4_dps=0)
@@ -147,8 +203,56 @@ def test_creep():
     assert Stopping(settings, codes.DIR_LEFT, False).permille[0] == 330
     settings = changed(linear_permille=100)
     assert Stopping(settings, codes.DIR_FORWARD, True).permille == [100] * LEVELS + [1000]
-    settings = changed(p3_1_forward_mm_s=100)
+    settings = changed(profile=0, creep_mm_s=200)
     assert Stopping(settings, codes.DIR_FORWARD, True).permille[0] == 600
+
+
+def test_what_needs_more_than_creep_to_start_does_not_creep():
+    # In 1.2 it takes 558 permille to break a turn to the left loose: 166 mm/s, but 400 of the
+    # fastest profile's chair, which it may be until it was seen to turn.
+    settings = changed(profile=0)
+    trusted = Stopping(settings, codes.DIR_LEFT, True)
+    assert trusted.permille[0] == 56 + 944 * 155 * 5 // (4 * 364) == 558
+    doubted = Stopping(settings, codes.DIR_LEFT, False)
+    # Tried with as much as may be, 260 mm/s of the outermost point.
+    most = limits.CREEP_MOST_MM_S * 917 // limits.OUTERMOST_MM * 1000 // 910
+    assert doubted.permille[:2] == [most, most + (1000 - most) // LEVELS]
+    # Trusted, no more is to be had; straight on neither.
+    for deadband, creep in ((most - 30, most), (most - 29, 0)):
+        settings = changed(p3_1_breakaway_q4_dps=0)
+        settings.p3_1_deadband_permille = deadband  # more than may be set
+        s = Stopping(settings, codes.DIR_RIGHT, True)
+        assert s.permille[0] == creep
+    assert s.creep == 0
+    assert s.permille[1] > 0
+    assert s.begin[0] == s.stop(0) == s.margin
+    for mm_s, creep in ((782, 332), (783, 332), (788, 0)):
+        settings = changed(p3_1_forward_mm_s=mm_s, p3_1_deadband_permille=300)
+        for trusted in (False, True):
+            s = Stopping(settings, codes.DIR_FORWARD, trusted)
+            assert (s.permille[0] > 0) == (creep > 0), mm_s
+    # Too little to tell a quick chair from a slow one is not tried.
+    for rate, creep in ((1056, 300), (1062, 0)):
+        settings = changed(profile=0, p5_1_left_q4_dps=rate)
+        assert (Stopping(settings, codes.DIR_LEFT, False).permille[0] > 0) == (creep > 0)
+
+
+def test_no_settings_make_creep_faster_than_it_may_be():
+    dice = 12345
+    for _ in range(40):
+        settings = Settings()
+        for name, _default, low, high in TABLE:
+            dice = (dice * 75 + 74) % 65537
+            setattr(settings, name, (low, high, low + dice % (high - low + 1))[dice % 3])
+        for fitted in (0, 1):
+            settings.relay_fitted = fitted
+            for direction in range(4):
+                for trusted in (False, True):
+                    s = Stopping(settings, direction, trusted)
+                    fastest = s.creep if fitted else s.speed(s.permille[LEVELS])
+                    if direction not in LINEAR:
+                        fastest = fastest * limits.OUTERMOST_MM / 917
+                    assert fastest <= limits.CREEP_MOST_MM_S + 2
 
 
 def test_turning_counts_the_higher_of_its_two_outputs():
@@ -160,6 +264,10 @@ def test_turning_counts_the_higher_of_its_two_outputs():
 def test_without_a_relay_every_way_is_slow():
     sticky = Stopping(changed(relay_fitted=0), codes.DIR_LEFT, False)
     assert sticky.permille == [307] * (LEVELS + 1)  # what moves it at all
+    tried = Stopping(changed(relay_fitted=0, profile=0), codes.DIR_LEFT, False)
+    assert tried.permille == [348] * (LEVELS + 1)
+    fast = changed(relay_fitted=0, p3_1_forward_mm_s=800, p3_1_deadband_permille=300)
+    assert Stopping(fast, codes.DIR_FORWARD, False).permille == [0] * (LEVELS + 1)  # too much
     settings = changed(relay_fitted=0, p3_1_breakaway_q4_dps=0)
     for direction in range(4):
         for trusted in (False, True):
@@ -175,8 +283,8 @@ def test_without_a_relay_every_way_is_slow():
     slow = changed(relay_fitted=0, linear_permille=150)
     s = Stopping(slow, codes.DIR_FORWARD, True)
     assert s.begin[LEVELS] == s.stop(s.speed(150)) + s.speed(150)
-    fast = changed(relay_fitted=0, p3_1_forward_mm_s=100)
-    assert Stopping(fast, codes.DIR_FORWARD, True).permille[LEVELS] == 1000
+    slow = changed(relay_fitted=0, profile=0)
+    assert Stopping(slow, codes.DIR_FORWARD, True).permille[LEVELS] == 1000  # 194 mm/s
 
 
 def test_bands():

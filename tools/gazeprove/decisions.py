@@ -51,12 +51,14 @@ class Case:
 
 
 def settings_tried(quick: bool) -> list[Settings]:
-    """The defaults; a slow chair without a relay; the widest of everything."""
+    """The defaults; a slow chair without a relay; the widest of everything; one that can't creep."""
     wide = Settings()
     bare = Settings()
     bare.__dict__.update(relay_fitted=0, profile=0, creep_mm_s=50, reaction_ms=200)
     wide.__dict__.update(stop_margin_mm=500, stop_margin_q4_deg=160, reaction_ms=1000)
-    return [Settings()] if quick else [Settings(), bare, wide]
+    stiff = Settings()  # what starts it is more than creep
+    stiff.__dict__.update(p3_1_deadband_permille=300, p3_1_forward_mm_s=800)
+    return [Settings()] if quick else [Settings(), bare, wide, stiff]
 
 
 def explore(settings: Settings, quick: bool, note: Callable[[str], None]) -> Decided:
@@ -175,6 +177,8 @@ def _broken(c: Case, stopping: Stopping) -> list[str]:
         "free only with the whole way": c.decision != codes.FREE
         or (left >= stopping.begin[LEVELS] - 1 and not c.blocked and not c.unseen),
         "blocked only for a reason": c.cap > 0
+        or (c.after <= 0 and creep == 0)
+        or (creeping and creep == 0)
         or c.blocked
         or c.level < 0
         or left < max(stop, stopping.begin[0]) + 1,

@@ -159,8 +159,11 @@ NOT_COVERED = """\
   within that way (at most 1 m at the fastest creep) is not noticed.
 - A wiper's read-back proves a register, not a voltage. The chair's own braking is a model.
 - The speed has no sensor: it is an upper bound from the outputs, for a chair that is at most as
-  fast as the fastest profile and brakes at least as its weakest (until the turn rate seen agrees
-  with the selected one; then as that one). Down a slope it may roll faster.
+  fast as the fastest profile and brakes at least as its weakest (while the turn rate seen agrees
+  with the selected one, as those profiles that turn like it). No setting makes the chair tamer than
+  it was seen to be. Trust ends 3 s after it stood still and 30 s after the last turn that showed
+  it: a knob turned *while* it drives straight on is found out no sooner. Down a slope it may roll
+  faster.
 - Obstacles are what the lidars see in their planes: no table tops, glass or steps. A bypass passes
   what blocks, never missing or old data, and only while the caretaker holds the button.
 - A stamp on the wire repeats every 65.5 s: a frame that arrives exactly that late within the same
