@@ -51,7 +51,7 @@ class Case:
 
 
 def settings_tried(quick: bool) -> list[Settings]:
-    """The defaults; a slow chair without a relay; the widest of everything; one that can't creep."""
+    """The defaults; a slow chair without a relay; the widest of all; one that cannot creep."""
     wide = Settings()
     bare = Settings()
     bare.__dict__.update(relay_fitted=0, profile=0, creep_mm_s=50, reaction_ms=200)
