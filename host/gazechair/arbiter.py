@@ -32,6 +32,8 @@ from gazechair.refusal import Refusal
 from gazelink import codes
 
 PAGE_SILENT_S = 0.3
+THERE_S = 3.0  # a caretaker's page heard this recently: somebody can hear a call
+COMING_S = 600.0  # who answered a call has come by then, or it must be called anew
 ARM_ANSWER_S = 1.0  # an order to arm that the board has not followed by then has failed
 
 # A viewer can never own the chair.
@@ -56,7 +58,8 @@ class Arbiter:
         self.cap_permille = 1000
         """Nobody drives with more, 50..1000."""
         self.call = False
-        """The driver has asked for help, and nobody has come yet."""
+        """The driver has asked for help, and nobody has answered yet."""
+        self._coming_till_s: float | None = None
         self._freshness = Freshness(first_token)
         self._bypass = BypassButton(last_edge)
         self._clients: dict[int, _Client] = {}
@@ -107,6 +110,15 @@ class Arbiter:
         """The page's own edge of the press the board last took from it, 0 for none."""
         return self._press.page_edge(client, self._board_edge)
 
+    def coming(self, now_s: float) -> bool:
+        """A caretaker has answered the driver's call, and is on the way."""
+        return self._coming_till_s is not None and now_s < self._coming_till_s
+
+    def somebody_hears(self, now_s: float) -> bool:
+        """A caretaker's page is there: a call would be heard."""
+        pages = self._clients.values()
+        return any(p.role == codes.CARETAKER and now_s - p.heard_s <= THERE_S for p in pages)
+
     def issue_token(self, now_s: float) -> int:
         """A token that is valid for 250 ms; see gazechair.freshness."""
         return self._freshness.token(now_s)
@@ -147,7 +159,7 @@ class Arbiter:
         if isinstance(message, Arm):
             return self._arm(client, page, message, now_s)
         if isinstance(message, Call):
-            return self._call(page, message)
+            return self._call(page, message, now_s)
         if message is STOP:
             self._press.stop()
         elif message is DISARM:
@@ -163,10 +175,13 @@ class Arbiter:
             return self._care(client, page, message, now_s)
         return None
 
-    def _call(self, page: _Client, message: Call) -> Refusal | None:
+    def _call(self, page: _Client, message: Call, now_s: float) -> Refusal | None:
         # It outlasts the page that called: a tablet that goes dark still needs somebody.
         if message.on and page.role != codes.DRIVER:
             return Refusal("call", "not_allowed", "only the driver calls; a caretaker ends it")
+        # A caretaker answers a call, then says that they are there; the driver takes it back.
+        answers = page.role == codes.CARETAKER and self.call
+        self._coming_till_s = now_s + COMING_S if answers else None
         self.call = message.on
         return None
 

@@ -18,10 +18,11 @@ from gazechair.driver_port import Message
 from gazechair.health import HealthRegistry
 from gazechair.kept_cap import KeptCap
 from gazechair.outgoing import STOP_COMMAND, Bypass, Clearance, Command
-from gazechair.page_messages import BadMessage, parse
+from gazechair.page_messages import STOP, BadMessage, parse
 from gazechair.profiles import ProfileRefused, Profiles, house_fields
 from gazechair.refusal import Refusal
 from gazechair.slots import Clock
+from gazechair.stop_seen import StopSeen
 from gazelink import codes
 
 HEARTBEAT_MS = 25
@@ -66,6 +67,7 @@ class Control:
         self._kept_cap = kept_cap or KeptCap(None)
         self._arbiter = Arbiter(secrets.randbelow(256), secrets.randbelow(1 << 30))
         self._arbiter.cap_permille = self._kept_cap.read()
+        self._stop_seen = StopSeen()
         self._errors = errors.ErrorHandler()
         self._verdict = errors.Verdict("ok", "ok")
         self._sent = STOP_COMMAND
@@ -110,6 +112,7 @@ class Control:
         with self._lock:
             now_s = self._clock()
             self._arbiter.disconnect(client, now_s)
+            self._stop_seen.gone(client)
             self._refresh(now_s)
 
     def welcome(self, client: int) -> Message:
@@ -131,6 +134,8 @@ class Control:
             self._hear_board(now_s)  # what the page has seen, the arbiter must know
             was_permille = self._arbiter.cap_permille
             refusal = self._arbiter.receive(client, meaning, now_s)
+            if meaning is STOP:
+                self._stop_seen.said(client, now_s)
             cap_permille = self._arbiter.cap_permille
             self._tell_board()
         if cap_permille != was_permille:
@@ -157,6 +162,9 @@ class Control:
                 "wipers": [state.linear_wiper, state.turn_wiper] if state else None,
                 "cap_permille": self._arbiter.cap_permille,
                 "call": self._arbiter.call,
+                "coming": self._arbiter.coming(now_s),
+                "heard": self._arbiter.somebody_hears(now_s),
+                "stops": self._stop_seen.seen(client),
                 "profile": self._profiles.revision,
                 "bypass_ms": self._bypass_ms(),
                 "simulated": self._simulated(),
@@ -193,6 +201,8 @@ class Control:
 
     def _hear_board(self, now_s: float) -> BoardState | None:
         state = self._link.state()
+        if state is not None:
+            self._stop_seen.board(state.motion_name == "stopped", state.received_s)
         board = self._link.board()
         self._arbiter.board(
             0 if board is None or state is None else board.session,
@@ -214,6 +224,9 @@ class Control:
             self._arbiter.owner,
             self._arbiter.cap_permille,
             self._arbiter.call,
+            self._arbiter.coming(now_s),
+            self._arbiter.somebody_hears(now_s),
+            self._stop_seen.all_seen(),
             self._profiles.revision,
             self._arbiter.bypass is None,
             self._simulated(),

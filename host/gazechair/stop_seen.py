@@ -1,0 +1,38 @@
+"""Whether a page's stop was seen: the board itself has told, since, that it asks no motion."""
+
+from __future__ import annotations
+
+ON_ITS_WAY_S = 0.05  # a state that came sooner may have been told before the stop arrived
+
+
+class StopSeen:
+    """Counts each page's stops, and those that the board's word has followed. Not thread-safe."""
+
+    def __init__(self) -> None:
+        self._said: dict[int, tuple[int, float]] = {}  # client: how many, when the newest
+        self._seen: dict[int, int] = {}
+
+    def said(self, client: int, now_s: float) -> None:
+        """This page has said stop."""
+        self._said[client] = (self._said.get(client, (0, 0.0))[0] + 1, now_s)
+
+    def board(self, stands: bool, received_s: float) -> None:
+        """The board's newest state: whether it asks no motion, and when that came."""
+        if not stands:
+            return
+        for client, (count, said_s) in self._said.items():
+            if received_s >= said_s + ON_ITS_WAY_S:
+                self._seen[client] = count
+
+    def seen(self, client: int) -> int:
+        """How many of this page's stops the board's word has followed."""
+        return self._seen.get(client, 0)
+
+    def all_seen(self) -> int:
+        """Changes whenever some page's count does."""
+        return sum(self._seen.values())
+
+    def gone(self, client: int) -> None:
+        """This page has gone."""
+        self._said.pop(client, None)
+        self._seen.pop(client, None)
