@@ -3,88 +3,13 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import replace
-from typing import Any
 
 import pytest
 
-from gazechair.arbiter import COMING_S, THERE_S
-from gazechair.board_state import BoardId, BoardState, BoardStats
-from gazechair.config import Config, DriverConfig
-from gazechair.control import Control
-from gazechair.health import OK, HealthRegistry
-from gazechair.outgoing import Bypass, Clearance, Command
+from controlrig import Rig
+from gazechair.board_state import BoardId
+from gazechair.outgoing import Clearance
 from gazelink import codes
-
-QUIET = BoardState(0, 0, 0, 0, 0, 0, 90.0, 170, 171, 0, 0, 0, 0.0)
-
-
-class FakeLink:
-    def __init__(self) -> None:
-        self.now: BoardState | None = QUIET
-        self.statistics: BoardStats | None = None
-        self.who: BoardId | None = BoardId("fake", "0.1.0", False, 1, 2)
-        self.said: list[tuple[Any, ...]] = []
-
-    def command(self, command: Command) -> None:
-        self.said.append(("command", command.verb, command.mode, command.owner))
-
-    def order(self, action: int, owner: int) -> None:
-        self.said.append(("order", action, owner))
-
-    def clearance(self, clearance: Clearance) -> None:
-        self.said.append(("clearance", clearance))
-
-    def state(self) -> BoardState | None:
-        return self.now
-
-    def stats(self) -> BoardStats | None:
-        return self.statistics
-
-    def bypass(self, bypass: Bypass | None) -> None:
-        self.said.append(("bypass", bypass))
-
-    def board(self) -> BoardId | None:
-        return self.who
-
-    def take(self) -> list[tuple[Any, ...]]:
-        said, self.said = self.said, []
-        return said
-
-
-class Rig:
-    def __init__(self) -> None:
-        self.now_s = 10.0
-        self.link = FakeLink()
-        self.parts = HealthRegistry(lambda: self.now_s)
-        for name in ("board", "lidar", "camera"):
-            self.parts.part(name).set(OK)
-        config = Config(driver=DriverConfig(mode="continuous", dwell_ms=700))
-        self.picture_age_s: float | None = None
-        self.control = Control(
-            config, self.link, self.parts, lambda: self.picture_age_s, lambda: self.now_s
-        )
-        self.control.update()
-        self.page = self.control.connect("driver")
-
-    def say(self, **message: Any) -> list[dict[str, Any]]:
-        return self.control.receive(self.page, message)
-
-    def board(self, **changes: Any) -> None:
-        self.link.now = replace(QUIET, **changes)
-        self.control.update()
-
-    def look(self) -> dict[str, Any]:
-        return self.control.snapshot(self.page)
-
-    def arm(self) -> None:
-        assert self.say(k="arm", token=self.look()["token"]) == []
-        self.board(state=codes.ARMED)
-        self.link.take()
-
-    def forward(self, edge: int = 1) -> list[dict[str, Any]]:
-        token = self.look()["token"]
-        return self.say(k="cmd", verb="forward", mode="continuous", edge=edge, token=token)
 
 
 @pytest.fixture
@@ -139,84 +64,6 @@ def test_a_call_for_help_stays_until_somebody_comes(rig: Rig) -> None:
     assert refusal[0]["reason"] == "not_allowed"
     viewer = rig.control.connect("viewer")
     assert rig.control.receive(viewer, {"k": "call", "on": False})[0]["reason"] == "not_allowed"
-
-
-def test_a_call_that_a_caretaker_answers_is_coming_until_they_are_there(rig: Rig) -> None:
-    caretaker = rig.control.connect("caretaker")
-    rig.say(k="call", on=True)
-    assert rig.look()["coming"] is False
-    rig.control.receive(caretaker, {"k": "call", "on": False})
-    assert (rig.look()["call"], rig.look()["coming"]) == (False, True)
-    rig.control.receive(caretaker, {"k": "call", "on": False})
-    assert rig.look()["coming"] is False
-
-
-@pytest.mark.parametrize("on", [True, False])
-def test_a_driver_calls_anew_or_takes_the_call_back(rig: Rig, on: bool) -> None:
-    caretaker = rig.control.connect("caretaker")
-    rig.say(k="call", on=True)
-    rig.control.receive(caretaker, {"k": "call", "on": False})
-    rig.say(k="call", on=on)
-    assert (rig.look()["call"], rig.look()["coming"]) == (on, False)
-
-
-def test_nobody_comes_for_ever(rig: Rig) -> None:
-    caretaker = rig.control.connect("caretaker")
-    rig.say(k="call", on=True)
-    rig.control.receive(caretaker, {"k": "call", "on": False})
-    rig.now_s += COMING_S - 0.1
-    assert rig.look()["coming"] is True
-    rig.now_s += 0.2
-    assert rig.look()["coming"] is False
-
-
-def test_a_call_is_heard_by_a_caretaker_whose_page_lives_and_by_nobody_else(rig: Rig) -> None:
-    rig.control.connect("viewer")
-    assert rig.look()["heard"] is False
-    caretaker = rig.control.connect("caretaker")
-    assert rig.look()["heard"] is True
-    rig.now_s += THERE_S + 0.1  # its phone sleeps
-    assert rig.look()["heard"] is False
-    beat = {"k": "hb", "token": rig.control.token(), "since": 0}
-    rig.control.receive(caretaker, beat)
-    assert rig.look()["heard"] is True
-    version = rig.control.wait_change(0.0, -1)
-    rig.control.disconnect(caretaker)
-    assert rig.look()["heard"] is False
-    assert rig.control.wait_change(0.0, version) != version
-
-
-def test_a_stop_is_seen_when_the_board_has_said_since_that_it_stands(rig: Rig) -> None:
-    def board(motion: int, after_s: float) -> int:
-        rig.now_s += after_s
-        rig.link.now = replace(QUIET, motion=motion, received_s=rig.now_s)
-        rig.control.update()
-        return int(rig.look()["stops"])
-
-    assert board(0, 0.0) == 0
-    rig.say(k="stop")
-    assert board(0, 0.02) == 0  # may have been told before
-    assert board(1, 0.1) == 0  # moves on
-    assert board(0, 0.02) == 1
-    rig.say(k="stop")
-    rig.say(k="stop")
-    rig.link.now = None  # no board, no word
-    rig.now_s += 5.0
-    rig.control.update()
-    assert rig.look()["stops"] == 1
-    assert board(0, 0.02) == 3
-
-
-def test_a_stop_that_was_seen_is_news_and_only_its_own_pages(rig: Rig) -> None:
-    other = rig.control.connect("caretaker")
-    rig.control.update()
-    version = rig.control.wait_change(0.0, -1)
-    rig.say(k="stop")
-    rig.now_s += 0.1
-    rig.link.now = replace(QUIET, received_s=rig.now_s)
-    rig.control.update()
-    assert rig.control.wait_change(0.0, version) != version
-    assert rig.control.snapshot(other)["stops"] == 0
 
 
 def test_snapshot_has_every_key_of_the_protocol(rig: Rig) -> None:

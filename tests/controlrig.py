@@ -1,0 +1,83 @@
+"""The host's Control with a board that says what a test says, and a clock of the test's own."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from gazechair.board_state import BoardId, BoardState, BoardStats
+from gazechair.config import Config, DriverConfig
+from gazechair.control import Control
+from gazechair.health import OK, HealthRegistry
+from gazechair.outgoing import Bypass, Clearance, Command
+from gazelink import codes
+
+QUIET = BoardState(0, 0, 0, 0, 0, 0, 90.0, 170, 171, 0, 0, 0, 0.0)
+
+
+class FakeLink:
+    def __init__(self) -> None:
+        self.now: BoardState | None = QUIET
+        self.statistics: BoardStats | None = None
+        self.who: BoardId | None = BoardId("fake", "0.1.0", False, 1, 2)
+        self.said: list[tuple[Any, ...]] = []
+
+    def command(self, command: Command) -> None:
+        self.said.append(("command", command.verb, command.mode, command.owner))
+
+    def order(self, action: int, owner: int) -> None:
+        self.said.append(("order", action, owner))
+
+    def clearance(self, clearance: Clearance) -> None:
+        self.said.append(("clearance", clearance))
+
+    def state(self) -> BoardState | None:
+        return self.now
+
+    def stats(self) -> BoardStats | None:
+        return self.statistics
+
+    def bypass(self, bypass: Bypass | None) -> None:
+        self.said.append(("bypass", bypass))
+
+    def board(self) -> BoardId | None:
+        return self.who
+
+    def take(self) -> list[tuple[Any, ...]]:
+        said, self.said = self.said, []
+        return said
+
+
+class Rig:
+    def __init__(self) -> None:
+        self.now_s = 10.0
+        self.link = FakeLink()
+        self.parts = HealthRegistry(lambda: self.now_s)
+        for name in ("board", "lidar", "camera"):
+            self.parts.part(name).set(OK)
+        config = Config(driver=DriverConfig(mode="continuous", dwell_ms=700))
+        self.picture_age_s: float | None = None
+        self.control = Control(
+            config, self.link, self.parts, lambda: self.picture_age_s, lambda: self.now_s
+        )
+        self.control.update()
+        self.page = self.control.connect("driver")
+
+    def say(self, **message: Any) -> list[dict[str, Any]]:
+        return self.control.receive(self.page, message)
+
+    def board(self, **changes: Any) -> None:
+        self.link.now = replace(QUIET, **changes)
+        self.control.update()
+
+    def look(self) -> dict[str, Any]:
+        return self.control.snapshot(self.page)
+
+    def arm(self) -> None:
+        assert self.say(k="arm", token=self.look()["token"]) == []
+        self.board(state=codes.ARMED)
+        self.link.take()
+
+    def forward(self, edge: int = 1) -> list[dict[str, Any]]:
+        token = self.look()["token"]
+        return self.say(k="cmd", verb="forward", mode="continuous", edge=edge, token=token)
