@@ -1,4 +1,4 @@
-"""What the host tells a driver of a call for help and of a stop: who hears it, whether it was seen."""
+"""What a driver is told of a call for help and of a stop: who hears it, whether it was seen."""
 
 from __future__ import annotations
 
