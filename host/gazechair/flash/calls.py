@@ -13,24 +13,15 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
-_DECORATORS = ("native", "viper")
+from gazechair.flash.spans import Span, compiled, is_native, place, replaced
+
 _BUILTINS = {
     "min": "def min(a, b):\n return a if a < b else b",
     "max": "def max(a, b):\n return a if a > b else b",
     "abs": "def abs(a):\n return a if a >= 0 else -a",
 }
 _ROUNDS = 20  # calls within calls: far more than there are
-
-
-@dataclass(frozen=True)
-class _Span:
-    """Bytes to replace."""
-
-    start: int
-    end: int
-    by: str
 
 
 def shorten(texts: Mapping[str, str]) -> dict[str, str]:
@@ -69,7 +60,7 @@ def _shortened(
         spans = [*_methods(module, text, parents, aliases), *_inlined(module, text, inline)]
         if not spans:
             break
-        text = _replaced(text, spans)
+        text = replaced(text, spans)
     if not aliases:
         return text
     lines = [f"{name} = {method}" for name, method in aliases.items()]
@@ -81,7 +72,7 @@ def _shortened(
 
 def _methods(
     module: ast.Module, text: str, parents: set[str], aliases: dict[str, str]
-) -> Iterator[_Span]:
+) -> Iterator[Span]:
     """`self._method(` -> `_Class_method(self, `; what each such name stands for into `aliases`."""
     set_somewhere = {
         node.attr
@@ -98,10 +89,10 @@ def _methods(
             and node.name.startswith("_")
             and not node.name.startswith("__")
             and node.name not in set_somewhere
-            and _compiled(node, also_plain=True)
+            and compiled(node, also_plain=True)
         }
         for function in made.body:
-            if not isinstance(function, ast.FunctionDef) or not _compiled(function):
+            if not isinstance(function, ast.FunctionDef) or not compiled(function):
                 continue
             me = function.args.args[0].arg if function.args.args else ""
             if me in _assigned(function):
@@ -114,18 +105,10 @@ def _methods(
                     continue
                 name = f"_{made.name}{call.func.attr}"
                 aliases[name] = f"{made.name}.{call.func.attr}"
-                start = _at(text, call.func.lineno, call.func.col_offset)
-                end = _at(text, call.func.end_lineno, call.func.end_col_offset)
+                start = place(text, call.func.lineno, call.func.col_offset)
+                end = place(text, call.func.end_lineno, call.func.end_col_offset)
                 opened = text.encode().index(b"(", end) + 1
-                yield _Span(start, opened, f"{name}({me}" + (", " if call.args else ""))
-
-
-def _compiled(function: ast.FunctionDef, also_plain: bool = False) -> bool:
-    """Whether it is native or viper; `also_plain`: or has no decorator."""
-    names = [node.attr for node in function.decorator_list if isinstance(node, ast.Attribute)]
-    if not function.decorator_list:
-        return also_plain
-    return len(names) == len(function.decorator_list) == 1 and names[0] in _DECORATORS
+                yield Span(start, opened, f"{name}({me}" + (", " if call.args else ""))
 
 
 def _assigned(function: ast.FunctionDef) -> set[str]:
@@ -143,7 +126,7 @@ def _expressions(module: ast.Module) -> dict[str, ast.FunctionDef]:
     """The module's native functions that only return an expression of their words and numbers."""
     found = {}
     for node in module.body:
-        if not isinstance(node, ast.FunctionDef) or not _is_native(node) or len(node.body) != 1:
+        if not isinstance(node, ast.FunctionDef) or not is_native(node) or len(node.body) != 1:
             continue
         words = {word.arg for word in node.args.args}
         last = node.body[0]
@@ -152,12 +135,6 @@ def _expressions(module: ast.Module) -> dict[str, ast.FunctionDef]:
         if all(_is_arithmetic(part, words) for part in ast.walk(last.value)):
             found[node.name] = node
     return found
-
-
-def _is_native(node: ast.FunctionDef) -> bool:
-    return _compiled(node) and not any(
-        isinstance(name, ast.Attribute) and name.attr == "viper" for name in node.decorator_list
-    )
 
 
 def _is_arithmetic(part: ast.AST, words: set[str]) -> bool:
@@ -186,9 +163,9 @@ def _builtins_of(module: ast.Module) -> dict[str, ast.FunctionDef]:
 
 def _inlined(
     module: ast.Module, text: str, inline: Mapping[str, ast.FunctionDef]
-) -> Iterator[_Span]:
+) -> Iterator[Span]:
     for function in ast.walk(module):
-        if not isinstance(function, ast.FunctionDef) or not _is_native(function):
+        if not isinstance(function, ast.FunctionDef) or not is_native(function):
             continue
         if any(isinstance(node, (ast.FunctionDef, ast.Lambda)) for node in function.body):
             continue
@@ -200,8 +177,8 @@ def _inlined(
                 continue
             by = _expression(target, call.args)
             if by is not None:
-                start = _at(text, call.lineno, call.col_offset)
-                yield _Span(start, _at(text, call.end_lineno, call.end_col_offset), f"({by})")
+                start = place(text, call.lineno, call.col_offset)
+                yield Span(start, place(text, call.end_lineno, call.end_col_offset), f"({by})")
 
 
 def _expression(target: ast.FunctionDef, args: list[ast.expr]) -> str | None:
@@ -235,30 +212,3 @@ def _is_simple(arg: ast.expr) -> bool:
     if isinstance(arg, ast.Attribute):
         return isinstance(arg.value, ast.Name)
     return isinstance(arg, (ast.Constant, ast.Name))
-
-
-# -- text --------------------------------------------------------------------------------------
-
-
-def _at(text: str, line: int | None, column: int | None) -> int:
-    """Byte offset of a place that ast names."""
-    assert line is not None
-    assert column is not None
-    lines = text.encode().split(b"\n")
-    return sum(len(each) + 1 for each in lines[: line - 1]) + column
-
-
-def _replaced(text: str, spans: list[_Span]) -> str:
-    """Those that hold no other first; what holds them comes in the next round."""
-    data = text.encode()
-    inner = [
-        span
-        for span in spans
-        if not any(
-            other is not span and span.start <= other.start and other.end <= span.end
-            for other in spans
-        )
-    ]
-    for span in sorted(inner, key=lambda span: span.start, reverse=True):
-        data = data[: span.start] + span.by.encode() + data[span.end :]
-    return data.decode()
