@@ -2,7 +2,8 @@
 # worst load. A host inside the board speaks every 20 ms, drives through every motion, override and
 # fault; the sensor answers with stretched clocks; telemetry streams; garbage is made and collected.
 #
-# Prints one line of results. RUN_MS, STATE_PERIOD_MS and STRETCH_US are put before this text.
+# Prints one line of results. RUN_MS, STATE_PERIOD_MS, STRETCH_US and PARTS, [(attribute of App,
+# method, number of its arguments)] to be counted singly, are put before this text.
 # ruff: noqa: F821
 
 import array
@@ -88,6 +89,13 @@ host = HostInside(board.serial)
 board.serial = host
 app = App(board)
 RUN_TICKS = RUN_MS
+parts = None
+if PARTS:
+    from board_parts import Parts
+
+    parts = Parts(len(PARTS))
+    for name, method, words in PARTS:
+        parts.watch(getattr(app, name), method, words, name + "." + method)
 
 # What the tick's wrapper writes: no allocation, the timer is a hard one.
 phase = array.array("I", [0] * 128)  # tick start, us after the grid, histogram
@@ -112,7 +120,10 @@ def tick(timer):
     phase[late] += 1
     last_us[0] = start
     gaps[0] += 1
+    start_cpu = time.ticks_cpu()
     app.tick(timer)
+    if parts:
+        parts.tick(time.ticks_diff(time.ticks_cpu(), start_cpu))
     took = time.ticks_diff(time.ticks_us(), start)
     if took > worst[0]:
         worst[0] = took
@@ -237,6 +248,7 @@ print(
         "heap_free": gc.mem_free(),
         "reached": measured.reached,
         "moved": measured.moved,
+        "parts": parts.found() if parts else (),
         "state": app.safety.state,
         "faults": app.safety.faults,
     },

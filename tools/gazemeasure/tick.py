@@ -7,10 +7,17 @@ Cortex-M7, where 500 instructions are one microsecond and runs repeat to the ins
 from __future__ import annotations
 
 import ast
+import inspect
 from pathlib import Path
 from typing import Any
 
 from gazeboard.boards import bank_layout
+from gazeboard.joystick import Joystick
+from gazeboard.motion import Motion
+from gazeboard.obstacles import Obstacles
+from gazeboard.profile_check import ProfileCheck
+from gazeboard.safety import Safety
+from gazeboard.telemetry import Telemetry
 from gazechair.flash import tree
 from gazelink import frame, messages
 from gazemeasure import allocation, emulation
@@ -26,6 +33,18 @@ _LATENCY_STEP_MS = 0.25
 # START and STOP.
 _WIRE_US = 2 * (3 * 9 + 2 + 2 * 9 + 2) / 0.4
 _SESSION = 77
+# What the tick calls: attribute of App, its class, method.
+_PARTS = (
+    ("obstacles", Obstacles, "step"),
+    ("safety", Safety, "step"),
+    ("motion", Motion, "step"),
+    ("motion", Motion, "stop"),
+    ("profile_check", ProfileCheck, "step"),
+    ("joystick", Joystick, "write"),
+    ("safety", Safety, "wipers_written"),
+    ("telemetry", Telemetry, "capture"),
+)
+_ON_THE_WIRE = ("joystick.write", "tick")
 
 
 def measure(quick: bool) -> Report:
@@ -54,14 +73,41 @@ def measure(quick: bool) -> Report:
     report.note("load: a host frame every 5 ms, STATE every 1 ms, IMU at 100 Hz with its clock")
     report.note(f"stretched by {_STRETCH_US} us a byte, garbage made and collected, every motion,")
     report.note("override and heading fault in turn. QEMU counts instructions, not cycles.")
+    _add_parts(report)
     return report
 
 
-def _load(run_ms: int, state_period_ms: int) -> tuple[dict[str, Any], list[int]]:
+def _add_parts(report: Report) -> None:
+    """A table of what each part of the tick takes, from a run of its own: counting disturbs."""
+    result, _ = _load(_RUN_MS_QUICK, state_period_ms=1, parts=True)
+    *parts, whole = result["parts"]
+    report.note("")
+    report.note(f"{'instructions of each part':32}{'worst tick':>12}{'most':>10}{'mean':>10}")
+    rest = [whole[column] - sum(part[column] for part in parts) for column in (1, 2, 3)]
+    wire = _WIRE_US * emulation.INSTRUCTIONS_PER_US
+    for name, *counts in [*parts, ("the rest", rest[0], "", rest[2]), whole]:
+        words = [
+            count if count == "" else f"{count - (wire if name in _ON_THE_WIRE else 0):,.0f}"
+            for count in counts
+        ]
+        report.note(f"  {name:30}{words[0]:>12}{words[1]:>10}{words[2]:>10}")
+
+
+def _words(part: type, method: str) -> int:
+    """How many arguments the tick gives to this method."""
+    return len(inspect.signature(getattr(part, method)).parameters) - 1
+
+
+def _load(
+    run_ms: int, state_period_ms: int, parts: bool = False
+) -> tuple[dict[str, Any], list[int]]:
     """What board_load.py found; and the stamps, ms, of the STATE frames that arrived."""
     text = (Path(__file__).parent / "board_load.py").read_text()
+    watched = [(name, method, _words(of, method)) for name, of, method in _PARTS] if parts else []
     values = f"RUN_MS={run_ms}\nSTATE_PERIOD_MS={state_period_ms}\nSTRETCH_US={_STRETCH_US}\n"
+    values += f"PARTS={watched}\n"
     files = firmware_files()
+    files[f"{LIB}/board_parts.py"] = (Path(__file__).parent / "board_parts.py").read_text()
     files[f"{LIB}/gazeboard/boards/bank_layout.py"] = Path(bank_layout.__file__).read_text()
     del files[tree.MAIN]
     output = emulation.run(values + text, files, _LIMIT_S)
