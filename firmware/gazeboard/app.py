@@ -52,6 +52,8 @@ class App:
         self.outbox = Outbox()
         self.telemetry = Telemetry(self.safety, self.joystick, self.obstacles)
         self.link = Link(board, self.inbox, self.outbox, self.safety, self.telemetry)
+        self._neutral = None  # as last applied
+        self._setting_session = 0  # whose changes of the neutral count
         self._apply_settings()
         self.inbox.publish()
         self._enable_level = 0
@@ -69,7 +71,11 @@ class App:
     # Settings into the parts that use them; only while disarmed.
     def _apply_settings(self):
         s = self.settings
-        self.joystick.set_neutral(s.neutral_linear_count, s.neutral_turn_count)
+        neutral = s.neutral()
+        self.joystick.set_neutral(*neutral)
+        if neutral != self._neutral:
+            self._neutral = neutral
+            self.safety.neutral_moved()
         self._imu.tilt.limit_q4_deg = s.tilt_limit_q4_deg
         self.obstacles.configure(s)
         turn = turn_controller(s)
@@ -156,6 +162,9 @@ class App:
         self.inbox.beat()
         self.link.poll(self)
         self._sense(now_ms)
+        if self.inbox.back.session_count != self._setting_session:
+            self._setting_session = self.inbox.back.session_count
+            self._drop_neutral()
         if self.link.setting_pending:
             self._answer_setting()
         self.inbox.publish()
@@ -199,10 +208,12 @@ class App:
         refused = codes.NO_REASON
         if not reads and self.safety.state != codes.DISARMED:
             refused = codes.SETTING_WHILE_ARMED
-        elif (reads or request == codes.SETTING_SET) and index >= len(SETTINGS_TABLE):
+        elif reads and index >= len(SETTINGS_TABLE):
             refused = codes.SETTING_UNKNOWN
         elif request == codes.SETTING_SET:
             refused = self.settings.set(index, link.setting_value)
+        elif request == codes.SETTING_SET_NEUTRAL:
+            refused = self.settings.set_neutral(index, link.setting_value)
         elif request == codes.SETTING_DEFAULTS:
             self.settings.defaults()
         elif request == codes.SETTING_SAVE:
@@ -218,8 +229,14 @@ class App:
             self._board.store(SETTINGS_FILE, self.settings.text())
         except OSError:
             return codes.SETTING_NOT_STORED
-        self.settings.calibrated = True
+        self.settings.stored()
         return codes.NO_REASON
+
+    # Another host has come. A new session disarms with its first tick.
+    def _drop_neutral(self):
+        if not self.settings.calibrated and self.safety.state == codes.DISARMED:
+            self.settings.drop_neutral()
+            self._apply_settings()
 
     # Ask the sensor for its offsets; _keep_heading() stores them when they have come.
     def _save_heading(self):

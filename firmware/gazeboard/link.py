@@ -285,7 +285,7 @@ class Link:
     # Kept for the app, which owns settings and files; a newer request replaces one not yet
     # answered.
     def _on_setting(self, buf):
-        if buf[_REQUEST] > codes.SETTING_SAVE_HEADING:
+        if buf[_REQUEST] > codes.SETTING_SET_NEUTRAL:
             self.bad = (self.bad + 1) & 0xFFFF
             return
         self.setting_request = buf[_REQUEST]

@@ -104,6 +104,10 @@ class Safety:
     def set_relay_fitted(self, fitted):
         self._relay_fitted = fitted
 
+    # The joystick's neutral is another count now: it is proven anew. Only while disarmed.
+    def neutral_moved(self):
+        self._neutral_ms = 0
+
     # One tick. `i` is an Inputs; `blocked` is that of Obstacles; the contacts are
     # what the pins say now; `late` is true when the time since the last tick exceeded the limit.
     @micropython.native

@@ -4,25 +4,51 @@
 import json
 
 from gazelink import codes, crc
-from gazelink.settings_table import NAMES, TABLE, profile_row
+from gazelink.settings_table import NAMES, TABLE, index_of, profile_row
 
 FILE = "settings.json"
+_NEUTRAL = (index_of("neutral_linear_count"), index_of("neutral_turn_count"))
 
 
 class Settings:
-    # Attributes as named in the table. `calibrated` is False when the stored text was refused: the
-    # defaults are in force then, the board does not arm, and `error` says why.
+    # Attributes as named in the table. `calibrated` is False, and the board does not arm, while the
+    # joystick's neutral is not as stored: it was changed, or the stored text was refused (the
+    # defaults are in force then, and `error` says why).
 
     def __init__(self, text=None):
-        self.defaults()
+        self.error = ""
+        self._set_all()
+        self._stored = self.neutral()
         if text is not None:
             self._load(text)
+        self.calibrated = self._stored is not None
 
-    def defaults(self):
-        self.calibrated = True
-        self.error = ""
+    def _set_all(self):
         for name, default, _low, _high in TABLE:
             setattr(self, name, default)
+
+    # All but the neutral, which is measured and no preference.
+    def defaults(self):
+        neutral = self.neutral()
+        self._set_all()
+        self._put_neutral(neutral)
+
+    def neutral(self):
+        return (self.neutral_linear_count, self.neutral_turn_count)
+
+    def _put_neutral(self, neutral):
+        self.neutral_linear_count, self.neutral_turn_count = neutral
+        self.calibrated = neutral == self._stored
+
+    # What is in force has been written to flash.
+    def stored(self):
+        self._stored = self.neutral()
+        self.calibrated = True
+
+    # A neutral that was not stored is not kept for the next who connects.
+    def drop_neutral(self):
+        if self._stored is not None:
+            self._put_neutral(self._stored)
 
     def get(self, index):
         return getattr(self, NAMES[index])
@@ -33,6 +59,19 @@ class Settings:
 
     # Returns NO_REASON, or why the value is refused (nothing changed then).
     def set(self, index, value):
+        if index in _NEUTRAL:
+            return codes.SETTING_BY_CALIBRATION
+        return self._set(index, value)
+
+    # The same of the joystick's neutral, and of nothing else.
+    def set_neutral(self, index, value):
+        if index not in _NEUTRAL:
+            return codes.SETTING_UNKNOWN
+        refused = self._set(index, value)
+        self.calibrated = self.neutral() == self._stored
+        return refused
+
+    def _set(self, index, value):
         if index >= len(TABLE):
             return codes.SETTING_UNKNOWN
         name, _default, low, high = TABLE[index]
@@ -75,8 +114,8 @@ class Settings:
         return "settings: unknown name " + name
 
     def _refuse(self, reason):
-        self.defaults()
-        self.calibrated = False
+        self._set_all()
+        self._stored = None
         self.error = reason
 
 

@@ -21,6 +21,7 @@ _REFUSALS = {
     codes.SETTING_OUT_OF_RANGE: "the value is outside the limits shown by gazechair settings",
     codes.SETTING_WHILE_ARMED: "driving is on; switch it off first (Rijden uit)",
     codes.SETTING_NOT_STORED: "the board could not write it to its flash; is it full?",
+    codes.SETTING_BY_CALIBRATION: "use gazechair calibrate joystick, with a meter",
     codes.SENSOR_NOT_CALIBRATED: "the sensor says it is not calibrated; move it gently every way",
 }
 
@@ -66,8 +67,12 @@ class BoardSettings:
         """Put a value in force at once; it is kept across a reset only after save()."""
         self._ask(codes.SETTING_SET, index, value)
 
+    def set_neutral(self, index: int, value: int) -> None:
+        """Put one of the joystick's neutral counts in force; driving is off until save()."""
+        self._ask(codes.SETTING_SET_NEUTRAL, index, value)
+
     def defaults(self) -> None:
-        """Put all defaults in force."""
+        """Put all defaults in force, but the joystick's neutral."""
         self._ask(codes.SETTING_DEFAULTS)
 
     def save(self) -> None:

@@ -44,7 +44,7 @@ class MemoryBoard:
     def all(self) -> list[int]:
         return list(self.values)
 
-    def set(self, index: int, value: int) -> None:
+    def set_neutral(self, index: int, value: int) -> None:
         self.sets += 1
         if self.refuses_after is not None and self.sets > self.refuses_after:
             raise SettingsError("set: the board does not answer")

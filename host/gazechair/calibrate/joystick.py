@@ -30,8 +30,8 @@ class Board(Protocol):
     def all(self) -> list[int]:
         """The values in force."""
 
-    def set(self, index: int, value: int) -> None:
-        """Put a value in force."""
+    def set_neutral(self, index: int, value: int) -> None:
+        """Put a neutral count in force."""
 
     def save(self) -> None:
         """Write what is in force to the board's flash."""
@@ -122,7 +122,7 @@ class JoystickCalibration:
             except SettingsError as error:
                 self._say(f"{error}; it stays {self._counts[channel]}")
                 continue
-            self._board.set(index, count)
+            self._board.set_neutral(index, count)
             self._counts[channel] = count
             self._show(channel)
 
@@ -157,7 +157,7 @@ class JoystickCalibration:
     def _restore(self, before: list[int]) -> None:
         try:
             for (name, _, _), count in zip(_CHANNELS, before, strict=True):
-                self._board.set(index_of(name), count)
+                self._board.set_neutral(index_of(name), count)
         except SettingsError as error:
             raise CalibrateError(
                 f"the neutral counts could not be put back ({error}); switch the board off and"
