@@ -64,15 +64,6 @@ OBSTACLES: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
             ),
             ("_look", "for at in range(4):  ->  for at in range(5):"),
         ),
-        "The last four of eight, counted from either end.": (
-            (
-                "step",
-                (
-                    "stopping = self._stopping[at + 4 if trusted else at]  ->  stopping = s"
-                    "elf._stopping[at - 4 if trusted else at]"
-                ),
-            ),
-        ),
         "The round goes the other way.": (
             ("step", "phase = self._phase + 1 & 7  ->  phase = self._phase - 1 & 7"),
         ),

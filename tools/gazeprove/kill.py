@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import importlib
+import json
 import os
 import signal
 import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
-from types import CodeType, ModuleType
+from types import CodeType, FrameType, ModuleType
+from typing import Any
 
+from gazeprove.mutate import Mutant
 from gazesetup import ROOT
 
 TESTS = ROOT / "tests" / "firmware"
@@ -30,21 +34,43 @@ def source_of(module: str) -> str:
     return (ROOT / "firmware" / "gazeboard" / f"{module}.py").read_text()
 
 
-def timed_order() -> list[tuple[str, str]]:
-    """The suites' tests as (suite, name), fastest first. Raises AssertionError when one fails."""
+@dataclass
+class Tests:
+    """The suites' tests in the order in which they are tried, and what each of them calls."""
+
+    order: list[tuple[str, str]]  # (suite, name)
+    calls: dict[tuple[str, str], set[str]]  # "module.function" of the core
+    always: set[str]  # what is called while the suites are loaded: concerns every test
+
+    def of(self, module: str, function: str) -> list[tuple[str, str]]:
+        """Those that can tell a mutant of this function: all of them when none is known to."""
+        called = f"{module}.{function}"
+        if called in self.always:
+            return list(self.order)
+        return [test for test in self.order if called in self.calls[test]] or list(self.order)
+
+    def killed(self, test: tuple[str, str]) -> None:
+        """Try this one first: it kills the mutant's neighbours too."""
+        self.order.remove(test)
+        self.order.insert(0, test)
+
+
+def known_tests() -> Tests:
+    """The suites' tests, fastest first. Raises AssertionError when one fails."""
     answer, report = os.pipe()
     pid = os.fork()
     if pid == 0:
         os.close(answer)
         code = 1
         with suppress(BaseException):
+            tests, always = _traced(_load)
             took = []
-            for suite, name, test in _load():
+            for suite, name, test in tests:
                 start = time.perf_counter()
-                test()
-                took.append((time.perf_counter() - start, suite, name))
-            lines = "\n".join(f"{suite} {name}" for _, suite, name in sorted(took))
-            os.write(report, lines.encode())
+                _, calls = _traced(test)
+                took.append((time.perf_counter() - start, suite, name, sorted(calls)))
+            with os.fdopen(report, "w") as pipe:
+                json.dump({"always": sorted(always), "took": sorted(took)}, pipe)
             code = 0
         os._exit(code)
     os.close(report)
@@ -52,14 +78,31 @@ def timed_order() -> list[tuple[str, str]]:
         text = pipe.read()
     _, status = os.waitpid(pid, 0)
     assert status == 0, "the core's tests fail without any mutant: run pytest tests/firmware"
-    return [(line.split()[0], line.split()[1]) for line in text.splitlines()]
+    known = json.loads(text)
+    by_test = {(suite, name): set(called) for _, suite, name, called in known["took"]}
+    return Tests(list(by_test), by_test, set(known["always"]))
 
 
-def survives(module: str, code_of_mutant: CodeType, order: list[tuple[str, str]]) -> bool:
-    """True when every test passes with the module replaced by the mutant.
+def _traced(work: Callable[[], Any]) -> tuple[Any, set[str]]:
+    """What `work` returns, and the functions of the core that it calls."""
+    called: set[CodeType] = set()
 
-    The test that kills it moves to the front of `order`: it kills the mutant's neighbours too.
-    """
+    def on_event(frame: FrameType, event: str, _argument: object) -> None:
+        if event == "call":
+            called.add(frame.f_code)
+
+    sys.setprofile(on_event)
+    try:
+        result = work()
+    finally:
+        sys.setprofile(None)
+    core = {code for code in called if "/gazeboard/" in code.co_filename}
+    return result, {f"{Path(code.co_filename).stem}.{code.co_name}" for code in core}
+
+
+def survives(module: str, mutant: Mutant, tests: Tests) -> bool:
+    """True when every test passes with the module replaced by the mutant."""
+    tried = tests.of(module, mutant.where)
     pid = os.fork()
     if pid == 0:
         code = _BROKEN
@@ -69,30 +112,34 @@ def survives(module: str, code_of_mutant: CodeType, order: list[tuple[str, str]]
             target = importlib.import_module(f"gazeboard.{module}")
             for name in [name for name in vars(target) if not name.startswith("__")]:
                 delattr(target, name)
-            exec(code_of_mutant, vars(target))
-            tests = {(suite, name): test for suite, name, test in _load()}
-            for code, key in enumerate(order):  # noqa: B007 - its last value is the answer
-                tests[key]()
+            exec(mutant.code, vars(target))
+            for code, (suite, name) in enumerate(tried):  # noqa: B007 - its last is the answer
+                getattr(_suite(suite), name)()
             code = _SURVIVED
         os._exit(code)
     _, status = os.waitpid(pid, 0)
     code = os.waitstatus_to_exitcode(status)
-    if 0 < code < len(order):
-        order.insert(0, order.pop(code))
+    if 0 <= code < len(tried):
+        tests.killed(tried[code])
     return code == _SURVIVED
 
 
 def _load() -> list[tuple[str, str, Test]]:
-    """Import the suites afresh: called in a forked process only."""
-    for folder in (TESTS, TESTS.parent):
-        if str(folder) not in sys.path:
-            sys.path.insert(0, str(folder))
+    """All tests of the suites."""
     tests: list[tuple[str, str, Test]] = []
     for suite in SUITES:
-        module: ModuleType = importlib.import_module(suite)
+        module = _suite(suite)
         names = [name for name in vars(module) if name.startswith("test_")]
         tests += [(suite, name, getattr(module, name)) for name in names]
     return tests
+
+
+def _suite(name: str) -> ModuleType:
+    """Import a suite afresh: called in a forked process only."""
+    for folder in (TESTS, TESTS.parent):
+        if str(folder) not in sys.path:
+            sys.path.insert(0, str(folder))
+    return importlib.import_module(name)
 
 
 def suite_files() -> list[Path]:

@@ -44,8 +44,23 @@ class Mutant:
         return (self.where, self.change)
 
 
-def mutants(source: str, every: int = 1) -> Iterator[Mutant]:
-    """One in `every` mutants of a module's source. Of those that read the same only the first."""
+def mutants(source: str, every: int = 1, first: int = 0) -> Iterator[Mutant]:
+    """One in `every` mutants of a module's source from number `first` on, compiled."""
+    for number, (where, line, change, tree) in enumerate(changes(source)):
+        if number % every == first:
+            yield Mutant(where, line, change, compile(tree, "mutant", "exec"))
+
+
+def keys(source: str) -> set[tuple[str, str]]:
+    """The keys of all mutants of a module's source."""
+    return {(where, change) for where, _, change, _ in changes(source)}
+
+
+def changes(source: str) -> Iterator[tuple[str, int, str, ast.Module]]:
+    """(function, line, change, tree) of each mutant. Of those that read the same only the first.
+
+    The tree is the mutant's until the next one is asked for.
+    """
     tree = ast.parse(source)
     places = _places(tree)
     functions = _functions(tree)
@@ -62,12 +77,7 @@ def mutants(source: str, every: int = 1) -> Iterator[Mutant]:
             line = statement.lineno
             if after != before and (line, after) not in seen:
                 seen.add((line, after))
-                if len(seen) % every:
-                    places[node].put(node)
-                    continue
-                where = functions.get(line, "module")
-                code = compile(tree, "mutant", "exec")
-                yield Mutant(where, line, f"{before}  ->  {after}", code)
+                yield functions.get(line, "module"), line, f"{before}  ->  {after}", tree
             places[node].put(node)
 
 
