@@ -13,7 +13,16 @@ LIMIT_S = 600
 
 
 @pytest.mark.parametrize(
-    "part", ["enumeration", "everything at once", "decisions", "coverage", "mutation"]
+    "part",
+    [
+        "enumeration",
+        "everything at once",
+        "decisions",
+        "coverage",
+        "mutation",
+        "fuzz",
+        "planted",
+    ],
 )
 def test_the_quick_proof_holds(part: str) -> None:
     """Nothing falls short in this part."""

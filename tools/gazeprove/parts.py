@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import os
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-from gazeprove import cover, decisions, equivalent, kill, mutate
+from gazelink import codes
+from gazeprove import cover, decisions, equivalent, fuzz, fuzz_mutants, kill, mutate
 from gazeprove.explore import explore
 from gazeprove.inputs import CAUSES, Scope
 from gazeprove.invariants import INVARIANTS
@@ -16,6 +20,18 @@ from gazeprove.walk import Walk
 MODULES = ("safety", "motion", "obstacles", "speed", "stopping", "bypass")
 _NOTE_EVERY_S = 5.0
 _QUICK_EVERY = 80  # the quick form tries one mutant in so many
+_SLICES = 40  # of each module's mutants: what a process takes at a time
+_FIRST_SEED = 1
+_SHRUNK = 5  # broken lives that are shrunk and shown
+_QUICK_PLANTED = 8  # the quick form plants one mistake in so many
+_PLANTED_TICKS = 600_000
+# What must have come about in all those lives for them to say anything.
+_FUZZED = (
+    "armings",
+    "moving",
+    *codes.VERBS[1:],
+    *(f"P{number}" for number in (2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 14, 16)),
+)
 
 Note = Callable[[str], None]
 Part = tuple[dict[str, Any], list[str]]
@@ -93,29 +109,88 @@ def mutation(quick: bool, note: Note) -> Part:
     """Mutants of the core against its own tests; the quick form tries a sample of them."""
     figures = dict.fromkeys(("mutants", "killed", "equivalent", "survived"), 0)
     short: list[str] = []
-    order = kill.timed_order()
-    noted = time.monotonic()
     for module in MODULES:
-        known = equivalent.reasons(module)
-        gone = set(known)
-        for mutant in mutate.mutants(kill.source_of(module), _QUICK_EVERY if quick else 1):
-            figures["mutants"] += 1
-            gone.discard(mutant.key)
-            survives = kill.survives(module, mutant.code, order)
-            listed = mutant.key in known
-            figures["killed"] += not survives
-            figures["equivalent"] += survives and listed
-            figures["survived"] += survives and not listed
-            where = f"{module}.py:{mutant.line} {mutant.where}: {mutant.change}"
-            if survives and not listed:
-                short.append(f"survived: {where}")
-            if listed and not survives:
-                short.append(f"listed as equivalent, but killed: {where}")
+        gone = set(equivalent.reasons(module)) - mutate.keys(kill.source_of(module))
+        short += [f"{module}: listed, but there is no such mutant: {key}" for key in sorted(gone)]
+    every = _QUICK_EVERY if quick else _SLICES
+    slices = [(m, every, first) for m in MODULES for first in range(1 if quick else every)]
+    noted = time.monotonic()
+    context = multiprocessing.get_context("fork")
+    with context.Pool(1 if quick else None, _begin_killing, (kill.known_tests(),)) as pool:
+        for module, tried in pool.imap_unordered(_kill_slice, slices):
+            known = equivalent.reasons(module)
+            for mutant_key, line, survives in tried:
+                listed = mutant_key in known
+                figures["mutants"] += 1
+                figures["killed"] += not survives
+                figures["equivalent"] += survives and listed
+                figures["survived"] += survives and not listed
+                if survives != listed:
+                    wrong = "survived" if survives else "listed as equivalent, but killed"
+                    where, change = mutant_key
+                    short.append(f"{wrong}: {module}.py:{line} {where}: {change}")
             if time.monotonic() - noted > _NOTE_EVERY_S:
                 noted = time.monotonic()
                 note(f"{module}: {figures['mutants']} mutants, {figures['survived']} survived")
-        if not quick:
-            short += [f"{module}: listed, but there is no such mutant: {key}" for key in gone]
+    return figures, short
+
+
+_known_tests: kill.Tests
+
+
+def _begin_killing(tests: kill.Tests) -> None:
+    """In each process of the pool: its own order of the tests, which it learns."""
+    global _known_tests
+    _known_tests = tests
+
+
+def _kill_slice(
+    of: tuple[str, int, int],
+) -> tuple[str, list[tuple[tuple[str, str], int, bool]]]:
+    """One in so many mutants of a module: (key, line, whether it survives) of each."""
+    module, every, first = of
+    tried = mutate.mutants(kill.source_of(module), every, first)
+    return module, [(m.key, m.line, kill.survives(module, m, _known_tests)) for m in tried]
+
+
+def fuzzing(quick: bool, note: Note) -> Part:
+    """The whole firmware in random lives, its outputs against the promises' text."""
+    ticks, processes = (60_000, 1) if quick else (10_000_000, os.cpu_count() or 1)
+    figures: dict[str, Any] = {"first_seed": _FIRST_SEED, "ticks": 0, "lives": 0, "broken": 0}
+    causes: dict[str, int] = dict.fromkeys(_FUZZED, 0)
+    short: list[str] = []
+    noted = time.monotonic()
+    for outcome in fuzz.fuzz(ticks, _FIRST_SEED, processes):
+        figures["ticks"] += outcome.ticks
+        figures["lives"] += 1
+        for name in causes:
+            causes[name] += outcome.stats.get(name, 0)
+        if outcome.broken:
+            figures["broken"] += 1
+            if len(short) < _SHRUNK:
+                short.append(str(fuzz.shrink(outcome)))
+        if time.monotonic() - noted > _NOTE_EVERY_S:
+            noted = time.monotonic()
+            note(f"{figures['ticks']} of {ticks} ticks, {figures['broken']} lives broke a promise")
+    if figures["broken"] > len(short):
+        short.append(f"and {figures['broken'] - len(short)} lives more")
+    short += [f"{name} never came about" for name in causes if not quick and not causes[name]]
+    if not causes["moving"]:
+        short.append("the chair never moved")
+    return {**figures, **causes}, short
+
+
+def planted_mistakes(quick: bool, note: Note) -> Part:
+    """Mistakes planted in copies of the firmware, which the fuzzer must find."""
+    chosen = fuzz_mutants.PLANTED[:: _QUICK_PLANTED if quick else 1]
+    short: list[str] = []
+    figures = {"planted": len(chosen), "found": 0}
+    with ThreadPoolExecutor(1 if quick else os.cpu_count()) as pool:
+        for found in pool.map(lambda p: fuzz_mutants.find(p, _PLANTED_TICKS, _FIRST_SEED), chosen):
+            figures["found"] += found.found
+            note(str(found))
+            if not found.found:
+                short.append(str(found))
     return figures, short
 
 
@@ -125,4 +200,6 @@ PARTS: dict[str, Callable[[bool, Note], Part]] = {
     "decisions": decisions_of_obstacles,
     "coverage": coverage,
     "mutation": mutation,
+    "fuzz": fuzzing,
+    "planted": planted_mistakes,
 }

@@ -1,0 +1,242 @@
+"""What the fuzzer put in, as the promises count it: sessions, commands, orders, obstacles.
+
+The oracle's memory (fuzz_oracle judges by it). Only honest frames count, and only in their order:
+everything else must come to nothing (P12). Times are microseconds of the world's clock.
+"""
+
+from __future__ import annotations
+
+from gazelink import codes, messages
+from gazeprove.fuzz_board import World
+from gazeprove.fuzz_chair import Chair
+from gazeprove.fuzz_host import Sent
+
+MS = 1000
+_DISTANCES = ("forward_mm", "backward_mm", "left_q4_deg", "right_q4_deg")
+_MOVES = frozenset((codes.FORWARD, codes.BACKWARD, codes.LEFT, codes.RIGHT, codes.DRIVE))
+
+
+class Violation(Exception):
+    """A promise was broken. `promise` is its number in the table."""
+
+    def __init__(self, promise: str, text: str) -> None:
+        super().__init__(f"{promise}: {text}")
+        self.promise = promise
+
+
+class Rules:
+    """What the settings in force allow, as the fuzzer last got them confirmed."""
+
+    def __init__(self) -> None:
+        self.neutral = (170, 170)
+        self.linear_permille = 600
+        self.turn_permille = 500
+        self.step_turn_permille = 1000
+        self.hold_permille = 150
+        self.step_forward_ms = 2000
+        self.step_turn_limit_ms = 6000
+        self.stop_margin_mm = 100
+        self.stop_margin_q4_deg = 48
+        self.tilt_limit_deg = 15.0
+        self.relay_fitted = True
+
+
+class Facts:
+    """One board's life after another, in one world."""
+
+    def __init__(self, world: World, chair: Chair) -> None:
+        self.world = world
+        self.chair = chair
+        self.rules = Rules()
+        self.latched: set[str] = set()
+        self.emergency_kept = True  # what the board stored of it is still there
+        self.stats: dict[str, int] = {}
+        self.boot()
+
+    def boot(self) -> None:
+        """The board has just come up: nothing of before counts."""
+        now = self.world.now_us
+        self.tick_count = 0
+        self.booted_us = now
+        self.latched = {"P11"} & self.latched if self.emergency_kept else set()
+        self.rules = Rules()
+        self.last_tick_us = now
+        self.slow_us = -(1 << 60)  # when ticks last came at another pace than 1 ms
+        self.period_us = 1000
+        self.service_us = now
+        self.toggled_at = -100
+        self.unverified = 0
+        self.failed_us = now
+        self.moved_us = now
+        self.button_us = -1
+        self.open_us = -1
+        self.enabled_at = -1
+        self.enabled_us = 0
+        self.off_at = -1
+        self.off_why = ""
+        self._forget_session(None)
+        if self.world.enable:
+            raise Violation("P1", "the enable line is on at boot")
+
+    def _forget_session(self, session: object) -> None:
+        self.session = session
+        self._last_index = 0
+        self.heard_us = self.world.now_us
+        self.commands: dict[int, Sent] = {}
+        self.dead: set[int] = set()
+        self.owner = codes.NOBODY
+        self.former = (codes.NOBODY, -1)  # the owner before, until that tick
+        self.arms: list[tuple[int, int]] = []  # (tick, owner)
+        self._numbers: set[int] = set()
+        self.seen_us = -(1 << 60)
+        self.source = -1
+        self.blocked_at = [-1] * 4
+        self.bypass: dict[int, int] = {}  # number: when it was first heard
+        self.bypass_until_us = -1
+        self.bypass_number = 0
+        self.asked_us = -(1 << 60)
+        self.step = (0, 0)  # press, since when it moves
+        self.turning_us = -1
+
+    # -- what went in --------------------------------------------------------------------------
+
+    def served(self, heard: list[Sent]) -> None:
+        """The service loop ran and has read these frames to their end."""
+        self.service_us = self.world.now_us
+        for sent in heard:
+            if sent.message is messages.HELLO:
+                self._hello(sent)
+            elif not sent.spoilt and sent.session == self.session and self.session is not None:
+                self._honest(sent)
+
+    def _hello(self, sent: Sent) -> None:
+        if sent.spoilt and sent.spoilt != "replayed":
+            return
+        number = sent.fields["session"]
+        if self.session is None or number != self.session[0]:  # type: ignore[index]
+            self.fall("P14", "a new session", self.tick_count + 1)
+            self._forget_session((number, self.boot_id))
+
+    boot_id = 0
+
+    def _honest(self, sent: Sent) -> None:
+        now = self.world.now_us
+        if sent.index <= self._last_index:
+            return
+        self._last_index = sent.index
+        fresh = now - sent.born_us <= 100 * MS
+        if fresh:
+            self.heard_us = now
+        if sent.message is messages.COMMAND:
+            self._on_command(sent, fresh)
+        elif sent.message is messages.ORDER:
+            self._on_order(sent.fields, fresh)
+        elif sent.message is messages.CLEARANCE:
+            self._on_clearance(sent)
+        elif sent.message is messages.BYPASS and fresh:
+            self._on_bypass(sent)
+
+    def _on_command(self, sent: Sent, fresh: bool) -> None:
+        fields = sent.fields
+        if fields["verb"] == codes.STOP:
+            for command in self.commands.values():
+                self.dead.add(command.press)
+            self.commands.clear()
+            return
+        if not fresh or not _possible(fields):
+            return
+        if self.enabled_at < 0:
+            self.dead.add(sent.press)  # pressed before it was armed
+        if fields["ttl_ms"] > 0:
+            self.asked_us = max(self.asked_us, sent.born_us + min(300, fields["ttl_ms"]) * MS)
+        old = self.commands.get(fields["owner"])
+        if old is not None and old.press != sent.press:
+            self.dead.add(old.press)
+        if old is not None and old.press == sent.press and not _same_press(old, sent):
+            self.dead.add(sent.press)
+        self.commands[fields["owner"]] = sent
+
+    def _on_order(self, fields: dict[str, int], fresh: bool) -> None:
+        action, owner, number = fields["action"], fields["owner"], fields["number"]
+        if action > codes.RESET_FAULTS or number == 0:
+            return
+        if action == codes.EMERGENCY_STOP:
+            self._numbers.add(number)
+            self.latched.add("P11")
+            self.fall("P11", "an emergency message", self.tick_count + 2)
+            return
+        if number in self._numbers:
+            return
+        if action == codes.DISARM:
+            self._numbers.add(number)
+            self.fall("P13", "an order to disarm", self.tick_count + 1)
+        elif fresh:
+            self._numbers.add(number)
+            if action == codes.RESET_FAULTS and owner == codes.CARETAKER:
+                self.reset()
+            elif action == codes.ARM and owner in (codes.DRIVER, codes.CARETAKER):
+                self._on_arm(owner)
+
+    def _on_arm(self, owner: int) -> None:
+        if self.enabled_at < 0 or self.off_at >= 0:
+            self.arms.append((self.tick_count, owner))
+        elif owner != self.owner:
+            self.former = (self.owner, self.tick_count + 1)
+            self.owner = owner
+            for command in self.commands.values():
+                self.dead.add(command.press)
+
+    def reset(self) -> None:
+        emergency = self.world.emergency_level == 1
+        self.latched = {"P11"} & self.latched if emergency else set()
+
+    def _on_clearance(self, sent: Sent) -> None:
+        fields = sent.fields
+        if fields["source"] > codes.REPLAYED:
+            return
+        self.seen_us = sent.born_us - fields["age_ms"] * MS
+        self.source = fields["source"]
+        rules = self.rules
+        margins = (rules.stop_margin_mm,) * 2 + (rules.stop_margin_q4_deg,) * 2
+        for way in range(4):
+            near = fields[_DISTANCES[way]] < margins[way]
+            if not near and not fields["blocked"] >> way & 1:
+                self.blocked_at[way] = -1
+            elif self.blocked_at[way] < 0:
+                self.blocked_at[way] = self.tick_count
+
+    def _on_bypass(self, sent: Sent) -> None:
+        number = sent.fields["number"]
+        self.bypass.setdefault(number, self.world.now_us)
+        self.bypass_number = number
+        self.bypass_until_us = sent.born_us + min(300, sent.fields["ttl_ms"]) * MS
+
+    # -- what follows
+
+    def fall(self, promise: str, why: str, at: int) -> None:
+        """The chair is disarmed by this; the enable line may not change in tick `at` or later."""
+        self.arms.clear()
+        for command in self.commands.values():
+            self.dead.add(command.press)
+        if self.enabled_at >= 0 and (self.off_at < 0 or at < self.off_at):
+            self.off_at = at
+            self.off_why = f"{promise}: enable line on after {why}"
+            self.count(promise)
+
+    def count(self, what: str) -> None:
+        self.stats[what] = self.stats.get(what, 0) + 1
+
+
+def _possible(fields: dict[str, int]) -> bool:
+    return (
+        fields["verb"] in _MOVES
+        and fields["mode"] <= codes.TUNE
+        and fields["edge"] != 0
+        and abs(fields["linear_permille"]) <= 1000
+        and abs(fields["turn_permille"]) <= 1000
+        and fields["cap_permille"] <= 1000
+    )
+
+
+def _same_press(old: Sent, new: Sent) -> bool:
+    return all(old.fields[name] == new.fields[name] for name in ("verb", "mode"))

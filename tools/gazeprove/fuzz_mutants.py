@@ -1,0 +1,174 @@
+"""Safety mistakes planted in copies of the firmware: the fuzzer must find them.
+
+Each is one change to the source that somebody could make. A snippet that is not found exactly once
+is an error: then the firmware has changed, and the mutant has to follow.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from gazesetup import ROOT, source_environment
+
+_LIMIT_S = 900
+_SAFETY = "firmware/gazeboard/safety.py"
+_LIMITS = "firmware/gazeboard/limits.py"
+_LINK = "firmware/gazeboard/link.py"
+_APP = "firmware/gazeboard/app.py"
+_MOTION = "firmware/gazeboard/motion.py"
+
+
+@dataclass(frozen=True)
+class Planted:
+    """One mistake: in this file, this text becomes that one."""
+
+    name: str
+    file: str
+    old: str
+    new: str
+
+
+PLANTED = (
+    Planted("time to live not counted", _SAFETY, "self.ttl_ms -= 1", "self.ttl_ms -= 0"),
+    Planted("sequence not checked", _LINK, "if not silent and not 1 <= ahead <= 127:", "if False:"),
+    Planted(
+        "heading faults ignored",
+        _SAFETY,
+        "faults |= i.heading_faults & codes.HEADING_FAULTS",
+        "faults |= 0",
+    ),
+    Planted(
+        "session not in the seed",
+        "protocol/gazelink/frame.py",
+        "crc.fill_seed(_ids, seed)",
+        "crc.fill_seed(_ids[:4], seed)",
+    ),
+    Planted(
+        "stale order accepted",
+        _LINK,
+        "elif age_ms > limits.FRAME_STALE_MS:\n            self.stale",
+        "elif False:\n            self.stale",
+    ),
+    Planted("output not limited", _MOTION, "self._limit(i, blocked, caps)\n", "pass\n"),
+    Planted(
+        "host silent later", _LIMITS, "HOST_SILENT_MS = const(100)", "HOST_SILENT_MS = const(140)"
+    ),
+    Planted(
+        "emergency forgotten by a reset",
+        _APP,
+        "boot_faults |= 1 << codes.EMERGENCY",
+        "boot_faults |= 0",
+    ),
+    Planted("wiper tried more often", _LIMITS, "WIPER_TRIES = const(3)", "WIPER_TRIES = const(6)"),
+    Planted("owner not checked", _SAFETY, "if i.owner != self.owner:", "if False:"),
+    Planted(
+        "an ended press goes on",
+        _SAFETY,
+        "            self.spent_edge = self.edge\n            self.edge = 0",
+        "            self.edge = 0",
+    ),
+    Planted(
+        "age of the clearance ignored",
+        _SAFETY,
+        "self._clearance_age_ms = i.clearance_age_ms",
+        "self._clearance_age_ms = 0",
+    ),
+    Planted(
+        "enable line toggled after a failed write",
+        _SAFETY,
+        "                self._trip(codes.WIPER)\n            return False",
+        "                self._trip(codes.WIPER)\n            return self.enable",
+    ),
+    Planted("stop of others ignored", _SAFETY, "if stopped or i.verb == codes.STOP:", "if False:"),
+    Planted("tilt ignored", _SAFETY, "faults |= 1 << codes.TILT", "faults |= 0"),
+    Planted(
+        "service stalled later",
+        _LIMITS,
+        "SERVICE_STALLED_MS = const(50)",
+        "SERVICE_STALLED_MS = const(75)",
+    ),
+    Planted(
+        "late ticks unseen",
+        _LIMITS,
+        "TICK_STALLED_US = const(20000)",
+        "TICK_STALLED_US = const(80000)",
+    ),
+    Planted(
+        "the driver resets faults",
+        _LINK,
+        "action == codes.RESET_FAULTS and owner != codes.CARETAKER",
+        "action == codes.RESET_FAULTS and False",
+    ),
+    Planted(
+        "arming without proof of neutral",
+        _LIMITS,
+        "NEUTRAL_PROVEN_MS = const(500)",
+        "NEUTRAL_PROVEN_MS = const(5)",
+    ),
+    Planted(
+        "blocked ways driven", _SAFETY, "return codes.OBSTACLE_FORWARD + direction", "return 0"
+    ),
+    Planted(
+        "armed with a relay that opened",
+        _LIMITS,
+        "RELAY_RELEASE_MS = const(25)",
+        "RELAY_RELEASE_MS = const(250)",
+    ),
+    Planted(
+        "an exception leaves it armed",
+        _SAFETY,
+        "self._trip(codes.TICK_EXCEPTION)",
+        "pass",
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the fuzzer said to one planted mistake."""
+
+    name: str
+    found: bool
+    said: str
+    seconds: float
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.said} ({self.seconds:.1f} s)"
+
+
+def plant(planted: Planted, folder: Path) -> list[str]:
+    """Copy the firmware with this mistake; the source roots. Raises ValueError when it has gone."""
+    text = (ROOT / planted.file).read_text()
+    if text.count(planted.old) != 1:
+        raise ValueError(f"{planted.name}: its text is not once in {planted.file}")
+    roots = []
+    for name in ("protocol", "firmware"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+        roots.append(str(folder / name))
+    (folder / planted.file).write_text(text.replace(planted.old, planted.new))
+    return roots
+
+
+def find(planted: Planted, ticks: int, seed: int) -> Found:
+    """Fuzz a copy with this mistake, so many ticks at most."""
+    started = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="gazefuzz-") as folder:
+        env = source_environment()
+        env["PYTHONPATH"] = os.pathsep.join((*plant(planted, Path(folder)), env["PYTHONPATH"]))
+        done = subprocess.run(
+            [sys.executable, "-m", "gazeprove.fuzz", "--seed", str(seed), "--ticks", str(ticks)],
+            env=env,
+            capture_output=True,
+            text=True,
+            timeout=_LIMIT_S,
+        )
+    said = (done.stdout + done.stderr).strip().splitlines()[-1]
+    found = done.returncode == 1 and ", tick " in said
+    return Found(planted.name, found, said, time.monotonic() - started)

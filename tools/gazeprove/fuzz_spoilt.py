@@ -1,0 +1,195 @@
+"""Episodes in which the board and what hangs on it fail: loops, sensors, wipers, relay, power.
+
+Each is a script over a Life: it brings the chair to drive, then spoils one thing, and mostly mends
+it again; the next episode copes.
+"""
+
+from __future__ import annotations
+
+from gazelink import codes
+from gazeprove.fuzz_board import DEAF, LYING, NAK, STUCK
+from gazeprove.fuzz_host import View
+from gazeprove.fuzz_life import FOLLOWS, STAYS_CLOSED, STAYS_OPEN, Life, Script
+
+_TURNS = (codes.LEFT, codes.RIGHT)
+_NEAR = {
+    "forward_mm": (0, 50, 99, 300, 800),
+    "backward_mm": (0, 50, 99, 300, 800),
+    "left_q4_deg": (0, 20, 47, 200, 700),
+    "right_q4_deg": (0, 20, 47, 200, 700),
+}
+
+
+def stalled_service(life: Life) -> Script:
+    """The service loop does not come back for a while."""
+    rng = life.rng
+    yield from life.drive()
+    life.service_alive = False
+    yield rng.choice((20, 45, 55, 80, 300, 520, 700))
+    life.service_alive = True
+    yield rng.randrange(20, 200)
+
+
+def stalled_tick(life: Life) -> Script:
+    """Time passes without a tick."""
+    rng = life.rng
+    yield from life.drive()
+    for _ in range(rng.choice((1, 1, 3))):
+        life.gap_us = rng.choice((19_500, 20_500, 60_000, 400_000))
+        yield rng.randrange(1, 100)
+
+
+def obstacle(life: Life) -> Script:
+    """Something comes into a way, stays or goes; the press goes on."""
+    rng = life.rng
+    yield from life.drive()
+    view = View()
+    for name, near in _NEAR.items():
+        if rng.random() < 0.5:
+            view.fields[name] = rng.choice(near)
+    if rng.random() < 0.5:
+        view.fields["blocked"] = rng.randrange(16)
+    if rng.random() < 0.3:
+        view.fields["unseen"] = rng.randrange(16)
+    life.host.view = view
+    life.host.clearance_every_us = rng.choice((2_000, 20_000, 50_000))
+    yield rng.randrange(2, 250)
+    if rng.random() < 0.3:
+        life.host.bypass = rng.randrange(1, 256)
+        yield rng.randrange(20, 200)
+        yield from life.drive()
+    if rng.random() < 0.7:
+        life.host.view = View()
+        yield rng.randrange(60, 500)
+    life.host.bypass = 0
+    life.host.view = View()
+    yield 60
+
+
+def old_eyes(life: Life) -> Script:
+    """Obstacle data stop, grow old on their way or come from elsewhere."""
+    rng = life.rng
+    yield from life.drive()
+    how = rng.randrange(4)
+    if how == 0:
+        life.host.view = None
+    elif how == 1 and life.host.view is not None:
+        life.host.view.frozen_at_us = life.world.now_us
+    elif how == 2:
+        life.host.view = View(age_ms=rng.choice((200, 280, 305, 400, 65535)))
+    else:
+        life.host.view = View({"source": rng.randrange(4)})
+    yield rng.randrange(50, 500)
+    life.host.view = View()
+    yield rng.randrange(20, 200)
+
+
+def bypass(life: Life) -> Script:
+    """A bypass held on and on, before something near."""
+    rng = life.rng
+    life.host.view = View({"forward_mm": 40, "backward_mm": 40})
+    life.host.bypass = rng.randrange(1, 256)
+    yield 60
+    yield from life.drive(verb=codes.FORWARD, mode=codes.CONTINUOUS)
+    yield rng.choice((300, 900, 2_000, 20_500 if rng.random() < 0.1 else 400))
+    life.host.bypass = 0
+    yield 400
+    life.host.view = View()
+    yield 60
+
+
+def failing_pot(life: Life) -> Script:
+    """Writes fail or lie, for some transfers or until told."""
+    rng = life.rng
+    yield from life.drive()
+    for _ in range(rng.randrange(1, 4)):
+        life.world.pot.fault = rng.choice((NAK, STUCK, DEAF, LYING))
+        life.world.pot.fails_for = rng.choice((1, 2, 3, 4, 6, 9, 40))
+        yield rng.randrange(1, 12)
+    yield rng.randrange(10, 60)
+    life.world.pot.fault = 0
+    life.world.pot.fails_for = -1
+    if rng.random() < 0.4:
+        life.host.let_go()
+        yield 600
+        life.host.order(codes.ARM, codes.DRIVER)
+        yield 220
+
+
+def failing_imu(life: Life) -> Script:
+    """The heading sensor freezes, jumps, resets itself or leaves its bus, mostly in a turn."""
+    rng = life.rng
+    verb = rng.choice((*_TURNS, *_TURNS, codes.DRIVE, codes.FORWARD))
+    yield from life.drive(verb=verb, turn=rng.choice((500, -500)) if verb == codes.DRIVE else 0)
+    yield rng.randrange(1, 200)
+    chair, world = life.chair, life.world
+    how = rng.randrange(5)
+    if how == 0:
+        chair.freeze()
+    elif how == 1:
+        world.spoil_imu(rng.choice((NAK, STUCK)))
+    elif how == 2:
+        world.imu.power_on()
+        chair.unfit_us = world.now_us
+    elif how == 3:
+        chair.jump(rng.choice((20, -30, 90, 180)))
+    else:
+        for _ in range(rng.randrange(1, 6)):
+            chair.spike_deg = rng.choice((20, -30, 90))
+            yield rng.choice((10, 20, 60))
+    yield rng.choice((20, 60, 150, 600))
+    chair.thaw()
+    world.spoil_imu(0)
+    yield rng.randrange(10, 100)
+    if rng.random() < 0.5:
+        yield from life.drive(verb=rng.choice(_TURNS))
+    yield rng.choice((10, 300))
+
+
+def tilt(life: Life) -> Script:
+    """The chair stands askew for a while."""
+    rng = life.rng
+    yield from life.drive()
+    limit = life.oracle.rules.tilt_limit_deg
+    life.chair.tilt(rng.choice((-1, 1)) * (limit + rng.choice((1.5, 5, 20))), limit)
+    yield rng.choice((50, 90, 130, 300))
+    life.chair.tilt(0.0, limit)
+    yield rng.randrange(20, 300)
+
+
+def relay(life: Life) -> Script:
+    """The relay's contact does not follow."""
+    rng = life.rng
+    if rng.random() < 0.5:
+        yield from life.drive()
+    life.relay = rng.choice((STAYS_OPEN, STAYS_CLOSED))
+    yield rng.choice((5, 28, 60, 300))
+    if rng.random() < 0.5:
+        life.host.order(codes.DISARM, codes.NOBODY)
+        life.host.let_go()
+        yield 600
+        life.host.order(codes.ARM, codes.DRIVER)
+        yield 220
+    life.relay = FOLLOWS
+    yield rng.choice((10, 600))
+
+
+def reset(life: Life) -> Script:
+    """The board resets; its files are kept or not; the host goes on with its press or not."""
+    rng = life.rng
+    if rng.random() < 0.7:
+        yield from life.drive()
+    if rng.random() < 0.5:
+        life.host.let_go()
+    life.boot(rng.choice((1, 1, 3, 5)))
+    yield rng.randrange(20, 800)
+
+
+def exception(life: Life) -> Script:
+    """Something raises in the tick."""
+    yield from life.drive()
+    life.world.raises = life.rng.choice((ValueError("x"), OSError(5), MemoryError()))
+    yield life.rng.choice((1, 50, 700))
+    life.host.let_go()
+    life.host.order(codes.ARM, codes.DRIVER)
+    yield 220
