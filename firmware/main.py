@@ -32,6 +32,7 @@ else:
 
 def main():
     board = find_board()
+    damaged = bootlog.damaged(board)
     refusal = codes.NO_REASON
     if not board.hard_timer:
         refusal = codes.NO_HARD_TIMER
@@ -45,7 +46,7 @@ def main():
         board.open_repl()
         return
     try:
-        board.run(App(board))
+        board.run(App(board, 1 << codes.STORAGE if damaged else 0))
     except Exception as error:
         bootlog.send_fault(
             board,

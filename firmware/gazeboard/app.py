@@ -3,7 +3,8 @@
 import gc
 from binascii import hexlify, unhexlify
 
-from gazeboard import limits
+from gazeboard import bootlog, limits
+from gazeboard.emergency_latch import EmergencyLatch
 from gazeboard.imu import OFFSETS_SIZE, Imu
 from gazeboard.joystick import Joystick
 from gazeboard.link import Link
@@ -12,8 +13,9 @@ from gazeboard.obstacles import Obstacles
 from gazeboard.profile_check import ProfileCheck
 from gazeboard.safety import Safety
 from gazeboard.settings import FILE as SETTINGS_FILE
-from gazeboard.settings import Settings, sealed, unsealed
+from gazeboard.settings import Settings
 from gazeboard.shared import Inbox, Outbox
+from gazeboard.storage import sealed, unsealed
 from gazeboard.telemetry import Telemetry
 from gazeboard.turn import turn_controller
 from gazelink import codes
@@ -22,7 +24,7 @@ from gazelink.settings_table import TABLE as SETTINGS_TABLE
 
 _GC_MS = 1000
 _GC_ARMED_MS = 60000
-_EMERGENCY_FILE = "emergency"
+_HEALTHY_MS = 3600000  # running so long, the board forgets its watchdog resets
 _HEADING_FILE = "heading_offsets"
 
 # LED: on for the first `on` of `period` ms. (condition order: see _blink)
@@ -33,20 +35,23 @@ _LED_ARMED = (1000, 1000)
 
 
 class App:
-    # board: see boards/__init__.py for what it offers.
+    # board: see boards/__init__.py for what it offers. boot_faults: bits found before this.
 
-    def __init__(self, board):
+    def __init__(self, board, boot_faults=0):
         self._board = board
         s = Settings(board.load(SETTINGS_FILE))
         self.settings = s
         self.inbox = Inbox()
         self._imu = Imu(board.imu_i2c, board.ticks_diff, s.tilt_limit_q4_deg)
-        self._restore_heading()
+        if not self._restore_heading():
+            boot_faults |= 1 << codes.STORAGE
         self.joystick = Joystick(board.joystick_i2c)
-        boot_faults = 0 if board.hard_timer else 1 << codes.NO_HARD_TIMER
-        self._emergency_stored = board.load(_EMERGENCY_FILE) is not None
-        if self._emergency_stored:
+        if not board.hard_timer:
+            boot_faults |= 1 << codes.NO_HARD_TIMER
+        self._latch = EmergencyLatch(board)
+        if self._latch.stored:
             boot_faults |= 1 << codes.EMERGENCY
+        self._healthy = False  # has run for long without a reset
         self.safety = Safety(board.simulated, s.relay_fitted, boot_faults)
         self.obstacles = Obstacles(s)
         self.outbox = Outbox()
@@ -91,9 +96,25 @@ class App:
         try:
             self._tick()
         except Exception:
+            self._let_go()
+
+    # An exception in the tick (P1, P10): enable off, both wipers neutral, latched; again each time,
+    # each for itself, because anything may be what is broken.
+    def _let_go(self):
+        try:
+            self._enable_level = 0
             self._board.enable_pin(0)
+        except Exception:
+            pass
+        self.joystick.let_go()
+        try:
             self.safety.tick_raised()
+        except Exception:
+            pass
+        try:
             self.motion.stop()
+        except Exception:
+            pass
 
     @micropython.native
     def _tick(self):
@@ -169,7 +190,7 @@ class App:
             self._answer_setting()
         self.inbox.publish()
         self._watchdog()
-        self._keep_emergency()
+        self._keep()
         self._keep_heading()
         self._collect()
         self._blink()
@@ -192,7 +213,9 @@ class App:
         self._watched_at = ticks
         moving = self.motion.state != codes.STOPPED
         tilt.watch(elapsed_ms, imu.tilt_lost(), moving, state == codes.ARMED)
-        faults = 1 << codes.TILT_UNKNOWN if tilt.unknown else 0
+        faults = 1 << codes.STORAGE if self._latch.failed else 0
+        if tilt.unknown:
+            faults |= 1 << codes.TILT_UNKNOWN
         if back.heading_faults != imu.faults or back.service_faults != faults:
             back.heading_faults = imu.faults
             back.service_faults = faults
@@ -227,7 +250,7 @@ class App:
     def _save_settings(self):
         try:
             self._board.store(SETTINGS_FILE, self.settings.text())
-        except OSError:
+        except Exception:  # the flash refuses, or no memory
             return codes.SETTING_NOT_STORED
         self.settings.stored()
         return codes.NO_REASON
@@ -245,15 +268,29 @@ class App:
         self._imu.save()
         return codes.NO_REASON
 
+    # Not stored: the sensor finds its calibration anew after the next start, as without any.
     def _keep_heading(self):
         if self._imu.offsets_new and self.safety.state == codes.DISARMED:
             self._imu.offsets_new = False
-            self._board.store(_HEADING_FILE, sealed(hexlify(self._imu.offsets()).decode()))
+            try:
+                self._board.store(_HEADING_FILE, sealed(hexlify(self._imu.offsets()).decode()))
+            except Exception:
+                pass
 
+    # False: what was stored is damaged; said once, then forgotten.
     def _restore_heading(self):
-        text = unsealed(self._board.load(_HEADING_FILE) or "")
-        if text and len(text) == 2 * OFFSETS_SIZE:
-            self._imu.restore(unhexlify(text))
+        text = self._board.load(_HEADING_FILE)
+        if text is None:
+            return True
+        try:
+            offsets = unhexlify(unsealed(text) or "")
+        except ValueError:
+            offsets = b""
+        if len(offsets) == OFFSETS_SIZE:
+            self._imu.restore(offsets)
+            return True
+        bootlog.removed(self._board, _HEADING_FILE)
+        return False
 
     # Fed only while the tick lives.
     def _watchdog(self):
@@ -262,15 +299,14 @@ class App:
             self._fed_at = ticks
             self._board.feed_watchdog()
 
-    # The emergency latch outlives a reset: one small file, written after the tick has disarmed.
-    def _keep_emergency(self):
-        latched = self.safety.faults & (1 << codes.EMERGENCY) != 0
-        if latched != self._emergency_stored and self.safety.state == codes.DISARMED:
-            if latched:
-                self._board.store(_EMERGENCY_FILE, "latched")
-            else:
-                self._board.remove(_EMERGENCY_FILE)
-            self._emergency_stored = latched
+    # What is stored while the board runs, written after the tick has disarmed.
+    def _keep(self):
+        disarmed = self.safety.state == codes.DISARMED
+        ticks = self.outbox.ticks
+        self._latch.keep(self.safety.faults & (1 << codes.EMERGENCY) != 0, disarmed, ticks)
+        if not self._healthy and disarmed and ticks >= _HEALTHY_MS:
+            self._healthy = True
+            bootlog.forget(self._board)
 
     # Neither loop makes garbage, so there is none to collect while armed; a pass that does
     # collect takes some ms, as long as a frame may wait.
@@ -319,4 +355,4 @@ class App:
     # The board stops the tick first, then calls this: neutral, enable off.
     def shut_down(self):
         self._board.enable_pin(0)
-        self.joystick.write(0, 0)
+        self.joystick.let_go()

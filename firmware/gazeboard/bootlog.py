@@ -1,6 +1,7 @@
 # How the board came up: counts watchdog resets in a row, and sends the last words of a board that
 # will not go on, in the FAULT message that every version of the host understands.
 
+from gazeboard.storage import sealed, unsealed
 from gazelink import frame, messages
 
 _FILE = "watchdog_boots"
@@ -11,16 +12,46 @@ _REPEAT_MS = 500
 LIMIT = 3  # watchdog resets in a row after which the board stays in the REPL
 
 
-# Watchdog resets in a row up to this boot, counted in a small file; any other cause starts anew.
-def watchdog_boots(board):
+# Is there a count that cannot be read? Then it starts anew, and somebody should know.
+def damaged(board):
     stored = board.load(_FILE)
-    before = int(stored) if stored and stored.isdigit() else 0
+    return stored is not None and _count(stored) is None
+
+
+# Watchdog resets in a row up to this boot, counted in a small file; any other cause starts anew,
+# and so does an hour without one.
+def watchdog_boots(board):
     if board.reset_cause != _WATCHDOG:
-        if stored is not None:
-            board.remove(_FILE)
+        forget(board)
         return 0
-    board.store(_FILE, str(before + 1))
-    return before + 1
+    count = (_count(board.load(_FILE) or "") or 0) + 1
+    try:
+        board.store(_FILE, sealed(str(count)))
+    except Exception:
+        pass  # the flash refuses: the app finds it out, too, and says so
+    return count
+
+
+# The count starts anew.
+def forget(board):
+    if board.load(_FILE) is not None:
+        removed(board, _FILE)
+
+
+# Whether a small file is gone.
+def removed(board, name):
+    try:
+        board.remove(name)
+        return True
+    except Exception:
+        return False
+
+
+def _count(stored):
+    line = unsealed(stored)
+    if line is None or not line.isdigit() or len(line) > 3:
+        return None
+    return int(line)
 
 
 # One FAULT frame, in at most `tries` attempts: the host may not be there.

@@ -31,6 +31,8 @@ class Joystick:
         self._linear_out = bytearray((_RDAC1, 0))
         self._turn_out = bytearray((_RDAC2, 0))
         self._in = bytearray(1)
+        self._let_go_linear = bytearray((_RDAC1, 0))
+        self._let_go_turn = bytearray((_RDAC2, 0))
         self.set_neutral(limits.WIPER_NEUTRAL, limits.WIPER_NEUTRAL)
 
     # The stored centre of both channels; only while disarmed.
@@ -38,6 +40,8 @@ class Joystick:
     def set_neutral(self, linear_count, turn_count):
         self._neutral_linear = linear_count
         self._neutral_turn = turn_count
+        self._let_go_linear[1] = linear_count
+        self._let_go_turn[1] = turn_count
         self._aim(0, 0)
 
     # What to write from now on.
@@ -74,3 +78,15 @@ class Joystick:
             return back[0] == self.turn_wiper
         except OSError:
             return False
+
+    # Neutral on both, whatever else is broken: each write for itself, nothing read or reckoned.
+    def let_go(self):
+        self.neutral = False  # not read back
+        try:
+            self._i2c.writeto(ADDRESS, self._let_go_linear)
+        except Exception:
+            pass
+        try:
+            self._i2c.writeto(ADDRESS, self._let_go_turn)
+        except Exception:
+            pass

@@ -3,7 +3,8 @@
 
 import json
 
-from gazelink import codes, crc
+from gazeboard.storage import sealed, unsealed
+from gazelink import codes
 from gazelink.settings_table import NAMES, TABLE, index_of, profile_row
 
 FILE = "settings.json"
@@ -92,7 +93,7 @@ class Settings:
             return
         try:
             values = json.loads(line)
-        except ValueError:
+        except Exception:  # no JSON, or too deep
             values = None
         if not isinstance(values, dict):
             self._refuse("settings: not a JSON object")
@@ -104,6 +105,7 @@ class Settings:
                 return
         for name in values:
             setattr(self, name, values[name])
+        self._stored = self.neutral()
 
     def _check(self, name, value):
         for row in TABLE:
@@ -117,19 +119,3 @@ class Settings:
         self._set_all()
         self._stored = None
         self.error = reason
-
-
-# One line as it is stored: a second line holds its CRC-32.
-def sealed(line):
-    return line + "\n" + _crc_of(line) + "\n"
-
-
-# The line of a stored text; None when it is damaged.
-def unsealed(text):
-    line, _, rest = text.partition("\n")
-    return line if rest.strip() == _crc_of(line) else None
-
-
-def _crc_of(line):
-    seed = crc.make_seed(line.encode())
-    return "%02x%02x%02x%02x" % (seed[3], seed[2], seed[1], seed[0])

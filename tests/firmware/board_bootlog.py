@@ -66,3 +66,33 @@ def test_last_words_are_repeated_until_somebody_answers():
     rig.board.serial = Line()
     bootlog.last_words(rig.board, codes.FAULT_REASON + codes.NO_HARD_TIMER, "why")
     assert len(said) == 3
+
+
+def test_an_hour_without_one_forgets_the_resets():
+    rig = Rig()
+    for _ in range(5):
+        assert boot_with(rig, 3) == 1  # a year apart
+        rig.boot()
+        rig.run(1200)
+        rig.app.outbox.ticks = 3600000 - 1450
+        rig.arm()  # 1.5 s
+        assert "watchdog_boots" in rig.files.texts  # a flash write stops the tick: not while armed
+        rig.give(codes.DISARM)
+        rig.run(50)
+        assert "watchdog_boots" not in rig.files.texts
+
+
+def test_a_flash_that_refuses_the_count_does_not_stop_the_start():
+    rig = Rig()
+
+    def refuse(*_args):
+        raise OSError(28)
+
+    rig.files.store = rig.files.remove = refuse
+    for cause in (3, 1, 3):
+        boot_with(rig, cause)
+    rig.files.texts["watchdog_boots"] = "spoilt"
+    assert bootlog.damaged(rig.board)
+    assert boot_with(rig, 1) == 0
+    rig.app.outbox.ticks = 3600000
+    rig.run(5)

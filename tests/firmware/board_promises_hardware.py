@@ -6,7 +6,7 @@ from gazeboard.boards import pins
 from gazelink import codes, messages
 from promiserig import ENABLE_AT, armed, fault, stays_still_until_pressed_anew, toggles
 from promises import CORE, kept, measured
-from rig import POT, Rig
+from rig import NEUTRAL, POT, REGS, Rig
 
 
 def pot_nak(rig):
@@ -107,6 +107,69 @@ def test_p10_an_exception_in_the_tick_turns_the_enable_line_off_and_latches():
     rig.release()
     rig.run(1500)
     assert fault(rig, codes.TICK_EXCEPTION)
+
+
+# Where an exception can come from in a tick, and in what is done about it.
+IN_THE_TICK = (
+    ("obstacles", "step"),
+    ("safety", "step"),
+    ("safety", "wipers_written"),
+    ("safety", "tick_raised"),
+    ("motion", "step"),
+    ("motion", "stop"),
+    ("motion", "_halt"),
+    ("joystick", "write"),
+    ("profile_check", "step"),
+    ("telemetry", "capture"),
+    ("board", "relay_pin"),
+    ("board", "ticks_us"),
+    ("board", "ticks_diff"),
+)
+
+
+def test_p1_an_exception_that_repeats_makes_neutral_in_its_own_tick_and_every_other():
+    for errors in (ValueError, MemoryError, OSError):
+        for part, name in IN_THE_TICK:
+            rig = Rig()
+            rig.drive()
+            owner = rig.app._board if part == "board" else getattr(rig.app, part)
+
+            def broken(*_args):
+                raise errors("spoilt")
+
+            setattr(owner, name, broken)
+            if name in ("tick_raised", "stop", "_halt"):
+                rig.app.obstacles.step = broken  # they only come after another
+            rig.board.tick(rig.app)
+            assert rig.neutral(), (part, name)
+            for _ in range(700):
+                rig.bank[POT + REGS] = 220  # as if it had been left there
+                rig.bank[POT + REGS + 1] = 80
+                rig.board.tick(rig.app)
+                assert rig.neutral(), (part, name)
+                assert rig.bank[ENABLE_AT + at.PIN_OUT] == 0
+    measured(CORE, "P1", "exception inside the tick: neutral", 1, 1)
+
+
+def test_p1_an_exception_makes_neutral_on_a_channel_whose_other_one_fails():
+    rig = Rig()
+    rig.drive()
+    write = rig.app._board.joystick_i2c.writeto
+
+    def first_fails(address, data):
+        if data[0] == 0:
+            raise OSError(19)
+        write(address, data)
+
+    rig.app._board.joystick_i2c.writeto = first_fails
+
+    def broken(*_args):
+        raise ValueError("spoilt")
+
+    rig.app.obstacles.step = broken
+    rig.bank[POT + REGS + 1] = 80
+    rig.board.tick(rig.app)
+    assert rig.bank[POT + REGS + 1] == NEUTRAL
 
 
 def test_p10_the_watchdog_is_fed_only_while_the_tick_lives():

@@ -9,8 +9,9 @@ from gazeboard.heading import HeadingMonitor
 from gazeboard.joystick import Joystick, counts
 from gazeboard.motion import Motion
 from gazeboard.pid import OUTPUT_MAX, PD, PI, PID, P
-from gazeboard.settings import Settings, sealed
+from gazeboard.settings import Settings
 from gazeboard.shared import Inbox, Inputs
+from gazeboard.storage import sealed
 from gazeboard.turn import wrapped
 from gazelink import codes
 from gazelink.settings_table import NAMES, TABLE, index_of

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Any
 
-from gazeboard.boards.virtual import Files
+from gazeboard.storage import Files
 
 TICKS = 1 << 30  # the clocks wrap here
 _HALF = 1 << 29

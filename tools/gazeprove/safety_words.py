@@ -33,7 +33,8 @@ PROMISES = (
     Promise(
         "P1",
         "Power-on, reset, any exception",
-        "enable off and neutral before anything else; no motion until armed",
+        "enable off and neutral before anything else, and in each tick that raises; no motion"
+        " until armed",
         "first lines of main",
     ),
     Promise("P2", "Host silent", "neutral; disarmed when it lasts 500 ms", "100 ms"),

@@ -7,7 +7,8 @@
 #   serial: read_byte() -> 0..255 or -1; write_some(buf, start, end) -> index of the first byte not
 #       taken; neither ever waits
 #   ticks_us(), ticks_ms(), ticks_diff(a, b), feed_watchdog(), heap_free_kb()
-#   load(name) -> text or None, store(name, text), remove(name): whole small files, atomically
+#   load(name), store(name, text), remove(name): small files, see storage.py; the latter two raise
+#       OSError when the flash refuses
 #   open_repl(): let Ctrl-C interrupt again, before leaving for the REPL
 #   run(app): call app.tick every ms and app.service in between, until service returns False
 # Nothing here but run() and the constructor may allocate in the tick's calls.

@@ -11,11 +11,12 @@ import micropython
 
 from gazeboard.boards import pins
 from gazeboard.boards.stdio import StdioSerial
+from gazeboard.storage import Files
 
 _WATCHDOG_MS = 500
 _MAINTENANCE_WATCHDOG_MS = 128000
 _FLASH_WATCHDOG_MS = 8000
-_BASE = "/flash/"
+_BASE = "/flash"
 
 micropython.alloc_emergency_exception_buf(100)
 
@@ -41,6 +42,7 @@ class Teensy40:
         self.ticks_us = time.ticks_us
         self.ticks_ms = time.ticks_ms
         self.ticks_diff = time.ticks_diff
+        self._files = Files(_BASE)
         self._watchdog = None
         self._timer = None
         self.hard_timer = self._has_hard_timer()
@@ -66,28 +68,23 @@ class Teensy40:
         return gc.mem_free() >> 10
 
     def load(self, name):
-        try:
-            with open(_BASE + name) as f:
-                return f.read()
-        except OSError:
-            return None
+        return self._files.load(name)
 
     # A flash erase stops the processor for up to 400 ms: only while disarmed, with a patient
-    # watchdog.
+    # watchdog, which is strict again whatever came of it.
     def store(self, name, text):
         self._patience(_FLASH_WATCHDOG_MS)
-        with open(_BASE + name + ".new", "w") as f:
-            f.write(text)
-        os.rename(_BASE + name + ".new", _BASE + name)
-        self._patience(_WATCHDOG_MS)
+        try:
+            self._files.store(name, text)
+        finally:
+            self._patience(_WATCHDOG_MS)
 
     def remove(self, name):
         self._patience(_FLASH_WATCHDOG_MS)
         try:
-            os.remove(_BASE + name)
-        except OSError:
-            pass
-        self._patience(_WATCHDOG_MS)
+            self._files.remove(name)
+        finally:
+            self._patience(_WATCHDOG_MS)
 
     def _patience(self, timeout_ms):
         if self._watchdog is not None:

@@ -12,6 +12,7 @@ from gazeboard.boards import pins
 from gazeboard.boards.bank_devices import BankI2C, BankPin, count_up, put_u32, u32
 from gazeboard.joystick import ADDRESS
 from gazeboard.limits import WIPER_NEUTRAL
+from gazeboard.storage import Files
 
 _TICK_US = 1000
 _CATCH_UP_US = 5000  # a PC that stalled longer paused the board
@@ -136,33 +137,6 @@ class VirtualBoard:
         self._lead_ms = max(-_LEAD_MS, self._lead_ms - passed_ms) if passed_ms >= 0 else 0
         self._world_ms = world_ms
         return world_ms != 0 and self._lead_ms > _LEAD_MS
-
-
-class Files:
-    # Small text files in one folder: written aside, then renamed, so that a power cut leaves the
-    # old one.
-
-    def __init__(self, folder):
-        self._folder = folder
-
-    def load(self, name):
-        try:
-            with open(self._folder + "/" + name) as f:
-                return f.read()
-        except OSError:
-            return None
-
-    def store(self, name, text):
-        path = self._folder + "/" + name
-        with open(path + ".new", "w") as f:
-            f.write(text)
-        os.rename(path + ".new", path)
-
-    def remove(self, name):
-        try:
-            os.remove(self._folder + "/" + name)
-        except OSError:
-            pass
 
 
 if sys.implementation.name == "micropython":
