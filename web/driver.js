@@ -78,6 +78,7 @@ let state = null; // the host's newest state
 let asked = null; // the verb held
 let clicksAlone = 0;
 let driving = false; // told by the start tone
+let reloading = false;
 
 const acts = {
   arm() {
@@ -150,9 +151,8 @@ const receivers = {
     measure();
   },
   state(news, now) {
-    const driverChanged = news.profile !== undefined && news.profile !== profiles.revision;
-    if (driverChanged && !targets.holding) reload();
     state = news;
+    if (news.profile !== undefined && news.profile !== profiles.revision) reload();
     showState(news, now);
     if (!practice.on) banner.override(news.override, now);
   },
@@ -222,15 +222,24 @@ function switchOff() {
   if (state?.you) socket.send("disarm");
 }
 
+/** The chair is this page's, or it practises so: only this page changes how it drives. */
+function drives() {
+  return Boolean(state?.you) || practice.armed || targets.holding;
+}
+
 async function change(wish) {
-  const reason = await profiles.change(wish);
+  const reason = await profiles.change(wish, drives);
   if (reason) notice("refused", reason);
   applyProfile();
 }
 
+/** What others have changed is taken over when this page does not drive. */
 async function reload() {
-  await profiles.reload();
-  applyProfile();
+  if (reloading || drives()) return;
+  reloading = true;
+  const taken = await profiles.reload(() => !drives());
+  reloading = false;
+  if (taken) applyProfile();
 }
 
 /** Takes over the chosen profile; another language is another page. */

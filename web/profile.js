@@ -30,19 +30,33 @@ export class Profiles {
     return this.#table.fields[name];
   }
 
-  /** Reads them again; keeps what it has when the host does not answer. */
-  async reload() {
+  /**
+   * Reads them again; keeps what it has when the host does not answer, or when `wanted` says no
+   * by then. Whether it took them.
+   */
+  async reload(wanted = () => true) {
     const table = await ask({ cache: "no-store" });
-    if (table.profiles) this.#table = table;
+    if (!table.profiles || !wanted()) return false;
+    this.#table = table;
+    return true;
   }
 
-  /** Asks for a change, as POST /profiles takes it; null, or the reason why not. */
-  async change(wish) {
+  /**
+   * Asks for a change, as POST /profiles takes it; null, or the reason why not. With `alone`, what
+   * others have changed meanwhile is left for the next reload: the revision stays the old one.
+   */
+  async change(wish, alone = () => false) {
     const body = JSON.stringify(wish);
     const answer = await ask({ method: "POST", headers: JSON_TYPE, body });
     if (!answer.profiles) return answer.reason;
-    this.#table = answer;
+    if (wish.save && alone()) this.#save(wish.save);
+    else this.#table = answer;
     return null;
+  }
+
+  #save({ id, ...fields }) {
+    const profiles = this.all.map((each) => (each.id === id ? { ...each, ...fields } : each));
+    this.#table = { ...this.#table, profiles };
   }
 }
 

@@ -131,7 +131,59 @@ def test_another_person_brings_their_own_settings(menu, host):
     assert host.profiles.chosen()["name"] == "Jan"
 
 
+@pytest.mark.parametrize(
+    "change", [{"language": "en"}, {"mode": "step"}, {"auto_off_s": 10}, {"contrast": "night"}]
+)
+def test_a_profile_changed_elsewhere_waits_until_this_page_drives_no_more(driver, host, change):
+    """Nothing another page saves reaches a page that drives: not its mode, language or arming."""
+    page = driver.page
+    page.evaluate("window.same = true")
+    asked = []
+    page.on("request", lambda request: asked.append(request.url))
+    host.profiles.change({"save": {"id": "1", "mode": "continuous"}}, True)
+    host.profiles.change({"save": {"id": "1", **change}}, True)
+    driver.forget()
+    for _ in range(20):
+        driver.state()
+        driver.advance(100)
+    assert driver.data("state") == "armed"
+    assert driver.data("mode") == "continuous"
+    assert driver.data("contrast") == "normal"
+    assert page.evaluate("window.same && document.documentElement.lang") == "nl"
+    assert not driver.heard("disarm")
+    assert not any("/profiles" in url for url in asked)
+    if "language" in change:
+        with page.expect_navigation():
+            host.state.update(OFF)
+            host.say_state()
+        return
+    driver.state(**OFF)
+    wait_until(lambda: any("/profiles" in url for url in asked), "the profile is read")
+    name, value = next(iter(change.items()))
+    if name in ("mode", "contrast"):
+        wait_until(lambda: driver.data(name) == value, "the change arrives")
+
+
+def test_a_profile_that_comes_after_arming_is_not_taken(driver, host):
+    """It was asked for while driving was off, and its answer comes when it is on."""
+    driver.state(**OFF)
+    held = []
+    driver.page.route("**/profiles", lambda route: held.append(route))
+    host.profiles.change({"save": {"id": "1", "mode": "step", "contrast": "night"}}, True)
+    driver.state()
+    wait_until(lambda: held, "the page asks")
+    driver.state(state="armed", you=True, owner="driver")
+    with driver.page.expect_response("**/profiles"):
+        held[0].continue_()
+    driver.page.unroute("**/profiles")
+    driver.advance(200)
+    assert (driver.data("mode"), driver.data("contrast")) == ("continuous", "normal")
+    driver.state(**OFF)
+    wait_until(lambda: driver.data("contrast") == "night", "the change arrives")
+
+
 def test_what_a_caretaker_tunes_arrives_without_a_reload(driver, host):
+    driver.state(**OFF)
     host.profiles.change({"save": {"id": "1", "contrast": "night"}}, True)
     driver.state()
     wait_until(lambda: driver.data("contrast") == "night", "the look")
@@ -141,6 +193,7 @@ def test_a_third_language_is_one_file(page, driver, host):
     words = page.evaluate("fetch('/strings/en.json').then(answer => answer.json())")
     words["labels"]["forward"] = "Forwarts"
     page.route("**/strings/xx.json", lambda route: route.fulfill(json=words))
+    driver.state(**OFF)
     host.profiles.change({"save": {"id": "1", "language": "xx"}}, True)
     with page.expect_navigation():
         host.say_state()  # no look whether it arrived: the page leaves as soon as it has
@@ -215,7 +268,11 @@ def test_help_is_asked_by_looking_and_taken_back(driver, artefact):
 
 
 def test_driving_unused_counts_down_and_goes_off(driver, host):
-    host.profiles.change({"save": {"id": "1", "auto_off_s": 10}}, True)
+    driver.state(**OFF)
+    host.profiles.change({"save": {"id": "1", "auto_off_s": 10, "contrast": "night"}}, True)
+    driver.state()
+    wait_until(lambda: driver.data("contrast") == "night", "the profile")
+    driver.state(state="armed", you=True, owner="driver")
     driver.hover("forward")
     driver.advance(300, look=(0.5, 0.66))
     driver.forget()
