@@ -6,6 +6,7 @@
 # living sensor from a frozen one, and the tilt (0x14..0x1F), which must be as fresh.
 
 from gazeboard.heading import HeadingMonitor
+from gazeboard.limits import RATE_MAX_Q4_DPS
 from gazeboard.tilt import Tilt
 from gazelink import codes
 
@@ -186,7 +187,7 @@ class Imu:
                 old[k] = new[k]
         dt_ms = max(1, min(100, self._ticks_diff(now_ms, self._last_ms)))
         self._last_ms = now_ms
-        self.rate_q4 = _s16(new[4], new[5])
+        self.rate_q4 = max(-RATE_MAX_Q4_DPS, min(RATE_MAX_Q4_DPS, _s16(new[4], new[5])))
         clockwise_q4 = _s16(new[6], new[7])
         if not 0 <= clockwise_q4 <= 5760:
             clockwise_q4 = clockwise_q4 % 5760  # no angle: let the monitor see the jump

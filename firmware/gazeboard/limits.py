@@ -38,6 +38,9 @@ WIPER_NEUTRAL = const(170)
 WIPER_SPAN = const(84)  # counts of deflection at 1000 permille
 
 HEADING_TURN_Q4_DEG = const(5760)  # one turn
+# No chair turns so fast: a gyro that says more is taken at this. 1000 degrees/s; times the longest
+# age, or squared, it stays within 31 bits.
+RATE_MAX_Q4_DPS = const(16000)
 STEP_FORWARD_MAX_MS = const(5000)  # P4: longest step a setting can ask for
 STEP_TURN_MAX_MS = const(10000)
 TUNE_PULSE_MAX_MS = const(2000)  # P4: longest tuning pulse

@@ -38,7 +38,8 @@ class StopPlan:
 
     def __init__(self, ahead_q4, against_q4, accelerate, brake, lag_ms):
         shift = 2
-        while (ahead_q4 * 5) >> shift >= _CELLS - 2:  # a quarter more than full speed has its place
+        # A quarter more than full speed has its place, of either side: the ramp comes from both.
+        while (max(ahead_q4, against_q4) * 5) >> shift >= _CELLS - 2:
             shift += 1
         words = [brake * lag_ms * 64 // 1000, 131072 // brake, lag_ms * 4096 // 1000, shift]
         cell = (1 << shift) / 64  # degrees/s
