@@ -20,7 +20,7 @@ OK = "OK"
 WARN = "WARN"
 FAIL = "FAIL"
 
-_PACKAGES = ("pyserial", "numpy", "flask", "flask-sock", "rplidar-roboticia")
+_PACKAGES = ("pyserial", "numpy", "flask", "rplidar-roboticia")
 _TOOLS = (
     ("chromium", "shows the page in tests and screenshots"),
     ("qemu-system-arm", "runs the emulated board in tests"),

@@ -13,11 +13,13 @@ from gazechair.pairing.lockout import Lockout
 from gazechair.pairing.one_time import VALID_S, OneTimeCode, OneTimeCodes
 from gazechair.pairing.store import Device, DeviceStore, StoreError
 from gazechair.slots import Clock
+from gazechair.throttled_log import ThrottledLog
 
 MOST_NAME = 40
 _NOTE_USE_S = 3600  # "last used" is written to disk at most this often
 
 log = logging.getLogger(__name__)
+complaints = ThrottledLog(log)
 
 
 @dataclass(frozen=True)
@@ -75,18 +77,19 @@ class PairingDesk:
         """Use a code from `address` for a device called `name`. Raises StoreError."""
         with self._lock:
             now_s = self._clock()
-            wait_s = self._lockout.wait_s(address, now_s)
+            wait_s = self._lockout.wait_s(address, code, now_s)
             if wait_s > 0:
-                detail = f"too many wrong codes; try again in {wait_s:.0f} s"
+                detail = f"too many wrong codes; ask again in {wait_s:.1f} s"
                 return Rejected("too_many_guesses", detail, wait_s)
-            found = self._codes.use(code, now_s)
+            found = self._codes.find(code, now_s)
             if found is None:
                 self._lockout.wrong(address, now_s)
-                log.warning("wrong pairing code from %s", address)
+                complaints.warn("wrong pairing code from %s", address)
                 return Rejected("wrong_code", "no such code, or it was used or is too old", 0.0)
-            self._lockout.right(address)
             name = _plain(name) or found.role
             device, token = self._store.add(found.role, name, int(self._wall()))
+            self._codes.use(found)  # not before: a code outlives a full list or disk
+            self._lockout.right(address)
         log.info("paired %s %s (%s) from %s", device.role, device.id, device.name, address)
         return Paired(device, token)
 
@@ -102,7 +105,7 @@ class PairingDesk:
                 try:
                     self._store.used(device.id, now)
                 except StoreError as error:  # a full disk keeps nobody out
-                    log.error("%s", error)
+                    complaints.warn("%s", error)
             return device
 
     def knows(self, id: str) -> bool:

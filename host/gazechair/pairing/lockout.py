@@ -1,32 +1,29 @@
-"""Guessing codes: locked out by address, and limited for all addresses together. Injected time.
+"""Guessing codes: after a few wrong ones an address waits a second for each guess. Injected time.
 
-A right code is 1 of 30**8 = 6.6e11. An address has 5 guesses, then waits 1 min, 2, 4, ... 15 min
-after each further one; all addresses together have 10 at once and then one every 2 s. While a code
-is open (10 min) that is 310 guesses at most: with 4 open codes a chance of 2e-9. 10,000 guesses
-take over 5 hours, while a code lives 10 minutes. Paired devices never come here.
+A right code is never shut out: whatever others guess, from the same address too, it is looked at a
+second after it was first asked. So guessing is slowed, not locked; what protects a code is its
+length. It is 1 of 30**8 = 6.6e11; strangers have a quarter of a processor for all they ask
+(gazechair.web.turns), which is under 1000 guesses a second. Kept up for all of a code's 10 minutes
+that is 600,000 guesses: with 4 open codes a chance of 4e-6. Paired devices never come here.
 """
 
 from __future__ import annotations
 
+import hashlib
 import ipaddress
 from collections import OrderedDict
 from dataclasses import dataclass
 
-from gazechair.rate_limit import RateLimit
-
 FREE_GUESSES = 5
-_FIRST_WAIT_S = 60.0
-_LONGEST_WAIT_S = 900.0
+WAIT_S = 1.0
 _FORGET_S = 3600.0
-_ALL_PER_S = 0.5
-_ALL_BURST = 10
 _MOST_ADDRESSES = 1000
+_MOST_ASKED = 5000  # more than can be asked in WAIT_S
 
 
 @dataclass
 class _Address:
     wrong: int
-    until_s: float
     last_s: float
 
 
@@ -35,29 +32,30 @@ class Lockout:
 
     def __init__(self) -> None:
         self._addresses: OrderedDict[str, _Address] = OrderedDict()
-        self._all = RateLimit(_ALL_PER_S, _ALL_BURST)
+        self._asked: OrderedDict[bytes, float] = OrderedDict()  # when it will be looked at
 
-    def wait_s(self, address: str, now_s: float) -> float:
-        """0 when a guess from `address` may be looked at, else how long it must wait.
-
-        Looking takes one of the guesses that all addresses share.
-        """
+    def wait_s(self, address: str, code: str, now_s: float) -> float:
+        """0 when `code` from `address` may be looked at, else how long until the same may be."""
         entry = self._addresses.get(_group(address))
-        if entry is not None and now_s < entry.until_s:
-            return entry.until_s - now_s
-        return 0.0 if self._all.allow(now_s) else 1.0 / _ALL_PER_S
+        if entry is None or entry.wrong < FREE_GUESSES or now_s - entry.last_s > _FORGET_S:
+            return 0.0
+        asked = hashlib.sha256(f"{_group(address)} {code}".encode("utf-8", "replace")).digest()
+        due_s = self._asked.setdefault(asked, now_s + WAIT_S)
+        if now_s >= due_s:
+            del self._asked[asked]
+            return 0.0
+        while len(self._asked) > _MOST_ASKED:
+            self._asked.popitem(last=False)
+        return due_s - now_s
 
     def wrong(self, address: str, now_s: float) -> None:
         """The guess was wrong."""
         group = _group(address)
         entry = self._addresses.pop(group, None)
         if entry is None or now_s - entry.last_s > _FORGET_S:
-            entry = _Address(0, 0.0, now_s)
+            entry = _Address(0, now_s)
         entry.wrong += 1
         entry.last_s = now_s
-        if entry.wrong >= FREE_GUESSES:
-            doublings = min(entry.wrong - FREE_GUESSES, 10)
-            entry.until_s = now_s + min(_FIRST_WAIT_S * 2**doublings, _LONGEST_WAIT_S)
         self._addresses[group] = entry
         while len(self._addresses) > _MOST_ADDRESSES:
             self._addresses.popitem(last=False)

@@ -47,10 +47,14 @@ class OneTimeCodes:
         self._close_old(now_s)
         return _digest(text) in self._open
 
-    def use(self, text: str, now_s: float) -> OneTimeCode | None:
-        """The code, used up now; None for a wrong, used or late one."""
+    def find(self, text: str, now_s: float) -> OneTimeCode | None:
+        """The open code; None for a wrong, used or late one."""
         self._close_old(now_s)
-        return self._open.pop(_digest(text), None)
+        return self._open.get(_digest(text))
+
+    def use(self, code: OneTimeCode) -> None:
+        """The code is used up."""
+        self._open.pop(_digest(code.text), None)
 
     def _close_old(self, now_s: float) -> None:
         self._open = {digest: code for digest, code in self._open.items() if code.ends_s > now_s}

@@ -44,9 +44,13 @@ def body() -> dict[str, Any]:
 
     Its type must be application/json, which no form of another site can send.
     """
-    if request.mimetype != "application/json":
+    kind = request.environ.get("CONTENT_TYPE", "").partition(";")[0]
+    if kind.strip(" \t").lower() != "application/json":
         raise BadRequest("send Content-Type: application/json")
-    content = request.get_json(silent=True)
+    try:
+        content = json.loads(request.get_data())
+    except (ValueError, RecursionError):
+        raise BadRequest("send a JSON object") from None
     if not isinstance(content, dict):
         raise BadRequest("send a JSON object")
     return content

@@ -7,13 +7,13 @@ import logging
 import threading
 import time
 from collections.abc import Callable
-from typing import Any
 
 from gazechair.driver_port import DriverPort
 from gazechair.pairing import Device
-from gazechair.web.complaints import Complaints
+from gazechair.throttled_log import ThrottledLog
 from gazechair.web.page_client import Ending, PageClient
-from gazechair.web.sockets import CLOSE_REVOKED, CLOSE_TRY_LATER, GONE, prepare
+from gazechair.web.seats import Full, Seat, makes_way
+from gazechair.web.sockets import CLOSE_REVOKED, CLOSE_TRY_LATER, WebSocket
 
 PLACES = {"driver": 4, "caretaker": 4, "viewer": 4}
 REVOKED = Ending(CLOSE_REVOKED, "this device is not paired any more")
@@ -21,7 +21,8 @@ _FALLEN_SILENT_S = 1.0
 _LOOK_S = 0.2
 
 log = logging.getLogger(__name__)
-complaints = Complaints(log)
+complaints = ThrottledLog(log)
+visits = ThrottledLog(log)
 
 
 class ControlHub:
@@ -53,23 +54,22 @@ class ControlHub:
         if self._watcher.is_alive():
             self._watcher.join(2.0)
 
-    def serve(self, ws: Any, peer: str, device: Device) -> None:
+    def serve(self, ws: WebSocket, peer: str, device: Device) -> None:
         """Serve one page until its socket ends; runs on the request's own thread."""
-        prepare(ws)
         client = self._admit(ws, device)
         if client is None:
             complaints.warn("refused page %s: too many pages of a %s", peer, device.role)
-            with contextlib.suppress(*GONE):
+            with contextlib.suppress(OSError):
                 ws.close(CLOSE_TRY_LATER, f"at most {PLACES[device.role]} pages of a {device.role}")
             return
-        log.info("page %s of %s connected as client %d", peer, device.id, client.id)
+        visits.info("page %s of %s connected as client %d", peer, device.id, client.id)
         ending = Ending(None, "its socket closed")
         try:
             if not self._still_paired(device.id):
                 client.dismiss(REVOKED)  # while it knocked
             ending = client.run()
-        except GONE:
-            pass
+        except OSError as gone:
+            ending = Ending(None, str(gone))
         finally:
             # First of all: what it commanded stops.
             self._port.disconnect(client.id)
@@ -77,7 +77,7 @@ class ControlHub:
             with self._lock:
                 self._clients.discard(client)
                 self._lock.notify_all()
-            log.info("page %s, client %d, gone: %s", peer, client.id, ending.why)
+            visits.info("page %s, client %d, gone: %s", peer, client.id, ending.why)
 
     def revoked(self, device_id: str) -> None:
         """Send away every page of that device: what it commanded stops before this returns."""
@@ -86,7 +86,7 @@ class ControlHub:
         for client in clients:
             client.dismiss(REVOKED)
 
-    def _admit(self, ws: Any, device: Device) -> PageClient | None:
+    def _admit(self, ws: WebSocket, device: Device) -> PageClient | None:
         # Each role has its own places, so that no number of viewers keeps the driver out. A page
         # of the same device that has fallen silent is what its own return leaves behind.
         replaced = Ending(CLOSE_TRY_LATER, "this device has come back on another connection")
@@ -94,13 +94,23 @@ class ControlHub:
             if self._stopping.is_set():
                 return None
             now_s = time.monotonic()
-            same_role = [c for c in self._clients if c.device.role == device.role]
-            own = [c for c in same_role if c.device.id == device.id]
-            leaving = [c for c in own if now_s - c.heard_s > _FALLEN_SILENT_S]
-            if len(same_role) - len(leaving) >= PLACES[device.role]:
-                if not own:
-                    return None
-                leaving.append(min(own, key=lambda c: c.heard_s))
+            same_role = [
+                c for c in self._clients if c.device.role == device.role and not c.dismissed
+            ]
+            leaving = [
+                c
+                for c in same_role
+                if c.device.id == device.id and now_s - c.heard_s > _FALLEN_SILENT_S
+            ]
+            seats = [
+                Seat(c, c.device.id, c.heard_s, c.drives) for c in same_role if c not in leaving
+            ]
+            try:
+                goes = makes_way(seats, PLACES[device.role], device.id)
+            except Full:
+                return None
+            if goes is not None:
+                leaving.append(goes)
             client = PageClient(ws, self._port, device, self._insecure)
             self._clients.add(client)
         for old in leaving:

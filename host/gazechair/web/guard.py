@@ -5,24 +5,30 @@ from __future__ import annotations
 import ipaddress
 import json
 import logging
-from collections.abc import Callable, Iterable
+import re
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from http.cookies import CookieError, SimpleCookie
 from typing import Any
 from urllib.parse import urlsplit
 
 from gazechair.pairing import Device
-from gazechair.web.complaints import Complaints
+from gazechair.pairing.store import ROLES
+from gazechair.throttled_log import ThrottledLog
+from gazechair.web.handler import CONNECTION, EARLY
+from gazechair.web.sockets import BadHandshake, WebSocket, handshake
+from gazechair.web.turns import Turns
 
 Environ = dict[str, Any]
 StartResponse = Callable[..., Any]
+SocketAct = Callable[[WebSocket, Environ, Device], None]
 
-UPGRADED = "gazechair.upgraded"
 DEVICE = "gazechair.device"
 _PUBLIC = ("/pair", "/me", "/authority.crt", "/static/pair.js", "/static/pair.css")
 _PUBLIC_TOO = ("/static/icon.svg", "/static/strings.js")
 _PUBLIC_FOLDER = "/strings/"
 PAGES = ("/", "/caretaker")
+_MOST_COOKIES = 200  # browsers keep fewer a host
+_TOKEN = re.compile(r"[A-Za-z0-9_-]{1,64}")
 
 HEADERS = {
     "Content-Security-Policy": (
@@ -41,7 +47,7 @@ HEADERS = {
     "Cross-Origin-Opener-Policy": "same-origin",
 }
 
-complaints = Complaints(logging.getLogger(__name__))
+complaints = ThrottledLog(logging.getLogger(__name__))
 
 
 @dataclass(frozen=True)
@@ -89,56 +95,92 @@ def is_public(path: str) -> bool:
 
 
 def token_in(environ: Environ, cookie_name: str) -> str:
-    """The device's token in the request's cookie, "" without one."""
-    try:
-        cookie = SimpleCookie(str(environ.get("HTTP_COOKIE", ""))).get(cookie_name)
-    except CookieError:
-        return ""
-    return "" if cookie is None else cookie.value
+    """The device's token in the request's cookie, "" without one.
+
+    Our own cookie holds nothing that needs quotes or escapes, so none are read: another cookie is
+    never looked into, and the time is linear in the header.
+    """
+    cookies = str(environ.get("HTTP_COOKIE", "")).split(";", _MOST_COOKIES)[:_MOST_COOKIES]
+    for cookie in cookies:
+        name, _, value = cookie.partition("=")
+        if name.strip(" \t") == cookie_name:
+            value = value.strip(" \t")
+            return value if _TOKEN.fullmatch(value) else ""
+    return ""
 
 
 class Guard:
-    """Lets in who is paired, from this very site; prepares the connection of a socket."""
+    """Lets in who is paired, from this very site: to a socket, or in turns to the application."""
 
     def __init__(
         self,
         app: Callable[..., Iterable[bytes]],
+        sockets: Mapping[str, SocketAct],
         names: frozenset[str],
         who: Callable[[str], Device | None],
         cookie_name: Callable[[], str],
         scheme: str,
+        strangers: Turns,
     ) -> None:
-        """`who` tells whose token it is; `scheme`: "http" or "https"."""
+        """`sockets`: what serves the WebSocket of a path; `who` tells whose token it is; `scheme`:
+        "http" or "https"; `strangers`: the turns of who is not known yet."""
         self._app = app
+        self._sockets = sockets
         self._names = names
         self._who = who
         self._cookie_name = cookie_name
         self._scheme = scheme
+        self._strangers = strangers
+        self._turns = {role: Turns(at_once=4) for role in ROLES}
 
     def __call__(self, environ: Environ, start_response: StartResponse) -> Iterable[bytes]:
-        """WSGI. Raises ConnectionAbortedError after a socket's end: there is nobody to answer."""
+        """WSGI. Raises ConnectionAbortedError after a socket's end: there is nobody to answer.
+        Raises Crowded when too much is being asked already."""
 
         def start(status: str, headers: list[tuple[str, str]], *more: Any) -> Any:
             told = {name.lower() for name, _ in headers}
             strict = [pair for pair in HEADERS.items() if pair[0].lower() not in told]
             return start_response(status, headers + strict, *more)
 
-        refusal = self._judge(environ)
         path = str(environ.get("PATH_INFO", ""))
-        if refusal is not None:
-            if refusal.reason == "not_paired" and path in PAGES and not is_upgrade(environ):
-                return _redirect(environ, start, "/pair")
-            complaints.warn("refused %s %r: %s", environ.get("REMOTE_ADDR"), path, refusal.detail)
-            return _answer(start, refusal)
-        # Compression would cost 1 ms a picture and gain nothing (a JPEG does not shrink).
-        environ.pop("HTTP_SEC_WEBSOCKET_EXTENSIONS", None)
-        if is_upgrade(environ):
-            # The deadline for request headers must not end a socket that is quiet for a while.
-            environ["werkzeug.socket"].settimeout(None)
+        with self._strangers.turn():
+            refusal = self._judge(environ)
+            if refusal is not None:
+                if refusal.reason == "not_paired" and path in PAGES and not is_upgrade(environ):
+                    return _redirect(environ, start, "/pair")
+                complaints.warn(
+                    "refused %s %.80r: %s", environ.get("REMOTE_ADDR"), path, refusal.detail
+                )
+                return _answer(start, refusal)
+            device: Device | None = environ[DEVICE]
+            if device is None:
+                return self._whole(environ, start)
+        if path in self._sockets:
+            return self._socket(self._sockets[path], environ, start, device)
+        with self._turns[device.role].turn():
+            return self._whole(environ, start)
+
+    def _whole(self, environ: Environ, start: StartResponse) -> Iterable[bytes]:
+        # The answer is made inside a turn and sent outside: a slow reader holds nobody up.
         body = self._app(environ, start)
-        if environ.get(UPGRADED):
-            raise ConnectionAbortedError
-        return body
+        try:
+            return [b"".join(body)]
+        finally:
+            getattr(body, "close", lambda: None)()
+
+    def _socket(
+        self, serve: SocketAct, environ: Environ, start: StartResponse, device: Device
+    ) -> Iterable[bytes]:
+        try:
+            answer = handshake(environ)
+        except BadHandshake as error:
+            return _answer(start, Refusal("400 Bad Request", "bad_message", str(error)))
+        connection = environ[CONNECTION]
+        # The deadline for a request must not end a socket that is quiet for a while.
+        connection.raw.settimeout(None)
+        connection.sendall(answer)
+        serve(WebSocket(connection, environ[EARLY]), environ, device)
+        raise ConnectionAbortedError
 
     def _judge(self, environ: Environ) -> Refusal | None:
         reason = foreign(environ, self._names, self._scheme)

@@ -1,114 +1,188 @@
-"""Werkzeug's server with bounded connections: handshake, headers and idleness cost nobody else."""
+"""The web server's connections: bounded in number, time and bytes; each costs nobody else."""
 
 from __future__ import annotations
 
 import contextlib
+import json
 import logging
 import socket
+import socketserver
 import ssl
+import sys
 import threading
 import time
+from io import BytesIO
 from typing import Any
 
-from werkzeug.serving import ThreadedWSGIServer, WSGIRequestHandler
-
-from gazechair.web.complaints import Complaints
+from gazechair.throttled_log import ThrottledLog
+from gazechair.web.connection import Connection, Patience, PlainConnection
+from gazechair.web.head import MOST_HEAD_BYTES, Head, HeadRefused, parse
 from gazechair.web.places import Places
 from gazechair.web.sockets import tune
 from gazechair.web.tls_socket import TlsSocket
+from gazechair.web.turns import Crowded, Turns
 
 SETTLE = (
     "gazechair.settle"  # in a request's environ: call to keep the connection; see Places.settle
 )
-MOST_HEADER_BYTES = 16_384
-_HEADERS_S = 5.0
+CONNECTION = "gazechair.connection"
+EARLY = "gazechair.early"
+_REQUEST_S = 5.0  # for head and body
 _HANDSHAKE_S = 5.0
+_SEND_S = 5.0
+_HEAR_OUT_S = 0.2
+_HEAR_OUT_BYTES = 65_536
+_ACCEPT_PAUSE_S = 0.1
 _TLS_HELLO = b"\x16"
+_LETTERS = b"ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 log = logging.getLogger(__name__)
-complaints = Complaints(log)
+complaints = ThrottledLog(log)
 
 
-class _TooMuch(Exception):
-    pass
+class Exchange:
+    """One request of one connection, and its answer; then the connection ends."""
 
+    def __init__(self, server: Server, connection: Connection, address: tuple[Any, ...]) -> None:
+        self._server = server
+        self._connection = connection
+        self._address = address
 
-class _Bounded:
-    """A request's reader that gives up after so many bytes."""
+    def run(self) -> None:
+        """Answer the request. Raises OSError when the other side is gone."""
+        try:
+            text, rest = self._read_head()
+            with self._server.strangers.turn():
+                head = parse(text)
+            if len(rest) < head.length:
+                rest += self._read_body(head.length - len(rest))
+            self._answer(head, rest)
+        except HeadRefused as refused:
+            complaints.warn("refused %s: %s", self._address[0], refused)
+            self._refuse(refused.status, "bad_message", str(refused))
+        except Crowded:
+            self._refuse("503 Service Unavailable", "too_fast", "busy; ask again in a moment")
 
-    def __init__(self, reader: Any, most: int) -> None:
-        self._reader = reader
-        self._left = most
+    def _refuse(self, status: str, reason: str, detail: str) -> None:
+        text = json.dumps({"reason": reason, "detail": detail})
+        say_plainly(self._connection, status, text, "application/json")
+        self._hear_out()
 
-    def readline(self, size: int = -1) -> bytes:
-        return self._count(self._reader.readline(self._limit(size)))
+    def _read_head(self) -> tuple[bytes, bytes]:
+        end_s = time.monotonic() + _REQUEST_S
+        patience = Patience()
+        data = bytearray()
+        while True:
+            part = self._receive(MOST_HEAD_BYTES + 1 - len(data), end_s)
+            searched = max(0, len(data) - 3)
+            data += part
+            if data[0] not in _LETTERS:
+                raise HeadRefused("400 Bad Request", "no request of HTTP 1.1")
+            at = data.find(b"\r\n\r\n", searched)
+            if at >= 0:
+                return bytes(data[:at]), bytes(data[at + 4 :])
+            if len(data) > MOST_HEAD_BYTES:
+                line = f"a request has at most {MOST_HEAD_BYTES} bytes"
+                raise HeadRefused("431 Request Header Fields Too Large", line)
+            patience.pause()
 
-    def read(self, size: int = -1) -> bytes:
-        return self._count(self._reader.read(self._limit(size)))
-
-    def _limit(self, size: int) -> int:
-        return self._left + 1 if size < 0 else min(size, self._left + 1)
-
-    def _count(self, data: bytes) -> bytes:
-        self._left -= len(data)
-        if self._left < 0:
-            raise _TooMuch
+    def _read_body(self, missing: int) -> bytes:
+        end_s = time.monotonic() + _REQUEST_S
+        patience = Patience()
+        data = b""
+        while len(data) < missing:
+            data += self._receive(missing - len(data), end_s)
+            patience.pause()
         return data
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._reader, name)
+    def _receive(self, size: int, end_s: float) -> bytes:
+        part = self._connection.receive(size, end_s - time.monotonic())
+        if part is None:
+            raise HeadRefused("408 Request Timeout", "the request took too long")
+        if not part:
+            raise ConnectionResetError("gone in a request")
+        return part
 
+    def _answer(self, head: Head, body: bytes) -> None:
+        told: list[Any] = ["500 Internal Server Error", []]
 
-class Handler(WSGIRequestHandler):
-    """One request of one connection."""
+        def start(status: str, headers: list[tuple[str, str]], *_: Any) -> None:
+            told[:] = [status, headers]
 
-    timeout = _HEADERS_S  # for each read of request headers; a socket's upgrade removes it
+        content = b"".join(self._server.app(self._environ(head, body), start))
+        status, headers = told
+        lines = [f"{name}: {value}" for name, value in headers]
+        text = "\r\n".join([f"HTTP/1.1 {status}", *lines, "Connection: close", "", ""])
+        quiet = head.method == "HEAD" or status[:3] in ("204", "304")
+        self._connection.sendall(text.encode("latin-1", "replace") + (b"" if quiet else content))
 
-    def setup(self) -> None:
-        threading.current_thread().name = f"web-request-{self.client_address[1]}"
-        super().setup()
-        self.rfile = _Bounded(self.rfile, MOST_HEADER_BYTES)  # type: ignore[assignment]
-
-    def handle_one_request(self) -> None:
-        """Answer, or refuse in one line a request that is too long."""
-        try:
-            super().handle_one_request()
-        except _TooMuch:
-            self.close_connection = True
-            line = f"a request has at most {MOST_HEADER_BYTES} bytes"
-            say_plainly(self.connection, "431 Request Header Fields Too Large", line)
-
-    def make_environ(self) -> Any:
-        environ = super().make_environ()
-        server = self.server
-        assert isinstance(server, Server)
-        raw = getattr(self.connection, "raw", self.connection)
-        environ[SETTLE] = lambda what: server.places.settle(raw, what)
+    def _environ(self, head: Head, body: bytes) -> dict[str, Any]:
+        places, raw = self._server.places, self._connection.raw
+        environ = {
+            "wsgi.version": (1, 0),
+            "wsgi.url_scheme": self._server.scheme,
+            "wsgi.input": BytesIO(body[: head.length]),
+            "wsgi.errors": sys.stderr,
+            "wsgi.multithread": True,
+            "wsgi.multiprocess": False,
+            "wsgi.run_once": False,
+            "REQUEST_METHOD": head.method,
+            "SCRIPT_NAME": "",
+            "PATH_INFO": head.path,
+            "QUERY_STRING": head.query,
+            "REMOTE_ADDR": self._address[0],
+            "REMOTE_PORT": self._address[1],
+            "SERVER_NAME": str(self._server.server_address[0]),
+            "SERVER_PORT": str(self._server.port),
+            "SERVER_PROTOCOL": head.version,
+            "CONTENT_LENGTH": str(head.length),
+            CONNECTION: self._connection,
+            EARLY: body[head.length :],
+            SETTLE: lambda what: places.settle(raw, what),
+        }
+        for name, value in head.headers.items():
+            key = name.upper().replace("-", "_")
+            environ[key if key.startswith("CONTENT_") else f"HTTP_{key}"] = value
         return environ
 
-    def version_string(self) -> str:
-        return "gazechair"
-
-    def connection_dropped(self, error: BaseException, environ: Any = None) -> None:
-        # Else what a closed socket's client still sent would be read as a next HTTP request.
-        self.close_connection = True
-
-    def log_request(self, code: int | str = "-", size: int | str = "-") -> None:
-        log.debug("%s %s %s", self.client_address[0], self.requestline, code)
-
-    def log(self, type: str, message: str, *args: Any) -> None:
-        complaints.warn("%s: %s", self.client_address[0], message % args)
+    def _hear_out(self) -> None:
+        # Closing on what is unread would reset the connection, and the answer might be lost.
+        with contextlib.suppress(OSError):
+            self._connection.raw.shutdown(socket.SHUT_WR)
+            end_s = time.monotonic() + _HEAR_OUT_S
+            patience = Patience()
+            left = _HEAR_OUT_BYTES
+            while left > 0 and (part := self._connection.receive(left, end_s - time.monotonic())):
+                left -= len(part)
+                patience.pause()
 
 
-class Server(ThreadedWSGIServer):
+class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
     """Accepts, and leaves everything that may take time to the connection's own thread."""
 
+    daemon_threads = True
+    block_on_close = False
+
     def __init__(
-        self, listener: socket.socket, app: Any, context: ssl.SSLContext | None = None
+        self,
+        listener: socket.socket,
+        app: Any,
+        strangers: Turns,
+        context: ssl.SSLContext | None = None,
     ) -> None:
-        """`context`: encrypt; None: plain HTTP."""
-        host, port = listener.getsockname()[:2]
-        super().__init__(host, port, app, handler=Handler, fd=listener.fileno())
+        """`app`: WSGI; `strangers` bounds what is done for who is not known yet; `context`:
+        encrypt; None: plain HTTP."""
+        # BaseServer keeps a factory of handlers, which finish_request below does not use.
+        socketserver.TCPServer.__init__(
+            self, listener.getsockname(), socketserver.BaseRequestHandler, False
+        )
+        self.socket.close()
+        self.socket = listener.dup()
+        self.server_address = listener.getsockname()
+        self.port: int = listener.getsockname()[1]
+        self.app = app
+        self.strangers = strangers
+        self.scheme = "http" if context is None else "https"
         self.places = Places(time.monotonic)
         self._context = context
 
@@ -121,48 +195,69 @@ class Server(ThreadedWSGIServer):
         return True
 
     def service_actions(self) -> None:
-        """Called by serve_forever at least every poll interval."""
+        """Called by serve_forever after each connection, and at least every poll interval."""
         super().service_actions()
         self.places.cut_overdue()
+        # Connections come no faster than strangers pay for: the rest waits in the system's queue.
+        self.strangers.bill()
+        self.strangers.pause(_ACCEPT_PAUSE_S)
 
     def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """One connection, on a thread of its own."""
+        threading.current_thread().name = f"web-request-{client_address[1]}"
         try:
-            super().process_request_thread(request, client_address)
+            self.finish_request(request, client_address)
+        except (OSError, Crowded):
+            pass  # it has gone already, or it had to
+        except Exception:
+            complaints.warn("%s: error in a request", client_address[0], exc_info=True)
         finally:
+            self.shutdown_request(request)
             self.places.leave(request)
+            self.strangers.bill()
 
     def finish_request(self, request: Any, client_address: Any) -> None:
         """Runs on the connection's own thread."""
-        with contextlib.suppress(OSError):  # it has gone already
-            tune(request)
-            if self._context is None:
-                super().finish_request(request, client_address)
-                return
-            connection = self._shake_hands(request, client_address[0])
-            if connection is not None:
-                Handler(connection, client_address, self)  # type: ignore[arg-type]
+        tune(request)
+        request.settimeout(_SEND_S)
+        if self._context is None:
+            Exchange(self, PlainConnection(request), client_address).run()
+            return
+        connection = self._shake_hands(request, client_address[0])
+        if connection is not None:
+            try:
+                Exchange(self, connection, client_address).run()
+            finally:
                 connection.say_goodbye()
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Starting a thread failed."""
+        self.places.leave(request)
+        complaints.warn("%s: no thread for a connection", client_address[0], exc_info=True)
 
     def _shake_hands(self, request: Any, address: str) -> TlsSocket | None:
         request.settimeout(_HANDSHAKE_S)
         first = request.recv(1, socket.MSG_PEEK)
         if first not in (b"", _TLS_HELLO):
-            say_plainly(request, "400 Bad Request", "this page is encrypted: open it with https://")
+            line = "this page is encrypted: open it with https://"
+            say_plainly(PlainConnection(request), "400 Bad Request", line)
             return None
         assert self._context is not None
         connection = TlsSocket(request, self._context)
         try:
-            connection.handshake(_HANDSHAKE_S)
-        except (OSError, ssl.SSLError) as error:
+            connection.handshake(_HANDSHAKE_S, self.strangers)
+        except OSError as error:  # ssl.SSLError is one
             complaints.warn("%s: no encryption agreed: %s", address, error)
             return None
         return connection
 
 
-def say_plainly(connection: Any, status: str, line: str) -> None:
+def say_plainly(
+    connection: Connection, status: str, line: str, kind: str = "text/plain; charset=utf-8"
+) -> None:
     """Answer a connection that has not got as far as the application."""
     text = (
-        f"HTTP/1.0 {status}\r\nContent-Type: text/plain; charset=utf-8\r\n"
+        f"HTTP/1.1 {status}\r\nContent-Type: {kind}\r\n"
         f"Content-Length: {len(line) + 1}\r\nConnection: close\r\n\r\n{line}\n"
     )
     with contextlib.suppress(OSError):

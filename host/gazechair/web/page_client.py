@@ -7,16 +7,14 @@ import json
 import threading
 import time
 from dataclasses import dataclass
-from typing import Any
 
 from gazechair.driver_port import DriverPort, Message
 from gazechair.pairing import Device
 from gazechair.rate_limit import RateLimit
-from gazechair.web.sockets import CLOSE_GOING_AWAY, CLOSE_POLICY, GONE, hang_up
+from gazechair.web.sockets import CLOSE_GOING_AWAY, WebSocket
 
 MAX_MESSAGE = 256
 MESSAGES_PER_S = 100
-_FLOOD_PER_S = 1000
 STATE_PERIOD_S = 0.1
 TOKEN_PERIOD_S = 0.05
 _COALESCE_S = 0.02  # several changes at once become one state
@@ -65,7 +63,7 @@ class Ending:
 class PageClient:
     """One page: the request's thread receives, one more thread does all the sending."""
 
-    def __init__(self, ws: Any, port: DriverPort, device: Device, insecure: bool) -> None:
+    def __init__(self, ws: WebSocket, port: DriverPort, device: Device, insecure: bool) -> None:
         """`insecure`: other machines can reach the host without encryption."""
         self._ws = ws
         self._port = port
@@ -75,7 +73,6 @@ class PageClient:
         self.heard_s = time.monotonic()
         """When the page last said anything."""
         self._rate = RateLimit(MESSAGES_PER_S, MESSAGES_PER_S)
-        self._flood = RateLimit(_FLOOD_PER_S, _FLOOD_PER_S)
         self._wake = threading.Condition()
         self._dirty = True
         self._ended = False
@@ -86,7 +83,7 @@ class PageClient:
         )
 
     def run(self) -> Ending:
-        """Receive until the client must end. Raises one of GONE when its socket ended."""
+        """Receive until the client must end. Raises OSError when its socket ended."""
         self._sender.start()
         while True:
             raw = self._ws.receive(_LOOK_S)
@@ -95,11 +92,19 @@ class PageClient:
                 return self._dismissed
             if raw is not None:
                 self.heard_s = now_s
-                if not self._flood.allow(now_s):
-                    return Ending(CLOSE_POLICY, "far too many messages")
                 self._handle(raw, now_s)
-            elif now_s - self.heard_s > _SILENT_S or not self._ws.thread.is_alive():
+            elif now_s - self.heard_s > _SILENT_S:
                 return Ending(CLOSE_GOING_AWAY, "no heartbeat")
+
+    @property
+    def dismissed(self) -> bool:
+        """It has been sent away already."""
+        return self._dismissed is not None
+
+    @property
+    def drives(self) -> bool:
+        """The chair is its page's."""
+        return bool(self._port.snapshot(self.id).get("you", False))
 
     def changed(self) -> None:
         """Send the state soon."""
@@ -116,7 +121,7 @@ class PageClient:
 
     def cut(self) -> None:
         """Break the connection from another thread."""
-        hang_up(self._ws)
+        self._ws.hang_up()
 
     def end(self, ending: Ending) -> None:
         """Close the socket and end the sending thread."""
@@ -125,10 +130,10 @@ class PageClient:
             self._wake.notify()
         if self._dismissed is not None:
             self._sender.join(_FAREWELL_S)  # it says why, unless the reader is stuck
-        elif ending.code is not None:
-            with contextlib.suppress(*GONE):
-                self._ws.close(ending.code, ending.why)
-        hang_up(self._ws)
+        else:
+            with contextlib.suppress(OSError):
+                self._farewell(ending)
+        self._ws.hang_up()
         self._sender.join(2.0)
 
     def _handle(self, raw: object, now_s: float) -> None:
@@ -185,10 +190,14 @@ class PageClient:
                     self._send(self._port.snapshot(self.id))
                 elif send_token:
                     self._send({"k": "token", "token": self._port.token()})
-            self._ws.close(self._dismissed.code, self._dismissed.why)
-            hang_up(self._ws)  # wakes the receiving side, which ends the client
-        except GONE:
-            hang_up(self._ws)  # the receiving side ends the client
+            self._farewell(self._dismissed)
+            self._ws.hang_up()  # wakes the receiving side, which ends the client
+        except OSError:
+            self._ws.hang_up()  # the receiving side ends the client
+
+    def _farewell(self, ending: Ending) -> None:
+        if ending.code is not None:
+            self._ws.close(ending.code, ending.why)
 
     def _send(self, message: Message) -> None:
         self._ws.send(json.dumps(message, separators=(",", ":")))

@@ -1,17 +1,13 @@
-"""The web server: Flask and flask-sock under Werkzeug, a thread a connection, all bounded."""
+"""The web server: Flask for pages and JSON, sockets of our own; one thread per connection."""
 
 from __future__ import annotations
 
-import contextlib
 import logging
 import socket
 import threading
-from collections import Counter
 from pathlib import Path
-from typing import Any
 
-from flask import Flask, Response, request
-from flask_sock import Sock
+from flask import Flask, Response
 from werkzeug.exceptions import HTTPException
 
 from gazechair.camera import Frame
@@ -20,23 +16,20 @@ from gazechair.config import Config, is_loopback, uses_tls
 from gazechair.driver_port import DriverPort
 from gazechair.pairing import Device, PairingDesk
 from gazechair.slots import Latest
+from gazechair.throttled_log import ThrottledLog
 from gazechair.web import files, pairing_routes, profile_routes, settings_routes
 from gazechair.web.answers import answer, refuse
 from gazechair.web.certificate import Certificate, CertificateError
 from gazechair.web.control import ControlHub
-from gazechair.web.guard import DEVICE, UPGRADED, Guard
+from gazechair.web.guard import Environ, Guard
 from gazechair.web.handler import SETTLE, Server
 from gazechair.web.names import certificate_names, own_names, shown_host
-from gazechair.web.sockets import CLOSE_TRY_LATER, GONE, ReaderThread, prepare
+from gazechair.web.sockets import WebSocket
+from gazechair.web.turns import Turns
 from gazechair.web.video import VideoHub
 
-# Pictures at once, by role: together no more than VideoHub takes.
-PICTURES = {"driver": 3, "caretaker": 3, "viewer": 2}
-# Above this a socket is closed; a control message above 256 bytes is refused in words first.
-_MAX_SOCKET_MESSAGE = 1024
-_MAX_BODY = 1024
-
 log = logging.getLogger(__name__)
+complaints = ThrottledLog(log)
 
 
 class WebError(Exception):
@@ -65,8 +58,6 @@ class WebServer:
         insecure = not self._tls and not is_loopback(config.web.host)
         self._control = ControlHub(port, desk.knows, insecure)
         self._video = VideoHub(video)
-        self._pictures: Counter[str] = Counter()
-        self._pictures_lock = threading.Lock()
         self._server: Server | None = None
         self._thread: threading.Thread | None = None
         desk.on_revoke(self._revoked)
@@ -99,8 +90,17 @@ class WebServer:
         listener = _listen(web.host, web.port)
         try:
             names = own_names(web.host, web.name)
-            guarded = Guard(app, names, self._desk.who, self._cookie_name, self._scheme)
-            self._server = Server(listener, guarded, context)
+            strangers = Turns()
+            guarded = Guard(
+                app,
+                {"/ws/control": self._control_socket, "/ws/video": self._picture_socket},
+                names,
+                self._desk.who,
+                self._cookie_name,
+                self._scheme,
+                strangers,
+            )
+            self._server = Server(listener, guarded, strangers, context)
         finally:
             listener.close()  # the server works on its own duplicate
         self._thread = threading.Thread(
@@ -133,18 +133,12 @@ class WebServer:
 
     def _application(self) -> Flask:
         app = Flask("gazechair", static_folder=None)
-        app.config["MAX_CONTENT_LENGTH"] = _MAX_BODY
-        app.config["SOCK_SERVER_OPTIONS"] = {
-            "max_message_size": _MAX_SOCKET_MESSAGE,
-            "thread_class": ReaderThread,
-        }
         files.add_routes(app, files.web_folder())
         pairing_routes.add_routes(
             app, self._desk, self._cookie_name, lambda: f"{self.url}pair", self._tls
         )
         profile_routes.add_routes(app, self._driver_port)
         settings_routes.add_routes(app, self._settings)
-        sock = Sock(app)
 
         @app.get("/health")
         def health() -> Response:
@@ -161,45 +155,26 @@ class WebServer:
         def failed(error: HTTPException) -> Response:
             return refuse(error.code or 500, "bad_message", f"{error.code} {error.name}")
 
-        @sock.route("/ws/control")  # type: ignore[untyped-decorator]
-        def control_socket(ws: Any) -> None:
-            device = self._settle("control")
-            self._control.serve(ws, _peer(), device)
-
-        @sock.route("/ws/video")  # type: ignore[untyped-decorator]
-        def video_socket(ws: Any) -> None:
-            device = self._settle("picture")
-            self._serve_picture(ws, device)
+        @app.errorhandler(Exception)
+        def broken(_: Exception) -> Response:
+            complaints.warn("error in an answer", exc_info=True)
+            return refuse(500, "bad_message", "an error of the host; its log tells more")
 
         return app
 
-    def _settle(self, kind: str) -> Device:
+    def _control_socket(self, ws: WebSocket, environ: Environ, device: Device) -> None:
         # The connection is a paired device's socket now: no deadline, and revocation finds it.
-        request.environ[UPGRADED] = True
-        device: Device = request.environ[DEVICE]
-        request.environ[SETTLE](f"{kind} {device.id}")
-        return device
+        environ[SETTLE](f"control {device.id}")
+        self._control.serve(ws, _peer(environ), device)
 
-    def _serve_picture(self, ws: Any, device: Device) -> None:
-        with self._pictures_lock:
-            free = self._pictures[device.role] < PICTURES[device.role]
-            if free:
-                self._pictures[device.role] += 1
-        if not free:
-            prepare(ws)
-            with contextlib.suppress(*GONE):
-                ws.close(CLOSE_TRY_LATER, f"at most {PICTURES[device.role]} pictures of a role")
-            return
-        try:
-            if self._desk.knows(device.id):
-                self._video.serve(ws, _peer())
-        finally:
-            with self._pictures_lock:
-                self._pictures[device.role] -= 1
+    def _picture_socket(self, ws: WebSocket, environ: Environ, device: Device) -> None:
+        environ[SETTLE](f"picture {device.id}")
+        if self._desk.knows(device.id):
+            self._video.serve(ws, _peer(environ), device)
 
 
-def _peer() -> str:
-    return f"{request.environ.get('REMOTE_ADDR')}:{request.environ.get('REMOTE_PORT')}"
+def _peer(environ: Environ) -> str:
+    return f"{environ.get('REMOTE_ADDR')}:{environ.get('REMOTE_PORT')}"
 
 
 def _listen(host: str, port: int) -> socket.socket:

@@ -7,18 +7,20 @@ it. Here encryption works in memory, under a lock held for microseconds; waiting
 from __future__ import annotations
 
 import contextlib
-import io
 import socket
 import ssl
 import threading
 import time
 from typing import Any
 
+from gazechair.web.connection import Patience, readable
+from gazechair.web.turns import Turns
+
 _READ_SIZE = 16_384
 
 
 class TlsSocket:
-    """The part of socket.socket that Werkzeug and simple-websocket use. At most one reader."""
+    """An encrypted Connection."""
 
     def __init__(self, raw: socket.socket, context: ssl.SSLContext) -> None:
         self.raw = raw
@@ -28,12 +30,14 @@ class TlsSocket:
         self._lock = threading.Lock()
         self._send_lock = threading.Lock()
 
-    def handshake(self, limit_s: float) -> None:
-        """Shake hands within `limit_s`. Raises OSError, ssl.SSLError among them."""
+    def handshake(self, limit_s: float, turns: Turns) -> None:
+        """Shake hands within `limit_s`, in `turns`. Raises OSError (ssl.SSLError too), Crowded."""
         end_s = time.monotonic() + limit_s
+        patience = Patience()
         while True:
             try:
-                self._tls.do_handshake()
+                with turns.turn():
+                    self._tls.do_handshake()
                 self._flush()
                 return
             except ssl.SSLWantReadError:
@@ -42,17 +46,17 @@ class TlsSocket:
                 with contextlib.suppress(OSError):
                     self._flush()  # the alert that says why
                 raise
-            left_s = end_s - time.monotonic()
-            if left_s <= 0:
+            if not readable(self.raw, end_s - time.monotonic()):
                 raise TimeoutError("the handshake took too long")
-            self.raw.settimeout(left_s)
             data = self.raw.recv(_READ_SIZE)
             if not data:
                 raise ConnectionResetError("gone in the handshake")
             self._received.write(data)
+            patience.pause()
 
-    def recv(self, size: int, flags: int = 0) -> bytes:
-        """At most `size` bytes, b"" at the end. Raises OSError."""
+    def receive(self, size: int, limit_s: float) -> bytes | None:
+        """As Connection says."""
+        end_s = time.monotonic() + limit_s
         while True:
             with self._lock:
                 try:
@@ -63,6 +67,8 @@ class TlsSocket:
                     return b""
             if answer_due:
                 self._flush()
+            if not readable(self.raw, end_s - time.monotonic()):
+                return None
             data = self.raw.recv(_READ_SIZE)
             if not data:
                 return b""
@@ -79,11 +85,6 @@ class TlsSocket:
                 out = self._unsent.read()
             self.raw.sendall(out)
 
-    def send(self, data: Any) -> int:
-        """As sendall; returns how many bytes that were: all."""
-        self.sendall(data)
-        return len(data)
-
     def say_goodbye(self) -> None:
         """Tell the other side that no more comes."""
         with contextlib.suppress(OSError):
@@ -91,29 +92,9 @@ class TlsSocket:
                 self._tls.unwrap()
             self._flush()
 
-    def makefile(self, mode: str, bufsize: int = -1) -> io.BufferedReader:
-        """A reader for request headers; `mode` is "rb"."""
-        return io.BufferedReader(_Reader(self), bufsize if bufsize > 0 else _READ_SIZE)
-
     def _flush(self) -> None:
         with self._send_lock:
             with self._lock:
                 out = self._unsent.read()
             if out:
                 self.raw.sendall(out)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.raw, name)
-
-
-class _Reader(io.RawIOBase):
-    def __init__(self, connection: TlsSocket) -> None:
-        self._connection = connection
-
-    def readable(self) -> bool:
-        return True
-
-    def readinto(self, buffer: Any) -> int:
-        data = self._connection.recv(len(buffer))
-        buffer[: len(data)] = data
-        return len(data)

@@ -10,27 +10,23 @@ import logging
 import struct
 import threading
 import time
-from typing import Any
 
 from gazechair.camera import Frame
+from gazechair.pairing import Device
 from gazechair.picture import Pacing, Reducer
 from gazechair.slots import Latest
-from gazechair.web.sockets import (
-    CLOSE_POLICY,
-    CLOSE_TRY_LATER,
-    CLOSE_UNSUPPORTED,
-    GONE,
-    hang_up,
-    prepare,
-)
+from gazechair.throttled_log import ThrottledLog
+from gazechair.web.seats import Full, Seat, makes_way
+from gazechair.web.sockets import CLOSE_POLICY, CLOSE_TRY_LATER, CLOSE_UNSUPPORTED, WebSocket
 
-MAX_CLIENTS = 8
+PICTURES = {"driver": 3, "caretaker": 3, "viewer": 2}
+"""At once, by role."""
 HEADER = struct.Struct("<II")  # sequence, expected age_ms at arrival; a JPEG follows
 _TOO_OLD_S = 1.0  # the page greys the picture at 0.5 s: older ones are not worth the way
 _ACK_S = 5.0
 _WAIT_S = 0.2
 
-log = logging.getLogger(__name__)
+complaints = ThrottledLog(logging.getLogger(__name__))
 
 
 class VideoHub:
@@ -51,22 +47,18 @@ class VideoHub:
                 viewer.cut()
             self._lock.wait_for(lambda: not self._clients, 3.0)
 
-    def serve(self, ws: Any, peer: str) -> None:
+    def serve(self, ws: WebSocket, peer: str, device: Device) -> None:
         """Serve one page until its socket ends; runs on the request's own thread."""
-        prepare(ws)
-        viewer = _Viewer(ws, self._video, self._reducer)
-        with self._lock:
-            full = len(self._clients) >= MAX_CLIENTS or self._stopping
-            if not full:
-                self._clients.add(viewer)
-        if full:
-            log.warning("refused picture for %s: %d are connected already", peer, MAX_CLIENTS)
-            with contextlib.suppress(*GONE):
-                ws.close(CLOSE_TRY_LATER, f"at most {MAX_CLIENTS} pictures at once")
+        viewer = _Viewer(ws, self._video, self._reducer, device)
+        if not self._admit(viewer):
+            most = PICTURES[device.role]
+            complaints.warn("refused picture for %s: %d are connected already", peer, most)
+            with contextlib.suppress(OSError):
+                ws.close(CLOSE_TRY_LATER, f"at most {most} pictures of a {device.role}")
             return
         try:
             viewer.run()
-        except GONE:
+        except OSError:
             pass
         finally:
             viewer.end()
@@ -74,10 +66,31 @@ class VideoHub:
                 self._clients.discard(viewer)
                 self._lock.notify_all()
 
+    def _admit(self, viewer: _Viewer) -> bool:
+        device = viewer.device
+        with self._lock:
+            same_role = [v for v in self._clients if v.device.role == device.role and not v.gone]
+            seats = [Seat(v, v.device.id, v.since_s) for v in same_role]
+            try:
+                goes = makes_way(seats, PICTURES[device.role], device.id)
+            except Full:
+                return False
+            if self._stopping:
+                return False
+            if goes is not None:
+                goes.cut()
+            self._clients.add(viewer)
+        return True
+
 
 class _Viewer:
-    def __init__(self, ws: Any, video: Latest[Frame], reducer: Reducer) -> None:
+    def __init__(
+        self, ws: WebSocket, video: Latest[Frame], reducer: Reducer, device: Device
+    ) -> None:
         self._ws = ws
+        self.device = device
+        self.since_s = time.monotonic()
+        self.gone = False
         self._video = video
         self._reducer = reducer
         self._pacing = Pacing(reducer.top)
@@ -88,13 +101,11 @@ class _Viewer:
         self._sender = threading.Thread(target=self._send_all, name="web-video", daemon=True)
 
     def run(self) -> None:
-        """Receive acknowledgements until the socket ends. Raises one of GONE."""
+        """Receive acknowledgements until the socket ends. Raises OSError."""
         self._sender.start()
         while True:
             text = self._ws.receive(_WAIT_S)
             if text is None:
-                if not self._ws.thread.is_alive():
-                    return
                 continue
             with self._acked:
                 expected = str(self._in_flight)
@@ -106,13 +117,14 @@ class _Viewer:
                 return
 
     def cut(self) -> None:
-        hang_up(self._ws)
+        self.gone = True
+        self._ws.hang_up()
 
     def end(self) -> None:
         with self._acked:
             self._ended = True
             self._acked.notify()
-        hang_up(self._ws)
+        self._ws.hang_up()
         self._sender.join(2.0)
 
     def _send_all(self) -> None:
@@ -143,5 +155,5 @@ class _Viewer:
                     return
                 now_s = time.monotonic()
                 self._pacing.acknowledged(now_s - sent_s, now_s)
-        except GONE:
-            hang_up(self._ws)
+        except OSError:
+            self._ws.hang_up()

@@ -119,6 +119,12 @@ class Daemon(threading.Thread):
 
     def __init__(self, target: Any) -> None:
         super().__init__(target=target, daemon=True)
+        self._client = target.__self__
+
+    def run(self) -> None:
+        # What came together with the handshake's answer; the library would not look at it.
+        self._client.connected = self._client._handle_events()
+        super().run()
 
 
 class Page:

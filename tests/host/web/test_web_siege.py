@@ -215,7 +215,7 @@ def test_a_handshake_has_a_deadline(encrypted: Encrypted, monkeypatch: pytest.Mo
 
 def test_plain_http_is_told_to_come_encrypted(encrypted: Encrypted) -> None:
     answer = encrypted.line(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n").recv(4096)
-    assert answer.startswith(b"HTTP/1.0 400")
+    assert answer.startswith(b"HTTP/1.1 400")
     assert b"open it with https://" in answer
 
 

@@ -1,4 +1,4 @@
-"""Warnings that strangers cause: said, but a flood of them does not fill the disk."""
+"""What strangers, and pages gone wild, make the host say: a flood of it does not fill the disk."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ _PER_S = 0.2
 _BURST = 20
 
 
-class Complaints:
-    """A logger's warnings: 20 at once, then one in 5 s, which tells how many were left out."""
+class ThrottledLog:
+    """A logger's lines: 20 at once, then one in 5 s, which tells how many were left out."""
 
     def __init__(self, log: logging.Logger, clock: Clock = time.monotonic) -> None:
         self._log = log
@@ -23,12 +23,19 @@ class Complaints:
         self._limit = RateLimit(_PER_S, _BURST)
         self._left_out = 0
 
-    def warn(self, text: str, *arguments: object) -> None:
+    def warn(self, text: str, *arguments: object, exc_info: bool = False) -> None:
         """As logging.Logger.warning."""
+        self._say(logging.WARNING, text, arguments, exc_info)
+
+    def info(self, text: str, *arguments: object) -> None:
+        """As logging.Logger.info."""
+        self._say(logging.INFO, text, arguments, False)
+
+    def _say(self, level: int, text: str, arguments: tuple[object, ...], exc_info: bool) -> None:
         with self._lock:
             if not self._limit.allow(self._clock()):
                 self._left_out += 1
                 return
             left_out, self._left_out = self._left_out, 0
         more = f" (and {left_out} more before)" if left_out else ""
-        self._log.warning(text + more, *arguments)
+        self._log.log(level, text + more, *arguments, exc_info=exc_info)

@@ -6,12 +6,12 @@ import logging
 
 import pytest
 
-from gazechair.web.complaints import Complaints
+from gazechair.throttled_log import ThrottledLog
 
 
 def test_a_flood_is_a_few_lines_and_a_number(caplog: pytest.LogCaptureFixture) -> None:
     now_s = 0.0
-    complaints = Complaints(logging.getLogger("door"), lambda: now_s)
+    complaints = ThrottledLog(logging.getLogger("door"), lambda: now_s)
     with caplog.at_level(logging.WARNING):
         for _ in range(10_000):
             complaints.warn("refused %s", "192.0.2.1")

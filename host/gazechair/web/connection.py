@@ -1,0 +1,73 @@
+"""A plain connection with the few methods that this server uses; TlsSocket is the encrypted one."""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import socket
+import time
+from typing import Any, Protocol
+
+Readable = select.POLLIN | select.POLLHUP | select.POLLERR
+
+
+class Connection(Protocol):
+    """One open connection. At most one thread reads; any may send."""
+
+    raw: socket.socket
+    """What carries it: for Places, and to cut it."""
+
+    def receive(self, size: int, limit_s: float) -> bytes | None:
+        """At most `size` bytes, b"" at the end, None when none came in time. Raises OSError."""
+        ...
+
+    def sendall(self, data: bytes) -> None:
+        """Send everything. Raises OSError."""
+        ...
+
+
+class PlainConnection:
+    """A Connection as it is."""
+
+    def __init__(self, raw: socket.socket) -> None:
+        self.raw = raw
+
+    def receive(self, size: int, limit_s: float) -> bytes | None:
+        """As Connection says."""
+        return self.raw.recv(size) if readable(self.raw, limit_s) else None
+
+    def sendall(self, data: bytes) -> None:
+        """As Connection says."""
+        self.raw.sendall(data)
+
+
+class Patience:
+    """Longer and longer pauses between pieces, so that bytes sent one by one cost little."""
+
+    _FIRST_S = 0.002
+    _LONGEST_S = 0.25
+
+    def __init__(self) -> None:
+        self._next_s = 0.0
+
+    def pause(self) -> None:
+        """A piece has come, and it was not the last; the first pause is none."""
+        if self._next_s > 0:
+            time.sleep(self._next_s)
+        self._next_s = min(max(self._FIRST_S, 2 * self._next_s), self._LONGEST_S)
+
+
+def readable(raw: socket.socket, limit_s: float) -> bool:
+    """Wait until something, or the end, can be read; False when the time is up."""
+    poll = select.poll()
+    try:
+        poll.register(raw.fileno(), Readable)
+    except ValueError:
+        raise OSError("the connection is closed") from None
+    return bool(poll.poll(max(0.0, limit_s) * 1000))
+
+
+def cut(connection: Any) -> None:
+    """Break a Connection now: whoever waits for it, sending or receiving, wakes up."""
+    with contextlib.suppress(OSError):
+        connection.raw.shutdown(socket.SHUT_RDWR)

@@ -1,0 +1,50 @@
+"""Who makes way when a role's seats are taken: no device keeps its like out. Pure.
+
+One device has at most one seat fewer than there are. When all are taken, who comes gets a seat of a
+device that has at least two more; the page that drives is never moved by another device.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+Page = TypeVar("Page")
+
+
+class Full(Exception):
+    """All seats are taken, by devices with a like claim."""
+
+
+@dataclass(frozen=True)
+class Seat(Generic[Page]):
+    """One page that is served."""
+
+    page: Page
+    device_id: str
+    heard_s: float
+    """When it was heard last: the most silent goes first."""
+    drives: bool = False
+
+
+def makes_way(seats: Sequence[Seat[Page]], most: int, device_id: str) -> Page | None:
+    """Of `seats` of one role, `most` at once: who goes for a new page of a device, None: nobody.
+
+    Raises Full.
+    """
+    own = [seat for seat in seats if seat.device_id == device_id]
+    if len(own) >= most - 1:
+        return _first_to_go(own).page
+    if len(seats) < most:
+        return None
+    pages = Counter(seat.device_id for seat in seats)
+    others = [s for s in seats if pages[s.device_id] >= len(own) + 2 and not s.drives]
+    if others or own:
+        return _first_to_go(others or own).page
+    raise Full
+
+
+def _first_to_go(seats: Sequence[Seat[Page]]) -> Seat[Page]:
+    return min(seats, key=lambda seat: (seat.drives, seat.heard_s))

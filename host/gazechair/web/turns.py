@@ -1,0 +1,88 @@
+"""Turns at the processor: what strangers ask for never keeps the chair's own threads waiting.
+
+Python runs one thread at a time. So strangers, and the requests of each role, take turns: a few at
+once, and in the long run no more than a share of one processor. Waiting for the network takes no
+turn. Each piece of work is billed with the processor time that it took, so the share holds on a
+slow computer and for the dearest request.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+from gazechair.slots import Clock
+
+SHARE = 0.25
+BURST_S = 0.05
+LONGEST_WAIT_S = 5.0
+_MINE = threading.local()  # billed_s: of this thread's processor time, by whatever turns
+
+
+class Crowded(Exception):
+    """No turn came free in time."""
+
+
+class Turns:
+    """Thread-safe."""
+
+    def __init__(
+        self,
+        at_once: int = 1,
+        share: float = SHARE,
+        burst_s: float = BURST_S,
+        clock: Clock = time.monotonic,
+        spent: Clock = time.thread_time,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        """`share` of one processor, and `burst_s` of it at once; `spent`: of the calling thread."""
+        self._free = threading.BoundedSemaphore(at_once)
+        self._share = share
+        self._burst_s = burst_s
+        self._clock = clock
+        self._spent = spent
+        self._sleep = sleep
+        self._lock = threading.Lock()
+        self._owed_s = 0.0  # processor time not yet paid off by time that passes
+        self._last_s = clock()
+
+    @contextlib.contextmanager
+    def turn(self, limit_s: float = LONGEST_WAIT_S) -> Iterator[None]:
+        """Work inside. Raises Crowded when no turn comes within `limit_s`."""
+        if not self._free.acquire(timeout=limit_s):
+            raise Crowded
+        try:
+            if self._wait_s() > limit_s:
+                raise Crowded
+            self.pause(limit_s)
+            yield
+        finally:
+            self.bill()
+            self._free.release()
+
+    def bill(self) -> None:
+        """Bill what the calling thread has spent since its last bill, or since it began."""
+        now_s = self._spent()
+        spent_s = now_s - getattr(_MINE, "billed_s", 0.0)
+        _MINE.billed_s = now_s
+        with self._lock:
+            self._owed_s = self._still_owed() + spent_s
+
+    def pause(self, most_s: float) -> None:
+        """Wait until little enough is owed, `most_s` at most."""
+        wait_s = min(self._wait_s(), most_s)
+        if wait_s > 0:
+            self._sleep(wait_s)
+
+    def _wait_s(self) -> float:
+        with self._lock:
+            self._owed_s = self._still_owed()
+            return (self._owed_s - self._burst_s) / self._share
+
+    def _still_owed(self) -> float:
+        now_s = self._clock()
+        paid_s = max(0.0, now_s - self._last_s) * self._share
+        self._last_s = now_s
+        return max(0.0, self._owed_s - paid_s)
