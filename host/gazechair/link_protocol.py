@@ -175,8 +175,7 @@ class LinkProtocol:
         if now_s - self._heard_s > RESYNC_S:
             return b""  # the caller learns of it from check()
         out = b""
-        order = self._orders.due(now_s)
-        if order is not None:
+        for order in self._orders.due(now_s):
             out += self._frame(messages.ORDER, (order.action, order.number, order.owner))
         if now_s >= self._command_due_s:
             self._command_due_s = now_s + COMMAND_PERIOD_S
@@ -302,11 +301,12 @@ class LinkProtocol:
         self._command_due_s = now_s
         self._clearance_due_s = now_s
         self._relay.begin(now_s)
+        self._orders.begin()
         events.append(SessionBegun(self._board))
 
     def _state(self, fields: dict[str, int], now_s: float) -> BoardState:
-        if fields["faults"] & (1 << codes.EMERGENCY):
-            self._orders.emergency_seen()
+        disarmed = fields["status"] & 15 == codes.DISARMED
+        self._orders.board_seen(disarmed, bool(fields["faults"] & (1 << codes.EMERGENCY)))
         return BoardState(
             state=fields["status"] & 15,
             motion=fields["status"] >> 4,

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from gazelink import VERSION, frame, messages
+from gazelink import VERSION, codes, frame, messages
 
 BOOT = 0x0B07
 
@@ -27,6 +27,7 @@ class FakeBoard:
         self.schema_hash = frame.schema_hash()
         self.stamp_ms = 1000
         self.flags = 0
+        self.status = codes.DISARMED
         self.heard: list[tuple[str, dict[str, Any]]] = []
         self.stamps: list[int] = []
         self._decoder = frame.Decoder()
@@ -45,7 +46,8 @@ class FakeBoard:
         return self._frame(messages.HELLO, values)
 
     def state(self, **changes: int) -> bytes:
-        values = dict.fromkeys(messages.STATE.names, 0) | {"linear_wiper": 170, "turn_wiper": 170}
+        values = dict.fromkeys(messages.STATE.names, 0) | {"status": self.status}
+        values |= {"linear_wiper": 170, "turn_wiper": 170}
         return self._frame(messages.STATE, tuple((values | changes).values()))
 
     def stats(self, **changes: int) -> bytes:

@@ -119,13 +119,66 @@ def test_order_numbers_differ_and_skip_0(joined: Any) -> None:
     assert all(a != b for a, b in itertools.pairwise(numbers))
 
 
-def test_a_newer_order_replaces_the_older(joined: Any) -> None:
+def actions(line: Any) -> set[int]:
+    return {order["action"] for order in line.board.take("order")}
+
+
+def test_disarming_ends_the_order_to_arm_given_before_it(joined: Any) -> None:
     joined.protocol.order(codes.ARM, codes.DRIVER, joined.now_s)
     joined.turn(40)
     joined.board.heard.clear()
     joined.protocol.order(codes.DISARM, codes.DRIVER, joined.now_s)
     joined.turn(400)
-    assert {order["action"] for order in joined.board.take("order")} == {codes.DISARM}
+    assert actions(joined) == {codes.DISARM}
+
+
+@pytest.mark.parametrize(
+    "newer", [(codes.RESET_FAULTS,), (codes.ARM,), (codes.RESET_FAULTS, codes.ARM)]
+)
+def test_nothing_takes_the_place_of_disarming(joined: Any, newer: tuple[int, ...]) -> None:
+    joined.protocol.order(codes.DISARM, codes.DRIVER, joined.now_s)
+    for action in newer:
+        joined.protocol.order(action, codes.CARETAKER, joined.now_s)
+    joined.turn(150)
+    assert actions(joined) == {codes.DISARM, *newer}
+
+
+def test_disarming_is_repeated_until_the_board_is_seen_disarmed(joined: Any) -> None:
+    joined.board.status = codes.ARMED
+    joined.protocol.order(codes.DISARM, codes.DRIVER, joined.now_s)
+    joined.turn(400)
+    joined.board.heard.clear()
+    joined.turn(100)
+    assert actions(joined) == {codes.DISARM}
+    joined.board.status = codes.DISARMED
+    joined.turn(30)
+    joined.board.heard.clear()
+    joined.turn(100)
+    assert not actions(joined)
+
+
+def test_disarming_seen_done_early_is_repeated_against_loss_all_the_same(joined: Any) -> None:
+    joined.protocol.order(codes.DISARM, codes.DRIVER, joined.now_s)
+    joined.say(joined.board.state(status=codes.DISARMED))  # it may have been on its way before
+    joined.turn(190)
+    assert len(joined.board.take("order")) >= 9
+
+
+def test_a_new_session_drops_all_but_an_emergency_stop(joined: Any) -> None:
+    for action in (codes.EMERGENCY_STOP, codes.DISARM):
+        joined.protocol.order(action, codes.DRIVER, joined.now_s)
+    joined.board.restart()
+    joined.say(joined.board.hello())
+    joined.board.heard.clear()
+    joined.turn(100)
+    assert actions(joined) == {codes.EMERGENCY_STOP}
+    joined.say(joined.board.state(faults=1 << codes.EMERGENCY))
+    joined.protocol.order(codes.ARM, codes.DRIVER, joined.now_s)
+    joined.board.restart()
+    joined.say(joined.board.hello())
+    joined.board.heard.clear()
+    joined.turn(100)
+    assert not actions(joined)
 
 
 def test_nothing_replaces_an_emergency_stop_until_the_board_confirms_it(joined: Any) -> None:
