@@ -44,6 +44,7 @@ class LiveHost:
         self.ticks = 0
         self.session = 0
         self.in_session = False
+        self._boot = 0
         self._sessions = int.from_bytes(os.urandom(1), "little")
         self._port: SerialPort | None = None
         self._orders: list[tuple[tuple[int, int, int], int]] = []
@@ -58,8 +59,10 @@ class LiveHost:
         self._sessions = (self._sessions + 1) & 0xFF
         self.session = 0x4700 | self._sessions
         self.in_session = False
+        self.keys = frame.Session()
         self.encoder = frame.Encoder()
         self.decoder = frame.Decoder()
+        self.encoder.session = self.decoder.session = self.keys
 
     @property
     def state(self) -> dict[str, Any]:
@@ -158,6 +161,9 @@ class LiveHost:
             self._hear_hello(messages.HELLO.unpack(buf))
             return
         stamp = frame.u16(buf, messages.STAMP_AT)
+        if kind == messages.NONCE.type_id:
+            self._hear_nonce(messages.NONCE.unpack(buf), stamp)
+        self.keys.advance(stamp)
         self.ticks += (stamp - self._stamp) & 0xFFFF
         self._stamp = stamp
         if kind == messages.STATE.type_id:
@@ -176,12 +182,14 @@ class LiveHost:
             return
         self.hellos.append(hello)
         if hello["session"] == self.session:
-            seed = frame.session_seed(self.session, hello["boot"])
-            if seed != self.encoder.seed:
-                self.encoder.seed = self.decoder.seed = seed
-                self.in_session = True
+            self._boot = hello["boot"]
         elif self.in_session:
             self._new_session()
+
+    def _hear_nonce(self, begun: dict[str, Any], stamp: int) -> None:
+        if begun["session"] == self.session and not self.in_session:
+            self.keys.begin(self.session, self._boot, begun["nonce"], begun["epoch"], stamp)
+            self.in_session = True
 
     def _speak(self, now_s: float) -> None:
         if not self.talking:

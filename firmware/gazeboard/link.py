@@ -1,8 +1,10 @@
 # The serial link on the board: bytes in to inputs, state out to bytes. Never blocks, never
 # allocates.
 #
-# Every refused frame is counted, none moves the chair: corrupt and foreign ones fail their CRC, a
-# replayed or reordered one its sequence number, a late one its stamp (the echo of our own clock).
+# Every refused frame is counted, none moves the chair: corrupt and foreign ones fail their CRC, and
+# so does a recording of another session, boot or round of the stamp (a nonce and the round are in
+# its seed); a reordered or repeated one its sequence number, a late one its stamp (the echo of our
+# own clock). A session ends with the host's silence: what it had sent is worth nothing then.
 
 import struct
 
@@ -52,6 +54,9 @@ _ROLE = _at(messages.HELLO, "role")
 _FLAGS = _at(messages.HELLO, "flags")
 _SCHEMA = _at(messages.HELLO, "schema_hash")
 _SESSION = _at(messages.HELLO, "session")
+_NONCE_SESSION = _at(messages.NONCE, "session")
+_NONCE = _at(messages.NONCE, "nonce")
+_EPOCH = _at(messages.NONCE, "epoch")
 _PERIOD = _at(messages.TELEMETRY, "state_period_ms")
 _BYPASS_NUMBER = _at(messages.BYPASS, "number")
 _BYPASS_TTL = _at(messages.BYPASS, "ttl_ms")
@@ -79,14 +84,19 @@ class Link:
         self._simulated = board.simulated
         self._wire_at = 0  # of the frame under way in the encoder's buffer
         self._wire_end = 0
-        self._session = 0
-        self._seed = bytearray(4)
+        self._draw_nonce = board.draw_nonce
+        self._session = 0  # the host's number, 0: none
+        self._keys = frame.Session()
+        self._decoder.session = self._keys
+        self._encoder.session = self._keys
+        self._nonce = bytearray(4)
         self._last_seq = 0
         self._order_numbers = bytearray(len(codes.ORDERS))  # newest of each kind, 0: none yet
-        self._heard_at = 0  # ticks of the last valid frame
+        self._heard_at = 0  # ticks of the last fresh frame
         self._hello_at = 0
         self._stats_at = 0
         self._greet = False
+        self._nonce_due = False
         self._pong = False
         self._answered = False
         self._maintenance_answered = False
@@ -110,6 +120,7 @@ class Link:
 
     # One slice: some bytes in, what is due out. `stats` is the App.
     def poll(self, stats):
+        self._keys.advance(self._outbox.ticks & 0xFFFF)
         serial = self._serial
         decoder = self._decoder
         for _ in range(_RX_PER_POLL):
@@ -118,6 +129,8 @@ class Link:
                 break
             if decoder.feed(byte):
                 self._received()
+        if self._session and self._silent_ms() >= limits.HOST_LOST_MS:
+            self._end_session()
         self._drain()
         for _ in range(_FRAMES_PER_POLL):
             if self._wire_at != self._wire_end:
@@ -136,11 +149,11 @@ class Link:
         elif kind == messages.MAINTENANCE.type_id:
             self._on_maintenance(buf)
         elif self._in_order(buf):
-            self._heard_at = self._outbox.ticks
             back = self._inbox.back
             age_ms = (self._outbox.ticks - u16(buf, messages.STAMP_AT)) & 0xFFFF
             if age_ms <= limits.FRAME_STALE_MS:
                 # Only a fresh frame shows that the host lives: a backlog may outlive it.
+                self._heard_at = self._outbox.ticks
                 back.host_count = (back.host_count + 1) & 0xFFFF
             self._inbox.touch()
             if kind == messages.COMMAND.type_id:
@@ -162,12 +175,14 @@ class Link:
             else:
                 self.bad = (self.bad + 1) & 0xFFFF  # or a message of ours, come back
 
-    # Newer than the last one; after a silence any number will do, the stamp still guards.
+    def _silent_ms(self):
+        return self._elapsed(self._outbox.ticks, self._heard_at)
+
+    # Newer than the last one. A host whose frames got lost for so long that its next one looks old
+    # ends its session by that silence.
     def _in_order(self, buf):
         seq = buf[messages.SEQ_AT]
-        ahead = (seq - self._last_seq) & 0xFF
-        silent = self._elapsed(self._outbox.ticks, self._heard_at) > limits.HOST_SILENT_MS
-        if not silent and not 1 <= ahead <= 127:
+        if not 1 <= (seq - self._last_seq) & 0xFF <= 127:
             self.stale = (self.stale + 1) & 0xFFFF
             return False
         self._last_seq = seq
@@ -183,21 +198,31 @@ class Link:
         self._greet = True
         if session == 0 or session == self._session:
             return
+        self._draw_nonce(self._nonce)  # before the first frame of the session can be valid
         self._session = session
+        self._keys.begin(session, self._boot, self._nonce, 0, self._outbox.ticks & 0xFFFF)
         self._telemetry.restart()
         self._last_seq = buf[messages.SEQ_AT]
         self._heard_at = self._outbox.ticks
-        frame.fill_session_seed(session, self._boot, self._seed)
-        self._decoder.seed = self._seed
-        self._encoder.seed = self._seed
         back = self._inbox.back
         back.session_count = (back.session_count + 1) & 0xFFFF or 1
-        back.verb = codes.STOP
         back.edge = 0
-        back.ttl_ms = 0
-        back.bypass_ttl_ms = 0
+        self._forget(back)
         for action in range(len(codes.ORDERS)):
             self._order_numbers[action] = 0
+
+    # The host's silence has disarmed the chair: its frames do not count any more, should somebody
+    # have kept them. It greets anew.
+    def _end_session(self):
+        self._session = 0
+        self._keys.end()
+        self._hello_at = (self._outbox.ticks - _HELLO_MS) & 0x3FFFFFFF  # at once
+        self._forget(self._inbox.back)
+
+    def _forget(self, back):
+        back.verb = codes.STOP
+        back.ttl_ms = 0
+        back.bypass_ttl_ms = 0
         self._inbox.touch()
 
     def _on_command(self, buf, back, age_ms):
@@ -314,7 +339,11 @@ class Link:
         if self._greet or (self._session == 0 and self._elapsed(now, self._hello_at) >= _HELLO_MS):
             self._greet = False
             self._hello_at = now
+            self._nonce_due = self._session != 0
             self._send_hello()
+        elif self._nonce_due:
+            self._nonce_due = False
+            self._send_nonce()
         elif self._maintenance_answered:
             self._maintenance_answered = False
             self._send_maintenance()
@@ -347,6 +376,17 @@ class Link:
         body[_SESSION] = self._session & 0xFF
         body[_SESSION + 1] = self._session >> 8
         self._send(messages.HELLO)
+
+    def _send_nonce(self):
+        keys = self._keys
+        body = self._encoder.body
+        body[_NONCE_SESSION] = self._session & 0xFF
+        body[_NONCE_SESSION + 1] = self._session >> 8
+        for k in range(4):
+            body[_NONCE + k] = self._nonce[k]
+            body[_EPOCH + k] = (keys.epoch >> (8 * k)) & 0xFF
+        self._wire_end = self._encoder.finish(messages.NONCE, keys.clock_ms)
+        self._wire_at = 0
 
     def _send_stats(self, s):
         o = self._outbox

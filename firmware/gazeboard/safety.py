@@ -372,7 +372,9 @@ class Safety:
         reason = self._why_not_move(i)
         if reason == codes.NO_REASON:
             self.permitted = True
-            self.edge = i.edge
+            if i.edge != self.edge:
+                self.spent_edge = self.edge or self.spent_edge
+                self.edge = i.edge
             self._verb = i.verb
             self._mode = i.mode
             self.override = codes.NO_REASON

@@ -5,6 +5,7 @@ from __future__ import annotations
 import secrets
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from gazechair.board_state import BoardId, BoardState, BoardStats
 from gazechair.link_orders import Orders
@@ -97,6 +98,11 @@ class LinkProtocol:
         self._decoder = frame.Decoder()
         self._encoder = frame.Encoder()
         self._session = 0
+        self._keys = frame.Session()
+        self._decoder.session = self._keys
+        self._encoder.session = self._keys
+        self._nonce = b""
+        self._greeted: BoardId | None = None  # has echoed our HELLO; its nonce is still to come
         self._board: BoardId | None = None
         self._stamp_ms = 0
         self._heard_s = 0.0
@@ -127,6 +133,7 @@ class LinkProtocol:
     def opened(self, now_s: float) -> None:
         """A port was (re)opened: forget half-received frames and begin a handshake."""
         self._decoder = frame.Decoder()
+        self._decoder.session = self._keys
         self._handshake(now_s)
 
     # What the host wants said
@@ -242,15 +249,19 @@ class LinkProtocol:
         if message is messages.HELLO:
             self._hello_heard(message.unpack(buf), now_s, events)
             return
+        if message is messages.NONCE:
+            self._nonce_heard(message.unpack(buf), now_s, events)
+            return
         if message is messages.FAULT:
             fields = message.unpack(buf)
             reason = str(codes.reason_name(fields["reason"]))
             events.append(FaultText(reason, _text(fields["detail"])))
             return
-        if self._board is None or message.frozen:
+        if self._board is None or message.plain:
             return
         self._heard_s = now_s
-        self._stamp_ms = frame.u16(buf, messages.STAMP_AT)
+        self._keys.advance(frame.u16(buf, messages.STAMP_AT))
+        self._stamp_ms = self._keys.clock_ms
         if message is messages.STATE:
             events.append(self._state(message.unpack(buf), now_s))
         elif message is messages.STATS:
@@ -269,7 +280,6 @@ class LinkProtocol:
     def _hello_heard(self, fields: dict[str, int], now_s: float, events: list[Event]) -> None:
         if fields["role"] != _ROLE_BOARD:
             return  # our own words, echoed by a foreign device
-        stamp_ms = frame.u16(self._decoder.buf, messages.STAMP_AT)
         name = _text(fields["name"])
         version = f"{fields['major']}.{fields['minor']}.{fields['patch']}"
         if fields["schema_hash"] != frame.schema_hash():
@@ -292,11 +302,23 @@ class LinkProtocol:
         if fields["session"] != self._session:
             return  # not yet an answer to our HELLO
         simulated = bool(fields["flags"] & _FLAG_SIMULATED)
-        self._board = BoardId(name, version, simulated, fields["boot"], self._session)
-        seed = frame.session_seed(self._session, fields["boot"])
-        self._decoder.seed = seed
-        self._encoder.seed = seed
-        self._stamp_ms = stamp_ms
+        self._greeted = BoardId(name, version, simulated, fields["boot"], self._session)
+
+    def _nonce_heard(self, fields: dict[str, Any], now_s: float, events: list[Event]) -> None:
+        if fields["session"] != self._session:
+            return
+        if self._board is not None:
+            if fields["nonce"] != self._nonce:
+                self._handshake(now_s)
+                events.append(SessionEnded("the board has begun the session anew"))
+            return
+        if self._greeted is None:
+            return
+        self._board = self._greeted
+        self._nonce = fields["nonce"]
+        self._stamp_ms = frame.u16(self._decoder.buf, messages.STAMP_AT)
+        boot, epoch = self._board.boot, fields["epoch"]
+        self._keys.begin(self._session, boot, self._nonce, epoch, self._stamp_ms)
         self._heard_s = now_s
         self._command_due_s = now_s
         self._clearance_due_s = now_s
@@ -330,8 +352,8 @@ class LinkProtocol:
         while self._session in (0, old):
             self._session = self._draw_session()
         self._board = None
-        self._decoder.seed = None
-        self._encoder.seed = None
+        self._greeted = None
+        self._keys.end()
         self._ping_sent_s = None
         self._hello_due_s = now_s
 

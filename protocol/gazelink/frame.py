@@ -12,14 +12,14 @@ MAX_WIRE = 64
 MAX_BODY = MAX_WIRE - 2  # one COBS code byte, one delimiter
 
 _UNKNOWN = 0
-_FROZEN = 1
+_PLAIN = 1
 _SEEDED = 2
 
 # Per type id: what CRC it carries, and its exact size. Bytearrays: a look-up allocates nothing.
 _kind = bytearray(256)
 _size = bytearray(256)
 for _m in MESSAGES:
-    _kind[_m.type_id] = _FROZEN if _m.frozen else _SEEDED
+    _kind[_m.type_id] = _PLAIN if _m.plain else _SEEDED
     _size[_m.type_id] = _m.size
     assert _m.size + crc.CRC_SIZE <= MAX_BODY, _m.name
 assert len(BY_TYPE) == len(MESSAGES)
@@ -34,26 +34,73 @@ def schema_hash():
     )
 
 
-_ids = bytearray(8)
-_ids[0:4] = _SCHEMA_SEED
+_EPOCHS = 0x3FFFFFFF  # 2000 years of stamps
 
 
-def fill_session_seed(session, boot, seed):
-    # Seed of every frame that is not frozen: the table, the host's session and the board's boot, so
-    # a frame of another version, another host or another life of the board fails its CRC. Into
-    # seed[0:4]; allocates nothing.
-    _ids[4] = session & 0xFF
-    _ids[5] = session >> 8
-    _ids[6] = boot & 0xFF
-    _ids[7] = boot >> 8
-    crc.fill_seed(_ids, seed)
+class Session:
+    # The seeds of one session's frames: of the table, the host's session, the board's boot, the
+    # nonce the board drew, and the epoch: which round of the 16-bit stamp the frame belongs to. So a
+    # frame of another version, host, life of the board, session or round fails its CRC.
+    #
+    # Both ends count the rounds, as IPsec's extended sequence numbers are counted (RFC 4303): a
+    # stamp means the moment nearest to the clock, at most 32.7 s before or after it. Allocates
+    # nothing once built.
 
+    def __init__(self):
+        self.live = False
+        self.epoch = 0
+        self.clock_ms = 0  # newest stamp
+        self._ids = bytearray(16)
+        self._ids[0:4] = _SCHEMA_SEED
+        self._before = bytearray(crc.CRC_SIZE)
+        self._now = bytearray(crc.CRC_SIZE)
+        self._after = bytearray(crc.CRC_SIZE)
 
-def session_seed(session, boot):
-    # The same as 4 new bytes.
-    seed = bytearray(crc.CRC_SIZE)
-    fill_session_seed(session, boot, seed)
-    return seed
+    # nonce: 4 bytes; epoch: that of stamp_ms.
+    def begin(self, session, boot, nonce, epoch, stamp_ms):
+        ids = self._ids
+        ids[4] = session & 0xFF
+        ids[5] = session >> 8
+        ids[6] = boot & 0xFF
+        ids[7] = boot >> 8
+        for k in range(4):
+            ids[8 + k] = nonce[k]
+        self.clock_ms = stamp_ms
+        self._count(epoch & _EPOCHS)
+        self.live = True
+
+    def end(self):
+        self.live = False
+
+    # The clock of the session has come to stamp_ms; an older one changes nothing.
+    def advance(self, stamp_ms):
+        if not 0 < (stamp_ms - self.clock_ms) & 0xFFFF < 0x8000:
+            return
+        around = stamp_ms < self.clock_ms
+        self.clock_ms = stamp_ms
+        if around:
+            self._count((self.epoch + 1) & _EPOCHS)
+
+    # Seed of a frame with that stamp; None outside a session.
+    def seed(self, stamp_ms):
+        if not self.live:
+            return None
+        ahead = stamp_ms - self.clock_ms
+        if ahead >= 0x8000:
+            return self._before
+        return self._now if ahead >= -0x8000 else self._after
+
+    def _count(self, epoch):
+        self.epoch = epoch
+        self._fill((epoch - 1) & _EPOCHS, self._before)
+        self._fill(epoch, self._now)
+        self._fill((epoch + 1) & _EPOCHS, self._after)
+
+    def _fill(self, epoch, seed):
+        ids = self._ids
+        for k in range(4):
+            ids[12 + k] = (epoch >> (8 * k)) & 0xFF
+        crc.fill_seed(ids, seed)
 
 
 class Decoder:
@@ -63,7 +110,7 @@ class Decoder:
     def __init__(self):
         self.buf = bytearray(MAX_BODY)
         self.length = 0  # of the last good frame, CRC not counted
-        self.seed = None  # from session_seed(); None: frozen frames only
+        self.session = None  # a Session; None: plain frames only
         self.ok = 0
         self.corrupt = 0  # bad stuffing, size or CRC (a foreign session's too)
         self.unknown = 0  # right CRC, a type or size that is not in the table
@@ -108,10 +155,12 @@ class Decoder:
 
     def _accept(self, n):
         kind = _kind[self.buf[TYPE_AT]]
-        seed = self.seed if kind == _SEEDED else crc.NO_SEED
-        if kind == _UNKNOWN and self.seed is not None and crc.check(self.buf, n, self.seed):
+        seed = None if self.session is None else self.session.seed(u16(self.buf, STAMP_AT))
+        if kind == _UNKNOWN and seed is not None and crc.check(self.buf, n, seed):
             self.unknown = (self.unknown + 1) & 0xFFFF
             return False
+        if kind != _SEEDED:
+            seed = crc.NO_SEED
         if seed is None or not crc.check(self.buf, n, seed):
             self.corrupt = (self.corrupt + 1) & 0xFFFF
             return False
@@ -130,15 +179,17 @@ class Encoder:
     def __init__(self):
         self.body = bytearray(MAX_BODY)
         self.wire = bytearray(MAX_WIRE)
-        self.seed = None
+        self.session = None  # as the decoder's
         self._seq = 0
 
     def finish(self, message, stamp_ms):
         # Number of bytes in `wire`. Raises ValueError for a seeded message before a session exists.
         body = self.body
-        seed = crc.NO_SEED if message.frozen else self.seed
+        seed = crc.NO_SEED
+        if not message.plain:
+            seed = None if self.session is None else self.session.seed(stamp_ms)
         if seed is None:
-            raise ValueError("no session yet: only frozen messages can be sent")
+            raise ValueError("no session yet: only plain messages can be sent")
         self._seq = (self._seq + 1) & 0xFF
         body[TYPE_AT] = message.type_id
         body[SEQ_AT] = self._seq

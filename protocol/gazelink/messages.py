@@ -2,7 +2,7 @@
 #
 # Header of every frame: type u8, seq u8, stamp_ms u16. Going down, stamp_ms is the board's tick
 # clock; going up, it echoes the newest stamp heard, so the board can tell by its own clock how old
-# a frame is.
+# a frame is. It repeats every 65.5 s; which round it belongs to is in the CRC's seed (frame.Session).
 
 import struct
 
@@ -25,12 +25,15 @@ class Message:
     # One row of the table: fields as "name:format" with struct's letters (little-endian, unpadded).
     # Offsets count from the start of the frame, header included, so reading needs no arithmetic.
 
-    def __init__(self, type_id, name, direction, fields, frozen=False):
+    # plain: its CRC is not seeded, as it is before a session begins; always so when frozen.
+
+    def __init__(self, type_id, name, direction, fields, frozen=False, plain=False):
         self.type_id = type_id
         self.name = name
         self.direction = direction
         self.fields = fields
         self.frozen = frozen
+        self.plain = frozen or plain
         self.names = []
         self.offsets = {}
         self.format = "<"
@@ -74,6 +77,17 @@ MAINTENANCE = Message(
     True,
 )
 MAINTENANCE_KEY = 0x11A7C0DE
+NONCE = Message(
+    0x04,
+    "nonce",
+    DOWN,
+    # Follows each HELLO that answers a session: drawn by the board at random when the session
+    # began, and in the seed of all its other frames, so that no recording fits. epoch: rounds of
+    # the stamp since then, counted on by both ends.
+    "session:H nonce:4s epoch:I",
+    False,
+    True,
+)
 
 COMMAND = Message(
     0x10,
@@ -133,6 +147,7 @@ MESSAGES = (
     HELLO,
     FAULT,
     MAINTENANCE,
+    NONCE,
     COMMAND,
     ORDER,
     CLEARANCE,
@@ -151,6 +166,7 @@ BY_TYPE = {m.type_id: m for m in MESSAGES}
 def schema_text(messages=MESSAGES, settings=TABLE):
     # Both tables as canonical text: any change that alters a meaning on the wire alters it.
     lines = [
-        "%d %s %s %s %d" % (m.type_id, m.name, m.direction, m.fields, m.frozen) for m in messages
+        "%d %s %s %s %d" % (m.type_id, m.name, m.direction, m.fields, m.frozen + m.plain)
+        for m in messages
     ]
     return "\n".join(lines + ["%s %d %d %d" % row for row in settings])

@@ -118,7 +118,8 @@ def garbage(kind: str, chance: random.Random) -> bytes:
     if kind == "ones":
         return b"\xff" * 80 + b"\0"
     stranger = frame.Encoder()
-    stranger.seed = frame.session_seed(chance.randrange(1, 65536), 1)
+    stranger.session = frame.Session()
+    stranger.session.begin(chance.randrange(1, 65536), 1, chance.randbytes(4), 0, 0)
     values = (
         codes.FORWARD,
         codes.CONTINUOUS,

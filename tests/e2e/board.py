@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import runpy
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,10 @@ class _Held(VirtualBoard):
     """A board whose main loop is turned by the test."""
 
     running: App | None = None
+    _drawn = random.Random(1)
+
+    def draw_nonce(self, nonce: bytearray) -> None:
+        nonce[0:4] = self._drawn.randbytes(4)
 
     def run(self, app: App) -> None:
         self.running = app

@@ -149,9 +149,14 @@ def test_p12_a_flood(driving: Lockstep, per_ms: int) -> None:
 
 def test_p12_orders_and_commands_of_a_foreign_session_are_ignored(chair: Lockstep) -> None:
     chair.arm()
-    stranger = frame.Encoder()
-    stranger.seed = frame.session_seed(0x4242, 0x0B01)
+    assert chair.host is not None
+    board = chair.host.link.board()
+    assert board is not None
     stamp = chair.board.app.outbox.ticks & 0xFFFF
+    stranger = frame.Encoder()
+    stranger.session = frame.Session()
+    # It knows all but the nonce.
+    stranger.session.begin(board.session, board.boot, b"none", 0, stamp)
     for _ in range(50):
         for message, values in (
             (

@@ -119,16 +119,24 @@ def test_p12_a_replayed_frame_never_moves():
 
 
 def test_p12_frames_of_another_session_boot_or_version_are_ignored():
-    from gazelink.frame import session_seed
+    from gazelink import frame
 
-    for seed in (session_seed(0x1235, 0x0B07), session_seed(0x1234, 0x0B08), b"\x01\x02\x03\x04"):
+    for session, boot, other_nonce, epoch in (
+        (0x1235, 0x0B07, 0, 0),
+        (0x1234, 0x0B08, 0, 0),
+        (0x1234, 0x0B07, 1, 0),
+        (0x1234, 0x0B07, 0, 1),
+    ):
         rig = Rig()
         rig.arm()
-        own = rig.encoder.seed
-        rig.encoder.seed = seed
+        own = rig.encoder.session
+        nonce = bytearray(rig.app.link._nonce)
+        nonce[3] ^= other_nonce
+        rig.encoder.session = frame.Session()
+        rig.encoder.session.begin(session, boot, nonce, epoch, rig.stamp)
         values = (codes.FORWARD, codes.CONTINUOUS, 9, codes.DRIVER, 300, 0, 0, 1000, 0)
         rig.send(messages.COMMAND, values)
-        rig.encoder.seed = own
+        rig.encoder.session = own
         corrupt = rig.app.link._decoder.corrupt
         rig.run(100)
         assert rig.neutral()

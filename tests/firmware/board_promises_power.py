@@ -37,7 +37,7 @@ def test_p1_a_reset_while_driving_comes_back_neutral_and_disarmed():
 def test_p14_a_new_session_disarms_and_needs_arming_and_a_new_press():
     rig = Rig()
     rig.drive()
-    rig.encoder.seed = None
+    rig.keys.end()
     rig.say_hello(0x4321)
     rig.until(rig.neutral, 2)
     assert not armed(rig)

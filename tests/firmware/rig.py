@@ -85,6 +85,16 @@ class Files:
         self.texts.pop(name, None)
 
 
+class _Board(VirtualBoard):
+    # Draws the same numbers each time, and allocates nothing.
+    drawn = 0
+
+    def draw_nonce(self, nonce):
+        _Board.drawn += 1
+        for k in range(4):
+            nonce[k] = (_Board.drawn * (37 + k)) & 0xFF
+
+
 class Rig:
     # bank, clock, wire, app and a host that talks every 20 ms while `host_alive`.
 
@@ -103,6 +113,10 @@ class Rig:
         self._imu_noise = 0
         self.encoder = frame.Encoder()
         self.decoder = frame.Decoder()
+        self.keys = frame.Session()
+        self.encoder.session = self.keys
+        self.decoder.session = self.keys
+        self._greeted_boot = 0  # of the board that echoed our HELLO
         self.host_alive = True
         self.service_alive = True
         self.lidar_alive = True
@@ -124,12 +138,11 @@ class Rig:
         self.boot()
 
     def boot(self):
-        self.board = VirtualBoard(
+        self.board = _Board(
             self.bank, self.wire, self.files, BOOT, self.clock.ticks_us, self.clock.ticks_diff
         )
         self.app = App(self.board)
-        self.encoder.seed = None
-        self.decoder.seed = None
+        self.keys.end()
 
     def _add_devices(self):
         self.bank[POT + at.SLOT_PRESENT] = 1
@@ -193,7 +206,7 @@ class Rig:
     # -- the host ----------------------------------------------------------------------------------
 
     def speak(self):
-        if self.encoder.seed is None:
+        if not self.keys.live:
             self.say_hello()
             return
         verb, mode, edge, owner, linear, turn = self.command
@@ -234,12 +247,18 @@ class Rig:
     def _heard(self):
         buf = self.decoder.buf
         self.stamp = frame.u16(buf, messages.STAMP_AT)
+        self.keys.advance(self.stamp)
         if buf[0] == messages.HELLO.type_id:
             hello = messages.HELLO.unpack(buf)
-            if hello["session"]:
-                seed = frame.session_seed(hello["session"], hello["boot"])
-                self.encoder.seed = seed
-                self.decoder.seed = seed
+            self._greeted_boot = hello["boot"]
+            if hello["session"] == 0:
+                self.keys.end()
+        elif buf[0] == messages.NONCE.type_id:
+            begun = messages.NONCE.unpack(buf)
+            if not self.keys.live:
+                nonce, epoch = begun["nonce"], begun["epoch"]
+                boot = self._greeted_boot
+                self.keys.begin(begun["session"], boot, nonce, epoch, self.stamp)
         elif buf[0] == messages.STATE.type_id:
             self.state = messages.STATE.unpack(buf)
             self.states += 1

@@ -51,6 +51,7 @@ class Lockstep:
         )
         self.app = App(self.board)
         self.encoder, self.decoder = frame.Encoder(), frame.Decoder()
+        self.encoder.session = self.decoder.session = self.keys = frame.Session()
         self.ticking = True
         self.command = (codes.STOP, codes.STEP, 0)
         self.order = 0
@@ -71,7 +72,7 @@ class Lockstep:
             self.trace.append((*self.world.pose, *self.world.wipers, self.world.relay.closed))
 
     def speak(self):
-        if self.encoder.seed is None:
+        if not self.keys.live:
             self.send(messages.HELLO, (0, 0, frame.schema_hash(), 99, 0, 0, 1, 0, b"test"))
             return
         verb, mode, edge = self.command
@@ -93,10 +94,11 @@ class Lockstep:
             heard = self.decoder.buf
             self.stamp = frame.u16(heard, messages.STAMP_AT)
             if heard[0] == messages.HELLO.type_id:
-                hello = messages.HELLO.unpack(heard)
-                if hello["session"]:
-                    seed = frame.session_seed(hello["session"], hello["boot"])
-                    self.encoder.seed = self.decoder.seed = seed
+                boot = messages.HELLO.unpack(heard)["boot"]
+            elif heard[0] == messages.NONCE.type_id and not self.keys.live:
+                begun = messages.NONCE.unpack(heard)
+                self.keys.begin(99, boot, begun["nonce"], begun["epoch"], self.stamp)
+            self.keys.advance(self.stamp)
         self.wire.to_host.clear()
 
     def arm(self):

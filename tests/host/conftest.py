@@ -32,6 +32,9 @@ class FakeBoard:
         self.stamps: list[int] = []
         self._decoder = frame.Decoder()
         self._encoder = frame.Encoder()
+        self._keys = frame.Session()
+        self._decoder.session = self._encoder.session = self._keys
+        self.nonce = b"fake"
 
     def receive(self, data: bytes) -> bytes:
         """Take bytes from the host; the bytes with which the board answers at once."""
@@ -44,6 +47,10 @@ class FakeBoard:
     def hello(self) -> bytes:
         values = (1, self.flags, self.schema_hash, self.session, self.boot, *VERSION, b"fake")
         return self._frame(messages.HELLO, values)
+
+    def nonce_frame(self) -> bytes:
+        values = (self.session, self.nonce, self._keys.epoch)
+        return self._frame(messages.NONCE, values)
 
     def state(self, **changes: int) -> bytes:
         values = dict.fromkeys(messages.STATE.names, 0) | {"status": self.status}
@@ -65,8 +72,7 @@ class FakeBoard:
         """A reset: another boot id, no session."""
         self.boot = (self.boot + 1) & 0xFFFF
         self.session = 0
-        self._decoder = frame.Decoder()
-        self._encoder = frame.Encoder()
+        self._keys.end()
 
     def take(self, name: str) -> list[dict[str, Any]]:
         """The messages of this name heard since the last call of take or forget."""
@@ -81,10 +87,11 @@ class FakeBoard:
         self.stamps.append(frame.u16(buf, messages.STAMP_AT))
         if message is messages.HELLO:
             if fields["schema_hash"] == self.schema_hash:
-                self.session = fields["session"]
-                seed = frame.session_seed(self.session, self.boot)
-                self._decoder.seed = seed
-                self._encoder.seed = seed
+                if fields["session"] != self.session:
+                    self.session = fields["session"]
+                    self.nonce = bytes([self.nonce[0] + 1 & 0xFF, *self.nonce[1:]])
+                    self._keys.begin(self.session, self.boot, self.nonce, 0, self.stamp_ms)
+                return self.hello() + self.nonce_frame()
             return self.hello()
         if message is messages.PING:
             return self._frame(messages.PONG, (fields["token_low"], fields["token_high"]))
@@ -92,6 +99,7 @@ class FakeBoard:
 
     def _frame(self, message: messages.Message, values: tuple[Any, ...]) -> bytes:
         message.pack(self._encoder.body, values)
+        self._keys.advance(self.stamp_ms)
         size = self._encoder.finish(message, self.stamp_ms)
         return bytes(self._encoder.wire[:size])
 

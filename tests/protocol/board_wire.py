@@ -2,7 +2,7 @@
 
 from boardtest import no_allocation, raises
 from gazelink import crc, frame, messages
-from wire_vectors import CRC_CHECK, CRCS, FRAME_SEED, FRAMES, SCHEMA_HASH, SEEDS
+from wire_vectors import CRC_CHECK, CRCS, FRAME_SEED, FRAMES, SCHEMA_HASH, SEEDS, OneSeed
 
 SEED = bytes.fromhex(FRAME_SEED)
 ROWS = {message.name: message for message in messages.MESSAGES}
@@ -19,7 +19,7 @@ def _feed(decoder, data):
 
 def _decoder(seed=SEED):
     decoder = frame.Decoder()
-    decoder.seed = seed
+    decoder.session = OneSeed(seed)
     return decoder
 
 
@@ -56,8 +56,46 @@ def test_the_table_has_the_hash_both_ends_expect():
 
 
 def test_session_seed_known_answers():
-    for session, boot, seed in SEEDS:
-        assert frame.session_seed(session, boot) == bytes.fromhex(seed)
+    for session, boot, nonce, epoch, seed in SEEDS:
+        keys = frame.Session()
+        keys.begin(session, boot, bytes.fromhex(nonce), epoch, 0x1234)
+        assert keys.seed(0x1234) == bytes.fromhex(seed)
+
+
+def test_a_stamp_means_the_moment_nearest_to_the_clock():
+    # Rounds of the stamp before and after a wrap, each with a seed of its own; no two are alike.
+    keys = frame.Session()
+    keys.begin(1, 2, b"\x03\x04\x05\x06", 7, 0xFFF0)
+    now = bytes(keys.seed(0xFFF0))
+    after = bytes(keys.seed(0x0010))
+    assert now != after
+    assert bytes(keys.seed(0x7FF0)) == now
+    assert bytes(keys.seed(0x7FEF)) == after
+    keys.advance(0xFFE0)  # an older one changes nothing
+    assert (keys.epoch, keys.clock_ms) == (7, 0xFFF0)
+    keys.advance(0x0010)
+    assert (keys.epoch, keys.clock_ms) == (8, 0x0010)
+    assert bytes(keys.seed(0x0010)) == after
+    assert bytes(keys.seed(0xFFF0)) == now
+    assert bytes(keys.seed(0x8010)) == now
+    keys.advance(0x7000)
+    keys.advance(0xE000)
+    keys.advance(0x0010)  # 65536 ms later
+    assert bytes(keys.seed(0x0010)) not in (now, after)
+    assert bytes(keys.seed(0xFFF0)) == after
+
+
+def test_seeds_are_kept_without_allocation():
+    keys = frame.Session()
+
+    def a_life():
+        keys.begin(1, 2, b"\x03\x04\x05\x06", 7, 0xFFF0)
+        for k in range(40):
+            keys.advance((0xFFF0 + 7000 * k) & 0xFFFF)
+            keys.seed(0x1234)
+        keys.end()
+
+    no_allocation(a_life)
 
 
 def test_every_message_has_a_known_frame():
@@ -67,7 +105,7 @@ def test_every_message_has_a_known_frame():
 def test_encoding_gives_the_known_frames():
     for name, seq, stamp_ms, values, wire in FRAMES:
         encoder = frame.Encoder()
-        encoder.seed = SEED
+        encoder.session = OneSeed(SEED)
         encoder._seq = (seq - 1) & 0xFF
         ROWS[name].pack(encoder.body, values)
         n = encoder.finish(ROWS[name], stamp_ms)
@@ -100,7 +138,7 @@ def test_offsets_read_the_same_as_unpack():
 
 def test_sequence_numbers_wrap():
     encoder = frame.Encoder()
-    encoder.seed = SEED
+    encoder.session = OneSeed(SEED)
     decoder = _decoder()
     seen = []
     for _ in range(258):
@@ -110,10 +148,11 @@ def test_sequence_numbers_wrap():
     assert seen[254:] == [255, 0, 1, 2]
 
 
-def test_without_a_session_only_frozen_messages_can_be_sent():
+def test_without_a_session_only_plain_messages_can_be_sent():
     encoder = frame.Encoder()
+    encoder.session = frame.Session()
     for message in messages.MESSAGES:
-        if message.frozen:
+        if message.plain:
             assert encoder.finish(message, 0) > 0
         else:
             assert "no session" in raises(ValueError, encoder.finish, message, 0)
@@ -146,7 +185,7 @@ def test_decoding_allocates_nothing_whatever_comes():
 
 def test_encoding_allocates_nothing():
     encoder = frame.Encoder()
-    encoder.seed = SEED
+    encoder.session = OneSeed(SEED)
 
     def encode_all():
         for message in messages.MESSAGES:

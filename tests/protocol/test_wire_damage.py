@@ -2,12 +2,14 @@
 
 from itertools import combinations
 
+from typing import Any
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from gazelink import cobs, frame
-from wire_damage import FROZEN, SEED, WIRES, body, feed, found_in, judged, new_decoder, pieces
+from wire_damage import PLAIN, SEED, WIRES, body, feed, found_in, judged, new_decoder, pieces
 
 every_message = pytest.mark.parametrize("name", sorted(WIRES))
 any_message = st.sampled_from(sorted(WIRES))
@@ -129,24 +131,43 @@ def test_the_longest_body_passes_the_unstuffing_and_one_more_byte_does_not() -> 
 
 @every_message
 @given(seed=st.binary(min_size=4, max_size=4).filter(lambda seed: seed != SEED))
-def test_another_session_s_frames_are_refused_but_frozen_ones_pass(name: str, seed: bytes) -> None:
+def test_another_session_s_frames_are_refused_but_plain_ones_pass(name: str, seed: bytes) -> None:
     """Another seed is another version, another host or another life of the board."""
     decoder = new_decoder(seed)
-    expected = [body(name)] if name in FROZEN else []
+    expected = [body(name)] if name in PLAIN else []
     assert feed(decoder, WIRES[name]) == expected
     assert (decoder.ok, decoder.corrupt) == (len(expected), 1 - len(expected))
 
 
 @every_message
-def test_before_any_session_only_frozen_frames_pass(name: str) -> None:
-    """No seed: nothing can move, HELLO, FAULT and MAINTENANCE are heard."""
-    assert found_in(WIRES[name], seed=None) == ([body(name)] if name in FROZEN else [])
+def test_before_any_session_only_plain_frames_pass(name: str) -> None:
+    """No seed: nothing can move, HELLO, NONCE, FAULT and MAINTENANCE are heard."""
+    assert found_in(WIRES[name], seed=None) == ([body(name)] if name in PLAIN else [])
 
 
-@given(
-    st.integers(1, 0xFFFF), st.integers(0, 0xFFFF), st.integers(1, 0xFFFF), st.integers(0, 0xFFFF)
-)
-def test_session_and_boot_both_tell_frames_apart(s1: int, b1: int, s2: int, b2: int) -> None:
+def seed_of(session: int, boot: int, nonce: bytes, epoch: int) -> bytes:
+    keys = frame.Session()
+    keys.begin(session, boot, nonce, epoch, 0)
+    return bytes(keys.seed(0))
+
+
+ids = st.tuples(st.integers(1, 0xFFFF), st.integers(0, 0xFFFF))
+nonces = st.binary(min_size=4, max_size=4)
+epochs = st.integers(0, 0x3FFFFFFF)
+
+
+@given(ids, ids, nonces, epochs)
+def test_session_and_boot_both_tell_frames_apart(
+    one: Any, other: Any, nonce: bytes, e: int
+) -> None:
     """CRC-32 keeps 4-byte inputs apart: two pairs of ids never share a seed."""
-    same = (s1, b1) == (s2, b2)
-    assert (frame.session_seed(s1, b1) == frame.session_seed(s2, b2)) == same
+    assert (seed_of(*one, nonce, e) == seed_of(*other, nonce, e)) == (one == other)
+
+
+@given(ids, nonces, nonces, epochs, epochs)
+def test_nonce_and_round_tell_frames_apart(
+    pair: Any, n1: bytes, n2: bytes, e1: int, e2: int
+) -> None:
+    """Nor do two nonces, or two rounds of the stamp in one session."""
+    assert (seed_of(*pair, n1, e1) == seed_of(*pair, n2, e1)) == (n1 == n2)
+    assert (seed_of(*pair, n1, e1) == seed_of(*pair, n1, e2)) == (e1 == e2)

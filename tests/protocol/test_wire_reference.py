@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import wire_reference as reference
 from gazelink import cobs, frame, messages
-from wire_vectors import FRAME_SEED, FRAMES
+from wire_vectors import FRAME_SEED, FRAMES, OneSeed
 
 RANGES = {"B": (0, 0xFF), "H": (0, 0xFFFF), "h": (-0x8000, 0x7FFF), "I": (0, 0xFFFFFFFF)}
 SEED = bytes.fromhex(FRAME_SEED)
@@ -36,17 +36,17 @@ def test_encodes_as_described_and_decodes_to_the_same_values(made, seq, stamp_ms
     """Round trip through both implementations."""
     message, values = made
     encoder = frame.Encoder()
-    encoder.seed = seed
+    encoder.session = OneSeed(seed)
     encoder._seq = (seq - 1) & 0xFF
     message.pack(encoder.body, values)
     wire = bytes(encoder.wire[: encoder.finish(message, stamp_ms)])
 
     payload = struct.pack(message.format, *values)
-    crc_seed = bytes(4) if message.frozen else seed
+    crc_seed = bytes(4) if message.plain else seed
     assert wire == reference.frame(message.type_id, seq, stamp_ms, payload, crc_seed)
 
     decoder = frame.Decoder()
-    decoder.seed = seed
+    decoder.session = OneSeed(seed)
     assert [decoder.feed(byte) for byte in wire] == [False] * (len(wire) - 1) + [True]
     assert decoder.length == message.size
     assert decoder.buf[messages.TYPE_AT] == message.type_id
@@ -65,11 +65,33 @@ def test_cobs_is_as_described(data: bytes) -> None:
     assert 0 not in out[: n - 1]
 
 
-@given(st.integers(0, 0xFFFF), st.integers(0, 0xFFFF))
-def test_session_seed_is_as_described(session: int, boot: int) -> None:
-    """The seed binds table, session and boot."""
-    expected = reference.seed(messages.schema_text(), session, boot)
-    assert bytes(frame.session_seed(session, boot)) == expected
+@given(
+    st.integers(0, 0xFFFF),
+    st.integers(0, 0xFFFF),
+    st.binary(min_size=4, max_size=4),
+    st.integers(0, 0x3FFFFFFE),
+    st.integers(0, 0xFFFF),
+    st.lists(st.integers(0, 0x7FFF), max_size=20),
+    st.integers(-0x8000, 0x7FFF),
+)
+def test_session_seed_is_as_described(
+    session: int, boot: int, nonce: bytes, epoch: int, start_ms: int, steps: list[int], off_ms: int
+) -> None:
+    """The seed binds table, session, boot, nonce, and the round of the clock a stamp belongs to."""
+    keys = frame.Session()
+    assert keys.seed(start_ms) is None
+    keys.begin(session, boot, nonce, epoch, start_ms)
+    for step in steps:
+        keys.advance((keys.clock_ms + step) & 0xFFFF)
+    clock_ms = (epoch << 16) + start_ms + sum(steps)
+    assert (keys.epoch, keys.clock_ms) == (clock_ms >> 16 & 0x3FFFFFFF, clock_ms & 0xFFFF)
+    meant_ms = clock_ms + off_ms
+    expected = reference.seed(
+        messages.schema_text(), session, boot, nonce, meant_ms >> 16 & 0x3FFFFFFF
+    )
+    assert bytes(keys.seed(meant_ms & 0xFFFF)) == expected
+    keys.end()
+    assert keys.seed(meant_ms & 0xFFFF) is None
 
 
 def test_known_frames_are_the_reference_s() -> None:
@@ -77,7 +99,7 @@ def test_known_frames_are_the_reference_s() -> None:
     rows = {message.name: message for message in messages.MESSAGES}
     for name, seq, stamp_ms, values, wire in FRAMES:
         message = rows[name]
-        seed = bytes(4) if message.frozen else SEED
+        seed = bytes(4) if message.plain else SEED
         payload = struct.pack(message.format, *values)
         assert reference.frame(message.type_id, seq, stamp_ms, payload, seed).hex() == wire
 

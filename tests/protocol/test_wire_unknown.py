@@ -27,7 +27,7 @@ def test_a_type_of_a_newer_table_is_unknown(type_id: int, payload: bytes, seed: 
 @pytest.mark.parametrize("message", messages.MESSAGES, ids=lambda message: message.name)
 def test_a_known_type_of_another_size_is_unknown(message: messages.Message) -> None:
     """Every size but the table's, from nothing to the longest frame."""
-    seed = bytes(4) if message.frozen else SEED
+    seed = bytes(4) if message.plain else SEED
     right = message.size - messages.HEADER_SIZE
     for size in set(range(MAX_PAYLOAD + 1)) - {right}:
         decoder = new_decoder()

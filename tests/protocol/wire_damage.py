@@ -3,17 +3,17 @@
 from collections.abc import Iterable
 
 from gazelink import frame, messages
-from wire_vectors import FRAME_SEED, FRAMES
+from wire_vectors import FRAME_SEED, FRAMES, OneSeed
 
 SEED = bytes.fromhex(FRAME_SEED)
 WIRES = {name: bytes.fromhex(wire) for name, _, _, _, wire in FRAMES}
-FROZEN = {message.name for message in messages.MESSAGES if message.frozen}
+PLAIN = {message.name for message in messages.MESSAGES if message.plain}
 
 
 def new_decoder(seed: bytes | None = SEED) -> frame.Decoder:
     """A decoder in a session with `seed`; None: before any session."""
     decoder = frame.Decoder()
-    decoder.seed = seed
+    decoder.session = None if seed is None else OneSeed(seed)
     return decoder
 
 

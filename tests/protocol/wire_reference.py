@@ -19,7 +19,7 @@ def frame(
     return cobs(body + struct.pack("<I", crc))
 
 
-def seed(schema: str, session: int, boot: int) -> bytes:
-    """CRC starting value of a session, as the hash of the table's text and the two ids gives it."""
-    ids = struct.pack("<IHH", zlib.crc32(schema.encode()), session, boot)
+def seed(schema: str, session: int, boot: int, nonce: bytes, epoch: int) -> bytes:
+    """CRC starting value: of the hash of the table's text, the ids, the nonce, the stamp's round."""
+    ids = struct.pack("<IHH4sI", zlib.crc32(schema.encode()), session, boot, nonce, epoch)
     return struct.pack("<I", zlib.crc32(ids))

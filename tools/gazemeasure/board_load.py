@@ -181,8 +181,7 @@ class Measured:
             )
             host.give(messages.HELLO)
             return
-        if host.encoder.seed is None:
-            host.encoder.seed = frame.session_seed(77, board.boot_id)
+        host.encoder.session = app.link._keys  # the nonce is inside, too
         turn = ticks // 5 % 4
         second = ticks // 1000
         if turn == 0:

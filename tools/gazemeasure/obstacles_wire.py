@@ -44,7 +44,8 @@ def wire_figures(report: Report, quick: bool) -> None:
 def _measure(seconds: float) -> tuple[list[float], int]:
     written_s: dict[int, float] = {}
     encoder = frame.Encoder()
-    encoder.seed = frame.session_seed(1, 1)
+    encoder.session = frame.Session()
+    encoder.session.begin(1, 1, bytes(4), 0, 0)
     with (
         tempfile.TemporaryDirectory(prefix="gazechair-") as folder,
         StallProbe() as probe,

@@ -119,16 +119,22 @@ def _load(
 def _states(telemetry: bytes) -> list[int]:
     """Stamps, unwrapped, from the first two 1 ms apart: from there on 1000 Hz are asked."""
     decoder = frame.Decoder()
+    decoder.session = keys = frame.Session()
+    boot = 0
     stamps: list[int] = []
     for byte in telemetry:
         if not decoder.feed(byte):
             continue
         if decoder.buf[messages.TYPE_AT] == messages.HELLO.type_id:
-            hello = messages.HELLO.unpack(decoder.buf)
-            if hello["session"]:
-                decoder.seed = frame.session_seed(hello["session"], hello["boot"])
-        elif decoder.buf[messages.TYPE_AT] == messages.STATE.type_id:
-            stamp = frame.u16(decoder.buf, messages.STAMP_AT)
+            boot = messages.HELLO.unpack(decoder.buf)["boot"]
+            continue
+        stamp = frame.u16(decoder.buf, messages.STAMP_AT)
+        if decoder.buf[messages.TYPE_AT] == messages.NONCE.type_id:
+            begun = messages.NONCE.unpack(decoder.buf)
+            if not keys.live:
+                keys.begin(begun["session"], boot, begun["nonce"], begun["epoch"], stamp)
+        keys.advance(stamp)
+        if decoder.buf[messages.TYPE_AT] == messages.STATE.type_id:
             last = stamps[-1] if stamps else 0
             stamps.append(last + ((stamp - last) & 0xFFFF))
             if len(stamps) == 2 and stamps[1] - stamps[0] != 1:

@@ -6,6 +6,8 @@
 #       each level means is said in pins.py
 #   serial: read_byte() -> 0..255 or -1; write_some(buf, start, end) -> index of the first byte not
 #       taken; neither ever waits
+#   draw_nonce(buf): 4 bytes of the best entropy there is into buf, for each session (os.urandom: on
+#       the Teensy the processor's own generator)
 #   ticks_us(), ticks_ms(), ticks_diff(a, b), feed_watchdog(), heap_free_kb()
 #   load(name), store(name, text), remove(name): small files, see storage.py; the latter two raise
 #       OSError when the flash refuses

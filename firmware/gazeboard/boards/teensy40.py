@@ -47,6 +47,10 @@ class Teensy40:
         self._timer = None
         self.hard_timer = self._has_hard_timer()
 
+    # The i.MX RT's true random number generator.
+    def draw_nonce(self, nonce):
+        nonce[0:4] = os.urandom(4)
+
     def _input(self, number):
         return machine.Pin("D%d" % number, machine.Pin.IN, machine.Pin.PULL_UP)
 

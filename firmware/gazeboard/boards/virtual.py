@@ -54,6 +54,10 @@ class VirtualBoard:
         put_u32(bank, at.TICK_MS_AT, 0)
         count_up(bank, at.BOOT_COUNT_AT)
 
+    # The PC's random numbers.
+    def draw_nonce(self, nonce):
+        nonce[0:4] = os.urandom(4)
+
     # Promise P1: before anything else. A pot that does not answer leaves the enable line off.
     def _neutral_first(self):
         self.enable_pin(0)

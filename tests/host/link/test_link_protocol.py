@@ -19,7 +19,7 @@ from gazechair.link_protocol import (
     SessionEnded,
     VersionDiffers,
 )
-from gazechair.outgoing import Command
+from gazechair.outgoing import STOP_COMMAND, Command
 from gazelink import codes, frame, messages
 
 FORWARD = Command(codes.FORWARD, codes.CONTINUOUS, 7, codes.DRIVER, 100.3)
@@ -50,6 +50,44 @@ def test_session_begins_with_the_boards_echo(line: Any) -> None:
     assert begun[0].board.simulated
     assert (begun[0].board.name, begun[0].board.boot) == ("fake", line.board.boot)
     assert begun[0].board.session == line.board.session
+
+
+def test_no_session_before_the_boards_nonce(line: Any) -> None:
+    line.board.receive(line.protocol.poll(line.now_s))
+    assert line.say(line.board.hello()) == []
+    assert line.protocol.board is None
+    assert line.protocol.poll(line.now_s + 0.1) == b""  # nothing but HELLOs until then
+    line.board.session ^= 1
+    assert line.say(line.board.nonce_frame()) == []
+    line.board.session ^= 1
+    assert kinds(line.say(line.board.nonce_frame())) == [SessionBegun]
+
+
+def test_a_nonce_before_its_hello_waits_for_the_next_hello(line: Any) -> None:
+    line.board.receive(line.protocol.poll(line.now_s))
+    assert line.say(line.board.nonce_frame()) == []
+    assert kinds(line.say(line.board.hello() + line.board.nonce_frame())) == [SessionBegun]
+
+
+def test_a_session_begun_anew_by_the_board_is_begun_anew_by_the_host(joined: Any) -> None:
+    old = joined.board.session
+    assert joined.say(joined.board.nonce_frame()) == []  # the one that is known
+    joined.board.nonce = b"anew"
+    assert kinds(joined.say(joined.board.nonce_frame())) == [SessionEnded]
+    assert SessionBegun in kinds(joined.turn())
+    assert joined.board.session not in (0, old)
+
+
+def test_a_host_goes_on_for_many_rounds_of_the_stamp(joined: Any) -> None:
+    for _ in range(20):
+        joined.board.stamp_ms = (joined.board.stamp_ms + 20_000) & 0xFFFF
+        assert len(joined.say(joined.board.state())) == 1
+        joined.board.heard.clear()
+        joined.protocol.command(FORWARD, joined.now_s)
+        joined.protocol.command(STOP_COMMAND, joined.now_s)
+        joined.board.receive(joined.protocol.poll(joined.now_s))
+        assert joined.board.take("command"), "the board understands it"
+    assert joined.board._keys.epoch > 5
 
 
 def test_a_hello_without_our_session_is_no_answer(line: Any) -> None:
@@ -201,7 +239,7 @@ def test_after_garbage_the_next_but_one_frame_is_heard(
 
 def test_a_message_for_the_board_is_ignored_by_the_host(joined: Any) -> None:
     encoder = frame.Encoder()
-    encoder.seed = frame.session_seed(joined.board.session, joined.board.boot)
+    encoder.session = joined.board._keys
     messages.COMMAND.pack(encoder.body, (1, 1, 1, 1, 300, 0, 0, 1000, 0))
     size = encoder.finish(messages.COMMAND, 0)
     assert joined.say(bytes(encoder.wire[:size])) == []

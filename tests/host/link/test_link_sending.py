@@ -63,12 +63,14 @@ def test_time_to_live_never_exceeds_300_ms(joined: Any) -> None:
 
 def test_every_frame_up_carries_the_newest_stamp_heard(joined: Any) -> None:
     joined.turn(300)
-    joined.board.stamp_ms = 5
+    joined.board.stamp_ms = 5000
+    joined.say(joined.board.state())
+    joined.board.stamp_ms = 4990  # captured earlier, sent later
     joined.say(joined.board.state())
     joined.board.stamps.clear()
     joined.protocol.command(FORWARD, joined.now_s)
     joined.board.receive(joined.protocol.poll(joined.now_s))
-    assert joined.board.stamps == [5]
+    assert joined.board.stamps == [5000]
 
 
 def test_nothing_but_hello_leaves_without_a_session(line: Any) -> None:
