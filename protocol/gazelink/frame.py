@@ -39,7 +39,7 @@ _EPOCHS = 0x3FFFFFFF  # 2000 years of stamps
 
 class Session:
     # The seeds of one session's frames: of the table, the host's session, the board's boot, the
-    # nonce the board drew, and the epoch: which round of the 16-bit stamp the frame belongs to. So a
+    # nonce the board drew, and the epoch: which round of the 16-bit stamp a frame belongs to. So a
     # frame of another version, host, life of the board, session or round fails its CRC.
     #
     # Both ends count the rounds, as IPsec's extended sequence numbers are counted (RFC 4303): a

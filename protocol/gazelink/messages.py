@@ -2,7 +2,8 @@
 #
 # Header of every frame: type u8, seq u8, stamp_ms u16. Going down, stamp_ms is the board's tick
 # clock; going up, it echoes the newest stamp heard, so the board can tell by its own clock how old
-# a frame is. It repeats every 65.5 s; which round it belongs to is in the CRC's seed (frame.Session).
+# a frame is. It repeats every 65.5 s; which round it belongs to is in the CRC's seed: see
+# frame.Session.
 
 import struct
 

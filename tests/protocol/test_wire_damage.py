@@ -1,7 +1,6 @@
 """Damaged frames are refused, every one, and the stream recovers at the next delimiter."""
 
 from itertools import combinations
-
 from typing import Any
 
 import pytest

@@ -20,6 +20,6 @@ def frame(
 
 
 def seed(schema: str, session: int, boot: int, nonce: bytes, epoch: int) -> bytes:
-    """CRC starting value: of the hash of the table's text, the ids, the nonce, the stamp's round."""
+    """CRC starting value: of the table's hash, the ids, the nonce and the round of the stamp."""
     ids = struct.pack("<IHH4sI", zlib.crc32(schema.encode()), session, boot, nonce, epoch)
     return struct.pack("<I", zlib.crc32(ids))
