@@ -76,7 +76,7 @@ def test_a_change_that_is_not_saved_ends_with_the_session():
     ask(rig, codes.SETTING_SET_NEUTRAL, LINEAR, 190)
     rig.run(2)
     assert rig.wipers() == (190, 170)
-    rig.encoder.seed = None
+    rig.keys.end()
     rig.say_hello(SESSION + 1)
     rig.run(100)
     assert rig.neutral()
@@ -112,7 +112,7 @@ def test_damaged_settings_need_a_save_whatever_else_is_asked():
     rig.run(1200)
     ask(rig, codes.SETTING_DEFAULTS)
     assert reason(rig) == UNCALIBRATED
-    rig.encoder.seed = None
+    rig.keys.end()
     rig.say_hello(SESSION + 1)
     rig.run(700)
     assert reason(rig) == UNCALIBRATED
