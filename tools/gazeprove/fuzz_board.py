@@ -6,6 +6,7 @@ here looks into the firmware.
 
 from __future__ import annotations
 
+import random
 from collections import deque
 from typing import Any
 
@@ -194,11 +195,16 @@ class Board:
     name = "fuzzed"
     hard_timer = True
 
+    def draw_nonce(self, nonce: bytearray) -> None:
+        """Random for each session."""
+        nonce[0:4] = self._nonces.randbytes(4)
+
     def __init__(self, world: World, boot_id: int, reset_cause: int) -> None:
         self._world = world
         self.simulated = world.simulated
         self.boot_id = boot_id
         self.reset_cause = reset_cause
+        self._nonces = random.Random(boot_id)
         self.joystick_i2c = world.pot
         self.imu_i2c = world.imu
         self.serial = world.serial

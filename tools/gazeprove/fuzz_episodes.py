@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from gazelink import codes, messages
+from gazelink import codes, frame, messages
 from gazeprove import fuzz_spoilt as spoilt
 from gazeprove.fuzz_life import Life, Script
 
@@ -204,17 +204,17 @@ def attack(life: Life) -> Script:
 
 def _of_others(life: Life) -> None:
     rng = life.rng
-    seed, why = rng.choice(life.host.seeds_of_others())
+    keys, why = rng.choice(life.host.keys_of_others())
     owner = rng.randrange(3)
-    _foreign_command(life, seed, why, owner)
+    _foreign_command(life, keys, why, owner)
     if rng.random() < 0.5:
-        _foreign_order(life, seed, why, owner)
+        _foreign_order(life, keys, why, owner)
 
 
-def _foreign_command(life: Life, seed: bytes, why: str, owner: int) -> None:
+def _foreign_command(life: Life, keys: frame.Session, why: str, owner: int) -> None:
     life.host.foreign(
         messages.COMMAND,
-        seed,
+        keys,
         why,
         verb=life.rng.choice(_MOVES[:4]),
         mode=codes.CONTINUOUS,
@@ -225,9 +225,9 @@ def _foreign_command(life: Life, seed: bytes, why: str, owner: int) -> None:
     )
 
 
-def _foreign_order(life: Life, seed: bytes, why: str, owner: int) -> None:
+def _foreign_order(life: Life, keys: frame.Session, why: str, owner: int) -> None:
     life.host.foreign(
-        messages.ORDER, seed, why, action=codes.ARM, number=life.rng.randrange(256), owner=owner
+        messages.ORDER, keys, why, action=codes.ARM, number=life.rng.randrange(256), owner=owner
     )
 
 

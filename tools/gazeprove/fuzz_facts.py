@@ -103,6 +103,8 @@ class Facts:
     def served(self, heard: list[Sent]) -> None:
         """The service loop ran and has read these frames to their end."""
         self.service_us = self.world.now_us
+        if self.session is not None and self.world.now_us - self.heard_us > 490 * MS:
+            self.session = None  # P12: what a host said before so long a silence counts no more
         for sent in heard:
             if sent.message is messages.HELLO:
                 self._hello(sent)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import random
 import struct
 import zlib
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -74,6 +75,8 @@ class Host:
         self._world = world
         self._rng = rng
         self._encoder = frame.Encoder()
+        self._keys = frame.Session()
+        self._encoder.session = self._keys
         self._queue: list[tuple[int, bytes, Sent]] = []
         self._index = 0
         self._session = 0
@@ -83,6 +86,8 @@ class Host:
         self.session_key: object = None
         self.stamp = 0
         self.boot = 0
+        self.nonce = bytes(4)
+        self._greeted = False
         self.recorded: list[tuple[int, bytes, Sent]] = []
         self.alive = True
         self.stalled = False  # what is sent waits, and then comes all at once
@@ -106,7 +111,8 @@ class Host:
         while self._session in (0, old):
             self._session = self._rng.randrange(1, 65536)
         self.session_key = None
-        self._encoder.seed = None
+        self._greeted = False
+        self._keys.end()
         self._due[0] = 0
 
     def press(self, verb: int, mode: int, owner: int = codes.DRIVER, **more: int) -> Held:
@@ -234,7 +240,7 @@ class Host:
 
     def _bytes(self, message: messages.Message, fields: dict[str, Any]) -> bytes:
         encoder = self._encoder
-        if encoder.seed is None and not message.frozen:
+        if not message.plain and (encoder.session is None or not encoder.session.live):
             return b""
         message.pack(encoder.body, list(fields.values()))
         return bytes(encoder.wire[: encoder.finish(message, self.stamp)])
@@ -247,24 +253,32 @@ class Host:
         sent.spoilt = why
         self._world.serial.push(data, sent)
 
-    def foreign(self, message: messages.Message, seed: bytes, why: str, **fields: Any) -> None:
+    def foreign(
+        self, message: messages.Message, keys: frame.Session, why: str, **fields: Any
+    ) -> None:
         """A fresh frame with another seed, in sequence."""
-        own = self._encoder.seed
         fields = {name: fields.get(name, 0) for name in message.names}
-        self._encoder.seed = seed
+        self._encoder.session = keys
         data = self._bytes(message, fields)
-        self._encoder.seed = own
+        self._encoder.session = self._keys
         sent = Sent(message, fields, self._world.now_us, 0, None)
         self.inject(data, sent, why)
 
-    def seeds_of_others(self) -> list[tuple[bytes, str]]:
-        """Seeds of other sessions, boots and versions."""
-        session, boot = self._session, self.boot
-        return [
-            (frame.session_seed(session ^ 1, boot), "foreign session"),
-            (frame.session_seed(session, boot ^ 1), "foreign boot"),
-            (b"\1\2\3\4", "foreign version"),
-        ]
+    def keys_of_others(self) -> list[tuple[frame.Session, str]]:
+        """Of other sessions, boots, nonces and rounds of the stamp."""
+        session, boot, nonce, epoch = self._session, self.boot, self.nonce, self._keys.epoch
+        other = bytes([nonce[0] ^ 1, *nonce[1:]])
+        found = []
+        for ids, why in (
+            ((session ^ 1, boot, nonce, epoch), "foreign session"),
+            ((session, boot ^ 1, nonce, epoch), "foreign boot"),
+            ((session, boot, other, epoch), "foreign nonce"),
+            ((session, boot, nonce, epoch + 1), "another round of the stamp"),
+        ):
+            keys = frame.Session()
+            keys.begin(*ids, self.stamp)
+            found.append((keys, why))
+        return found
 
     # -- what is heard -------------------------------------------------------------------------
 
@@ -275,20 +289,28 @@ class Host:
                 if (fields["session"], fields["boot"]) != (self._session, self.boot):
                     self.new_session()
                 return False
-            if fields["session"] != self._session:
-                return False
+            self._greeted = fields["session"] == self._session
             self.boot = fields["boot"]
+            return False
+        if kind == messages.NONCE.type_id:
+            if fields["session"] != self._session or not self._greeted:
+                return False
+            if self.session_key is not None:
+                if fields["nonce"] != self.nonce:
+                    self.new_session()
+                return False
             self.stamp = stamp
-            self._encoder.seed = frame.session_seed(self._session, self.boot)
+            self.nonce = fields["nonce"]
+            self._keys.begin(self._session, self.boot, self.nonce, fields["epoch"], stamp)
             self.session_key = (self._session, self.boot)
             return True
+        self._keys.advance(stamp)
         self.stamp = stamp
         return False
 
-    @property
-    def seed(self) -> bytes | None:
-        """Of the session's frames."""
-        seed: bytes | None = self._encoder.seed
+    def seed(self, stamp: int) -> bytes | None:
+        """Of the session's frames with that stamp."""
+        seed: bytes | None = self._keys.seed(stamp)
         return seed
 
     @property
@@ -304,7 +326,9 @@ class Reader:
         self._rest = bytearray()
         self.broken = 0
 
-    def take(self, data: bytearray, seed: bytes | None) -> list[tuple[int, int, dict[str, Any]]]:
+    def take(
+        self, data: bytearray, seed: Callable[[int], bytes | None]
+    ) -> list[tuple[int, int, dict[str, Any]]]:
         """(type, stamp, fields) of each whole frame in `data` and what was left before."""
         self._rest += data
         found: list[tuple[int, int, dict[str, Any]]] = []
@@ -316,8 +340,8 @@ class Reader:
             del self._rest[: end + 1]
             message = messages.BY_TYPE.get(body[0]) if len(body) > 8 else None
             start = 0
-            if message is not None and not message.frozen:
-                start = int.from_bytes(seed or b"", "little")
+            if message is not None and not message.plain:
+                start = int.from_bytes(seed(body[2] | body[3] << 8) or b"", "little")
             if message is None or len(body) != message.size + 4 or not _checks(body, start):
                 self.broken += 1
                 continue

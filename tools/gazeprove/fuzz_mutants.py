@@ -37,7 +37,12 @@ class Planted:
 
 PLANTED = (
     Planted("time to live not counted", _SAFETY, "self.ttl_ms -= 1", "self.ttl_ms -= 0"),
-    Planted("sequence not checked", _LINK, "if not silent and not 1 <= ahead <= 127:", "if False:"),
+    Planted(
+        "sequence not checked",
+        _LINK,
+        "if not 1 <= (seq - self._last_seq) & 0xFF <= 127:",
+        "if False:",
+    ),
     Planted(
         "heading faults ignored",
         _SAFETY,
@@ -47,8 +52,8 @@ PLANTED = (
     Planted(
         "session not in the seed",
         "protocol/gazelink/frame.py",
-        "crc.fill_seed(_ids, seed)",
-        "crc.fill_seed(_ids[:4], seed)",
+        "crc.fill_seed(ids, seed)",
+        "crc.fill_seed(ids[:4], seed)",
     ),
     Planted(
         "stale order accepted",
