@@ -42,9 +42,11 @@ def main():
         refusal = codes.WATCHDOG_BOOTS
         words = "3 watchdog resets: REPL"
     if refusal:
-        bootlog.last_words(board, codes.FAULT_REASON + refusal, words)
-        board.open_repl()
-        return
+        ended = bootlog.last_words(board, codes.FAULT_REASON + refusal, words)
+        if ended != bootlog.CLEARED or refusal != codes.WATCHDOG_BOOTS:
+            board.open_repl()
+            return
+        bootlog.forget(board)
     try:
         board.run(App(board, 1 << codes.STORAGE if damaged else 0))
     except Exception as error:

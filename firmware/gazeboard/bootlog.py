@@ -1,14 +1,20 @@
 # How the board came up: counts watchdog resets in a row, and sends the last words of a board that
 # will not go on, in the FAULT message that every version of the host understands.
 
+from gazeboard import limits
 from gazeboard.storage import sealed, unsealed
 from gazelink import frame, messages
 
 _FILE = "watchdog_boots"
 _REASON_AT = messages.FAULT.offsets["reason"]
 _DETAIL_AT = messages.FAULT.offsets["detail"]
+_KEY_AT = messages.MAINTENANCE.offsets["key"]
+_CLEAR_AT = messages.MAINTENANCE.offsets["reason"]
+_ENTER = 13
 _WATCHDOG = 3
 _REPEAT_MS = 500
+OPENED = 1  # what last_words() ends with
+CLEARED = 2
 LIMIT = 3  # watchdog resets in a row after which the board stays in the REPL
 
 
@@ -71,11 +77,38 @@ def send_fault(board, reason, detail, tries=10000):
     return True
 
 
-# The last words again and again until somebody answers with any byte; then the REPL is theirs.
+# The last words again and again, until somebody opens the REPL (Enter, as mpremote sends it, or a
+# MAINTENANCE frame) or clears the fault: a MAINTENANCE frame with the fault's reason, which is the
+# caretaker's button, or 3 s at the chair's own. Returns CLEARED then. A host that only greets does
+# neither.
 def last_words(board, reason, detail):
+    decoder = frame.Decoder()
+    between = True  # frames: none of them begins with Enter before there is a session
+    pressed_ms = None
     while True:
         send_fault(board, reason, detail)
         start_ms = board.ticks_ms()
         while board.ticks_diff(board.ticks_ms(), start_ms) < _REPEAT_MS:
-            if board.serial.read_byte() >= 0:
-                return
+            byte = board.serial.read_byte()
+            if byte < 0:
+                if board.button_pin() != 0:
+                    pressed_ms = None
+                elif pressed_ms is None:
+                    pressed_ms = board.ticks_ms()
+                elif board.ticks_diff(board.ticks_ms(), pressed_ms) >= limits.RESET_PRESS_MS:
+                    return CLEARED
+                continue
+            if between and byte == _ENTER:
+                return OPENED
+            between = byte == 0
+            if decoder.feed(byte) and _is_maintenance(decoder.buf):
+                return CLEARED if decoder.buf[_CLEAR_AT] == reason else OPENED
+
+
+def _is_maintenance(buf):
+    if buf[messages.TYPE_AT] != messages.MAINTENANCE.type_id:
+        return False
+    key = 0
+    for k in range(4):
+        key |= buf[_KEY_AT + k] << (8 * k)
+    return key == messages.MAINTENANCE_KEY

@@ -35,6 +35,9 @@ _MAX_WAIT_S = 0.05
 
 log = logging.getLogger(__name__)
 
+# Reasons of a board that says its last words over and over, instead of beginning a session.
+_DOES_NOT_START = ("watchdog_boots", "no_hard_timer")
+
 
 class BoardLink:
     """The connection to the board. All methods may be called from any thread and never wait."""
@@ -259,6 +262,8 @@ class BoardLink:
                 self._setting.put(event)
             elif isinstance(event, FaultText):
                 log.error("the board says: %s: %s", event.reason, event.detail)
+                if event.reason in _DOES_NOT_START:
+                    self._judge.refuses(event.reason, event.detail, now_s)
             elif isinstance(event, SessionBegun):
                 log.info(
                     "board %s %s on %s, session %d",

@@ -33,6 +33,7 @@ class LinkJudge:
         self._session = False
         self._heard_s = 0.0
         self._differs = ""
+        self._last_words = ("", "")
 
     @property
     def answered(self) -> bool:
@@ -45,6 +46,7 @@ class LinkJudge:
         self._session = False
         self._heard_s = now_s
         self._differs = ""
+        self._last_words = ("", "")
 
     def began(self, now_s: float) -> None:
         """A session has begun."""
@@ -52,6 +54,7 @@ class LinkJudge:
         self._session = True
         self._heard_s = now_s
         self._differs = ""
+        self._last_words = ("", "")
 
     def ended(self, now_s: float) -> None:
         """The session has ended; a handshake runs on the same port."""
@@ -67,12 +70,20 @@ class LinkJudge:
         self._differs = detail
         self._heard_s = now_s
 
+    def refuses(self, reason: str, detail: str, now_s: float) -> None:
+        """A board without a session says why it does not start."""
+        if not self._session:
+            self._last_words = (reason, detail)
+            self._heard_s = now_s
+
     def verdict(self, unsent_s: float, now_s: float) -> Verdict | None:
         """How the link is at `now_s`; None: as before. `unsent_s`: age of bytes not yet taken."""
         quiet_s = now_s - self._heard_s
         if not self._session:
             if quiet_s > self._answer_s:
                 return self._no_answer()
+            if self._last_words[0]:
+                return Verdict(h.LOST, *self._last_words)
             if self._differs:
                 return Verdict(h.LOST, "version_differs", self._differs)
             return None

@@ -118,6 +118,8 @@ class LinkProtocol:
         self._ping_wanted = False
         self._ping_sent_s: float | None = None
         self._setting: tuple[int, int, int] | None = None
+        self._last_words = codes.NO_REASON  # of a board that does not start
+        self._clears = False
         self._relay = RelayQuestion()
 
     @property
@@ -160,6 +162,10 @@ class LinkProtocol:
 
     def order(self, action: int, owner: int, now_s: float) -> None:
         """A new order (codes.ARM, ...), due at once and repeated; see link_orders."""
+        if self._board is None and self._last_words and action == codes.RESET_FAULTS:
+            self._clears = True
+            self._hello_due_s = now_s
+            return
         self._orders.give(action, owner, now_s)
 
     def request_ping(self) -> None:
@@ -178,7 +184,7 @@ class LinkProtocol:
             if now_s < self._hello_due_s:
                 return b""
             self._hello_due_s = now_s + HELLO_PERIOD_S
-            return self._hello()
+            return self._clear() + self._hello()
         if now_s - self._heard_s > RESYNC_S:
             return b""  # the caller learns of it from check()
         out = b""
@@ -222,6 +228,15 @@ class LinkProtocol:
             due = min(due, self._bypass_due_s)
         return due if self._clearance is None else min(due, self._clearance_due_s)
 
+    def _clear(self) -> bytes:
+        # A board that says its last words has no session; what is frozen reaches it all the same.
+        if not self._clears:
+            return b""
+        self._clears = False
+        values = (messages.MAINTENANCE_KEY, 0, self._last_words)
+        self._last_words = codes.NO_REASON
+        return self._frame(messages.MAINTENANCE, values)
+
     def _hello(self) -> bytes:
         values = (0, 0, frame.schema_hash(), self._session, 0, *VERSION, _NAME)
         return self._frame(messages.HELLO, values)
@@ -255,6 +270,8 @@ class LinkProtocol:
         if message is messages.FAULT:
             fields = message.unpack(buf)
             reason = str(codes.reason_name(fields["reason"]))
+            if self._board is None:
+                self._last_words = fields["reason"]
             events.append(FaultText(reason, _text(fields["detail"])))
             return
         if self._board is None or message.plain:
@@ -314,6 +331,8 @@ class LinkProtocol:
             return
         if self._greeted is None:
             return
+        self._last_words = codes.NO_REASON
+        self._clears = False
         self._board = self._greeted
         self._nonce = fields["nonce"]
         self._stamp_ms = frame.u16(self._decoder.buf, messages.STAMP_AT)

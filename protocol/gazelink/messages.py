@@ -73,7 +73,8 @@ MAINTENANCE = Message(
     0x03,
     "maintenance",
     BOTH,
-    # up: key must be MAINTENANCE_KEY. down: accepted 1, or 0 with the reason.
+    # up: key must be MAINTENANCE_KEY; to a board that says its last words, the reason of a FAULT
+    # clears that fault. down: accepted 1, or 0 with the reason.
     "key:I accepted:B reason:B",
     True,
 )

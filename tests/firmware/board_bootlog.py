@@ -96,3 +96,64 @@ def test_a_flash_that_refuses_the_count_does_not_stop_the_start():
     assert boot_with(rig, 1) == 0
     rig.app.outbox.ticks = 3600000
     rig.run(5)
+
+
+class Talk:
+    # A line to a board that says its last words: `said` are the bytes it hears, one each 2 ms.
+    def __init__(self, rig, said):
+        self._rig = rig
+        self._said = list(said)
+        self.heard = 0
+
+    def read_byte(self):
+        self._rig.clock.now_us += 2000
+        return self._said.pop(0) if self._said else -1
+
+    def write_some(self, _buf, _start, end):
+        self.heard += 1
+        assert self.heard < 100
+        return end
+
+
+def framed(message, values):
+    encoder = frame.Encoder()
+    message.pack(encoder.body, values)
+    n = encoder.finish(message, 0)
+    return bytes(encoder.wire[:n])
+
+
+HELLO = framed(messages.HELLO, (0, 0, frame.schema_hash(), 77, 0, 0, 1, 0, b"host"))
+REASON = codes.FAULT_REASON + codes.WATCHDOG_BOOTS
+KEY = messages.MAINTENANCE_KEY
+
+
+def last_words(said, button=1):
+    rig = Rig()
+    rig.board.button_pin = lambda: button
+    rig.board.serial = Talk(rig, said)
+    return bootlog.last_words(rig.board, REASON, "why")
+
+
+def test_the_caretakers_clear_ends_the_last_words():
+    clear = framed(messages.MAINTENANCE, (KEY, 0, REASON))
+    assert last_words(HELLO * 20 + clear + HELLO) == bootlog.CLEARED
+
+
+def test_three_seconds_at_the_chairs_button_end_them_too():
+    assert last_words(b"", 0) == bootlog.CLEARED
+
+
+def test_a_host_that_greets_or_talks_nonsense_opens_no_repl():
+    wrong = framed(messages.MAINTENANCE, (KEY ^ 1, 0, REASON))
+    assert last_words(HELLO * 30 + wrong + b"\x05\x03nonsense\0" + b"\r") == bootlog.OPENED
+    rig = Rig()
+    line = Talk(rig, HELLO * 30 + wrong + b"\x05\x03non\rsense\0" + HELLO * 30 + b"\r\x03")
+    rig.board.serial = line
+    assert bootlog.last_words(rig.board, REASON, "why") == bootlog.OPENED
+    assert line._said == [3]  # mpremote's own bytes reach the REPL
+
+
+def test_maintenance_opens_the_repl():
+    for reason in (0, REASON + 1):
+        said = framed(messages.MAINTENANCE, (KEY, 0, reason))
+        assert last_words(said) == bootlog.OPENED

@@ -65,3 +65,15 @@ def test_a_board_that_does_not_read_is_busy(judge: LinkJudge) -> None:
     judge.began(1.0)
     assert seen(judge.verdict(0.051, 1.1)) == ("degraded", "board_busy", False)
     assert seen(judge.verdict(0.0, 1.2)) == ("ok", "ok", False)
+
+
+def test_a_board_that_does_not_start_is_shown_with_its_reason(judge: LinkJudge) -> None:
+    judge.refuses("watchdog_boots", "3 watchdog resets", 2.9)
+    assert judge.verdict(0, 5.0) == Verdict("lost", "watchdog_boots", "3 watchdog resets")
+    assert seen(judge.verdict(0, 6.0)) == ("lost", "wrong_port", True)  # and then nothing more
+    judge.opened("/dev/a", 7.0)
+    judge.refuses("watchdog_boots", "3 watchdog resets", 7.0)
+    judge.began(7.5)
+    judge.refuses("wiper", "said in a session", 7.6)
+    judge.ended(8.0)
+    assert judge.verdict(0, 8.1) is None

@@ -139,7 +139,8 @@ CLEARS = {
     "relay_open": "contact open, as it should be, for 500 ms with the enable line off",
     "relay_stuck": "contact open for 500 ms with the enable line off",
     "calibration": "when settings are saved",
-    "watchdog_boots": "power off and on; the board stays in its REPL until then",
+    "watchdog_boots": "by the caretaker, or 3 s at the chair's button, or power off and on; an hour"
+    " without a reset forgets those before",
     "simulated_source": "with obstacle data from a real lidar",
     "no_hard_timer": "with a MicroPython that has hard timers",
     "disobeys": "by the caretaker, or 3 s at the chair's button",

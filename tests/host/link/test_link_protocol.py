@@ -199,6 +199,26 @@ def test_statistics_and_fault_texts_are_passed_on(joined: Any) -> None:
     assert (fault.reason, fault.detail) == ("wiper", "RDAC1 \ufffd")
 
 
+def test_the_caretakers_clear_reaches_a_board_that_does_not_start(line: Any) -> None:
+    reason = codes.FAULT_REASON + codes.WATCHDOG_BOOTS
+    line.protocol.order(codes.RESET_FAULTS, codes.CARETAKER, 100.0)  # nothing to clear yet
+    assert b"".join(maintenance(line.protocol.poll(100.0))) == b""
+    line.say(line.board.fault(reason, b"3 watchdog resets"))
+    line.protocol.order(codes.DISARM, codes.DRIVER, 100.05)
+    line.protocol.order(codes.RESET_FAULTS, codes.CARETAKER, 100.1)
+    (cleared,) = maintenance(line.protocol.poll(100.1))
+    fields = messages.MAINTENANCE.unpack(cleared)
+    assert (fields["key"], fields["reason"]) == (messages.MAINTENANCE_KEY, reason)
+    assert maintenance(line.protocol.poll(101.0)) == []  # once, until it says so again
+
+
+def maintenance(data: bytes) -> list[bytes]:
+    """The MAINTENANCE frames among what was sent."""
+    decoder = frame.Decoder()
+    whole = [bytes(decoder.buf) for byte in data if decoder.feed(byte)]
+    return [buf for buf in whole if buf[messages.TYPE_AT] == messages.MAINTENANCE.type_id]
+
+
 def test_ping_measures_the_round_trip(joined: Any) -> None:
     joined.protocol.request_ping()
     answer = joined.board.receive(joined.protocol.poll(joined.now_s))

@@ -1,0 +1,59 @@
+"""main.py on a board that was reset by its watchdog three times in a row."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gazeboard import bootlog
+from gazelink import codes
+from rig import Rig
+
+_MAIN = Path(__file__).resolve().parents[2] / "firmware" / "main.py"
+
+
+@pytest.mark.parametrize(
+    ("ended", "runs"), [(bootlog.OPENED, False), (True, False), (bootlog.CLEARED, True)]
+)
+def test_three_resets_need_clearing(
+    ended: int, runs: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It goes on only when somebody cleared the fault; the count starts anew then."""
+    rig = Rig()
+    rig.board.reset_cause = 3
+    for _ in range(2):
+        bootlog.watchdog_boots(rig.board)
+    said: list[int] = []
+    ran: list[Any] = []
+    opened: list[bool] = []
+
+    def last_words(_board: Any, reason: int, _detail: str) -> int:
+        said.append(reason)
+        return ended
+
+    monkeypatch.setattr("gazeboard.boards.virtual.from_environment", lambda: rig.board)
+    monkeypatch.setattr("gazeboard.bootlog.last_words", last_words)
+    rig.board.run = ran.append
+    rig.board.open_repl = lambda: opened.append(True)
+    runpy.run_path(str(_MAIN))
+    assert said == [codes.FAULT_REASON + codes.WATCHDOG_BOOTS]
+    assert bool(ran) == runs
+    assert bool(opened) != runs
+    assert ("watchdog_boots" in rig.files.texts) != runs
+
+
+@pytest.mark.parametrize("text", ["", "9", "spoilt\n12345678\n"])
+def test_a_damaged_count_starts_anew_with_a_fault(
+    text: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nobody is locked out by it, and somebody hears of it."""
+    rig = Rig()
+    rig.files.texts["watchdog_boots"] = text
+    ran: list[Any] = []
+    monkeypatch.setattr("gazeboard.boards.virtual.from_environment", lambda: rig.board)
+    rig.board.run = ran.append
+    runpy.run_path(str(_MAIN))
+    assert ran[0].safety.faults >> codes.STORAGE & 1
