@@ -8,7 +8,8 @@ from gazeboard import limits
 from gazelink.const import const
 
 _HYSTERESIS_Q4_DEG = const(48)
-_BEYOND_SAMPLES = const(4)  # 40 ms: a jolt is no slope
+_BEYOND_MS = const(40)  # a jolt is no slope; nor is one sample, whatever came before it
+_SAMPLE_MS = const(10)
 _CLEAR_MS = const(300)  # within the limit again: longer than a sensor's reset stays unseen
 _LEVEL_MS = const(300)
 _LEVEL_ENOUGH_MS = const(200)
@@ -20,7 +21,7 @@ class Tilt:
         self.limit_q4_deg = limit_q4_deg
         self.beyond = False
         self.unknown = False  # and no longer permitted to move
-        self._samples = 0
+        self._beyond_ms = 0
         self._clear_ms = 0
         self._level_ms = 0
         self._unseen_ms = 0
@@ -31,11 +32,12 @@ class Tilt:
     def feed(self, roll_q4_deg, pitch_q4_deg, dt_ms, trusted):
         angle_q4_deg = max(abs(roll_q4_deg), abs(pitch_q4_deg))
         if angle_q4_deg > self.limit_q4_deg:
-            self._samples = min(self._samples + 1, _BEYOND_SAMPLES)
-            if self._samples == _BEYOND_SAMPLES:
+            self._beyond_ms += dt_ms if self._beyond_ms else _SAMPLE_MS
+            if self._beyond_ms >= _BEYOND_MS:
+                self._beyond_ms = _BEYOND_MS
                 self.beyond = True
-        elif self._samples:
-            self._samples -= 1
+        elif self._beyond_ms:
+            self._beyond_ms = max(0, self._beyond_ms - _SAMPLE_MS)
         if angle_q4_deg > self.limit_q4_deg - _HYSTERESIS_Q4_DEG:
             self._clear_ms = 0
         elif trusted:

@@ -88,7 +88,7 @@ def test_p7_forward_goes_on_when_the_sensor_goes(driving: Lockstep) -> None:
 @pytest.mark.parametrize("tilt", [{"pitch_deg": 20.0}, {"pitch_deg": 0.0, "roll_deg": -20.0}])
 @pytest.mark.parametrize("verb", ["forward", "left"])
 def test_p16_tilt(tilt: dict[str, float], verb: str) -> None:
-    for phase_ms in (0, 10, 20, 30):  # of the 40 ms between two looks
+    for phase_ms in (0, 3, 7, 10):  # of the 10 ms between two samples
         chair = Lockstep()
         chair.drive(verb, ms=300 + phase_ms)
         chair.world.faults.inject("tilt", **tilt)

@@ -102,6 +102,25 @@ def test_p16_with_a_single_read_lost():
     measured(CORE, "P16", "tilt beyond the limit, a read lost", worst_ms, limits.TILT_MS)
 
 
+def test_p16_with_a_sensor_that_answers_now_and_then():
+    # Two looks are enough, however far apart they are.
+    rig = Rig()
+    rig.drive()
+    for phase in range(0, 60, 7):
+        rig.run(phase)
+        tilt(rig, 30)
+        ms = 0
+        while not rig.neutral():
+            rig.bank[IMU + at.SLOT_NAK] = 0 if ms % 60 < 11 else 1
+            rig.one_ms()
+            ms += 1
+            assert ms <= 60 + 2 * limits.HEADING_OLD_MS, rig.why()
+        heal(rig)
+        tilt(rig, 0)
+        rig.until(lambda: rig.app.safety.faults == 0, 3000)
+        moves_again(rig)
+
+
 def test_p16_single_spikes_move_nothing():
     rig = Rig()
     rig.drive()
