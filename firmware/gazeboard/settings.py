@@ -19,10 +19,10 @@ class Settings:
     def __init__(self, text=None):
         self.error = ""
         self._set_all()
-        self._stored = self.neutral()
         if text is not None:
             self._load(text)
-        self.calibrated = self._stored is not None
+        self._stored = None if self.error else self.neutral()
+        self.calibrated = not self.error
 
     def _set_all(self):
         for name, default, _low, _high in TABLE:
@@ -117,5 +117,4 @@ class Settings:
 
     def _refuse(self, reason):
         self._set_all()
-        self._stored = None
         self.error = reason
