@@ -9,6 +9,7 @@ from gazeboard.imu import OFFSETS_SIZE, Imu
 from gazeboard.joystick import Joystick
 from gazeboard.link import Link
 from gazeboard.motion import Motion
+from gazeboard.obedience import Obedience
 from gazeboard.obstacles import Obstacles
 from gazeboard.profile_check import ProfileCheck
 from gazeboard.safety import Safety
@@ -54,6 +55,7 @@ class App:
         self._healthy = False  # has run for long without a reset
         self.safety = Safety(board.simulated, s.relay_fitted, boot_faults)
         self.obstacles = Obstacles(s)
+        self.obedience = Obedience(s)
         self.outbox = Outbox()
         self.telemetry = Telemetry(self.safety, self.joystick, self.obstacles)
         self.link = Link(board, self.inbox, self.outbox, self.safety, self.telemetry)
@@ -83,6 +85,7 @@ class App:
             self.safety.neutral_moved()
         self._imu.tilt.limit_q4_deg = s.tilt_limit_q4_deg
         self.obstacles.configure(s)
+        self.obedience.configure(s)
         turn = turn_controller(s)
         self.motion = Motion(s, turn)
         self.profile_check = ProfileCheck(turn.model)
@@ -150,9 +153,17 @@ class App:
                 safety.finished(motion.end_reason)
         else:
             motion.stop()
-        self.profile_check.step(i, motion.linear_permille, motion.turn_permille)
+        linear_permille = motion.linear_permille
+        turn_permille = motion.turn_permille
+        self.profile_check.step(i, linear_permille, turn_permille)
+        obedience = self.obedience
+        if obedience.step(i, linear_permille, turn_permille, safety.state == codes.ARMED):
+            safety.trip(codes.DISOBEYS)
+            motion.stop()
         joystick = self.joystick
         verified = joystick.write(motion.linear_permille, motion.turn_permille)
+        if (not verified or obedience.wiper_debt) and obedience.wipers_written(verified):
+            safety.trip(codes.WIPER)
         if safety.wipers_written(verified, joystick.neutral):
             self._enable_level ^= 1
             board.enable_pin(self._enable_level)

@@ -1,5 +1,6 @@
-# The caretaker's bypass: while the button is held, and not longer than BYPASS_MAX_MS per press,
-# the chair may creep past an obstacle. Pure: integers only, no clock, no allocation.
+# The caretaker's bypass: while the button is held, and not longer than BYPASS_MAX_MS, the chair may
+# creep past an obstacle. Then comes a pause, whatever the host says: its press numbers make no new
+# time. Pure: integers only, no clock, no allocation.
 
 from gazeboard import limits
 from gazelink.const import const
@@ -15,11 +16,14 @@ class Bypass:
         self._count = 0
         self._session_count = 0
         self._ttl_ms = 0
-        self.left_ms = 0  # of this press; 0: no bypass
+        self._used_ms = 0  # of this bypass
+        self._pause_ms = 0  # before the next
+        self.left_ms = 0  # of this bypass; 0: none
 
     # `i` is an Inputs; elapsed_ms since the last call. A press only counts when its first word
-    # comes while armed. One that ended, by whatever, never comes back: only a number ahead of it
-    # does, or one of a new session.
+    # comes while armed and not in the pause. One that ended, by whatever, never comes back: only a
+    # number ahead of it does, or one of a new session. A number ahead while a bypass lasts goes on
+    # with what is left of it.
     @micropython.native
     def step(self, i, armed, elapsed_ms):
         if i.session_count != self._session_count:
@@ -29,11 +33,23 @@ class Bypass:
         if self.left_ms > 0:
             self.left_ms = max(0, self.left_ms - elapsed_ms)
             self._ttl_ms -= elapsed_ms
+            self._used_ms += elapsed_ms
+            if self.left_ms == 0:
+                self._end()
+        elif self._pause_ms > 0:
+            self._pause_ms -= elapsed_ms
         if i.bypass_count != self._count:
             self._count = i.bypass_count
             self._heard(i.bypass_number, i.bypass_ttl_ms)
         if self._ttl_ms <= 0 or not armed:
-            self.left_ms = 0
+            self._end()
+
+    @micropython.native
+    def _end(self):
+        self.left_ms = 0
+        if self._used_ms:
+            self._pause_ms = max(limits.BYPASS_PAUSE_MS, self._used_ms >> 1)
+            self._used_ms = 0
 
     @micropython.native
     def _heard(self, number, ttl_ms):
@@ -41,5 +57,6 @@ class Bypass:
             if self._number != _ANY and (number - self._number) & 0xFF > 127:
                 return
             self._number = number
-            self.left_ms = limits.BYPASS_MAX_MS - _EARLY_MS
+            if self.left_ms == 0 and self._pause_ms <= 0:
+                self.left_ms = limits.BYPASS_MAX_MS - _EARLY_MS
         self._ttl_ms = min(ttl_ms, limits.COMMAND_TTL_MS) - _EARLY_MS

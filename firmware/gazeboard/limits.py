@@ -11,12 +11,24 @@ CLEARANCE_OLD_MS = const(300)  # P6
 CLEARANCE_FRESH_MS = const(250)  # P6 clears below this (hysteresis)
 HEADING_OLD_MS = const(50)  # P7
 WIPER_TRIES = const(3)  # P8
+WIPER_DEBT = const(300)  # P8: +2 a failure, -3 a good write: two of three fail for 0.9 s
 SERVICE_STALLED_MS = const(50)  # P9 neutral
 SERVICE_LOST_MS = const(500)  # P9 disarm
 TICK_STALLED_US = const(20000)  # P10
 TICK_STEADY_MS = const(500)  # P10 clears after this long without a stall
 FRAME_STALE_MS = const(100)  # P12: motion frames whose echoed stamp is older are ignored
 TILT_MS = const(100)  # P16
+OBEYS_MS = const(2600)  # P21
+# P21 (obedience.py): what was asked for may last so long, then falls to nothing within so long: the
+# twin's weakest chair brakes with 51 degrees/s2 and a lag of 0.6 s. Coasted out in both axes, a chair
+# that turns faster than the standing limit is being turned; until then, than the moving one: casters
+# of 15 degrees never swing it that fast for longer than 0.42 s.
+OBEY_HOLD_MS = const(300)
+OBEY_FALL_MS = const(1500)
+OBEY_COAST_MS = const(2000)
+OBEY_STANDING_Q4_DPS = const(128)
+OBEY_MOVING_Q4_DPS = const(320)
+OBEY_MS = const(500)  # of it in one sense
 TILT_UNSEEN_MS = const(5000)  # P16: most that a chair creeps whose tilt cannot be read
 TILT_FORGOTTEN_MS = const(60000)  # and most that level ground is remembered
 
@@ -45,6 +57,7 @@ STEP_FORWARD_MAX_MS = const(5000)  # P4: longest step a setting can ask for
 STEP_TURN_MAX_MS = const(10000)
 TUNE_PULSE_MAX_MS = const(2000)  # P4: longest tuning pulse
 BYPASS_MAX_MS = const(20000)  # longest bypass of an obstacle; then the button must be pressed anew
+BYPASS_PAUSE_MS = const(1000)  # before the next at least, and half as long as the last one was
 
 # Obstacles (obstacles.py, stopping.py)
 SLOW_AHEAD_MS = const(1000)  # slowing begins this much of the speed before the stop distance

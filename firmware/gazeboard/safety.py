@@ -87,6 +87,7 @@ class Safety:
         self._steady_ms = limits.AGE_MAX_MS
         self._button_ms = limits.AGE_MAX_MS  # a button pressed at boot is stuck: no reset
         self._wiper_bad = 0
+        self._contact = 0  # with none fitted: bit 0 it was open for a while, bit 1 closed
         # Counters of the inputs as last seen
         self._host_count = 0
         self._service_count = 0
@@ -103,6 +104,7 @@ class Safety:
     # Whether a contact tells what the relay does; only while disarmed.
     def set_relay_fitted(self, fitted):
         self._relay_fitted = fitted
+        self._contact = 0
 
     # The joystick's neutral is another count now: it is proven anew. Only while disarmed.
     def neutral_moved(self):
@@ -146,7 +148,7 @@ class Safety:
             self._wiper_bad += 1
             if self._wiper_bad >= limits.WIPER_TRIES:
                 self._wiper_bad = limits.WIPER_TRIES
-                self._trip(codes.WIPER)
+                self.trip(codes.WIPER)
             return False
         self._wiper_bad = 0
         self._neutral_ms = older(self._neutral_ms) if neutral else 0
@@ -155,7 +157,7 @@ class Safety:
     # An exception in the tick: enable off, latched.
     @micropython.native
     def tick_raised(self):
-        self._trip(codes.TICK_EXCEPTION)
+        self.trip(codes.TICK_EXCEPTION)
 
     # Motion came to its own end: reason NO_REASON (done) or TIME_LIMIT.
     @micropython.native
@@ -164,8 +166,9 @@ class Safety:
         self._end_press(reason)
         self._quiet = reason == codes.NO_REASON
 
+    # Enable off, and a fault that latches: by what is found out after step().
     @micropython.native
-    def _trip(self, fault):
+    def trip(self, fault):
         if self.faults == 0:
             self.first_fault = codes.FAULT_REASON + fault
         self.faults |= 1 << fault
@@ -260,7 +263,20 @@ class Safety:
             faults |= 1 << codes.EMERGENCY
         if self._relay_fitted:
             faults |= self._judge_relay(old)
+        else:
+            faults |= self._judge_no_relay(reset)
         return faults
+
+    # None is said to be fitted: then no contact moves.
+    @micropython.native
+    def _judge_no_relay(self, reset):
+        if reset:
+            self._contact = 0
+        if self._open_ms >= limits.RELAY_RELEASE_MS:
+            self._contact |= 1
+        elif self._closed_ms >= limits.RELAY_RELEASE_MS:
+            self._contact |= 2
+        return 1 << codes.RELAY_UNEXPECTED if self._contact == 3 else 0
 
     @micropython.native
     def _judge_relay(self, old):

@@ -26,6 +26,10 @@ class Held:
         self.bypass.step(self.i, self.armed, PERIOD_MS)
         return self.bypass.left_ms
 
+    def rest(self, ms):
+        for _ in range((ms + PERIOD_MS - 1) // PERIOD_MS):
+            assert self.turn() == 0
+
 
 def test_nothing_said_is_no_bypass():
     held = Held()
@@ -40,7 +44,7 @@ def test_a_press_lasts_20_s_and_never_comes_back():
         turns += 1
         assert turns < 3000
     assert (turns + 1) * PERIOD_MS - MOST_MS in range(PERIOD_MS)
-    for _ in range(300):
+    for _ in range(2000):
         assert held.turn(7) == 0
     assert held.turn(8) == MOST_MS  # a new press
 
@@ -84,6 +88,7 @@ def test_an_old_number_never_counts():
         held = Held()
         held.turn(newest)
         held.turn(newest, 0)
+        held.rest(limits.BYPASS_PAUSE_MS)
         assert held.turn(ahead) == MOST_MS, (newest, ahead)
 
 
@@ -115,7 +120,8 @@ def test_a_press_that_began_disarmed_or_was_disarmed_never_counts():
     assert held.turn(4) == 0
     held.armed = True
     assert held.turn(4) == 0
-    assert held.turn() == 0
+    held.rest(2000)
+    assert held.turn(4) == 0
 
 
 def test_a_new_session_ends_it_and_numbers_begin_anew():
@@ -123,8 +129,12 @@ def test_a_new_session_ends_it_and_numbers_begin_anew():
     held.turn(100)
     held.i.session_count = 2
     assert held.turn() == 0
+    assert held.turn(98) == 0  # no session makes time: the pause is the board's
+    held.rest(2000)
     assert held.turn(99) == MOST_MS
     held.i.session_count = 1  # its count wraps
+    assert held.turn() == 0
+    held.rest(2000)
     assert held.turn(99) == MOST_MS  # a number of that session, its first
 
 
@@ -149,3 +159,55 @@ def test_no_frame_holds_it_longer_than_a_command_may_live():
     held = Held()
     held.turn(1, 60000)
     assert held.bypass._ttl_ms == limits.COMMAND_TTL_MS - EARLY_MS == 268
+
+
+def test_a_new_number_makes_no_new_time():
+    # A host that invents a press each turn, or each 20 s less a little, gets 20 s and a pause.
+    for every in (1, 10, 2400):
+        held = Held()
+        number = 0
+        creeping = turns = 0
+        while turns < 60_000 // PERIOD_MS:
+            if turns % every == 0:
+                number = number % 255 + 1
+            if held.turn(number):
+                creeping += 1
+            turns += 1
+        assert creeping * PERIOD_MS <= 2 * 20_000 + 5_000, every
+        # And while it insists, a pause is no less than half of what it had.
+    held = Held()
+    assert held.turn(1) == MOST_MS
+    assert held.turn(2) == MOST_MS - PERIOD_MS
+    assert held.turn(3) == MOST_MS - 2 * PERIOD_MS
+    assert held.turn(2) == MOST_MS - 3 * PERIOD_MS
+
+
+def test_the_pause_is_half_as_long_as_the_bypass_was_and_at_least_a_second():
+    for held_ms, pause_ms in ((8, 1000), (1600, 1000), (2400, 1200), (8000, 4000), (30000, 9984)):
+        held = Held()
+        for turn in range(held_ms // PERIOD_MS):
+            held.turn(1)
+        held.turn(1, 0)
+        paused = 0
+        while True:
+            paused += PERIOD_MS
+            again = Held()
+            again.bypass._pause_ms = held.bypass._pause_ms
+            again.bypass._number = 1
+            if again.turn(2):
+                break
+            assert held.turn() == 0
+            assert paused < 20_000
+        # What was left of it when it had run out by itself is part of the pause.
+        most = pause_ms + 2 * PERIOD_MS
+        assert (held_ms == 30000 and paused <= most) or pause_ms <= paused <= most
+
+
+def test_a_press_in_the_pause_is_spent():
+    held = Held()
+    held.turn(1)
+    held.turn(1, 0)
+    assert held.turn(2) == 0
+    for _ in range(300):
+        assert held.turn(2) == 0  # held on, it does not begin by itself
+    assert held.turn(3) == MOST_MS

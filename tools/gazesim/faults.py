@@ -184,6 +184,13 @@ WORLD_FAULTS = (
         lambda w: w.pot.set_stuck(False),
     ),
     Fault(
+        "joystick_stuck",
+        "between wipers and chair something holds the turn axis deflected",
+        lambda w, turn: setattr(w, "stuck_turn", turn),
+        lambda w: setattr(w, "stuck_turn", None),
+        (Argument("turn", 1.0, -1.0, 1.0),),
+    ),
+    Fault(
         "wiper_bus_stuck",
         "clock of the potentiometer's bus held low",
         lambda w: w.bank.stick_bus(0, True),

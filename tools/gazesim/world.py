@@ -51,6 +51,7 @@ class World:
         self.chair.place(*self.room.start)
         self.pot = Pot(bank)
         self.relay = Relay(bank, tick_stall_s)
+        self.stuck_turn: float | None = None  # what holds the joystick's turn axis, if anything
         self.imu = Bno055(bank, seed)
         self.lidar = S2(self._ranges, seed)
         self.faults = Faults(self, WORLD_FAULTS + LIDAR_FAULTS)
@@ -72,6 +73,8 @@ class World:
         if self.relay.closed:
             linear, turn = self.wipers
             stick = (pot_model.deflection(linear), pot_model.deflection(turn))
+            if self.stuck_turn is not None:
+                stick = (stick[0], self.stuck_turn)
         speed_before = self.chair.speed_m_s
         self.chair.step(dt_s, stick)
         self._collide(dt_s)
