@@ -29,7 +29,7 @@ _BOUNDS: dict[str, tuple[int, ...]] = {
     "_neutral_ms": (500,),
     "_idle_ms": (300,),
     "_arming_ms": (50, 150),
-    "_closed_ms": (1, 50, 100),
+    "_closed_ms": (1, 25, 50, 100),
     "_open_ms": (1, 25, 500),
     "_off_ms": (100, 500),
     "_steady_ms": (500,),
@@ -52,6 +52,7 @@ _PLAIN = (
     "_quiet",
     "_straight",
     "_session_count",
+    "_contact",
     *_EXACT,
 )
 COUNTERS = tuple(_BOUNDS)
@@ -146,6 +147,8 @@ class Core:
             # Then a relay fault never comes, and how long the contact has been open is no matter.
             values[_OFF] = 0
             values[_OPEN] = min(1, values[_OPEN])
+        if self.safety._relay_fitted and values[_AT["state"]] == codes.ARMED:
+            values[_AT["_closed_ms"]] = min(1, values[_AT["_closed_ms"]])
         return _renamed(values, list(_motion_values(self.motion)))
 
 
@@ -172,8 +175,6 @@ def _renamed(values: list[Any], motion: list[Any]) -> State:
         values[_AT["_idle_ms"]] = values[_AT["_neutral_ms"]] = 0
     if values[_AT["state"]] != codes.ARMING:
         values[_AT["_arming_ms"]] = 0
-    if values[_AT["state"]] == codes.ARMED:
-        values[_AT["_closed_ms"]] = min(1, values[_AT["_closed_ms"]])
     values[_AT["_session_count"]] = min(1, values[_AT["_session_count"]])
     for name in ("override", "first_fault"):
         if values[_AT[name]]:

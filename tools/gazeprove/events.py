@@ -36,6 +36,8 @@ class Facts:
     toggled: bool = False
     well: bool = True
     end_reason: int | None = None
+    disobeys: bool = False
+    often: bool = False  # writes fail often, though never three in a row
 
 
 def tick(
@@ -63,7 +65,7 @@ def tick(
     lost = strikes("imu")
     disarm, arms, reset = _orders(scope, pick)
     facts = Facts(
-        contact=enable != strikes("relay"),
+        contact=(enable and scope.relay_fitted) != strikes("relay"),
         emergency_open=strikes("emergency"),
         message="emergency" in causes and pick(2) == 1,
         button=strikes("button"),
@@ -81,7 +83,7 @@ def tick(
         "_clearance_age_ms": blind,
         "_heading_age_ms": lost,
         "_arming_ms": before == codes.ARMING,
-        "_closed_ms": facts.contact and before != codes.ARMED,
+        "_closed_ms": facts.contact and (before != codes.ARMED or not scope.relay_fitted),
         "_open_ms": not facts.contact and not core.relay_follows,
         "_off_ms": not enable and not core.relay_follows,
         "_steady_ms": not facts.late,
@@ -124,15 +126,30 @@ def tick(
         core.safety.tick_raised()
         core.motion.stop()
     else:
+        facts.disobeys = core.safety.state == codes.ARMED and strikes("obeys")
         facts.verified = not strikes("wiper")
-        neutral = core.motion.linear_permille == core.motion.turn_permille == 0
-        facts.toggled = core.safety.wipers_written(facts.verified, neutral)
+        facts.often = strikes("often")
+        write(core, facts)
     if before != codes.DISARMED and core.safety.state == codes.DISARMED:
         _reveal(core.safety, before, choices)
     facts.well = not (
         mute or stalled or blind or lost or facts.raised or facts.late or facts.emergency_open
-    ) and (facts.verified and not facts.message and facts.contact == enable and _all_well(read))
+    )
+    facts.well &= not (facts.message or facts.disobeys or facts.often) and facts.verified
+    facts.well &= facts.contact == (enable and scope.relay_fitted) and _all_well(read)
     return facts
+
+
+def write(core: Core, facts: Facts) -> None:
+    """The end of a tick, as App._tick has it: does the chair obey, was the write verified."""
+    safety, motion = core.safety, core.motion
+    if facts.disobeys:
+        safety.trip(codes.DISOBEYS)
+        motion.stop()
+    neutral = motion.linear_permille == motion.turn_permille == 0
+    if facts.often:
+        safety.trip(codes.WIPER)
+    facts.toggled = safety.wipers_written(facts.verified, neutral)
 
 
 def _orders(scope: Scope, pick: Callable[[int], int]) -> tuple[bool, int, bool]:
@@ -149,8 +166,9 @@ def _reveal(safety: Safety, before: int, choices: Choices) -> None:
         safety._idle_ms = limits.IDLE_MS
     if safety._neutral_ms and choices.pick(2):
         safety._neutral_ms = limits.NEUTRAL_PROVEN_MS
-    if safety._closed_ms and before == codes.ARMED:
-        safety._closed_ms = (1, limits.RELAY_HOLD_MS, limits.RELAY_STUCK_MS)[choices.pick(3)]
+    if safety._closed_ms and before == codes.ARMED and safety._relay_fitted:
+        classes = (1, limits.RELAY_RELEASE_MS, limits.RELAY_HOLD_MS, limits.RELAY_STUCK_MS)
+        safety._closed_ms = classes[choices.pick(4)]
 
 
 def decide(core: Core, inputs: Any, facts: Facts) -> None:
@@ -191,6 +209,6 @@ def first_state(scope: Scope) -> tuple[Core, LazyInputs, Choices, State]:
     core = Core(
         Safety(scope.simulated, scope.relay_fitted, scope.boot_faults),
         Motion(settings, AnyTurn(choices)),
-        "relay" not in scope.causes,
+        "relay" not in scope.causes and scope.relay_fitted,
     )
     return core, LazyInputs(), choices, core.read()

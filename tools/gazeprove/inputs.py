@@ -22,6 +22,8 @@ CAUSES = (
     "button",
     "relay",
     "wiper",
+    "often",
+    "obeys",
     "exception",
     "stop",
     "session",

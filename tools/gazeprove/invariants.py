@@ -16,7 +16,13 @@ _HEADING = bits(codes.HEADING_FROZEN, codes.HEADING_BUS, codes.HEADING_RESET, co
 _WARNINGS = _HEADING | bits(codes.OBSTACLE_DATA_OLD)
 _ONLY_NEUTRAL = bits(codes.HOST_SILENT, codes.SERVICE_STALLED, codes.TILT, codes.TILT_UNKNOWN)
 _LATCHED = bits(
-    codes.WIPER, codes.TICK_EXCEPTION, codes.EMERGENCY, codes.WATCHDOG_BOOTS, codes.STORAGE
+    codes.WIPER,
+    codes.TICK_EXCEPTION,
+    codes.EMERGENCY,
+    codes.WATCHDOG_BOOTS,
+    codes.STORAGE,
+    codes.DISOBEYS,
+    codes.RELAY_UNEXPECTED,
 )
 
 
@@ -24,7 +30,7 @@ def motion_only_when_armed(a: After) -> bool:
     """Not a count from neutral unless armed before this tick, enabled and permitted."""
     s = a.core.safety
     before = a.was["state"] == codes.ARMED and a.was["owner"] != codes.NOBODY
-    tripped = not a.facts.verified and s._wiper_bad == 3
+    tripped = (not a.facts.verified and s._wiper_bad == 3) or a.facts.often
     return not a.moving or (before and (tripped or (s.state == codes.ARMED and s.enable)))
 
 
@@ -86,7 +92,7 @@ def turns_only_with_a_heading(a: After) -> bool:
 def motion_only_without_faults(a: After) -> bool:
     """No tilt, no emergency, no fault but warnings that leave this way possible (P11, P16)."""
     s = a.core.safety
-    faults = s.faults & ~_WARNINGS & ~(bits(codes.WIPER) if not a.facts.verified else 0)
+    faults = s.faults & ~_WARNINGS & ~(bits(codes.WIPER) if a.badly_written else 0)
     return not a.moving or (
         faults == 0
         and a.read.get("tilted") is False
@@ -295,9 +301,39 @@ def the_first_reason_is_kept(a: After) -> bool:
         return False
     kept = s.first_fault == a.was["first_fault"]
     # The old ones cleared in this tick, and then its end failed.
-    after_all = a.was["faults"] & s.faults == 0 and (a.facts.raised or not a.facts.verified)
+    late = a.facts.raised or a.badly_written or a.facts.disobeys
+    after_all = a.was["faults"] & s.faults == 0 and late
     begun = s.faults == 0 and s.state == codes.ARMING
     return kept or a.was["faults"] == 0 or a.reset or after_all or begun
+
+
+def a_chair_that_disobeys_is_disarmed(a: After) -> bool:
+    """In the very tick: neutral, enable line off, latched, with the reason (P21)."""
+    if not a.facts.disobeys:
+        return True
+    s = a.core.safety
+    off = s.state == codes.DISARMED and not s.enable and not a.facts.toggled
+    return off and not a.moving and s.faults >> codes.DISOBEYS & 1 == 1 and s.first_fault != 0
+
+
+def writes_that_often_fail_disarm(a: After) -> bool:
+    """As three in a row do (P8)."""
+    s = a.core.safety
+    off = s.state == codes.DISARMED and not a.facts.toggled and s.faults >> codes.WIPER & 1 == 1
+    return not a.facts.often or off
+
+
+def no_contact_moves_where_none_is_fitted(a: After) -> bool:
+    """Seen open and closed, 25 ms each: nothing is armed until it was reset, and why is said."""
+    s = a.core.safety
+    if a.fitted or not a.facts.stepped:
+        return True
+    moved = (a.was["_contact"] == 1 and s._closed_ms >= 25 and not a.reset) or (
+        a.was["_contact"] == 2 and s._open_ms >= 25 and not a.reset
+    )
+    return not moved or (
+        s.state == codes.DISARMED and s.faults >> codes.RELAY_UNEXPECTED & 1 == 1 and not a.moving
+    )
 
 
 INVARIANTS: tuple[Callable[[After], bool], ...] = (
@@ -325,4 +361,7 @@ INVARIANTS: tuple[Callable[[After], bool], ...] = (
     every_refusal_has_a_reason,
     refused_arming_has_a_reason,
     the_first_reason_is_kept,
+    a_chair_that_disobeys_is_disarmed,
+    writes_that_often_fail_disarm,
+    no_contact_moves_where_none_is_fitted,
 )

@@ -14,6 +14,8 @@ _PAIRS = (
     ("imu", "heading"),
     ("lidar", "source"),
     ("session", "stop"),
+    ("obeys", "exception"),
+    ("obeys", "wiper"),
     ("stop", "tilt"),
     ("wiper", "exception"),
 )
@@ -33,6 +35,7 @@ def scopes(quick: bool) -> list[Scope]:
         *base,
         Scope("every command and order", all_commands=True),
         Scope("no relay feedback", frozenset({"wiper"}), relay_fitted=False),
+        Scope("a contact that nobody fitted", frozenset({"relay"}), relay_fitted=False),
         Scope("simulated board", frozenset({"source"}), simulated=True),
         Scope("no hard timer", boot_faults=1 << codes.NO_HARD_TIMER, never_drives=True),
         Scope("emergency stored", boot_faults=1 << codes.EMERGENCY),

@@ -40,6 +40,11 @@ class After(NamedTuple):
         return bool(s.state == codes.ARMED and (self.was["owner"] != s.owner or to_and_fro))
 
     @property
+    def badly_written(self) -> bool:
+        """The wipers were not read back as written, now or too often."""
+        return not self.facts.verified or self.facts.often
+
+    @property
     def moving(self) -> bool:
         """A wiper was written that is not neutral."""
         return self.linear != 0 or self.turn != 0

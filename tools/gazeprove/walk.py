@@ -13,7 +13,7 @@ from typing import Any
 from gazeboard.shared import Inputs
 from gazelink import codes
 from gazeprove.abstract import Core
-from gazeprove.events import Facts, decide, first_state
+from gazeprove.events import Facts, decide, first_state, write
 from gazeprove.explore import Explored, describe
 from gazeprove.inputs import CAUSES, Blocked, Choices, Scope
 from gazeprove.invariants import INVARIANTS
@@ -83,7 +83,7 @@ class Walk:
         strikes = self._struck()
         i, core = self._i, self._core
         facts = Facts(
-            contact=core.safety.enable != strikes["relay"],
+            contact=(core.safety.enable and self._scope.relay_fitted) != strikes["relay"],
             emergency_open=strikes["emergency"] and self._random.random() < 0.5,
             message=strikes["emergency"] and self._random.random() < 0.5,
             button=strikes["button"],
@@ -105,9 +105,10 @@ class Walk:
             core.safety.tick_raised()
             core.motion.stop()
         else:
+            facts.disobeys = core.safety.state == codes.ARMED and strikes["obeys"]
             facts.verified = not strikes["wiper"]
-            neutral = core.motion.linear_permille == core.motion.turn_permille == 0
-            facts.toggled = core.safety.wipers_written(facts.verified, neutral)
+            facts.often = strikes["often"]
+            write(core, facts)
         return facts
 
     def _struck(self) -> dict[str, bool]:
@@ -118,7 +119,7 @@ class Walk:
             self._next_trouble = roll.choice((1, 60, 400, 900, 1600))
             causes = sorted(self._scope.causes)
             for cause in {roll.choice(causes) for _ in range(roll.choice((1, 1, 2)))}:
-                once = cause in ("session", "stop", "exception", "late")
+                once = cause in ("session", "stop", "exception", "late", "often", "obeys")
                 lasts = 1 if once else roll.choice(_LASTS_MS)
                 if cause == "button":
                     lasts = roll.choice((10, 2999, 3000, 3100))
