@@ -19,10 +19,10 @@ TICK_STEADY_MS = const(500)  # P10 clears after this long without a stall
 FRAME_STALE_MS = const(100)  # P12: motion frames whose echoed stamp is older are ignored
 TILT_MS = const(100)  # P16
 OBEYS_MS = const(2600)  # P21
-# P21 (obedience.py): what was asked for may last so long, then falls to nothing within so long: the
-# twin's weakest chair brakes with 51 degrees/s2 and a lag of 0.6 s. Coasted out in both axes, a chair
-# that turns faster than the standing limit is being turned; until then, than the moving one: casters
-# of 15 degrees never swing it that fast for longer than 0.42 s.
+# P21 (obedience.py): what was asked for may last so long, then falls to nothing within so long:
+# the twin's weakest chair brakes with 51 degrees/s2 and a lag of 0.6 s. Coasted out in both axes, a
+# chair that turns faster than the standing limit is being turned; until then, than the moving one:
+# casters of 15 degrees never swing it that fast for longer than 0.42 s.
 OBEY_HOLD_MS = const(300)
 OBEY_FALL_MS = const(1500)
 OBEY_COAST_MS = const(2000)

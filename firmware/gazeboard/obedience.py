@@ -1,9 +1,9 @@
 # Does the chair do as it is told? The gyro says how it turns; this says how fast it may, from what
 # was put out. Pure: a step per heading sample, no allocation, integers only.
 #
-# Only the turn has a sensor. A wiper, a relay or a joystick interface that got stuck turns the chair
-# on although neutral is put out, or against the command. What turns it otherwise (casters, a slope,
-# a bump, a person's spasm) is slow, or short, or goes to and fro.
+# Only the turn has a sensor. A wiper, a relay or a joystick interface that got stuck turns the
+# chair on although neutral is put out, or against the command. What turns it otherwise (casters, a
+# slope, a bump, a person's spasm) is slow, or short, or goes to and fro.
 
 from gazeboard import limits
 from gazelink.const import const

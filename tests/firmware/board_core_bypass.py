@@ -185,7 +185,7 @@ def test_a_new_number_makes_no_new_time():
 def test_the_pause_is_half_as_long_as_the_bypass_was_and_at_least_a_second():
     for held_ms, pause_ms in ((8, 1000), (1600, 1000), (2400, 1200), (8000, 4000), (30000, 9984)):
         held = Held()
-        for turn in range(held_ms // PERIOD_MS):
+        for _ in range(held_ms // PERIOD_MS):
             held.turn(1)
         held.turn(1, 0)
         paused = 0

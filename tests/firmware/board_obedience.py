@@ -1,5 +1,5 @@
-# P21: the chair turns otherwise than it is told, seen by the gyro. False alarms against the twin are
-# in test_obedience_twin.py.
+# P21: the chair turns otherwise than it is told, seen by the gyro. False alarms against the twin
+# are in test_obedience_twin.py.
 
 from gazeboard import limits
 from gazeboard.obedience import Obedience

@@ -48,9 +48,10 @@ class Driven:
         left_s -= DT_S
         if left_s <= 0.0:
             dice = self._dice
-            rate = dice.choice((0.0, 0.0, dice.uniform(-60.0, 60.0)))
-            # No swing is wider than 5 degrees: tyres, casters and their play.
-            half_s = min(dice.uniform(0.05, 0.6), 5.0 / max(1.0, abs(rate)))
+            again = dice.random() < 0.4 and not rate
+            rate = dice.uniform(-60.0, 60.0) if again else 0.0
+            # No swing is wider than 3.5 degrees: tyres, casters and their play.
+            half_s = min(dice.uniform(0.05, 0.6), 3.5 / max(1.0, abs(rate)))
             left_s = dice.uniform(0.2, 4.0) if rate else dice.uniform(1.0, 20.0)
         self._shake = (rate, half_s, left_s)
         return rate if left_s // half_s % 2 else -rate
@@ -65,7 +66,10 @@ class Driven:
         rate = self.chair.yaw_rate_deg_s + self.shaken() + self._dice.gauss(0.0, 0.2)
         self._i.rate_q4 = round(16.0 * rate)
         self._i.heading_count = (self._i.heading_count + 1) & 0xFFFF
-        return any([self._watch.step(self._i, *self.out, True) for _ in range(10)])
+        tripped = False
+        for _ in range(10):
+            tripped = self._watch.step(self._i, *self.out, True) or tripped
+        return tripped
 
 
 def false_alarms(seconds: int, seeds: range) -> int:
