@@ -18,6 +18,7 @@ from gazeboard.settings import Settings
 from gazeboard.shared import Inbox, Outbox
 from gazeboard.storage import sealed, unsealed
 from gazeboard.telemetry import Telemetry
+from gazeboard.tick_clock import TickClock
 from gazeboard.turn import turn_controller
 from gazelink import codes
 from gazelink.native import micropython
@@ -65,6 +66,7 @@ class App:
         self.inbox.publish()
         self._enable_level = 0
         self._last_us = 0
+        self._tick_clock = TickClock()
         self._started = False
         self._watched_at = 0
         self._fed_at = 0
@@ -126,9 +128,18 @@ class App:
         motion = self.motion
         i = self.inbox.front
         start_us = board.ticks_us()
-        late = self._started and board.ticks_diff(start_us, self._last_us) > limits.TICK_STALLED_US
+        missed_ms = 0
+        clock = self._tick_clock
+        if self._started:
+            elapsed_us = board.ticks_diff(start_us, self._last_us)
+            if clock.owes or not 0 <= elapsed_us <= limits.TICK_ON_TIME_US:
+                missed_ms = clock.step(elapsed_us)
+        late = clock.late
         self._started = True
         self._last_us = start_us
+        if missed_ms:
+            safety.missed_ms = missed_ms
+            self.obstacles.missed(missed_ms)
         relay_closed = board.relay_pin() == 1
         obstacles = self.obstacles
         obstacles.step(
@@ -177,7 +188,7 @@ class App:
         spent_us = board.ticks_diff(board.ticks_us(), start_us)
         if spent_us > o.tick_max_us:
             o.tick_max_us = spent_us
-        ticks = (o.ticks + 1) & 0x3FFFFFFF
+        ticks = (o.ticks + 1 + missed_ms) & 0x3FFFFFFF
         self.telemetry.capture(ticks, motion.state, i.heading_q4)
         o.ticks = ticks
 

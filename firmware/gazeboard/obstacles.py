@@ -127,6 +127,12 @@ class Obstacles:
             for direction in range(4)
         ]
 
+    # That many ms passed without a tick.
+    @micropython.native
+    def missed(self, ms):
+        self._extra_ms += ms
+        self._age_ms = min(_AGE_MAX_MS, self._age_ms + ms)
+
     # `i` is an Inputs: the newest clearance, bypass and turn rate. linear_permille, turn_permille:
     # what was put out in the tick before. armed: the chair may be driven. trusted: it turns as the
     # selected profile says. sluggish: that holds at least for how turns start.

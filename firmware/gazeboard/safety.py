@@ -67,6 +67,7 @@ class Safety:
         self.edge = 0  # press that moves the chair now, 0: none
         self.spent_edge = 0  # press that may not move the chair any more
         self.ttl_ms = 0
+        self.missed_ms = 0  # that passed without a tick before the next one: set by the tick
         self._simulated_board = simulated_board
         self._relay_fitted = relay_fitted
         self._standing = boot_faults & ~_LATCHED
@@ -219,12 +220,26 @@ class Safety:
             self.ttl_ms = max(0, min(i.ttl_ms, limits.COMMAND_TTL_MS) - limits.MARGIN_MS)
         elif self.ttl_ms > 0:
             self.ttl_ms -= 1
+        if self.missed_ms:
+            self._count_missed()
         commanded = i.verb != codes.STOP and self.ttl_ms > 0
         self._idle_ms = 0 if commanded else older(self._idle_ms)
         self._closed_ms = older(self._closed_ms) if relay_closed else 0
         self._open_ms = 0 if relay_closed else older(self._open_ms)
         self._off_ms = 0 if self.enable else older(self._off_ms)
         self._button_ms = older(self._button_ms) if button_pressed else 0
+
+    # Time without ticks is in every age, those that begin now included, and in no time for which
+    # something has to be proven.
+    @micropython.native
+    def _count_missed(self):
+        ms = self.missed_ms
+        self.missed_ms = 0
+        self._host_age_ms = min(limits.AGE_MAX_MS, self._host_age_ms + ms)
+        self._service_age_ms = min(limits.AGE_MAX_MS, self._service_age_ms + ms)
+        self._clearance_age_ms = min(limits.AGE_MAX_MS, self._clearance_age_ms + ms)
+        self._heading_age_ms = min(limits.AGE_MAX_MS, self._heading_age_ms + ms)
+        self.ttl_ms = max(0, self.ttl_ms - ms)
 
     # All fault bits of this tick: each condition of the faults table, in one place. A reset clears
     # the latched ones first, so that a cause which stands or comes in this very tick is not lost.

@@ -70,6 +70,7 @@ FORGOTTEN: dict[str, Any] = {
     "_heading_count": 0,
     "_stop_count": 0,
     "_emergency_count": 0,
+    "missed_ms": 0,
     "_disarm_count": 0,
     "_arm_count": 0,
     "_reset_count": 0,
