@@ -1,4 +1,4 @@
-"""Ticks that come too seldom, unevenly or in bursts: what is promised in ms is kept in microseconds.
+"""Ticks that come too seldom, unevenly or in bursts: promises in ms are kept in microseconds.
 
 Time here is the microsecond clock's. The oracle knows when the last frame, hold, view or service
 slice was, and when the wipers became neutral; a tick that has not come can write nothing, so the
