@@ -159,7 +159,7 @@ class App:
             late,
         )
         if safety.permitted:
-            motion.step(i, safety.blocked, obstacles.caps, safety.faults)
+            motion.step(i, safety.blocked, obstacles.caps, safety.faults, obstacles.arcs)
             if motion.ended:
                 safety.finished(motion.end_reason)
         else:

@@ -64,6 +64,7 @@ BYPASS_PAUSE_MS = const(1000)  # before the next at least, and half as long as t
 
 # Obstacles (obstacles.py, stopping.py)
 SLOW_AHEAD_MS = const(1000)  # slowing begins this much of the speed before the stop distance
+ARC_AHEAD_MS = const(500)  # the same where both axes move
 CLEAR_MS = const(300)  # a way must look better this long before more is allowed
 BAND_MM = const(60)  # and this much better than needed: twice the lidar's noise
 BAND_Q4_DEG = const(48)

@@ -10,7 +10,7 @@ import struct
 
 from gazeboard import limits
 from gazeboard.safety import ahead
-from gazelink import VERSION, codes, frame, messages
+from gazelink import VERSION, arcs, codes, frame, messages
 from gazelink.frame import i16, u16
 
 _RX_PER_POLL = 96  # bytes: the slice stays short, and four times the traffic still fits
@@ -49,6 +49,8 @@ _BACKWARD_MM = _at(messages.CLEARANCE, "backward_mm")
 _LEFT_Q4 = _at(messages.CLEARANCE, "left_q4_deg")
 _RIGHT_Q4 = _at(messages.CLEARANCE, "right_q4_deg")
 _AGE = _at(messages.CLEARANCE, "age_ms")
+_ARC_VIEWS = _at(messages.CLEARANCE, "arc_views")
+_ARCS = _at(messages.CLEARANCE, "arcs")
 _TOKEN = _at(messages.PING, "token_low")
 _ROLE = _at(messages.HELLO, "role")
 _FLAGS = _at(messages.HELLO, "flags")
@@ -107,6 +109,7 @@ class Link:
         )
         self._key = bytearray(messages.MAINTENANCE.size)
         messages.MAINTENANCE.pack(self._key, (messages.MAINTENANCE_KEY, 0, 0))
+        self._arcs = (bytearray(arcs.SIZE), bytearray(arcs.SIZE))
         self.maintenance = False  # the host asked for the REPL and nothing stands against it
         self.setting_pending = False  # a request waits below for the app's answer
         self.setting_request = 0
@@ -297,6 +300,14 @@ class Link:
         back.clearance_right_q4 = u16(buf, _RIGHT_Q4)
         back.clearance_source = buf[_SOURCE]
         back.clearance_age_ms = min(limits.AGE_MAX_MS, u16(buf, _AGE) + age_ms)
+        back.clearance_arc_views = buf[_ARC_VIEWS]
+        # The tick may be reading the other one.
+        ways = self._arcs[0]
+        if ways is self._inbox.front.clearance_arcs:
+            ways = self._arcs[1]
+        for k in range(arcs.SIZE):
+            ways[k] = buf[_ARCS + k]
+        back.clearance_arcs = ways
         back.clearance_count = (back.clearance_count + 1) & 0xFFFF
 
     def _on_bypass(self, buf, back, age_ms):

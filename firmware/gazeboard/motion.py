@@ -55,9 +55,10 @@ class Motion:
         self.ended = False
 
     # One tick of the permitted command `i`; `blocked` has a bit per direction, `caps` the most
-    # output per direction, permille; `faults` are the safety core's.
+    # output per direction, permille; `faults` are the safety core's; `arcs` is obstacles.Arcs, or
+    # None where nothing but the caps limits.
     @micropython.native
-    def step(self, i, blocked, caps, faults=0):
+    def step(self, i, blocked, caps, faults=0, arcs=None):
         if i.edge != self._edge:
             self._begin(i)
         self.ended = False
@@ -74,7 +75,7 @@ class Motion:
             self._pulse(i)
         if self.state == codes.MOVING_FORWARD and i.mode != codes.TUNE:
             self._keep_straight(i, faults)
-        self._limit(i, blocked, caps)
+        self._limit(i, blocked, caps, arcs)
         if faults & codes.TILT_LOST:
             linear = self.linear_permille
             self.linear_permille = max(-self._creep_backward, min(self._creep_forward, linear))
@@ -82,10 +83,13 @@ class Motion:
 
     # Within the settings, the command's cap and what obstacles permit.
     @micropython.native
-    def _limit(self, i, blocked, caps):
+    def _limit(self, i, blocked, caps, arcs):
         s = self._settings
         cap = i.cap_permille
         linear = self.linear_permille
+        if linear and i.verb == codes.DRIVE and self.turn_permille:
+            self._limit_both(i, caps, arcs)
+            return
         if linear:
             most = s.linear_permille
             if cap < most:
@@ -93,6 +97,8 @@ class Motion:
             way = caps[codes.DIR_FORWARD if linear > 0 else codes.DIR_BACKWARD]
             if way < most:
                 most = way
+            if arcs is not None and arcs.linear_cap < most:
+                most = arcs.linear_cap
             if linear > most:
                 self.linear_permille = most
             elif linear < -most:
@@ -111,6 +117,8 @@ class Motion:
         way = caps[codes.DIR_LEFT if turn > 0 else codes.DIR_RIGHT]
         if way < most:
             most = way
+        if arcs is not None and arcs.turn_cap < most:
+            most = arcs.turn_cap
         if turn > most:
             turn = most
         elif turn < -most:
@@ -121,6 +129,32 @@ class Motion:
             turn < 0 and blocked & (1 << codes.DIR_RIGHT)
         ):
             turn = 0
+        self.turn_permille = turn
+
+    # What obstacles take from one axis is taken from the other in proportion: the driver's curve
+    # stays.
+    @micropython.native
+    def _limit_both(self, i, caps, arcs):
+        s = self._settings
+        cap = i.cap_permille
+        linear = _clamped(self.linear_permille, min(cap, s.linear_permille))
+        turn = _clamped(self.turn_permille, min(cap, s.turn_permille))
+        most_linear = caps[codes.DIR_FORWARD if linear > 0 else codes.DIR_BACKWARD]
+        most_turn = caps[codes.DIR_LEFT if turn > 0 else codes.DIR_RIGHT]
+        if arcs is not None:
+            if arcs.linear_cap < most_linear:
+                most_linear = arcs.linear_cap
+            if arcs.turn_cap < most_turn:
+                most_turn = arcs.turn_cap
+        size = abs(linear)
+        if size > most_linear:
+            turn = _share(turn, most_linear, size)
+            linear = _clamped(linear, most_linear)
+        size = abs(turn)
+        if size > most_turn:
+            linear = _share(linear, most_turn, size)
+            turn = _clamped(turn, most_turn)
+        self.linear_permille = linear
         self.turn_permille = turn
 
     @micropython.native
@@ -220,3 +254,9 @@ class Motion:
         self._halt()
         self.ended = True
         self.end_reason = reason
+
+
+# value * part // whole, towards 0.
+@micropython.native
+def _share(value, part, whole):
+    return value * part // whole if value >= 0 else -(-value * part // whole)

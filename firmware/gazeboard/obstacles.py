@@ -6,6 +6,7 @@
 # as leaves time to slow down. The work is spread over the ticks, an eighth each; but a new
 # clearance that is too near blocks in the tick that sees it.
 
+from gazeboard.arcs import Arcs
 from gazeboard.bypass import Bypass
 from gazeboard.speed import SpeedBound
 from gazeboard.stopping import Stopping
@@ -30,6 +31,8 @@ _BLOCKED = const(-1)  # level below all outputs
 _ALL_BLOCKED = const(15)
 _BLOCKED_BITS = const(17)  # of a direction: blocked, and as creep is more than it may be
 _ALL_DECIDED = const(0xAA)
+ARC_BLOCKED = const(256)  # in `blocked`: the command's two axes, or what rolls on, together
+_ARC_PHASE = const(2)
 
 
 class Way:
@@ -39,13 +42,15 @@ class Way:
         self._bound = SpeedBound(_PERIOD_MS)
         self._better_ms = 0  # how long a higher level has been possible
         self.level = _BLOCKED
-        self.speed = 0  # upper bound, units/s
+        self.rolls = 0  # upper bound of the speed from what was put out, units/s
+        self.speed = 0  # the same, or what is measured
         self.stop = 0  # units it takes to stop from that, margin included
 
     # `permille` is the highest output since the last time, `measured` a speed that is seen.
     @micropython.native
     def feel(self, stopping, permille, measured):
         speed = self._bound.update(stopping, permille)
+        self.rolls = speed
         if measured > speed:
             speed = measured
         self.speed = speed
@@ -106,7 +111,8 @@ class Obstacles:
 
     def __init__(self, settings):
         self.bypass = Bypass()
-        # Bits per direction, and four above them: blocked only because it cannot creep.
+        # Bits per direction, and four above them: blocked only because it cannot creep. Then
+        # ARC_BLOCKED.
         self.blocked = _ALL_BLOCKED
         self.decisions = _ALL_DECIDED  # 2 bits per direction
         self.caps = [0] * 4  # most output per direction, permille
@@ -117,10 +123,15 @@ class Obstacles:
         self._count = 0
         self._looked = False
         self._extra_ms = 0  # ticks that looking took, beyond a turn's period
-        self.configure(settings)
+        self._make_tables(settings)
+        self.arcs = Arcs(settings, self._stopping)
 
     # Not in the tick: makes the tables anew.
     def configure(self, settings):
+        self._make_tables(settings)
+        self.arcs.configure(settings, self._stopping)
+
+    def _make_tables(self, settings):
         self._stopping = [
             Stopping(settings, direction, trusted)
             for trusted in (False, True)
@@ -149,6 +160,10 @@ class Obstacles:
                 most[_LEFT] = turn_permille
         elif -turn_permille > most[_RIGHT]:
             most[_RIGHT] = -turn_permille
+        arcs = self.arcs
+        if arcs.changed(i):
+            arcs.begin(4 if trusted else 0)
+            self.blocked &= ~ARC_BLOCKED
         count = i.clearance_count
         if count != self._count:
             self._count = count
@@ -159,6 +174,11 @@ class Obstacles:
             if self._looked:
                 self._extra_ms += 1
                 return
+        elif arcs.due and not self._looked:
+            self._looked = True
+            self._extra_ms += 1
+            self._judge_arcs(i, trusted)
+            return
         else:
             self._looked = False
         phase = (self._phase + 1) & 7
@@ -178,7 +198,20 @@ class Obstacles:
         elif at == _RIGHT:
             measured = -i.rate_q4
         way.feel(stopping, most[at], measured)
+        arcs.feel(at, way)
         most[at] = 0
+        if phase == _ARC_PHASE:
+            self._judge_arcs(i, trusted)
+
+    # A turn of the arcs.
+    @micropython.native
+    def _judge_arcs(self, i, trusted):
+        arcs = self.arcs
+        arcs.judge(i, 4 if trusted else 0, self._age_ms, self.bypass.left_ms)
+        if arcs.blocked:
+            self.blocked |= ARC_BLOCKED
+        else:
+            self.blocked &= ~ARC_BLOCKED
 
     # A new clearance: what it forbids counts in this tick.
     @micropython.native
@@ -204,6 +237,10 @@ class Obstacles:
                 if near & (1 << at):
                     ways[at].block()
                     self._decide(at, ways[at], self._stopping[at])
+        arcs = self.arcs
+        if not (arcs.blocked or arcs.due or self.bypass.left_ms) and arcs.too_near(i, age_ms):
+            arcs.block()
+            self.blocked |= ARC_BLOCKED
 
     @micropython.native
     def _judge(self, i, at, way, stopping):

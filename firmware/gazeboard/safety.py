@@ -24,6 +24,7 @@ for _row in codes.FAULTS:
     if _row[3]:
         _LATCHED |= 1 << _row[0]
 _ALL_BLOCKED = 15
+_ARC_BLOCKED = 256  # obstacles.ARC_BLOCKED; a test compares
 _LAST_REASON = codes.FAULT_REASON + len(codes.FAULTS) - 1
 
 
@@ -437,17 +438,20 @@ class Safety:
         stepping = running and i.mode == codes.STEP and i.verb != codes.DRIVE
         if self.ttl_ms == 0 and not stepping:
             return codes.COMMAND_EXPIRED
+        reason = codes.BAD_COMMAND
         if i.verb == codes.FORWARD:
-            return self._why_not_linear(1)
-        if i.verb == codes.BACKWARD:
-            return self._why_not_linear(-1)
-        if i.verb == codes.LEFT:
-            return self._why_not_turn(1)
-        if i.verb == codes.RIGHT:
-            return self._why_not_turn(-1)
-        if i.verb == codes.DRIVE:
-            return self._why_not_drive(i, running)
-        return codes.BAD_COMMAND
+            reason = self._why_not_linear(1)
+        elif i.verb == codes.BACKWARD:
+            reason = self._why_not_linear(-1)
+        elif i.verb == codes.LEFT:
+            reason = self._why_not_turn(1)
+        elif i.verb == codes.RIGHT:
+            reason = self._why_not_turn(-1)
+        elif i.verb == codes.DRIVE:
+            reason = self._why_not_drive(i, running)
+        if reason == codes.NO_REASON and self.blocked & _ARC_BLOCKED:
+            return self._obstacle(_arc_direction(i))
+        return reason
 
     # A press held at rest ends by what would end it in motion: old data ends all of it, a lost
     # heading its turns (P14).
@@ -491,3 +495,13 @@ class Safety:
         if self.blocked & (16 << direction):
             return codes.ABOVE_CREEP
         return codes.OBSTACLE_FORWARD + direction
+
+
+# What an arc that is not free is told as: the side to which it leads, or a single axis' direction.
+@micropython.native
+def _arc_direction(i):
+    if i.verb != codes.DRIVE:
+        return i.verb - codes.FORWARD
+    if i.turn_permille:
+        return codes.DIR_LEFT if i.turn_permille > 0 else codes.DIR_RIGHT
+    return codes.DIR_FORWARD if i.linear_permille > 0 else codes.DIR_BACKWARD

@@ -1,5 +1,7 @@
 # What service loop and tick share: a double buffer down, counters up. No allocation.
 
+from gazelink import arcs
+
 
 class Inputs:
     # Everything the tick reads. Counters change when their value is new; 16 bits, any difference
@@ -34,6 +36,7 @@ class Inputs:
         "clearance_right_q4",
         "clearance_source",
         "clearance_age_ms",
+        "clearance_arc_views",
         "clearance_count",
         "bypass_number",
         "bypass_ttl_ms",
@@ -50,6 +53,8 @@ class Inputs:
     def __init__(self):
         for name in self.FIELDS:
             setattr(self, name, 0)
+        # Bytes of gazelink/arcs.py, never changed while they can be read: see Link.
+        self.clearance_arcs = bytearray(arcs.SIZE)
 
     # Written out, because looping over names would be slow and getattr is no faster to read.
     def copy_from(self, o):
@@ -81,6 +86,8 @@ class Inputs:
         self.clearance_right_q4 = o.clearance_right_q4
         self.clearance_source = o.clearance_source
         self.clearance_age_ms = o.clearance_age_ms
+        self.clearance_arc_views = o.clearance_arc_views
+        self.clearance_arcs = o.clearance_arcs
         self.clearance_count = o.clearance_count
         self.bypass_number = o.bypass_number
         self.bypass_ttl_ms = o.bypass_ttl_ms

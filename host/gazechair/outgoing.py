@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from gazelink import codes
+from gazelink.arcs import ALL_FAR
 from gazelink.messages import CLEAR_FAR
 
 _U16 = 65535
@@ -70,8 +72,12 @@ class Clearance:
     left_q4_deg: int = CLEAR_FAR
     """How far it may turn about the drive axle, 1/16 degree."""
     right_q4_deg: int = CLEAR_FAR
+    arc_views: int = 0
+    """A bit per quadrant: blind in the low nibble, unseen in the high one."""
+    arcs: Sequence[int] = ALL_FAR
+    """How far it may travel while it turns; see gazelink.arcs."""
 
-    def fields(self, now_s: float) -> tuple[int, ...]:
+    def fields(self, now_s: float) -> tuple[int | bytes, ...]:
         """The fields of a CLEARANCE frame sent at `now_s`, with the scan's age at that time."""
         return (
             self.blocked,
@@ -82,6 +88,8 @@ class Clearance:
             self.left_q4_deg,
             self.right_q4_deg,
             max(0, min(int((now_s - self.acquired_s) * 1000), _U16)),
+            self.arc_views,
+            bytes(self.arcs),
         )
 
 

@@ -108,8 +108,10 @@ CLEARANCE = Message(
     UP,
     # Bits per direction (codes.DIR_*): blocked, whatever the distances say; unseen: the motion
     # enters an arc that this installation never sees. Distances until the footprint touches what
-    # is seen; the turns about the drive axle. CLEAR_FAR = nothing within range.
-    "blocked:B unseen:B source:B forward_mm:H backward_mm:H left_q4_deg:H right_q4_deg:H age_ms:H",
+    # is seen; the turns about the drive axle. CLEAR_FAR = nothing within range. arcs and arc_views:
+    # of both axes at once, see arcs.py; views has a bit per quadrant, blind below, unseen above.
+    "blocked:B unseen:B source:B forward_mm:H backward_mm:H left_q4_deg:H right_q4_deg:H age_ms:H "
+    "arc_views:B arcs:38s",
 )
 CLEAR_FAR = 65535
 PING = Message(0x13, "ping", UP, "token_low:H token_high:H")

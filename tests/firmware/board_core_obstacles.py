@@ -5,7 +5,7 @@ from gazeboard.obstacles import Obstacles
 from gazeboard.settings import Settings
 from gazeboard.shared import Inputs
 from gazeboard.stopping import LEVELS
-from gazelink import codes
+from gazelink import arcs, codes
 from gazelink.messages import CLEAR_FAR
 
 NAMES = ("clearance_forward_mm", "clearance_backward_mm", "clearance_left_q4", "clearance_right_q4")
@@ -26,6 +26,7 @@ class Eyes:
         self.trusted = False
         self.frames = True
         self.now_ms = 0
+        self.i.clearance_arcs = bytearray(arcs.ALL_FAR)
         self.set(CLEAR_FAR)
         if clear:
             self.run(400)

@@ -6,7 +6,7 @@ from gazeboard.obstacles import Obstacles
 from gazeboard.safety import Safety
 from gazeboard.settings import Settings
 from gazeboard.shared import Inputs
-from gazelink import codes, messages
+from gazelink import arcs, codes, messages
 
 CLOSES_MS = 3  # the contact follows the enable line
 OPENS_MS = 15
@@ -105,7 +105,7 @@ class Core:
         obstacles.step(i, linear_permille, motion.turn_permille, armed, self.trusted)
         safety.step(i, obstacles.blocked, self.closed(), self.emergency, self.button, self.late)
         if safety.permitted:
-            motion.step(i, safety.blocked, obstacles.caps, safety.faults)
+            motion.step(i, safety.blocked, obstacles.caps, safety.faults, obstacles.arcs)
             if motion.ended:
                 safety.finished(motion.end_reason)
         else:
@@ -150,6 +150,8 @@ class Core:
         self.i.clearance_backward_mm = messages.CLEAR_FAR
         self.i.clearance_left_q4 = messages.CLEAR_FAR
         self.i.clearance_right_q4 = messages.CLEAR_FAR
+        self.i.clearance_arc_views = 0
+        self.i.clearance_arcs = bytearray(arcs.ALL_FAR)
 
     def release(self):
         self.i.verb = codes.STOP

@@ -8,7 +8,7 @@ from gazeboard.app import App
 from gazeboard.boards import bank_layout as at
 from gazeboard.boards import pins
 from gazeboard.boards.virtual import VirtualBoard
-from gazelink import codes, frame, messages
+from gazelink import arcs, codes, frame, messages
 
 _BANK_SIZE = at.SLOTS_AT + 2 * 128 * at.SLOT_SIZE
 SESSION = 0x1234
@@ -23,8 +23,10 @@ FAR = messages.CLEAR_FAR
 
 
 # Values of a CLEARANCE frame: what is blocked, and nothing else within range unless said.
-def clearance(blocked, source, age_ms, distances=(FAR, FAR, FAR, FAR), unseen=0):
-    return (blocked, unseen, source) + tuple(distances) + (age_ms,)
+def clearance(
+    blocked, source, age_ms, distances=(FAR, FAR, FAR, FAR), unseen=0, ways=arcs.ALL_FAR, views=0
+):
+    return (blocked, unseen, source) + tuple(distances) + (age_ms, views, bytes(ways))
 
 
 class Clock:
@@ -122,6 +124,8 @@ class Rig:
         self.lidar_alive = True
         self.blocked = 0
         self.unseen = 0
+        self.ways = bytearray(arcs.ALL_FAR)  # of both axes, as gazelink/arcs.py says
+        self.views = 0
         self.distances = [FAR] * 4  # per direction: mm, mm, 1/16 degree, 1/16 degree
         self.bypass = 0  # number of the press that is held, 0: none
         self.source = codes.REAL
@@ -221,7 +225,9 @@ class Rig:
             self.send(messages.ORDER, self.order)
 
     def see(self):
-        values = clearance(self.blocked, self.source, 5, self.distances, self.unseen)
+        values = clearance(
+            self.blocked, self.source, 5, self.distances, self.unseen, self.ways, self.views
+        )
         self.send(messages.CLEARANCE, values)
 
     def say_hello(self, session=SESSION):

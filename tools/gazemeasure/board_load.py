@@ -15,7 +15,7 @@ from gazeboard.app import App
 from gazeboard.boards import bank_layout as at
 from gazeboard.boards import pins
 from gazeboard.boards.teensy40 import Teensy40
-from gazelink import codes, frame, messages
+from gazelink import arcs, codes, frame, messages
 
 BANK = 0x60000000
 IMU = BANK + at.SLOTS_AT + (128 + 0x28) * at.SLOT_SIZE
@@ -200,7 +200,8 @@ class Measured:
             ahead = (messages.CLEAR_FAR, 900, 600)[second % 3]
             messages.CLEARANCE.pack(
                 host.encoder.body,
-                (blocked, second & 4, codes.SIMULATED, ahead, ahead, ahead, ahead, 10),
+                (blocked, second & 4, codes.SIMULATED, ahead, ahead, ahead, ahead, 10, 0)
+                + (bytes([min(arcs.FAR, ahead // arcs.UNIT_MM)] * arcs.SIZE),),
             )
             host.give(messages.CLEARANCE)
         elif turn == 2:

@@ -164,6 +164,8 @@ class Run:
             i.clearance_left_q4,
             i.clearance_right_q4,
             i.clearance_age_ms,
+            i.clearance_arc_views,
+            i.clearance_arcs,
         ) = said.fields(self._now_s)
         i.clearance_count = (i.clearance_count + 1) & 0xFFFF
 

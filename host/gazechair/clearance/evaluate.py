@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
+import numpy as np
+
+from gazechair.clearance.arcs import Bytes
 from gazechair.clearance.footprint import Footprint, Margins
 from gazechair.clearance.reach import FREE, LidarReach, Reach
 from gazechair.clearance.view import SweepView
 from gazechair.config import FootprintConfig
 from gazechair.lidar.scan import ChairView
+from gazelink import arcs
 from gazelink.messages import CLEAR_FAR
 
 _PLAY = (0.04, 0.04, 2.0, 2.0)
 """A way grows only when it has grown by more than this (metres, metres, degrees, degrees)."""
+_ARC_PLAY = round(1000.0 * _PLAY[0] / arcs.UNIT_MM)
 
 
 def footprint_of(config: FootprintConfig) -> Footprint:
@@ -31,9 +37,10 @@ class Evaluator:
         self._lidars = tuple(LidarReach(footprint) for _ in origins_m)
         self._judged: list[tuple[ChairView | None, Reach]] = [(None, FREE)] * len(self._lidars)
         self._held = [0.0] * len(_PLAY)
+        self._held_arcs: Bytes = np.zeros(arcs.SIZE, dtype=np.uint8)
 
-    def __call__(self, views: tuple[ChairView, ...]) -> dict[str, int]:
-        """Fields of outgoing.Clearance: ways, blocked and unseen bits.
+    def __call__(self, views: tuple[ChairView, ...]) -> dict[str, Any]:
+        """Fields of outgoing.Clearance: ways, blocked and unseen bits; plain JSON values.
 
         A direction is blocked here only where a lidar is blind; how near is too near the board
         decides.
@@ -44,7 +51,12 @@ class Evaluator:
         least = [min(reach[way] for _, reach in self._judged) for way in range(len(_PLAY))]
         self._held = [_held(*values) for values in zip(self._held, least, _PLAY, strict=True)]
         forward_m, backward_m, left_deg, right_deg = self._held
-        blind, unseen = self._view.judge([view.states for view in views])
+        states = [view.states for view in views]
+        blind, unseen = self._view.judge(states)
+        now = np.array([lidar.arcs for lidar in self._lidars]).min(axis=0)
+        after_play = np.where(now == arcs.FAR, now, np.maximum(now, _ARC_PLAY) - _ARC_PLAY)
+        grown = np.maximum(self._held_arcs, after_play)
+        self._held_arcs = np.where(now <= self._held_arcs, now, grown).astype(np.uint8)
         return {
             "blocked": blind,
             "unseen": unseen,
@@ -52,6 +64,8 @@ class Evaluator:
             "backward_mm": _on_wire(1000.0 * backward_m),
             "left_q4_deg": _on_wire(16.0 * left_deg),
             "right_q4_deg": _on_wire(16.0 * right_deg),
+            "arc_views": self._view.judge_arcs(states),
+            "arcs": self._held_arcs.tolist(),
         }
 
 

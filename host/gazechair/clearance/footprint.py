@@ -51,6 +51,11 @@ class Margins:
     side_m: float = 0.02
     rear_m: float = 0.05
 
+    @property
+    def widths_m(self) -> tuple[float, float, float]:
+        """All three, in the order of the fields."""
+        return (self.front_m, self.side_m, self.rear_m)
+
 
 class Footprint:
     """Outline and margins. `body` is the bare polygon, `parts` together are the polygon grown.
@@ -67,6 +72,7 @@ class Footprint:
         if reason:
             raise ValueError(f"the outline must {reason}")
         margins = margins or Margins()
+        self.margins = margins
         polygon = np.array(corners, dtype=np.float64)
         if _area_m2(polygon) < 0.0:
             polygon = polygon[::-1].copy()

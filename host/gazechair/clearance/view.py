@@ -7,11 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.clearance.footprint import Footprint, Margins, inside
+from gazechair.clearance.arcs import arc_reach
+from gazechair.clearance.footprint import FloatArray, Footprint, Margins, inside
 from gazechair.clearance.sweeps import Sweeps
 from gazechair.clearance.zone import STOP_ZONE
 from gazechair.lidar.blind import BINS, BLIND, SEEN
-from gazelink import codes
+from gazelink import arcs, codes
 
 _CELL_M = 0.03
 _BORDER_M = 0.8  # the straight sweeps end this far before and behind the outline
@@ -28,16 +29,24 @@ class SweepView:
         xs, ys = (np.arange(low[k], high[k], _CELL_M) for k in (0, 1))
         cells = np.stack(np.meshgrid(xs, ys), axis=2).reshape(-1, 2)
         cells = cells[~inside(body, cells)]
-        contacts = Sweeps(Footprint(body.tolist(), Margins(0.0, 0.0, 0.0))).contacts(cells)
+        no_margins = Margins(0.0, 0.0, 0.0)
+        contacts = Sweeps(Footprint(body.tolist(), no_margins)).contacts(cells)
         # Per direction, the bins in which each cell is seen, a column for each lidar, no row twice.
-        self._bins: list[NDArray[np.int64]] = []
-        for direction in range(len(codes.DIRECTIONS)):
-            swept = cells[contacts[:, direction] <= STOP_ZONE[direction]]
-            bins = np.empty((len(swept), len(origins_m)), dtype=np.int64)
-            for at, origin in enumerate(origins_m):
-                bearings = np.arctan2(swept[:, 1] - origin[1], swept[:, 0] - origin[0])
-                bins[:, at] = np.minimum(np.degrees(bearings) + 180.0, BINS - 1)
-            self._bins.append(np.unique(bins, axis=0))
+        self._bins = [
+            _bins(cells[contacts[:, direction] <= STOP_ZONE[direction]], origins_m)
+            for direction in range(len(codes.DIRECTIONS))
+        ]
+        # The same of driving and turning at once, a row of bins for each quadrant.
+        ways = arc_reach(Footprint(body.tolist(), no_margins)).ways(cells, contacts)
+        self._arc_bins = [
+            _bins(cells[ways[:, _arc_column(quadrant)] <= _zone_units(quadrant)], origins_m)
+            for quadrant in range(arcs.QUADRANTS)
+        ]
+
+    def judge_arcs(self, states: Sequence[States]) -> int:
+        """As `judge`, a bit per quadrant: blind in the low nibble, unseen in the high one."""
+        blind, unseen = _dark(self._arc_bins, states)
+        return blind | unseen << arcs.QUADRANTS
 
     def judge(self, states: Sequence[States]) -> tuple[int, int]:
         """(blind, unseen): a bit per direction, from each lidar's 360 states (SEEN, BLIND, MASKED).
@@ -45,14 +54,37 @@ class SweepView:
         A place that any lidar sees is seen. Blind: the sweep enters a place that would be seen if a
         lidar were not blind there. Unseen: it enters a place that no lidar ever sees.
         """
-        blind = unseen = 0
-        for direction, bins in enumerate(self._bins):
-            dark = np.ones(len(bins), dtype=np.bool_)
-            lost = np.zeros(len(bins), dtype=np.bool_)
-            for at, of_lidar in enumerate(states):
-                here = of_lidar[bins[:, at]]
-                dark &= here != SEEN
-                lost |= here == BLIND
-            blind |= bool((dark & lost).any()) << direction
-            unseen |= bool((dark & ~lost).any()) << direction
-        return blind, unseen
+        return _dark(self._bins, states)
+
+
+def _bins(swept_m: FloatArray, origins_m: Sequence[tuple[float, float]]) -> NDArray[np.int64]:
+    bins = np.empty((len(swept_m), len(origins_m)), dtype=np.int64)
+    for at, origin in enumerate(origins_m):
+        bearings = np.arctan2(swept_m[:, 1] - origin[1], swept_m[:, 0] - origin[0])
+        bins[:, at] = np.minimum(np.degrees(bearings) + 180.0, BINS - 1)
+    return np.unique(bins, axis=0)
+
+
+def _dark(sweeps: Sequence[NDArray[np.int64]], states: Sequence[States]) -> tuple[int, int]:
+    blind = unseen = 0
+    for sweep, bins in enumerate(sweeps):
+        dark = np.ones(len(bins), dtype=np.bool_)
+        lost = np.zeros(len(bins), dtype=np.bool_)
+        for at, of_lidar in enumerate(states):
+            here = of_lidar[bins[:, at]]
+            dark &= here != SEEN
+            lost |= here == BLIND
+        blind |= bool((dark & lost).any()) << sweep
+        unseen |= bool((dark & ~lost).any()) << sweep
+    return blind, unseen
+
+
+def _arc_column(quadrant: int) -> int:
+    """The row whose turn is the stop zone's, or the widest."""
+    turn_deg = STOP_ZONE[codes.DIR_LEFT + quadrant // 2]
+    row = next((k for k, deg in enumerate(arcs.TURNS_DEG) if deg >= turn_deg), arcs.ROWS - 1)
+    return quadrant * arcs.ROWS + row
+
+
+def _zone_units(quadrant: int) -> float:
+    return 1000.0 * STOP_ZONE[quadrant % 2] / arcs.UNIT_MM
