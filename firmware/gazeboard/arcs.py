@@ -74,7 +74,6 @@ class Arcs:
         self.blocked = False  # both axes are asked for, or roll on, and must not
         self.linear_cap = _FULL  # most output of each axis, permille
         self.turn_cap = _FULL
-        self.due = False  # a new command waits for its judgement: until then it has no output
         self.state = array("i", [0] * _STATE_SIZE)
         self.configure(settings, stopping)
 
@@ -99,22 +98,13 @@ class Arcs:
         s[at + _SPEED] = int(way.speed)
         s[at + _STOP] = int(way.stop)
 
-    # Another command waits until it is judged, unless only one axis moves. `trusted`: 4 or 0, as
-    # the Stoppings lie.
-    @micropython.native
-    def begin(self, trusted):
-        self._release()
-        if self._rolling(trusted):
-            self.due = True
-            self.linear_cap = 0
-            self.turn_cap = 0
-
-    # All eight ms, or when it is due.
+    # All eight ms, and when the command changes. `trusted`: 4 or 0, as the Stoppings lie.
     @micropython.native
     def judge(self, i, trusted, age_ms, bypass):
-        self.due = False
         if self._rolling(trusted) == 0:
-            self._release()
+            self.blocked = False
+            self.linear_cap = _FULL
+            self.turn_cap = _FULL
             return
         self._ask(i, trusted)
         self._weigh(i, age_ms)
@@ -130,13 +120,6 @@ class Arcs:
         s[_LEVEL] = _BLOCKED
         s[_BETTER_MS] = 0
         self._permit(0)
-
-    @micropython.native
-    def _release(self):
-        self.due = False
-        self.blocked = False
-        self.linear_cap = _FULL
-        self.turn_cap = _FULL
 
     # Each tick: is this another command?
     @micropython.viper

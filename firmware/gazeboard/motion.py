@@ -260,3 +260,8 @@ class Motion:
 @micropython.native
 def _share(value, part, whole):
     return value * part // whole if value >= 0 else -(-value * part // whole)
+
+
+@micropython.native
+def _clamped(value, limit):
+    return max(-limit, min(limit, value))

@@ -161,24 +161,23 @@ class Obstacles:
         elif -turn_permille > most[_RIGHT]:
             most[_RIGHT] = -turn_permille
         arcs = self.arcs
-        if arcs.changed(i):
-            arcs.begin(4 if trusted else 0)
-            self.blocked &= ~ARC_BLOCKED
+        busy = arcs.changed(i)
         count = i.clearance_count
         if count != self._count:
             self._count = count
             self._age_ms = i.clearance_age_ms
             self._look(i)
-            # Work enough for one tick, but a clearance in each tick must not keep the rest waiting.
+            if busy:
+                self._judge_arcs(i, trusted)
+            busy = True
+        elif busy:
+            self._judge_arcs(i, trusted)
+        if busy:
+            # Work enough for one tick, but news in each tick must not keep the rest waiting.
             self._looked = not self._looked
             if self._looked:
                 self._extra_ms += 1
                 return
-        elif arcs.due and not self._looked:
-            self._looked = True
-            self._extra_ms += 1
-            self._judge_arcs(i, trusted)
-            return
         else:
             self._looked = False
         phase = (self._phase + 1) & 7
@@ -203,7 +202,7 @@ class Obstacles:
         if phase == _ARC_PHASE:
             self._judge_arcs(i, trusted)
 
-    # A turn of the arcs.
+    # A turn of the arcs, and whenever another command comes: before it moves anything.
     @micropython.native
     def _judge_arcs(self, i, trusted):
         arcs = self.arcs
@@ -238,7 +237,7 @@ class Obstacles:
                     ways[at].block()
                     self._decide(at, ways[at], self._stopping[at])
         arcs = self.arcs
-        if not (arcs.blocked or arcs.due or self.bypass.left_ms) and arcs.too_near(i, age_ms):
+        if not (arcs.blocked or self.bypass.left_ms) and arcs.too_near(i, age_ms):
             arcs.block()
             self.blocked |= ARC_BLOCKED
 

@@ -21,9 +21,6 @@ else:
         def viper(function):
             return function
 
-    def ptr8(octets):
-        return octets
-
     def ptr32(words):
         return words
 

@@ -79,12 +79,12 @@ def test_nothing_is_put_out_before_it_has_been_judged():
             assert stick.blocked()
 
 
-def test_a_command_is_judged_within_2_ticks():
+def test_a_command_is_judged_in_its_tick():
     for ahead_ms in range(20):
         stick = Stick()
         stick.run(ahead_ms)
         stick.push(300, 200)
-        stick.run(3)
+        stick.tick()
         assert (stick.linear, stick.turn) == (300, 200)
 
 
@@ -184,7 +184,7 @@ def test_a_reversed_stick_needs_both_sides():
         stick.run(600)
         assert not stick.blocked()
         stick.push(linear, -turn)
-        stick.run(3)
+        stick.tick()
         assert stick.blocked()
         free = Stick(linear, turn)
         free.rows(arcs.BOTH_AT + (1 - side) * arcs.BOTH_ROWS, arcs.BOTH_ROWS, 0)
@@ -201,7 +201,7 @@ def test_a_stick_pulled_back_needs_the_front_and_the_rear():
         stick.run(600)
         assert not stick.blocked()
         stick.push(-600, 400)
-        stick.run(3)
+        stick.tick()
         assert stick.blocked()
 
 
@@ -218,12 +218,12 @@ def test_what_rolls_on_counts_with_the_next_command():
         stick.run(600)
         assert not stick.blocked()
         stick.push(then[0], then[1], verb)
-        stick.run(3)
+        stick.tick()
         assert stick.blocked()
         stick.push(0, 0, codes.STOP)
         stick.run(6000)
         stick.push(then[0], then[1], verb)
-        stick.run(3)
+        stick.tick()
         assert not stick.blocked()
 
 
