@@ -1,14 +1,20 @@
 # The joystick's neutral: changed by its own request only, in force for driving once it is saved.
 
-from board_settings import ask, connected
 from gazelink import codes
 from gazelink.settings_table import index_of
+from promiserig import ask
 from rig import SESSION, Rig
 
 LINEAR = index_of("neutral_linear_count")
 TURN = index_of("neutral_turn_count")
 PLAIN = index_of("creep_mm_s")
 UNCALIBRATED = codes.FAULT_REASON + codes.CALIBRATION
+
+
+def connected():
+    rig = Rig()
+    rig.run(1200)
+    return rig
 
 
 def reason(rig):

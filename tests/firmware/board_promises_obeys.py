@@ -1,12 +1,11 @@
 # Promise P21 and the faults beside it on the whole firmware: the chair turns otherwise than it is
 # told, writes fail often but never three in a row, a contact moves that nobody fitted.
 
-from board_settings import ask
 from gazeboard import limits
 from gazeboard.boards import bank_layout as at
 from gazelink import codes
 from gazelink.settings_table import index_of
-from promiserig import armed, fault, toggles
+from promiserig import armed, ask, fault, toggles
 from promises import CORE, measured
 from rig import POT, Rig
 

@@ -2,17 +2,10 @@
 
 from gazelink import codes, messages
 from gazelink.settings_table import TABLE, index_of
+from promiserig import ask
 from rig import Rig
 
 LINEAR = index_of("linear_permille")
-
-
-def ask(rig, request, index=0, value=0):
-    # The board's answer: (value in force, refused).
-    rig.reply = None
-    rig.send(messages.SETTING, (request, index, value))
-    rig.until(lambda: rig.reply is not None, 5)
-    return rig.reply["value"], rig.reply["refused"]
 
 
 def connected():

@@ -3,7 +3,7 @@
 
 from gazeboard.boards import bank_layout as at
 from gazeboard.boards import pins
-from gazelink import codes
+from gazelink import codes, messages
 
 ENABLE_AT = at.PINS_AT + pins.ENABLE * at.PIN_SIZE
 
@@ -38,3 +38,11 @@ def stays_still_until_pressed_anew(rig):
         rig.arm()
     rig.press(codes.FORWARD)
     rig.until(lambda: not rig.neutral(), 60)
+
+
+def ask(rig, request, index=0, value=0):
+    # The board's answer: (value in force, refused).
+    rig.reply = None
+    rig.send(messages.SETTING, (request, index, value))
+    rig.until(lambda: rig.reply is not None, 5)
+    return rig.reply["value"], rig.reply["refused"]
