@@ -165,11 +165,11 @@ class Serial:
 
 
 class SpoiltFiles:
-    """The virtual board's own files, in a folder that can refuse to be written."""
+    """The virtual board's own files, in a folder that can be full."""
 
     def __init__(self, folder: str) -> None:
         self._files = Files(folder)
-        self.refuses = False
+        self.full = False
 
     def load(self, name: str) -> str | None:
         """As the virtual board reads it."""
@@ -177,15 +177,13 @@ class SpoiltFiles:
         return text
 
     def store(self, name: str, text: str) -> None:
-        """Keep it, or fail as a worn flash does."""
-        if self.refuses:
+        """Keep it, or fail as a full flash does."""
+        if self.full:
             raise OSError(28)
         self._files.store(name, text)
 
     def remove(self, name: str) -> None:
-        """Forget it, or fail likewise."""
-        if self.refuses:
-            raise OSError(28)
+        """Forget it: a full flash does that."""
         self._files.remove(name)
 
 

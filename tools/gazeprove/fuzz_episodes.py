@@ -318,6 +318,12 @@ EPISODES: tuple[tuple[int, Callable[[Life], Script]], ...] = (
     (4, late_line),
     (3, spoilt.reset),
     (2, new_session),
-    (0, spoilt.exception),
+    (2, spoilt.exception),
     (2, deaf_host),
+    (0, spoilt.other_pace),
+    (1, spoilt.flaky_pot),
+    (2, spoilt.pushed),
+    (2, spoilt.spoilt_files),
+    (2, spoilt.full_flash),
+    (3, spoilt.settings),
 )

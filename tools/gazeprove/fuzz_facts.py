@@ -6,10 +6,13 @@ everything else must come to nothing (P12). Times are microseconds of the world'
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from gazelink import codes, messages
 from gazeprove.fuzz_board import World
 from gazeprove.fuzz_chair import Chair
 from gazeprove.fuzz_host import Sent
+from gazeprove.fuzz_rules import Rules
 
 MS = 1000
 _DISTANCES = ("forward_mm", "backward_mm", "left_q4_deg", "right_q4_deg")
@@ -24,21 +27,16 @@ class Violation(Exception):
         self.promise = promise
 
 
-class Rules:
-    """What the settings in force allow, as the fuzzer last got them confirmed."""
+class Output(NamedTuple):
+    """One tick's outputs, for what the board reports of them later."""
 
-    def __init__(self) -> None:
-        self.neutral = (170, 170)
-        self.linear_permille = 600
-        self.turn_permille = 500
-        self.step_turn_permille = 1000
-        self.hold_permille = 150
-        self.step_forward_ms = 2000
-        self.step_turn_limit_ms = 6000
-        self.stop_margin_mm = 100
-        self.stop_margin_q4_deg = 48
-        self.tilt_limit_deg = 15.0
-        self.relay_fitted = True
+    linear: int
+    turn: int
+    rising: bool  # the enable line went high
+    toggled: bool
+    failed: bool
+    emergency: bool  # latched two ticks ago already
+    overruled: bool  # a held press stands still for a cause that must be told
 
 
 class Facts:
@@ -51,15 +49,17 @@ class Facts:
         self.latched: set[str] = set()
         self.emergency_kept = True  # what the board stored of it is still there
         self.stats: dict[str, int] = {}
+        self.past: dict[int, Output] = {}  # the last ticks by number
         self.boot()
 
     def boot(self) -> None:
         """The board has just come up: nothing of before counts."""
         now = self.world.now_us
         self.tick_count = 0
-        self.booted_us = now
+        self.raised_ticks = 0
+        self.emergency_at = 50  # one that is known from before is reported by then
         self.latched = {"P11"} & self.latched if self.emergency_kept else set()
-        self.rules = Rules()
+        self.rules.boot()
         self.last_tick_us = now
         self.slow_us = -(1 << 60)  # when ticks last came at another pace than 1 ms
         self.period_us = 1000
@@ -67,7 +67,8 @@ class Facts:
         self.toggled_at = -100
         self.unverified = 0
         self.failed_us = now
-        self.moved_us = now
+        self.wipers = (0, 0)
+        self.moved_us = now  # when the wipers last changed or were not neutral
         self.button_us = -1
         self.open_us = -1
         self.enabled_at = -1
@@ -97,6 +98,8 @@ class Facts:
         self.asked_us = -(1 << 60)
         self.step = (0, 0)  # press, since when it moves
         self.turning_us = -1
+        self.overruled = (0, 0)  # the press that a cause has ended, since that tick
+        self.past.clear()
 
     # -- what went in --------------------------------------------------------------------------
 
@@ -118,6 +121,7 @@ class Facts:
         if self.session is None or number != self.session[0]:  # type: ignore[index]
             self.fall("P14", "a new session", self.tick_count + 1)
             self._forget_session((number, self.boot_id))
+            self.rules.session()
 
     boot_id = 0
 
@@ -137,6 +141,8 @@ class Facts:
             self._on_clearance(sent)
         elif sent.message is messages.BYPASS and fresh:
             self._on_bypass(sent)
+        elif sent.message is messages.SETTING:
+            self.rules.asked_for(sent.fields)
 
     def _on_command(self, sent: Sent, fresh: bool) -> None:
         fields = sent.fields
@@ -164,7 +170,7 @@ class Facts:
             return
         if action == codes.EMERGENCY_STOP:
             self._numbers.add(number)
-            self.latched.add("P11")
+            self.emergency()
             self.fall("P11", "an emergency message", self.tick_count + 2)
             return
         if number in self._numbers:
@@ -188,7 +194,14 @@ class Facts:
             for command in self.commands.values():
                 self.dead.add(command.press)
 
+    def emergency(self) -> None:
+        """Latched from now on."""
+        if "P11" not in self.latched:
+            self.latched.add("P11")
+            self.emergency_at = self.tick_count
+
     def reset(self) -> None:
+        """Somebody who may has reset the faults."""
         emergency = self.world.emergency_level == 1
         self.latched = {"P11"} & self.latched if emergency else set()
 

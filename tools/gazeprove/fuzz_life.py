@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Generator
+from pathlib import Path
 from typing import Any
 
 from gazeboard import bootlog
@@ -35,6 +36,7 @@ class Life:
         rng = random.Random(seed)
         self.seed = seed
         self.rng = rng
+        self.folder = folder
         starts = (0, TICKS - rng.randrange(20_000_000), TICKS * 1000 - rng.randrange(20_000_000))
         self.world = World(folder, rng.random() < 0.3, rng.choice(starts))
         self.host = Host(self.world, rng)
@@ -43,8 +45,7 @@ class Life:
         self._reader = Reader()
         self._log: list[str] | None = [] if log else None
         self.state: dict[str, Any] = {}
-        self.state_at = -1  # tick in which it was heard
-        self.replies: list[dict[str, Any]] = []
+        self.replied = 0  # answers about settings
         self.period_us = 1000
         self.gap_us = 0  # once, before the next tick
         self.service_alive = True
@@ -75,12 +76,14 @@ class Life:
         self._board = Board(world, boot_id, cause)
         if world.pot.fault == 0 and world.pot.registers != [170, 170]:
             raise Violation("P1", "not neutral before the first tick")
+        damaged = bootlog.damaged(self._board)
         self.off = bootlog.watchdog_boots(self._board) >= bootlog.LIMIT
         self.oracle.boot_id = boot_id
         self.oracle.boot()
+        self.oracle.emergency_kept = True
         self.state = {}
         if not self.off:
-            self._app = App(self._board)
+            self._app = App(self._board, 1 << codes.STORAGE if damaged else 0)
 
     # -- time ----------------------------------------------------------------------------------
 
@@ -169,9 +172,10 @@ class Life:
             self.host.heard(kind, stamp, fields)
             if kind == messages.STATE.type_id:
                 self.state = fields
-                self.state_at = self.ticks
+                self.oracle.reported(stamp, fields)
             elif kind == messages.SETTING_REPLY.type_id:
-                self.replies.append(fields)
+                self.replied += 1
+                self.oracle.rules.confirmed(fields)
 
     # -- for episodes --------------------------------------------------------------------------
 
@@ -213,6 +217,29 @@ class Life:
             host.order(codes.ARM, self.rng.choice((codes.DRIVER, codes.CARETAKER)))
             yield 130
         assert world is self.world
+
+    def setting(self, request: int, index: int = 0, value: int = 0) -> Script:
+        """Ask about a setting and wait for the answer; without one the board is reset."""
+        replied = self.replied
+        self.host.send(messages.SETTING, request=request, index=index, value=value)
+        for _ in range(40):
+            yield 2
+            if self.replied != replied:
+                return
+        self.boot(_POWER)
+
+    def spoil_file(self, name: str, data: bytes | None) -> None:
+        """A stored file holds something else, or is gone."""
+        self.note(f"{name} holds {data!r:.40}")
+        path = Path(self.folder) / name
+        if data is None:
+            path.unlink(missing_ok=True)
+        else:
+            path.write_bytes(data)
+        if name == "settings.json":
+            self.oracle.rules.spoil(data is not None)
+        elif name == "emergency":
+            self.oracle.emergency_kept = False
 
     def drive(self, **how: int) -> Script:
         """A press by the owner, and some time in which it moves the chair."""

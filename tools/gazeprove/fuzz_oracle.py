@@ -8,7 +8,7 @@ of the world's clock; `tick` counts ticks since the board's boot.
 from __future__ import annotations
 
 from gazelink import codes
-from gazeprove.fuzz_facts import MS, Facts, Violation
+from gazeprove.fuzz_facts import MS, Facts, Output, Violation
 from gazeprove.fuzz_host import Sent
 
 _FORWARD, _BACKWARD, _LEFT, _RIGHT = range(4)
@@ -19,6 +19,7 @@ _WAY_OF = {
     codes.RIGHT: _RIGHT,
 }
 _SPAN = 84
+_EXPLAINED = frozenset(("P5", "P6", "P7", "P16"))  # the reason is sent back
 
 
 class Oracle(Facts):
@@ -39,10 +40,11 @@ class Oracle(Facts):
         if gap_us > 20 * MS:
             self.fall("P10", f"a tick {gap_us} us late", at)
         if raised:
+            self.raised_ticks += 1  # the board does not count them
             self.latched.add("P10")
             self.fall("P10", "an exception in the tick", at)
         if world.emergency_level:
-            self.latched.add("P11")
+            self.emergency()
             self.fall("P11", "the emergency input", at + 1)
         self._button(now)
         self.unverified = self.unverified + 1 if failed else 0
@@ -59,10 +61,18 @@ class Oracle(Facts):
             self._enable_ended()
         neutral = self.rules.neutral
         moving = linear != neutral[0] or turn != neutral[1]
+        if (linear, turn) != self.wipers:
+            self.wipers = (linear, turn)
+            self.moved_us = now
+            if moving and self.enabled_at < 0 and self.wipers in self.rules.asked:
+                moving = False  # a neutral that is being set
+        elif moving and self.enabled_at < 0 and self.wipers in self.rules.asked:
+            moving = False
         if failed:
             moving = False  # what the wipers do is out of the board's hands
         if moving or self.commands:
             self._judge_motion(now, at, linear - neutral[0], turn - neutral[1], moving)
+        self._remember(at, toggled, failed)
 
     def _enable_ended(self) -> None:
         if self.world.enable:
@@ -73,6 +83,36 @@ class Oracle(Facts):
             for command in self.commands.values():
                 self.dead.add(command.press)
         self.off_at = -1
+
+    def _remember(self, at: int, toggled: bool, failed: bool) -> None:
+        linear, turn = self.wipers
+        press, since = self.overruled
+        overruled = press != 0 and at >= since + 3
+        emergency = "P11" in self.latched and at >= self.emergency_at + 2
+        rising = toggled and self.world.enable == 1
+        past = self.past
+        past[at - self.raised_ticks] = Output(
+            linear, turn, rising, toggled, failed, emergency, overruled
+        )
+        past.pop(at - 300 - self.raised_ticks, None)
+
+    def reported(self, stamp: int, fields: dict[str, int]) -> None:
+        """A STATE frame: what the board says about itself must be so."""
+        last = self.tick_count - self.raised_ticks
+        at = last - ((last - stamp) & 0xFFFF)
+        past = self.past.get(at)
+        if past is None:
+            return
+        said = (fields["linear_wiper"], fields["turn_wiper"])
+        if not past.failed and said != (past.linear, past.turn):
+            raise Violation("telemetry", f"says wipers {said} at {past.linear} {past.turn}")
+        disarmed = fields["status"] & 15 == codes.DISARMED
+        if disarmed and past.rising:
+            raise Violation("telemetry", "says disarmed while the enable line goes on")
+        if past.emergency and not fields["faults"] >> codes.EMERGENCY & 1:
+            raise Violation("P11", "the emergency is not reported")
+        if past.overruled and not fields["override"]:
+            raise Violation("P5", "a held press stands still and no reason is sent back")
 
     def _button(self, now: int) -> None:
         if self.world.button_level:
@@ -133,9 +173,11 @@ class Oracle(Facts):
             (now - self.seen_us > self._late(300, now), "P6", "old obstacle data"),
             (now - self.heard_us > self._late(100, now), "P2", "a silent host"),
             (now - self.failed_us < 499 * MS, "P8", "neutral not read back for 500 ms"),
-            (now - self.moved_us < 499 * MS, "arming", "wipers not neutral for 500 ms"),
+            (now - self.moved_us < 499 * MS, "arming", "wipers not at rest for 500 ms"),
             (now - self.asked_us < 295 * MS, "arming", "a command within 300 ms"),
             (self.source != codes.REAL and not world.simulated, "arming", "no real lidar"),
+            (not self.rules.calibrated, "arming", "damaged settings"),
+            (not self.rules.neutral_stored, "arming", "a neutral that is not stored"),
             (self._tilted(now), "P16", "the chair tilted"),
             (self._no_heading(now), "P7", "no heading"),
         ]
@@ -159,6 +201,7 @@ class Oracle(Facts):
                 if command is not None and former[1] > at + 1:
                     self.owner = former[0]
         if command is None:
+            self.overruled = (0, 0)
             if moving:
                 raise Violation("P13", f"motion {linear} {turn} after a stop, or nobody's")
             return
@@ -175,9 +218,14 @@ class Oracle(Facts):
                 self.step = (press, now)
                 self.count(codes.VERBS[command.fields["verb"]])
         elif cause and press not in self.dead:
+            promise = cause.partition(":")[0]
             if self.step[0] == press:
-                self.count(cause.partition(":")[0])
+                self.count(promise)
+                if promise in _EXPLAINED:
+                    self.overruled = (press, at)
             self.dead.add(press)
+        if self.overruled[0] != press or moving:
+            self.overruled = (0, 0)
 
     def _cause(self, command: Sent, now: int, at: int, linear: int, turn: int) -> str:
         """Why this command may not move the chair now; "" when it may."""
@@ -195,11 +243,9 @@ class Oracle(Facts):
         moved = self.step[0] == command.press
         if not stepping or not moved:
             lives_us = min(300, fields["ttl_ms"]) * MS
-            if now - command.born_us > (
-                lives_us if lives_us == 0 else self._stretch(lives_us, now)
-            ):
+            if now - command.born_us > self._stretch(lives_us, now):
                 return "P3: the command is older than its time to live"
-        if moved and (stepping or mode == codes.TUNE):
+        if moved and mode != codes.CONTINUOUS and verb != codes.DRIVE:
             limit_ms = self._limit_ms(verb, mode, fields)
             if now - self.step[1] > self._late(limit_ms + 1, now):
                 return f"P4: longer than {limit_ms} ms"
@@ -211,8 +257,9 @@ class Oracle(Facts):
     def _limit_ms(self, verb: int, mode: int, fields: dict[str, int]) -> int:
         if mode == codes.TUNE:
             return min(2000, fields["pulse_ms"])
-        straight = verb in (codes.FORWARD, codes.BACKWARD)
-        return self.rules.step_forward_ms if straight else self.rules.step_turn_limit_ms
+        if verb in (codes.FORWARD, codes.BACKWARD):
+            return self.rules.step_forward_ms
+        return self.rules.step_turn_limit_ms
 
     def _on_the_way(self, verb: int, now: int, at: int, linear: int, turn: int) -> str:
         ways = [_WAY_OF[verb]] if verb in _WAY_OF and not (linear or turn) else []

@@ -7,10 +7,27 @@ it again; the next episode copes.
 from __future__ import annotations
 
 from gazelink import codes
+from gazelink.settings_table import NAMES, TABLE
 from gazeprove.fuzz_board import DEAF, LYING, NAK, STUCK
 from gazeprove.fuzz_host import View
 from gazeprove.fuzz_life import FOLLOWS, STAYS_CLOSED, STAYS_OPEN, Life, Script
 
+FILES = ("settings.json", "emergency", "watchdog_boots", "heading_offsets")
+_TRIED = (
+    "neutral_linear_count",
+    "neutral_turn_count",
+    "linear_permille",
+    "turn_permille",
+    "step_turn_permille",
+    "hold_permille",
+    "step_forward_ms",
+    "step_turn_limit_ms",
+    "stop_margin_mm",
+    "stop_margin_q4_deg",
+    "creep_mm_s",
+    "profile",
+    "tilt_limit_q4_deg",
+)
 _TURNS = (codes.LEFT, codes.RIGHT)
 _NEAR = {
     "forward_mm": (0, 50, 99, 300, 800),
@@ -193,3 +210,124 @@ def exception(life: Life) -> Script:
     life.host.let_go()
     life.host.order(codes.ARM, codes.DRIVER)
     yield 220
+
+
+def other_pace(life: Life) -> Script:
+    """Ticks come slower than every millisecond, for a while or for good."""
+    rng = life.rng
+    if rng.random() < 0.3:
+        life.period_us = rng.choice((1030, 1200, 2000, 10_000))
+        yield from life.ready()
+    yield from life.drive()
+    life.period_us = rng.choice((1030, 1100, 1500, 2_000, 5_000, 10_000, 19_000))
+    yield rng.choice((20, 100, 400))
+    how = rng.randrange(4)
+    if how == 0:
+        life.host.alive = False
+    elif how == 1:
+        life.host.held.refreshed = False
+    elif how == 2:
+        life.host.view = None
+    else:
+        life.service_alive = False
+    yield max(20, 700_000 // life.period_us)
+    life.period_us = 1000
+    life.host.alive = life.service_alive = True
+    life.host.view = View()
+    yield rng.randrange(20, 700)
+
+
+def flaky_pot(life: Life) -> Script:
+    """Two writes of three fail, never three in a row, for more than a second."""
+    rng = life.rng
+    yield from life.drive(mode=codes.CONTINUOUS)
+    pot = life.world.pot
+    for _ in range(rng.choice((100, 360))):
+        pot.fault = NAK
+        pot.fails_for = 2
+        yield 3
+    pot.fault = 0
+    pot.fails_for = -1
+    yield 50
+
+
+def pushed(life: Life) -> Script:
+    """Something turns the chair that is not its joystick."""
+    rng = life.rng
+    if rng.random() < 0.5:
+        yield from life.drive(mode=codes.CONTINUOUS)
+    life.chair.pushed_dps = rng.choice((-1, 1)) * rng.choice((5, 20, 40))
+    if rng.random() < 0.5:
+        life.host.let_go()
+    yield rng.choice((100, 600, 4_000))
+    life.chair.pushed_dps = 0
+    yield rng.randrange(10, 100)
+
+
+def spoilt_files(life: Life) -> Script:
+    """A stored file is gone, erased or full of anything when the board comes up."""
+    rng = life.rng
+    if rng.random() < 0.5:
+        yield from life.drive()
+        if rng.random() < 0.5:
+            life.host.order(codes.EMERGENCY_STOP, codes.DRIVER)
+            yield rng.randrange(1, 60)
+            life.host.forget_order()
+    life.spoil_file(rng.choice(FILES), rng.choice((None, b"\xff" * 300, rng.randbytes(200), b"")))
+    life.boot(rng.choice((1, 3, 5)))
+    yield rng.randrange(20, 300)
+    yield from life.ready()
+    yield from life.setting(codes.SETTING_SAVE)
+
+
+def full_flash(life: Life) -> Script:
+    """The flash takes nothing while an emergency or a setting has to be stored."""
+    rng = life.rng
+    yield from life.drive()
+    life.world.files.full = True
+    if rng.random() < 0.7:
+        life.host.order(codes.EMERGENCY_STOP, codes.DRIVER)
+        yield rng.randrange(3, 60)
+        life.host.forget_order()
+        if rng.random() < 0.6:
+            life.boot(rng.choice((1, 5)))
+            life.world.files.full = rng.random() < 0.5
+            yield from life.ready()
+    else:
+        life.host.let_go()
+        life.host.order(codes.DISARM, codes.DRIVER)
+        yield 30
+        life.host.forget_order()
+        yield from life.setting(codes.SETTING_SAVE)
+    yield rng.randrange(1, 200)
+    life.world.files.full = False
+    yield rng.choice((100, 700))
+
+
+def settings(life: Life) -> Script:
+    """Settings change, mostly at rest; some are saved, some neutrals are moved."""
+    rng = life.rng
+    life.host.let_go()
+    if rng.random() < 0.8:
+        life.host.order(codes.DISARM, codes.DRIVER)
+        yield 30
+        life.host.forget_order()
+    else:
+        yield from life.drive()
+    for _ in range(rng.randrange(1, 4)):
+        name = rng.choice(_TRIED)
+        _, default, low, high = TABLE[NAMES.index(name)]
+        value = rng.choice((default, low, high, rng.randrange(low, high + 1), high + 1))
+        request = codes.SETTING_SET
+        if name.startswith("neutral") and rng.random() < 0.8:
+            request = codes.SETTING_SET_NEUTRAL
+        yield from life.setting(request, NAMES.index(name), value)
+    if rng.random() < 0.7:
+        yield from life.setting(codes.SETTING_SAVE)
+    elif rng.random() < 0.5:
+        yield from life.setting(codes.SETTING_DEFAULTS)
+    if rng.random() < 0.3:
+        life.boot(1)
+    yield from life.ready()
+    yield from life.drive()
+    yield rng.randrange(10, 300)

@@ -1,0 +1,92 @@
+"""The settings in force, as the board confirmed them to the fuzzer: what bounds its outputs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gazelink import codes
+from gazelink.settings_table import NAMES, TABLE
+
+_DEFAULTS = {name: default for name, default, _, _ in TABLE}
+_NEUTRAL = ("neutral_linear_count", "neutral_turn_count")
+Counts = tuple[int, int]
+
+
+class Rules:
+    """What is in force and what is stored. A reset takes up what is stored."""
+
+    linear_permille: int
+    turn_permille: int
+    step_turn_permille: int
+    hold_permille: int
+    step_forward_ms: int
+    step_turn_limit_ms: int
+    stop_margin_mm: int
+    stop_margin_q4_deg: int
+
+    def __init__(self) -> None:
+        self._stored: dict[str, int] = dict(_DEFAULTS)
+        self._values = dict(_DEFAULTS)
+        self.calibrated = True  # what is stored is not damaged
+        self.neutral: Counts = (170, 170)
+        self.asked: list[Counts] = []  # neutrals that may be out while it is disarmed
+        self._apply()
+
+    def boot(self) -> None:
+        """The board comes up with what is stored."""
+        self._values = dict(self._stored)
+        self.asked = [(170, 170)]
+        self._apply()
+
+    def spoil(self, damaged: bool) -> None:
+        """The file is gone, or `damaged`: the defaults, and no arming until a save."""
+        self._stored = dict(_DEFAULTS)
+        self.calibrated = not damaged
+
+    def asked_for(self, fields: dict[str, Any]) -> None:
+        """A request on its way: its neutral may be put out before its confirmation comes."""
+        if fields["request"] == codes.SETTING_SET_NEUTRAL and fields["index"] < len(NAMES):
+            tried = dict(self._values)
+            tried[NAMES[fields["index"]]] = fields["value"]
+            self.asked.append((tried[_NEUTRAL[0]], tried[_NEUTRAL[1]]))
+
+    def session(self) -> None:
+        """Another session: a neutral that was not stored is forgotten."""
+        self.asked.append(self.neutral)
+        for name in _NEUTRAL:
+            self._values[name] = self._stored[name]
+        self._apply()
+
+    def confirmed(self, reply: dict[str, Any]) -> None:
+        """The board's answer to a request."""
+        request, index = reply["request"], reply["index"]
+        if reply["refused"]:
+            return
+        if request in (codes.SETTING_SET, codes.SETTING_SET_NEUTRAL):
+            self._values[NAMES[index]] = reply["value"]
+        elif request == codes.SETTING_DEFAULTS:
+            kept = {name: self._values[name] for name in _NEUTRAL}
+            self._values = {**_DEFAULTS, **kept}
+        elif request == codes.SETTING_SAVE:
+            self._stored = dict(self._values)
+            self.calibrated = True
+        self._apply()
+
+    @property
+    def neutral_stored(self) -> bool:
+        """What is put out as neutral is what a reset would take up."""
+        return all(self._values[name] == self._stored[name] for name in _NEUTRAL)
+
+    def _apply(self) -> None:
+        values = self._values
+        self.neutral = (values[_NEUTRAL[0]], values[_NEUTRAL[1]])
+        self.linear_permille = values["linear_permille"]
+        self.turn_permille = values["turn_permille"]
+        self.step_turn_permille = values["step_turn_permille"]
+        self.hold_permille = values["hold_permille"]
+        self.step_forward_ms = values["step_forward_ms"]
+        self.step_turn_limit_ms = values["step_turn_limit_ms"]
+        self.stop_margin_mm = values["stop_margin_mm"]
+        self.stop_margin_q4_deg = values["stop_margin_q4_deg"]
+        self.tilt_limit_deg = values["tilt_limit_q4_deg"] / 16
+        self.relay_fitted = values["relay_fitted"] == 1
