@@ -106,7 +106,9 @@ class Facts:
     def served(self, heard: list[Sent]) -> None:
         """The service loop ran and has read these frames to their end."""
         self.service_us = self.world.now_us
-        if self.session is not None and self.world.now_us - self.heard_us > 490 * MS:
+        silent_us = self.world.now_us - self.heard_us
+        self._doubtful = silent_us > 480 * MS  # the board may have ended the session already
+        if self.session is not None and silent_us > self.late(500, self.world.now_us):
             self.session = None  # P12: what a host said before so long a silence counts no more
         for sent in heard:
             if sent.message is messages.HELLO:
@@ -150,6 +152,7 @@ class Facts:
             for command in self.commands.values():
                 self.dead.add(command.press)
             self.commands.clear()
+            self.overruled = (0, 0)
             return
         if not fresh or not _possible(fields):
             return
@@ -167,6 +170,8 @@ class Facts:
     def _on_order(self, fields: dict[str, int], fresh: bool) -> None:
         action, owner, number = fields["action"], fields["owner"], fields["number"]
         if action > codes.RESET_FAULTS or number == 0:
+            return
+        if action == codes.EMERGENCY_STOP and self._doubtful:
             return
         if action == codes.EMERGENCY_STOP:
             self._numbers.add(number)
@@ -227,6 +232,12 @@ class Facts:
         self.bypass_until_us = sent.born_us + min(300, sent.fields["ttl_ms"]) * MS
 
     # -- what follows
+
+    def late(self, limit_ms: int, now: int) -> int:
+        """A limit by the world's clock: ages may run slow by 5 % when ticks do."""
+        if now - self.slow_us > 2_000_000:
+            return limit_ms * MS
+        return limit_ms * 1050 + self.period_us
 
     def fall(self, promise: str, why: str, at: int) -> None:
         """The chair is disarmed by this; the enable line may not change in tick `at` or later."""

@@ -24,7 +24,7 @@ Script = Generator[int, None, None]  # yields milliseconds to let pass
 _WATCHDOG_US = 500_000
 _WATCHDOG, _POWER = 3, 1
 _RELAY_CLOSES, _RELAY_OPENS = 4, 15
-_KEPT = 200
+_KEPT = 400
 
 FOLLOWS, STAYS_OPEN, STAYS_CLOSED = range(3)
 
@@ -159,7 +159,8 @@ class Life:
         heard = self.world.serial.heard()
         if self._log is not None:
             for sent in heard:
-                self.note(f"after tick {self.oracle.tick_count} heard {sent}")
+                old_ms = (self.world.now_us - sent.born_us) // 1000
+                self.note(f"after tick {self.oracle.tick_count}, {old_ms} ms old: {sent}")
         self.oracle.served(heard)
         if self.world.enable != before and self.world.enable:
             raise Violation("P10", "the service loop raised the enable line")

@@ -122,23 +122,17 @@ class Oracle(Facts):
         elif now - self.button_us >= 2990 * MS and self.latched:
             self.reset()
 
-    def _late(self, limit_ms: int, now: int) -> int:
-        """A limit by the world's clock: ages may run slow by 5 % when ticks do."""
-        if now - self.slow_us > 2_000_000:
-            return limit_ms * MS
-        return limit_ms * 1050 + self.period_us
-
     def _judge_silence(self, now: int, at: int) -> None:
-        if now - self.heard_us > self._late(500, now):
+        if now - self.heard_us > self.late(500, now):
             self.fall("P2", "500 ms without a host", at)
-        if now - self.service_us > self._late(500, now):
+        if now - self.service_us > self.late(500, now):
             self.fall("P9", "500 ms without the service loop", at)
         if self.rules.relay_fitted and now - self.enabled_us > 200 * MS:
             if self.world.relay_closed:
                 self.open_us = -1
             elif self.open_us < 0:
                 self.open_us = now
-            elif now - self.open_us > self._late(30, now):
+            elif now - self.open_us > self.late(30, now):
                 self.fall("arming", "30 ms of an open relay", at)
 
     def _judge_enable(self, now: int, at: int, failed: bool) -> None:
@@ -170,8 +164,8 @@ class Oracle(Facts):
         missing = [
             (world.emergency_level == 1, "P11", "the emergency input open"),
             (self.rules.relay_fitted and world.relay_closed, "arming", "the relay closed"),
-            (now - self.seen_us > self._late(300, now), "P6", "old obstacle data"),
-            (now - self.heard_us > self._late(100, now), "P2", "a silent host"),
+            (now - self.seen_us > self.late(300, now), "P6", "old obstacle data"),
+            (now - self.heard_us > self.late(100, now), "P2", "a silent host"),
             (now - self.failed_us < 499 * MS, "P8", "neutral not read back for 500 ms"),
             (now - self.moved_us < 499 * MS, "arming", "wipers not at rest for 500 ms"),
             (now - self.asked_us < 295 * MS, "arming", "a command within 300 ms"),
@@ -230,11 +224,11 @@ class Oracle(Facts):
     def _cause(self, command: Sent, now: int, at: int, linear: int, turn: int) -> str:
         """Why this command may not move the chair now; "" when it may."""
         fields = command.fields
-        if now - self.heard_us > self._late(100, now):
+        if now - self.heard_us > self.late(100, now):
             return "P2: no host for 100 ms"
-        if now - self.service_us > self._late(50, now):
+        if now - self.service_us > self.late(50, now):
             return "P9: no service loop for 50 ms"
-        if now - self.seen_us > self._late(300, now):
+        if now - self.seen_us > self.late(300, now):
             return "P6: obstacle data older than 300 ms"
         if self._tilted(now):
             return "P16: tilted for 100 ms"
@@ -247,7 +241,7 @@ class Oracle(Facts):
                 return "P3: the command is older than its time to live"
         if moved and mode != codes.CONTINUOUS and verb != codes.DRIVE:
             limit_ms = self._limit_ms(verb, mode, fields)
-            if now - self.step[1] > self._late(limit_ms + 1, now):
+            if now - self.step[1] > self.late(limit_ms + 1, now):
                 return f"P4: longer than {limit_ms} ms"
         return self._on_the_way(verb, now, at, linear, turn)
 
@@ -287,7 +281,7 @@ class Oracle(Facts):
         chair = self.chair
         if chair.tilted_us < 0 or not self._senses():
             return False
-        return now - chair.tilted_us > self._late(100, now) + 10 * MS
+        return now - chair.tilted_us > self.late(100, now) + 10 * MS
 
     def _senses(self) -> bool:
         chair = self.chair
@@ -295,7 +289,7 @@ class Oracle(Facts):
 
     def _no_heading(self, now: int) -> bool:
         chair = self.chair
-        late = self._late(50, now)
+        late = self.late(50, now)
         if self.world.imu_failed_us >= 0 and now - self.world.imu_failed_us > late:
             return True
         if chair.unfit_us >= 0 and now - chair.unfit_us > late:
