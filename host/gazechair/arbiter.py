@@ -31,7 +31,11 @@ from gazechair.press import CurrentPress
 from gazechair.refusal import Refusal
 from gazelink import codes
 
-PAGE_SILENT_S = 0.3
+LOOK_S = 0.025  # time acts at least so often: see tick()
+_TO_WHEELS_S = 0.005  # from here through the line and a tick of the board
+PAGE_SILENT_S = (
+    0.3 - LOOK_S - _TO_WHEELS_S
+)  # so that a step ends within 300 ms of its page's silence
 THERE_S = 3.0  # a caretaker's page heard this recently: somebody can hear a call
 COMING_S = 600.0  # who answered a call has come by then, or it must be called anew
 ARM_ANSWER_S = 1.0  # an order to arm that the board has not followed by then has failed
@@ -51,7 +55,7 @@ class _Client:
 
 
 class Arbiter:
-    """Not thread-safe: the owner locks. Call tick() at least every 50 ms."""
+    """Not thread-safe: the owner locks. Call tick() at least every LOOK_S."""
 
     def __init__(self, last_edge: int = 0, first_token: int = 0) -> None:
         """`last_edge`: board edges go on from here, 0..255; `first_token`: tokens begin here."""
@@ -72,7 +76,7 @@ class Arbiter:
         self._board_edge = 0
         self._orders: list[tuple[int, int]] = []
         self.page_silent = False
-        """The owner has not been heard for 300 ms."""
+        """The owner has not been heard for PAGE_SILENT_S."""
 
     # What comes out
 

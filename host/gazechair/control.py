@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from gazechair import errors
-from gazechair.arbiter import Arbiter
+from gazechair.arbiter import LOOK_S, Arbiter
 from gazechair.board_state import BoardId, BoardState, BoardStats
 from gazechair.board_words import board_key, board_words
 from gazechair.clearance.shown import shown
@@ -26,7 +26,6 @@ from gazechair.stop_seen import StopSeen
 from gazelink import codes
 
 HEARTBEAT_MS = 25
-_TICK_S = 0.025
 
 
 class Link(Protocol):
@@ -196,7 +195,7 @@ class Control:
     # Inside
 
     def _run(self) -> None:
-        while not self._stopping.wait(_TICK_S):
+        while not self._stopping.wait(LOOK_S):
             self.update()
 
     def _hear_board(self, now_s: float) -> BoardState | None:

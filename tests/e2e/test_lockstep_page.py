@@ -36,18 +36,17 @@ def test_p3_a_stop_that_got_lost(verb: str, phase_ms: int) -> None:
 
 @pytest.mark.parametrize("verb", VERBS)
 @pytest.mark.parametrize("mode", ["continuous", "step"])
-def test_p3_the_page_dies_and_its_socket_lives(verb: str, mode: str) -> None:
+@pytest.mark.parametrize("phase_ms", [0, 1, 24, 99])
+def test_p3_the_page_dies_and_its_socket_lives(verb: str, mode: str, phase_ms: int) -> None:
     chair = Lockstep()
-    chair.drive(verb, mode, ms=300)
+    chair.drive(verb, mode, ms=300 + phase_ms)
     heard_ms = chair.now_ms
     chair.page.alive = False
     chair.until(chair.neutral, 600)
     ms = chair.now_ms - (chair.page.proved_ms if mode == "continuous" else heard_ms)
     cause = "page dead, its socket open" + (" (a step)" if mode == "step" else "")
     # A step needs no holding: it ends by the page's silence, seen at the host's next look.
-    limit_ms = limits.COMMAND_TTL_MS if mode == "continuous" else None
-    measured(END_TO_END, "P3", cause, ms, limit_ms)
-    assert ms <= 350
+    measured(END_TO_END, "P3", cause, ms, limits.COMMAND_TTL_MS)
     chair.stays_still(500)
     chair.page.alive = True  # still holding, as it believes
     chair.needs_a_new_press(verb)

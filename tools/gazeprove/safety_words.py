@@ -168,7 +168,9 @@ NOT_COVERED = """\
   faster.
 - Obstacles are what the lidars see in their planes: no table tops, glass or steps. A bypass passes
   what blocks, never missing or old data, and only while the caretaker holds the button.
-- A stamp on the wire repeats every 65.5 s: a frame that arrives exactly that late within the same
-  session passes the stamp, and is only refused by its sequence number and its press.
+- A recording of the line fits no other session, boot or round of the stamp; a nonce of the board
+  (32 bits from its random number generator, for each session) and the round are in each frame's
+  CRC. That is against what is old, not against forgers: a CRC is no signature, and another session
+  fits by chance once in 4 billion.
 - Whoever can write to the board's USB port can begin a session of his own. That disarms; driving
   needs arming and a new press."""

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from gazechair.arbiter import PAGE_SILENT_S
 from gazechair.page_messages import DISARM, EMERGENCY, STOP, Beat
 from gazelink import codes
 
@@ -140,9 +141,9 @@ def test_a_step_goes_on_without_being_refreshed(armed: Any) -> None:
 @pytest.mark.parametrize("mode", [codes.STEP, codes.CONTINUOUS])
 def test_a_silent_page_is_stopped_steps_too(armed: Any, mode: int) -> None:
     armed.drive(1, mode=mode)
-    armed.wait(0.29, beating=False)
+    armed.wait(PAGE_SILENT_S - 0.01, beating=False)
     assert armed.verb == codes.FORWARD
-    armed.wait(0.03, beating=False)
+    armed.wait(0.02, beating=False)
     assert armed.verb == codes.STOP
     assert armed.arbiter.page_silent
     armed.beat()
