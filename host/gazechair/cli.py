@@ -17,6 +17,8 @@ from gazechair import lidar_cli
 from gazechair.config import ConfigError
 from gazelink.settings_table import PROFILES
 
+_SWITCH_S = 0.001  # 0.005 by default
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; its exit code: 0 well, 1 the doctor found a failure, 2 cannot run."""
@@ -105,10 +107,14 @@ def _parser() -> argparse.ArgumentParser:
 def _run(options: argparse.Namespace) -> int:
     # Imported late: `gazechair config` works with the standard library alone.
     from gazechair.daemon import Daemon
+    from gazechair.throttled_log import ThrottledLog
     from gazechair.web import WebError
 
     daemon = Daemon(configuration.load(options.config))
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s: %(message)s")
+    threading.excepthook = ThrottledLog(logging.getLogger("gazechair.threads")).thread_ended
+    # A thread that waits for its turn in Python waits this long for each that is before it.
+    sys.setswitchinterval(_SWITCH_S)
     ending = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: ending.set())

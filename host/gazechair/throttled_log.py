@@ -31,7 +31,15 @@ class ThrottledLog:
         """As logging.Logger.info."""
         self._say(logging.INFO, text, arguments, False)
 
-    def _say(self, level: int, text: str, arguments: tuple[object, ...], exc_info: bool) -> None:
+    def thread_ended(self, args: threading.ExceptHookArgs) -> None:
+        """As threading.excepthook: a thread ended by an error, with its traceback."""
+        thread = "?" if args.thread is None else args.thread.name
+        error = args.exc_value
+        self._say(logging.ERROR, "thread %s ended by %r", (thread, error), error or False)
+
+    def _say(
+        self, level: int, text: str, arguments: tuple[object, ...], exc_info: bool | BaseException
+    ) -> None:
         with self._lock:
             if not self._limit.allow(self._clock()):
                 self._left_out += 1

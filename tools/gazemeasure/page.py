@@ -17,6 +17,7 @@ from gazedemo.browser import Driver, open_page
 from gazedemo.check import NEUTRAL, Check
 from gazedemo.sim_control import SimControl
 from gazedemo.stack import Stack
+from gazemeasure import floods
 from gazemeasure.frozen_viewer import FrozenViewer
 from gazemeasure.page_spy import TAKE, install
 from gazemeasure.report import Report, percentile
@@ -76,22 +77,20 @@ def measure(quick: bool) -> Report:
         _camera() as camera,
         StallProbe() as probe,
         Stack(str(micropython.path), "open", camera_url=camera.url) as stack,
-        Shaper(_port(stack)) as shaper,
+        Shaper(floods.stack_port(stack)) as shaper,
     ):
         _judge_glances(report, stack, shaper, probe, presses)
+        floods.judge(report, stack, probe, 4 if quick else 12)
         _judge_long(report, stack, shaper, 60.0 if quick else 600.0)
         _judge_load(report, stack, 15.0 if quick else 60.0)
     report.note("entered: the page's handler when the dwell is over -> wipers leave neutral.")
     report.note("left: the page's handler of the pointer leaving -> neutral, less the grace.")
     report.note("picture age: read from a stamp in the picture itself, when it is drawn and as it")
     report.note("  is shown until the next one. One token bucket per direction, 64 kB buffer.")
+    report.note("floods: four connections of one attacker each; the driver is a program's page.")
     report.note(f"Samples that overlap a stall of the machine of over {1000 * STALL_S:g} ms are")
     report.note(f"  dropped. Firmware on {micropython.description}.")
     return report
-
-
-def _port(stack: Stack) -> int:
-    return int(stack.url.rstrip("/").rpartition(":")[2])
 
 
 @contextlib.contextmanager
@@ -121,7 +120,7 @@ def _page(stack: Stack, port: int | None = None, spy: bool = True) -> Iterator[D
 def _judge_glances(
     report: Report, stack: Stack, shaper: Shaper, probe: StallProbe, presses: int
 ) -> None:
-    port = _port(stack)
+    port = floods.stack_port(stack)
     for network, frozen in ((GOOD, False), (GOOD, True), (BAD, False)):
         shaper.shape(network.mbit_s, network.delay_ms)
         name = network.name + (", a frozen viewer beside" if frozen else "")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 
 from flask import Flask, Response, abort, redirect, request
@@ -22,6 +23,15 @@ _TYPES = {
 }
 
 
+@functools.lru_cache(maxsize=128)
+def _content(file: Path, _mtime_ns: int, _size: int) -> bytes:
+    # By age and size, so that a changed file is read again.
+    content = file.read_bytes()
+    if _TYPES[file.suffix].endswith("utf-8"):
+        content = lean(content.decode("utf-8"), file.suffix).encode()
+    return content
+
+
 def add_routes(app: Flask, folder: Path) -> None:
     """Serve `folder`: the pages by role, files at /static/, string tables at /strings/."""
     root = folder.resolve()
@@ -32,10 +42,8 @@ def add_routes(app: Flask, folder: Path) -> None:
         hidden = any(part.startswith((".", "_")) for part in Path(path).parts)
         if kind is None or hidden or not file.is_relative_to(root) or not file.is_file():
             abort(404)
-        content = file.read_bytes()
-        if kind.endswith("utf-8"):
-            content = lean(content.decode("utf-8"), file.suffix).encode()
-        response = Response(content)
+        facts = file.stat()
+        response = Response(_content(file, facts.st_mtime_ns, facts.st_size))
         response.headers["Content-Type"] = kind
         # An unchanged file costs the tablet a 304, and a changed one is never missed.
         response.add_etag()

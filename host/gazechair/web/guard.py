@@ -15,7 +15,7 @@ from gazechair.pairing import Device
 from gazechair.pairing.store import ROLES
 from gazechair.throttled_log import ThrottledLog
 from gazechair.web.handler import CONNECTION, EARLY
-from gazechair.web.sockets import BadHandshake, WebSocket, handshake
+from gazechair.web.sockets import Arrivals, BadHandshake, WebSocket, handshake
 from gazechair.web.turns import Turns
 
 Environ = dict[str, Any]
@@ -28,6 +28,7 @@ _PUBLIC_TOO = ("/static/icon.svg", "/static/strings.js")
 _PUBLIC_FOLDER = "/strings/"
 PAGES = ("/", "/caretaker")
 _MOST_COOKIES = 200  # browsers keep fewer a host
+_MOST_ARRIVALS = 100  # more than there are devices
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{1,64}")
 
 HEADERS = {
@@ -131,7 +132,8 @@ class Guard:
         self._cookie_name = cookie_name
         self._scheme = scheme
         self._strangers = strangers
-        self._turns = {role: Turns(at_once=4) for role in ROLES}
+        self._turns = {role: Turns(at_once=2) for role in ROLES}
+        self._arrivals: dict[str, Arrivals] = {}
 
     def __call__(self, environ: Environ, start_response: StartResponse) -> Iterable[bytes]:
         """WSGI. Raises ConnectionAbortedError after a socket's end: there is nobody to answer.
@@ -171,15 +173,22 @@ class Guard:
     def _socket(
         self, serve: SocketAct, environ: Environ, start: StartResponse, device: Device
     ) -> Iterable[bytes]:
-        try:
-            answer = handshake(environ)
-        except BadHandshake as error:
-            return _answer(start, Refusal("400 Bad Request", "bad_message", str(error)))
+        arrivals = self._arrivals.setdefault(device.id, Arrivals())
+        while len(self._arrivals) > _MOST_ARRIVALS:
+            self._arrivals.pop(next(iter(self._arrivals)), None)
+        with self._turns[device.role].turn():
+            try:
+                answer = handshake(environ)
+            except BadHandshake as error:
+                return _answer(start, Refusal("400 Bad Request", "bad_message", str(error)))
+            if not arrivals.allow_opening():
+                detail = "this device opens too many sockets, or says too much on them"
+                return _answer(start, Refusal("429 Too Many Requests", "too_fast", detail))
         connection = environ[CONNECTION]
         # The deadline for a request must not end a socket that is quiet for a while.
         connection.raw.settimeout(None)
         connection.sendall(answer)
-        serve(WebSocket(connection, environ[EARLY]), environ, device)
+        serve(WebSocket(connection, arrivals, environ[EARLY]), environ, device)
         raise ConnectionAbortedError
 
     def _judge(self, environ: Environ) -> Refusal | None:

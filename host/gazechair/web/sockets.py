@@ -24,7 +24,8 @@ from gazechair.web.connection import Connection, cut
 MOST_MESSAGE = 1024
 """Above this a socket is closed; a control message above 256 bytes is refused in words first."""
 ARRIVALS_PER_S = 1000
-"""Frames, and reads of the connection, together."""
+"""Of one device's sockets together: frames and reads of the connection."""
+_COST_OF_OPENING = 50
 _PONGS_PER_S = 10
 _READ_SIZE = 4096
 _SEND_BUFFER = 32_768  # 4 MB by default: seconds of stale state before a slow reader
@@ -85,17 +86,42 @@ def handshake(environ: Mapping[str, Any]) -> bytes:
     return head + b"Sec-WebSocket-Accept: " + proof + b"\r\n\r\n"
 
 
+class Arrivals:
+    """What one device may send on all its sockets, those that it opens again too. Thread-safe."""
+
+    def __init__(self, clock: Clock = time.monotonic) -> None:
+        self._clock = clock
+        self._lock = threading.Lock()
+        self._limit = RateLimit(ARRIVALS_PER_S, ARRIVALS_PER_S)
+
+    def allow(self) -> bool:
+        """Something has arrived; False when it is too much."""
+        with self._lock:
+            return self._limit.allow(self._clock())
+
+    def allow_opening(self) -> bool:
+        """A socket is to be opened; False when that is too much."""
+        with self._lock:
+            return self._limit.allow(self._clock(), _COST_OF_OPENING)
+
+
 class WebSocket:
     """One socket: one thread receives; any may send, close or hang up."""
 
-    def __init__(self, connection: Connection, early: bytes = b"", clock: Clock = time.monotonic):
-        """`early`: what came after the handshake's request already."""
+    def __init__(
+        self,
+        connection: Connection,
+        arrivals: Arrivals,
+        early: bytes = b"",
+        clock: Clock = time.monotonic,
+    ) -> None:
+        """`arrivals`: its device's; `early`: what came after the handshake's request already."""
         self._connection = connection
         self._clock = clock
         self._unread = bytearray(early)
         self._parts = bytearray()
         self._kind = 0  # of the message whose parts are coming, 0: none is
-        self._arrivals = RateLimit(ARRIVALS_PER_S, ARRIVALS_PER_S)
+        self._arrivals = arrivals
         self._pongs = RateLimit(_PONGS_PER_S, _PONGS_PER_S)
         self._sending = threading.Lock()
         self._ended = ""
@@ -157,7 +183,7 @@ class WebSocket:
         return Ended(why)
 
     def _count(self) -> None:
-        if not self._arrivals.allow(self._clock()):
+        if not self._arrivals.allow():
             raise self._fail(CLOSE_POLICY, "far too many messages")
 
     def _frame(self) -> tuple[bool, int, bytes] | None:

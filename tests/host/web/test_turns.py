@@ -1,0 +1,89 @@
+"""Turns at the processor: a share in the long run, whatever a piece of work costs. Virtual time."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from gazechair.web.turns import BURST_S, SHARE, Crowded, Turns
+
+
+class Shop:
+    """Turns of a thread that works in virtual time."""
+
+    def __init__(self, at_once: int = 1) -> None:
+        self.now_s = self.spent_s = 0.0
+        self.turns = Turns(
+            at_once, clock=lambda: self.now_s, spent=lambda: self.spent_s, sleep=self._pass
+        )
+        self.turns.bill()
+        self.spent_s = 0.0
+
+    def work(self, seconds: float) -> None:
+        self.spent_s += seconds
+        self.now_s += seconds
+
+    def _pass(self, seconds: float) -> None:
+        self.now_s += seconds
+
+
+@pytest.fixture(autouse=True)
+def fresh_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gazechair.web.turns._MINE", threading.local())
+
+
+@pytest.mark.parametrize("each_s", [0.0001, 0.002, 0.05])
+def test_in_the_long_run_work_takes_its_share(each_s: float) -> None:
+    shop = Shop()
+    while shop.now_s < 20:
+        with shop.turns.turn():
+            shop.work(each_s)
+    assert shop.spent_s <= SHARE * shop.now_s + BURST_S + each_s
+
+
+def test_little_work_never_waits() -> None:
+    shop = Shop()
+    for _ in range(1000):
+        began_s = shop.now_s
+        with shop.turns.turn():
+            assert shop.now_s == began_s
+            shop.work(0.002)
+        shop.now_s += 0.01
+
+
+def test_a_debt_that_takes_too_long_is_refused() -> None:
+    shop = Shop()
+    with shop.turns.turn():
+        shop.work(10.0)
+    with pytest.raises(Crowded), shop.turns.turn():
+        pass
+    shop.now_s += 60
+    with shop.turns.turn():
+        pass
+
+
+def test_work_outside_turns_is_billed_too() -> None:
+    shop = Shop()
+    for _ in range(1000):
+        shop.work(0.001)
+        shop.turns.bill()
+        shop.turns.pause(0.1)
+    assert shop.spent_s <= SHARE * shop.now_s + BURST_S + 0.001
+
+
+def test_a_pause_has_an_end() -> None:
+    shop = Shop()
+    shop.work(100.0)
+    shop.turns.bill()
+    began_s = shop.now_s
+    shop.turns.pause(0.1)
+    assert shop.now_s - began_s <= 0.1001
+
+
+def test_only_so_many_work_at_once() -> None:
+    turns = Shop(at_once=2).turns
+    with turns.turn(), turns.turn(), pytest.raises(Crowded), turns.turn(0.01):
+        pass
+    with turns.turn(0.01):
+        pass  # free again, after an error too
