@@ -36,7 +36,10 @@ class StopPlan:
     # Speeds in 1/16 degree/s, ramps in degrees/s^2. ahead: full speed towards the turn's side,
     # against: the other way.
 
+    # brakes_q8: what its ramp turns on the way back from full speed, 1/256 degree.
+
     def __init__(self, ahead_q4, against_q4, accelerate, brake, lag_ms):
+        self.brakes_q8 = ahead_q4 * ahead_q4 // (2 * brake)
         shift = 2
         # A quarter more than full speed has its place, of either side: the ramp comes from both.
         while (max(ahead_q4, against_q4) * 5) >> shift >= _CELLS - 2:

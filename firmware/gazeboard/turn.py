@@ -91,6 +91,7 @@ class TurnController:
         self._before_q16 = 0
         self._beside_q8 = 0
         self._gain_q8 = 256
+        self._faster_q8 = 0
         self._sign = 1
         self._plan = left
         self._gentle = False
@@ -147,6 +148,7 @@ class TurnController:
         self._out = self._limit * self._sign
         self._gentle = self._moves > 1 and -_GENTLE_Q8 < left_q8 < _GENTLE_Q8
         from_rest = self._rest_ms >= _SETTLE_MS
+        self._faster_q8 = 0
         self._small.begin(left_q8, sign, self._gentle and from_rest)
         self._rest_ms = 0
 
@@ -187,6 +189,11 @@ class TurnController:
                 plan = self._plan
                 way_q8 = plan.ahead_q8(self.model.state, self._seen_q16, self._sign, False)
                 self._slope.look_ahead(way_q8)
+                # At full speed another rate is another full speed, whose ramp back goes by its
+                # square: as much again as the gain makes of it.
+                self._faster_q8 = 0
+                if self.model.steady():
+                    self._faster_q8 = plan.brakes_q8 * (self._gain_q8 - 256) >> 8
                 self._looked = True
             return self._out
         phase = self._phase
@@ -213,7 +220,7 @@ class TurnController:
                 if self._small.ends(aim_q8 <= self._turns_q8(False)):
                     self._phase = _COAST
                     self._out = 0
-            elif aim_q8 <= self._turns_q8(True):
+            elif aim_q8 <= self._turns_q8(True) + self._faster_q8:
                 self._phase = _COUNTER
                 self._out = -self._out
         else:

@@ -15,6 +15,7 @@ from gazesim.imu_model import Imu
 
 _SAMPLE_MS = 10
 _LIMIT_MS = 120_000
+_WAITS_MS = (5, 2, 8, 4, 6, 1, 9, 3, 7)  # from a sample until the pulse that it led to begins
 
 
 def record(chair: Chair, imu: Imu, settings: Any, profile: str) -> list[Recording]:
@@ -23,8 +24,15 @@ def record(chair: Chair, imu: Imu, settings: Any, profile: str) -> list[Recordin
     bench = Bench(chair, imu, board)
     procedure = Procedure(TurnNumbers.default(profile))
     held = None
+    asked = 0
+    wait_ms = 0
     while not procedure.done:
-        bench.run(_SAMPLE_MS)
+        bench.run(wait_ms)
+        if wait_ms:
+            assert held is not None
+            board.pulse(held.turn_permille, held.pulse_ms)
+        bench.run(_SAMPLE_MS - wait_ms)
+        wait_ms = 0
         if bench.now_ms > _LIMIT_MS:
             raise AssertionError("the procedure does not end")
         reason = 0 if board.running else board.end_reason
@@ -36,7 +44,9 @@ def record(chair: Chair, imu: Imu, settings: Any, profile: str) -> list[Recordin
             if held is None:
                 board.running = False
             else:
-                board.pulse(held.turn_permille, held.pulse_ms)
+                # A command reaches the board at any time between two samples, never just after one.
+                wait_ms = _WAITS_MS[asked % len(_WAITS_MS)]
+                asked += 1
     return procedure.recordings
 
 
