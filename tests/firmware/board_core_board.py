@@ -280,12 +280,53 @@ def test_a_contact_closed_without_the_enable_line_is_stuck_after_100_ms():
         assert core.only_fault(codes.RELAY_STUCK)
 
 
-def test_without_feedback_the_contact_is_no_concern():
-    core = Core(relay_fitted=False)
+def test_without_feedback_a_contact_that_rests_is_no_concern():
     for contact in (False, True):
+        core = Core(relay_fitted=False)
         core.contact = contact
         core.run(700)
         assert core.safety.faults == 0
-    core.drive()
-    core.run(100)
-    assert core.moving()
+        core.drive()
+        core.run(100)
+        assert core.moving()
+
+
+def test_without_feedback_a_contact_that_moves_is_a_fault_until_it_is_reset():
+    for rests in (False, True):
+        core = Core(relay_fitted=False)
+        core.contact = rests
+        core.drive()
+        core.contact = not rests
+        core.run(limits.RELAY_RELEASE_MS - 1)
+        assert core.armed()
+        core.tick()
+        assert core.only_fault(codes.RELAY_UNEXPECTED)
+        assert not core.armed() and not core.moving()
+        core.release()
+        core.run(1000)
+        core.contact = rests
+        core.run(1000)
+        assert core.only_fault(codes.RELAY_UNEXPECTED)
+        core.order(codes.RESET_FAULTS, codes.CARETAKER)
+        core.run(600)
+        assert core.safety.faults == 0
+        core.drive()
+    # Said to be fitted after all: it is judged as such.
+    core.order(codes.DISARM)
+    core.tick()
+    core.contact = not rests
+    core.safety.set_relay_fitted(True)
+    core.run(30)
+    assert not core.fault(codes.RELAY_UNEXPECTED)
+
+
+def test_a_contact_that_bounces_is_not_one_that_moves():
+    core = Core(relay_fitted=False)
+    core.contact = False
+    core.run(700)
+    for _ in range(20):
+        core.contact = True
+        core.run(limits.RELAY_RELEASE_MS - 1)
+        core.contact = False
+        core.run(3)
+    assert core.safety.faults == 0
