@@ -51,7 +51,9 @@ _COUNT = const(26)  # so many rows
 _TURNS_AT = const(27)  # and their turns, in the numbers
 _ALONG = const(28)  # the directions' Stoppings
 _ASIDE = const(29)
-_STATE_SIZE = const(30)
+_STOP_MM = const(30)  # until it stands, from where the clearance was measured
+_STOP_Q4 = const(31)
+_STATE_SIZE = const(32)
 
 # The numbers: turns of the rows, what the settings let out, and of each Stopping: what holding the
 # heading may turn, the creep's output, twice its speed, then by output in steps of 32 permille,
@@ -283,6 +285,8 @@ class Arcs:
         stop_mm += (moved >> 10) + (moved >> 15) + 1
         moved = turning * age_ms
         stop_q4 += (moved >> 10) + (moved >> 15) + 1
+        s[_STOP_MM] = stop_mm
+        s[_STOP_Q4] = stop_q4
         row = 0
         while row < s[_COUNT] and n[s[_TURNS_AT] + row] < stop_q4:
             row += 1
@@ -338,6 +342,11 @@ class Arcs:
                 q4 += _STEPS
             mm = n[mm]
             q4 = n[q4]
+            # What is not asked for rolls on.
+            if s[_LINEAR] == 0:
+                mm = s[_STOP_MM]
+            if s[_TURN] == 0:
+                q4 = s[_STOP_Q4]
             row = 0
             while row < count and n[turns_at + row] < q4:
                 row += 1

@@ -1,6 +1,7 @@
 # Driving and turning at once: what the clearance's rows leave of a command.
 
 from board_core_obstacles import TURN_MS, Eyes
+from corerig import Core
 from gazeboard import limits
 from gazeboard.obstacles import ARC_BLOCKED
 from gazelink import arcs, codes
@@ -282,3 +283,85 @@ def test_settings_and_cap_limit_what_is_judged():
     stick.i.cap_permille = 1000
     stick.run(400)
     assert stick.caps() == (600, 500)
+
+
+# A core whose command needs an arc that is not free any more.
+def near(linear, turn):
+    core = Core()
+    core.arm()
+    core.i.linear_permille = linear
+    core.i.turn_permille = turn
+    core.press(codes.DRIVE)
+    core.run(600)
+    assert (core.motion.linear_permille, core.motion.turn_permille) == (linear, turn)
+    core.i.clearance_arcs = bytearray(arcs.SIZE)
+    return core
+
+
+def test_p5_an_arc_ends_for_the_side_to_which_it_leads():
+    for linear, turn, reason in (
+        (300, 300, codes.OBSTACLE_LEFT),
+        (-300, 300, codes.OBSTACLE_LEFT),
+        (300, -300, codes.OBSTACLE_RIGHT),
+        (-300, -300, codes.OBSTACLE_RIGHT),
+    ):
+        core = near(linear, turn)
+        core.tick()
+        assert not core.moving()
+        assert core.safety.override == reason
+
+
+def test_p5_what_rolls_on_ends_the_next_press_for_its_own_direction():
+    for verb, linear, turn, reason in (
+        (codes.FORWARD, 0, 0, codes.OBSTACLE_FORWARD),
+        (codes.BACKWARD, 0, 0, codes.OBSTACLE_BACKWARD),
+        (codes.LEFT, 0, 0, codes.OBSTACLE_LEFT),
+        (codes.RIGHT, 0, 0, codes.OBSTACLE_RIGHT),
+        (codes.DRIVE, 300, 0, codes.OBSTACLE_FORWARD),
+        (codes.DRIVE, -300, 0, codes.OBSTACLE_BACKWARD),
+        (codes.DRIVE, 0, 300, codes.OBSTACLE_LEFT),
+        (codes.DRIVE, 0, -300, codes.OBSTACLE_RIGHT),
+    ):
+        core = near(500, 500)
+        core.i.linear_permille = linear
+        core.i.turn_permille = turn
+        core.press(verb)
+        core.tick()
+        assert not core.moving()
+        assert core.safety.override == reason, verb
+
+
+def test_what_one_direction_takes_is_taken_from_both_axes():
+    for near_at, way, asked, turned in ((0, 420, 600, 300), (2, 250, 300, 500)):
+        for sign in (1, -1):
+            core = Core()
+            core.arm()
+            core.i.linear_permille = asked
+            core.i.turn_permille = sign * turned
+            if near_at == 0:
+                core.i.clearance_forward_mm = way
+            else:
+                core.i.clearance_left_q4 = core.i.clearance_right_q4 = way
+            core.run(400)
+            core.press(codes.DRIVE)
+            core.run(50)
+            linear, turn = core.motion.linear_permille, core.motion.turn_permille
+            assert 0 < linear < asked
+            assert abs(linear * turned - abs(turn) * asked) <= 600
+            assert (turn > 0) == (sign > 0)
+
+
+def test_a_single_axis_is_capped_while_the_other_rolls_on():
+    for first, verb in (((0, 500), codes.FORWARD), ((300, 0), codes.LEFT)):
+        core = Core()
+        core.arm()
+        core.i.linear_permille, core.i.turn_permille = first
+        core.press(codes.DRIVE)
+        core.run(600)
+        for row in range(arcs.ROWS):
+            near = row > 4 if verb == codes.LEFT else True
+            core.i.clearance_arcs[row] = 45 if verb == codes.FORWARD else 0 if near else arcs.FAR
+        core.press(verb)
+        core.tick()
+        out = max(core.motion.linear_permille, core.motion.turn_permille)
+        assert 0 < out < 500, (verb, out)

@@ -1,7 +1,7 @@
 # Promises P5 and P14 by distances, and the bypass, on the whole firmware in lockstep virtual time.
 
 from gazeboard import limits
-from gazelink import codes, messages
+from gazelink import arcs, codes, messages
 from promiserig import stays_still_until_pressed_anew
 from promises import CORE, kept, measured
 from rig import FAR, NEUTRAL, Rig
@@ -90,6 +90,28 @@ def test_p5_a_proportional_command_needs_both_its_ways():
         rig.distances[near] = 60
         rig.until(rig.neutral, 40)
         assert rig.app.safety.override == codes.OBSTACLE_FORWARD + near
+
+
+def test_p5_a_post_beside_the_way_of_an_arc():
+    # Neither straight on nor by turning on the spot is anything near: only by doing both.
+    for quadrant, linear, turn in ((0, 300, 300), (1, -300, 300), (2, 300, -300), (3, -300, -300)):
+        rig = Rig()
+        rig.arm()
+        rig.press(codes.DRIVE, codes.CONTINUOUS, linear, turn)
+        rig.until(lambda rig=rig: not rig.neutral(), 60)
+        rig.run(300)
+        rig.until(lambda rig=rig: rig.now_ms % 20 == 5, 20)
+        for row in range(arcs.ROWS):
+            rig.ways[quadrant * arcs.ROWS + row] = 15
+        rig.see()
+        ms = rig.until(rig.neutral, 10)
+        measured(
+            CORE, "P5", "a post beside the way, met only by driving and turning at once", ms, 2
+        )
+        side = codes.OBSTACLE_LEFT if turn > 0 else codes.OBSTACLE_RIGHT
+        assert rig.app.safety.override == side
+        rig.ways[:] = arcs.ALL_FAR
+        stays_still_until_pressed_anew(rig)
 
 
 def test_p5_bypass_creeps_for_at_most_20_s():

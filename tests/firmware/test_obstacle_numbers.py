@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from gazeboard import limits, obstacles, stopping
-from gazelink import codes
+from gazeboard import arcs as board_arcs
+from gazeboard import limits, obstacles, safety, stopping
+from gazelink import arcs, codes
 
 
 def test_the_repeated_numbers_are_the_same() -> None:
@@ -17,3 +18,19 @@ def test_the_repeated_numbers_are_the_same() -> None:
     assert obstacles._LEVELS == stopping.LEVELS
     assert obstacles._AGE_MAX_MS == limits.AGE_MAX_MS
     assert obstacles._CLEAR_MS == limits.CLEAR_MS
+
+
+def test_the_numbers_of_arcs_are_the_same() -> None:
+    """What arcs.py and safety.py repeat, and how its tables lie."""
+    here = board_arcs
+    rows = (here._ROWS, here._BOTH_ROWS, here._BOTH_AT, here._UNIT_MM)
+    assert rows == (arcs.ROWS, arcs.BOTH_ROWS, arcs.BOTH_AT, arcs.UNIT_MM)
+    assert (len(arcs.TURNS_DEG), len(arcs.BOTH_TURNS_DEG)) == (arcs.ROWS, arcs.BOTH_ROWS)
+    assert arcs.BOTH_AT == arcs.QUADRANTS * arcs.ROWS
+    assert arcs.SIZE == arcs.BOTH_AT + arcs.SIDES * arcs.BOTH_ROWS
+    assert (here._LEVELS, here._CLEAR_MS) == (stopping.LEVELS, limits.CLEAR_MS)
+    assert (here._BAND_MM, here._BAND_Q4) == (limits.BAND_MM, limits.BAND_Q4_DEG)
+    assert (here._DRIVE, here._PERIOD_MS) == (codes.DRIVE, obstacles._PERIOD_MS)
+    assert here._MOST_AT == arcs.ROWS + arcs.BOTH_ROWS
+    assert here._OF_STOPPING == here._STOPS + 2 * here._STEPS
+    assert safety._ARC_BLOCKED == obstacles.ARC_BLOCKED

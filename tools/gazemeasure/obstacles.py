@@ -18,6 +18,7 @@ from statistics import median
 from gazelink import codes
 from gazelink.settings_table import PROFILES
 from gazemeasure.lidar_stream import stream_figures
+from gazemeasure.obstacles_arcs import ArcTrial, arc_trial
 from gazemeasure.obstacles_firmware import firmware_run
 from gazemeasure.obstacles_run import NONE, OURS, PROTOTYPE, Outcome, Run
 from gazemeasure.obstacles_wire import wire_figures
@@ -27,6 +28,7 @@ from gazesim.random_rooms import Task, door_task, task, wall_task
 _SHARES = ("door", "way", "room", "room", "room")
 _STATIC, _STATIC_QUICK = 10_000, 25
 _PEOPLE, _PEOPLE_QUICK = 3_000, 10
+_ARCS, _ARCS_QUICK = 10_000, 24
 _DOORS, _DOORS_QUICK = 200, 6
 _WALLS, _WALLS_QUICK = 40, 4
 _FIRMWARE, _FIRMWARE_QUICK = 200, 3
@@ -61,6 +63,8 @@ def measure(quick: bool) -> Report:
     with ProcessPoolExecutor(_PROCESSES, initializer=_be_nice) as pool:
         _static(report, list(pool.map(trial, static, chunksize=4)))
         _people(report, list(pool.map(trial, people, chunksize=4)))
+        seeds = range(_ARCS_QUICK if quick else _ARCS)
+        _arcs(report, list(pool.map(arc_trial, seeds, chunksize=4)))
         doors = list(pool.map(through_door, range(_DOORS_QUICK if quick else _DOORS)))
         _passed(report, "0.90 m door, 3 cm noise, 1 cm and 3 degrees off", doors)
         walls = list(pool.map(along_wall, range(_WALLS_QUICK if quick else _WALLS)))
@@ -75,6 +79,12 @@ def measure(quick: bool) -> Report:
     report.note("turn of a true 3200, 6 mm noise, 0.3 % lost, clearance 20 Hz (true: 40 Hz). Full")
     report.note("deflection, every profile, the board trusting the profile in half of the runs.")
     report.note("Forward: one lidar in front; other motions: one on each of two opposite corners.")
+    report.note(
+        "Arcs: a proportional stick past posts, walls and furniture; every other run one stick"
+    )
+    report.note(
+        "held, the others with reversals and mid-drive changes; every eighth with one lidar."
+    )
     report.note("First prototype: its front lidar, 3 sectors at 0.5 m, nothing behind, same runs.")
     report.note("A table is its legs: a lidar plane misses tops, glass and steps.")
     return report
@@ -169,6 +179,20 @@ def _people(report: Report, trials: Sequence[Trial]) -> None:
     report.add("  first prototype", sum(one.prototype.collided for one in theirs), "")
     others = [one for one in trials if not (one.ours.stoppable and one.ours.met)]
     report.add("  walked into its side or too late", sum(one.ours.collided for one in others), "")
+
+
+def _arcs(report: Report, trials: Sequence[ArcTrial]) -> None:
+    report.add("arcs: driving and turning at once", len(trials), "", len(trials), at_least=True)
+    report.add("arcs: collisions", sum(one.ours.collided for one in trials), "", 0)
+    alone = [one.free for one in trials if one.free is not None]
+    report.add("  the same hand without the rule", sum(one.collided for one in alone), "")
+    passable = [one.ours for one in trials if one.passable]
+    report.add("  passable, one stick held", len(passable), "")
+    good = sum(one.arrived and not one.stopped for one in passable)
+    report.add("  of these without a false stop", 100.0 * good / max(1, len(passable)), "%")
+    for profile in PROFILES:
+        collided = sum(one.ours.collided for one in trials if one.profile == profile)
+        report.add(f"arcs: collisions, profile {profile}", collided, "", 0)
 
 
 def _passed(report: Report, name: str, outcomes: Sequence[Outcome]) -> None:
