@@ -48,7 +48,8 @@ PROMISES = (
     Promise(
         "P5",
         "Obstacle on the commanded path, nearer than it takes to stop",
-        "neutral, override with the reason; farther: slowed down; a bypass creeps for at most 20 s",
+        "neutral, override with the reason; farther: slowed down; a bypass creeps for at most 20 s,"
+        " then pauses",
         "2 ms",
     ),
     Promise("P6", "Obstacle data old or missing", "counts as blocked", "300 ms"),
@@ -102,7 +103,7 @@ PROMISES = (
         "P21",
         "The chair turns on with neutral put out, or against what it is told",
         "enable off, latched, with the reason; the caretaker clears",
-        "3 s",
+        "2.6 s",
     ),
 )
 
