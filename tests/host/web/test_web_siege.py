@@ -17,6 +17,7 @@ from gazechair.caretaker_settings import CaretakerSettings
 from gazechair.config import Config, WebConfig
 from gazechair.pairing import Paired
 from gazechair.web import WebServer, handler, places
+from gazemeasure.raw_page import frame, upgrade
 
 LONG_S = 20.0
 HELLO = (
@@ -152,6 +153,35 @@ def test_a_flood_of_connections_leaves_the_driver_his_place(siege: Siege) -> Non
     for _ in range(400):
         siege.line(b"GET /pair HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n").close()
     siege.driver_unaffected()
+
+
+@pytest.mark.parametrize("path", ["/ws/control", "/ws/video"])
+@pytest.mark.parametrize(
+    "data",
+    [frame(9), frame(10, b"x" * 125), frame(1, last=False) + frame(0, last=False) * 9],
+    ids=["pings", "pongs", "empty fragments"],
+)
+def test_a_flood_of_pings_ends_its_socket_and_the_driver_goes_on(
+    siege: Siege, server: Any, visitor: Any, path: str, data: bytes
+) -> None:
+    cookie = visitor("viewer").headers["Cookie"]
+    for _ in range(5):  # opened again whenever it is cut
+        with contextlib.suppress(ConnectionError), upgrade(server.port, path, cookie) as line:
+            for _ in range(10_000):
+                line.sendall(data * 100)
+            pytest.fail("it was never cut")
+    siege.driver_unaffected()
+
+
+def test_four_tabs_never_lock_the_tablet_out(visitor: Any, port: Any) -> None:
+    phone, tablet = visitor("driver"), visitor("driver")
+    tabs = [phone.open() for _ in range(6)]
+    page = tablet.open()
+    assert page.next()["k"] == "welcome"
+    page.next_of("state")
+    page.send({"k": "stop"})
+    port.wait_for(lambda: "stop" in port.kinds())
+    assert sum(tab is not None for tab in tabs) == 6
 
 
 # Encrypted
