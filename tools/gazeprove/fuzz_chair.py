@@ -17,6 +17,7 @@ _DEADBAND = 56
 _FASTEST_DPS = 45.0
 _LAG = 10 / 350
 _SPAN = 84
+_TURNS_DPS = 12  # more than a chair that should stand does by itself
 
 
 class Chair:
@@ -38,7 +39,8 @@ class Chair:
         self.tilted_us = -1
         self.unfit_us = -1  # not in a mode that measures
         self.jumped_us = -1
-        self.turned_us = -1  # turning by more than 10 degrees/s by itself
+        self.turned_us = -1  # turning, all the time in one sense
+        self._turns = 0
         self.offset_deg = 0.0
         self.spike_deg = 0.0
         self._written = bytes(8)
@@ -50,6 +52,7 @@ class Chair:
     def thaw(self) -> None:
         """They change again."""
         self.frozen_us = -1
+        self.turned_us = -1  # nobody can tell since when
 
     def jump(self, degrees: float) -> None:
         """The heading is another from now on."""
@@ -76,6 +79,10 @@ class Chair:
         wanted = size * _FASTEST_DPS / (1000 - _DEADBAND) if size > 0 and self.obeys else 0.0
         self.rate_dps += ((wanted if late > 0 else -wanted) - self.rate_dps) * _LAG
         rate = self.rate_dps + self.pushed_dps
+        turns = (rate > _TURNS_DPS) - (rate < -_TURNS_DPS)
+        if turns != self._turns or not turns or self.jumped_us >= world.now_us - PERIOD_US:
+            self.turned_us = world.now_us if turns else -1
+        self._turns = turns
         self.heading_deg += rate / 100
         registers = world.imu.registers
         if registers[0x3D] != 0x08:

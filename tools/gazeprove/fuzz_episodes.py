@@ -320,7 +320,7 @@ EPISODES: tuple[tuple[int, Callable[[Life], Script]], ...] = (
     (2, new_session),
     (2, spoilt.exception),
     (2, deaf_host),
-    (0, spoilt.other_pace),
+    (3, spoilt.other_pace),
     (1, spoilt.flaky_pot),
     (2, spoilt.pushed),
     (2, spoilt.spoilt_files),

@@ -56,7 +56,6 @@ class Facts:
         """The board has just come up: nothing of before counts."""
         now = self.world.now_us
         self.tick_count = 0
-        self.raised_ticks = 0
         self.emergency_at = 50  # one that is known from before is reported by then
         self.latched = {"P11"} & self.latched if self.emergency_kept else set()
         self.rules.boot()
@@ -66,6 +65,9 @@ class Facts:
         self.service_us = now
         self.toggled_at = -100
         self.unverified = 0
+        self.writes = 0  # the last three, a bit each: failed
+        self.flaky_us = -1  # since when two of three fail
+        self.paced = True  # every tick of this boot came in its millisecond
         self.failed_us = now
         self.wipers = (0, 0)
         self.moved_us = now  # when the wipers last changed or were not neutral
@@ -92,9 +94,9 @@ class Facts:
         self.seen_us = -(1 << 60)
         self.source = -1
         self.blocked_at = [-1] * 4
-        self.bypass: dict[int, int] = {}  # number: when it was first heard
-        self.bypass_until_us = -1
-        self.bypass_number = 0
+        self.arcs_at = -1  # since then no way of both axes at once is free
+        self.bypass_us = -1  # since when it is held
+        self.bypass_until_us = -(1 << 60)
         self.asked_us = -(1 << 60)
         self.step = (0, 0)  # press, since when it moves
         self.turning_us = -1
@@ -224,11 +226,15 @@ class Facts:
                 self.blocked_at[way] = -1
             elif self.blocked_at[way] < 0:
                 self.blocked_at[way] = self.tick_count
+        if any(fields["arcs"]) and fields["arc_views"] & 15 != 15:
+            self.arcs_at = -1
+        elif self.arcs_at < 0:
+            self.arcs_at = self.tick_count
 
     def _on_bypass(self, sent: Sent) -> None:
-        number = sent.fields["number"]
-        self.bypass.setdefault(number, self.world.now_us)
-        self.bypass_number = number
+        now = self.world.now_us
+        if now - self.bypass_until_us > 5_000_000:
+            self.bypass_us = now  # other numbers in between make no new time
         self.bypass_until_us = sent.born_us + min(300, sent.fields["ttl_ms"]) * MS
 
     # -- what follows

@@ -12,14 +12,22 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from gazelink import codes, frame, messages
+from gazelink import arcs, codes, frame, messages
 from gazeprove.fuzz_board import World
 
 HONEST = ""
 HELLO_EVERY_US = 200_000
 _RECORDED = 600
-_FAR = {
-    name: messages.CLEAR_FAR for name in messages.CLEARANCE.names if name.endswith(("_mm", "_deg"))
+_FAR: dict[str, Any] = {
+    **{n: messages.CLEAR_FAR for n in messages.CLEARANCE.names if n.endswith(("_mm", "_deg"))},
+    "arcs": arcs.ALL_FAR,
+}
+_BLANK: dict[str, dict[str, Any]] = {
+    message.name: {
+        name: b"" if letter.endswith("s") else 0
+        for name, letter in (field.split(":") for field in message.fields.split())
+    }
+    for message in messages.MESSAGES
 }
 
 
@@ -63,7 +71,7 @@ class Held:
 class View:
     """What the lidars see, as CLEARANCE's fields; `at_us` the acquisition when it stands still."""
 
-    fields: dict[str, int] = field(default_factory=dict)
+    fields: dict[str, Any] = field(default_factory=dict)
     age_ms: int = 5
     frozen_at_us: int = -1
 
@@ -218,18 +226,13 @@ class Host:
         age_ms = view.age_ms
         if view.frozen_at_us >= 0:
             age_ms = min(65535, (now - view.frozen_at_us) // 1000)
-        far = {
-            name: messages.CLEAR_FAR
-            for name in messages.CLEARANCE.names
-            if "mm" in name or "deg" in name
-        }
-        self.send(messages.CLEARANCE, **{**far, **view.fields, "age_ms": age_ms})
+        self.send(messages.CLEARANCE, **{**_FAR, **view.fields, "age_ms": age_ms})
 
     def send(self, message: messages.Message, press: int = 0, **fields: Any) -> Sent:
         """An honest frame, on its way after the line's delay."""
         self._index += 1
         now = self._world.now_us
-        fields = {name: fields.get(name, 0) for name in message.names}
+        fields = {**_BLANK[message.name], **fields}
         sent = Sent(message, fields, now, self._index, self.session_key, press)
         data = self._bytes(message, fields)
         self._queue.append((now + self.delay_us, data, sent))
@@ -257,7 +260,7 @@ class Host:
         self, message: messages.Message, keys: frame.Session, why: str, **fields: Any
     ) -> None:
         """A fresh frame with another seed, in sequence."""
-        fields = {name: fields.get(name, 0) for name in message.names}
+        fields = {**_BLANK[message.name], **fields}
         self._encoder.session = keys
         data = self._bytes(message, fields)
         self._encoder.session = self._keys

@@ -34,13 +34,15 @@ class Oracle(Facts):
         at = self.tick_count = self.tick_count + 1
         gap_us = now - self.last_tick_us
         self.last_tick_us = now
-        if gap_us > 1050:
+        if gap_us != 1000:
+            self.paced = False
+        if gap_us > 1005:
             self.slow_us = now
             self.period_us = gap_us
         if gap_us > 20 * MS:
             self.fall("P10", f"a tick {gap_us} us late", at)
         if raised:
-            self.raised_ticks += 1  # the board does not count them
+            self.paced = False  # the board does not count this one
             self.latched.add("P10")
             self.fall("P10", "an exception in the tick", at)
         if world.emergency_level:
@@ -53,6 +55,14 @@ class Oracle(Facts):
             if self.unverified >= 3:
                 self.latched.add("P8")
                 self.fall("P8", "three failed writes", at + 1)
+        self.writes = self.writes << 1 & 7 | failed
+        if self.writes not in (3, 5, 6, 7):
+            self.flaky_us = -1
+        elif self.flaky_us < 0:
+            self.flaky_us = now
+        elif now - self.flaky_us > self.late(1050, now):
+            self.latched.add("P8")
+            self.fall("P8", "two of three writes failing for a second", at + 1)
         if self.enabled_at >= 0:
             self._judge_silence(now, at)
         if toggled:
@@ -91,16 +101,13 @@ class Oracle(Facts):
         emergency = "P11" in self.latched and at >= self.emergency_at + 2
         rising = toggled and self.world.enable == 1
         past = self.past
-        past[at - self.raised_ticks] = Output(
-            linear, turn, rising, toggled, failed, emergency, overruled
-        )
-        past.pop(at - 300 - self.raised_ticks, None)
+        past[at] = Output(linear, turn, rising, toggled, failed, emergency, overruled)
+        past.pop(at - 300, None)
 
     def reported(self, stamp: int, fields: dict[str, int]) -> None:
         """A STATE frame: what the board says about itself must be so."""
-        last = self.tick_count - self.raised_ticks
-        at = last - ((last - stamp) & 0xFFFF)
-        past = self.past.get(at)
+        at = self.tick_count - ((self.tick_count - stamp) & 0xFFFF)
+        past = self.past.get(at) if self.paced else None
         if past is None:
             return
         said = (fields["linear_wiper"], fields["turn_wiper"])
@@ -127,6 +134,10 @@ class Oracle(Facts):
             self.fall("P2", "500 ms without a host", at)
         if now - self.service_us > self.late(500, now):
             self.fall("P9", "500 ms without the service loop", at)
+        turned_us = self.chair.turned_us
+        if turned_us >= 0 and now - max(turned_us, self.moved_us) > 3_000_000 and self._senses():
+            self.latched.add("P21")
+            self.fall("P21", "3 s of turning with neutral put out", at)
         if self.rules.relay_fitted and now - self.enabled_us > 200 * MS:
             if self.world.relay_closed:
                 self.open_us = -1
@@ -263,6 +274,8 @@ class Oracle(Facts):
             ways.append(_LEFT if turn > 0 else _RIGHT)
         if linear and turn and verb == codes.DRIVE:
             ways = []
+            if 0 <= self.arcs_at <= at - 2 and not self._bypassed(now):
+                return "P5: no way of both axes at once"
         for way in ways:
             since = self.blocked_at[way]
             if since >= 0 and at >= since + 2 and not self._bypassed(now):
@@ -275,7 +288,7 @@ class Oracle(Facts):
     def _bypassed(self, now: int) -> bool:
         if now > self.bypass_until_us:
             return False
-        return now - self.bypass[self.bypass_number] <= 20_000_000
+        return now - self.bypass_us <= 20_000_000
 
     def _tilted(self, now: int) -> bool:
         chair = self.chair
