@@ -244,7 +244,7 @@ EQUIVALENT: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
 def reasons(module: str) -> dict[tuple[str, str], str]:
     """Why each listed mutant is equivalent. Raises ValueError when one is listed twice."""
     found: dict[tuple[str, str], str] = {}
-    for reason, mutants in {**EQUIVALENT, **OBSTACLES}[module].items():
+    for reason, mutants in {**EQUIVALENT, **OBSTACLES}.get(module, {}).items():
         for key in mutants:
             if key in found:
                 raise ValueError(f"{module} {key} is listed twice")

@@ -313,6 +313,7 @@ EPISODES: tuple[tuple[int, Callable[[Life], Script]], ...] = (
     (4, spoilt.failing_pot),
     (5, spoilt.failing_imu),
     (3, spoilt.tilt),
+    (2, spoilt.dead_sensor),
     (2, spoilt.relay),
     (6, attack),
     (4, late_line),

@@ -66,6 +66,8 @@ class Facts:
         self.toggled_at = -100
         self.unverified = 0
         self.writes = 0  # the last three, a bit each: failed
+        self.unseen_us = 0  # of motion since the heading sensor tells nothing
+        self.steep = False  # it stood askew by half the limit when it was last seen
         self.flaky_us = -1  # since when two of three fail
         self.paced = True  # every tick of this boot came in its millisecond
         self.failed_us = now

@@ -61,7 +61,7 @@ PLANTED = (
         "elif age_ms > limits.FRAME_STALE_MS:\n            self.stale",
         "elif False:\n            self.stale",
     ),
-    Planted("output not limited", _MOTION, "self._limit(i, blocked, caps)\n", "pass\n"),
+    Planted("output not limited", _MOTION, "self._limit(i, blocked, caps, arcs)\n", "pass\n"),
     Planted(
         "host silent later", _LIMITS, "HOST_SILENT_MS = const(100)", "HOST_SILENT_MS = const(140)"
     ),
@@ -88,8 +88,8 @@ PLANTED = (
     Planted(
         "enable line toggled after a failed write",
         _SAFETY,
-        "                self._trip(codes.WIPER)\n            return False",
-        "                self._trip(codes.WIPER)\n            return self.enable",
+        "                self.trip(codes.WIPER)\n            return False",
+        "                self.trip(codes.WIPER)\n            return self.enable",
     ),
     Planted("stop of others ignored", _SAFETY, "if stopped or i.verb == codes.STOP:", "if False:"),
     Planted("tilt ignored", _SAFETY, "faults |= 1 << codes.TILT", "faults |= 0"),
@@ -129,8 +129,20 @@ PLANTED = (
     Planted(
         "an exception leaves it armed",
         _SAFETY,
-        "self._trip(codes.TICK_EXCEPTION)",
+        "self.trip(codes.TICK_EXCEPTION)",
         "pass",
+    ),
+    Planted(
+        "time without ticks not counted",
+        "firmware/gazeboard/tick_clock.py",
+        "return owed_us // _TICK_US",
+        "return 0",
+    ),
+    Planted(
+        "tilt of a dead sensor unknown for ever",
+        "firmware/gazeboard/tilt.py",
+        "            self.unknown = True",
+        "            self.unknown = False",
     ),
 )
 

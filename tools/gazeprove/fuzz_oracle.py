@@ -78,6 +78,7 @@ class Oracle(Facts):
                 moving = False  # a neutral that is being set
         elif moving and self.enabled_at < 0 and self.wipers in self.rules.asked:
             moving = False
+        self._watch_sensor(gap_us, moving)
         if failed:
             moving = False  # what the wipers do is out of the board's hands
         if moving or self.commands:
@@ -290,9 +291,19 @@ class Oracle(Facts):
             return False
         return now - self.bypass_us <= 20_000_000
 
+    def _watch_sensor(self, gap_us: int, moving: bool) -> None:
+        """How long the chair has moved since its sensor tells nothing, and how it stood then."""
+        if self._senses():
+            self.unseen_us = 0
+            self.steep = abs(self.chair.tilt_deg) * 2 > self.rules.tilt_limit_deg + 1
+        elif moving:
+            self.unseen_us += gap_us
+
     def _tilted(self, now: int) -> bool:
         chair = self.chair
-        if chair.tilted_us < 0 or not self._senses():
+        if not self._senses():
+            return self.unseen_us > (150 * MS if self.steep else 5_000 * MS)
+        if chair.tilted_us < 0:
             return False
         return now - chair.tilted_us > self.late(100, now) + 10 * MS
 

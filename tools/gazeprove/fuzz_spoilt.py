@@ -172,6 +172,30 @@ def failing_imu(life: Life) -> Script:
     yield rng.choice((10, 300))
 
 
+def dead_sensor(life: Life) -> Script:
+    """No heading and no tilt for long, on level ground or not; the chair is driven straight on."""
+    rng = life.rng
+    limit = life.oracle.rules.tilt_limit_deg
+    life.chair.tilt(rng.choice((0, 0.3, 0.8)) * limit, limit)
+    yield 400
+    how = rng.randrange(3)
+    if how == 0:
+        life.chair.freeze()
+    elif how == 1:
+        life.world.spoil_imu(rng.choice((NAK, STUCK)))
+    else:
+        life.world.imu.power_on()
+        life.chair.unfit_us = life.world.now_us
+        life.chair.freeze()
+    for _ in range(rng.choice((1, 1, 5))):
+        yield from life.drive(verb=rng.choice((codes.FORWARD, codes.BACKWARD)))
+        yield rng.choice((300, 1_500))
+    life.chair.thaw()
+    life.world.spoil_imu(0)
+    life.chair.tilt(0.0, limit)
+    yield 700
+
+
 def tilt(life: Life) -> Script:
     """The chair stands askew for a while."""
     rng = life.rng
