@@ -15,7 +15,7 @@ BENCHMARKS = {
         "gazemeasure.obstacles",
         "past things and people: ours, the first prototype's rule",
     ),
-    "page": ("gazemeasure.page", "the page on a bad network: glance, picture age, its load"),
+    "page": ("gazemeasure.page", "the page on a bad network, the host under floods"),
     "tick": ("gazemeasure.tick", "the hard tick: allocation, instructions, jitter, telemetry"),
     "turn": ("gazemeasure.turn", "turns: ours, the first prototype, a plain PID, the optimum"),
 }
