@@ -1,16 +1,18 @@
-// The large words in the middle: why the board overrules the driver, or why a wish was refused.
+// The large words in the middle: who has taken over, why the board overrules, why a wish failed.
+
+import { message } from "./strings.js";
 
 /** An override stays readable for at least this long. */
 const OVERRIDE_MS = 1500;
 /** A refusal or hint, which has no end of its own, is shown for this long. */
 const NOTICE_MS = 4000;
 
-/** The banner; an override is shown (and heard) at once and comes before any notice. */
+/** The banner; an override is shown (and heard) at once; it and a taking-over come first. */
 export class Banner {
   #strings;
   #tones;
   #element = document.getElementById("banner");
-  #override = "none";
+  #steady = "none";
   #shown = "";
   #untilMs = 0;
 
@@ -19,39 +21,42 @@ export class Banner {
     this.#tones = tones;
   }
 
-  /** The board's present override, "none" when the driver's command stands. */
-  override(key, now) {
-    if (key === this.#override) return;
-    this.#override = key;
-    if (key === "none") return;
-    this.#render("override", this.#strings.label("overruled"), key);
-    this.#untilMs = now + OVERRIDE_MS;
-    this.#tones.play("override");
+  /** What the sentence says there: "override" with its reason, "taken" with a label, or else. */
+  steady(kind, words, now) {
+    const steady = kind === "override" || kind === "taken" ? `${kind} ${words}` : "none";
+    if (steady === this.#steady) return;
+    this.#steady = steady;
+    if (steady === "none" && kind !== "none") this.#untilMs = now; // driving is off: it is past
+    if (kind === "taken") {
+      const text = this.#strings.label("taken_text");
+      this.#render(kind, this.#strings.label(words), words, { text, do: "" });
+      this.#untilMs = now;
+    } else if (steady !== "none") {
+      this.#render(kind, this.#strings.label("overruled"), words, this.#strings.message(words));
+      this.#untilMs = now + OVERRIDE_MS;
+      this.#tones.play("override");
+    }
   }
 
   /** A short notice: a label as title, a message key as reason. */
   notice(title, key, now) {
-    if (this.#override !== "none") return;
-    this.#render("notice", this.#strings.label(title), key);
+    if (this.#steady !== "none") return;
+    this.#render("notice", this.#strings.label(title), key, this.#strings.message(key));
     this.#untilMs = now + NOTICE_MS;
   }
 
   tick(now) {
-    if (this.#override !== "none" || now < this.#untilMs) return;
-    if (this.#element.dataset.kind === "none") return;
+    if (this.#steady !== "none" || now < this.#untilMs || this.#shown === "") return;
     this.#element.dataset.kind = "none";
     delete this.#element.dataset.key;
     this.#shown = "";
   }
 
-  #render(kind, title, key) {
+  #render(kind, title, key, words) {
     if (this.#shown === `${kind} ${title} ${key}`) return; // a refusal comes once per command
     this.#shown = `${kind} ${title} ${key}`;
-    const message = this.#strings.message(key);
     this.#element.dataset.kind = kind;
     this.#element.dataset.key = key;
-    this.#element.querySelector(".title").textContent = title;
-    this.#element.querySelector(".text").textContent = message.text;
-    this.#element.querySelector(".do").textContent = message.do;
+    message(this.#element, title, words);
   }
 }

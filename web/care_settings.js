@@ -1,5 +1,7 @@
 // Forms for the chair's settings and for each person's own: rows from the host's own limits.
 
+import { sureButton } from "./sure.js";
+
 const JSON_TYPE = { "Content-Type": "application/json" };
 /** The chair's speed profiles by number, as the chair itself shows them. */
 const SPEEDS = ["1.2", "2.1", "3.1", "4.1", "5.1"];
@@ -145,7 +147,9 @@ export class PersonSettings {
     buttons.className = "buttons";
     buttons.append(
       button(label("care_new_person"), () => this.#change({ create: label("care_someone") })),
-      button(label("care_delete_person"), () => this.#change({ delete: mine.id })),
+      sureButton(label("care_delete_person"), label("care_sure"), () =>
+        this.#change({ delete: mine.id }),
+      ),
     );
     this.#root.replaceChildren(...rows, buttons);
   }

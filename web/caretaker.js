@@ -3,6 +3,7 @@
 import { Alerts } from "./alerts.js";
 import { Banner } from "./banner.js";
 import { ChairSettings, PersonSettings } from "./care_settings.js";
+import { byId, setData, setText } from "./dom.js";
 import { Facts } from "./facts.js";
 import { Held } from "./held.js";
 import { Joystick } from "./joystick.js";
@@ -10,8 +11,10 @@ import { ObstacleLine } from "./line.js";
 import { Pairing } from "./pairing.js";
 import { Picture } from "./picture.js";
 import { loadProfiles } from "./profile.js";
+import { sentence } from "./sentence.js";
 import { ControlSocket } from "./socket.js";
 import { StatusCorner } from "./status.js";
+import { StopSeen } from "./stop_seen.js";
 import { chosenLanguage, loadStrings } from "./strings.js";
 import { Tones } from "./tones.js";
 import { keepAwake } from "./wakelock.js";
@@ -30,26 +33,22 @@ const TABS = ["drive", "settings", "pairing"];
 
 const strings = await loadStrings(chosenLanguage(location.search, navigator.language));
 const body = document.body;
-const byId = (id) => document.getElementById(id);
-const setText = (id, text) => {
-  const element = byId(id);
-  if (element.textContent !== text) element.textContent = text;
-};
-const setData = (name, value) => {
-  if (body.dataset[name] !== String(value)) body.dataset[name] = value;
-};
 
 document.documentElement.lang = strings.language;
 document.title = strings.label("care_title");
 strings.fill(document);
 
-const tones = new Tones(() => setData("sound", true));
+const tones = new Tones((audible) => setData("audible", audible));
 const banner = new Banner(strings, tones);
 const corner = new StatusCorner(strings);
-const facts = new Facts(strings, { owner_driver: "care_owner_driver" });
+const facts = new Facts(strings, {
+  owner_driver: "care_owner_driver",
+  owner_caretaker: "care_owner_caretaker",
+});
 const line = new ObstacleLine(strings);
 const picture = new Picture(byId("picture"), (age) => setData("picture", age));
 const alerts = new Alerts(tones);
+const stopSeen = new StopSeen(strings);
 const clock = new ClockWatch();
 const refuse = (key) => banner.notice("refused", key, performance.now());
 const persons = new PersonSettings(byId("profiles"), strings, await loadProfiles(), refuse);
@@ -65,6 +64,7 @@ const socket = new ControlSocket({
   link(alive) {
     setData("link", alive ? "ok" : "lost");
     if (!alive) endAll();
+    tell(performance.now());
   },
 });
 
@@ -104,12 +104,14 @@ const receivers = {
     setData("state", news.state);
     setData("you", news.you);
     setData("simulated", news.simulated);
-    setData("call", news.call);
+    setData("call", news.coming ? "coming" : news.call);
+    setText("call-title", strings.label(news.coming ? "care_coming" : "care_call"));
+    setText("answer", strings.label(news.coming ? "care_there" : "care_answer"));
     setData("latched", news.level === "error" && LATCHED.includes(news.message));
     facts.update(news, null, now);
     line.update(news);
-    corner.update(news.level, news.message);
-    banner.override(news.override, now);
+    tell(now);
+    stopSeen.update(news.stops, now);
     alerts.update(news, now);
     const ready = news.you && news.state === "armed" && body.dataset.role === "caretaker";
     joystick.enabled = ready;
@@ -125,6 +127,14 @@ const receivers = {
     console.warn(`${refusal.what} refused: ${refusal.detail}`);
   },
 };
+
+/** One sentence about how things are; a phone that does not drive is told overrides, too. */
+function tell(now) {
+  if (state === null && socket.alive) return;
+  const told = sentence(state && { ...state, you: true }, socket.alive, false);
+  corner.update(told);
+  banner.steady(told.kind, told.words, now);
+}
 
 /** The cap in force; while the slider is being moved, what it would become. */
 function showCap(permille) {
@@ -159,6 +169,7 @@ const press = (id, act) => byId(id).addEventListener("click", act);
 function stop(kind = "stop") {
   socket.send(kind);
   endAll();
+  if (kind === "stop") stopSeen.asked(socket.stops, performance.now());
 }
 // At the touch itself: a stop does not wait for the finger to lift.
 byId("stop").addEventListener("pointerdown", () => stop());
@@ -189,6 +200,7 @@ document.addEventListener("freeze", leave);
 document.addEventListener("visibilitychange", () => document.hidden && leave());
 addEventListener("contextmenu", (event) => event.preventDefault());
 keepAwake();
+setData("ready", true);
 setInterval(() => {
   const now = performance.now();
   if (clock.jumped(now, Date.now())) leave();
@@ -198,6 +210,7 @@ setInterval(() => {
   reset.tick(now);
   picture.tick(now);
   banner.tick(now);
+  stopSeen.tick(now);
   alerts.tick(now);
   facts.ages(socket.alive ? socket.ageMs(now) : null, picture.ageMs(now), now);
 }, TICK_MS);

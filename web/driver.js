@@ -1,8 +1,9 @@
 // The driver's page: puts the parts together; one timer moves them all.
 
 import { Banner } from "./banner.js";
-import { EyeTest } from "./eyes.js";
+import { byId, setData, setText } from "./dom.js";
 import { Facts } from "./facts.js";
+import { showHelp } from "./help.js";
 import { Hint } from "./hint.js";
 import { HitMap } from "./hit.js";
 import { listen } from "./input.js";
@@ -11,9 +12,12 @@ import { Menu } from "./menu.js";
 import { Picture } from "./picture.js";
 import { Practice } from "./practice.js";
 import { loadProfiles } from "./profile.js";
+import { addRings, showChosen } from "./ring.js";
+import { sentence } from "./sentence.js";
 import { ControlSocket } from "./socket.js";
 import { StatusCorner } from "./status.js";
-import { chosenLanguage, loadStrings } from "./strings.js";
+import { StopSeen } from "./stop_seen.js";
+import { chosenLanguage, loadStrings, message } from "./strings.js";
 import { Targets } from "./targets.js";
 import { Tones } from "./tones.js";
 import { keepAwake } from "./wakelock.js";
@@ -28,21 +32,11 @@ const CLICKS_MEAN_STEPS = 2;
 const profiles = await loadProfiles();
 const strings = await loadStrings(chosenLanguage(location.search, profiles.current.language));
 const body = document.body;
-const byId = (id) => document.getElementById(id);
-const setText = (id, text) => {
-  const element = byId(id);
-  if (element.textContent !== text) element.textContent = text;
-};
-const setData = (name, value) => {
-  if (body.dataset[name] !== String(value)) body.dataset[name] = value;
-};
 
 document.documentElement.lang = strings.language;
 document.title = strings.label("title");
 strings.fill(document);
-const ring = document.createElementNS(document.querySelector("svg").namespaceURI, "circle");
-const shape = { class: "ring", cx: 50, cy: 50, r: 45, pathLength: 100 };
-for (const [name, value] of Object.entries(shape)) ring.setAttribute(name, value);
+message(byId("lost-words"), strings.label("lost_title"), strings.message("link_lost"));
 const menu = new Menu(strings, profiles, {
   changed: (fields) => change({ save: { id: profiles.current.id, ...fields } }),
   choose: (id) => change({ choose: id }),
@@ -51,18 +45,15 @@ const menu = new Menu(strings, profiles, {
     setData("practice", practice.on);
     open("drive");
   },
-  eyes() {
-    open("eyes");
-    eyes.start(performance.now());
-  },
+  eyes: testEyes,
   closed: () => open("drive"),
 });
-for (const mark of document.querySelectorAll(".mark")) mark.prepend(ring.cloneNode());
+addRings();
 
 const hits = new HitMap();
 const measure = () =>
   hits.measure(document.querySelectorAll(".target"), profiles.current.growth_percent / 100);
-const tones = new Tones();
+const tones = new Tones((audible) => setData("audible", audible));
 const banner = new Banner(strings, tones);
 const corner = new StatusCorner(strings);
 const facts = new Facts(strings);
@@ -72,9 +63,11 @@ const practice = new Practice(strings);
 const picture = new Picture(byId("picture"), (age) => setData("picture", age));
 const autoOff = new AutoOff();
 const clock = new ClockWatch();
-const eyes = new EyeTest((left) => setText("eyes-left", `${left} s`), judged);
+const stopSeen = new StopSeen(strings);
 
 let state = null; // the host's newest state
+let eyes = null; // the eye test, once it was asked for
+let told = { kind: "none" }; // the sentence the page says
 let asked = null; // the verb held
 let clicksAlone = 0;
 let driving = false; // told by the start tone
@@ -96,11 +89,10 @@ const acts = {
     open("menu");
   },
   help() {
-    if (!socket.send("call", { on: !state.call })) notice("refused", "no_answer");
+    const on = !(state?.call || state?.coming);
+    if (!socket.send("call", { on })) notice("refused", "no_answer");
   },
-  back() {
-    if (body.dataset.view === "menu") menu.back();
-  },
+  back: () => body.dataset.view === "menu" && menu.back(),
 };
 for (let at = 1; at <= 5; at += 1) acts[`tile-${at}`] = () => menu.act(at);
 
@@ -117,6 +109,7 @@ const targets = new Targets({
   stop(wished) {
     // Another's driving is stopped by looking at Stop, not by looking away from this page.
     if (wished || state === null || state.you) socket.send("stop");
+    if (wished) stopSeen.asked(socket.stops, performance.now());
     ended();
   },
   act: (name) => acts[name]?.(),
@@ -126,20 +119,17 @@ const targets = new Targets({
     notice("clicks_title", "clicks");
   },
   view(dwelling, holding, dwellMs) {
-    if (dwelling) body.style.setProperty("--dwell", `${dwellMs}ms`);
     if (holding === null) ended();
-    for (const target of document.querySelectorAll(".target")) {
-      target.classList.toggle("dwelling", target.id === dwelling);
-      target.classList.toggle("holding", target.id === holding);
-    }
+    showChosen(dwelling, holding, dwellMs);
   },
 });
 
 const socket = new ControlSocket({
-  message: (message) => receivers[message.k]?.(message, performance.now()),
+  message: (news) => receivers[news.k]?.(news, performance.now()),
   link(alive) {
     setData("link", alive ? "ok" : "lost");
     if (!alive) targets.cancel(performance.now());
+    tell(performance.now());
   },
 });
 
@@ -154,11 +144,11 @@ const receivers = {
     state = news;
     if (news.profile !== undefined && news.profile !== profiles.revision) reload();
     showState(news, now);
-    if (!practice.on) banner.override(news.override, now);
+    stopSeen.update(news.stops, now);
   },
-  refused(refusal, now) {
+  refused(refusal) {
     if (refusal.what === "arm") hint.answered();
-    banner.notice(refusal.what === "arm" ? "arm_refused" : "refused", refusal.reason, now);
+    notice(refusal.what === "arm" ? "arm_refused" : "refused", refusal.reason);
     console.warn(`${refusal.what} refused: ${refusal.detail}`);
   },
 };
@@ -176,21 +166,31 @@ function showState(news, now) {
   }
   setData("simulated", news.simulated);
   setData("relay", news.relay_checked ?? true);
-  setData("call", news.call ?? false);
-  if (byId("help").ariaPressed !== body.dataset.call) byId("help").ariaPressed = body.dataset.call;
-  setText("help-label", strings.label(news.call ? "help_asked" : "help"));
+  showHelp(news, strings);
   setText("arm-label", strings.label(shown === "disarmed" ? "arm" : "disarm"));
   const left = Math.ceil(autoOff.leftMs(now) / 1000);
   const soon = armed && autoOff.leftMs(now) <= COUNTDOWN_MS;
   setText("arm-state", soon ? `${strings.label("off_in")} ${left} s` : strings.label(shown));
   facts.update(news, asked, now);
-  hint.update(shown, practice.on ? "none" : news.arm_reason, now);
   line.update(news);
-  corner.update(news.level, news.message);
+  tell(now);
+  hint.update(told.words, shown, practice.on ? "none" : news.arm_reason, now);
 }
 
+/** Says the page's one sentence: in the corner and in the middle. */
+function tell(now) {
+  if (state === null && socket.alive) return;
+  const news = state && { ...state, state: body.dataset.state };
+  told = sentence(news, socket.alive, practice.on);
+  corner.update(told);
+  setData("told", told.kind);
+  banner.steady(told.kind, told.words, now);
+}
+
+/** What hinders is the reason of every refusal, too: the page says one thing at a time. */
 function notice(title, key) {
-  banner.notice(title, key, performance.now());
+  const why = told.kind === "hindered" && title === "arm_refused" ? told.key : key;
+  banner.notice(title, why, performance.now());
 }
 
 /** A held command is over. */
@@ -209,8 +209,8 @@ function setMode(mode) {
 
 /** Shows "drive", "menu" or "eyes"; whatever was held ends. */
 function open(view) {
-  targets.cancel(performance.now());
-  eyes.stop();
+  targets.replaced(performance.now());
+  eyes?.stop();
   setData("view", view);
   measure();
 }
@@ -251,11 +251,22 @@ function applyProfile() {
   targets.configure(mine);
   autoOff.configure(mine.auto_off_s);
   tones.on = mine.tones;
+  setData("tones", mine.tones);
   setData("contrast", mine.contrast);
   setData("mirrored", mine.mirrored);
   setMode(mine.mode);
   if (body.dataset.view === "menu") menu.show();
   measure();
+}
+
+/** The eye test is fetched when it is wanted: it is no load for the page that drives. */
+async function testEyes() {
+  open("eyes");
+  const left = (s) => setText("eyes-left", s === null ? strings.label("eyes_begin") : `${s} s`);
+  const loaded = await import("./eyes.js").catch(() => null);
+  if (!loaded) return open("menu");
+  eyes ??= new loaded.EyeTest(left, judged);
+  if (body.dataset.view === "eyes") eyes.open(performance.now());
 }
 
 /** The eye test is over: proposes, and takes over when the driver chooses so. */
@@ -265,6 +276,8 @@ function judged(result) {
 }
 
 applyProfile();
+setData("ready", true);
+tell(performance.now());
 addEventListener("resize", measure);
 listen(targets, hits, {
   shown: (name) => byId(name).offsetWidth > 0,
@@ -281,9 +294,6 @@ setInterval(() => {
   targets.tick(now);
   if (targets.holding) autoOff.used(now);
   else if (autoOff.leftMs(now) <= 0) switchOff();
-  socket.tick(now);
-  picture.tick(now);
-  banner.tick(now);
-  eyes.tick(now);
+  for (const part of [socket, picture, banner, stopSeen, eyes]) part?.tick(now);
   facts.ages(socket.alive ? socket.ageMs(now) : null, picture.ageMs(now), now);
 }, TICK_MS);

@@ -15,6 +15,14 @@ const DROPOUT_MS = 100;
 /** Fewer samples than this can't be judged. */
 const ENOUGH = 60;
 
+/** The test begins when a gaze has stayed so long, so near (screen heights), at the first dot. */
+const BEGIN_MS = 1000;
+const NEAR = 0.12;
+/** Longer between two looks at it: the eyes are elsewhere. */
+const AWAY_MS = 300;
+/** Nobody has looked for this long: there are no eyes to test. */
+const NOBODY_MS = 30_000;
+
 /** This share of the looks counts for jitter: a glance aside is none. */
 const STEADY = 0.9;
 
@@ -64,46 +72,71 @@ export function judge(samples) {
   };
 }
 
-/** Runs the test: moves the dot, collects where the pointer goes. Its owner calls tick(now). */
+/** Runs the test, from the first look at its dot; its owner calls tick(now). */
 export class EyeTest {
   #done;
   #label;
+  #openedMs = null; // shown, waits for a gaze
+  #look = null; // {since, last}: at the first dot
   #startMs = null;
   #samples = [];
   #dot = document.getElementById("dot");
 
-  /** `label(seconds)` is told what is left; `done(result)` gets what judge() returns. */
+  /** `label(seconds)` is told what is left, null before it; `done(result)` what judge() returns. */
   constructor(label, done) {
     this.#label = label;
     this.#done = done;
     addEventListener("pointermove", (event) => {
-      if (this.#startMs === null) return;
-      const at = Math.min(event.timeStamp, performance.now()) - this.#startMs;
-      this.#samples.push([at, event.clientX / innerHeight, event.clientY / innerHeight]);
+      const at = Math.min(event.timeStamp, performance.now());
+      const [x, y] = [event.clientX / innerHeight, event.clientY / innerHeight];
+      if (this.#startMs !== null) this.#samples.push([at - this.#startMs, x, y]);
+      else if (this.#openedMs !== null) this.#seek(x, y, at);
     });
   }
 
-  start(now) {
-    this.#startMs = now;
+  /** Shows the first dot; the gaze on it begins the test. */
+  open(now) {
+    this.stop();
+    this.#openedMs = now;
     this.#samples = [];
-    this.tick(now);
+    this.#place(0);
+    this.#label(null);
   }
 
   /** Ends without a result. */
   stop() {
-    this.#startMs = null;
+    this.#startMs = this.#openedMs = this.#look = null;
   }
 
   tick(now) {
+    if (this.#openedMs !== null && now - this.#openedMs > NOBODY_MS) return this.#end();
     if (this.#startMs === null) return;
     const dot = Math.floor((now - this.#startMs) / DOT_MS);
-    if (dot >= DOTS.length) {
-      this.stop();
-      return this.#done(judge(this.#samples));
-    }
-    const [x, y] = DOTS[dot];
-    this.#dot.style.setProperty("left", `${100 * x}vw`);
-    this.#dot.style.setProperty("top", `${100 * y}vh`);
+    if (dot >= DOTS.length) return this.#end();
+    this.#place(dot);
     this.#label(Math.ceil((DOTS.length * DOT_MS - (now - this.#startMs)) / 1000));
+  }
+
+  #seek(x, y, at) {
+    const [dotX, dotY] = DOTS[0];
+    const far = Math.hypot(x - (dotX * innerWidth) / innerHeight, y - dotY);
+    if (far > NEAR || at - this.#look?.last > AWAY_MS) this.#look = null;
+    if (far > NEAR) return;
+    this.#look ??= { since: at };
+    this.#look.last = at;
+    if (at - this.#look.since < BEGIN_MS) return;
+    this.stop();
+    this.#startMs = at;
+  }
+
+  #end() {
+    const result = judge(this.#samples);
+    this.stop();
+    this.#done(result);
+  }
+
+  #place(dot) {
+    const [x, y] = DOTS[dot];
+    this.#dot.style.setProperty("transform", `translate(${100 * x}vw, ${100 * y}vh)`);
   }
 }

@@ -1,15 +1,15 @@
 // The bar: who drives, what is asked and what the chair does, how old link and picture are.
 
+import { setText } from "./dom.js";
+
 const AGE_EVERY_MS = 1000;
 const NEUTRAL = 170; // wiper counts
 const FULL = 84;
 /** Wipers this near to neutral move nothing. */
 const REST = 3;
 const TURN_WINDOW_MS = 400;
-const setText = (id, text) => {
-  const element = document.getElementById(id);
-  if (element.textContent !== text) element.textContent = text;
-};
+/** What this page asks, beside the words for what the chair does. */
+const ARROWS = { forward: "↑", backward: "↓", left: "←", right: "→" };
 
 /** Shows the facts; tiny changes only. */
 export class Facts {
@@ -30,7 +30,7 @@ export class Facts {
     const label = (key) => this.#strings.label(key);
     const owner = `owner_${news.owner}`;
     setText("owner", label(news.you ? "you" : (this.#names[owner] ?? owner)));
-    setText("asked", asked ? `${label(asked)} →` : "");
+    setText("asked", ARROWS[asked] ?? "");
     setText("motion", `${label(`motion_${news.motion}`)}${this.#estimate(news, now)}`);
     const moving = this.#moving(news);
     if (document.body.dataset.moving !== moving) document.body.dataset.moving = moving;

@@ -16,8 +16,8 @@ export function push(x, y) {
 
 /**
  * The pad. Where it lies is looked up once, at the grab: a page that moves under a finger changes
- * nothing of what the finger says. `on` receives drive(linear, turn, fresh) at once and at every heartbeat while held,
- * `fresh` for a new press, and stop() when it ends for whatever reason.
+ * nothing of what the finger says. `on` receives drive(linear, turn, fresh) at once and at every
+ * heartbeat while held, `fresh` for a new press, and stop() when it ends for whatever reason.
  */
 export class Joystick {
   enabled = false;

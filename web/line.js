@@ -40,6 +40,9 @@ export class ObstacleLine {
       if (element.dataset.seen !== seen) element.dataset.seen = seen;
       element.querySelector(".word").textContent = this.#strings.label(decision);
       element.querySelector(".far").textContent = far;
+      // Said anew as a whole: no word moves because another grew.
+      const tag = element.querySelector(".tag") ?? element;
+      tag.replaceChildren(...[...tag.childNodes].map((node) => node.cloneNode(true)));
     }
   }
 

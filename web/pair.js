@@ -88,6 +88,7 @@ function useGiven() {
   pair();
 }
 
+document.body.dataset.ready = true;
 byId("code").focus();
 addEventListener("hashchange", useGiven);
 useGiven();

@@ -1,12 +1,12 @@
 // Pairing from the caretaker's page: a new code with its QR picture, the list, revoking.
 
+import { sureButton } from "./sure.js";
+
 const JSON_TYPE = { "Content-Type": "application/json" };
 const ROLES = ["driver", "caretaker", "viewer"];
 const SVG = () => document.querySelector("svg").namespaceURI;
 /** White around a QR code, in modules: readers need it. */
 const QUIET = 4;
-/** A second press within this long is what revokes. */
-const SURE_MS = 5000;
 
 const element = (name, text = "", className = "") => {
   const made = document.createElement(name);
@@ -38,6 +38,7 @@ function qrPicture(rows, spoken) {
 /** Shows the way in for a new device, and who is in. */
 export class Pairing {
   #invite;
+  #code; // over the page while a code is shown
   #list;
   #strings;
   #refuse;
@@ -45,6 +46,8 @@ export class Pairing {
 
   constructor(invite, list, strings, refuse) {
     this.#invite = invite;
+    this.#code = element("div", "", "code-sheet");
+    invite.after(this.#code);
     this.#list = list;
     this.#strings = strings;
     this.#refuse = refuse;
@@ -73,6 +76,8 @@ export class Pairing {
   /** A button for each role. */
   #offer() {
     clearInterval(this.#timer);
+    this.#code.hidden = true;
+    this.#code.replaceChildren();
     const roles = ROLES.map((role) => {
       const choice = element("button", this.#strings.label(`role_${role}`));
       choice.type = "button";
@@ -96,6 +101,7 @@ export class Pairing {
       this.#offer();
       this.load();
     });
+    done.className = "strong";
     const parts = [
       element("p", `${label(`role_${role}`)}: ${label("care_scan")}`),
       element("p", answer.url, "url"),
@@ -104,7 +110,8 @@ export class Pairing {
       done,
     ];
     if (answer.qr) parts.splice(1, 0, qrPicture(answer.qr, label("care_qr")));
-    this.#invite.replaceChildren(...parts);
+    this.#code.replaceChildren(...parts);
+    this.#code.hidden = false;
     const until = performance.now() + 1000 * answer.valid_s;
     const count = () => {
       const seconds = Math.ceil((until - performance.now()) / 1000);
@@ -128,17 +135,11 @@ export class Pairing {
         element("span", ` ${label(`role_${role}`)}${you ? `, ${label("care_this")}` : ""}`),
         element("small", `${label("care_used")} ${day(used)}`),
       );
-      const revoke = element("button", label("care_revoke"));
-      revoke.type = "button";
-      let sureUntil = 0;
-      revoke.addEventListener("click", async () => {
-        if (performance.now() > sureUntil) {
-          sureUntil = performance.now() + SURE_MS;
-          revoke.textContent = label("care_sure");
-          return;
-        }
-        const answer = await this.#ask("/pairing/revoke", { id });
-        if (answer) this.#showDevices(answer.devices);
+      const revoke = sureButton(label("care_revoke"), label("care_sure"), async (button) => {
+        if (!(await this.#ask("/pairing/revoke", { id }))) return;
+        // The others stay where they are: a finger on its way to one of them meets that one.
+        button.disabled = true;
+        item.className = "gone";
       });
       item.append(words, revoke);
       return item;

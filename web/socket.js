@@ -31,6 +31,8 @@ export class ControlSocket {
   #beatAtMs = 0;
   #alive = false;
   #welcomed = false;
+  /** How many stops this connection has sent. */
+  stops = 0;
 
   constructor(on) {
     this.#on = on;
@@ -54,7 +56,9 @@ export class ControlSocket {
   send(kind, fields = {}) {
     const held = !this.#alive || this.#wire.waiting > BACKLOG_BYTES;
     if (held && !ALWAYS.includes(kind)) return false;
-    return this.#wire.send(JSON.stringify({ k: kind, ...fields }));
+    const sent = this.#wire.send(JSON.stringify({ k: kind, ...fields }));
+    if (sent && kind === "stop") this.stops += 1;
+    return sent;
   }
 
   /** A message that proves when it was said: by the host's own clock and the ms passed since. */
@@ -76,7 +80,10 @@ export class ControlSocket {
 
   #receive(message) {
     this.#heardMs = performance.now();
-    if (message.k === "welcome") this.#welcomed = true;
+    if (message.k === "welcome") {
+      this.#welcomed = true;
+      this.stops = 0;
+    }
     if (message.token !== undefined) this.#keep(message.token, this.#heardMs);
     this.#on.message(message);
     if (this.#tokens.length > 0) this.#setAlive(true);

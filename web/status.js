@@ -1,4 +1,6 @@
-// The corner that always says how things are: OK, warning or error, in plain words.
+// The corner that always says how things are: OK, a moment, warning or error, in plain words.
+
+import { message } from "./strings.js";
 
 /** The status at the bottom right. */
 export class StatusCorner {
@@ -9,15 +11,12 @@ export class StatusCorner {
     this.#strings = strings;
   }
 
-  /** `level`: "ok", "warning" or "error"; `key`: the message's string key. */
-  update(level, key) {
+  /** `level`: "ok", "wait", "warning" or "error"; `key`: the message's string key. */
+  update({ level, key }) {
     if (`${level} ${key}` === this.#shown) return;
     this.#shown = `${level} ${key}`;
-    const message = this.#strings.message(key);
     const corner = document.getElementById("status");
     corner.dataset.level = level;
-    corner.querySelector(".level").textContent = this.#strings.label(level);
-    corner.querySelector(".text").textContent = message.text;
-    corner.querySelector(".do").textContent = message.do;
+    message(corner, this.#strings.label(level), this.#strings.message(key));
   }
 }

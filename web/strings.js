@@ -9,6 +9,16 @@ export function chosenLanguage(search, wish = HOME) {
   return /^[a-z]{2}(?=-|$)/.exec(asked)?.[0] ?? HOME;
 }
 
+/** Puts a title, and what a message says and advises, into an element, anew as a whole. */
+export function message(element, title, { text, do: advice }) {
+  const line = (name, words) => {
+    const made = document.createElement("p");
+    [made.className, made.textContent] = [name, words];
+    return made;
+  };
+  element.replaceChildren(line("title", title), line("text", text), line("do", advice));
+}
+
 /** One language's words. */
 export class Strings {
   #table;

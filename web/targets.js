@@ -1,18 +1,7 @@
 // The driver's intent as a pure state machine: hover, dwell, leave, press. Time is injected.
 
-/** Targets that move the chair. Every other target name is a button, except "stop". */
-export const DRIVE = ["forward", "left", "right", "backward"];
-
-/** The board's time-to-live of a command, ms: a proof of holding is worth this much. */
-const COMMAND_TTL_MS = 300;
-/** A step is said again for this long, so that one lost message does not lose the step. */
-const STEP_REPEAT_MS = 150;
-/** After a stop the gaze must be off every drive target for this long. */
-const REST_MS = 300;
-/** A shorter press in continuous mode earns the hint to keep pressing. */
-const TAP_MS = 200;
-
-const isDrive = (name) => DRIVE.includes(name);
+import { ALL, COMMAND_TTL_MS, MENU_FACTOR, REST_MS, STEP_REPEAT_MS } from "./intent_times.js";
+import { isDrive, isMenu, TAP_MS } from "./intent_times.js";
 
 /**
  * Turns pointer, touch and key events into commands.
@@ -79,7 +68,7 @@ export class Targets {
     const entered = target !== this.#under;
     this.#under = target;
     this.#rest(target, at);
-    if (target !== this.#spent) this.#spent = null;
+    if (target === null || ![target, ALL].includes(this.#spent)) this.#spent = null;
     if (target === "stop") {
       if (entered) this.stop(at, true);
       return;
@@ -138,6 +127,12 @@ export class Targets {
     this.stop(at);
   }
 
+  /** Other buttons stand there now: a gaze that is on one did not choose it. */
+  replaced(at) {
+    this.cancel(at);
+    this.#spent = ALL;
+  }
+
   /** The chair became armed for this page, or no longer is: then every hold ends. */
   setArmed(armed, at) {
     if (armed === this.#armed) return;
@@ -194,14 +189,15 @@ export class Targets {
       dwell.leftAt = null;
       dwell.movedAt = at;
     } else if (this.#mayDwell(target)) {
-      const ms = isDrive(target) ? this.#dwellMs : this.#buttonMs;
+      const button = this.#buttonMs * (isMenu(target) ? MENU_FACTOR : 1);
+      const ms = isDrive(target) ? this.#dwellMs : button;
       this.#dwell = { target, since: at, movedAt: at, leftAt: null, ms };
     }
     this.#finishDwell(at);
   }
 
   #mayDwell(target) {
-    if (target === null || target === this.#spent) return false;
+    if (target === null || [target, ALL].includes(this.#spent)) return false;
     return !isDrive(target) || (this.#armed && !this.#restNeeded);
   }
 

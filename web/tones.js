@@ -27,21 +27,21 @@ const SHAPES = {
   ],
 };
 
-/** One audio context for the page, woken by the first press or key. */
+/** One audio context for the page; where the browser wants a press or key first, that wakes it. */
 export class Tones {
   on = true;
-  #context = null;
-  #woken = () => {};
+  #context = new AudioContext();
 
-  /** `woken()` is told once sound is allowed. */
-  constructor(woken = () => {}) {
-    this.#woken = woken;
+  /** `changed(audible)` is told at once, and whenever it changes. */
+  constructor(changed) {
+    this.#context.onstatechange = () => changed(this.audible);
+    changed(this.audible);
     for (const event of ["pointerup", "keydown"]) addEventListener(event, () => this.#wake());
   }
 
-  /** True once the browser lets the page be heard. */
+  /** True while the browser lets the page be heard. */
   get audible() {
-    return this.#context?.state === "running";
+    return this.#context.state === "running";
   }
 
   /** Plays the tone of this name (a key of SHAPES). */
@@ -62,10 +62,7 @@ export class Tones {
     }
   }
 
-  async #wake() {
-    if (this.audible) return;
-    this.#context ??= new AudioContext();
-    await this.#context.resume();
-    this.#woken();
+  #wake() {
+    if (!this.audible) this.#context.resume();
   }
 }

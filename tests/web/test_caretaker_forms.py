@@ -61,7 +61,15 @@ def test_people_are_made_chosen_tuned_and_deleted(caretaker, host):
     wait_until(lambda: host.profiles.chosen()["dwell_ms"] == 900, "the time")
     change(caretaker, "dwell_ms", "99")
     wait_until(lambda: "Deze waarde kan niet" in caretaker.text("#banner"), "the reason")
-    caretaker.page.locator("#profiles button").last.click()
+    delete = caretaker.page.locator("#profiles .sure")
+    delete.dblclick()
+    assert delete.inner_text() == "Zeker weten?"
+    caretaker.run_for(6000)
+    assert delete.inner_text() == "Verwijderen"
+    delete.click()
+    assert len(host.profiles.as_json()["profiles"]) == 2
+    caretaker.run_for(600)
+    delete.click()
     wait_until(lambda: len(host.profiles.as_json()["profiles"]) == 1, "it to be gone")
 
 
@@ -70,11 +78,11 @@ def test_a_new_code_has_a_qr_picture_and_ends(caretaker, host, artefact):
     caretaker.page.locator("#invite button").first.click()
     wait_until(lambda: caretaker.page.locator(".qr").count(), "the QR code")
     assert host.posted == [("/pairing/code", {"role": "driver"})]
-    assert caretaker.text("#invite .code") == "K7QM-2XWD"
-    assert "5:00" in caretaker.text("#invite")
+    assert caretaker.text(".code-sheet .code") == "K7QM-2XWD"
+    assert "5:00" in caretaker.text(".code-sheet")
     artefact("caretaker-pairing")
     caretaker.run_for(61_000)
-    assert "3:59" in caretaker.text("#invite")
+    assert "3:59" in caretaker.text(".code-sheet")
     caretaker.run_for(240_000)
     assert caretaker.page.locator(".qr").count() == 0
 
@@ -85,11 +93,14 @@ def test_a_device_is_revoked_by_a_second_press(caretaker, host):
     button = caretaker.page.locator("#devices button").first
     button.click()
     assert button.inner_text() == "Zeker weten?"
+    button.click()  # a double tap
     assert host.posted == []
+    caretaker.run_for(600)
     button.click()
     wait_until(lambda: host.posted, "the wish")
     assert host.posted == [("/pairing/revoke", {"id": "3fa2b1"})]
-    wait_until(lambda: caretaker.page.locator("#devices li").count() == 1, "it to be gone")
+    wait_until(lambda: caretaker.page.locator("#devices li.gone").count() == 1, "it to be gone")
+    assert button.is_disabled()
 
 
 def test_a_revoked_phone_goes_to_the_pairing_page(caretaker, page, host):

@@ -185,7 +185,7 @@ def test_the_bar_has_room_for_its_longest_words(screen, page, driver, language):
     page.evaluate("document.body.dataset.backward = true")
     driver.state(you=False, owner="driver", motion="backward", simulated=True)
     page.evaluate("document.getElementById('link-age').textContent = '1230 ms'")
-    facts = page.locator(".facts").bounding_box()
+    facts = page.locator("#motion").bounding_box()
     assert facts["x"] + facts["width"] < page.locator(".simulation").bounding_box()["x"]
 
 

@@ -229,6 +229,8 @@ def test_practice_moves_nothing_and_counts(menu, host, artefact):
 def test_the_eye_test_measures_and_proposes(menu, host, artefact):
     choose(menu, "tile-2")
     assert menu.data("view") == "eyes"
+    wait_until(lambda: menu.text("#eyes-left"), "the test")
+    menu.advance(1025, look=(0.5, 0.5))  # begins it
     menu.advance(500, look=(0.5, 0.5))
     artefact("driver-eyes")
     places = [(0.5, 0.5), (0.12, 0.45), (0.5, 0.2), (0.88, 0.45), (0.5, 0.75)]
@@ -249,7 +251,8 @@ def test_the_eye_test_measures_and_proposes(menu, host, artefact):
 
 def test_the_eye_test_without_eyes_says_so(menu):
     choose(menu, "tile-2")
-    for _ in range(45):
+    wait_until(lambda: menu.text("#eyes-left"), "the test")
+    for _ in range(70):
         menu.state()
         menu.run_for(450)
     assert "Geen blik gezien" in menu.text("#tile-1")

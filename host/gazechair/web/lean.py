@@ -1,9 +1,11 @@
-"""What a tablet need not load: comments and indentation of the pages' own scripts and styles.
+"""What a tablet need not load: comments and indentation of the pages' own files.
 
-The files stay as people wrote them, line for line: an error's line number is still right.
+Scripts stay as people wrote them, line for line: an error's line number is still right.
 """
 
 from __future__ import annotations
+
+import json
 
 _LEAN = (".js", ".css", ".html")
 
@@ -14,6 +16,8 @@ def lean(text: str, suffix: str) -> str:
     Relies on what tests/web/test_web_files.py keeps true of them: comments stand on lines of
     their own, and no text goes on over a line's end.
     """
+    if suffix == ".json":
+        return json.dumps(json.loads(text), ensure_ascii=False, separators=(",", ":"))
     if suffix not in _LEAN:
         return text
     lines = []
@@ -31,5 +35,6 @@ def lean(text: str, suffix: str) -> str:
             bare = ""
         elif bare.startswith("//"):
             bare = ""
-        lines.append(bare)
+        if bare or suffix == ".js":
+            lines.append(bare)
     return "\n".join(lines) + "\n"

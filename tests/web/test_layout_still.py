@@ -1,0 +1,255 @@
+"""Nothing on a page moves by itself: the browser's own layout-shift entries, through a life."""
+
+import json
+
+import pytest
+
+import gazesetup
+from fakehost import picture, wait_until
+from layoutshift import WATCH, take
+from webperson import CARETAKER, Driver
+
+pytestmark = pytest.mark.browser
+
+SIZES = [(1280, 800), (390, 844), (844, 390)]
+LANGUAGES = ["nl", "en"]
+WORDS = json.loads((gazesetup.ROOT / "web/strings/nl.json").read_text("utf-8"))["messages"]
+LONGEST = sorted(WORDS, key=lambda key: len(WORDS[key]["text"] + WORDS[key]["do"]))
+DRIVE = ("forward", "backward", "left", "right")
+LONG_NAME = "Maximiliaan Alexander van den Heuvel-Ber"
+OFF = {"state": "disarmed", "you": False, "owner": "nobody", "motion": "stopped"}
+MINE = {"state": "armed", "you": True, "owner": "driver"}
+OTHERS = {"state": "armed", "you": False, "owner": "caretaker"}
+# What the host tells, one after the other; every step is one that happens.
+NEWS = [
+    OFF,
+    {"simulated": True},
+    {"relay_checked": False},
+    {"level": "error", "message": "board_lost", "arm_reason": "not_connected"},
+    {"level": "error", "message": LONGEST[-1]},
+    {"level": "warning", "message": LONGEST[-2]},
+    {"level": "ok", "message": "ok", "arm_reason": LONGEST[0]},
+    {"arm_reason": LONGEST[-1]},
+    {"arm_reason": "none", "call": True, "heard": True},
+    {"call": False, "coming": True},
+    {"coming": False, "heard": False},
+    {"state": "arming", "owner": "driver", "you": True},
+    MINE,
+    {"motion": "turn", "heading_deg": 12.0, "wipers": [170, 240]},
+    {"motion": "backward", "wipers": [90, 170]},
+    {
+        "decisions": dict(zip(DRIVE, ("blocked", "slow", "free", "unknown"), strict=True)),
+        "clearance": {"forward": 12.3, "backward": None, "left": 175.0, "right": 0.0},
+    },
+    {
+        "decisions": dict(zip(DRIVE, ("slow", "free", "blocked", "blocked"), strict=True)),
+        "clearance": {"forward": 0.3, "backward": 1.0, "left": 5.0, "right": 90.0},
+        "view": dict(zip(DRIVE, ("seen", "unseen", "blind", "unseen"), strict=True)),
+    },
+    {"override": "obstacle_forward"},
+    {"override": LONGEST[-3]},
+    {"override": "none"},
+    OTHERS,
+    {"override": "obstacle_left"},
+    {"override": "none", "call": True},
+    {"owner": "driver"},
+    {**MINE, "call": False, "cap_permille": 350, "bypass_ms": 12_000},
+    {"level": "error", "message": "emergency", **OFF},
+    {"level": "ok", "message": "ok", "bypass_ms": 0, "simulated": False, "relay_checked": True},
+]
+
+
+@pytest.fixture(params=SIZES, ids=lambda size: f"{size[0]}x{size[1]}")
+def screen(request, page):
+    page.add_init_script(WATCH)
+    page.set_viewport_size({"width": request.param[0], "height": request.param[1]})
+    return request.param
+
+
+@pytest.fixture(params=LANGUAGES)
+def language(request):
+    return request.param
+
+
+class Life:
+    """Lives a page's life and keeps what moved, by the step in which it did."""
+
+    def __init__(self, person: Driver) -> None:
+        self.person = person
+        self.moved: list[str] = []
+
+    def look(self, step: object) -> None:
+        self.person.run_for(25)
+        for shift in take(self.person.page):
+            self.moved.append(f"{step}: {shift['value']:.4f} {shift['what']}")
+
+    def news(self) -> None:
+        for news in NEWS:
+            self.person.state(**news)
+            self.look(news)
+
+    def lose_the_link(self) -> None:
+        self.person.run_for(700)
+        self.look("no word from the host")
+        self.person.state()
+        self.look("the host is back")
+        self.person.advance(5000)
+        self.look("a while later")
+
+    def pictures(self) -> None:
+        host = self.person.host
+        for sequence in (1, 2):
+            host.show(picture(), sequence)
+            wait_until(lambda n=str(sequence): n in host.acknowledged, "the picture")
+            self.person.advance(25)
+            self.look("a picture")
+        self.person.advance(1200)
+        self.look("an old picture")
+
+
+def test_the_measure_finds_what_moves(page, host, screen):
+    person = Driver(page, host)
+    person.open()
+    take(page)
+    page.evaluate("document.getElementById('status').style.marginTop = '40px'")
+    assert take(page)
+
+
+def test_nothing_on_the_drivers_page_moves(page, host, screen, language):
+    host.state.update(OFF)
+    host.profiles.change({"create": LONG_NAME}, True)
+    life = Life(Driver(page, host))
+    person = life.person
+    person.open(f"?lang={language}")
+    life.look("opened")
+    life.pictures()
+    life.news()
+    life.lose_the_link()
+    person.look("stop")
+    life.look("stop asked")
+    person.state(stops=99)
+    life.look("stop seen")
+    person.advance(3500)
+    life.look("stop forgotten")
+    host.say({"k": "refused", "what": "cmd", "reason": "not_armed", "detail": ""})
+    person.advance(200)
+    life.look("refused")
+    for tile in (
+        "menu",
+        "tile-3",
+        "tile-2",
+        "tile-2",
+        "back",
+        "tile-4",
+        "back",
+        "tile-5",
+        "tile-5",
+    ):
+        page.locator(f"#{tile}").click()
+        page.wait_for_timeout(50)  # the host keeps the profile
+        person.state()
+        life.look(tile)
+    page.locator("#tile-2").click()
+    wait_until(lambda: person.text("#eyes-left"), "the eye test")
+    life.look("the eye test")
+    for _ in range(80):
+        person.state()
+        person.look((0.5, 0.5))
+        person.run_for(300)
+    life.look("tested")
+    page.locator("#back").click()
+    page.locator("#tile-1").click()
+    life.look("practice")
+    page.locator("#arm").click()
+    page.keyboard.press("ArrowUp")
+    person.advance(100)
+    life.look("practised")
+    assert not life.moved, "\n".join(life.moved)
+
+
+def test_nothing_on_the_caretakers_page_moves(page, host, screen, language):
+    host.welcome["role"] = "caretaker"
+    host.replies.update(CARETAKER)
+    host.state.update(OFF)
+    life = Life(Driver(page, host))
+    person = life.person
+    person.open(f"caretaker?lang={language}")
+    life.look("opened")
+    life.pictures()
+    page.locator("#stop").click()
+    life.look("the first touch, which lets sound begin")
+    person.state(stops=99)
+    person.advance(3500)
+    life.look("stop seen")
+    life.news()
+    life.lose_the_link()
+    page.locator("#cap").scroll_into_view_if_needed()
+    take(page)
+    page.locator("#cap").fill("350")
+    life.look("a cap")
+    page.locator("#tab-settings").click()
+    wait_until(lambda: page.locator("#chair .row").count(), "the chair's settings")
+    life.look("settings")
+    page.locator("#profiles button").first.click()
+    wait_until(lambda: len(host.profiles.as_json()["profiles"]) == 2, "somebody new")
+    person.advance(100)
+    life.look("somebody new")
+    host.profiles.change({"save": {"id": "2", "name": LONG_NAME}}, True)
+    host.profiles.change({"choose": "2"}, True)
+    person.advance(200)
+    life.look("somebody with a long name drives")
+    page.locator("#profiles .sure").click()
+    life.look("sure?")
+    person.advance(5100)
+    life.look("not sure")
+    page.locator("#tab-pairing").click()
+    wait_until(lambda: page.locator("#devices li").count(), "the devices")
+    life.look("pairing")
+    page.locator("#invite button").first.click()
+    wait_until(lambda: page.locator(".qr").count(), "the code")
+    life.look("a code")
+    person.advance(2000)
+    life.look("the code's time")
+    page.locator(".code-sheet .strong").click()
+    life.look("done")
+    page.locator("#devices .sure").first.click()
+    person.advance(600)
+    page.locator("#devices .sure").first.click()
+    page.wait_for_timeout(50)
+    life.look("revoked")
+    assert not life.moved, "\n".join(life.moved)
+
+
+def test_nothing_on_a_viewers_page_moves(page, host, screen, language):
+    host.welcome["role"] = "viewer"
+    host.state.update(OFF)
+    life = Life(Driver(page, host))
+    life.person.open(f"caretaker?lang={language}")
+    life.look("opened")
+    life.pictures()
+    life.news()
+    life.lose_the_link()
+    assert not life.moved, "\n".join(life.moved)
+
+
+def test_nothing_on_the_pairing_page_moves(page, host, screen, language):
+    host.replies["GET /me"] = 401, {"reason": "not_paired", "detail": ""}
+    host.replies["POST /pair"] = 403, {"reason": "wrong_code", "detail": ""}
+    page.goto(f"{host.url}pair?lang={language}")
+    wait_until(lambda: page.evaluate("document.activeElement?.id") == "code", "the page")
+    moved = take(page)
+    page.keyboard.press("Enter")
+    page.wait_for_selector("#answer[data-kind=error]")
+    moved += take(page)
+    page.keyboard.type("AAAA-AAAA")
+    page.keyboard.press("Enter")
+    wait_until(lambda: host.posted, "the code")
+    moved += take(page)
+    wait = {"reason": "too_many_guesses", "detail": "", "wait_s": 3}
+    host.replies["POST /pair"] = 429, wait
+    page.keyboard.press("Enter")
+    wait_until(lambda: page.locator("#go").is_disabled(), "the wait")
+    moved += take(page)
+    page.clock.run_for(4500)
+    moved += take(page)
+    assert not moved, moved

@@ -1,0 +1,148 @@
+"""The page's one sentence: every combination of what the host tells, judged by its words."""
+
+import itertools
+import json
+
+import pytest
+
+import gazesetup
+from gazelink import codes
+
+pytestmark = pytest.mark.browser
+
+LANGUAGES = ["nl", "en"]
+WAIT = {"nl": "Even wachten", "en": "Please wait"}
+HELP = {"nl": "Vraag hulp", "en": "Ask for help"}
+TABLES = {
+    language: json.loads((gazesetup.ROOT / f"web/strings/{language}.json").read_text("utf-8"))
+    for language in LANGUAGES
+}
+MESSAGES = TABLES["nl"]["messages"]
+WHO = [("nobody", False), ("driver", True), ("driver", False), ("caretaker", False)]
+# All verdicts of the host: its level decides whether it has a message at all.
+VERDICTS = [("ok", "ok"), *itertools.product(("warning", "error"), MESSAGES)]
+# Asking to arm is worth a try: these end by it, or by themselves within a moment.
+MAY_ASK = ["none", "no_owner", "command_active"]
+FEW = ["none", "no_owner", "neutral_not_proven", "tilt", "obstacle_left", "obstacle_data_old"]
+
+
+def news(level, message, state, who, arm_reason, override):
+    return {
+        "level": level,
+        "message": message,
+        "state": state,
+        "owner": who[0],
+        "you": who[1],
+        "arm_reason": arm_reason,
+        "override": override,
+    }
+
+
+def combinations():
+    for (level, message), state, who in itertools.product(VERDICTS, codes.STATES, WHO):
+        for arm_reason, override in itertools.product(FEW, FEW):
+            yield news(level, message, state, who, arm_reason, override)
+    for state, who in itertools.product(codes.STATES, WHO):
+        for reason in codes.REASONS:
+            yield news("ok", "ok", state, who, reason, "none")
+            yield news("ok", "ok", state, who, "none", reason)
+            yield news("warning", "camera_lost", state, who, reason, reason)
+
+
+@pytest.fixture(scope="module")
+def outcomes(chromium, serve):
+    """[(news, linked, practice, sentence)] of every combination."""
+    host = serve()
+    page = chromium.new_page()
+    page.goto(f"{host.url}pair")
+    asked = [
+        (one, linked, practice)
+        for one in combinations()
+        for linked, practice in ((True, False), (True, True), (False, False))
+    ]
+    told = page.evaluate(
+        "async (asked) => { const { sentence } = await import('/static/sentence.js');"
+        "return asked.map(([news, linked, practice]) => sentence(news, linked, practice)); }",
+        asked,
+    )
+    unknown = page.evaluate(
+        "async () => (await import('/static/sentence.js')).sentence(null, false, false)"
+    )
+    page.close()
+    assert unknown["key"] == "link_lost"
+    return [(*question, answer) for question, answer in zip(asked, told, strict=True)]
+
+
+def advice(key, language):
+    """What the words tell to do: "help", "wait", "act" or "" for nothing."""
+    do = TABLES[language]["messages"][key]["do"]
+    if not do:
+        return ""
+    if do.startswith(WAIT[language]):
+        return "wait"
+    return "help" if do.startswith(HELP[language]) else "act"
+
+
+def keys_shown(told):
+    """Message keys that stand on the page at once: in the corner, and in the middle."""
+    middle = [told["words"]] if told["kind"] in ("hindered", "override") else []
+    return {told["key"], *middle}
+
+
+def test_at_most_one_message_is_told_at_a_time(outcomes):
+    for question in outcomes:
+        assert len(keys_shown(question[3])) == 1, question
+
+
+def test_nothing_is_in_order_while_something_is_not(outcomes):
+    for one, linked, practice, told in outcomes:
+        if told["level"] == "ok":
+            assert told["key"] == "ok", one
+            assert linked, one
+            assert one["level"] == "ok", one
+        else:
+            assert told["key"] != "ok" or one["message"] == "ok", one
+        if not practice and (one["level"] == "error" or not linked):
+            assert told["kind"] != "ready", one
+
+
+def test_without_a_link_only_that_is_said(outcomes):
+    for one, linked, _, told in outcomes:
+        if not linked:
+            assert (told["key"], told["kind"]) == ("link_lost", "none"), one
+
+
+def test_who_took_over_is_told_whenever_somebody_else_drives(outcomes):
+    for one, linked, practice, told in outcomes:
+        others = one["owner"] != "nobody" and not one["you"] and one["state"] != "disarmed"
+        taken = linked and not practice and others
+        assert (told["kind"] == "taken") == taken, one
+        if taken:
+            assert told["words"] == f"owner_{one['owner']}", one
+
+
+def test_ready_is_said_only_where_a_look_would_arm(outcomes):
+    for one, _, practice, told in outcomes:
+        if told["kind"] == "ready":
+            assert one["state"] == "disarmed", one
+            assert practice or one["arm_reason"] in MAY_ASK, one
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_amber_only_where_something_is_to_be_done(outcomes, language):
+    for one, _, _, told in outcomes:
+        if told["level"] == "warning":
+            assert advice(told["key"], language) != "wait", (one, told)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_who_can_only_wait_is_told_by_a_calm_corner(outcomes, language):
+    for one, _, _, told in outcomes:
+        if told["level"] == "wait":
+            assert advice(told["key"], language) == "wait", (one, told)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_both_languages_advise_the_same(language):
+    for key in MESSAGES:
+        assert (advice(key, "nl") == "wait") == (advice(key, language) == "wait"), key

@@ -1,0 +1,18 @@
+// The ring that fills while a look at a target lasts, and the target that is held.
+
+/** Gives every target's picture its ring. */
+export function addRings() {
+  const ring = document.createElementNS(document.querySelector("svg").namespaceURI, "circle");
+  const shape = { class: "ring", cx: 50, cy: 50, r: 45, pathLength: 100 };
+  for (const name in shape) ring.setAttribute(name, shape[name]);
+  for (const mark of document.querySelectorAll(".mark")) mark.prepend(ring.cloneNode());
+}
+
+/** Names of the target looked at, for `dwellMs`, and of the one held; null for none. */
+export function showChosen(dwelling, holding, dwellMs) {
+  if (dwelling) document.body.style.setProperty("--dwell", `${dwellMs}ms`);
+  for (const target of document.querySelectorAll(".target")) {
+    target.classList.toggle("dwelling", target.id === dwelling);
+    target.classList.toggle("holding", target.id === holding);
+  }
+}

@@ -1,0 +1,46 @@
+// STOP says whether it was seen: asked at once, seen when the board's own word has followed.
+
+/** A stop that the board has not followed for this long is said not to be confirmed. */
+const LATE_MS = 1000;
+/** How long "seen" stays. */
+const SEEN_MS = 3000;
+
+/** The state of the button: "none", "asked", "seen" or "late", on its data-seen. */
+export class StopSeen {
+  #strings;
+  #button = document.getElementById("stop");
+  #words = document.getElementById("stop-seen");
+  #count = 0; // the stop that is asked about
+  #sinceMs = 0;
+  #state = "none";
+
+  constructor(strings) {
+    this.#strings = strings;
+  }
+
+  /** Somebody stopped; `count`: how many stops this page has sent. */
+  asked(count, now) {
+    this.#count = count;
+    this.#sinceMs = now;
+    this.#show("asked");
+  }
+
+  /** `seen`: how many of them the board has followed. */
+  update(seen, now) {
+    if (!["asked", "late"].includes(this.#state) || !(seen >= this.#count)) return;
+    this.#sinceMs = now;
+    this.#show("seen");
+  }
+
+  tick(now) {
+    const passed = now - this.#sinceMs;
+    if (this.#state === "asked" && passed > LATE_MS) this.#show("late");
+    if (this.#state === "seen" && passed > SEEN_MS) this.#show("none");
+  }
+
+  #show(state) {
+    if (state === this.#state) return;
+    this.#button.dataset.seen = this.#state = state;
+    this.#words.textContent = state === "none" ? "" : this.#strings.label(`stop_${state}`);
+  }
+}
