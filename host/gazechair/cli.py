@@ -15,6 +15,7 @@ from pathlib import Path
 from gazechair import config as configuration
 from gazechair import lidar_cli
 from gazechair.config import ConfigError
+from gazechair.version import version
 from gazelink.settings_table import PROFILES
 
 _SWITCH_S = 0.001  # 0.005 by default
@@ -29,9 +30,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _refuse(str(error))
 
 
+class _Version(argparse.Action):
+    # Only who asks waits for git.
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        print(f"gazechair {version()}")
+        parser.exit()
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="gazechair", description="Drive a power wheelchair with the eyes."
+    )
+    parser.add_argument(
+        "--version", action=_Version, nargs=0, help="show the version and its commit"
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     run = commands.add_parser("run", help="run the host: board, lidar, camera, driver's page")
