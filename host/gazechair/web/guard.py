@@ -6,7 +6,7 @@ import ipaddress
 import json
 import logging
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 from typing import Any
 from urllib.parse import urlsplit
@@ -15,14 +15,14 @@ from gazechair.pairing import Device
 from gazechair.pairing.store import ROLES
 from gazechair.throttled_log import ThrottledLog
 from gazechair.web.handler import CONNECTION, EARLY
-from gazechair.web.sockets import Arrivals, BadHandshake, WebSocket, handshake
-from gazechair.web.turns import Turns
+from gazechair.web.sockets import Arrivals, BadHandshake, Line, handshake
+from gazechair.web.turns import Turns, write_off
 
 Environ = dict[str, Any]
 StartResponse = Callable[..., Any]
-SocketAct = Callable[[WebSocket, Environ, Device], None]
 
 DEVICE = "gazechair.device"
+_LIBRARY_SOCKET = "werkzeug.socket"  # where flask-sock looks for the connection
 _PUBLIC = ("/pair", "/me", "/authority.crt", "/static/pair.js", "/static/pair.css")
 _PUBLIC_TOO = ("/static/icon.svg", "/static/strings.js")
 _PUBLIC_FOLDER = "/strings/"
@@ -111,20 +111,20 @@ def token_in(environ: Environ, cookie_name: str) -> str:
 
 
 class Guard:
-    """Lets in who is paired, from this very site: to a socket, or in turns to the application."""
+    """Lets in who is paired, from this very site: to a socket, or in turns to the rest."""
 
     def __init__(
         self,
         app: Callable[..., Iterable[bytes]],
-        sockets: Mapping[str, SocketAct],
+        sockets: Collection[str],
         names: frozenset[str],
         who: Callable[[str], Device | None],
         cookie_name: Callable[[], str],
         scheme: str,
         strangers: Turns,
     ) -> None:
-        """`sockets`: what serves the WebSocket of a path; `who` tells whose token it is; `scheme`:
-        "http" or "https"; `strangers`: the turns of who is not known yet."""
+        """`sockets`: the paths that `app` serves as WebSockets; `who` tells whose token it is;
+        `scheme`: "http" or "https"; `strangers`: the turns of who is not known yet."""
         self._app = app
         self._sockets = sockets
         self._names = names
@@ -158,7 +158,7 @@ class Guard:
             if device is None:
                 return self._whole(environ, start)
         if path in self._sockets:
-            return self._socket(self._sockets[path], environ, start, device)
+            return self._socket(environ, start, device)
         with self._turns[device.role].turn():
             return self._whole(environ, start)
 
@@ -170,15 +170,13 @@ class Guard:
         finally:
             getattr(body, "close", lambda: None)()
 
-    def _socket(
-        self, serve: SocketAct, environ: Environ, start: StartResponse, device: Device
-    ) -> Iterable[bytes]:
+    def _socket(self, environ: Environ, start: StartResponse, device: Device) -> Iterable[bytes]:
         arrivals = self._arrivals.setdefault(device.id, Arrivals())
         while len(self._arrivals) > _MOST_ARRIVALS:
             self._arrivals.pop(next(iter(self._arrivals)), None)
         with self._turns[device.role].turn():
             try:
-                answer = handshake(environ)
+                checked = handshake(environ)
             except BadHandshake as error:
                 return _answer(start, Refusal("400 Bad Request", "bad_message", str(error)))
             if not arrivals.allow_opening():
@@ -187,9 +185,14 @@ class Guard:
         connection = environ[CONNECTION]
         # The deadline for a request must not end a socket that is quiet for a while.
         connection.raw.settimeout(None)
-        connection.sendall(answer)
-        serve(WebSocket(connection, arrivals, environ[EARLY]), environ, device)
-        raise ConnectionAbortedError
+        line = Line(connection, arrivals, environ[EARLY])
+        try:
+            answer = self._whole(checked | {_LIBRARY_SOCKET: line}, start)
+        finally:
+            write_off()  # a socket's own limits bound what it costs
+        if line.opened:
+            raise ConnectionAbortedError
+        return answer
 
     def _judge(self, environ: Environ) -> Refusal | None:
         reason = foreign(environ, self._names, self._scheme)

@@ -1,4 +1,4 @@
-"""The web server: Flask for pages and JSON, sockets of our own; one thread per connection."""
+"""The web server: Flask and flask-sock behind a strict door; one thread per connection."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ import logging
 import socket
 import threading
 from pathlib import Path
+from typing import Any
 
-from flask import Flask, Response
+from flask import Flask, Response, request
+from flask_sock import Sock
 from werkzeug.exceptions import HTTPException
 
 from gazechair.camera import Frame
@@ -21,12 +23,15 @@ from gazechair.web import files, pairing_routes, profile_routes, settings_routes
 from gazechair.web.answers import answer, refuse
 from gazechair.web.certificate import Certificate, CertificateError
 from gazechair.web.control import ControlHub
-from gazechair.web.guard import Environ, Guard
+from gazechair.web.guard import DEVICE, Guard
 from gazechair.web.handler import SETTLE, Server
 from gazechair.web.names import certificate_names, own_names, shown_host
-from gazechair.web.sockets import WebSocket
+from gazechair.web.sockets import LIBRARY_OPTIONS, WebSocket
 from gazechair.web.turns import Turns
 from gazechair.web.video import VideoHub
+
+_CONTROL = "/ws/control"
+_PICTURE = "/ws/video"
 
 log = logging.getLogger(__name__)
 complaints = ThrottledLog(log)
@@ -93,7 +98,7 @@ class WebServer:
             strangers = Turns()
             guarded = Guard(
                 app,
-                {"/ws/control": self._control_socket, "/ws/video": self._picture_socket},
+                (_CONTROL, _PICTURE),
                 names,
                 self._desk.who,
                 self._cookie_name,
@@ -133,12 +138,14 @@ class WebServer:
 
     def _application(self) -> Flask:
         app = Flask("gazechair", static_folder=None)
+        app.config["SOCK_SERVER_OPTIONS"] = LIBRARY_OPTIONS
         files.add_routes(app, files.web_folder())
         pairing_routes.add_routes(
             app, self._desk, self._cookie_name, lambda: f"{self.url}pair", self._tls
         )
         profile_routes.add_routes(app, self._driver_port)
         settings_routes.add_routes(app, self._settings)
+        sock = Sock(app)
 
         @app.get("/health")
         def health() -> Response:
@@ -160,21 +167,29 @@ class WebServer:
             complaints.warn("error in an answer", exc_info=True)
             return refuse(500, "bad_message", "an error of the host; its log tells more")
 
+        @sock.route(_CONTROL)  # type: ignore[untyped-decorator]
+        def control_socket(library: Any) -> None:
+            device = _settle("control")
+            self._control.serve(WebSocket(library), _peer(), device)
+
+        @sock.route(_PICTURE)  # type: ignore[untyped-decorator]
+        def picture_socket(library: Any) -> None:
+            device = _settle("picture")
+            if self._desk.knows(device.id):
+                self._video.serve(WebSocket(library), _peer(), device)
+
         return app
 
-    def _control_socket(self, ws: WebSocket, environ: Environ, device: Device) -> None:
-        # The connection is a paired device's socket now: no deadline, and revocation finds it.
-        environ[SETTLE](f"control {device.id}")
-        self._control.serve(ws, _peer(environ), device)
 
-    def _picture_socket(self, ws: WebSocket, environ: Environ, device: Device) -> None:
-        environ[SETTLE](f"picture {device.id}")
-        if self._desk.knows(device.id):
-            self._video.serve(ws, _peer(environ), device)
+def _settle(what: str) -> Device:
+    # The connection is a paired device's socket now: no deadline, and revocation finds it.
+    device: Device = request.environ[DEVICE]
+    request.environ[SETTLE](f"{what} {device.id}")
+    return device
 
 
-def _peer(environ: Environ) -> str:
-    return f"{environ.get('REMOTE_ADDR')}:{environ.get('REMOTE_PORT')}"
+def _peer() -> str:
+    return f"{request.environ.get('REMOTE_ADDR')}:{request.environ.get('REMOTE_PORT')}"
 
 
 def _listen(host: str, port: int) -> socket.socket:

@@ -86,3 +86,8 @@ class Turns:
         paid_s = max(0.0, now_s - self._last_s) * self._share
         self._last_s = now_s
         return max(0.0, self._owed_s - paid_s)
+
+
+def write_off() -> None:
+    """What the calling thread has spent since its last bill is billed to nobody."""
+    _MINE.billed_s = time.thread_time()

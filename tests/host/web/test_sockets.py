@@ -1,16 +1,38 @@
-"""WebSockets of our own, by frames made here: what RFC 6455 allows comes whole, others end."""
+"""WebSockets by frames made here: what RFC 6455 allows comes whole; all of it counts."""
 
 from __future__ import annotations
 
 import struct
+import threading
+import time
 from typing import Any
 
 import pytest
+import simple_websocket
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gazechair.web.sockets import ARRIVALS_PER_S, MOST_MESSAGE, Arrivals, Ended, WebSocket
+from gazechair.web.sockets import (
+    ARRIVALS_PER_S,
+    LIBRARY_OPTIONS,
+    MOST_MESSAGE,
+    Arrivals,
+    BadHandshake,
+    Ended,
+    Line,
+    WebSocket,
+    handshake,
+)
 
+REQUEST = {
+    "REQUEST_METHOD": "GET",
+    "SERVER_PROTOCOL": "HTTP/1.1",
+    "HTTP_HOST": "127.0.0.1",
+    "HTTP_UPGRADE": "websocket",
+    "HTTP_CONNECTION": "keep-alive, Upgrade",
+    "HTTP_SEC_WEBSOCKET_VERSION": "13",
+    "HTTP_SEC_WEBSOCKET_KEY": "AAAAAAAAAAAAAAAAAAAAAA==",
+}
 TEXT, BINARY, CLOSE, PING, PONG = 1, 2, 8, 9, 10
 
 
@@ -27,7 +49,7 @@ def frame(
     return head + mask + bytes(byte ^ mask[at % 4] for at, byte in enumerate(data))
 
 
-class Line:
+class Wire:
     """A connection that brings these pieces and then nothing more."""
 
     def __init__(self, *pieces: bytes) -> None:
@@ -49,19 +71,27 @@ class Line:
         self.sent += data
 
 
-def socket_of(*pieces: bytes) -> tuple[WebSocket, Line]:
-    line = Line(*pieces)
-    return WebSocket(line, Arrivals(lambda: 0.0), clock=lambda: 0.0), line
+def socket_of(
+    *pieces: bytes, arrivals: Arrivals | None = None, early: bytes = b""
+) -> tuple[WebSocket, Wire]:
+    wire = Wire(*pieces)
+    line = Line(wire, arrivals or Arrivals(lambda: 0.0), early, clock=lambda: 0.0)
+    environ = handshake(REQUEST) | {"werkzeug.socket": line}
+    socket = WebSocket(simple_websocket.Server(environ, **LIBRARY_OPTIONS))
+    assert wire.sent.startswith(b"HTTP/1.1 101 ")
+    assert b"\r\nSec-WebSocket-Accept: ICX+Yqv66kxgM0FcWaLWlFLwTAI=\r\n" in wire.sent
+    wire.sent = b""
+    return socket, wire
 
 
-def close_code(line: Line) -> int:
+def close_code(line: Wire) -> int | None:
     """Of the last frame sent, which must be a close frame."""
     at = 0
     while at < len(line.sent):
         kind, length = line.sent[at] & 15, line.sent[at + 1]
         if kind == CLOSE:
             assert at + 2 + length == len(line.sent)
-            return int.from_bytes(line.sent[at + 2 : at + 4], "big")
+            return int.from_bytes(line.sent[at + 2 : at + 4], "big") if length else None
         at += 2 + length
     raise AssertionError("no close frame")
 
@@ -129,8 +159,7 @@ def test_single_bytes_count() -> None:
 
 def test_all_sockets_of_a_device_count_together() -> None:
     arrivals = Arrivals(lambda: 0.0)
-    lines = [Line(*[frame(PING)] * 400) for _ in range(3)]
-    sockets = [WebSocket(line, arrivals, clock=lambda: 0.0) for line in lines]
+    sockets = [socket_of(*[frame(PING)] * 400, arrivals=arrivals)[0] for _ in range(3)]
     assert sockets[0].receive(1.0) is None
     assert ends(sockets[1]) == ends(sockets[2]) == "far too many messages"
     assert not arrivals.allow_opening()
@@ -170,14 +199,15 @@ def test_few_pings_are_answered() -> None:
         (frame(TEXT, b"\xed\xa0\x80"), 1007),  # half a character
         (frame(TEXT, b"x" * (MOST_MESSAGE + 1)), 1009),
         (frame(TEXT, b"x" * 600, last=False) + frame(0, b"x" * 600), 1009),
-        (b"\x81\xff" + b"\xff" * 8, 1009),
-        (b"\x81\xff" + b"\x7f" + b"\xff" * 7, 1009),
-        (frame(CLOSE), 1000),
-        (frame(CLOSE, b"\x03"), 1000),
+        (b"\x81\xff" + b"\xff" * 8, 1002),
+        (b"\x81\xff" + b"\x7f" + b"\xff" * 2000, 1009),
+        (frame(CLOSE), None),
+        (frame(CLOSE, b"\x03"), 1002),
+        (frame(CLOSE, b"\x0f\xa1"), 4001),  # it says itself what it is told
         (frame(CLOSE, b"\x03\xe8bye"), 1000),
     ],
 )
-def test_what_is_not_allowed_ends_the_socket_with_its_code(stream: bytes, code: int) -> None:
+def test_what_is_not_allowed_ends_the_socket_with_its_code(stream: bytes, code: int | None) -> None:
     socket, line = socket_of(stream, frame(TEXT, b"more"))
     ends(socket, 3)
     assert close_code(line) == code
@@ -192,7 +222,7 @@ def test_any_bytes_are_messages_or_the_end(pieces: list[bytes]) -> None:
             message = socket.receive(1.0)
             assert message is None or len(message) <= MOST_MESSAGE
     except Ended:
-        assert close_code(line) in (1000, 1002, 1007, 1008, 1009)
+        close_code(line)
 
 
 def test_an_end_of_the_connection_is_the_end() -> None:
@@ -220,3 +250,94 @@ def test_nothing_is_sent_after_the_end() -> None:
         with pytest.raises(Ended):
             act()
     assert line.sent == sent
+
+
+def test_what_comes_with_the_handshake_is_read_first() -> None:
+    socket, _ = socket_of(
+        frame(TEXT, b"one")[5:] + frame(TEXT, b"two"), early=frame(TEXT, b"one")[:5]
+    )
+    assert [socket.receive(1.0), socket.receive(1.0)] == ["one", "two"]
+
+
+def test_what_was_said_before_a_fault_is_heard() -> None:
+    socket, line = socket_of(frame(TEXT, b"stop") + b"\xff" * 50)
+    assert socket.receive(1.0) == "stop"
+    ends(socket, 1)
+    assert close_code(line) == 1002
+
+
+def test_nothing_is_heard_after_our_own_close() -> None:
+    socket, _ = socket_of(frame(TEXT, b"one") + frame(TEXT, b"two"))
+    assert socket.receive(1.0) == "one"
+    socket.close(4001, "not paired any more")
+    assert ends(socket, 1) == "not paired any more"
+
+
+def test_a_long_reason_is_cut_to_what_a_frame_holds() -> None:
+    socket, line = socket_of()
+    socket.close(1013, "x" * 500)
+    assert len(line.sent) == 2 + 125
+    assert close_code(line) == 1013
+
+
+def test_no_thread_is_begun_for_a_socket() -> None:
+    before = threading.active_count()
+    sockets = [socket_of(frame(TEXT, b"x"))[0] for _ in range(20)]
+    assert [socket.receive(1.0) for socket in sockets] == ["x"] * 20
+    assert threading.active_count() == before
+
+
+def test_what_two_threads_send_stays_whole() -> None:
+    socket, line = socket_of(*[frame(PING, b"p" * 100)] * 300)
+    wire = line.sendall
+
+    def slowly(data: bytes) -> None:
+        for at in range(0, len(data), 16):  # others would get in between
+            wire(bytes(data[at : at + 16]))
+            time.sleep(0)
+
+    line.sendall = slowly  # type: ignore[method-assign]
+    threads = [
+        threading.Thread(target=lambda: [socket.send("t" * 100) for _ in range(100)], daemon=True)
+        for _ in range(3)
+    ]
+    for thread in threads:
+        thread.start()
+    assert socket.receive(1.0) is None
+    for thread in threads:
+        thread.join(20.0)
+    sent, texts = line.sent, 0
+    while sent:
+        kind, length = sent[0], sent[1]
+        assert (kind, sent[2 : 2 + length]) in ((0x81, b"t" * 100), (0x8A, b"p" * 100))
+        texts += kind == 0x81
+        sent = sent[2 + length :]
+    assert texts == 300
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"REQUEST_METHOD": "POST"},
+        {"SERVER_PROTOCOL": "HTTP/1.0"},
+        {"HTTP_CONNECTION": "close"},
+        {"HTTP_CONNECTION": "xupgrade"},  # a word, not a part of one
+        {"HTTP_UPGRADE": "h2c"},
+        {"HTTP_SEC_WEBSOCKET_VERSION": "8"},
+        {"HTTP_SEC_WEBSOCKET_KEY": ""},
+        {"HTTP_SEC_WEBSOCKET_KEY": "AAAA"},
+        {"HTTP_SEC_WEBSOCKET_KEY": "\xff" * 24},
+    ],
+)
+def test_a_bad_handshake_never_reaches_the_library(change: dict[str, str]) -> None:
+    with pytest.raises(BadHandshake):
+        handshake(REQUEST | change)
+
+
+def test_the_library_sees_no_header_that_was_not_checked() -> None:
+    sent = {"HTTP_COOKIE": "x=\x80", "HTTP_HOST": "xn--\xff@[::1]", "HTTP_ORIGIN": "y"}
+    seen = handshake(REQUEST | sent | {"HTTP_SEC_WEBSOCKET_EXTENSIONS": "permessage-deflate"})
+    assert {name for name in seen if name.startswith("HTTP_")} == {
+        name for name in REQUEST if name.startswith("HTTP_")
+    }
+    assert seen["HTTP_HOST"] == "gazechair"

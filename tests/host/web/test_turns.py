@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import threading
+import time
 
 import pytest
 
-from gazechair.web.turns import BURST_S, SHARE, Crowded, Turns
+from gazechair.web.turns import BURST_S, SHARE, Crowded, Turns, write_off
 
 
 class Shop:
@@ -87,3 +88,15 @@ def test_only_so_many_work_at_once() -> None:
         pass
     with turns.turn(0.01):
         pass  # free again, after an error too
+
+
+def test_what_was_written_off_is_billed_to_nobody() -> None:
+    turns = Turns(clock=lambda: 0.0, sleep=lambda _: pytest.fail("it waits"))
+    turns.bill()
+    turns = Turns(clock=lambda: 0.0, sleep=lambda _: pytest.fail("it waits"))
+    end_s = time.thread_time() + 2 * BURST_S
+    while time.thread_time() < end_s:
+        pass
+    write_off()
+    with turns.turn(0.0):
+        pass

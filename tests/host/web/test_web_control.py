@@ -14,6 +14,7 @@ from wsproto.events import Ping
 
 from gazechair.web import control, page_client
 from gazechair.web.page_client import PageClient
+from gazechair.web.turns import BURST_S, LONGEST_WAIT_S, SHARE
 
 LONG_S = 20.0
 
@@ -219,3 +220,26 @@ def test_answers_to_pings_do_not_break_the_states_under_way(port: Any, open_page
             port.set_level(f"level {number}")
     while page.next_of("state")["level"] != "level 297":
         pass
+
+
+def test_what_a_page_has_cost_keeps_nobody_waiting_when_it_goes(
+    port: Any, driver: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not after hours of driving: it is not billed to those who are not known yet."""
+
+    def dear(client: int, message: dict[str, Any]) -> list[dict[str, Any]]:
+        end_s = time.thread_time() + 1.1 * (SHARE * LONGEST_WAIT_S + BURST_S)
+        while time.thread_time() < end_s:
+            pass
+        return []
+
+    monkeypatch.setattr(port, "receive", dear)
+    page = driver.open()
+    page.send({"k": "hb", "token": 1})
+    page.next()
+    page.ws.close()
+    port.wait_for(lambda: port.gone == [1])
+    for thread in threading.enumerate():
+        if thread.name.startswith("web-request-"):
+            thread.join(LONG_S)
+    assert driver.get("/me")[0] == 200
