@@ -87,6 +87,7 @@ class App:
             self.safety.neutral_moved()
         self._imu.tilt.limit_q4_deg = s.tilt_limit_q4_deg
         self.obstacles.configure(s)
+        self.link.tell_zone(self.obstacles.zone)
         self.obedience.configure(s)
         turn = turn_controller(s)
         self.motion = Motion(s, turn)

@@ -17,6 +17,7 @@ _RX_PER_POLL = 96  # bytes: the slice stays short, and four times the traffic st
 _FRAMES_PER_POLL = 3
 _HELLO_MS = 200
 _STATS_MS = 200
+_ZONE_MS = 250  # one direction each time: a lost one comes again within a second
 _NAME_SIZE = 16
 
 _HOST = 0
@@ -67,6 +68,8 @@ _INDEX = _at(messages.SETTING, "index")
 _VALUE = _at(messages.SETTING, "value")
 _REFUSED = _at(messages.SETTING_REPLY, "refused")
 _KEY = _at(messages.MAINTENANCE, "key")
+_ZONE_DIRECTION = _at(messages.ZONE, "direction")
+_ZONE_POINTS = _at(messages.ZONE, "points")
 _ACCEPTED = _at(messages.MAINTENANCE, "accepted")
 _REASON = _at(messages.MAINTENANCE, "reason")
 
@@ -97,6 +100,10 @@ class Link:
         self._heard_at = 0  # ticks of the last fresh frame
         self._hello_at = 0
         self._stats_at = 0
+        self._zone = None  # per direction, as it goes over the wire
+        self._zone_due = 0  # so many directions at once: all in a session's beginning, or when new
+        self._zone_next = 0
+        self._zone_at = 0
         self._greet = False
         self._nonce_due = False
         self._pong = False
@@ -205,6 +212,7 @@ class Link:
         self._session = session
         self._keys.begin(session, self._boot, self._nonce, 0, self._outbox.ticks & 0xFFFF)
         self._telemetry.restart()
+        self._zone_due = len(self._zone)
         self._last_seq = buf[messages.SEQ_AT]
         self._heard_at = self._outbox.ticks
         back = self._inbox.back
@@ -375,6 +383,10 @@ class Link:
         elif self._elapsed(now, self._stats_at) >= _STATS_MS:
             self._stats_at = now
             self._send_stats(stats)
+        elif self._zone_due or self._elapsed(now, self._zone_at) >= _ZONE_MS:
+            self._zone_at = now
+            self._zone_due = max(0, self._zone_due - 1)
+            self._send_zone()
 
     def _send_hello(self):
         body = self._encoder.body
@@ -444,6 +456,21 @@ class Link:
         body[_VALUE + 1] = self._answer_value >> 8
         body[_REFUSED] = self._answer_refused
         self._send(messages.SETTING_REPLY)
+
+    # zone: the points of each direction. The host learns of a change at once.
+    def tell_zone(self, zone):
+        self._zone = zone
+        self._zone_due = len(zone)
+
+    def _send_zone(self):
+        at = self._zone_next
+        self._zone_next = (at + 1) % len(self._zone)
+        body = self._encoder.body
+        body[_ZONE_DIRECTION] = at
+        points = self._zone[at]
+        for k in range(len(points)):
+            body[_ZONE_POINTS + k] = points[k]
+        self._send(messages.ZONE)
 
     def _send_maintenance(self):
         body = self._encoder.body

@@ -6,6 +6,7 @@
 # as leaves time to slow down. The work is spread over the ticks, an eighth each; but a new
 # clearance that is too near blocks in the tick that sees it.
 
+from gazeboard import zone
 from gazeboard.arcs import Arcs
 from gazeboard.bypass import Bypass
 from gazeboard.speed import SpeedBound
@@ -135,6 +136,11 @@ class Obstacles:
         self._stopping = [
             Stopping(settings, direction, trusted)
             for trusted in (False, True)
+            for direction in range(4)
+        ]
+        # What stopping takes per direction, for the host: see gazelink/zone.py.
+        self.zone = [
+            zone.points(self._stopping[direction], self._stopping[4 + direction])
             for direction in range(4)
         ]
 

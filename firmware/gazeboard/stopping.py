@@ -92,6 +92,10 @@ class Stopping:
     def stop(self, speed):
         return speed * self.time_ms // 1000 + speed * speed // self.two_brake + self.margin
 
+    # Milliseconds that takes.
+    def stop_ms(self, speed):
+        return self.time_ms + 1000 * speed // self.brake
+
 
 # A row of a profile: as set, and as seen on the chair.
 def _believed(settings, profile, name):

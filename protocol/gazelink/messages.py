@@ -146,6 +146,9 @@ STATS = Message(
 PONG = Message(0x22, "pong", DOWN, "token_low:H token_high:H")
 # refused: a reason, 0 = done; value: what is in force now.
 SETTING_REPLY = Message(0x23, "setting_reply", DOWN, "request:B index:B value:H refused:B")
+# How the chair stops in one direction (codes.DIR_*), see zone.py: said without being asked, in each
+# session, after each change of the settings, and again and again.
+ZONE = Message(0x24, "zone", DOWN, "direction:B points:48s")
 
 MESSAGES = (
     HELLO,
@@ -163,6 +166,7 @@ MESSAGES = (
     STATS,
     PONG,
     SETTING_REPLY,
+    ZONE,
 )
 BY_TYPE = {m.type_id: m for m in MESSAGES}
 

@@ -139,6 +139,7 @@ class Rig:
         self.state = {}
         self.states = 0
         self.reply = None
+        self.zones = {}  # newest points per direction
         self.boot()
 
     def boot(self):
@@ -270,6 +271,9 @@ class Rig:
             self.states += 1
         elif buf[0] == messages.SETTING_REPLY.type_id:
             self.reply = messages.SETTING_REPLY.unpack(buf)
+        elif buf[0] == messages.ZONE.type_id:
+            told = messages.ZONE.unpack(buf)
+            self.zones[told["direction"]] = told["points"]
 
     # -- what tests ask ----------------------------------------------------------------------------
 

@@ -1,0 +1,18 @@
+# How the chair stops in one direction: the points of the ZONE message. The board makes them of its
+# settings (gazeboard/zone.py), the host only looks things up between them.
+#
+# Units are 1 mm, or 1/16 degree in turns. The first point is the standing chair: its way is the
+# margin, its time what passes before it brakes. The second is creep, the last full deflection in
+# the fastest profile that the chair may be in; those between are evenly spread.
+
+from gazelink.const import const
+
+POINTS = const(6)
+# speed: units/s. stop: from the decision until it stands, margin included. stop_ms: the time that
+# takes. told: the way that lets the board permit this speed and no more.
+POINT = "<HHHH"
+POINT_SIZE = const(8)
+SIZE = const(48)
+STANDING = const(0)
+CREEP = const(1)
+FULL = const(5)
