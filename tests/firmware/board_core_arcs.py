@@ -267,6 +267,41 @@ def test_a_bypass_creeps_once_it_is_slow():
     assert 0 < turn_cap <= stick.stopping(2).permille[0]
 
 
+def test_a_bypass_waits_while_the_chair_is_faster_than_creep():
+    for linear, turn in ((600, 100), (-600, 100), (600, -100)):
+        stick = Stick(linear, turn)
+        stick.run(600)
+        for quadrant in range(4):
+            stick.quadrant(quadrant, 0)
+        stick.hold_bypass(1)
+        # It takes some turns until its speed is that of what is put out.
+        stick.run(2 * TURN_MS)
+        assert stick.o.bypass.left_ms and stick.blocked(), (linear, turn)
+        for _ in range(40):
+            stick.hold_bypass(1)
+            stick.run(100)
+        assert not stick.blocked(), (linear, turn)
+
+
+def test_a_stick_that_is_turned_about_is_as_fast_as_both_sides_leave():
+    for linear, turn in ((600, 400), (-600, 400)):
+        levels = []
+        for way in (255, 60, 45, 30, 20, 0):
+            # The front's rows stay free, the rear's grow shorter with the turn.
+            stick = Stick(linear, turn)
+            stick.run(600)
+            for row in range(arcs.BOTH_ROWS):
+                stick.rows(arcs.BOTH_AT + row, 1, arcs.FAR)
+                stick.rows(arcs.BOTH_AT + arcs.BOTH_ROWS + row, 1, way // (row + 1))
+            stick.push(-linear, turn)
+            stick.tick()
+            levels.append(-1 if stick.blocked() else stick.caps()[0])
+            if stick.blocked():
+                assert stick.caps() == (0, 0)
+        assert levels == sorted(levels, reverse=True)
+        assert levels[0] == 600 and levels[-1] == -1
+
+
 def test_a_turn_beyond_the_widest_row_is_blocked():
     stick = Stick(300, 300)
     stick.run(300)

@@ -598,6 +598,21 @@ def test_a_way_that_is_only_open_to_creep_is_blocked_when_that_would_be_too_fast
     assert not eyes.o.blocked & (17 * ahead)
 
 
+def test_ms_without_a_tick_age_the_clearance_and_use_up_the_bypass():
+    eyes = Eyes()
+    eyes.frames = False
+    eyes.hold_bypass(1)
+    eyes.run(TURN_MS)
+    held_ms = eyes.o.bypass.left_ms
+    age_ms = eyes.o._age_ms
+    eyes.o.missed(57)
+    assert eyes.o._age_ms == age_ms + 57
+    eyes.run(TURN_MS)
+    assert eyes.o.bypass.left_ms == held_ms - 57 - TURN_MS
+    eyes.o.missed(1 << 20)
+    assert eyes.o._age_ms == limits.AGE_MAX_MS
+
+
 def test_a_sluggish_chair_gets_what_starts_its_turns_and_nothing_more():
     settings = Settings()
     settings.profile = 0
