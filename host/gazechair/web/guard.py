@@ -159,6 +159,9 @@ class Guard:
                 return self._whole(environ, start)
         if path in self._sockets:
             return self._socket(environ, start, device)
+        if is_upgrade(environ):
+            detail = "no WebSocket is at this address"
+            return _answer(start, Refusal("400 Bad Request", "bad_message", detail))
         with self._turns[device.role].turn():
             return self._whole(environ, start)
 

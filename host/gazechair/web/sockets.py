@@ -19,7 +19,7 @@ from typing import Any
 from simple_websocket import ConnectionClosed
 from wsproto import WSConnection
 from wsproto.connection import ConnectionState
-from wsproto.events import CloseConnection, Event, Ping
+from wsproto.events import CloseConnection, Event, Message, Ping
 from wsproto.utilities import LocalProtocolError
 
 from gazechair.rate_limit import RateLimit
@@ -188,7 +188,7 @@ LIBRARY_OPTIONS = {"max_message_size": MOST_MESSAGE, "thread_class": HeldReader}
 
 
 class _Counting:
-    """The library's protocol engine, whose every event counts."""
+    """The library's protocol engine, whose every frame counts."""
 
     def __init__(self, engine: WSConnection, line: Line) -> None:
         self._engine = engine
@@ -201,7 +201,9 @@ class _Counting:
 
     def events(self) -> Iterator[Event]:
         for event in self._engine.events():
-            if not self._line.arrivals.allow():
+            # A part of a frame is what one read brought, which counts itself.
+            counts = not isinstance(event, Message) or event.frame_finished
+            if counts and not self._line.arrivals.allow():
                 self.why = _FLOOD
                 yield CloseConnection(CLOSE_POLICY, _FLOOD)  # the library says so, and ends
                 return

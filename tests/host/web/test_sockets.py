@@ -154,7 +154,7 @@ def test_single_bytes_count() -> None:
     stream = frame(TEXT, b"x" * 900) * 9
     socket, line = socket_of(*[stream[at : at + 1] for at in range(len(stream))])
     assert ends(socket) == "far too many messages"
-    assert line.read <= ARRIVALS_PER_S + 1
+    assert ARRIVALS_PER_S - 2 <= line.read <= ARRIVALS_PER_S + 1
 
 
 def test_all_sockets_of_a_device_count_together() -> None:

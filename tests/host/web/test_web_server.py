@@ -12,6 +12,7 @@ import simple_websocket
 from gazechair.caretaker_settings import CaretakerSettings
 from gazechair.config import Config, WebConfig
 from gazechair.web import WebError, WebServer
+from gazemeasure.raw_page import upgrade
 
 LONG_S = 20.0
 
@@ -122,4 +123,13 @@ def test_a_broken_handshake_is_answered_in_one_line(
     port: Any, headers: dict[str, str], get: Any
 ) -> None:
     assert get("/ws/control", **headers)[0] == 400
+    assert port.clients == 0
+
+
+@pytest.mark.parametrize("path", ["/", "/health", "/ws//control", "/ws/control/", "//ws/control"])
+def test_other_addresses_become_no_socket(
+    server: WebServer, port: Any, driver: Any, path: str
+) -> None:
+    with pytest.raises(ConnectionError, match=r"'HTTP/1.1 [34]"):
+        upgrade(server.port, path, driver.headers["Cookie"])
     assert port.clients == 0
