@@ -172,8 +172,10 @@ class App:
         if obedience.step(i, linear_permille, turn_permille, safety.state == codes.ARMED):
             safety.trip(codes.DISOBEYS)
             motion.stop()
+            linear_permille = motion.linear_permille
+            turn_permille = motion.turn_permille
         joystick = self.joystick
-        verified = joystick.write(motion.linear_permille, motion.turn_permille)
+        verified = joystick.write(linear_permille, turn_permille)
         if (not verified or obedience.wiper_debt) and obedience.wipers_written(verified):
             safety.trip(codes.WIPER)
         if safety.wipers_written(verified, joystick.neutral):

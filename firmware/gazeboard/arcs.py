@@ -239,11 +239,14 @@ class Arcs:
         along = _STOPPING_AT + _OF_STOPPING * (along + trusted)
         aside = _STOPPING_AT + _OF_STOPPING * (aside + trusted)
         # The slowest: neither beyond its creep, in the command's proportion.
-        share = 64
-        while share > 0 and (
-            (linear * share) >> 6 > n[along + _CREEP] or (turn * share) >> 6 > n[aside + _CREEP]
-        ):
-            share -= 1
+        share = 0
+        more = 64
+        while more:
+            trial = share + more
+            if trial <= 64 and (linear * trial) >> 6 <= n[along + _CREEP]:
+                if (turn * trial) >> 6 <= n[aside + _CREEP]:
+                    share = trial
+            more >>= 1
         s[_LINEAR] = linear
         s[_LINEAR_LEAST] = (linear * share) >> 6
         s[_TURN] = turn

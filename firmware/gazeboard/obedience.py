@@ -11,7 +11,7 @@ from gazelink.native import micropython
 from gazelink.settings_table import PROFILES, TABLE, index_of, profile_row
 
 _SAMPLE_MS = const(10)
-_AFTER_TICKS = const(2)  # the ticks of a new sample and after it have enough to do
+_AFTER_TICKS = const(5)  # the ticks of a new sample and after it have enough to do
 _FULL_PERMILLE = const(1000)
 _WIPER_BAD = const(2)
 _WIPER_GOOD = const(3)

@@ -33,7 +33,11 @@ _ALL_BLOCKED = const(15)
 _BLOCKED_BITS = const(17)  # of a direction: blocked, and as creep is more than it may be
 _ALL_DECIDED = const(0xAA)
 ARC_BLOCKED = const(256)  # in `blocked`: the command's two axes, or what rolls on, together
-_ARC_PHASE = const(2)
+# The turns of a period: forward and backward each are felt, then judged; both sides are felt at
+# once and judged one after the other; then the arcs.
+_FEEL_SIDES = const(4)
+_JUDGE_RIGHT = const(6)
+_JUDGE_ARCS = const(7)
 
 
 class Way:
@@ -184,29 +188,35 @@ class Obstacles:
             if self._looked:
                 self._extra_ms += 1
                 return
-        else:
+        elif self._looked:
             self._looked = False
         phase = (self._phase + 1) & 7
         self._phase = phase
-        at = phase >> 1
+        if phase == _JUDGE_ARCS:
+            if not busy:
+                self._judge_arcs(i, trusted)
+            return
+        at = _RIGHT if phase == _JUDGE_RIGHT else phase >> 1
         way = self._ways[at]
         stopping = self._stopping[at + 4 if trusted or (sluggish and at >= _LEFT) else at]
-        if phase & 1:
+        if phase & 1 or phase == _JUDGE_RIGHT:
             self._judge(i, at, way, stopping)
             return
         measured = 0
         if at == _FORWARD:
             self.bypass.step(i, armed, _PERIOD_MS + self._extra_ms)
             self._extra_ms = 0
-        elif at == _LEFT:
+        elif phase == _FEEL_SIDES:
             measured = i.rate_q4
-        elif at == _RIGHT:
-            measured = -i.rate_q4
         way.feel(stopping, most[at], measured)
         arcs.feel(at, way)
         most[at] = 0
-        if phase == _ARC_PHASE:
-            self._judge_arcs(i, trusted)
+        if phase == _FEEL_SIDES:
+            way = self._ways[_RIGHT]
+            stopping = self._stopping[_RIGHT + 4 if trusted or sluggish else _RIGHT]
+            way.feel(stopping, most[_RIGHT], -measured)
+            arcs.feel(_RIGHT, way)
+            most[_RIGHT] = 0
 
     # A turn of the arcs, and whenever another command comes: before it moves anything.
     @micropython.native

@@ -10,6 +10,7 @@ from gazelink.const import const
 from gazelink.native import micropython
 
 _SAMPLE_MS = const(10)
+_AFTER_TICKS = const(4)  # a new sample's tick and the three after it have enough to do
 _AGREES_MS = const(300)  # of steady turning within a quarter of the model's rate
 _CONTRADICTS_MS = const(200)
 _STANDS_Q4 = const(24)  # 1.5 degrees/s
@@ -23,7 +24,8 @@ class ProfileCheck:
     def __init__(self, model):
         self._model = model
         self._count = -1
-        self._due = False
+        self._wait = 0
+        self._model_q10 = 0  # its rate at the sample
         self._steady_ms = 0
         self._agrees_ms = 0
         self._contradicts_ms = 0
@@ -40,14 +42,17 @@ class ProfileCheck:
     def step(self, i, linear_permille, turn_permille):
         if self.agreed or self.sluggish:
             self._lapse(linear_permille, turn_permille)
-        if i.heading_count != self._count:
-            # The tick of a new sample has enough to do.
-            self._count = i.heading_count
-            self._due = True
+        wait = self._wait
+        if wait == 0:
+            if i.heading_count != self._count:
+                self._count = i.heading_count
+                self._wait = _AFTER_TICKS
             return
-        if not self._due:
+        self._wait = wait - 1
+        if wait == _AFTER_TICKS:
+            self._model_q10 = self._model.seen_rate()
+        if wait > 1:
             return
-        self._due = False
         model = self._model
         if model.steady() and abs(turn_permille) >= limits.TELLING_PERMILLE:
             self._steady_ms = min(self._steady_ms + _SAMPLE_MS, 1000)
@@ -66,7 +71,7 @@ class ProfileCheck:
                 self._stood_ms = 0
         if i.heading_faults:
             return
-        rate_q10 = model.seen_rate()
+        rate_q10 = self._model_q10
         seen_q10 = i.rate_q4 << 6
         if rate_q10 < 0:
             rate_q10 = -rate_q10

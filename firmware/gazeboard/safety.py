@@ -121,11 +121,18 @@ class Safety:
         # reset that comes with a new session belongs to the old one.
         same_session = self._judge_session(i)
         disarm = i.disarm_count != self._disarm_count
-        self._disarm_count = i.disarm_count
-        arms = (i.arm_count - self._arm_count) & 0xFFFF if same_session else 0
-        self._arm_count = i.arm_count
-        reset = i.reset_count != self._reset_count and same_session
-        self._reset_count = i.reset_count
+        if disarm:
+            self._disarm_count = i.disarm_count
+        arms = 0
+        count = i.arm_count
+        if count != self._arm_count:
+            if same_session:
+                arms = (count - self._arm_count) & 0xFFFF
+            self._arm_count = count
+        reset = False
+        if i.reset_count != self._reset_count:
+            self._reset_count = i.reset_count
+            reset = same_session
         if self._button_ms == limits.RESET_PRESS_MS:
             reset = True
         faults = self._judge_faults(i, emergency_open, late, reset)
@@ -393,7 +400,8 @@ class Safety:
     def _judge_command(self, i):
         self.permitted = False
         stopped = i.stop_count != self._stop_count
-        self._stop_count = i.stop_count
+        if stopped:
+            self._stop_count = i.stop_count
         if stopped or i.verb == codes.STOP:
             self._end_press(codes.NO_REASON)
         if stopped:
@@ -407,8 +415,8 @@ class Safety:
             if i.edge != self.edge:
                 self.spent_edge = self.edge or self.spent_edge
                 self.edge = i.edge
-            self._verb = i.verb
-            self._mode = i.mode
+                self._verb = i.verb
+                self._mode = i.mode
             self.override = codes.NO_REASON
             return
         self._end_press(reason)

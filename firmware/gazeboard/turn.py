@@ -80,6 +80,9 @@ class TurnController:
         self._hold = hold
         self._deadband = deadband
         self._holds = False
+        self._held_q4 = -1  # for which heading and rate `_held` is
+        self._held_rate_q4 = 0
+        self._held = 0
         self._cutoff_q8 = cutoff_q4 << 4
         self._there_q8 = self._cutoff_q8
         self._limit = limit_permille
@@ -98,6 +101,7 @@ class TurnController:
         self._rest_ms = 0
         self._from_q16 = 0
         self.start(0, -1)
+        self._forget()
         self._phase = _COAST  # no turn yet
 
     # One ms of what was put out, whatever the motion.
@@ -112,21 +116,27 @@ class TurnController:
     @micropython.native
     def start(self, setpoint_q4, count):
         self._setpoint_q4 = setpoint_q4 % HEADING_TURN_Q4_DEG
-        self._moves = 0
         self.arrived = False
-        self._time_is_up = False
         self.missed = False  # at rest beside the setpoint with no move left, or held by something
+        self._time_is_up = False
+        self._phase = _START
+        self._fresh = True
+        self._count = count
+        self._out = 0
+        self._looked = False
+        self._to_do = 0
         self._stalled_ms = 0
+        self._slope.start()
+
+    # What else the turn before has left: in the tick after the first look, which has less to do.
+    @micropython.native
+    def _forget(self):
+        self._fresh = False
+        self._moves = 0
         self._stands = 0
         self._idle_q16 = 0
         self._returns = 0  # how often its pushes changed sides
         self._small.start()
-        self._slope.start()
-        self._phase = _START
-        self._looked = False
-        self._to_do = 0
-        self._count = count
-        self._out = 0
 
     # Its time is nearly over: no more corrections, they would be cut short.
     @micropython.native
@@ -157,18 +167,25 @@ class TurnController:
     def keep(self, heading_q4):
         self._setpoint_q4 = heading_q4
         self._holds = False
+        self._held_q4 = -1
 
     # Going straight on: the turn output in permille that brings the heading back. Nothing for less
-    # than _HOLD_ON permille, so that the deadband is not crossed to and fro.
+    # _HOLD_ON permille, so that the deadband is not crossed to and fro. Worked out once a sample.
     @micropython.native
     def hold(self, heading_q4, rate_q4):
+        if heading_q4 == self._held_q4 and rate_q4 == self._held_rate_q4:
+            return self._held
+        self._held_q4 = heading_q4
+        self._held_rate_q4 = rate_q4
         out = self._hold.update(wrapped(self._setpoint_q4 - heading_q4), rate_q4, 1)
         size = abs(out)
         if size < (_HOLD_OFF if self._holds else _HOLD_ON):
             self._holds = False
-            return 0
-        self._holds = True
-        return out + self._deadband if out > 0 else out - self._deadband
+            self._held = 0
+        else:
+            self._holds = True
+            self._held = out + self._deadband if out > 0 else out - self._deadband
+        return self._held
 
     # One tick of 1 ms: the turn output in permille, left positive. count: of heading samples.
     @micropython.native
@@ -186,6 +203,8 @@ class TurnController:
             elif self._to_do:
                 self._learn_slope()
             else:
+                if self._fresh:
+                    self._forget()
                 plan = self._plan
                 way_q8 = plan.ahead_q8(self.model.state, self._seen_q16, self._sign, False)
                 self._slope.look_ahead(way_q8)

@@ -36,9 +36,13 @@ def test_outputs_stay_within_settings_cap_and_free_ways() -> None:
         caps = [rng.choice((0, rng.randint(0, 1000), 1000)) for _ in range(4)]
         blocked = rng.choice((0, rng.randint(0, 15)))
         linear, turn = (rng.choice((0, rng.randint(-1000, 1000))) for _ in range(2))
+        if i.verb == codes.DRIVE and rng.randint(0, 1):
+            linear = 0
+        elif i.verb == codes.DRIVE:
+            turn = 0  # both at once share what is free: tests/firmware/board_core_arcs.py
         motion.linear_permille = linear
         motion.turn_permille = turn
-        motion._limit(i, blocked, caps)
+        motion._limit(i, blocked, caps, None)
 
         stepwise = i.mode != codes.CONTINUOUS and i.verb != codes.DRIVE
         most = settings.step_turn_permille if stepwise else settings.turn_permille
