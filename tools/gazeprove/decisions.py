@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -61,7 +61,7 @@ def settings_tried(quick: bool) -> list[Settings]:
     return [Settings()] if quick else [Settings(), bare, wide, stiff]
 
 
-def explore(settings: Settings, quick: bool, note: Callable[[str], None]) -> Decided:
+def explore(settings: Settings, quick: bool) -> Decided:
     """Every level x bypass x bits x age x speeds and distances around each place that matters."""
     found = Decided()
     obstacles: Any = Obstacles(settings)
@@ -80,7 +80,6 @@ def explore(settings: Settings, quick: bool, note: Callable[[str], None]) -> Dec
                 found.broken += [f"direction {direction} {text}: {case}" for text in broken]
                 if len(found.broken) > _STORIES:
                     return found
-    note(f"{found.decisions} decisions")
     return found
 
 

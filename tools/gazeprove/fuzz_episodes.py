@@ -170,6 +170,20 @@ def replay(life: Life, count: int) -> None:
             life.host.inject(data, sent, "replayed")
 
 
+def arm_again(life: Life) -> Script:
+    """Disarmed out of a motion, and armed again sooner or later than that may be."""
+    rng = life.rng
+    yield from life.drive()
+    life.host.let_go()
+    yield rng.randrange(1, 30)
+    life.host.order(codes.DISARM, codes.DRIVER)
+    life.host.forget_order()
+    yield rng.randrange(200, 620)
+    life.host.order(codes.ARM, codes.DRIVER)
+    yield 130
+    yield from life.drive()
+
+
 def attack(life: Life) -> Script:
     """Frames nobody meant, around a press, a stop and an arming."""
     rng = life.rng
@@ -250,25 +264,48 @@ def late_line(life: Life) -> Script:
     """What the host says waits and then comes all at once; something may be among it."""
     rng = life.rng
     host = life.host
-    if rng.random() < 0.4:
-        host.order(codes.DISARM, codes.DRIVER)
-        host.let_go()
-        yield 700
-        host.stalled = True
-        host.order(codes.ARM, codes.DRIVER)
-        host.forget_order()
-    else:
+    if rng.random() < 0.5:
         yield from life.drive()
         host.stalled = True
         if rng.random() < 0.5:
             yield from life.drive()
-    yield rng.choice((30, 80, 105, 150, 400))
-    host.stalled = False
-    host.forget_order()
+        yield rng.choice((30, 80, 105, 150, 400))
+        host.stalled = False
+    else:
+        yield from _late_word(life)
     yield rng.randrange(20, 300)
     host.delay_us = rng.choice((0, 0, 3_000, 30_000, 90_000))
     yield rng.randrange(20, 300)
     host.delay_us = 0
+
+
+def _late_word(life: Life) -> Script:
+    """One order or press, then nothing; it comes with the next word, late by then or not."""
+    rng = life.rng
+    host = life.host
+    order = rng.random() < 0.6
+    if order:
+        host.order(codes.DISARM, codes.DRIVER)
+        host.let_go()
+        yield 700
+    else:
+        yield from life.drive()
+        host.let_go()
+        yield 30
+    host.stalled = True
+    if order:
+        host.order(codes.ARM, codes.DRIVER)
+        host.forget_order()
+    else:
+        host.press(rng.choice(_MOVES[:4]), codes.CONTINUOUS, life.oracle.owner)
+        host.say_command()
+        host.says_command = False
+    host.alive = False
+    yield rng.choice((60, 90, 101, 110, 130, 200))
+    host.alive = True
+    host.stalled = False
+    yield 60
+    host.says_command = True
 
 
 def new_session(life: Life) -> Script:
@@ -310,6 +347,7 @@ EPISODES: tuple[tuple[int, Callable[[Life], Script]], ...] = (
     (3, others_stop),
     (4, two_people),
     (4, two_orders),
+    (2, arm_again),
     (4, spoilt.failing_pot),
     (5, spoilt.failing_imu),
     (3, spoilt.tilt),

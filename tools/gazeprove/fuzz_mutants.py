@@ -101,9 +101,9 @@ PLANTED = (
     ),
     Planted(
         "late ticks unseen",
-        _LIMITS,
-        "TICK_STALLED_US = const(20000)",
-        "TICK_STALLED_US = const(80000)",
+        _APP,
+        "late = clock.late",
+        "late = False",
     ),
     Planted(
         "the driver resets faults",

@@ -109,6 +109,7 @@ def survives(module: str, mutant: Mutant, tests: Tests) -> bool:
         with suppress(BaseException):
             # A mutant may loop for ever; counted in its own time, however busy the machine is.
             signal.setitimer(signal.ITIMER_VIRTUAL, MUTANT_LIMIT_S)
+            _forget_the_core()
             target = importlib.import_module(f"gazeboard.{module}")
             for name in [name for name in vars(target) if not name.startswith("__")]:
                 delattr(target, name)
@@ -122,6 +123,12 @@ def survives(module: str, mutant: Mutant, tests: Tests) -> bool:
     if 0 <= code < len(tried):
         tests.killed(tried[code])
     return code == _SURVIVED
+
+
+def _forget_the_core() -> None:
+    """What is imported from now on takes the mutant for the module."""
+    for name in [name for name in sys.modules if name.partition(".")[0] == "gazeboard"]:
+        del sys.modules[name]
 
 
 def _load() -> list[tuple[str, str, Test]]:

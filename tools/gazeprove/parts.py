@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import multiprocessing
+import multiprocessing.pool
 import os
 import time
 from collections.abc import Callable
@@ -37,29 +37,43 @@ Note = Callable[[str], None]
 Part = tuple[dict[str, Any], list[str]]
 
 
+def _pool(quick: bool, *setup: Any) -> multiprocessing.pool.Pool:
+    """A process for each core; in the quick form one, because the tests have those cores."""
+    return multiprocessing.get_context("fork").Pool(1 if quick else None, *setup)
+
+
 def enumeration(quick: bool, note: Note) -> Part:
     """Explore every scope; hold random runs of the concrete core against each."""
     figures = dict.fromkeys(("scopes", "states", "transitions", "random_ticks", "moving_ticks"), 0)
     short: list[str] = []
     ticks = 5_000 if quick else 30_000
-    wanted = scopes(quick)
-    for number, scope in enumerate(wanted):
-        found = explore(scope, note)
-        walked = Walk(scope, found, seed=number).run(ticks)
-        figures["scopes"] += 1
-        figures["states"] += len(found.states)
-        figures["transitions"] += found.transitions
-        figures["random_ticks"] += walked.ticks
-        figures["moving_ticks"] += walked.moving
-        short += [f"{scope.name}: {text}" for text in (*found.broken, *walked.broken)]
-        note(
-            f"{number + 1}/{len(wanted)} {scope.name}: {len(found.states)} states,"
-            f" {found.transitions} transitions, {walked.ticks} random ticks, {found.seconds:.1f} s"
-        )
+    wanted = [(scope, number, ticks) for number, scope in enumerate(scopes(quick))]
+    with _pool(quick) as pool:
+        for name, counted, broken in pool.imap_unordered(_explore, wanted):
+            for figure, count in counted.items():
+                figures[figure] += count
+            short += broken
+            counts = ", ".join(f"{figure} {count}" for figure, count in counted.items())
+            note(f"{figures['scopes']}/{len(wanted)} {name}: {counts}")
     figures["invariants"] = len(INVARIANTS) + 1  # and: from everywhere back to driving
     if not figures["moving_ticks"]:
         short.append("the random runs never moved")
     return figures, short
+
+
+def _explore(of: tuple[Scope, int, int]) -> tuple[str, dict[str, int], list[str]]:
+    """One scope: its name, its figures, what is broken."""
+    scope, seed, ticks = of
+    found = explore(scope)
+    walked = Walk(scope, found, seed).run(ticks)
+    counted = {
+        "scopes": 1,
+        "states": len(found.states),
+        "transitions": found.transitions,
+        "random_ticks": walked.ticks,
+        "moving_ticks": walked.moving,
+    }
+    return scope.name, counted, [f"{scope.name}: {t}" for t in (*found.broken, *walked.broken)]
 
 
 def everything_at_once(quick: bool, note: Note) -> Part:
@@ -68,28 +82,46 @@ def everything_at_once(quick: bool, note: Note) -> Part:
     figures = {"random_ticks": 0, "moving_ticks": 0}
     short: list[str] = []
     noted = time.monotonic()
-    for seed in range(lives):
-        scope = Scope("everything at once", frozenset(CAUSES), all_commands=seed % 2 == 0)
-        walked = Walk(scope, None, seed).run(ticks)
-        figures["random_ticks"] += walked.ticks
-        figures["moving_ticks"] += walked.moving
-        short += [f"life {seed}: {text}" for text in walked.broken]
-        if time.monotonic() - noted > _NOTE_EVERY_S:
-            noted = time.monotonic()
-            note(f"{figures['random_ticks']} of {lives * ticks} ticks")
+    with _pool(quick) as pool:
+        for ran, moving, broken in pool.imap_unordered(_walk, [(n, ticks) for n in range(lives)]):
+            figures["random_ticks"] += ran
+            figures["moving_ticks"] += moving
+            short += broken
+            if time.monotonic() - noted > _NOTE_EVERY_S:
+                noted = time.monotonic()
+                note(f"{figures['random_ticks']} of {lives * ticks} ticks")
     return figures, short
+
+
+def _walk(of: tuple[int, int]) -> tuple[int, int, list[str]]:
+    """One random run: ticks, those that moved, what is broken."""
+    seed, ticks = of
+    scope = Scope("everything at once", frozenset(CAUSES), all_commands=seed % 2 == 0)
+    walked = Walk(scope, None, seed).run(ticks)
+    return walked.ticks, walked.moving, [f"life {seed}: {text}" for text in walked.broken]
 
 
 def decisions_of_obstacles(quick: bool, note: Note) -> Part:
     """Every decision of the obstacle rule, from every level, at every distance that matters."""
     figures = {"settings": 0, "decisions": 0}
     short: list[str] = []
-    for settings in decisions.settings_tried(quick):
-        found = decisions.explore(settings, quick, note)
-        figures["settings"] += 1
-        figures["decisions"] += found.decisions
-        short += found.broken
+    tried = list(decisions.settings_tried(quick))
+    with _pool(quick) as pool:
+        for counted, broken in pool.imap(_decide, [(n, quick) for n in range(len(tried))]):
+            figures["settings"] += 1
+            figures["decisions"] += counted
+            short += broken
+            note(
+                f"{figures['settings']} of {len(tried)} settings, {figures['decisions']} decisions"
+            )
     return figures, short
+
+
+def _decide(of: tuple[int, bool]) -> tuple[int, list[str]]:
+    """One of the settings: decisions, what is broken."""
+    number, quick = of
+    found = decisions.explore(list(decisions.settings_tried(quick))[number], quick)
+    return found.decisions, found.broken
 
 
 def coverage(quick: bool, note: Note) -> Part:
@@ -115,8 +147,7 @@ def mutation(quick: bool, note: Note) -> Part:
     every = _QUICK_EVERY if quick else _SLICES
     slices = [(m, every, first) for m in MODULES for first in range(1 if quick else every)]
     noted = time.monotonic()
-    context = multiprocessing.get_context("fork")
-    with context.Pool(1 if quick else None, _begin_killing, (kill.known_tests(),)) as pool:
+    with _pool(quick, _begin_killing, (kill.known_tests(),)) as pool:
         for module, tried in pool.imap_unordered(_kill_slice, slices):
             known = equivalent.reasons(module)
             for mutant_key, line, survives in tried:
