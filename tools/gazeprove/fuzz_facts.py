@@ -151,12 +151,14 @@ class Facts:
             self.rules.asked_for(sent.fields)
 
     def _on_command(self, sent: Sent, fresh: bool) -> None:
+        now = self.world.now_us
         fields = sent.fields
         if fields["verb"] == codes.STOP:
             for command in self.commands.values():
                 self.dead.add(command.press)
             self.commands.clear()
             self.overruled = (0, 0)
+            self.asked_us = min(self.asked_us, now)
             return
         if not fresh or not _possible(fields):
             return
