@@ -162,7 +162,9 @@ class Link:
             back = self._inbox.back
             age_ms = (self._outbox.ticks - u16(buf, messages.STAMP_AT)) & 0xFFFF
             if age_ms <= limits.FRAME_STALE_MS:
-                # Only a fresh frame shows that the host lives: a backlog may outlive it.
+                # Only a fresh frame shows that the host lives: a backlog may outlive it. And only
+                # that is newer than all before: a recording must not keep the next ones out.
+                self._last_seq = buf[messages.SEQ_AT]
                 self._heard_at = self._outbox.ticks
                 back.host_count = (back.host_count + 1) & 0xFFFF
             self._inbox.touch()
@@ -191,11 +193,9 @@ class Link:
     # Newer than the last one. A host whose frames got lost for so long that its next one looks old
     # ends its session by that silence.
     def _in_order(self, buf):
-        seq = buf[messages.SEQ_AT]
-        if not 1 <= (seq - self._last_seq) & 0xFF <= 127:
+        if not 1 <= (buf[messages.SEQ_AT] - self._last_seq) & 0xFF <= 127:
             self.stale = (self.stale + 1) & 0xFFFF
             return False
-        self._last_seq = seq
         return True
 
     def _on_hello(self, buf):

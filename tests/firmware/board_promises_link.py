@@ -1,7 +1,7 @@
 # Promises P2, P3 and P12 on the whole firmware in lockstep virtual time: host, driver, frames.
 
 from gazeboard import limits
-from gazelink import codes, messages
+from gazelink import codes, frame, messages
 from promiserig import armed, stays_still_until_pressed_anew
 from promises import CORE, kept, measured
 from rig import Rig, clearance
@@ -185,3 +185,33 @@ def test_p12_frames_late_by_their_own_stamp_are_refused_but_a_late_stop_counts()
     rig.stamp = (rig.stamp - 500) & 0xFFFF
     rig.send(messages.COMMAND, (codes.STOP, 0, 0, 0, 0, 0, 0, 1000, 0))
     rig.until(rig.neutral, 2)
+
+
+def test_p12_a_recording_never_keeps_the_hosts_next_frames_out():
+    # Recorded more than 128 frames ago, its number looks ahead of the newest; its stamp is old.
+    for wait in (110, 1000):
+        rig = Rig()
+        rig.arm()
+        rig.drive()
+        rig.send(messages.PING, (1, 2))
+        recorded = bytes(rig.wire._to[rig.wire._tail : rig.wire._head])
+        rig.run(wait)
+        while True:
+            ahead = (recorded_seq(rig, recorded) - rig.encoder._seq) & 0xFF
+            if 1 <= ahead <= 100:
+                break
+            rig.send(messages.PING, (3, 4))
+            rig.one_ms()
+        rig.wire.push(recorded, len(recorded))
+        rig.send(messages.COMMAND, (codes.STOP, 0, 0, codes.DRIVER, 0, 0, 0, 1000, 0))
+        rig.until(rig.neutral, 2)
+    kept(CORE, "P12", "a recording never keeps the host's next frames out")
+
+
+def recorded_seq(rig, recorded):
+    decoder = frame.Decoder()
+    decoder.session = rig.encoder.session
+    for byte in recorded:
+        if decoder.feed(byte):
+            return decoder.buf[messages.SEQ_AT]
+    raise AssertionError("not a frame of this session")
