@@ -222,9 +222,7 @@ def _path(hand: tuple[Move, ...], chair: AttackedChair) -> NDArray[np.float64]:
     return np.array(poses)
 
 
-def _placed(
-    chance: random.Random, path: NDArray[np.float64], swings: int
-) -> Room | None:
+def _placed(chance: random.Random, path: NDArray[np.float64], swings: int) -> Room | None:
     """A room with a thing in the path's sweep and outside the straight way; None: not found."""
     x0, y0, turned = path[swings - 1] if swings else (0.0, 0.0, 0.0)
     reach = path[:, 0].min() + REAR_M - 0.2, path[:, 0].max() + FRONT_M + 0.2
@@ -261,7 +259,5 @@ def _gaps(path: NDArray[np.float64], x: float, y: float) -> NDArray[np.float64]:
     c, s = np.cos(path[:, 2]), np.sin(path[:, 2])
     dx, dy = x - path[:, 0], y - path[:, 1]
     ahead, aside = c * dx + s * dy, c * dy - s * dx
-    out = np.maximum(
-        np.maximum(ahead - FRONT_M, REAR_M - ahead), np.abs(aside) - HALF_WIDTH_M
-    )
+    out = np.maximum(np.maximum(ahead - FRONT_M, REAR_M - ahead), np.abs(aside) - HALF_WIDTH_M)
     return np.asarray(out)

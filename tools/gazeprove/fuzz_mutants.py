@@ -40,7 +40,7 @@ PLANTED = (
     Planted(
         "sequence not checked",
         _LINK,
-        "if not 1 <= (seq - self._last_seq) & 0xFF <= 127:",
+        "if not 1 <= (buf[messages.SEQ_AT] - self._last_seq) & 0xFF <= 127:",
         "if False:",
     ),
     Planted(
