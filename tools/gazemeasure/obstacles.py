@@ -28,7 +28,7 @@ from gazesim.random_rooms import Task, door_task, task, wall_task
 _SHARES = ("door", "way", "room", "room", "room")
 _STATIC, _STATIC_QUICK = 10_000, 25
 _PEOPLE, _PEOPLE_QUICK = 3_000, 10
-_ARCS, _ARCS_QUICK = 10_000, 24
+_ARCS, _ARCS_QUICK = 10_000, 40
 _DOORS, _DOORS_QUICK = 200, 6
 _WALLS, _WALLS_QUICK = 40, 4
 _FIRMWARE, _FIRMWARE_QUICK = 200, 3
@@ -85,6 +85,13 @@ def measure(quick: bool) -> Report:
     report.note(
         "held, the others with reversals and mid-drive changes; every eighth with one lidar."
     )
+    report.note(
+        "Attacks: a post or corner 0-0.25 m beside the straight way, which the hand's arc sweeps;"
+    )
+    report.note(
+        "chairs as slow as the settings say: exact, second-order, jerk-limited, uneven, sampling"
+    )
+    report.note("the joystick each 20 ms, one axis late. What no lidar looks at is crept into.")
     report.note("First prototype: its front lidar, 3 sectors at 0.5 m, nothing behind, same runs.")
     report.note("A table is its legs: a lidar plane misses tops, glass and steps.")
     return report
@@ -184,6 +191,12 @@ def _people(report: Report, trials: Sequence[Trial]) -> None:
 def _arcs(report: Report, trials: Sequence[ArcTrial]) -> None:
     report.add("arcs: driving and turning at once", len(trials), "", len(trials), at_least=True)
     report.add("arcs: collisions", sum(one.ours.collided for one in trials), "", 0)
+    attacks = [one for one in trials if one.attack]
+    report.add("  of these attacks: things inside the arc, other physics", len(attacks), "")
+    report.add("  collisions in attacks", sum(one.ours.collided for one in attacks), "", 0)
+    unseen = [one.unseen_m_s for one in attacks if one.unseen_m_s]
+    report.add("  touched where the one lidar never looks", len(unseen), "")
+    report.add("    fastest part of the chair then", max(unseen, default=0.0), "m/s")
     alone = [one.free for one in trials if one.free is not None]
     report.add("  the same hand without the rule", sum(one.collided for one in alone), "")
     passable = [one.ours for one in trials if one.passable]

@@ -21,6 +21,7 @@ from gazeboard.turn import turn_controller
 from gazechair.outgoing import Clearance
 from gazelink import codes
 from gazelink.settings_table import PROFILES
+from gazemeasure.obstacles_attack import attack, attacked_chair, in_view
 from gazemeasure.obstacles_eyes import CORNERS, FRONT, Eye, Ours
 from gazemeasure.obstacles_run import MOVING_M_S, Outcome, fastest
 from gazemeasure.turn_board import settings_with
@@ -38,6 +39,7 @@ _REST_S = 4.0
 _AGAIN_S = 0.5  # after an override: until the next press
 _BEYOND_S = 1.5
 _HALL_M = 4.0
+_IN_A_ROW = 20  # arcs, then attacks
 
 
 class Body(Protocol):
@@ -307,6 +309,10 @@ class ArcTrial:
     profile: str
     ours: Outcome
     free: Outcome | None
+    attack: str = ""
+    """The physics of obstacles_attack, or none."""
+    unseen_m_s: float = 0.0
+    """How fast it touched what no lidar looks at: creep. Not a collision of the rule."""
 
     @property
     def passable(self) -> bool:
@@ -315,9 +321,29 @@ class ArcTrial:
 
 
 def arc_trial(seed: int) -> ArcTrial:
-    """The arc with that seed; every eighth with one lidar in front."""
+    """The arc with that seed; every eighth with one lidar in front, every other twenty attacks."""
     profile = PROFILES[seed // 4 % len(PROFILES)]
+    if seed // _IN_A_ROW % 2:
+        return attack_trial(seed, profile)
     wanted = arc_task(seed)
     ours = ArcRun(wanted, profile, seed, one_lidar=seed % 8 == 7)()
     free = ArcRun(wanted, profile, seed, ruled=False)() if wanted.steady else None
     return ArcTrial(profile, ours, free)
+
+
+def attack_trial(seed: int, profile: str) -> ArcTrial:
+    """The attack with that seed; its hand hits without the rule."""
+    settings = settings_with({"profile": PROFILES.index(profile)})
+    what = attack(seed, profile, settings)
+    hand = tuple(Hold(m.for_s, m.verb, m.linear, m.turn, m.press) for m in what.hand)
+    chair = attacked_chair(seed, profile, settings)
+    one_lidar = seed % 8 == 7
+    run = ArcRun(
+        ArcTask(what.room, hand, bool(seed % 2)), profile, seed, body=chair, one_lidar=one_lidar
+    )
+    ours = run()
+    unseen_m_s = 0.0
+    if ours.touched and not in_view(FRONT if one_lidar else CORNERS, chair, what.points):
+        unseen_m_s = fastest(run.chair)
+        ours.collided = False
+    return ArcTrial(profile, ours, None, what.kind, unseen_m_s)

@@ -1,6 +1,6 @@
 """Arcs that are meant to hit: things just outside the straight way and inside the turning arc.
 
-The hand's path is computed first; then a post or a wall's end is put where that path sweeps it
+The hand's path is computed first, then a post or a wall's end is put where that path sweeps it
 and the straight way does not. The chairs answer as the settings claim at worst, but by other
 physics than the twin's.
 """
@@ -16,8 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gazechair.lidar.scan import in_arcs
 from gazelink import codes
 from gazelink.settings_table import profile_row
+from gazemeasure.obstacles_eyes import Mount
 from gazesim.chair import FRONT_M, HALF_TRACK_M, HALF_WIDTH_M, REAR_M
 from gazesim.profiles import PROFILES as CHAIRS
 from gazesim.rooms import Room, Solid, box
@@ -53,6 +55,8 @@ class Attack:
     room: Room
     hand: tuple[Move, ...]
     kind: str
+    points: tuple[tuple[float, float], ...]
+    """Of the thing that is in the way."""
 
 
 class AttackedAxis:
@@ -165,9 +169,9 @@ def attack(seed: int, profile: str, settings: Any) -> Attack:
     for _ in range(_TRIES):
         hand, swings_s = _hand(chance, steady=bool(seed % 2))
         path = _path(hand, AttackedChair(profile, kind, settings, seed % 4 < 2))
-        room = _placed(chance, path, round(swings_s / _STEP_S))
-        if room is not None:
-            return Attack(room, hand, kind)
+        placed = _placed(chance, path, round(swings_s / _STEP_S))
+        if placed is not None:
+            return Attack(placed[0], hand, kind, placed[1])
     raise RuntimeError(f"attack {seed}: no place for a post")
 
 
@@ -222,8 +226,30 @@ def _path(hand: tuple[Move, ...], chair: AttackedChair) -> NDArray[np.float64]:
     return np.array(poses)
 
 
-def _placed(chance: random.Random, path: NDArray[np.float64], swings: int) -> Room | None:
-    """A room with a thing in the path's sweep and outside the straight way; None: not found."""
+def in_view(
+    mounts: tuple[Mount, ...],
+    chair: AttackedChair,
+    points: tuple[tuple[float, float], ...],
+) -> bool:
+    """Whether one of these lidars looks at one of these points, its chair being there."""
+    turned = math.radians(chair.heading_deg)
+    for mount in mounts:
+        angles_deg = np.arange(-180.0, 180.0)
+        seen_deg = mount.pose.directions_deg(angles_deg[~in_arcs(angles_deg, mount.mask)])
+        for x_m, y_m in points:
+            dx, dy = x_m - chair.x_m, y_m - chair.y_m
+            x = math.cos(turned) * dx + math.sin(turned) * dy - mount.pose.x_m
+            y = math.cos(turned) * dy - math.sin(turned) * dx - mount.pose.y_m
+            off_deg = (seen_deg - math.degrees(math.atan2(y, x)) + 180.0) % 360.0 - 180.0
+            if np.abs(off_deg).min() <= 1.0:
+                return True
+    return False
+
+
+def _placed(
+    chance: random.Random, path: NDArray[np.float64], swings: int
+) -> tuple[Room, tuple[tuple[float, float], ...]] | None:
+    """A thing in the path's sweep and outside the straight way, and its points; None: not found."""
     x0, y0, turned = path[swings - 1] if swings else (0.0, 0.0, 0.0)
     reach = path[:, 0].min() + REAR_M - 0.2, path[:, 0].max() + FRONT_M + 0.2
     for _ in range(_TRIES):
@@ -241,6 +267,7 @@ def _placed(chance: random.Random, path: NDArray[np.float64], swings: int) -> Ro
         h = _HALL_M
         walls = [(-h, -h, h, -h), (h, -h, h, h), (h, h, -h, h), (-h, h, -h, -h)]
         things: tuple[Solid, ...] = ()
+        points: tuple[tuple[float, float], ...] = ((x, y), (x, y + side * 0.1))
         if wall:  # its end, the rest away from the way
             far = y + side * 1.5
             walls.append((x, y, x, far))
@@ -248,9 +275,10 @@ def _placed(chance: random.Random, path: NDArray[np.float64], swings: int) -> Ro
                 continue
         else:
             things = (box(x, y, size, size, 0.0, 1.0, "wood", chance.uniform(0, 90)),)
+            points = tuple((float(px), float(py)) for px, py in things[0].corners)
         room = Room("attack", tuple(walls), things, start=(0.0, 0.0, 0.0))
         if room.clearance_m(0.0, 0.0, 0.0) > 0.0:
-            return room
+            return room, points
     return None
 
 
