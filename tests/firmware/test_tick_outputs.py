@@ -8,8 +8,10 @@ from types import SimpleNamespace
 
 from gazeboard import joystick, limits
 from gazeboard.motion import Motion
+from gazeboard.pid import PD
 from gazeboard.settings import Settings
 from gazeboard.telemetry import Telemetry
+from gazeboard.turn import turn_controller, wrapped
 from gazelink import codes
 from gazelink.messages import HEADER_SIZE
 
@@ -142,3 +144,28 @@ def test_a_captured_state_is_what_the_board_found() -> None:
             safety.edge or safety.spent_edge,
             0xFF if old else obstacles.decisions,
         )
+
+
+def test_a_heading_is_held_once_a_sample_as_if_in_every_tick() -> None:
+    """hold() asked again and again, and kept anew, against the formula worked out each time."""
+    rng = random.Random(23)
+    settings = Settings()
+    turn = turn_controller(settings)
+    gains = PD(settings.hold_kp_q4, settings.hold_kd_q4)
+    kept_q4, holds = 0, False
+    heading_q4, rate_q4 = 0, 0
+    for _ in range(_TRIES):
+        if rng.random() < 0.05:
+            kept_q4, holds = rng.choice((heading_q4, rng.randint(0, 5759))), False
+            turn.keep(kept_q4)
+        if rng.random() < 0.3:
+            heading_q4 = (kept_q4 + rng.randint(-40, 40)) % 5760
+            rate_q4 = rng.randint(-20, 20)
+        out = gains.update(wrapped(kept_q4 - heading_q4), rate_q4, 1)
+        holds = abs(out) >= (6 if holds else 16)
+        if not holds:
+            out = 0
+        else:
+            deadband = settings.of_profile("deadband_permille")
+            out += deadband if out > 0 else -deadband
+        assert turn.hold(heading_q4, rate_q4) == out
