@@ -171,7 +171,8 @@ class Obstacles:
         elif -turn_permille > most[_RIGHT]:
             most[_RIGHT] = -turn_permille
         arcs = self.arcs
-        busy = arcs.changed(i)
+        judges = arcs.changed(i)
+        busy = judges
         count = i.clearance_count
         if count != self._count:
             self._count = count
@@ -193,7 +194,7 @@ class Obstacles:
         phase = (self._phase + 1) & 7
         self._phase = phase
         if phase == _JUDGE_ARCS:
-            if not busy:
+            if not judges:
                 self._judge_arcs(i, trusted)
             return
         at = _RIGHT if phase == _JUDGE_RIGHT else phase >> 1
