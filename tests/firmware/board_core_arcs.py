@@ -400,3 +400,21 @@ def test_a_single_axis_is_capped_while_the_other_rolls_on():
         core.tick()
         out = max(core.motion.linear_permille, core.motion.turn_permille)
         assert 0 < out < 500, (verb, out)
+
+
+def test_a_clearance_in_every_tick_keeps_no_turn_of_the_arcs_waiting():
+    slowed = 0
+    for units in range(0, 200, 8):
+        left = []
+        for news in (0, 1):
+            stick = Stick(300, 200)
+            stick.run(400)
+            stick.quadrant(0, units)
+            stick.i.clearance_count += 1
+            for _ in range(8 * TURN_MS):
+                stick.tick()
+                stick.i.clearance_count += news
+            left.append(stick.caps())
+        assert left[0] == left[1], (units, left)
+        slowed += 0 < left[0][0] < 300
+    assert slowed
