@@ -21,6 +21,7 @@ from gazesetup import ROOT
 TESTS = ROOT / "tests" / "firmware"
 SUITES = tuple(sorted(path.stem for path in TESTS.glob("board_core_*.py")))
 MUTANT_LIMIT_S = 20.0
+_QUICK_SHARE = 0.002  # of the time of all tests: what a quick one takes at most
 
 # Exit codes of a mutant's process; below these: the index of the test that killed it.
 _SURVIVED = 255
@@ -40,19 +41,28 @@ class Tests:
 
     order: list[tuple[str, str]]  # (suite, name)
     calls: dict[tuple[str, str], set[str]]  # "module.function" of the core
+    seconds: dict[tuple[str, str], float]
     always: set[str]  # what is called while the suites are loaded: concerns every test
 
-    def of(self, module: str, function: str) -> list[tuple[str, str]]:
-        """Those that can tell a mutant of this function: all of them when none is known to."""
+    def of(self, module: str, function: str, quick: bool = False) -> list[tuple[str, str]]:
+        """Those that can tell a mutant of this function: all of them when none is known to.
+
+        `quick` leaves out those that take long.
+        """
         called = f"{module}.{function}"
+        order = [test for test in self.order if not quick or self._is_quick(test)]
         if called in self.always:
-            return list(self.order)
-        return [test for test in self.order if called in self.calls[test]] or list(self.order)
+            return order
+        return [test for test in order if called in self.calls[test]] or order
 
     def killed(self, test: tuple[str, str]) -> None:
-        """Try this one first: it kills the mutant's neighbours too."""
-        self.order.remove(test)
-        self.order.insert(0, test)
+        """Try this one first, unless it takes long: it kills the mutant's neighbours too."""
+        if self._is_quick(test):
+            self.order.remove(test)
+            self.order.insert(0, test)
+
+    def _is_quick(self, test: tuple[str, str]) -> bool:
+        return self.seconds[test] <= _QUICK_SHARE * sum(self.seconds.values())
 
 
 def known_tests() -> Tests:
@@ -80,7 +90,8 @@ def known_tests() -> Tests:
     assert status == 0, "the core's tests fail without any mutant: run pytest tests/firmware"
     known = json.loads(text)
     by_test = {(suite, name): set(called) for _, suite, name, called in known["took"]}
-    return Tests(list(by_test), by_test, set(known["always"]))
+    seconds = {(suite, name): took for took, suite, name, _ in known["took"]}
+    return Tests(list(by_test), by_test, seconds, set(known["always"]))
 
 
 def _traced(work: Callable[[], Any]) -> tuple[Any, set[str]]:
@@ -100,9 +111,12 @@ def _traced(work: Callable[[], Any]) -> tuple[Any, set[str]]:
     return result, {f"{Path(code.co_filename).stem}.{code.co_name}" for code in core}
 
 
-def survives(module: str, mutant: Mutant, tests: Tests) -> bool:
-    """True when every test passes with the module replaced by the mutant."""
-    tried = tests.of(module, mutant.where)
+def survives(module: str, mutant: Mutant, tests: Tests, quick: bool = False) -> bool:
+    """True when every test passes with the module replaced by the mutant.
+
+    `quick` tries the quick tests only: for a mutant of which it is known why none can kill it.
+    """
+    tried = tests.of(module, mutant.where, quick)
     pid = os.fork()
     if pid == 0:
         code = _BROKEN

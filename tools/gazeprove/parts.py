@@ -180,8 +180,12 @@ def _kill_slice(
 ) -> tuple[str, list[tuple[tuple[str, str], int, bool]]]:
     """One in so many mutants of a module: (key, line, whether it survives) of each."""
     module, every, first = of
-    tried = mutate.mutants(kill.source_of(module), every, first)
-    return module, [(m.key, m.line, kill.survives(module, m, _known_tests)) for m in tried]
+    known = equivalent.reasons(module)
+    tried = []
+    for mutant in mutate.mutants(kill.source_of(module), every, first):
+        survives = kill.survives(module, mutant, _known_tests, mutant.key in known)
+        tried.append((mutant.key, mutant.line, survives))
+    return module, tried
 
 
 def fuzzing(quick: bool, note: Note) -> Part:
