@@ -3,6 +3,9 @@
 A child writes records to its standard output: length of what follows (u32, little-endian), kind
 (one byte), payload. Kind "S" is a status, JSON {"state", "reason", "detail"}; kind "D" is the
 newest value. The parent keeps nothing but the newest.
+
+A child may listen, too: what it is told comes as lines on its standard input, and only the newest
+counts. Nobody waits for a child that does not read.
 """
 
 from __future__ import annotations
@@ -117,6 +120,7 @@ class Supervisor:
         lost_reason: str,
         silent_s: float = 2.0,
         start_s: float = 10.0,
+        listens: bool = False,
     ) -> None:
         self._command = [sys.executable, "-m", module, argument]
         self._name = module.removesuffix(".child")
@@ -125,6 +129,8 @@ class Supervisor:
         self._lost_reason = lost_reason
         self._silent_s = silent_s
         self._start_s = start_s
+        self._listens = listens
+        self._word: bytes | None = None  # the newest, for a child that listens
         self._stop_fds = os.pipe()
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
@@ -140,6 +146,14 @@ class Supervisor:
     def start(self) -> None:
         """Start the thread that owns the child."""
         self._thread.start()
+
+    def tell(self, word: bytes) -> None:
+        """The newest word to a child that listens, and to each one after it: one line of at most
+        select.PIPE_BUF bytes. It goes out with the child's next record; never waits."""
+        assert self._listens
+        assert len(word) < select.PIPE_BUF
+        assert b"\n" not in word
+        self._word = word + b"\n"
 
     def stop(self, timeout_s: float = 5.0) -> None:
         """End the child (SIGTERM, after 1 s SIGKILL) and the thread. Safe to call twice."""
@@ -179,7 +193,10 @@ class Supervisor:
         # The child sees the packages we see, however they got on our path.
         environment = dict(os.environ, PYTHONPATH=os.pathsep.join(p for p in sys.path if p))
         return subprocess.Popen(
-            self._command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, env=environment
+            self._command,
+            stdin=subprocess.PIPE if self._listens else subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            env=environment,
         )
 
     def _watch(self, process: subprocess.Popen[bytes]) -> bool:
@@ -187,11 +204,17 @@ class Supervisor:
         assert process.stdout is not None
         fd = process.stdout.fileno()
         os.set_blocking(fd, False)
+        if process.stdin is not None:
+            os.set_blocking(process.stdin.fileno(), False)
+        told: bytes | None = None
         reader = RecordReader()
         delivered = False
         explained = False
         deadline_s = time.monotonic() + self._start_s
         while not self._stopping.is_set():
+            word = self._word
+            if word is not told and _say_to(process, word):
+                told = word
             left_s = deadline_s - time.monotonic()
             ready = select.select([fd, self._stop_fds[0]], [], [], max(0.0, left_s))[0]
             if fd in ready:
@@ -245,9 +268,23 @@ def _drain(fd: int) -> tuple[bytes, bool]:
     return b"".join(pieces), False
 
 
+def _say_to(process: subprocess.Popen[bytes], word: bytes | None) -> bool:
+    """False when the child has not read what came before; a line goes whole or not at all."""
+    if process.stdin is None or word is None:
+        return True
+    try:
+        os.write(process.stdin.fileno(), word)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True  # it has ended, which its records show
+    return True
+
+
 def _end(process: subprocess.Popen[bytes]) -> None:
-    if process.stdout is not None:
-        process.stdout.close()
+    for pipe in (process.stdin, process.stdout):
+        if pipe is not None:
+            pipe.close()
     with contextlib.suppress(ProcessLookupError):
         process.terminate()
     try:

@@ -41,6 +41,7 @@ class Daemon:
             ports.finder(config.board.port, ports.BOARD),
             self.parts.part("board"),
             self._changed,
+            on_zone=lambda zone: self._lidar.zone(zone),
         )
         self._lidar = LidarService(
             config.lidar,

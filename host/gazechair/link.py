@@ -25,6 +25,7 @@ from gazechair.link_protocol import (
     SettingReply,
     VersionDiffers,
 )
+from gazechair.link_zone import NOT_KNOWN, BoardZone
 from gazechair.outgoing import Bypass, Clearance, Command
 from gazechair.serial_port import PortError, SerialPort
 from gazechair.slots import Clock, Latest
@@ -49,12 +50,15 @@ class BoardLink:
         on_change: Callable[[], None] = lambda: None,
         clock: Clock = time.monotonic,
         answer_s: float = ANSWER_S,
+        on_zone: Callable[[BoardZone], None] = lambda _zone: None,
     ) -> None:
         """`find_ports` lists the paths to try; `on_change` is called, from the link's own thread,
-        after each STATE frame and each begin or end of a session. `answer_s` is for tests."""
+        after each STATE frame and each begin or end of a session. `answer_s` is for tests.
+        `on_zone` is called from that thread with how the board stops, whenever that changes."""
         self.health = health
         self._find_ports = find_ports
         self._on_change = on_change
+        self._on_zone = on_zone
         self._clock = clock
         self._judge = LinkJudge(answer_s)
         self._story = StateLog()
@@ -256,6 +260,8 @@ class BoardLink:
                 changed = True
             elif isinstance(event, BoardStats):
                 self._stats.put(event, event.received_s)
+            elif isinstance(event, BoardZone):
+                self._on_zone(event)
             elif isinstance(event, Pong):
                 self._round_trip.put(event.round_trip_s)
             elif isinstance(event, SettingReply):
@@ -286,6 +292,7 @@ class BoardLink:
 
     def _forget(self) -> None:
         # What an ended session said is not the present.
+        self._on_zone(NOT_KNOWN)
         self._state.clear()
         self._story.forget()
         self._on_change()

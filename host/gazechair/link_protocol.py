@@ -10,6 +10,7 @@ from typing import Any
 from gazechair.board_state import BoardId, BoardState, BoardStats
 from gazechair.link_orders import Orders
 from gazechair.link_relay import RelayQuestion
+from gazechair.link_zone import NOT_KNOWN, BoardZone, ZoneHeard
 from gazechair.outgoing import STOP_COMMAND, Bypass, Clearance, Command
 from gazelink import VERSION, codes, frame, messages
 
@@ -81,6 +82,7 @@ Event = (
     | SettingReply
     | BoardState
     | BoardStats
+    | BoardZone
 )
 
 
@@ -121,6 +123,7 @@ class LinkProtocol:
         self._last_words = codes.NO_REASON  # of a board that does not start
         self._clears = False
         self._relay = RelayQuestion()
+        self._zone = ZoneHeard()
 
     @property
     def board(self) -> BoardId | None:
@@ -287,6 +290,13 @@ class LinkProtocol:
             reply = SettingReply(**message.unpack(buf))
             self._relay.heard(reply.index, reply.value, reply.refused)
             events.append(reply)
+            if reply.request != codes.SETTING_GET and not reply.refused:
+                self._zone.forget()  # the board tells it anew, right behind this
+                events.append(NOT_KNOWN)
+        elif message is messages.ZONE:
+            zone = self._zone.heard(**message.unpack(buf))
+            if zone is not None:
+                events.append(zone)
         elif message is messages.PONG:
             fields = message.unpack(buf)
             token = fields["token_low"] | fields["token_high"] << 16
@@ -342,6 +352,7 @@ class LinkProtocol:
         self._command_due_s = now_s
         self._clearance_due_s = now_s
         self._relay.begin(now_s)
+        self._zone.forget()
         self._orders.begin()
         events.append(SessionBegun(self._board))
 

@@ -17,7 +17,9 @@ from gazechair.health import OK, HealthRegistry
 from gazechair.lidar.blind import Blindness
 from gazechair.lidar.scan import Pose, to_chair
 from gazechair.lidar.stream import ByteStream
+from gazechair.lidar.told import said, understood
 from gazechair.link_protocol import FaultText, LinkProtocol, SessionBegun, SessionEnded
+from gazechair.link_zone import NOT_KNOWN, BoardZone
 from gazechair.outgoing import Bypass, Clearance, Command
 from gazechair.web.page_client import decode
 from gazelink import codes
@@ -44,6 +46,7 @@ class Link:
         self._search_in_ms = 1
         self._state: BoardState | None = None
         self._stats: BoardStats | None = None
+        self.on_zone: Callable[[BoardZone], None] = lambda _zone: None
         self.sessions = 0
         self.last_words: list[str] = []
 
@@ -88,6 +91,7 @@ class Link:
             self.close()
             self.protocol.opened(self._clock())
             self._state = None
+            self.on_zone(NOT_KNOWN)
         if not self._open:
             return
         now_s = self._clock()
@@ -101,6 +105,9 @@ class Link:
                 self._stats = event
             elif isinstance(event, SessionEnded):
                 self._state = None
+                self.on_zone(NOT_KNOWN)
+            elif isinstance(event, BoardZone):
+                self.on_zone(event)
             elif isinstance(event, FaultText):
                 self.last_words.append(event.reason)
         self._flush()
@@ -137,13 +144,17 @@ class Host:
         self._clock = clock
         self._stream = ByteStream("standard", codes.SIMULATED)
         self._blindness = Blindness()
-        self._evaluate = Evaluator(footprint_of(Config().footprint), [(_POSE.x_m, _POSE.y_m)])
+        self.evaluate = Evaluator(footprint_of(Config().footprint), [(_POSE.x_m, _POSE.y_m)])
+        self.link.on_zone = self._zone_told
         self._scan_bytes = bytearray()
         self.inbox: deque[tuple[int, str]] = deque()  # from the pages' sockets
         self.frozen = False
         self.lidar_child = True  # False: its process has died, and is not started again
         self.refusals: list[str] = []
         ask_lidar(_SCAN_REQUEST)
+
+    def _zone_told(self, zone: BoardZone) -> None:
+        self.evaluate.zone = understood(said(zone))
 
     def scan(self, data: bytes) -> None:
         """Bytes from the lidar."""
@@ -179,7 +190,7 @@ class Host:
         scan = self._stream.scan()
         if scan is None:
             return
-        found = self._evaluate((to_chair(scan, _POSE, _MASK, self._blindness),))
+        found = self.evaluate((to_chair(scan, _POSE, _MASK, self._blindness),))
         self.control.clearance(
             Clearance(source=codes.SIMULATED, acquired_s=scan.acquired_s, **found)
         )

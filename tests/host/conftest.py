@@ -68,6 +68,9 @@ class FakeBoard:
         values = dict.fromkeys(messages.SETTING_REPLY.names, 0) | changes
         return self._frame(messages.SETTING_REPLY, tuple(values.values()))
 
+    def zone(self, direction: int, points: bytes) -> bytes:
+        return self._frame(messages.ZONE, (direction, points))
+
     def restart(self) -> None:
         """A reset: another boot id, no session."""
         self.boot = (self.boot + 1) & 0xFFFF

@@ -24,6 +24,7 @@ from gazechair.outgoing import Clearance
 from gazelink import codes
 from gazesim.rooms import Room
 from gazesim.world import LIDAR_HEIGHT_M
+from gazesim.zone import zone_of
 
 Array = NDArray[np.float64]
 RAYS = 800
@@ -145,5 +146,7 @@ class Prototype:
 
 
 def evaluator(origins_m: tuple[tuple[float, float], ...]) -> Evaluator:
-    """A fresh evaluator of the default footprint for lidars there."""
-    return Evaluator(Footprint(), origins_m)
+    """A fresh evaluator of the default footprint for lidars there, and the default settings."""
+    made = Evaluator(Footprint(), origins_m)
+    made.zone = zone_of()
+    return made

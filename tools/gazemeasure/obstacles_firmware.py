@@ -6,6 +6,7 @@ import math
 
 from gazechair.clearance.evaluate import Evaluator
 from gazechair.clearance.footprint import Footprint
+from gazechair.clearance.zone import StopZone
 from gazechair.lidar.blind import Blindness
 from gazechair.lidar.scan import to_chair
 from gazechair.lidar.stream import ByteStream
@@ -29,10 +30,11 @@ _KINDS = ("door", "way", "room")
 class Eyes:
     """The lidar's part of the host: bytes in, clearance out, renewed each quarter turn."""
 
-    def __init__(self) -> None:
+    def __init__(self, zone: StopZone) -> None:
         self._stream = ByteStream("dense", codes.SIMULATED)
         self._blindness = Blindness()
         self._evaluate = Evaluator(Footprint(), [(_MOUNT.pose.x_m, _MOUNT.pose.y_m)])
+        self._evaluate.zone = zone
         self._bytes = bytearray()
 
     def step(self, data: bytes, now_ms: int) -> Clearance | None:
@@ -58,7 +60,7 @@ def firmware_run(seed: int) -> Outcome:
     chair.owner = codes.DRIVER
     chair.sees = False
     chair.world.lidar.receive(_DENSE)
-    eyes, outcome = Eyes(), Outcome()
+    eyes, outcome = Eyes(StopZone(chair.app.obstacles.zone)), Outcome()
     pending: list[tuple[int, Clearance]] = []
     asked_ms = 0
 

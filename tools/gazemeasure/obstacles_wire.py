@@ -23,6 +23,7 @@ from gazelink import frame, messages
 from gazemeasure.lidar_emulator import MASK
 from gazemeasure.report import Report, percentile
 from gazemeasure.stalls import StallProbe
+from gazesim.zone import told_by
 
 _START_S = 20.0
 _LIMIT_MS = 10.0
@@ -77,6 +78,7 @@ def _measure(seconds: float) -> tuple[list[float], int]:
         try:
             assert emulator.stdout is not None
             emulator.stdout.readline()
+            service.zone(told_by())
             service.start()
             end_s = time.monotonic() + _START_S
             while not written_s and time.monotonic() < end_s:

@@ -12,6 +12,7 @@ from gazechair.clearance.arcs import Bytes
 from gazechair.clearance.footprint import Footprint, Margins
 from gazechair.clearance.reach import FREE, LidarReach, Reach
 from gazechair.clearance.view import SweepView
+from gazechair.clearance.zone import UNKNOWN, StopZone
 from gazechair.config import FootprintConfig
 from gazechair.lidar.scan import ChairView
 from gazelink import arcs
@@ -36,6 +37,9 @@ class Evaluator:
         self._view = SweepView(footprint, origins_m)
         self._lidars = tuple(LidarReach(footprint) for _ in origins_m)
         self._judged: list[tuple[ChairView | None, Reach]] = [(None, FREE)] * len(self._lidars)
+        self._zone = UNKNOWN
+        self.zone: StopZone = UNKNOWN
+        """What stopping takes; another one counts from the next call on, from any thread."""
         self._held = [0.0] * len(_PLAY)
         self._held_arcs: Bytes = np.zeros(arcs.SIZE, dtype=np.uint8)
 
@@ -45,6 +49,9 @@ class Evaluator:
         A direction is blocked here only where a lidar is blind; how near is too near the board
         decides.
         """
+        zone = self.zone
+        if zone is not self._zone:
+            self._use(zone)
         for at, view in enumerate(views):
             if view is not self._judged[at][0]:
                 self._judged[at] = (view, self._lidars[at].update(view))
@@ -67,6 +74,13 @@ class Evaluator:
             "arc_views": self._view.judge_arcs(states),
             "arcs": self._held_arcs.tolist(),
         }
+
+    def _use(self, zone: StopZone) -> None:
+        self._zone = zone
+        self._view.use(zone)
+        for lidar in self._lidars:
+            lidar.use(zone)
+        self._judged = [(None, FREE)] * len(self._lidars)  # each view is judged anew
 
 
 def _held(before: float, now: float, play: float) -> float:

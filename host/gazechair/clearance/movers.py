@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.clearance.footprint import BoolArray, FloatArray
-from gazechair.clearance.zone import BRAKE_M_S2, REACTION_S
+from gazechair.clearance.zone import UNKNOWN, StopZone
 
 _BINS = 360
 _DEG = 2.0 * math.pi / _BINS
@@ -45,6 +45,7 @@ class Movers:
         self._origin = np.array(origin_m)
         self._views: deque[tuple[float, FloatArray]] = deque(maxlen=16)
         self._coming = np.zeros(_BINS)
+        self.zone: StopZone = UNKNOWN
         self.speed_m_s = 0.0
         """The chair's own forward speed and turn rate, as far as the views tell."""
         self.rate_deg_s = 0.0
@@ -135,7 +136,7 @@ class Movers:
         chosen = speed > 0.0
         offset, speed = offset[chosen], speed[chosen]
         ranges = np.hypot(offset[:, 0], offset[:, 1])
-        stop_s = REACTION_S + abs(self.speed_m_s) / BRAKE_M_S2
+        stop_s = self.zone.time_s(self.speed_m_s)
         left = np.maximum(1.0 - speed[:, None] * stop_s * _PLACES / ranges[:, None], 0.0)
         found = offset[:, None, :] * left[:, :, None] + self._origin
         return np.asarray(found.reshape(-1, 2))

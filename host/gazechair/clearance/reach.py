@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from gazechair.clearance.arcs import Bytes, arc_reach
 from gazechair.clearance.footprint import FloatArray, Footprint
 from gazechair.clearance.movers import Movers
-from gazechair.clearance.standing import Standing, like_persons, stands
+from gazechair.clearance.standing import Approach, Standing, like_persons, stands
 from gazechair.clearance.surface import Surfaces, surfaces
 from gazechair.clearance.sweeps import Sweeps
-from gazechair.clearance.zone import STOP_ZONE
+from gazechair.clearance.zone import UNKNOWN, StopZone
 from gazechair.lidar.scan import ChairView
 from gazelink import arcs, codes
 
@@ -29,9 +29,7 @@ Reach = tuple[float, float, float, float]
 
 FREE: Reach = (math.inf, math.inf, math.inf, math.inf)
 _ARC_RANGE_M = 4.5  # from a lidar: what is farther is far for each arc
-_ARC_ZONES = 100.0 * max(STOP_ZONE[codes.DIR_FORWARD], STOP_ZONE[codes.DIR_BACKWARD])
 NOTHING_NEAR: Bytes = np.full(arcs.SIZE, arcs.FAR, dtype=np.uint8)
-_ZONES = np.array([STOP_ZONE[direction] for direction in range(len(codes.DIRECTIONS))])
 
 
 class LidarReach:
@@ -48,6 +46,16 @@ class LidarReach:
         self._standing = {way: Standing() for way in (codes.DIR_FORWARD, codes.DIR_BACKWARD)}
         self._speckles = _Speckles()
         self._arc_speckles = _Speckles()
+        self.use(UNKNOWN)
+
+    def use(self, zone: StopZone) -> None:
+        """What stopping takes from now on."""
+        self._zone = zone
+        self._arc_zone = 1000.0 * zone.far[: codes.DIR_LEFT].max() / arcs.UNIT_MM
+        for direction, standing in self._standing.items():
+            standing.approach = Approach(zone.of(direction))
+        if self._movers is not None:
+            self._movers.zone = zone
 
     def update(self, view: ChairView) -> Reach:
         """The reach of each motion, in the order of codes.DIRECTIONS."""
@@ -60,10 +68,11 @@ class LidarReach:
         doubted = speckle[~self._speckles.again(seen.points_m[speckle], view.acquired_s)]
         self.arcs = self._arcs_of(seen, contacts, view.acquired_s)
         far = contacts[doubted]
-        contacts[doubted] = np.where(far > _ZONES, np.inf, far)
+        contacts[doubted] = np.where(far > self._zone.far, np.inf, far)
         least = contacts.min(axis=0)
         if self._movers is None:
             self._movers = Movers(view.origin_m)
+            self._movers.zone = self._zone
         coming = self._movers.update(seen.points_m, view.acquired_s)
         persons = self._persons(seen)
         still = stands(self._movers.speed_m_s, self._movers.rate_deg_s)
@@ -91,7 +100,7 @@ class LidarReach:
         if not len(doubted):
             return self._arcs.least(seen.points_m, contacts)
         ways = self._arcs.ways(seen.points_m[doubted], contacts[doubted])
-        ways[ways > _ARC_ZONES] = arcs.FAR
+        ways[ways > self._arc_zone] = arcs.FAR
         sure = np.ones(len(seen.points_m), dtype=np.bool_)
         sure[doubted] = False
         least = self._arcs.least(seen.points_m[sure], contacts[sure])

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gazechair.clearance.arcs import arc_reach
 from gazechair.clearance.footprint import FloatArray, Footprint, Margins, inside
 from gazechair.clearance.sweeps import Sweeps
-from gazechair.clearance.zone import STOP_ZONE
+from gazechair.clearance.zone import UNKNOWN, StopZone
 from gazechair.lidar.blind import BINS, BLIND, SEEN
 from gazelink import arcs, codes
 
@@ -28,20 +28,29 @@ class SweepView:
         low, high = body.min(axis=0) - _BORDER_M, body.max(axis=0) + _BORDER_M
         xs, ys = (np.arange(low[k], high[k], _CELL_M) for k in (0, 1))
         cells = np.stack(np.meshgrid(xs, ys), axis=2).reshape(-1, 2)
-        cells = cells[~inside(body, cells)]
+        self._cells = cells = cells[~inside(body, cells)]
+        self._origins_m = tuple(origins_m)
         no_margins = Margins(0.0, 0.0, 0.0)
-        contacts = Sweeps(Footprint(body.tolist(), no_margins)).contacts(cells)
+        self._contacts = Sweeps(Footprint(body.tolist(), no_margins)).contacts(cells)
+        reach = arc_reach(Footprint(body.tolist(), no_margins))
+        self._ways = reach.ways(cells, self._contacts)
+        self.use(UNKNOWN)
+
+    def use(self, zone: StopZone) -> None:
+        """The sweeps end where the chair stands."""
         # Per direction, the bins in which each cell is seen, a column for each lidar, no row twice.
+        ends = np.where(np.isfinite(self._contacts), self._contacts, np.nan) <= zone.far
         self._bins = [
-            _bins(cells[contacts[:, direction] <= STOP_ZONE[direction]], origins_m)
+            _bins(self._cells[ends[:, direction]], self._origins_m)
             for direction in range(len(codes.DIRECTIONS))
         ]
         # The same of driving and turning at once, a row of bins for each quadrant.
-        ways = arc_reach(Footprint(body.tolist(), no_margins)).ways(cells, contacts)
-        self._arc_bins = [
-            _bins(cells[ways[:, _arc_column(quadrant)] <= _zone_units(quadrant)], origins_m)
-            for quadrant in range(arcs.QUADRANTS)
-        ]
+        self._arc_bins = []
+        for quadrant in range(arcs.QUADRANTS):
+            ways = self._ways[:, _arc_column(quadrant, zone)]
+            units = 1000.0 * zone.far[quadrant % 2] / arcs.UNIT_MM
+            swept = (ways <= units) & (ways < arcs.FAR)
+            self._arc_bins.append(_bins(self._cells[swept], self._origins_m))
 
     def judge_arcs(self, states: Sequence[States]) -> int:
         """As `judge`, a bit per quadrant: blind in the low nibble, unseen in the high one."""
@@ -79,12 +88,8 @@ def _dark(sweeps: Sequence[NDArray[np.int64]], states: Sequence[States]) -> tupl
     return blind, unseen
 
 
-def _arc_column(quadrant: int) -> int:
+def _arc_column(quadrant: int, zone: StopZone) -> int:
     """The row whose turn is the stop zone's, or the widest."""
-    turn_deg = STOP_ZONE[codes.DIR_LEFT + quadrant // 2]
+    turn_deg = zone.far[codes.DIR_LEFT + quadrant // 2]
     row = next((k for k, deg in enumerate(arcs.TURNS_DEG) if deg >= turn_deg), arcs.ROWS - 1)
     return quadrant * arcs.ROWS + row
-
-
-def _zone_units(quadrant: int) -> float:
-    return 1000.0 * STOP_ZONE[quadrant % 2] / arcs.UNIT_MM

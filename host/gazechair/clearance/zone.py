@@ -1,49 +1,83 @@
-"""What stopping takes, by the settings' default numbers; the stop zone of the fastest profile."""
+"""What stopping takes, as the board says it. Nothing here knows how a chair brakes.
+
+The board has the formulas and the settings; the host looks up what it says. As long as it has said
+nothing, stopping takes for ever: everything seen counts, and who may be a person is not neared.
+"""
 
 from __future__ import annotations
 
-from gazelink import codes
-from gazelink.settings_table import NAMES, PROFILES, TABLE, profile_row
+import math
+import struct
+from collections.abc import Sequence
 
-_ROWS = {name: TABLE[NAMES.index(name)] for name in NAMES}
+import numpy as np
 
+from gazechair.clearance.footprint import FloatArray
+from gazelink import codes, zone
 
-def _default(name: str) -> int:
-    return int(_ROWS[name][1])
-
-
-REACTION_S = _default("reaction_ms") / 1000.0
-"""From an obstacle's echo to the first braking."""
-CREEP_M_S = _default("creep_mm_s") / 1000.0
-"""The board's slowest speed."""
-STOP_MARGIN_M = _default("stop_margin_mm") / 1000.0
+_MM = 1000.0
+_Q4 = 16.0
 
 
-def _stop(speeds: list[int], brakes: list[int], margin: float) -> float:
-    # d = v t + v^2 / 2a + margin, the largest of all profiles.
-    ways = [v * REACTION_S + v * v / (2.0 * a) for v, a in zip(speeds, brakes, strict=True)]
-    return max(ways) + margin
+class Stopping:
+    """One direction: metres and metres a second, or degrees."""
+
+    def __init__(self, points: bytes, unit: float) -> None:
+        """`points` as in gazelink.zone; raises ValueError for what no chair does."""
+        if len(points) != zone.SIZE:
+            raise ValueError(f"{len(points)} bytes are no zone")
+        rows = np.array(list(struct.iter_unpack(zone.POINT, points)), dtype=np.float64)
+        rising = (np.diff(rows, axis=0) >= 0.0).all()
+        if rows[zone.STANDING, 0] != 0.0 or rows[zone.FULL, 0] <= 0.0 or not rising:
+            raise ValueError("a zone whose speeds and ways do not grow")
+        self.speeds: FloatArray = rows[:, 0] / unit
+        self.stops: FloatArray = rows[:, 1] / unit
+        """From the decision until the chair stands, margin included."""
+        self.times_s: FloatArray = rows[:, 2] / 1000.0
+        self.told: FloatArray = rows[:, 3] / unit
+        """The way that lets the board permit that speed, and no more."""
+        self.margin = float(self.stops[zone.STANDING])
+        self.zone = float(self.stops[zone.FULL])
+        """In which the fastest profile stops. It could not wait for a second look there."""
+
+    def time_s(self, speed: float) -> float:
+        """How long stopping takes from `speed`, faster than the board knows of included."""
+        speed = abs(speed)
+        full = float(self.speeds[zone.FULL])
+        found = float(np.interp(speed, self.speeds, self.times_s))
+        if speed > full:
+            braking_s = float(self.times_s[zone.FULL] - self.times_s[zone.STANDING])
+            found += braking_s * (speed / full - 1.0)
+        return found
 
 
-def _of_profiles(name: str) -> list[int]:
-    return [_default(profile_row(at, name)) for at in range(len(PROFILES))]
+class StopZone:
+    """Of all directions; UNKNOWN while the board has not said."""
+
+    def __init__(self, points: Sequence[bytes] | None = None) -> None:
+        """`points` of each direction, in the order of codes.DIRECTIONS; ValueError for nonsense."""
+        self._directions: tuple[Stopping, ...] = ()
+        self.far: FloatArray = np.full(len(codes.DIRECTIONS), math.inf)
+        """Per direction, metres or degrees in which the fastest profile stops."""
+        if points is None:
+            return
+        if len(points) != len(codes.DIRECTIONS):
+            raise ValueError(f"a zone of {len(points)} directions")
+        self._directions = tuple(
+            Stopping(one, _Q4 if direction >= codes.DIR_LEFT else _MM)
+            for direction, one in enumerate(points)
+        )
+        self.far = np.array([one.zone for one in self._directions])
+
+    def of(self, direction: int) -> Stopping | None:
+        """Of one direction (codes.DIR_*); None: not known."""
+        return self._directions[direction] if self._directions else None
+
+    def time_s(self, speed_m_s: float) -> float:
+        """How long a chair that drives so fast, backward below 0, takes to stop."""
+        direction = codes.DIR_BACKWARD if speed_m_s < 0.0 else codes.DIR_FORWARD
+        one = self.of(direction)
+        return math.inf if one is None else one.time_s(speed_m_s)
 
 
-BRAKE_M_S2 = min(_of_profiles("brake_mm_s2")) / 1000.0
-
-
-def _zones() -> dict[int, float]:
-    brakes = _of_profiles("brake_mm_s2")
-    turning = [16 * rate for rate in _of_profiles("brake_dps2")]
-    margin_mm, margin_q4 = _default("stop_margin_mm"), _default("stop_margin_q4_deg")
-    return {
-        codes.DIR_FORWARD: _stop(_of_profiles("forward_mm_s"), brakes, margin_mm) / 1000.0,
-        codes.DIR_BACKWARD: _stop(_of_profiles("backward_mm_s"), brakes, margin_mm) / 1000.0,
-        codes.DIR_LEFT: _stop(_of_profiles("left_q4_dps"), turning, margin_q4) / 16.0,
-        codes.DIR_RIGHT: _stop(_of_profiles("right_q4_dps"), turning, margin_q4) / 16.0,
-    }
-
-
-STOP_ZONE = _zones()
-"""Per direction: metres or degrees in which the fastest profile stops. It could not wait for a
-second look there."""
+UNKNOWN = StopZone()

@@ -11,7 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -24,9 +24,11 @@ from gazechair.lidar.reader import Reader
 from gazechair.lidar.report import LOST, LidarReport, Report
 from gazechair.lidar.scan import ChairView, Pose, Scan, in_arcs, to_chair
 from gazechair.lidar.sectors import Reading, Sector, measure
+from gazechair.lidar.told import understood
 
 _PULSE_S = 0.1  # a word at least that often, also without scans
 _HANGS_S = 12.0
+_LINE = 4096  # bytes of a word from the parent
 _SWITCH_S = 0.0005  # a thread that computes lets a scan through that soon
 
 # What all views together mean, as plain JSON values. One view for each lidar, in the order of the
@@ -152,6 +154,12 @@ def _arcs(flags: np.ndarray[Any, np.dtype[np.bool_]]) -> tuple[tuple[int, int], 
     )
 
 
+def hear(lines: BinaryIO, evaluator: Evaluator) -> None:
+    """How the board stops, as the parent says it, until the parent is gone."""
+    while line := lines.readline(_LINE):
+        evaluator.zone = understood(line)
+
+
 def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
     """Serve until the parent closes the pipe (BrokenPipeError); 1 when a thread hangs."""
     configs = tuple(
@@ -163,6 +171,10 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
     footprint = footprint_of(FootprintConfig(**{**fields, "corners_m": corners_m}))
     evaluator = Evaluator(footprint, [(config.x_m, config.y_m) for config in configs])
     pipeline = Pipeline(configs, tuple(Sector(*s) for s in argument["sectors"]), evaluator)
+    ear = threading.Thread(
+        target=hear, args=(sys.stdin.buffer, evaluator), name="zone", daemon=True
+    )
+    ear.start()
     pipeline.start()
     try:
         while (name := pipeline.hanging()) is None:

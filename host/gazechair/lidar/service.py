@@ -12,6 +12,8 @@ from gazechair.config import FootprintConfig, LidarConfig, SectorsConfig
 from gazechair.health import Health
 from gazechair.lidar.report import DAMAGED, LOST, VIEW, LidarReport, Report
 from gazechair.lidar.sectors import ALL_BLOCKED, Sector, blocked_bits
+from gazechair.lidar.told import said
+from gazechair.link_zone import NOT_KNOWN, BoardZone
 from gazechair.outgoing import Clearance
 from gazelink import codes
 
@@ -49,6 +51,7 @@ class LidarService:
         self._verdict = _Steady()
         self.report: Report | None = None
         self._supervisor: Supervisor | None = None
+        self._zone = said(NOT_KNOWN)
 
     @property
     def restarts(self) -> int:
@@ -76,8 +79,16 @@ class LidarService:
             self._on_data,
             self._on_status,
             lost_reason=LOST,
+            listens=True,
         )
+        self._supervisor.tell(self._zone)
         self._supervisor.start()
+
+    def zone(self, zone: BoardZone) -> None:
+        """How the board stops. From any thread, also before the start."""
+        self._zone = said(zone)
+        if self._supervisor is not None:
+            self._supervisor.tell(self._zone)
 
     def stop(self) -> None:
         """Stop the lidars' motors, their process and its thread."""

@@ -58,7 +58,11 @@ def with_eyes(clearance: Clearance) -> Clearance:
 def _board_and_lidars(config: Config) -> Iterator[tuple[BoardLink, threading.Event]]:
     """The link, and an event to set once a person has looked all round."""
     board, eyes, looked = Health("board"), Health("lidar"), threading.Event()
-    link = BoardLink(ports.finder(config.board.port, ports.BOARD), board)
+    link = BoardLink(
+        ports.finder(config.board.port, ports.BOARD),
+        board,
+        on_zone=lambda zone: lidars.zone(zone),
+    )
 
     def told(clearance: Clearance) -> None:
         link.clearance(with_eyes(clearance) if looked.is_set() else clearance)

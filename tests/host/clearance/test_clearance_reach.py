@@ -13,17 +13,31 @@ from gazechair.clearance.evaluate import Evaluator
 from gazechair.clearance.footprint import Footprint
 from gazechair.clearance.reach import FREE, LidarReach
 from gazechair.clearance.surface import noise_m, surfaces
-from gazechair.clearance.zone import STOP_ZONE
 from gazechair.lidar.blind import BLIND, MASKED, SEEN
 from gazechair.lidar.scan import ChairView
 from gazelink import codes
 from gazelink.messages import CLEAR_FAR
+from gazesim.zone import zone_of
 
 F, B, L, R = codes.DIR_FORWARD, codes.DIR_BACKWARD, codes.DIR_LEFT, codes.DIR_RIGHT
 CHAIR = Footprint()
 ORIGIN = (0.5, 0.0)
 ROUND = np.radians(np.arange(-180.0, 180.0, 0.1125))
 OPEN = np.full(360, SEEN, dtype=np.uint8)
+
+ZONE = zone_of()
+
+
+def reach_of(chair: Footprint) -> LidarReach:
+    reach = LidarReach(chair)
+    reach.use(ZONE)
+    return reach
+
+
+def evaluator_of(origins_m: list[tuple[float, float]]) -> Evaluator:
+    evaluator = Evaluator(CHAIR, origins_m)
+    evaluator.zone = ZONE
+    return evaluator
 
 
 def points(ranges_m: np.ndarray, origin: tuple[float, float] = ORIGIN) -> np.ndarray:
@@ -90,24 +104,24 @@ def test_no_beam_is_moved_further_than_the_noise_allows(
 
 
 def test_a_speckle_beyond_the_stop_zone_slows_nothing() -> None:
-    reach = LidarReach(CHAIR)
-    far_m = 0.70 + STOP_ZONE[F] + 0.1 - ORIGIN[0]
+    reach = reach_of(CHAIR)
+    far_m = 0.70 + ZONE.far[F] + 0.1 - ORIGIN[0]
     assert reach.update(view(with_beams(hall(), 0.0, far_m))) == FREE or (
         reach.update(view(with_beams(hall(), 0.0, far_m)))[F] > 3.0
     )
-    two = LidarReach(CHAIR).update(view(with_beams(hall(), 0.0, far_m, count=2)))
-    assert two[F] == pytest.approx(STOP_ZONE[F] + 0.1, abs=0.01)
+    two = reach_of(CHAIR).update(view(with_beams(hall(), 0.0, far_m, count=2)))
+    assert two[F] == pytest.approx(ZONE.far[F] + 0.1, abs=0.01)
 
 
 def test_a_speckle_in_two_turns_is_an_obstacle() -> None:
-    reach = LidarReach(CHAIR)
+    reach = reach_of(CHAIR)
     far_m = 1.5
     ways = [reach.update(view(with_beams(hall(), 0.0, far_m), at_s))[F] for at_s in (1.0, 1.02)]
     assert min(ways) > 3.0  # the same turn seen twice is one turn
     assert reach.update(view(with_beams(hall(), 0.1, far_m), 1.1))[F] == pytest.approx(
         1.3, abs=0.01
     )
-    late = LidarReach(CHAIR)
+    late = reach_of(CHAIR)
     late.update(view(with_beams(hall(), 0.0, far_m), 1.0))
     assert late.update(view(with_beams(hall(), 0.0, far_m), 2.0))[F] > 3.0
 
@@ -116,13 +130,13 @@ def test_a_speckle_in_two_turns_is_an_obstacle() -> None:
 @settings(max_examples=50, deadline=None)
 def test_within_the_stop_zone_a_single_beam_counts(distance_m: float, deg: float) -> None:
     x = ORIGIN[0] + distance_m * math.cos(math.radians(deg))
-    way = LidarReach(CHAIR).update(view(with_beams(hall(), deg, distance_m)))[F]
+    way = reach_of(CHAIR).update(view(with_beams(hall(), deg, distance_m)))[F]
     assert way <= max(0.0, x - 0.65)
 
 
 def test_nothing_in_sight_is_free() -> None:
     nothing = ChairView(np.zeros((0, 2)), OPEN, ORIGIN, 1.0, codes.REAL)
-    assert LidarReach(CHAIR).update(nothing) == FREE
+    assert reach_of(CHAIR).update(nothing) == FREE
 
 
 # -- views and several lidars ----------------------------------------------------------------------
@@ -157,7 +171,7 @@ def judged(merger: Evaluator, *views: ChairView) -> tuple[int, int]:
 def test_a_blind_arc_blocks_what_enters_it_and_a_masked_one_is_unseen(
     arc: tuple[int, int], hit: int
 ) -> None:
-    evaluator = Evaluator(CHAIR, [ORIGIN])
+    evaluator = evaluator_of([ORIGIN])
     assert judged(evaluator, blank()) == (0, 0)
     assert judged(evaluator, blank(states(BLIND, arc))) == (hit, 0)
     assert judged(evaluator, blank(states(MASKED, arc))) == (0, hit)
@@ -166,7 +180,7 @@ def test_a_blind_arc_blocks_what_enters_it_and_a_masked_one_is_unseen(
 
 def test_the_prototypes_lidar_never_sees_behind() -> None:
     view = blank(states(MASKED, (124, 180), (-180, -124)))
-    assert judged(Evaluator(CHAIR, [ORIGIN]), view) == (0, bits(B, L, R))
+    assert judged(evaluator_of([ORIGIN]), view) == (0, bits(B, L, R))
 
 
 FRONT = states(MASKED, (90, 180), (-180, -90))
@@ -176,13 +190,13 @@ LOST[100:260] = MASKED
 
 
 def test_a_second_lidar_sees_what_the_first_does_not() -> None:
-    evaluator = Evaluator(CHAIR, [ORIGIN, (-0.4, 0.0)])
+    evaluator = evaluator_of([ORIGIN, (-0.4, 0.0)])
     blocked, unseen = judged(evaluator, blank(FRONT), blank(REAR, (-0.4, 0.0)))
     assert (blocked, unseen & bits(F, B)) == (0, 0)
 
 
 def test_of_two_lidars_one_lost_blocks_what_only_it_sees() -> None:
-    evaluator = Evaluator(CHAIR, [ORIGIN, (-0.4, 0.0)])
+    evaluator = evaluator_of([ORIGIN, (-0.4, 0.0)])
     lost = ChairView(np.zeros((0, 2)), LOST, (-0.4, 0.0), 0.0, codes.REAL)
     blocked, _ = judged(evaluator, blank(FRONT), lost)
     assert blocked == bits(B, L, R)
@@ -190,7 +204,7 @@ def test_of_two_lidars_one_lost_blocks_what_only_it_sees() -> None:
 
 
 def test_the_nearer_of_two_counts() -> None:
-    evaluator = Evaluator(CHAIR, [ORIGIN, (-0.4, 0.0)])
+    evaluator = evaluator_of([ORIGIN, (-0.4, 0.0)])
     ahead = view(with_beams(hall(), 0.0, 1.0, 40))
     behind = ChairView(
         np.array([[-1.5, 0.0], [-1.5, 0.005], [-1.5, -0.005]]), OPEN, (-0.4, 0.0), 1.0, codes.REAL
@@ -206,7 +220,7 @@ def walls(distance_m: float) -> ChairView:
 
 
 def test_noise_does_not_move_what_is_said() -> None:
-    evaluator = Evaluator(CHAIR, [ORIGIN])
+    evaluator = evaluator_of([ORIGIN])
     noise = np.random.default_rng(2).uniform(-0.015, 0.015, 200)
     said = [evaluator((walls(1.0 + n),))["forward_mm"] for n in noise]
     assert len(set(said[100:])) == 1
@@ -218,10 +232,10 @@ def test_noise_does_not_move_what_is_said() -> None:
 @given(st.lists(st.floats(0.1, 3.0), min_size=1, max_size=8))
 @settings(max_examples=20, deadline=None)
 def test_what_is_said_never_exceeds_what_is_seen(ways: list[float]) -> None:
-    evaluator = Evaluator(CHAIR, [ORIGIN])
+    evaluator = evaluator_of([ORIGIN])
     before_mm = 0
     for way in ways:
-        seen_mm = 1000.0 * LidarReach(CHAIR).update(walls(way))[F]
+        seen_mm = 1000.0 * reach_of(CHAIR).update(walls(way))[F]
         said_mm = evaluator((walls(way),))["forward_mm"]
         assert said_mm <= seen_mm
         assert said_mm >= min(seen_mm, max(before_mm, seen_mm - 40.0)) - 1.001

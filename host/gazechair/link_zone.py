@@ -1,0 +1,44 @@
+"""What the board says about its stopping, direction by direction, until all is known. Pure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gazelink import codes
+
+
+@dataclass(frozen=True)
+class BoardZone:
+    """How the board stops."""
+
+    points: tuple[bytes, ...]
+    """Of each direction, as in gazelink.zone; none while that is not known."""
+
+
+NOT_KNOWN = BoardZone(())
+
+
+class ZoneHeard:
+    """The board says each direction again and again; changes it says at once."""
+
+    def __init__(self) -> None:
+        self._points: dict[int, bytes] = {}
+        self._told = NOT_KNOWN
+
+    def forget(self) -> None:
+        """A session has begun or settings have changed: what was said does not count any more."""
+        self._points.clear()
+        self._told = NOT_KNOWN
+
+    def heard(self, direction: int, points: bytes) -> BoardZone | None:
+        """A ZONE frame; what is now known, None when it is not all, or nothing new."""
+        if direction >= len(codes.DIRECTIONS):
+            return None
+        self._points[direction] = points
+        if len(self._points) < len(codes.DIRECTIONS):
+            return None
+        found = BoardZone(tuple(self._points[at] for at in range(len(codes.DIRECTIONS))))
+        if found == self._told:
+            return None
+        self._told = found
+        return found

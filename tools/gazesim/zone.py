@@ -1,0 +1,18 @@
+"""How a board with some settings stops, for those who look without a board on a wire."""
+
+from __future__ import annotations
+
+from gazeboard.obstacles import Obstacles
+from gazeboard.settings import Settings
+from gazechair.clearance.zone import StopZone
+from gazechair.link_zone import BoardZone
+
+
+def told_by(settings: Settings | None = None) -> BoardZone:
+    """As the board itself tells it; without settings of the defaults."""
+    return BoardZone(tuple(Obstacles(settings or Settings()).zone))
+
+
+def zone_of(settings: Settings | None = None) -> StopZone:
+    """The same, as the host takes it."""
+    return StopZone(told_by(settings).points)
