@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import signal
 import struct
 import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -68,7 +70,7 @@ print("a library that prints")
 
 
 class Watched:
-    def __init__(self, folder: Path, body: str, **limits: float) -> None:
+    def __init__(self, folder: Path, body: str, **limits: Any) -> None:
         (folder / "some_child.py").write_text(CHILD.format(body=body))
         self.data: list[bytes] = []
         self.statuses: list[Status] = []
@@ -94,13 +96,54 @@ def watch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
     made: list[Watched] = []
 
-    def make(body: str, **limits: float) -> Watched:
+    def make(body: str, **limits: Any) -> Watched:
         made.append(Watched(tmp_path, body, **limits))
         return made[-1]
 
     yield make
     for watched in made:
         watched.supervisor.stop()
+
+
+HEARING = """
+import threading
+heard = []
+def hear():
+    for line in sys.stdin.buffer:
+        heard[:] = [line]
+threading.Thread(target=hear, daemon=True).start()
+while True:
+    out.data(b"".join(heard))
+    time.sleep(0.02)
+"""
+
+
+def test_a_child_that_listens_is_told_the_newest_word_and_so_is_its_successor(
+    watch: Callable[..., Watched],
+) -> None:
+    child = watch(HEARING, listens=True)
+    child.supervisor.tell(b"one")
+    child.wait(lambda: child.data[-1:] == [b"one\n"])
+    child.supervisor.tell(b"two")
+    child.wait(lambda: child.data[-1] == b"two\n")
+    pid = child.supervisor.pid
+    assert pid is not None
+    os.kill(pid, signal.SIGKILL)
+    child.wait(lambda: child.supervisor.restarts == 1)
+    child.data.clear()
+    child.wait(lambda: child.data[-1:] == [b"two\n"])
+
+
+def test_nobody_waits_for_a_child_that_does_not_listen_and_nothing_piles_up(
+    watch: Callable[..., Watched],
+) -> None:
+    deaf = watch("while True: out.data(b'value'); time.sleep(0.001)", listens=True)
+    deaf.wait(lambda: len(deaf.data) > 3)
+    for number in range(300):  # 900 kB, the pipe holds 64
+        deaf.supervisor.tell(b"%03d" % number * 1000)
+        heard = len(deaf.data)
+        deaf.wait(lambda heard=heard: len(deaf.data) > heard)
+    assert deaf.supervisor.restarts == 0
 
 
 def test_values_and_statuses_arrive_and_its_argument_is_passed(
