@@ -97,16 +97,24 @@ def judge(page):
 
 @pytest.mark.parametrize("contrast", ["normal", "high", "night"])
 def test_every_word_is_legible_for_all_eyes(driver, host, contrast):
+    driver.state(state="disarmed", you=False, owner="nobody")  # while it drives it keeps its look
     host.profiles.change({"save": {"id": "1", "contrast": contrast}}, True)
+    driver.state()
+    wait_until(lambda: driver.data("contrast") == contrast, "the look")
     for state in (
-        {"decisions": {"forward": "blocked", "left": "slow", "right": "free"}},
+        {
+            "state": "armed",
+            "you": True,
+            "owner": "driver",
+            "decisions": {"forward": "blocked", "left": "slow", "right": "free"},
+        },
         {"level": "warning", "message": "camera_lost", "simulated": True, "call": True},
         {"level": "error", "message": "emergency", "override": "obstacle_left"},
         {"state": "disarmed", "override": "none"},
     ):
         driver.state(**state)
         driver.advance(25)
-        wait_until(lambda: driver.data("contrast") == contrast, "the look")
+        assert driver.data("contrast") == contrast
         judge(driver.page)
 
 
@@ -148,7 +156,8 @@ def test_the_drivers_page_speaks(driver, host):
     nodes = tree(driver.page)
     buttons = {name: text for role, name, text in nodes if role == "button"}
     assert all(buttons), "a button without a name"
-    assert {*NAMES["driver"]} <= set(buttons)
+    missing = [label for label in NAMES["driver"] if not any(n.startswith(label) for n in buttons)]
+    assert missing == []  # "Hulp" goes on with who hears it
     assert "langzaam" in buttons["Vooruit"]
     assert "bezet" in buttons["Rechts"]
     roles = [role for role, _, _ in nodes]
