@@ -1,1 +1,1 @@
-"""Proves the safety core: exhaustive exploration, random runs, coverage and mutants."""
+"""Proves the safety core by exploration, coverage and mutants; fuzzes the whole firmware."""
