@@ -160,6 +160,7 @@ def mutation(quick: bool, note: Note) -> Part:
                     wrong = "survived" if survives else "listed as equivalent, but killed"
                     where, change = mutant_key
                     short.append(f"{wrong}: {module}.py:{line} {where}: {change}")
+                    note(short[-1])
             if time.monotonic() - noted > _NOTE_EVERY_S:
                 noted = time.monotonic()
                 note(f"{module}: {figures['mutants']} mutants, {figures['survived']} survived")
