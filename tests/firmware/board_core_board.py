@@ -330,3 +330,31 @@ def test_a_contact_that_bounces_is_not_one_that_moves():
         core.contact = False
         core.run(3)
     assert core.safety.faults == 0
+
+
+def test_p11_a_latch_found_at_boot_outlives_the_first_tick():
+    core = Core(boot_faults=1 << codes.EMERGENCY)
+    core.i.session_count = 0  # nobody has spoken yet
+    core.tick()
+    assert core.fault(codes.EMERGENCY)
+
+
+def test_an_unknown_tilt_stops_and_leaves_it_armed():
+    core = Core()
+    core.drive()
+    core.i.service_faults = 1 << codes.TILT_UNKNOWN
+    core.run(3)
+    assert not core.moving()
+    assert core.armed()
+
+
+def test_what_a_contact_did_before_the_settings_changed_does_not_count():
+    for closed in (False, True):
+        core = Core(relay_fitted=False)
+        core.safety.set_relay_fitted(False)
+        core.contact = closed
+        core.run(200)
+        assert not core.fault(codes.RELAY_UNEXPECTED)
+        core.contact = not closed
+        core.run(200)
+        assert core.fault(codes.RELAY_UNEXPECTED)

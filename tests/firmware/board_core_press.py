@@ -396,3 +396,32 @@ def test_not_armed_is_the_reason_before_all_others():
     core.make_ready()
     core.press(codes.FORWARD)
     assert refused(core, codes.NOT_ARMED)
+
+
+def test_a_press_whose_number_wrapped_keeps_its_step():
+    core = Core()
+    core.arm()
+    core.i.edge = 254
+    core.press(codes.FORWARD)
+    core.tick()
+    assert core.moving()
+    core.press(codes.FORWARD, codes.STEP, hold_ms=0, ttl_ms=50)
+    core.i.edge = 3
+    core.tick()
+    assert core.moving()
+    core.run(200)
+    assert core.moving()  # a step ends by itself
+
+
+def test_orders_to_arm_are_counted_across_their_wrap():
+    core = Core()
+    core.drive()
+    core.i.arm_count = 65535
+    core.tick()
+    core.run(5)
+    core.press(codes.FORWARD)
+    core.tick()
+    assert core.moving()
+    core.i.arm_count = 1  # two more: to somebody and back
+    core.tick()
+    assert not core.moving()

@@ -7,6 +7,42 @@ from gazeprove.equivalent_obstacles import OBSTACLES
 # module -> reason -> (function, change) of each mutant
 EQUIVALENT: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
     "safety": {
+        "The first tick takes the count over: disarmed, and nobody could arm.": (
+            ("__init__", "self._disarm_count = 0  ->  self._disarm_count = 1"),
+            ("__init__", "self._disarm_count = 0  ->  self._disarm_count = -1"),
+            ("__init__", "self._arm_count = 0  ->  self._arm_count = 1"),
+            ("__init__", "self._arm_count = 0  ->  self._arm_count = -1"),
+        ),
+        "The same count again is no order more.": (
+            ("step", "if count != self._arm_count:  ->  if True:"),
+        ),
+        "A press that moves the chair is asked for, not the spent one; it ends spent.": (
+            ("_judge_command", "self.spent_edge = self.edge or self.spent_edge  ->  pass"),
+            (
+                "_judge_command",
+                "self.spent_edge = self.edge or self.spent_edge  ->  self.spent_edge = self.edge",
+            ),
+            ("_judge_command", "if i.edge != self.edge:  ->  if True:"),
+        ),
+        "HOST_SILENT is bit 0 of what passes.": (
+            (
+                "module",
+                (
+                    "_PASSING = 1 << codes.HOST_SILENT | 1 << codes.SERVICE_STALLED | 1 << "
+                    "codes.TILT | 1 << codes.TILT_UNKNOWN  ->  _PASSING = 1 >> codes.HOST_S"
+                    "ILENT | 1 << codes.SERVICE_STALLED | 1 << codes.TILT | 1 << codes.TILT"
+                    "_UNKNOWN"
+                ),
+            ),
+            (
+                "module",
+                (
+                    "_PASSING = 1 << codes.HOST_SILENT | 1 << codes.SERVICE_STALLED | 1 << "
+                    "codes.TILT | 1 << codes.TILT_UNKNOWN  ->  _PASSING = 1 | 1 << codes.SE"
+                    "RVICE_STALLED | 1 << codes.TILT | 1 << codes.TILT_UNKNOWN"
+                ),
+            ),
+        ),
         "Written before it is first read; named here so that no attribute is added later.": (
             ("__init__", "self._verb = codes.STOP  ->  pass"),
             ("__init__", "self._mode = codes.STEP  ->  pass"),
@@ -146,18 +182,6 @@ EQUIVALENT: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
         ),
         "The first tick takes the count over before anything asks for it.": (
             ("__init__", "self._session_count = 0  ->  self._session_count = -1"),
-        ),
-        "Only the sign counts.": (
-            (
-                "_why_not_move",
-                ("return self._why_not_linear(1)  ->  return self._why_not_linear(2)"),
-            ),
-            ("_why_not_move", ("return self._why_not_turn(1)  ->  return self._why_not_turn(2)")),
-            (
-                "_why_not_move",
-                ("return self._why_not_linear(-1)  ->  return self._why_not_linear(-2)"),
-            ),
-            ("_why_not_move", ("return self._why_not_turn(-1)  ->  return self._why_not_turn(-2)")),
         ),
         "Adds HOST_SILENT, which has refused everything before.": (
             (

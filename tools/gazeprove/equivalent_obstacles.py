@@ -74,7 +74,6 @@ OBSTACLES: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
         "The others were asked for before, or there is none beyond.": (
             ("_judge", "if at == _BACKWARD:  ->  if at <= _BACKWARD:"),
             ("_judge", "if at == _LEFT:  ->  if at <= _LEFT:"),
-            ("step", "if at == _RIGHT:  ->  if at >= _RIGHT:"),
             (
                 "_decide",
                 (
