@@ -122,6 +122,8 @@ class Link:
         self.setting_request = 0
         self.setting_index = 0
         self.setting_value = 0
+        self._answer_request = 0  # a newer request may come before the line is free
+        self._answer_index = 0
         self._answer_value = 0
         self._answer_refused = 0
         self._token = bytearray(4)
@@ -339,6 +341,8 @@ class Link:
 
     def answer_setting(self, value, refused):
         self.setting_pending = False
+        self._answer_request = self.setting_request
+        self._answer_index = self.setting_index
         self._answer_value = value
         self._answer_refused = refused
         self._answered = True
@@ -450,8 +454,8 @@ class Link:
 
     def _send_answer(self):
         body = self._encoder.body
-        body[_REQUEST] = self.setting_request
-        body[_INDEX] = self.setting_index
+        body[_REQUEST] = self._answer_request
+        body[_INDEX] = self._answer_index
         body[_VALUE] = self._answer_value & 0xFF
         body[_VALUE + 1] = self._answer_value >> 8
         body[_REFUSED] = self._answer_refused

@@ -107,3 +107,21 @@ def test_a_relay_contact_counts_from_the_moment_it_is_said_to_be_fitted():
     rig.give(codes.ARM)
     rig.until(lambda: rig.app.safety.faults & (1 << codes.RELAY_OPEN), 400)
     assert rig.app.safety.state == codes.DISARMED
+
+
+def test_an_answer_never_goes_out_under_the_number_of_a_newer_question():
+    rig = connected()
+    rig.reply = None
+    rig.wire.reading = False
+    rig.send(messages.PING, (1, 2))
+    rig.run(3)  # the answer to that waits in the line's buffer
+    rig.send(messages.SETTING, (codes.SETTING_GET, index_of("relay_fitted"), 0))
+    rig.run(3)
+    rig.send(messages.SETTING, (codes.SETTING_GET, LINEAR, 0))
+    # In the pass that takes the question, before its answer is made, the line is free again.
+    rig.wire.reading = True
+    rig.app.service()
+    rig.listen()
+    assert (rig.reply["index"], rig.reply["value"]) == (index_of("relay_fitted"), 1)
+    rig.run(3)
+    assert (rig.reply["index"], rig.reply["value"]) == (LINEAR, 600)
