@@ -4,6 +4,8 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
+from gazeboard.imu import OFFSETS_SIZE
+from gazeboard.storage import sealed
 from gazechair import board_settings
 from gazechair.calibrate import CalibrateError, HeadingCalibration, JoystickCalibration, heading
 from gazechair.flash.greeting import Greeter, wait_for_hello
@@ -14,7 +16,7 @@ pytestmark = [pytest.mark.m7, pytest.mark.patient]
 
 CALIBRATED = 0b11_11_11_00  # register 0x35, the magnetometer not used
 GYRO_ONLY = 0b11_11_00_00
-OLDER = b"an older calibration"
+OLDER = sealed("0b" * OFFSETS_SIZE).encode()
 
 
 class Bench:
