@@ -178,9 +178,12 @@ OBSTACLES: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
     },
     "stopping": {},
     "bypass": {
+        "So short a pause is over before anybody is armed; none is as good as one that is over.": (
+            ("__init__", "self._pause_ms = 0  ->  self._pause_ms = 1"),
+            ("__init__", "self._pause_ms = 0  ->  self._pause_ms = -1"),
+        ),
         "The first session sets it.": (
             ("__init__", "self._number = _ANY  ->  pass"),
-            ("__init__", "self._ttl_ms = 0  ->  pass"),
             ("__init__", "self._session_count = 0  ->  self._session_count = 1"),
             ("__init__", "self._session_count = 0  ->  self._session_count = -1"),
         ),
@@ -188,12 +191,8 @@ OBSTACLES: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
         "Both must be above 0 for a bypass, and a press sets both.": (
             ("__init__", "self._ttl_ms = 0  ->  self._ttl_ms = 1"),
             ("__init__", "self._ttl_ms = 0  ->  self._ttl_ms = -1"),
-            ("__init__", "self.left_ms = 0  ->  self.left_ms = 1"),
-            ("__init__", "self.left_ms = 0  ->  self.left_ms = -1"),
         ),
         "Nothing is left to count down, or it is in this turn.": (
-            ("step", "if self.left_ms > 0:  ->  if True:"),
-            ("step", "if self.left_ms > 0:  ->  if self.left_ms >= 0:"),
             ("step", "if self.left_ms > 0:  ->  if self.left_ms > -1:"),
             ("step", "self._ttl_ms = 0  ->  self._ttl_ms = 1"),
             ("step", "self._ttl_ms = 0  ->  self._ttl_ms = -1"),
