@@ -19,6 +19,7 @@ _HELLO_MS = 200
 _STATS_MS = 200
 _ZONE_MS = 250  # one direction each time: a lost one comes again within a second
 _NAME_SIZE = 16
+_ANY_SEQ = -1
 
 _HOST = 0
 _BOARD = 1
@@ -160,6 +161,9 @@ class Link:
             self._on_hello(buf)
         elif kind == messages.MAINTENANCE.type_id:
             self._on_maintenance(buf)
+        elif not messages.COMMAND.type_id <= kind < messages.STATE.type_id:
+            # A message of ours, come back: no host is heard, and its sequence is not ours.
+            self.bad = (self.bad + 1) & 0xFFFF
         elif self._in_order(buf):
             back = self._inbox.back
             age_ms = (self._outbox.ticks - u16(buf, messages.STAMP_AT)) & 0xFFFF
@@ -187,7 +191,7 @@ class Link:
             elif kind == messages.TELEMETRY.type_id and 1 <= buf[_PERIOD] <= 100:
                 self._telemetry.period_ms = buf[_PERIOD]
             else:
-                self.bad = (self.bad + 1) & 0xFFFF  # or a message of ours, come back
+                self.bad = (self.bad + 1) & 0xFFFF
 
     def _silent_ms(self):
         return self._elapsed(self._outbox.ticks, self._heard_at)
@@ -195,6 +199,8 @@ class Link:
     # Newer than the last one. A host whose frames got lost for so long that its next one looks old
     # ends its session by that silence.
     def _in_order(self, buf):
+        if self._last_seq == _ANY_SEQ:
+            return True  # no frame with this session's nonce has come before
         if not 1 <= (buf[messages.SEQ_AT] - self._last_seq) & 0xFF <= 127:
             self.stale = (self.stale + 1) & 0xFFFF
             return False
@@ -215,7 +221,7 @@ class Link:
         self._keys.begin(session, self._boot, self._nonce, 0, self._outbox.ticks & 0xFFFF)
         self._telemetry.restart()
         self._zone_due = len(self._zone)
-        self._last_seq = buf[messages.SEQ_AT]
+        self._last_seq = _ANY_SEQ  # the HELLO may be an old one, its seq, too
         self._heard_at = self._outbox.ticks
         back = self._inbox.back
         back.session_count = (back.session_count + 1) & 0xFFFF or 1
