@@ -319,4 +319,5 @@ def test_p7_a_heading_that_stands_while_the_gyro_turns():
             rig.one_ms()
             ms += 1
             assert ms < 120, dps
-        measured(CORE, "P7", "heading stands still, gyro turns", ms, 50 + 2500 // abs(int(dps)))
+        cause = "heading stands still, gyro turns %d degrees/s" % abs(int(dps))
+        measured(CORE, "P7", cause, ms, 50 + 2500 // abs(int(dps)))
