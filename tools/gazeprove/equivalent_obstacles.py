@@ -4,6 +4,12 @@ from __future__ import annotations
 
 # As EQUIVALENT in equivalent.py.
 OBSTACLES: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
+    "obedience": {
+        "Until something is put out there is nothing to hold: the rate allowed is 0 either way.": (
+            ("__init__", "self._left_hold_ms = 0  ->  self._left_hold_ms = 1"),
+            ("__init__", "self._right_hold_ms = 0  ->  self._right_hold_ms = 1"),
+        ),
+    },
     "obstacles": {
         "The wait is counted in eights: one more or less takes as many turns.": (
             ("__init__", "self._better_ms = 0  ->  self._better_ms = -1"),
