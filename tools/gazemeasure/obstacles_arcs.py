@@ -21,9 +21,9 @@ from gazeboard.turn import turn_controller
 from gazechair.outgoing import Clearance
 from gazelink import codes
 from gazelink.settings_table import PROFILES
-from gazemeasure.obstacles_attack import attack, attacked_chair, in_view
+from gazemeasure.obstacles_attack import Hold, attack, attacked_chair, in_view
 from gazemeasure.obstacles_eyes import CORNERS, FRONT, Eye, Ours
-from gazemeasure.obstacles_run import MOVING_M_S, Outcome, fastest
+from gazemeasure.obstacles_run import MOVING_M_S, Outcome, deliver, fastest
 from gazemeasure.turn_board import settings_with
 from gazesim.chair import FRONT_M, HALF_WIDTH_M, REAR_M, Chair
 from gazesim.random_rooms import task
@@ -53,20 +53,6 @@ class Body(Protocol):
 
     def place(self, x_m: float, y_m: float, heading_deg: float) -> None: ...
     def step(self, dt_s: float, stick: tuple[float, float] | None) -> None: ...
-
-
-@dataclass(frozen=True)
-class Hold:
-    """The hand holds `verb` for `for_s`; linear and turn (permille) are the stick's.
-
-    `press`: it has been let go before.
-    """
-
-    for_s: float
-    verb: int
-    linear: int = 0
-    turn: int = 0
-    press: bool = False
 
 
 @dataclass(frozen=True)
@@ -233,7 +219,7 @@ class ArcRun:
             for eye in self._eyes:
                 eye.step(_STEP_S, where)
             if self._said is not None:
-                self._deliver(self._said, now_s)
+                deliver(self._inputs, self._said, now_s)
                 self._said = None
             if self._steps % _LOOK_STEPS == 0 and self._eyes[0].turns:
                 self._said = self._rule.look(now_s)
@@ -244,22 +230,6 @@ class ArcRun:
             self._tick()
         chair.step(_STEP_S, (self._out[0] / 1000.0, self._out[1] / 1000.0))
         self._check()
-
-    def _deliver(self, said: Clearance, now_s: float) -> None:
-        i = self._inputs
-        (
-            i.clearance_blocked,
-            i.clearance_unseen,
-            i.clearance_source,
-            i.clearance_forward_mm,
-            i.clearance_backward_mm,
-            i.clearance_left_q4,
-            i.clearance_right_q4,
-            i.clearance_age_ms,
-            i.clearance_arc_views,
-            i.clearance_arcs,
-        ) = said.fields(now_s)
-        i.clearance_count = (i.clearance_count + 1) & 0xFFFF
 
     def _tick(self) -> None:
         i, obstacles, motion = self._inputs, self._obstacles, self._motion
@@ -335,11 +305,14 @@ def attack_trial(seed: int, profile: str) -> ArcTrial:
     """The attack with that seed; its hand hits without the rule."""
     settings = settings_with({"profile": PROFILES.index(profile)})
     what = attack(seed, profile, settings)
-    hand = tuple(Hold(m.for_s, m.verb, m.linear, m.turn, m.press) for m in what.hand)
     chair = attacked_chair(seed, profile, settings)
     one_lidar = seed % 8 == 7
     run = ArcRun(
-        ArcTask(what.room, hand, bool(seed % 2)), profile, seed, body=chair, one_lidar=one_lidar
+        ArcTask(what.room, what.hand, bool(seed % 2)),
+        profile,
+        seed,
+        body=chair,
+        one_lidar=one_lidar,
     )
     ours = run()
     unseen_m_s = 0.0

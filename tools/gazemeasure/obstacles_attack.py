@@ -38,8 +38,11 @@ KINDS = ("exact", "second order", "jerk", "uneven", "slow drive", "slow turn", "
 
 
 @dataclass(frozen=True)
-class Move:
-    """What the hand does for `for_s`; as obstacles_arcs.Hold."""
+class Hold:
+    """The hand holds `verb` for `for_s`; linear and turn (permille) are the stick's.
+
+    `press`: it has been let go before.
+    """
 
     for_s: float
     verb: int
@@ -53,7 +56,7 @@ class Attack:
     """A room and a hand, and the physics to which they are done."""
 
     room: Room
-    hand: tuple[Move, ...]
+    hand: tuple[Hold, ...]
     kind: str
     points: tuple[tuple[float, float], ...]
     """Of the thing that is in the way."""
@@ -180,7 +183,7 @@ def attacked_chair(seed: int, profile: str, settings: Any) -> AttackedChair:
     return AttackedChair(profile, KINDS[seed % len(KINDS)], settings, seed % 4 < 2)
 
 
-def _hand(chance: random.Random, steady: bool) -> tuple[tuple[Move, ...], float]:
+def _hand(chance: random.Random, steady: bool) -> tuple[tuple[Hold, ...], float]:
     # The moves, and when the chair first swings aside.
     ahead = chance.choice((1, 1, -1))
     linear = ahead * chance.choice((150, 300, 600, 800, 1000))
@@ -189,10 +192,10 @@ def _hand(chance: random.Random, steady: bool) -> tuple[tuple[Move, ...], float]
     swings_s = 0.0
     if chance.random() < 0.4:  # from full speed
         swings_s = chance.uniform(0.8, 1.6)
-        moves.append(Move(swings_s, codes.DRIVE, ahead * _FULL, 0, True))
+        moves.append(Hold(swings_s, codes.DRIVE, ahead * _FULL, 0, True))
     if steady:
         for_s = chance.choice((0.4, 0.8, 1.5, 2.5))
-        moves.append(Move(for_s, codes.DRIVE, linear, turn, not moves))
+        moves.append(Hold(for_s, codes.DRIVE, linear, turn, not moves))
         return tuple(moves), swings_s
     for n in range(chance.randint(2, 5)):
         what = chance.random()
@@ -204,11 +207,11 @@ def _hand(chance: random.Random, steady: bool) -> tuple[tuple[Move, ...], float]
             turn = round(turn * chance.uniform(0.2, 1.0))
             linear = round(linear * chance.uniform(0.2, 1.0))
         for_s = chance.choice((0.1, 0.2, 0.5, 1.0))
-        moves.append(Move(for_s, codes.DRIVE, linear, turn, not moves))
+        moves.append(Hold(for_s, codes.DRIVE, linear, turn, not moves))
     return tuple(moves), swings_s
 
 
-def _path(hand: tuple[Move, ...], chair: AttackedChair) -> NDArray[np.float64]:
+def _path(hand: tuple[Hold, ...], chair: AttackedChair) -> NDArray[np.float64]:
     """Poses of the hand's path without any rule, to its standstill: x, y, heading in radians."""
     poses = []
 

@@ -148,26 +148,10 @@ class Run:
         for eye in self._eyes:
             eye.step(_STEP_S, where)
         if self._said is not None:
-            self._deliver(self._said)
+            deliver(self._inputs, self._said, self._now_s)
             self._said = None
         if round(self._now_s / _STEP_S) % _LOOK_STEPS == 0 and self._eyes[0].turns:
             self._said = self._rule.look(self._now_s)
-
-    def _deliver(self, said: Clearance) -> None:
-        i = self._inputs
-        (
-            i.clearance_blocked,
-            i.clearance_unseen,
-            i.clearance_source,
-            i.clearance_forward_mm,
-            i.clearance_backward_mm,
-            i.clearance_left_q4,
-            i.clearance_right_q4,
-            i.clearance_age_ms,
-            i.clearance_arc_views,
-            i.clearance_arcs,
-        ) = said.fields(self._now_s)
-        i.clearance_count = (i.clearance_count + 1) & 0xFFFF
 
     def _decide(self, pressed: bool) -> bool:
         """Ten ticks of the board; True when it blocks the motion."""
@@ -246,3 +230,21 @@ class Run:
 def fastest(chair: Chair) -> float:
     """Speed of the fastest part of the chair, m/s."""
     return abs(chair.speed_m_s) + abs(math.radians(chair.yaw_rate_deg_s)) * _CORNER_M
+
+
+def deliver(inputs: Inputs, said: Clearance, now_s: float) -> None:
+    """As the board's link does with a CLEARANCE frame that arrives at `now_s`."""
+    i = inputs
+    (
+        i.clearance_blocked,
+        i.clearance_unseen,
+        i.clearance_source,
+        i.clearance_forward_mm,
+        i.clearance_backward_mm,
+        i.clearance_left_q4,
+        i.clearance_right_q4,
+        i.clearance_age_ms,
+        i.clearance_arc_views,
+        i.clearance_arcs,
+    ) = said.fields(now_s)
+    i.clearance_count = (i.clearance_count + 1) & 0xFFFF
