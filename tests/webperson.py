@@ -2,6 +2,7 @@
 
 import json
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -62,6 +63,10 @@ class Driver:
         """Lets `ms` pass on the page's clock and the host's; the host says nothing."""
         self.host.now_ms += ms
         self.page.clock.run_for(ms)
+
+    def wait_until(self, condition: Callable[[], Any], what: str) -> None:
+        """For what Playwright tells by itself (requests, routes): it does so only while asked."""
+        wait_until(lambda: self.page.evaluate("true") and condition(), what)
 
     def data(self, name: str) -> str:
         return self.page.evaluate("name => document.body.dataset[name]", name)

@@ -158,7 +158,7 @@ def test_a_profile_changed_elsewhere_waits_until_this_page_drives_no_more(driver
             host.say_state()
         return
     driver.state(**OFF)
-    wait_until(lambda: any("/profiles" in url for url in asked), "the profile is read")
+    driver.wait_until(lambda: any("/profiles" in url for url in asked), "the profile is read")
     name, value = next(iter(change.items()))
     if name in ("mode", "contrast"):
         wait_until(lambda: driver.data(name) == value, "the change arrives")
@@ -171,7 +171,7 @@ def test_a_profile_that_comes_after_arming_is_not_taken(driver, host):
     driver.page.route("**/profiles", lambda route: held.append(route))
     host.profiles.change({"save": {"id": "1", "mode": "step", "contrast": "night"}}, True)
     driver.state()
-    wait_until(lambda: held, "the page asks")
+    driver.wait_until(lambda: held, "the page asks")
     driver.state(state="armed", you=True, owner="driver")
     with driver.page.expect_response("**/profiles"):
         held[0].continue_()

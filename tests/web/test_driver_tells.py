@@ -203,7 +203,9 @@ def test_the_picture_is_drawn_and_then_acknowledged(driver, host):
     driver.advance(100)
     assert host.acknowledged == ["7"]
     assert driver.data("picture") == "fresh"
-    assert driver.page.evaluate("document.getElementById('picture').width") == 640
+    # The worker draws; the page's element takes its size with the next frame of the screen.
+    width = "document.getElementById('picture').width"
+    wait_until(lambda: driver.page.evaluate(width) == 640, "the picture's size")
 
 
 @pytest.mark.parametrize("age_ms", [0, 450])
