@@ -20,8 +20,8 @@ try:
 except ImportError:
     I2C = None  # not a microcontroller: the virtual board does the same first
 
-from gazeboard import bootlog
 from gazeboard.app import App
+from gazeboard.io import bootlog
 from gazelink import codes
 
 if I2C is None:

@@ -3,23 +3,24 @@
 import gc
 from binascii import hexlify, unhexlify
 
-from gazeboard import bootlog, limits
-from gazeboard.emergency_latch import EmergencyLatch
-from gazeboard.imu import OFFSETS_SIZE, Imu
-from gazeboard.joystick import Joystick
-from gazeboard.link import Link
-from gazeboard.motion import Motion
-from gazeboard.obedience import Obedience
-from gazeboard.obstacles import Obstacles
-from gazeboard.profile_check import ProfileCheck
-from gazeboard.safety import Safety
-from gazeboard.settings import FILE as SETTINGS_FILE
-from gazeboard.settings import Settings
-from gazeboard.shared import Inbox, Outbox
-from gazeboard.storage import sealed, unsealed
-from gazeboard.telemetry import Telemetry
-from gazeboard.tick_clock import TickClock
-from gazeboard.turn import turn_controller
+from gazeboard.core import limits
+from gazeboard.core.motion import Motion
+from gazeboard.core.obedience import Obedience
+from gazeboard.core.obstacles import Obstacles
+from gazeboard.core.profile_check import ProfileCheck
+from gazeboard.core.safety import Safety
+from gazeboard.core.shared import Inbox, Outbox
+from gazeboard.core.tick_clock import TickClock
+from gazeboard.io import bootlog
+from gazeboard.io.emergency_latch import EmergencyLatch
+from gazeboard.io.imu import OFFSETS_SIZE, Imu
+from gazeboard.io.joystick import Joystick
+from gazeboard.io.link import Link
+from gazeboard.io.settings import FILE as SETTINGS_FILE
+from gazeboard.io.settings import Settings
+from gazeboard.io.storage import sealed, unsealed
+from gazeboard.io.telemetry import Telemetry
+from gazeboard.turning.turn import turn_controller
 from gazelink import codes
 from gazelink.native import micropython
 from gazelink.settings_table import TABLE as SETTINGS_TABLE

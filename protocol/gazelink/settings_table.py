@@ -2,7 +2,7 @@
 # the wire; the table is part of the schema hash, so both ends always mean the same row.
 #
 # Units are in the names; *_permille is of full deflection, q4 is sixteenths. No limit here exceeds
-# what the safety promises allow (firmware/gazeboard/limits.py; a test compares them).
+# what the safety promises allow (firmware/gazeboard/core/limits.py; a test compares them).
 
 # The chair's speed profiles that have rows of their own (SPEC section 1).
 PROFILES = ("1.2", "2.1", "3.1", "4.1", "5.1")

@@ -1,5 +1,5 @@
 # How the chair stops in one direction: the points of the ZONE message. The board makes them of its
-# settings (gazeboard/zone.py), the host only looks things up between them.
+# settings (gazeboard/core/zone.py), the host only looks things up between them.
 #
 # Units are 1 mm, or 1/16 degree in turns. The first point is the standing chair: its way is the
 # margin, its time what passes before it brakes. The second is creep, the last full deflection in

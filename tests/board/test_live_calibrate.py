@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from gazeboard.imu import OFFSETS_SIZE
-from gazeboard.storage import sealed
+from gazeboard.io.imu import OFFSETS_SIZE
+from gazeboard.io.storage import sealed
 from gazechair import board_settings
 from gazechair.calibrate import CalibrateError, HeadingCalibration, JoystickCalibration, heading
 from gazechair.flash.greeting import Greeter, wait_for_hello

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from gazeboard import joystick
 from gazeboard.boards import bank_layout as layout
 from gazeboard.boards import pins
+from gazeboard.io import joystick
 from gazelink import codes, messages
 from liveboard import NEUTRAL, EmulatedLiveBoard
 from livehost import STOP

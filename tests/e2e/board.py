@@ -9,11 +9,11 @@ from typing import Any
 from unittest import mock
 
 from e2e.cable import BoardEnd, Cable
-from gazeboard import bootlog
 from gazeboard.app import App
 from gazeboard.boards import bank_layout as layout
 from gazeboard.boards import pins
 from gazeboard.boards.virtual import VirtualBoard
+from gazeboard.io import bootlog
 from gazesim.bank import Bank
 from rig import Clock, Files
 
@@ -77,7 +77,7 @@ class Board:
         with (
             mock.patch("gazeboard.boards.virtual.from_environment", return_value=self.board),
             # Once: it would wait for an answer, and no time passes meanwhile.
-            mock.patch("gazeboard.bootlog.last_words", bootlog.send_fault),
+            mock.patch("gazeboard.io.bootlog.last_words", bootlog.send_fault),
         ):
             runpy.run_path(str(_MAIN))
         self._watched = self.app is not None

@@ -9,7 +9,7 @@ import pytest
 from e2e.damage import KINDS, damage
 from e2e.host import Host
 from e2e.lockstep import Lockstep
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink import codes, frame, messages
 from promises import END_TO_END, kept, measured
 from rig import clearance

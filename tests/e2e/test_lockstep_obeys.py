@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from e2e.lockstep import Lockstep
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink import codes
 from promises import END_TO_END, measured
 

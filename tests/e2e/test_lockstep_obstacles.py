@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from e2e.lockstep import Lockstep
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink import codes
 from promises import END_TO_END, measured
 

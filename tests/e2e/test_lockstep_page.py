@@ -8,7 +8,7 @@ import pytest
 
 from e2e.lockstep import Lockstep
 from e2e.page import Page
-from gazeboard import limits
+from gazeboard.core import limits
 from promises import END_TO_END, kept, measured
 
 VERBS = ("forward", "left")

@@ -8,7 +8,7 @@ import pytest
 
 from e2e import states
 from e2e.lockstep import Lockstep
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink import codes
 from promises import END_TO_END, kept, measured
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from e2e.lockstep import Lockstep
-from gazeboard import limits
+from gazeboard.core import limits
 from promises import END_TO_END, kept
 
 STANDS_MS = 2500 + limits.TRUST_STANDING_MS

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from e2e.lockstep import Lockstep
-from gazeboard.settings import Settings
+from gazeboard.io.settings import Settings
 from gazechair.clearance.zone import UNKNOWN, StopZone
 from gazelink import codes
 from gazelink.settings_table import index_of

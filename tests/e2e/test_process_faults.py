@@ -22,7 +22,7 @@ import pytest
 
 import gazesetup
 from e2e.running import Running
-from gazeboard import limits
+from gazeboard.core import limits
 from gazedemo.pairing import cookie
 from gazedemo.stack import Stack
 

@@ -1,6 +1,6 @@
 # Watchdog resets in a row are counted across boots; the last words reach any host.
 
-from gazeboard import bootlog
+from gazeboard.io import bootlog
 from gazelink import codes, frame, messages
 from rig import Rig
 

@@ -2,8 +2,8 @@
 
 from board_core_obstacles import TURN_MS, Eyes
 from corerig import Core
-from gazeboard import limits
-from gazeboard.obstacles import ARC_BLOCKED
+from gazeboard.core import limits
+from gazeboard.core.obstacles import ARC_BLOCKED
 from gazelink import arcs, codes
 
 QUADRANTS = ((300, 200), (-300, 200), (300, -200), (-300, -200))

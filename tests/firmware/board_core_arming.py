@@ -1,7 +1,7 @@
 # The safety core, to the tick: who may arm when, and what is said when not.
 
 from corerig import CLOSES_MS, Core, refused
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink import codes
 
 REASON = codes.FAULT_REASON

@@ -1,7 +1,7 @@
 # The safety core, to the tick: faults of the board itself, the relay and the emergency stop.
 
 from corerig import Core
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink import codes
 
 REASON = codes.FAULT_REASON

@@ -1,8 +1,8 @@
 # The caretaker's bypass: held, at most 20 s a press, each press once.
 
-from gazeboard import limits
-from gazeboard.bypass import Bypass
-from gazeboard.shared import Inputs
+from gazeboard.core import limits
+from gazeboard.core.bypass import Bypass
+from gazeboard.core.shared import Inputs
 
 PERIOD_MS = 8
 EARLY_MS = 32

@@ -2,9 +2,9 @@
 # the least of them counts, in each direction, for every verb and mode.
 
 from corerig import Turn
-from gazeboard.motion import Motion
-from gazeboard.settings import Settings
-from gazeboard.shared import Inputs
+from gazeboard.core.motion import Motion
+from gazeboard.core.shared import Inputs
+from gazeboard.io.settings import Settings
 from gazelink import codes
 
 MODES = (codes.STEP, codes.CONTINUOUS)

@@ -2,8 +2,8 @@
 # sensor, tilt, calibration.
 
 from corerig import Core
-from gazeboard import limits
-from gazeboard.safety import fault_reason, older
+from gazeboard.core import limits
+from gazeboard.core.safety import fault_reason, older
 from gazelink import codes
 
 REASON = codes.FAULT_REASON

@@ -2,8 +2,8 @@
 # a direction may have.
 
 from corerig import Core
-from gazeboard import limits
-from gazeboard.obstacles import Obstacles
+from gazeboard.core import limits
+from gazeboard.core.obstacles import Obstacles
 from gazelink import codes
 
 SOURCES = ("host", "service", "lidar")

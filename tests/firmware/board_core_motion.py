@@ -2,10 +2,10 @@
 # turn.
 
 from corerig import Turn
-from gazeboard import limits
-from gazeboard.motion import Motion
-from gazeboard.settings import Settings
-from gazeboard.shared import Inputs
+from gazeboard.core import limits
+from gazeboard.core.motion import Motion
+from gazeboard.core.shared import Inputs
+from gazeboard.io.settings import Settings
 from gazelink import codes
 
 LINEAR = (codes.FORWARD, codes.BACKWARD)

@@ -1,10 +1,10 @@
 # P21: the chair turns otherwise than it is told, seen by the gyro. False alarms against the twin
 # are in test_obedience_twin.py.
 
-from gazeboard import limits
-from gazeboard.obedience import Obedience
-from gazeboard.settings import Settings
-from gazeboard.shared import Inputs
+from gazeboard.core import limits
+from gazeboard.core.obedience import Obedience
+from gazeboard.core.shared import Inputs
+from gazeboard.io.settings import Settings
 
 FULL_Q4 = 910  # of the fastest profile
 MOVING = limits.OBEY_MOVING_Q4_DPS

@@ -1,10 +1,10 @@
 # P21's rule once more, in other words, against the firmware's: at each heading sample of random
 # drives whose gyro lies at the limit or one above it, both trip or neither does.
 
-from gazeboard import limits
-from gazeboard.obedience import Obedience
-from gazeboard.settings import Settings
-from gazeboard.shared import Inputs
+from gazeboard.core import limits
+from gazeboard.core.obedience import Obedience
+from gazeboard.core.shared import Inputs
+from gazeboard.io.settings import Settings
 
 SAMPLE_MS = 10
 AFTER_TICKS = 5  # a sample is judged so long after it came

@@ -1,10 +1,10 @@
 # The board's decision per direction: free, slow, blocked, and the most output each may have.
 
-from gazeboard import limits
-from gazeboard.obstacles import Obstacles
-from gazeboard.settings import Settings
-from gazeboard.shared import Inputs
-from gazeboard.stopping import LEVELS
+from gazeboard.core import limits
+from gazeboard.core.obstacles import Obstacles
+from gazeboard.core.shared import Inputs
+from gazeboard.core.stopping import LEVELS
+from gazeboard.io.settings import Settings
 from gazelink import arcs, codes
 from gazelink.messages import CLEAR_FAR
 

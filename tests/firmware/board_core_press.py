@@ -2,7 +2,7 @@
 # does not.
 
 from corerig import CLOSES_MS, Core, refused
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink import codes
 
 REASON = codes.FAULT_REASON

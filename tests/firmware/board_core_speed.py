@@ -1,7 +1,7 @@
 # The speed's upper bound: above a chair of dead time, ramp and lag whatever it is told, and back to
 # nothing within a stated time.
 
-from gazeboard.speed import SpeedBound
+from gazeboard.core.speed import SpeedBound
 
 PERIOD_MS = 8
 

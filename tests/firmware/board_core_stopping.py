@@ -1,8 +1,8 @@
 # What a way of some length allows: the formulas of the obstacle distances, said anew in floats.
 
-from gazeboard import limits
-from gazeboard.settings import Settings
-from gazeboard.stopping import LEVELS, Stopping
+from gazeboard.core import limits
+from gazeboard.core.stopping import LEVELS, Stopping
+from gazeboard.io.settings import Settings
 from gazelink import codes
 from gazelink.messages import CLEAR_FAR
 from gazelink.settings_table import PROFILES, TABLE

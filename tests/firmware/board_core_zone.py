@@ -2,10 +2,10 @@
 
 import struct
 
-from gazeboard import limits
-from gazeboard.obstacles import Obstacles
-from gazeboard.settings import Settings
-from gazeboard.stopping import Stopping
+from gazeboard.core import limits
+from gazeboard.core.obstacles import Obstacles
+from gazeboard.core.stopping import Stopping
+from gazeboard.io.settings import Settings
 from gazelink import codes, zone
 from gazelink.settings_table import TABLE
 

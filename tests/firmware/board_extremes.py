@@ -2,10 +2,10 @@
 # that need no memory. On 32-bit MicroPython with the heap locked, as in the timer's interrupt.
 
 from boardtest import ON_MICROPYTHON
-from gazeboard import limits
-from gazeboard.chair_model import ChairModel
-from gazeboard.settings import Settings
-from gazeboard.turn import turn_controller
+from gazeboard.core import limits
+from gazeboard.io.settings import Settings
+from gazeboard.turning.chair_model import ChairModel
+from gazeboard.turning.turn import turn_controller
 from gazelink import codes
 from gazelink.settings_table import TABLE
 from promiserig import fault
@@ -124,7 +124,7 @@ class Watched(list):
 def test_stop_plans_read_their_own_table_however_uneven_the_sides_are():
     if ON_MICROPYTHON:
         return  # viper reads memory: watched where it reads lists
-    from gazeboard.stop_plan import _CELLS, _COUNTER, _DECAY
+    from gazeboard.turning.stop_plan import _CELLS, _COUNTER, _DECAY
 
     speeds = (80, 81, 273, 364, 910, 1700, 2400)
     for left in speeds:

@@ -1,10 +1,10 @@
 # The profile check: believes the selected profile only after steady turning that fits it.
 
-from gazeboard import limits
-from gazeboard.chair_model import ChairModel
-from gazeboard.profile_check import ProfileCheck
-from gazeboard.settings import Settings
-from gazeboard.shared import Inputs
+from gazeboard.core import limits
+from gazeboard.core.profile_check import ProfileCheck
+from gazeboard.core.shared import Inputs
+from gazeboard.io.settings import Settings
+from gazeboard.turning.chair_model import ChairModel
 from gazelink import codes
 
 

@@ -1,7 +1,7 @@
 # Arming, clocks and refusals on the whole firmware in lockstep virtual time.
 
 from boardtest import raises
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink import codes, messages
 from promiserig import armed, stays_still_until_pressed_anew
 from rig import Files, Rig

@@ -1,8 +1,8 @@
 # Promises P8 to P11 on the whole firmware in lockstep virtual time: wipers, loops, emergency.
 
-from gazeboard import limits
 from gazeboard.boards import bank_layout as at
 from gazeboard.boards import pins
+from gazeboard.core import limits
 from gazelink import codes, messages
 from promiserig import ENABLE_AT, armed, fault, stays_still_until_pressed_anew, toggles
 from promises import CORE, kept, measured

@@ -1,6 +1,6 @@
 # Promises P2, P3 and P12 on the whole firmware in lockstep virtual time: host, driver, frames.
 
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink import codes, frame, messages
 from promiserig import armed, stays_still_until_pressed_anew
 from promises import CORE, kept, measured

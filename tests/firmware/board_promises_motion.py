@@ -1,7 +1,7 @@
 # Promises P4, P5, P6 and P13 on the whole firmware in lockstep virtual time: steps, obstacles,
 # owners.
 
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink import codes, messages
 from promiserig import armed, stays_still_until_pressed_anew
 from promises import CORE, measured

@@ -1,8 +1,8 @@
 # Promise P21 and the faults beside it on the whole firmware: the chair turns otherwise than it is
 # told, writes fail often but never three in a row, a contact moves that nobody fitted.
 
-from gazeboard import limits
 from gazeboard.boards import bank_layout as at
+from gazeboard.core import limits
 from gazelink import codes
 from gazelink.settings_table import index_of
 from promiserig import armed, ask, fault, toggles

@@ -1,6 +1,6 @@
 # Promises P5 and P14 by distances, and the bypass, on the whole firmware in lockstep virtual time.
 
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink import arcs, codes, messages
 from promiserig import stays_still_until_pressed_anew
 from promises import CORE, kept, measured

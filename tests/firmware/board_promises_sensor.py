@@ -1,8 +1,8 @@
 # Promises P7 and P16 on the whole firmware in lockstep virtual time: heading and tilt.
 
-from gazeboard import limits
 from gazeboard.boards import bank_layout as at
 from gazeboard.boards import pins
+from gazeboard.core import limits
 from gazelink import codes
 from promiserig import armed, stays_still_until_pressed_anew
 from promises import CORE, kept, measured

@@ -1,9 +1,9 @@
 # Promises P7 and P16 where they meet: tilt and heading at every moment of the sampling, with reads
 # lost, and what a chair does whose tilt cannot be read.
 
-from gazeboard import limits
 from gazeboard.boards import bank_layout as at
 from gazeboard.boards import pins
+from gazeboard.core import limits
 from gazelink import codes
 from promiserig import armed, fault, stays_still_until_pressed_anew
 from promises import CORE, kept, measured

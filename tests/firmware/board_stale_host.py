@@ -1,6 +1,6 @@
 # A backlog of old frames does not keep a dead host alive (P2, P12).
 
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink import codes, messages
 from rig import Rig, clearance
 

@@ -5,9 +5,9 @@ import json
 import os
 
 from fakeflash import Flash, PowerCut, files_on, real
-from gazeboard import bootlog, storage
-from gazeboard.settings import Settings
-from gazeboard.storage import UNREADABLE, Files, sealed
+from gazeboard.io import bootlog, storage
+from gazeboard.io.settings import Settings
+from gazeboard.io.storage import UNREADABLE, Files, sealed
 from gazelink import codes, messages
 from promiserig import armed, fault, toggles
 from promises import CORE, kept

@@ -1,8 +1,8 @@
 # The ticks' pace: what is counted as missed, when it is a stall, and that it allocates nothing.
 
 from boardtest import no_allocation
-from gazeboard import limits
-from gazeboard.tick_clock import TickClock
+from gazeboard.core import limits
+from gazeboard.core.tick_clock import TickClock
 
 
 def counted(gaps):

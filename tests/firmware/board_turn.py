@@ -3,12 +3,13 @@
 import math
 
 from boardtest import no_allocation
-from gazeboard.casters import Casters
-from gazeboard.chair_model import ChairModel
-from gazeboard.limits import HEADING_TURN_Q4_DEG
-from gazeboard.settings import Settings
-from gazeboard.stop_plan import StopPlan
-from gazeboard.turn import turn_controller, wrapped
+from gazeboard.core.angle import wrapped
+from gazeboard.core.limits import HEADING_TURN_Q4_DEG
+from gazeboard.io.settings import Settings
+from gazeboard.turning.casters import Casters
+from gazeboard.turning.chair_model import ChairModel
+from gazeboard.turning.stop_plan import StopPlan
+from gazeboard.turning.turn import turn_controller
 from gazelink.settings_table import NO_CASTERS_Q4_DEG, PROFILES, TABLE, profile_row
 
 

@@ -2,17 +2,17 @@
 # data.
 
 from boardtest import no_allocation, raises
-from gazeboard import limits
 from gazeboard.boards import bank_layout as at
 from gazeboard.boards.bank_devices import BankI2C
-from gazeboard.heading import HeadingMonitor
-from gazeboard.joystick import Joystick, counts
-from gazeboard.motion import Motion
-from gazeboard.pid import OUTPUT_MAX, PD, PI, PID, P
-from gazeboard.settings import Settings
-from gazeboard.shared import Inbox, Inputs
-from gazeboard.storage import sealed
-from gazeboard.turn import wrapped
+from gazeboard.core import limits
+from gazeboard.core.angle import wrapped
+from gazeboard.core.motion import Motion
+from gazeboard.core.shared import Inbox, Inputs
+from gazeboard.io.heading import HeadingMonitor
+from gazeboard.io.joystick import Joystick, counts
+from gazeboard.io.settings import Settings
+from gazeboard.io.storage import sealed
+from gazeboard.turning.pid import OUTPUT_MAX, PD, PI, PID, P
 from gazelink import codes
 from gazelink.settings_table import NAMES, TABLE, index_of
 from rig import POT, REGS

@@ -1,11 +1,11 @@
 # Safety and motion alone, in the order in which the tick calls them: inputs set by hand, one call
 # a millisecond, on CPython and MicroPython.
 
-from gazeboard.motion import Motion
-from gazeboard.obstacles import Obstacles
-from gazeboard.safety import Safety
-from gazeboard.settings import Settings
-from gazeboard.shared import Inputs
+from gazeboard.core.motion import Motion
+from gazeboard.core.obstacles import Obstacles
+from gazeboard.core.safety import Safety
+from gazeboard.core.shared import Inputs
+from gazeboard.io.settings import Settings
 from gazelink import arcs, codes, messages
 
 CLOSES_MS = 3  # the contact follows the enable line

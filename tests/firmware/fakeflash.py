@@ -1,6 +1,6 @@
 # A flash for tests of storage.py, in memory: it loses its power at any operation, or refuses.
 
-from gazeboard import storage
+from gazeboard.io import storage
 
 
 class PowerCut(Exception):

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from gazeboard import bootlog
+from gazeboard.io import bootlog
 from gazelink import codes
 from rig import Rig
 
@@ -35,7 +35,7 @@ def test_three_resets_need_clearing(
         return ended
 
     monkeypatch.setattr("gazeboard.boards.virtual.from_environment", lambda: rig.board)
-    monkeypatch.setattr("gazeboard.bootlog.last_words", last_words)
+    monkeypatch.setattr("gazeboard.io.bootlog.last_words", last_words)
     rig.board.run = ran.append
     rig.board.open_repl = lambda: opened.append(True)
     runpy.run_path(str(_MAIN))

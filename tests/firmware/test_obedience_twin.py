@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from gazeboard import limits
-from gazeboard.obedience import Obedience
-from gazeboard.settings import Settings
-from gazeboard.shared import Inputs
+from gazeboard.core import limits
+from gazeboard.core.obedience import Obedience
+from gazeboard.core.shared import Inputs
+from gazeboard.io.settings import Settings
 from gazelink.settings_table import PROFILES
 from gazesim.chair import Chair
 from gazesim.profiles import Parameters, least_sticky, random_chair

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from gazeboard import arcs as board_arcs
-from gazeboard import limits, obstacles, safety, stopping
+from gazeboard.core import arcs as board_arcs
+from gazeboard.core import limits, obstacles, safety, stopping
 from gazelink import arcs, codes
 
 

@@ -13,13 +13,13 @@ from typing import Any
 
 import pytest
 
-from gazeboard import limits
-from gazeboard.motion import Motion
-from gazeboard.obstacles import Obstacles
-from gazeboard.profile_check import ProfileCheck
-from gazeboard.settings import Settings
-from gazeboard.shared import Inputs
-from gazeboard.turn import turn_controller
+from gazeboard.core import limits
+from gazeboard.core.motion import Motion
+from gazeboard.core.obstacles import Obstacles
+from gazeboard.core.profile_check import ProfileCheck
+from gazeboard.core.shared import Inputs
+from gazeboard.io.settings import Settings
+from gazeboard.turning.turn import turn_controller
 from gazelink import codes
 from gazelink.messages import CLEAR_FAR
 from gazelink.settings_table import PROFILE_ROWS, PROFILES, TABLE, profile_row

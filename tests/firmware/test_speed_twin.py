@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from gazeboard.obstacles import Obstacles
-from gazeboard.settings import Settings
-from gazeboard.shared import Inputs
+from gazeboard.core.obstacles import Obstacles
+from gazeboard.core.shared import Inputs
+from gazeboard.io.settings import Settings
 from gazelink import codes
 from gazelink.messages import CLEAR_FAR
 from gazelink.settings_table import PROFILES

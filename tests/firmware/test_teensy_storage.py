@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from gazeboard.storage import Files
+from gazeboard.io.storage import Files
 
 
 class Watchdog:

@@ -6,12 +6,14 @@ import random
 import struct
 from types import SimpleNamespace
 
-from gazeboard import joystick, limits
-from gazeboard.motion import Motion
-from gazeboard.pid import PD
-from gazeboard.settings import Settings
-from gazeboard.telemetry import Telemetry
-from gazeboard.turn import turn_controller, wrapped
+from gazeboard.core import limits
+from gazeboard.core.angle import wrapped
+from gazeboard.core.motion import Motion
+from gazeboard.io import joystick
+from gazeboard.io.settings import Settings
+from gazeboard.io.telemetry import Telemetry
+from gazeboard.turning.pid import PD
+from gazeboard.turning.turn import turn_controller
 from gazelink import codes
 from gazelink.messages import HEADER_SIZE
 

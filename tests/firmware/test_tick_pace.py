@@ -12,7 +12,7 @@ from itertools import chain, cycle, repeat
 
 import pytest
 
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink import codes
 from promises import CORE, kept
 from rig import Rig

@@ -10,8 +10,8 @@ import pytest
 
 import gazesetup
 from fakeboardfiles import FakeBoardFiles
-from gazeboard import imu
 from gazeboard.boards import pins
+from gazeboard.io import imu
 from gazechair import cli
 from gazechair.board_settings import SettingRefused, SettingsError
 from gazechair.calibrate import CalibrateError, HeadingCalibration, driver_files, heading

@@ -11,7 +11,7 @@ from gazechair.flash import numbers, tree
 
 TEXTS = {
     "gazelink/codes.py": "STOP = 0\nDIR_LEFT = 2  # bit\nVERBS = ('stop',)\n",
-    "gazeboard/limits.py": "WAIT_MS = const(300)  # P3\nTWICE = 2 * WAIT_MS\n",
+    "gazeboard/core/limits.py": "WAIT_MS = const(300)  # P3\nTWICE = 2 * WAIT_MS\n",
 }
 
 
@@ -37,8 +37,8 @@ def test_what_is_no_plain_number_stays() -> None:
 def test_numbers_worked_out_from_others_take_it_in_machine_code() -> None:
     """Where they are assigned once; in a native function, because viper's numbers are others."""
     text = """
-from gazeboard.limits import TWICE
-from gazeboard import limits
+from gazeboard.core.limits import TWICE
+from gazeboard.core import limits
 _MOST = TWICE + limits.WAIT_MS
 _LEAST = ~(1 << 4)
 _MANY = 1

@@ -3,8 +3,10 @@
 import re
 from pathlib import Path
 
-from gazeboard import app, joystick, limits
+from gazeboard import app
 from gazeboard.boards import pins
+from gazeboard.core import limits
+from gazeboard.io import joystick
 from gazechair.bench import pot
 
 TEXT = (Path(__file__).resolve().parents[2] / "docs" / "wiring.md").read_text()

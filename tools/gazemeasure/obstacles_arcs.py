@@ -14,10 +14,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from gazeboard.motion import Motion
-from gazeboard.obstacles import ARC_BLOCKED, Obstacles
-from gazeboard.shared import Inputs
-from gazeboard.turn import turn_controller
+from gazeboard.core.motion import Motion
+from gazeboard.core.obstacles import ARC_BLOCKED, Obstacles
+from gazeboard.core.shared import Inputs
+from gazeboard.turning.turn import turn_controller
 from gazechair.outgoing import Clearance
 from gazelink import codes
 from gazelink.settings_table import PROFILES

@@ -11,8 +11,8 @@ import copy
 import math
 from dataclasses import dataclass
 
-from gazeboard.obstacles import Obstacles
-from gazeboard.shared import Inputs
+from gazeboard.core.obstacles import Obstacles
+from gazeboard.core.shared import Inputs
 from gazechair.outgoing import Clearance
 from gazelink import codes
 from gazelink.settings_table import PROFILES

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from gazeboard.boards import bank_layout
-from gazeboard.joystick import Joystick
-from gazeboard.motion import Motion
-from gazeboard.obstacles import Obstacles
-from gazeboard.profile_check import ProfileCheck
-from gazeboard.safety import Safety
-from gazeboard.telemetry import Telemetry
+from gazeboard.core.motion import Motion
+from gazeboard.core.obstacles import Obstacles
+from gazeboard.core.profile_check import ProfileCheck
+from gazeboard.core.safety import Safety
+from gazeboard.io.joystick import Joystick
+from gazeboard.io.telemetry import Telemetry
 from gazechair.flash import tree
 from gazelink import frame, messages
 from gazemeasure import allocation, emulation

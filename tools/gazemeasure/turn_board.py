@@ -8,11 +8,11 @@ from typing import Any
 from gazeboard.app import App
 from gazeboard.boards import bank_layout as layout
 from gazeboard.boards.virtual import VirtualBoard
-from gazeboard.joystick import counts
-from gazeboard.limits import WIPER_NEUTRAL
-from gazeboard.settings import FILE as SETTINGS_FILE
-from gazeboard.settings import Settings
-from gazeboard.shared import Inputs
+from gazeboard.core.limits import WIPER_NEUTRAL
+from gazeboard.core.shared import Inputs
+from gazeboard.io.joystick import counts
+from gazeboard.io.settings import FILE as SETTINGS_FILE
+from gazeboard.io.settings import Settings
 from gazelink import codes
 
 _BANK_SIZE = layout.SLOTS_AT + 2 * 128 * layout.SLOT_SIZE

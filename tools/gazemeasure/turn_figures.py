@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from gazeboard.limits import WIPER_MAX, WIPER_MIN
+from gazeboard.core.limits import WIPER_MAX, WIPER_MIN
 from gazemeasure.report import Report, percentile
 from gazemeasure.turn_jobs import Done, Steps
 from gazemeasure.turn_judge import Verdict

@@ -5,9 +5,9 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
-from gazeboard.joystick import counts
-from gazeboard.limits import WIPER_NEUTRAL
-from gazeboard.pid import PID
+from gazeboard.core.limits import WIPER_NEUTRAL
+from gazeboard.io.joystick import counts
+from gazeboard.turning.pid import PID
 from gazemeasure.turn_judge import Turn
 from gazemeasure.turn_run import WARM_MS, Bench, recorded
 from gazesim.chair import Chair
@@ -68,7 +68,7 @@ class PrototypeTurn(Rival):
 
 @dataclass(frozen=True)
 class PlainGains:
-    """Of gazeboard.pid: permille per degree, per degree second, per degree/s; sixteenths."""
+    """Of `turning.pid`: permille per degree, per degree second, per degree/s; sixteenths."""
 
     kp_q4: int
     ki_q4: int

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from gazeboard.limits import HEADING_TURN_Q4_DEG, WIPER_NEUTRAL
+from gazeboard.core.limits import HEADING_TURN_Q4_DEG, WIPER_NEUTRAL
 from gazelink import codes
 from gazemeasure.turn_board import BoardMotion
 from gazemeasure.turn_judge import Turn

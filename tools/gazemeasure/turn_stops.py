@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink import codes
 from gazemeasure.turn_app import WholeChair
 

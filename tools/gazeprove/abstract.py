@@ -11,9 +11,9 @@ from itertools import pairwise
 from operator import attrgetter
 from typing import Any
 
-from gazeboard import limits
-from gazeboard.motion import Motion
-from gazeboard.safety import Safety
+from gazeboard.core import limits
+from gazeboard.core.motion import Motion
+from gazeboard.core.safety import Safety
 from gazelink import codes
 
 STEP_MS = 2000  # of the settings explored

@@ -27,7 +27,7 @@ class Covered:
 
 def measure(modules: tuple[str, ...]) -> list[Covered]:
     """Run the core's tests under coverage.py. Raises RuntimeError when they fail."""
-    files = [ROOT / "firmware" / "gazeboard" / f"{name}.py" for name in modules]
+    files = [ROOT / "firmware" / "gazeboard" / "core" / f"{name}.py" for name in modules]
     env = source_environment()
     with tempfile.TemporaryDirectory(prefix="gazeprove-") as folder:
         env["COVERAGE_FILE"] = str(Path(folder) / "data")

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from gazeboard.obstacles import Obstacles
-from gazeboard.settings import Settings
-from gazeboard.shared import Inputs
-from gazeboard.stopping import LEVELS, Stopping
+from gazeboard.core.obstacles import Obstacles
+from gazeboard.core.shared import Inputs
+from gazeboard.core.stopping import LEVELS, Stopping
+from gazeboard.io.settings import Settings
 from gazelink import codes
 from gazelink.messages import CLEAR_FAR
 

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from gazeboard import limits
-from gazeboard.safety import Safety
+from gazeboard.core import limits
+from gazeboard.core.safety import Safety
 from gazelink import codes
 from gazeprove import abstract
 from gazeprove.abstract import FRESH, OLD, Core, State
@@ -199,8 +199,8 @@ def _all_well(read: dict[str, Any]) -> bool:
 
 def first_state(scope: Scope) -> tuple[Core, LazyInputs, Choices, State]:
     """The objects as they are built at boot, and the abstraction of that."""
-    from gazeboard.motion import Motion
-    from gazeboard.settings import Settings
+    from gazeboard.core.motion import Motion
+    from gazeboard.io.settings import Settings
 
     settings: Any = Settings()
     settings.step_forward_ms = abstract.STEP_MS

@@ -10,7 +10,7 @@ import random
 from collections import deque
 from typing import Any
 
-from gazeboard.storage import Files
+from gazeboard.io.storage import Files
 
 TICKS = 1 << 30  # the clocks wrap here
 _HALF = 1 << 29

@@ -11,8 +11,8 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
-from gazeboard import bootlog
 from gazeboard.app import App
+from gazeboard.io import bootlog
 from gazelink import codes, messages
 from gazeprove.fuzz_board import TICKS, Board, World
 from gazeprove.fuzz_chair import PERIOD_US, Chair

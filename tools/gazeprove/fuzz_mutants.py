@@ -18,11 +18,11 @@ from pathlib import Path
 from gazesetup import ROOT, source_environment
 
 _LIMIT_S = 900
-_SAFETY = "firmware/gazeboard/safety.py"
-_LIMITS = "firmware/gazeboard/limits.py"
-_LINK = "firmware/gazeboard/link.py"
+_SAFETY = "firmware/gazeboard/core/safety.py"
+_LIMITS = "firmware/gazeboard/core/limits.py"
+_LINK = "firmware/gazeboard/io/link.py"
 _APP = "firmware/gazeboard/app.py"
-_MOTION = "firmware/gazeboard/motion.py"
+_MOTION = "firmware/gazeboard/core/motion.py"
 
 
 @dataclass(frozen=True)
@@ -134,13 +134,13 @@ PLANTED = (
     ),
     Planted(
         "time without ticks not counted",
-        "firmware/gazeboard/tick_clock.py",
+        "firmware/gazeboard/core/tick_clock.py",
         "return owed_us // _TICK_US",
         "return 0",
     ),
     Planted(
         "tilt of a dead sensor unknown for ever",
-        "firmware/gazeboard/tilt.py",
+        "firmware/gazeboard/core/tilt.py",
         "            self.unknown = True",
         "            self.unknown = False",
     ),

@@ -32,7 +32,7 @@ Test = Callable[[], None]
 
 def source_of(module: str) -> str:
     """Text of a module of the firmware's core: "safety" or "motion"."""
-    return (ROOT / "firmware" / "gazeboard" / f"{module}.py").read_text()
+    return (ROOT / "firmware" / "gazeboard" / "core" / f"{module}.py").read_text()
 
 
 @dataclass
@@ -107,7 +107,7 @@ def _traced(work: Callable[[], Any]) -> tuple[Any, set[str]]:
         result = work()
     finally:
         sys.setprofile(None)
-    core = {code for code in called if "/gazeboard/" in code.co_filename}
+    core = {code for code in called if "/gazeboard/core/" in code.co_filename}
     return result, {f"{Path(code.co_filename).stem}.{code.co_name}" for code in core}
 
 

@@ -10,7 +10,7 @@ import random
 from dataclasses import dataclass, field
 from typing import Any
 
-from gazeboard.shared import Inputs
+from gazeboard.core.shared import Inputs
 from gazelink import codes
 from gazeprove.abstract import Core
 from gazeprove.events import Facts, decide, first_state, write

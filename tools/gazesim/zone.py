@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from gazeboard.obstacles import Obstacles
-from gazeboard.settings import Settings
+from gazeboard.core.obstacles import Obstacles
+from gazeboard.io.settings import Settings
 from gazechair.clearance.zone import StopZone
 from gazechair.link_zone import BoardZone
 

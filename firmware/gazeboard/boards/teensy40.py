@@ -11,7 +11,7 @@ import micropython
 
 from gazeboard.boards import pins
 from gazeboard.boards.stdio import StdioSerial
-from gazeboard.storage import Files
+from gazeboard.io.storage import Files
 
 _WATCHDOG_MS = 500
 _MAINTENANCE_WATCHDOG_MS = 128000

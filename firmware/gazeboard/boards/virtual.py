@@ -10,9 +10,9 @@ import sys
 from gazeboard.boards import bank_layout as at
 from gazeboard.boards import pins
 from gazeboard.boards.bank_devices import BankI2C, BankPin, count_up, put_u32, u32
-from gazeboard.joystick import ADDRESS
-from gazeboard.limits import WIPER_NEUTRAL
-from gazeboard.storage import Files
+from gazeboard.core.limits import WIPER_NEUTRAL
+from gazeboard.io.joystick import ADDRESS
+from gazeboard.io.storage import Files
 
 _TICK_US = 1000
 _CATCH_UP_US = 5000  # a PC that stalled longer paused the board

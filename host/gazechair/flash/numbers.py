@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping
 from gazechair.flash.spans import Span, is_native, place, replaced
 
 # Name in the code -> path of the module: plain numbers only, written as NAME = 1 or const(1).
-_TABLES = {"codes": "gazelink/codes.py", "limits": "gazeboard/limits.py"}
+_TABLES = {"codes": "gazelink/codes.py", "limits": "gazeboard/core/limits.py"}
 _ROW = re.compile(r"^([A-Z][A-Z0-9_]*) = (?:const\((\d+)\)|(\d+))(?:\s*#.*)?$", re.MULTILINE)
 _NAME = re.compile(r"_?[A-Z][A-Z0-9_]*")
 _OPERATORS = {

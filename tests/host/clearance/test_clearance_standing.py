@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from gazeboard.settings import Settings
-from gazeboard.stopping import Stopping
+from gazeboard.core.stopping import Stopping
+from gazeboard.io.settings import Settings
 from gazechair.clearance.footprint import Footprint
 from gazechair.clearance.reach import LidarReach
 from gazechair.clearance.standing import Approach, Standing

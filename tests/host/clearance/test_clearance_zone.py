@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import gazechair.clearance.zone
-from gazeboard.obstacles import Obstacles
-from gazeboard.settings import Settings
+from gazeboard.core.obstacles import Obstacles
+from gazeboard.io.settings import Settings
 from gazechair.clearance.evaluate import Evaluator
 from gazechair.clearance.footprint import Footprint
 from gazechair.clearance.movers import Movers

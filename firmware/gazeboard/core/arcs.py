@@ -9,7 +9,7 @@
 
 from array import array
 
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink import arcs
 from gazelink.const import const
 from gazelink.native import micropython, ptr8, ptr32

@@ -1,8 +1,8 @@
 # How the board came up: counts watchdog resets in a row, and sends the last words of a board that
 # will not go on, in the FAULT message that every version of the host understands.
 
-from gazeboard import limits
-from gazeboard.storage import sealed, unsealed
+from gazeboard.core import limits
+from gazeboard.io.storage import sealed, unsealed
 from gazelink import frame, messages
 
 _FILE = "watchdog_boots"

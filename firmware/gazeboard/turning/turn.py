@@ -7,18 +7,18 @@
 # is still missing is made good by a few more moves, planned the same way (small_moves.py), with
 # what the floor does counted in (slope.py).
 
-from gazeboard.casters import Casters
-from gazeboard.chair_model import ChairModel
-from gazeboard.limits import HEADING_TURN_Q4_DEG
-from gazeboard.pid import PD
-from gazeboard.slope import Slope
-from gazeboard.small_moves import SmallMoves
-from gazeboard.stop_plan import StopPlan
+from gazeboard.core.angle import wrapped
+from gazeboard.core.limits import HEADING_TURN_Q4_DEG
+from gazeboard.turning.casters import Casters
+from gazeboard.turning.chair_model import ChairModel
+from gazeboard.turning.pid import PD
+from gazeboard.turning.slope import Slope
+from gazeboard.turning.small_moves import SmallMoves
+from gazeboard.turning.stop_plan import StopPlan
 from gazelink.const import const
 from gazelink.native import micropython
 from gazelink.settings_table import NO_CASTERS_Q4_DEG
 
-_HALF_Q4 = HEADING_TURN_Q4_DEG // 2
 _TURN_Q16 = HEADING_TURN_Q4_DEG << 12
 _HALF_Q16 = _TURN_Q16 // 2
 
@@ -55,12 +55,6 @@ _ROLLS_OUT_Q10 = const(2048)
 _SLOW_Q4 = const(48)  # 3 degrees/s: a small correction waits for the rest
 _LEAST_Q8 = const(128)
 _HALF_STEP_Q8 = const(8)  # of the heading sensor
-
-
-@micropython.native
-def wrapped(angle_q4):
-    # The same angle in -180..180 degrees, in 1/16 degree.
-    return (angle_q4 + _HALF_Q4) % HEADING_TURN_Q4_DEG - _HALF_Q4
 
 
 class TurnController:

@@ -10,7 +10,7 @@
 # No setting makes the chair tamer than it was seen to be: a row of the settings and its default
 # both count, and the worse of the two is believed.
 
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink import codes
 from gazelink.settings_table import PROFILES, TABLE, index_of, profile_row
 

@@ -2,7 +2,7 @@
 # creep past an obstacle. Then comes a pause, whatever the host says: its press numbers make no new
 # time. Pure: integers only, no clock, no allocation.
 
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink.const import const
 from gazelink.native import micropython
 

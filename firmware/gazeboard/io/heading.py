@@ -4,8 +4,8 @@
 # that stop changing are frozen (the gyro's own noise changes some bit of three axes at 100 Hz), and
 # so is a heading that stands while the gyro turns.
 
-from gazeboard.limits import HEADING_TURN_Q4_DEG
-from gazeboard.turn import wrapped
+from gazeboard.core.angle import wrapped
+from gazeboard.core.limits import HEADING_TURN_Q4_DEG
 from gazelink import codes
 
 _JUMP_Q4 = 48  # 3 degrees in one sample beyond what the gyro says

@@ -5,9 +5,9 @@
 # waits. The burst takes all three gyro axes with the heading, because their noise is what tells a
 # living sensor from a frozen one, and the tilt (0x14..0x1F), which must be as fresh.
 
-from gazeboard.heading import HeadingMonitor
-from gazeboard.limits import RATE_MAX_Q4_DPS
-from gazeboard.tilt import Tilt
+from gazeboard.core.limits import RATE_MAX_Q4_DPS
+from gazeboard.core.tilt import Tilt
+from gazeboard.io.heading import HeadingMonitor
 from gazelink import codes
 
 ADDRESS = 0x28

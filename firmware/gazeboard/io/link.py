@@ -8,8 +8,8 @@
 
 import struct
 
-from gazeboard import limits
-from gazeboard.safety import ahead
+from gazeboard.core import limits
+from gazeboard.core.safety import ahead
 from gazelink import VERSION, arcs, codes, frame, messages
 from gazelink.frame import i16, u16
 

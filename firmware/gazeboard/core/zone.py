@@ -3,7 +3,7 @@
 
 import struct
 
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink import zone
 
 

@@ -6,11 +6,11 @@
 # as leaves time to slow down. The work is spread over the ticks, an eighth each; but a new
 # clearance that is too near blocks in the tick that sees it.
 
-from gazeboard import zone
-from gazeboard.arcs import Arcs
-from gazeboard.bypass import Bypass
-from gazeboard.speed import SpeedBound
-from gazeboard.stopping import Stopping
+from gazeboard.core import zone
+from gazeboard.core.arcs import Arcs
+from gazeboard.core.bypass import Bypass
+from gazeboard.core.speed import SpeedBound
+from gazeboard.core.stopping import Stopping
 from gazelink.const import const
 from gazelink.native import micropython
 

@@ -5,7 +5,7 @@
 # the word of a slow profile before that: until it agrees, the fastest is assumed. And not for long
 # after it: the driver can turn the chair's own knob whenever it stands, and even while it drives.
 
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink.const import const
 from gazelink.native import micropython
 

@@ -4,7 +4,7 @@
 # speed and for a short while only, and only from ground that was level when it was last seen: to
 # get out of a doorway, not to drive on.
 
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink.const import const
 
 _HYSTERESIS_Q4_DEG = const(48)

@@ -5,7 +5,7 @@
 # chair on although neutral is put out, or against the command. What turns it otherwise (casters, a
 # slope, a bump, a person's spasm) is slow, or short, or goes to and fro.
 
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink.const import const
 from gazelink.native import micropython
 from gazelink.settings_table import PROFILES, TABLE, index_of, profile_row

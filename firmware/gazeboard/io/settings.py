@@ -3,7 +3,7 @@
 
 import json
 
-from gazeboard.storage import sealed, unsealed
+from gazeboard.io.storage import sealed, unsealed
 from gazelink import codes
 from gazelink.settings_table import NAMES, TABLE, index_of, profile_row
 

@@ -2,9 +2,9 @@
 # Pure: one tick of 1 ms, no I/O, no clock, no allocation, integers only. Only ever called with
 # permission from safety; anything else is stop().
 
-from gazeboard import limits
-from gazeboard.stopping import Stopping
-from gazeboard.turn import wrapped
+from gazeboard.core import limits
+from gazeboard.core.angle import wrapped
+from gazeboard.core.stopping import Stopping
 from gazelink import codes
 from gazelink.native import micropython
 

@@ -4,7 +4,7 @@
 # Default answer: no. A command moves the chair only while nothing below speaks against it; the
 # first thing that does is kept as the override, and the same press (edge) never moves again.
 
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink import codes
 from gazelink.native import micropython
 

@@ -4,7 +4,7 @@
 # are carried by every write (unused here: always 0). A read returns the RDAC last selected by a
 # write.
 
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink.const import const
 from gazelink.native import micropython
 

@@ -1,7 +1,7 @@
 # The pace of the ticks, checked against the microsecond clock: ages are counted in ticks, and ticks
 # that come too seldom must neither make them run slow nor go unseen. Pure: integers only.
 
-from gazeboard import limits
+from gazeboard.core import limits
 from gazelink.native import micropython
 
 _TICK_US = 1000

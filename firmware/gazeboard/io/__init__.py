@@ -1,0 +1,1 @@
+# The board's devices: line to the host, heading sensor, potentiometer, files.

@@ -1,0 +1,1 @@
+# Turn controller: from a heading setpoint to a turn output, with a model of the chair.
