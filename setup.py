@@ -15,7 +15,7 @@ for root in ("protocol", "firmware", "host", "tools"):
 
 
 class BuildWithCommit(build_py):
-    """A wheel knows the commit it was made from (host/gazechair/version.py reads it)."""
+    """A wheel knows the commit it was made from (host/gazechair/base/version.py reads it)."""
 
     def run(self) -> None:
         super().run()

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from gazechair.board_state import BoardId, BoardState, BoardStats
-from gazechair.config import Config, DriverConfig
-from gazechair.control import Control
-from gazechair.health import OK, HealthRegistry
-from gazechair.outgoing import Bypass, Clearance, Command
+from gazechair.base.health import OK, HealthRegistry
+from gazechair.board.board_commands import Bypass, Clearance, Command
+from gazechair.board.state import BoardId, BoardState, BoardStats
+from gazechair.config.configuration import Config, DriverConfig
+from gazechair.driving.control import Control
 from gazelink import codes
 
 QUIET = BoardState(0, 0, 0, 0, 0, 0, 90.0, 170, 171, 0, 0, 0, 0.0)

@@ -2,8 +2,8 @@
 
 import hashlib
 
-from gazechair.flash.board_files import Facts
-from gazechair.flash.errors import FlashError
+from gazechair.service.flash.board_files import Facts
+from gazechair.service.flash.errors import FlashError
 
 TEENSY = Facts("mimxrt", "Teensy 4.0 with MIMXRT1062DVJ6A", (1, 29, 0), 6 | 3 << 8 | 8 << 10, True)
 

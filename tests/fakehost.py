@@ -21,8 +21,8 @@ from werkzeug.serving import make_server
 from wsproto.events import CloseConnection
 
 import gazesetup
-from gazechair.profiles import ProfileRefused, Profiles, fields
-from gazechair.web.lean import lean
+from gazechair.people.profiles import ProfileRefused, Profiles, fields
+from gazechair.web.minify import lean
 
 WEB = gazesetup.ROOT / "web"
 PATIENCE_S = 30.0

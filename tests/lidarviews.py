@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from gazechair.lidar.blind import SEEN
-from gazechair.lidar.scan import ChairView
+from gazechair.sensing.lidar.blind import SEEN
+from gazechair.sensing.lidar.scan import ChairView
 from gazelink import codes
 from gazesim.rooms import Room
 

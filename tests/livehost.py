@@ -7,7 +7,7 @@ from collections import deque
 from pathlib import Path
 from typing import Any
 
-from gazechair.serial_port import PortError, SerialPort
+from gazechair.board.serial_port import PortError, SerialPort
 from gazelink import codes, frame, messages
 from rig import clearance
 

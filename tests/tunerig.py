@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from e2e.host import Link
 from e2e.lockstep import Lockstep
-from gazechair.outgoing import Clearance
+from gazechair.board.board_commands import Clearance
 from gazelink import codes
 from gazesim.chair import Chair
 from gazesim.profiles import Parameters, undisturbed

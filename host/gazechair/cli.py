@@ -1,24 +1,28 @@
-"""The command line: `gazechair run`, `pair`, `doctor`, `measure`, `flash`, `bench`,
-`calibrate`, `tune`, `config`."""
+"""The command line: `gazechair run` and every other command; `gazechair --help` lists them.
+
+Other packages add commands by an entry point of the group `gazechair.commands`: a function that
+takes argparse's subparsers.
+"""
 
 from __future__ import annotations
 
 import argparse
-import importlib
 import logging
 import signal
 import sys
 import threading
 from collections.abc import Sequence
+from importlib.metadata import entry_points
 from pathlib import Path
 
-from gazechair import config as configuration
-from gazechair import lidar_cli
-from gazechair.config import ConfigError
-from gazechair.version import version
+from gazechair.base.version import version
+from gazechair.config import configuration
+from gazechair.config.configuration import ConfigError
+from gazechair.service import lidar_cli
 from gazelink.settings_table import PROFILES
 
 _SWITCH_S = 0.001  # 0.005 by default
+_COMMANDS = "gazechair.commands"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -76,11 +80,6 @@ def _parser() -> argparse.ArgumentParser:
         "--save-heading", action="store_true", help="keep the heading sensor's calibration"
     )
     settings.set_defaults(act=_settings)
-    measure = commands.add_parser("measure", help="run a benchmark on the simulated chair")
-    measure.add_argument("name", help="which one; an unknown name lists them")
-    measure.add_argument("--quick", action="store_true", help="fewer samples")
-    measure.add_argument("--json", action="store_true", help="print one line of JSON")
-    measure.set_defaults(act=_measure)
     flash = commands.add_parser("flash", help="put the firmware on the board")
     flash.add_argument("--port", default="auto", help="the board's serial port (default: find it)")
     flash.add_argument("--dry-run", action="store_true", help="only say what would be done")
@@ -112,13 +111,18 @@ def _parser() -> argparse.ArgumentParser:
     lidar_cli.add(commands)
     config = commands.add_parser("config", help="print a configuration file with all defaults")
     config.set_defaults(act=_config)
+    for added in sorted(entry_points(group=_COMMANDS), key=lambda entry: entry.name):
+        try:
+            added.load()(commands)
+        except Exception as error:  # a stranger's code; the other commands go on
+            _refuse(f"the command {added.name} of {added.value} cannot be loaded: {error}")
     return parser
 
 
 def _run(options: argparse.Namespace) -> int:
     # Imported late: `gazechair config` works with the standard library alone.
+    from gazechair.base.throttled_log import ThrottledLog
     from gazechair.daemon import Daemon
-    from gazechair.throttled_log import ThrottledLog
     from gazechair.web import WebError
 
     daemon = Daemon(configuration.load(options.config))
@@ -145,24 +149,24 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _pair(options: argparse.Namespace) -> int:
-    from gazechair.pairing import command
-    from gazechair.state_folder import state_folder
+    from gazechair.base.state_folder import state_folder
+    from gazechair.service import pair
 
     folder = state_folder(configuration.load(options.config).web.state_folder)
     try:
         if options.revoke:
-            command.revoke(folder, options.revoke, print)
+            pair.revoke(folder, options.revoke, print)
         elif options.list:
-            command.show_devices(folder, print)
+            pair.show_devices(folder, print)
         else:
-            command.make_code(folder, options.role, print)
-    except command.PairError as error:
+            pair.make_code(folder, options.role, print)
+    except pair.PairError as error:
         return _refuse(str(error))
     return 0
 
 
 def _doctor(options: argparse.Namespace) -> int:
-    from gazechair import doctor
+    from gazechair.service import doctor
 
     findings = doctor.examine(options.config)
     print(doctor.as_json(findings) if options.json else doctor.as_text(findings))
@@ -170,7 +174,7 @@ def _doctor(options: argparse.Namespace) -> int:
 
 
 def _settings(options: argparse.Namespace) -> int:
-    from gazechair import board_settings
+    from gazechair.service import board_settings
 
     try:
         changes = [board_settings.parse(name, text) for name, text in options.set or ()]
@@ -189,22 +193,8 @@ def _settings(options: argparse.Namespace) -> int:
     return 0
 
 
-def _measure(options: argparse.Namespace) -> int:
-    # The benchmarks use the simulator, which an installed host has no need of.
-    try:
-        gazemeasure = importlib.import_module("gazemeasure")
-    except ImportError as error:
-        return _refuse(f"measure needs a checkout and the extras sim and test: {error}")
-    if options.name not in gazemeasure.BENCHMARKS:
-        known = "; ".join(f"{name}: {row[1]}" for name, row in gazemeasure.BENCHMARKS.items())
-        return _refuse(f"no benchmark {options.name!r}; there are {known}")
-    report = gazemeasure.run(options.name, options.quick)
-    print(report.json() if options.json else report.table())
-    return 0 if report.ok else 1
-
-
 def _flash(options: argparse.Namespace) -> int:
-    from gazechair.flash import Flasher, FlashError
+    from gazechair.service.flash import Flasher, FlashError
 
     try:
         Flasher(lambda line: print(line, flush=True)).flash(
@@ -216,8 +206,8 @@ def _flash(options: argparse.Namespace) -> int:
 
 
 def _bench(options: argparse.Namespace) -> int:
-    from gazechair.bench import Bench, BenchError
-    from gazechair.bench.bus import LinuxBus
+    from gazechair.service.bench import Bench, BenchError
+    from gazechair.service.bench.bus import LinuxBus
 
     def ask(question: str) -> str:
         return input(question) if sys.stdin.isatty() and not options.json else ""
@@ -240,9 +230,9 @@ def _bench(options: argparse.Namespace) -> int:
 
 
 def _calibrate_heading(options: argparse.Namespace) -> int:
-    from gazechair.board_settings import SettingsError
-    from gazechair.calibrate import CalibrateError, HeadingCalibration
-    from gazechair.flash import FlashError
+    from gazechair.service.board_settings import SettingsError
+    from gazechair.service.calibrate import CalibrateError, HeadingCalibration
+    from gazechair.service.flash import FlashError
 
     try:
         HeadingCalibration(lambda line: print(line, flush=True)).run(options.port, options.seconds)
@@ -254,8 +244,8 @@ def _calibrate_heading(options: argparse.Namespace) -> int:
 
 
 def _calibrate_joystick(options: argparse.Namespace) -> int:
-    from gazechair import board_settings
-    from gazechair.calibrate import CalibrateError, JoystickCalibration
+    from gazechair.service import board_settings
+    from gazechair.service.calibrate import CalibrateError, JoystickCalibration
 
     try:
         with board_settings.connected(options.port) as board:
@@ -270,9 +260,9 @@ def _calibrate_joystick(options: argparse.Namespace) -> int:
 
 
 def _tune(options: argparse.Namespace) -> int:
-    from gazechair.board_settings import SettingsError
-    from gazechair.tune.errors import TuneError
-    from gazechair.tune.session import tune
+    from gazechair.service.board_settings import SettingsError
+    from gazechair.service.tune.errors import TuneError
+    from gazechair.service.tune.session import tune
 
     settings = configuration.load(options.config)
     try:

@@ -6,19 +6,19 @@ import logging
 import time
 from typing import Protocol
 
-from gazechair import health as h
-from gazechair import ports
-from gazechair.camera import CameraService
-from gazechair.caretaker_settings import CaretakerSettings
-from gazechair.config import Config, is_loopback, uses_tls
-from gazechair.control import Control
-from gazechair.front_door import FrontDoor
-from gazechair.health import Health, HealthRegistry
-from gazechair.kept_cap import KeptCap
-from gazechair.lidar import LidarService
-from gazechair.link import BoardLink
-from gazechair.profiles import Profiles, house_fields
-from gazechair.state_folder import state_folder
+from gazechair.base import health as h
+from gazechair.base.health import Health, HealthRegistry
+from gazechair.base.state_folder import state_folder
+from gazechair.board import ports
+from gazechair.board.caretaker_settings import CaretakerSettings
+from gazechair.board.link import BoardLink
+from gazechair.config.configuration import Config, is_loopback, uses_tls
+from gazechair.driving.control import Control
+from gazechair.driving.speed_cap_store import KeptCap
+from gazechair.people.profiles import Profiles, house_fields
+from gazechair.picture.camera import CameraService
+from gazechair.sensing.lidar import LidarService
+from gazechair.web.access import FrontDoor
 
 _LAST_WORDS_S = 0.06  # three repeats of stop and disarm
 

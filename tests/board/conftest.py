@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gazechair.flash import Flasher, tree
+from gazechair.service.flash import Flasher, tree
 from gazedemo.sim_control import SimControl
 from gazelink import codes
 from liveboard import EmulatedLiveBoard, LiveBoard

@@ -6,10 +6,15 @@ import pytest
 
 from gazeboard.io.imu import OFFSETS_SIZE
 from gazeboard.io.storage import sealed
-from gazechair import board_settings
-from gazechair.calibrate import CalibrateError, HeadingCalibration, JoystickCalibration, heading
-from gazechair.flash.greeting import Greeter, wait_for_hello
-from gazechair.flash.repl import Repl
+from gazechair.service import board_settings
+from gazechair.service.calibrate import (
+    CalibrateError,
+    HeadingCalibration,
+    JoystickCalibration,
+    heading,
+)
+from gazechair.service.flash.greeting import Greeter, wait_for_hello
+from gazechair.service.flash.repl import Repl
 from liveboard import LIMIT_S, NEUTRAL, EmulatedLiveBoard
 
 pytestmark = [pytest.mark.m7, pytest.mark.patient]

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from gazechair.flash import Flasher, FlashError, tree
-from gazechair.flash.repl import Repl
+from gazechair.service.flash import Flasher, FlashError, tree
+from gazechair.service.flash.repl import Repl
 from gazelink import codes, messages
 from gazesim.pty_port import PtyPort
 from liveboard import EmulatedLiveBoard
@@ -235,7 +235,7 @@ def test_a_firmware_that_does_not_run_is_taken_back(
     app.write_text(broken + "\n")
     changed = tree.Sources({**sources.files, "gazeboard/app.py": app}, sources.main)
     monkeypatch.setattr(tree, "find_sources", lambda: changed)
-    monkeypatch.setattr("gazechair.flash.command._START_S", 6.0)
+    monkeypatch.setattr("gazechair.service.flash.command._START_S", 6.0)
     if broken.startswith("while"):
         with pytest.raises(FlashError, match="does not let us go back"):
             Run(emulated).flash()

@@ -9,18 +9,18 @@ from typing import Any
 from unittest import mock
 
 from e2e.cable import Cable
-from gazechair.board_state import BoardId, BoardState, BoardStats
-from gazechair.clearance.evaluate import Evaluator, footprint_of
-from gazechair.config import Config
-from gazechair.control import Control
-from gazechair.health import OK, HealthRegistry
-from gazechair.lidar.blind import Blindness
-from gazechair.lidar.scan import Pose, to_chair
-from gazechair.lidar.stream import ByteStream
-from gazechair.lidar.told import said, understood
-from gazechair.link_protocol import FaultText, LinkProtocol, SessionBegun, SessionEnded
-from gazechair.link_zone import NOT_KNOWN, BoardZone
-from gazechair.outgoing import Bypass, Clearance, Command
+from gazechair.base.health import OK, HealthRegistry
+from gazechair.board.board_commands import Bypass, Clearance, Command
+from gazechair.board.protocol import FaultText, LinkProtocol, SessionBegun, SessionEnded
+from gazechair.board.state import BoardId, BoardState, BoardStats
+from gazechair.board.zone import NOT_KNOWN, BoardZone
+from gazechair.config.configuration import Config
+from gazechair.driving.control import Control
+from gazechair.sensing.clearance.evaluate import Evaluator, footprint_of
+from gazechair.sensing.lidar.blind import Blindness
+from gazechair.sensing.lidar.scan import Pose, to_chair
+from gazechair.sensing.lidar.stream import ByteStream
+from gazechair.sensing.lidar.told import said, understood
 from gazechair.web.page_client import decode
 from gazelink import codes
 from gazesim.world import LIDAR_X_M
@@ -35,7 +35,7 @@ _SCAN_REQUEST = b"\xa5\x20"
 
 
 class Link:
-    """gazechair.link.BoardLink in virtual time: one port, nothing queued but an unsent frame."""
+    """The host's BoardLink in virtual time: one port, nothing queued but an unsent frame."""
 
     def __init__(self, cable: Cable, clock: Callable[[], float], draw: Callable[[], int]) -> None:
         self._cable = cable

@@ -7,7 +7,7 @@ from collections import deque
 from typing import Any
 
 from e2e.host import Host
-from gazechair.control import HEARTBEAT_MS
+from gazechair.driving.control import HEARTBEAT_MS
 
 BEAT_MS = 100
 STATE_MS = 100  # the host's, when nothing changes

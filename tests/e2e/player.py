@@ -11,7 +11,7 @@ from typing import Any
 
 from simple_websocket import Client, ConnectionClosed, ConnectionError
 
-from gazechair.control import HEARTBEAT_MS
+from gazechair.driving.control import HEARTBEAT_MS
 
 _BEAT_S = 0.1
 _HOLD_S = HEARTBEAT_MS / 1000

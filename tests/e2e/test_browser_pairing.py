@@ -10,9 +10,9 @@ import pytest
 from playwright.sync_api import Page, sync_playwright
 
 import gazesetup
-from gazechair import config
+from gazechair.config import configuration
 from gazechair.daemon import Daemon
-from gazechair.pairing.local import ask
+from gazechair.people.pairing.local import ask
 from gazedemo.browser import OPTIONS
 from gazedemo.pairing import invitation
 
@@ -26,7 +26,7 @@ class Door:
     def __init__(self, folder: Path, page: Page) -> None:
         self.state = folder / "state"
         text = f'[board]\nport = "{folder}/none"\n[web]\nport = 0\ntls = true\n'
-        self.daemon = Daemon(config.parse(text + f'state_folder = "{self.state}"\n'))
+        self.daemon = Daemon(configuration.parse(text + f'state_folder = "{self.state}"\n'))
         self.daemon.start()
         self.page = page
 

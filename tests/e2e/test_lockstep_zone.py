@@ -6,7 +6,7 @@ import pytest
 
 from e2e.lockstep import Lockstep
 from gazeboard.io.settings import Settings
-from gazechair.clearance.zone import UNKNOWN, StopZone
+from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 from gazelink import codes
 from gazelink.settings_table import index_of
 

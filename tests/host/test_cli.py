@@ -13,9 +13,11 @@ from pathlib import Path
 
 import pytest
 
-from gazechair import cli, config, doctor, doctor_devices
-from gazechair.doctor import FAIL, OK, WARN, Finding
-from gazechair.health import HealthState
+from gazechair import cli
+from gazechair.base.health import HealthState
+from gazechair.config import configuration
+from gazechair.service import doctor, doctor_devices
+from gazechair.service.doctor import FAIL, OK, WARN, Finding
 from gazedemo.pairing import cookie
 
 PATIENCE_S = 60
@@ -43,7 +45,7 @@ def found(findings: list[Finding], what: str) -> Finding:
 
 def test_config_prints_a_file_that_is_the_default(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["config"]) == 0
-    assert config.parse(capsys.readouterr().out) == config.Config()
+    assert configuration.parse(capsys.readouterr().out) == configuration.Config()
 
 
 def test_a_bad_configuration_ends_run_in_one_line(

@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 from simple_websocket import Client
 
-from gazechair import config
+from gazechair.config import configuration
 from gazechair.daemon import Daemon
-from gazechair.lidar import LidarService
+from gazechair.sensing.lidar import LidarService
 from gazechair.web import WebError
 from gazedemo.pairing import cookie
 from gazelink import codes
@@ -30,9 +30,11 @@ def until(condition: Callable[[], Any], what: str) -> Any:
     return found
 
 
-def read_config(port: Path) -> config.Config:
+def read_config(port: Path) -> configuration.Config:
     state = port.parent / "state"
-    return config.parse(f'[board]\nport = "{port}"\n[web]\nport = 0\nstate_folder = "{state}"\n')
+    return configuration.parse(
+        f'[board]\nport = "{port}"\n[web]\nport = 0\nstate_folder = "{state}"\n'
+    )
 
 
 @pytest.fixture
@@ -148,7 +150,7 @@ def test_a_part_that_does_not_start_is_a_health_state(
 )
 def test_the_url_is_one_to_open(host: str, more: str, url: str, tmp_path: Path) -> None:
     text = f'[board]\nport = "{tmp_path}/none"\n[web]\nport = 0\nhost = "{host}"\n{more}\n'
-    daemon = Daemon(config.parse(text + f'state_folder = "{tmp_path}/state"\n'))
+    daemon = Daemon(configuration.parse(text + f'state_folder = "{tmp_path}/state"\n'))
     daemon.start()
     try:
         assert daemon.url.startswith(url)

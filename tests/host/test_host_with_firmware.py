@@ -6,12 +6,12 @@ from typing import Any
 
 import pytest
 
-from gazechair.board_state import BoardId, BoardState, BoardStats
-from gazechair.config import Config
-from gazechair.control import Control
-from gazechair.health import OK, HealthRegistry
-from gazechair.link_protocol import Event, LinkProtocol, SessionBegun, SessionEnded
-from gazechair.outgoing import Bypass, Clearance, Command
+from gazechair.base.health import OK, HealthRegistry
+from gazechair.board.board_commands import Bypass, Clearance, Command
+from gazechair.board.protocol import Event, LinkProtocol, SessionBegun, SessionEnded
+from gazechair.board.state import BoardId, BoardState, BoardStats
+from gazechair.config.configuration import Config
+from gazechair.driving.control import Control
 from gazelink import codes
 from rig import Rig
 

@@ -12,8 +12,8 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 
 import gazesetup
-from gazechair.camera import Frame
 from gazechair.picture import Reducer
+from gazechair.picture.camera import Frame
 from gazedemo.browser import OPTIONS
 from gazemeasure.stamped_camera import READ, StampedCamera
 

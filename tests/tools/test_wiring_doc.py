@@ -7,7 +7,7 @@ from gazeboard import app
 from gazeboard.boards import pins
 from gazeboard.core import limits
 from gazeboard.io import joystick
-from gazechair.bench import pot
+from gazechair.service.bench import pot
 
 TEXT = (Path(__file__).resolve().parents[2] / "docs" / "wiring.md").read_text()
 ROWS = dict(re.findall(r"^\| (D\d+(?:, D\d+)?) \| (\w+(?: \d)?) \|", TEXT, re.MULTILINE))

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from gazechair import caretaker_settings
-from gazechair.profiles import fields
-from gazechair.web.lean import lean
+from gazechair.board import caretaker_settings
+from gazechair.people.profiles import fields
+from gazechair.web.minify import lean
 from gazelink import codes
 
 WEB = Path(__file__).parents[2] / "web"
@@ -99,7 +99,7 @@ def test_the_drivers_page_weighs_less_than_80_kb():
 
 @pytest.mark.parametrize("path", [*PAGES, *MODULES, *WEB.glob("*.css")], ids=lambda p: p.name)
 def test_comments_and_indentation_can_be_left_out(path):
-    """What gazechair.web.lean relies on; line numbers stay, and nothing but comments goes."""
+    """What gazechair.web.minify relies on; line numbers stay, and nothing but comments goes."""
     text = path.read_text("utf-8")
     slim = lean(text, path.suffix)
     assert path.suffix != ".js" or slim.count("\n") == text.count("\n")

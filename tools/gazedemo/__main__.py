@@ -15,30 +15,24 @@ import os
 import sys
 import time
 import webbrowser
-from pathlib import Path
 
 import gazesetup
 from gazedemo import ending, pairing
+from gazedemo.command import add_options
 from gazedemo.stack import Stack, StackError
 
-_PORT = 8080
 _CPYTHON = "cpython"
 
 
 def main() -> int:
     """Returns the exit code: 0 ended as asked, 1 a step of the check failed, 2 can't start."""
     parser = argparse.ArgumentParser(prog="tools/demo", description=__doc__)
-    parser.add_argument("--check", action="store_true", help="drive it headless and print figures")
-    parser.add_argument("--room", default="living", help="room of the simulator (default: living)")
-    parser.add_argument("--profile", default="3.1", help="the chair's speed profile (default: 3.1)")
-    parser.add_argument("--port", type=int, default=_PORT, help=f"of the page (default: {_PORT})")
-    parser.add_argument(
-        "--artefacts",
-        type=Path,
-        default=Path(os.environ.get("GAZECHAIR_ARTEFACTS", gazesetup.LOCAL / "artefacts")),
-        help="folder for the check's screenshots",
-    )
-    arguments = parser.parse_args()
+    add_options(parser)
+    return demo(parser.parse_args())
+
+
+def demo(arguments: argparse.Namespace) -> int:
+    """Run the demo, or its check; the exit code as of main()."""
     ending.listen()
     try:
         if arguments.check:

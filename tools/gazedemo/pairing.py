@@ -6,7 +6,7 @@ import json
 import urllib.request
 from pathlib import Path
 
-from gazechair.pairing.local import LONGEST_VALID_S, ask
+from gazechair.people.pairing.local import LONGEST_VALID_S, ask
 
 _LIMIT_S = 20.0
 

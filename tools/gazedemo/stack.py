@@ -19,7 +19,7 @@ from types import TracebackType
 from typing import Any
 
 import gazesetup
-from gazechair.pairing.local import NotRunning
+from gazechair.people.pairing.local import NotRunning
 from gazedemo import ending, pairing
 from gazedemo.sim_control import SimControl
 from gazesetup.family import dies_with_me

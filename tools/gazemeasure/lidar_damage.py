@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.lidar.dense import CAPSULE_SIZE, POINT_PERIOD_S, POINTS, CapsuleDecoder
-from gazechair.lidar.nodes import FloatArray
-from gazechair.lidar.scan import BINS, Scan
-from gazechair.lidar.stream import ByteStream
+from gazechair.sensing.lidar.dense import CAPSULE_SIZE, POINT_PERIOD_S, POINTS, CapsuleDecoder
+from gazechair.sensing.lidar.nodes import FloatArray
+from gazechair.sensing.lidar.scan import BINS, Scan
+from gazechair.sensing.lidar.stream import ByteStream
 from gazelink import codes
 from gazemeasure.lidar_emulator import room
 from gazesim.s2_beams import Array

@@ -11,8 +11,8 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from gazechair.config import LidarConfig
-from gazechair.lidar.child import Pipeline
+from gazechair.config.configuration import LidarConfig
+from gazechair.sensing.lidar.child import Pipeline
 from gazemeasure import lidar_damage
 from gazemeasure.lidar_emulator import MASK
 from gazemeasure.report import Report, percentile

@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import Any
 
 import gazesetup
-from gazechair import health as h
-from gazechair.health import Health
-from gazechair.link import BoardLink
-from gazechair.outgoing import Clearance, Command
+from gazechair.base import health as h
+from gazechair.base.health import Health
+from gazechair.board.board_commands import Clearance, Command
+from gazechair.board.link import BoardLink
 from gazelink import codes
 from gazemeasure.report import Report, percentile
 from gazemeasure.stalls import StallProbe

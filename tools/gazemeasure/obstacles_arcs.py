@@ -18,7 +18,7 @@ from gazeboard.core.motion import Motion
 from gazeboard.core.obstacles import ARC_BLOCKED, Obstacles
 from gazeboard.core.shared import Inputs
 from gazeboard.turning.turn import turn_controller
-from gazechair.outgoing import Clearance
+from gazechair.board.board_commands import Clearance
 from gazelink import codes
 from gazelink.settings_table import PROFILES
 from gazemeasure.obstacles_attack import Hold, attack, attacked_chair, in_view

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.lidar.scan import in_arcs
+from gazechair.sensing.lidar.scan import in_arcs
 from gazelink import codes
 from gazelink.settings_table import profile_row
 from gazemeasure.obstacles_eyes import Mount

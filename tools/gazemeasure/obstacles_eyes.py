@@ -13,14 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.clearance.evaluate import Evaluator
-from gazechair.clearance.footprint import Footprint
-from gazechair.config import SectorsConfig
-from gazechair.lidar.blind import Blindness
-from gazechair.lidar.scan import Pose, Scan, in_arcs, to_chair
-from gazechair.lidar.sectors import ALL_BLOCKED, blocked_bits, measure
-from gazechair.lidar.service import classic
-from gazechair.outgoing import Clearance
+from gazechair.base.footprint import Footprint
+from gazechair.board.board_commands import Clearance
+from gazechair.config.configuration import SectorsConfig
+from gazechair.sensing.clearance.evaluate import Evaluator
+from gazechair.sensing.lidar.blind import Blindness
+from gazechair.sensing.lidar.scan import Pose, Scan, in_arcs, to_chair
+from gazechair.sensing.lidar.sectors import ALL_BLOCKED, blocked_bits, measure
+from gazechair.sensing.lidar.service import classic
 from gazelink import codes
 from gazesim.rooms import Room
 from gazesim.world import LIDAR_HEIGHT_M

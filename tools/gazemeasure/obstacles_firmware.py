@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-from gazechair.clearance.evaluate import Evaluator
-from gazechair.clearance.footprint import Footprint
-from gazechair.clearance.zone import StopZone
-from gazechair.lidar.blind import Blindness
-from gazechair.lidar.scan import to_chair
-from gazechair.lidar.stream import ByteStream
-from gazechair.outgoing import Clearance
+from gazechair.base.footprint import Footprint
+from gazechair.board.board_commands import Clearance
+from gazechair.sensing.clearance.evaluate import Evaluator
+from gazechair.sensing.clearance.zone import StopZone
+from gazechair.sensing.lidar.blind import Blindness
+from gazechair.sensing.lidar.scan import to_chair
+from gazechair.sensing.lidar.stream import ByteStream
 from gazelink import codes
 from gazelink.settings_table import PROFILES
 from gazemeasure.obstacles_eyes import FRONT

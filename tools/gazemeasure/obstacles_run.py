@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from gazeboard.core.obstacles import Obstacles
 from gazeboard.core.shared import Inputs
-from gazechair.outgoing import Clearance
+from gazechair.board.board_commands import Clearance
 from gazelink import codes
 from gazelink.settings_table import PROFILES
 from gazemeasure.obstacles_eyes import CORNERS, FRONT, RAYS, Eye, Ours, Prototype

@@ -15,10 +15,10 @@ import tty
 from collections.abc import Iterator
 from pathlib import Path
 
-from gazechair.config import FootprintConfig, LidarConfig, SectorsConfig
-from gazechair.health import Health
-from gazechair.lidar import LidarService
-from gazechair.outgoing import Clearance
+from gazechair.base.health import Health
+from gazechair.board.board_commands import Clearance
+from gazechair.config.configuration import FootprintConfig, LidarConfig, SectorsConfig
+from gazechair.sensing.lidar import LidarService
 from gazelink import frame, messages
 from gazemeasure.lidar_emulator import MASK
 from gazemeasure.report import Report, percentile

@@ -18,7 +18,7 @@ from gazeboard.core.profile_check import ProfileCheck
 from gazeboard.core.safety import Safety
 from gazeboard.io.joystick import Joystick
 from gazeboard.io.telemetry import Telemetry
-from gazechair.flash import tree
+from gazechair.service.flash import tree
 from gazelink import frame, messages
 from gazemeasure import allocation, emulation
 from gazemeasure.report import Report

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 from gazeboard.app import App
 from gazeboard.boards.virtual import VirtualBoard
-from gazechair.board_state import BoardState
-from gazechair.link_protocol import LinkProtocol
-from gazechair.outgoing import STOP_COMMAND, Clearance, Command
+from gazechair.board.board_commands import STOP_COMMAND, Clearance, Command
+from gazechair.board.protocol import LinkProtocol
+from gazechair.board.state import BoardState
 from gazelink import codes
 from gazesim.bank import Bank
 from gazesim.rooms import Room

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 
-from gazechair.tune.errors import TuneError
-from gazechair.tune.identify import identify
-from gazechair.tune.judge import fits_profile
-from gazechair.tune.judge import judge as judge_fit
-from gazechair.tune.numbers import TurnNumbers
+from gazechair.service.tune.errors import TuneError
+from gazechair.service.tune.identify import identify
+from gazechair.service.tune.judge import fits_profile
+from gazechair.service.tune.judge import judge as judge_fit
+from gazechair.service.tune.numbers import TurnNumbers
 from gazelink.settings_table import PROFILES
 from gazemeasure.turn_board import settings_with
 from gazemeasure.turn_cases import Drawn

@@ -5,8 +5,8 @@ from __future__ import annotations
 import random
 from pathlib import Path
 
-from gazechair.tune.identify import identify
-from gazechair.tune.numbers import TurnNumbers
+from gazechair.service.tune.identify import identify
+from gazechair.service.tune.numbers import TurnNumbers
 from gazelink.settings_table import PROFILES
 from gazemeasure import turn_jobs
 from gazemeasure.turn_board import settings_with

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from gazechair.tune.numbers import TurnNumbers
-from gazechair.tune.procedure import Procedure
-from gazechair.tune.recording import Recording, Sample
+from gazechair.service.tune.numbers import TurnNumbers
+from gazechair.service.tune.procedure import Procedure
+from gazechair.service.tune.recording import Recording, Sample
 from gazelink import codes
 from gazemeasure.turn_board import BoardMotion
 from gazemeasure.turn_run import Bench

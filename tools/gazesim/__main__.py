@@ -17,7 +17,7 @@ import sys
 import time
 from pathlib import Path
 
-from gazechair.flash import FlashError
+from gazechair.service.flash import FlashError
 from gazesim import plans
 from gazesim.board_process import CPYTHON
 from gazesim.chair import PROFILES

@@ -7,7 +7,7 @@ import zlib
 from collections.abc import Mapping
 from pathlib import PurePosixPath
 
-from gazechair.flash import tree
+from gazechair.service.flash import tree
 
 LIB = f"{tree.BASE}/lib"
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from gazeboard.core.obstacles import Obstacles
 from gazeboard.io.settings import Settings
-from gazechair.clearance.zone import StopZone
-from gazechair.link_zone import BoardZone
+from gazechair.board.zone import BoardZone
+from gazechair.sensing.clearance.zone import StopZone
 
 
 def told_by(settings: Settings | None = None) -> BoardZone:

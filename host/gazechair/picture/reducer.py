@@ -10,7 +10,7 @@ import threading
 from dataclasses import dataclass
 from typing import Any
 
-from gazechair.camera import Frame
+from gazechair.picture.camera import Frame
 
 Image: Any = None
 with contextlib.suppress(ImportError):  # the extra "picture" need not be installed

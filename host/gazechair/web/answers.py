@@ -7,7 +7,7 @@ from typing import Any
 
 from flask import Response, request
 
-from gazechair.pairing import Device
+from gazechair.people.pairing import Device
 from gazechair.web.guard import DEVICE
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 from flask import Flask, Response, abort, redirect, request
 from werkzeug.wrappers import Response as AnyResponse
 
+from gazechair.base.languages import web_folder as web_folder
 from gazechair.web.guard import DEVICE
-from gazechair.web.lean import lean
-from gazechair.words import web_folder as web_folder
+from gazechair.web.minify import lean
 
 _TYPES = {
     ".html": "text/html; charset=utf-8",

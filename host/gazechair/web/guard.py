@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 from urllib.parse import urlsplit
 
-from gazechair.pairing import Device
-from gazechair.pairing.store import ROLES
-from gazechair.throttled_log import ThrottledLog
+from gazechair.base.throttled_log import ThrottledLog
+from gazechair.people.pairing import Device
+from gazechair.people.pairing.store import ROLES
 from gazechair.web.handler import CONNECTION, EARLY
 from gazechair.web.sockets import Arrivals, BadHandshake, Line, handshake
 from gazechair.web.turns import Turns, write_off

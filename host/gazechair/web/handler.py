@@ -14,7 +14,7 @@ import time
 from io import BytesIO
 from typing import Any
 
-from gazechair.throttled_log import ThrottledLog
+from gazechair.base.throttled_log import ThrottledLog
 from gazechair.web.connection import Connection, Patience, PlainConnection
 from gazechair.web.head import MOST_HEAD_BYTES, Head, HeadRefused, parse
 from gazechair.web.places import Places

@@ -8,9 +8,9 @@ import threading
 import time
 from dataclasses import dataclass
 
-from gazechair.driver_port import DriverPort, Message
-from gazechair.pairing import Device
-from gazechair.rate_limit import RateLimit
+from gazechair.base.rate_limit import RateLimit
+from gazechair.driving.driver_port import DriverPort, Message
+from gazechair.people.pairing import Device
 from gazechair.web.sockets import CLOSE_GOING_AWAY, WebSocket
 
 MAX_MESSAGE = 256

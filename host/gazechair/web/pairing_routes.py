@@ -8,10 +8,10 @@ from typing import Any
 
 from flask import Flask, Response, request
 
-from gazechair.pairing import Device, PairingDesk, Rejected, StoreError
-from gazechair.pairing.one_time import VALID_S
-from gazechair.pairing.show import qr_rows
-from gazechair.pairing.store import ROLES
+from gazechair.people.pairing import Device, PairingDesk, Rejected, StoreError
+from gazechair.people.pairing.one_time import VALID_S
+from gazechair.people.pairing.show import qr_rows
+from gazechair.people.pairing.store import ROLES
 from gazechair.web.answers import BadRequest, answer, body, refuse, text_in, unless_caretaker
 from gazechair.web.guard import DEVICE, PAGES, token_in
 

@@ -14,7 +14,7 @@ import threading
 from dataclasses import dataclass
 from typing import Any
 
-from gazechair.slots import Clock
+from gazechair.base.latest_value import Clock
 
 MOST_NEW = 48
 MOST_NEW_OF_ADDRESS = 24

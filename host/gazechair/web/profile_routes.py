@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from flask import Flask, Response, request
 
-from gazechair.driver_port import DriverPort
-from gazechair.pairing import Device
+from gazechair.driving.driver_port import DriverPort
+from gazechair.people.pairing import Device
 from gazechair.web.answers import BadRequest, answer, body, refuse
 from gazechair.web.guard import DEVICE
 

@@ -12,23 +12,23 @@ from flask import Flask, Response, request
 from flask_sock import Sock
 from werkzeug.exceptions import HTTPException
 
-from gazechair.camera import Frame
-from gazechair.caretaker_settings import CaretakerSettings
-from gazechair.config import Config, is_loopback, uses_tls
-from gazechair.driver_port import DriverPort
-from gazechair.pairing import Device, PairingDesk
-from gazechair.slots import Latest
-from gazechair.throttled_log import ThrottledLog
+from gazechair.base.latest_value import Latest
+from gazechair.base.throttled_log import ThrottledLog
+from gazechair.board.caretaker_settings import CaretakerSettings
+from gazechair.config.configuration import Config, is_loopback, uses_tls
+from gazechair.driving.driver_port import DriverPort
+from gazechair.people.pairing import Device, PairingDesk
+from gazechair.picture.camera import Frame
 from gazechair.web import files, pairing_routes, profile_routes, settings_routes
 from gazechair.web.answers import answer, refuse
 from gazechair.web.certificate import Certificate, CertificateError
-from gazechair.web.control import ControlHub
+from gazechair.web.control_sockets import ControlHub
 from gazechair.web.guard import DEVICE, Guard
 from gazechair.web.handler import SETTLE, Server
 from gazechair.web.names import certificate_names, own_names, shown_host
+from gazechair.web.picture_sockets import VideoHub
 from gazechair.web.sockets import LIBRARY_OPTIONS, WebSocket
 from gazechair.web.turns import Turns
-from gazechair.web.video import VideoHub
 
 _CONTROL = "/ws/control"
 _PICTURE = "/ws/video"

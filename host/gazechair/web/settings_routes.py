@@ -7,7 +7,7 @@ from typing import Any
 
 from flask import Flask, Response
 
-from gazechair.caretaker_settings import CaretakerSettings, SettingsRefused
+from gazechair.board.caretaker_settings import CaretakerSettings, SettingsRefused
 from gazechair.web.answers import BadRequest, answer, body, refuse, unless_caretaker
 
 _STATUS = {

@@ -22,8 +22,8 @@ from wsproto.connection import ConnectionState
 from wsproto.events import CloseConnection, Event, Message, Ping
 from wsproto.utilities import LocalProtocolError
 
-from gazechair.rate_limit import RateLimit
-from gazechair.slots import Clock
+from gazechair.base.latest_value import Clock
+from gazechair.base.rate_limit import RateLimit
 from gazechair.web.connection import Connection, cut
 
 MOST_MESSAGE = 1024

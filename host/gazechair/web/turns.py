@@ -13,7 +13,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 
-from gazechair.slots import Clock
+from gazechair.base.latest_value import Clock
 
 SHARE = 0.25
 BURST_S = 0.05

@@ -6,7 +6,7 @@ import io
 
 from PIL import Image
 
-from gazechair.camera import Frame
+from gazechair.picture.camera import Frame
 from gazechair.picture.reducer import LEVELS, Reducer
 
 

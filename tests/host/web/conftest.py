@@ -13,14 +13,14 @@ from typing import Any
 import pytest
 import simple_websocket
 
-from gazechair.board_state import BoardState
-from gazechair.camera import Frame
-from gazechair.caretaker_settings import CaretakerSettings
-from gazechair.config import Config, WebConfig
-from gazechair.link_protocol import SettingReply
-from gazechair.pairing import Paired, PairingDesk
-from gazechair.slots import Latest
-from gazechair.web import WebServer, control, files, page_client
+from gazechair.base.latest_value import Latest
+from gazechair.board.caretaker_settings import CaretakerSettings
+from gazechair.board.protocol import SettingReply
+from gazechair.board.state import BoardState
+from gazechair.config.configuration import Config, WebConfig
+from gazechair.people.pairing import Paired, PairingDesk
+from gazechair.picture.camera import Frame
+from gazechair.web import WebServer, control_sockets, files, page_client
 from gazelink import codes
 from gazelink.settings_table import TABLE
 
@@ -189,7 +189,7 @@ def pages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (folder / "strings" / "nl.json").write_text("{}")
     (tmp_path / "outside.json").write_text("{}")
     monkeypatch.setattr(files, "web_folder", lambda: folder)
-    monkeypatch.setattr(control, "_LOOK_S", 0.02)  # ends sooner
+    monkeypatch.setattr(control_sockets, "_LOOK_S", 0.02)  # ends sooner
     monkeypatch.setattr(page_client, "_LOOK_S", 0.02)
     return folder
 

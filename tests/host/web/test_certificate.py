@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gazechair.config import WebConfig
+from gazechair.config.configuration import WebConfig
 from gazechair.web import certificate
 from gazechair.web.certificate import Certificate, CertificateError
 from gazechair.web.names import certificate_names, network_addresses, shown_host

@@ -12,7 +12,7 @@ import pytest
 import simple_websocket
 from wsproto.events import Ping
 
-from gazechair.web import control, page_client
+from gazechair.web import control_sockets, page_client
 from gazechair.web.page_client import PageClient
 from gazechair.web.turns import BURST_S, LONGEST_WAIT_S, SHARE
 
@@ -125,16 +125,16 @@ def test_a_cut_connection_disconnects_its_client(port: Any, open_page: Any) -> N
 
 
 def test_a_role_has_its_places_and_takes_none_of_anothers(port: Any, visitor: Any) -> None:
-    for _ in range(control.PLACES["viewer"]):
+    for _ in range(control_sockets.PLACES["viewer"]):
         visitor("viewer").open().next_of("state")
     assert visitor("viewer").open().until_closed()[0] == 1013
     assert visitor("driver").open().next()["k"] == "welcome"
     assert visitor("caretaker").open().next()["role"] == "driver"  # what this port says
-    assert port.roles == ["viewer"] * control.PLACES["viewer"] + ["driver", "caretaker"]
+    assert port.roles == ["viewer"] * control_sockets.PLACES["viewer"] + ["driver", "caretaker"]
 
 
 def test_a_freed_place_is_given_again(port: Any, visitor: Any) -> None:
-    pages = [visitor("viewer").open() for _ in range(control.PLACES["viewer"])]
+    pages = [visitor("viewer").open() for _ in range(control_sockets.PLACES["viewer"])]
     for page in pages:
         page.next_of("state")
     pages[0].ws.close()
@@ -148,7 +148,7 @@ def test_a_freed_place_is_given_again(port: Any, visitor: Any) -> None:
 
 
 def test_a_device_that_comes_back_replaces_its_own_page(port: Any, driver: Any) -> None:
-    pages = [driver.open() for _ in range(control.PLACES["driver"] - 1)]
+    pages = [driver.open() for _ in range(control_sockets.PLACES["driver"] - 1)]
     for page in pages:
         page.next_of("state")
     assert driver.open().next()["k"] == "welcome"
@@ -172,7 +172,7 @@ def test_a_page_sent_away_is_told_why_even_when_its_reader_notices_first(
             time.sleep(2 * page_client._LOOK_S)
             self._ws.close(code, why)
 
-    monkeypatch.setattr(control, "_FALLEN_SILENT_S", 0.0)
+    monkeypatch.setattr(control_sockets, "_FALLEN_SILENT_S", 0.0)
     init = PageClient.__init__
     monkeypatch.setattr(PageClient, "__init__", lambda self, ws, *rest: init(self, Slow(ws), *rest))
     lost = driver.open()
@@ -184,7 +184,7 @@ def test_a_page_sent_away_is_told_why_even_when_its_reader_notices_first(
 def test_a_page_fallen_silent_makes_way_for_its_own_return(
     port: Any, driver: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(control, "_FALLEN_SILENT_S", 0.0)
+    monkeypatch.setattr(control_sockets, "_FALLEN_SILENT_S", 0.0)
     lost = driver.open()
     lost.next_of("state")
     assert driver.open().next()["k"] == "welcome"

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gazechair.rate_limit import RateLimit
+from gazechair.base.rate_limit import RateLimit
 from gazechair.web import files
 from gazechair.web.guard import foreign, is_public, token_in
 from gazechair.web.names import own_names

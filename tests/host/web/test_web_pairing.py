@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 import simple_websocket
 
-from gazechair.pairing.store import MOST_DEVICES
+from gazechair.people.pairing.store import MOST_DEVICES
 
 LONG_S = 20.0
 

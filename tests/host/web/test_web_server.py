@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 import simple_websocket
 
-from gazechair.caretaker_settings import CaretakerSettings
-from gazechair.config import Config, WebConfig
+from gazechair.board.caretaker_settings import CaretakerSettings
+from gazechair.config.configuration import Config, WebConfig
 from gazechair.web import WebError, WebServer
 from gazemeasure.raw_page import upgrade
 

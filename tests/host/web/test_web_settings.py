@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from gazechair.caretaker_settings import ALLOWED
+from gazechair.board.caretaker_settings import ALLOWED
 from gazelink import codes
 from gazelink.settings_table import index_of
 

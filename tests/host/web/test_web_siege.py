@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 import simple_websocket
 
-from gazechair.caretaker_settings import CaretakerSettings
-from gazechair.config import Config, WebConfig
-from gazechair.pairing import Paired
+from gazechair.board.caretaker_settings import CaretakerSettings
+from gazechair.config.configuration import Config, WebConfig
+from gazechair.people.pairing import Paired
 from gazechair.web import WebServer, handler, places
 from gazemeasure.raw_page import frame, upgrade
 

@@ -6,8 +6,8 @@ import struct
 import time
 from typing import Any
 
-from gazechair.camera import Frame
-from gazechair.slots import Latest
+from gazechair.base.latest_value import Latest
+from gazechair.picture.camera import Frame
 
 
 def frame(tag: bytes, age_s: float = 0.0) -> Frame:

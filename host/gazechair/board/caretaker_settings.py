@@ -1,0 +1,104 @@
+"""The few board settings that a caretaker may change from a phone, while driving is off."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any, Protocol
+
+from gazechair.board.protocol import SettingReply
+from gazechair.board.state import BoardState
+from gazelink import codes
+from gazelink.settings_table import TABLE, index_of
+
+# How fast and how far. What keeps people safe (margins, limits, relay) is not for a phone.
+ALLOWED = (
+    "profile",
+    "linear_permille",
+    "turn_permille",
+    "step_forward_ms",
+    "step_turn_q4_deg",
+    "step_turn_permille",
+)
+_ANSWER_S = 0.5
+_TRIES = 2
+
+
+class SettingsRefused(Exception):
+    """Not read or not changed. `reason` is a key of the string tables, the text one plain line."""
+
+    def __init__(self, reason: str, detail: str) -> None:
+        super().__init__(detail)
+        self.reason = reason
+
+
+class Link(Protocol):
+    """What is needed of the link to the board (gazechair.board.link.BoardLink)."""
+
+    def state(self) -> BoardState | None: ...
+    def setting(
+        self, request: int, index: int = 0, value: int = 0, timeout_s: float = 1.0
+    ) -> SettingReply | None: ...
+
+
+class CaretakerSettings:
+    """Thread-safe. Every method waits for the board, about a second at most when it is silent."""
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+        self._lock = threading.Lock()
+
+    def read(self) -> dict[str, Any]:
+        """{name: {"value", "low", "high", "default"}}. Raises SettingsRefused."""
+        with self._lock:
+            return self._read()
+
+    def change(self, wishes: dict[str, Any]) -> dict[str, Any]:
+        """Put all `wishes` {name: whole number} in force and save them; as read().
+
+        Everything is checked before anything changes. Raises SettingsRefused.
+        """
+        changes = [_checked(name, value) for name, value in wishes.items()]
+        with self._lock:
+            state = self._link.state()
+            if state is not None and state.state != codes.DISARMED:
+                raise SettingsRefused("setting_while_armed", "switch driving off first")
+            for index, value in changes:
+                self._ask(codes.SETTING_SET, index, value)
+            if changes:
+                self._ask(codes.SETTING_SAVE)
+            return self._read()
+
+    def _read(self) -> dict[str, Any]:
+        found = {}
+        for name in ALLOWED:
+            _, default, low, high = TABLE[index_of(name)]
+            value = self._ask(codes.SETTING_GET, index_of(name))
+            found[name] = {"value": value, "low": low, "high": high, "default": default}
+        return found
+
+    def _ask(self, request: int, index: int = 0, value: int = 0) -> int:
+        for _ in range(_TRIES):
+            if self._link.state() is None:
+                break
+            reply = self._link.setting(request, index, value, _ANSWER_S)
+            if reply is None or (reply.request, reply.index) != (request, index):
+                continue
+            if reply.refused:
+                name = str(codes.reason_name(reply.refused))
+                raise SettingsRefused(name, f"the board refuses {TABLE[index][0]}: {name}")
+            return reply.value
+        raise SettingsRefused("not_connected", "the board does not answer")
+
+
+def _checked(name: str, value: object) -> tuple[int, int]:
+    if name not in ALLOWED:
+        known = ", ".join(ALLOWED)
+        raise SettingsRefused(
+            "setting_unknown", f"no setting {name[:40]!r} here; there are {known}"
+        )
+    index = index_of(name)
+    _, _, low, high = TABLE[index]
+    if type(value) is not int or not low <= value <= high:
+        detail = f"{name} must be a whole number {low}..{high}"
+        raise SettingsRefused("setting_out_of_range", detail)
+    return index, value

@@ -1,0 +1,393 @@
+"""The host's side of the wire, pure: bytes and times in, bytes and events out; no I/O."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from gazechair.board.board_commands import STOP_COMMAND, Bypass, Clearance, Command
+from gazechair.board.orders import Orders
+from gazechair.board.relay import RelayQuestion
+from gazechair.board.state import BoardId, BoardState, BoardStats
+from gazechair.board.zone import NOT_KNOWN, BoardZone, ZoneHeard
+from gazelink import VERSION, codes, frame, messages
+
+HELLO_PERIOD_S = 0.2
+COMMAND_PERIOD_S = 0.02
+CLEARANCE_PERIOD_S = 0.05
+RESYNC_S = 1.0  # a session in which nothing is heard for this long is begun anew
+TTL_MS = 300
+_U16 = 65535
+_ROLE_BOARD = 1
+_FLAG_SIMULATED = 1
+_NAME = b"gazechair"
+
+
+@dataclass(frozen=True)
+class SessionBegun:
+    """The handshake is done: frames of this session count from now on."""
+
+    board: BoardId
+
+
+@dataclass(frozen=True)
+class SessionEnded:
+    """The session is over; a new handshake has begun."""
+
+    detail: str
+
+
+@dataclass(frozen=True)
+class VersionDiffers:
+    """A board answers, but it speaks another message table."""
+
+    detail: str
+
+
+@dataclass(frozen=True)
+class Pong:
+    """A round trip ended."""
+
+    round_trip_s: float
+
+
+@dataclass(frozen=True)
+class FaultText:
+    """A FAULT frame: the board's own words."""
+
+    reason: str
+    detail: str
+
+
+@dataclass(frozen=True)
+class SettingReply:
+    """The board's answer about a setting; numbers as in codes.SETTING_... and settings_table."""
+
+    request: int
+    index: int
+    value: int
+    """What is in force now."""
+    refused: int
+    """A reason code; 0 = done."""
+
+
+Event = (
+    SessionBegun
+    | SessionEnded
+    | VersionDiffers
+    | Pong
+    | FaultText
+    | SettingReply
+    | BoardState
+    | BoardStats
+    | BoardZone
+)
+
+
+def random_session() -> int:
+    """A session id, 1..65535."""
+    return secrets.randbelow(_U16) + 1
+
+
+class LinkProtocol:
+    """One board on one port. Not thread-safe: the owner locks. Times are monotonic seconds."""
+
+    def __init__(self, draw_session: Callable[[], int] = random_session) -> None:
+        """`draw_session` gives session ids; it is asked again until one is new."""
+        self._draw_session = draw_session
+        self._decoder = frame.Decoder()
+        self._encoder = frame.Encoder()
+        self._session = 0
+        self._keys = frame.Session()
+        self._decoder.session = self._keys
+        self._encoder.session = self._keys
+        self._nonce = b""
+        self._greeted: BoardId | None = None  # has echoed our HELLO; its nonce is still to come
+        self._board: BoardId | None = None
+        self._stamp_ms = 0
+        self._heard_s = 0.0
+        self._hello_due_s = 0.0
+        self._command = STOP_COMMAND
+        self._command_due_s = 0.0
+        self._clearance: Clearance | None = None
+        self._clearance_due_s = 0.0
+        self._bypass: Bypass | None = None
+        self._bypass_due_s = 0.0
+        self._orders = Orders(secrets.randbelow(255) + 1)
+        self._ping_token = secrets.randbelow(1 << 32)
+        self._ping_wanted = False
+        self._ping_sent_s: float | None = None
+        self._setting: tuple[int, int, int] | None = None
+        self._last_words = codes.NO_REASON  # of a board that does not start
+        self._clears = False
+        self._relay = RelayQuestion()
+        self._zone = ZoneHeard()
+
+    @property
+    def board(self) -> BoardId | None:
+        """The board of the present session, or None while there is none."""
+        return self._board
+
+    @property
+    def rx_corrupt(self) -> int:
+        """Frames dropped for their stuffing, size or CRC, modulo 65536."""
+        return int(self._decoder.corrupt)
+
+    def opened(self, now_s: float) -> None:
+        """A port was (re)opened: forget half-received frames and begin a handshake."""
+        self._decoder = frame.Decoder()
+        self._decoder.session = self._keys
+        self._handshake(now_s)
+
+    # What the host wants said
+
+    def command(self, command: Command, now_s: float) -> None:
+        """The latest command; a changed one is due at once, a refreshed one at its next repeat."""
+        if not command.same_as(self._command):
+            self._command_due_s = now_s
+        self._command = command
+
+    def clearance(self, clearance: Clearance, now_s: float) -> None:
+        """The latest clearance, due at once."""
+        self._clearance = clearance
+        self._clearance_due_s = now_s
+
+    def bypass(self, bypass: Bypass | None, now_s: float) -> None:
+        """The caretaker's held button, due at once; None: let go."""
+        if bypass is None or self._bypass is None or bypass.number != self._bypass.number:
+            self._bypass_due_s = now_s
+        if bypass is not None or self._bypass is None:
+            self._bypass = bypass
+        else:
+            self._bypass = Bypass(self._bypass.number, 0.0)  # said once more: no time left
+
+    def order(self, action: int, owner: int, now_s: float) -> None:
+        """A new order (codes.ARM, ...), due at once and repeated; see link_orders."""
+        if self._board is None and self._last_words and action == codes.RESET_FAULTS:
+            self._clears = True
+            self._hello_due_s = now_s
+            return
+        self._orders.give(action, owner, now_s)
+
+    def request_ping(self) -> None:
+        """Send one PING with the next poll."""
+        self._ping_wanted = True
+
+    def request_setting(self, request: int, index: int, value: int) -> None:
+        """Send one SETTING with the next poll."""
+        self._setting = (request, index, value)
+
+    # Bytes out
+
+    def poll(self, now_s: float) -> bytes:
+        """The frames due now, most urgent first, at most one of each kind; b"" when none is."""
+        if self._board is None:
+            if now_s < self._hello_due_s:
+                return b""
+            self._hello_due_s = now_s + HELLO_PERIOD_S
+            return self._clear() + self._hello()
+        if now_s - self._heard_s > RESYNC_S:
+            return b""  # the caller learns of it from check()
+        out = b""
+        for order in self._orders.due(now_s):
+            out += self._frame(messages.ORDER, (order.action, order.number, order.owner))
+        if now_s >= self._command_due_s:
+            self._command_due_s = now_s + COMMAND_PERIOD_S
+            out += self._frame(messages.COMMAND, self._command.fields(now_s, TTL_MS))
+        if self._clearance is not None and now_s >= self._clearance_due_s:
+            self._clearance_due_s = now_s + CLEARANCE_PERIOD_S
+            out += self._frame(messages.CLEARANCE, self._clearance.fields(now_s))
+        if self._bypass is not None and now_s >= self._bypass_due_s:
+            self._bypass_due_s = now_s + CLEARANCE_PERIOD_S
+            out += self._frame(messages.BYPASS, self._bypass.fields(now_s, TTL_MS))
+            if now_s >= self._bypass.ttl_deadline_s:
+                self._bypass = None
+        if self._ping_wanted:
+            self._ping_wanted = False
+            self._ping_token = (self._ping_token + 1) & 0xFFFFFFFF
+            self._ping_sent_s = now_s
+            out += self._frame(messages.PING, (self._ping_token & _U16, self._ping_token >> 16))
+        setting = self._setting or self._relay.due(now_s)  # the board answers one at a time
+        if setting is not None:
+            out += self._frame(messages.SETTING, setting)
+            self._setting = None
+        return out
+
+    def check(self, now_s: float) -> list[Event]:
+        """Events of time alone: a session in which nothing is heard any more is begun anew."""
+        if self._board is None or now_s - self._heard_s <= RESYNC_S:
+            return []
+        self._handshake(now_s)
+        return [SessionEnded(f"the board has said nothing for {RESYNC_S:.0f} s")]
+
+    def due_s(self) -> float:
+        """When to poll and check again at the latest."""
+        if self._board is None:
+            return self._hello_due_s
+        due = min(self._command_due_s, self._orders.due_s(), self._relay.due_s())
+        if self._bypass is not None:
+            due = min(due, self._bypass_due_s)
+        return due if self._clearance is None else min(due, self._clearance_due_s)
+
+    def _clear(self) -> bytes:
+        # A board that says its last words has no session; what is frozen reaches it all the same.
+        if not self._clears:
+            return b""
+        self._clears = False
+        values = (messages.MAINTENANCE_KEY, 0, self._last_words)
+        self._last_words = codes.NO_REASON
+        return self._frame(messages.MAINTENANCE, values)
+
+    def _hello(self) -> bytes:
+        values = (0, 0, frame.schema_hash(), self._session, 0, *VERSION, _NAME)
+        return self._frame(messages.HELLO, values)
+
+    def _frame(self, message: messages.Message, values: tuple[object, ...]) -> bytes:
+        message.pack(self._encoder.body, values)
+        size = self._encoder.finish(message, self._stamp_ms)
+        return bytes(self._encoder.wire[:size])
+
+    # Bytes in
+
+    def feed(self, data: bytes, now_s: float) -> list[Event]:
+        """Take received bytes; what they meant, in order. Never raises on any bytes."""
+        events: list[Event] = []
+        for byte in data:
+            if self._decoder.feed(byte):
+                self._accept(now_s, events)
+        return events
+
+    def _accept(self, now_s: float, events: list[Event]) -> None:
+        buf = self._decoder.buf
+        message = messages.BY_TYPE[buf[messages.TYPE_AT]]
+        if message.direction == messages.UP:
+            return
+        if message is messages.HELLO:
+            self._hello_heard(message.unpack(buf), now_s, events)
+            return
+        if message is messages.NONCE:
+            self._nonce_heard(message.unpack(buf), now_s, events)
+            return
+        if message is messages.FAULT:
+            fields = message.unpack(buf)
+            reason = str(codes.reason_name(fields["reason"]))
+            if self._board is None:
+                self._last_words = fields["reason"]
+            events.append(FaultText(reason, _text(fields["detail"])))
+            return
+        if self._board is None or message.plain:
+            return
+        self._heard_s = now_s
+        self._keys.advance(frame.u16(buf, messages.STAMP_AT))
+        self._stamp_ms = self._keys.clock_ms
+        if message is messages.STATE:
+            events.append(self._state(message.unpack(buf), now_s))
+        elif message is messages.STATS:
+            events.append(BoardStats(message.unpack(buf), now_s))
+        elif message is messages.SETTING_REPLY:
+            reply = SettingReply(**message.unpack(buf))
+            self._relay.heard(reply.index, reply.value, reply.refused)
+            events.append(reply)
+            if reply.request != codes.SETTING_GET and not reply.refused:
+                self._zone.forget()  # the board tells it anew, right behind this
+                events.append(NOT_KNOWN)
+        elif message is messages.ZONE:
+            zone = self._zone.heard(**message.unpack(buf))
+            if zone is not None:
+                events.append(zone)
+        elif message is messages.PONG:
+            fields = message.unpack(buf)
+            token = fields["token_low"] | fields["token_high"] << 16
+            if token == self._ping_token and self._ping_sent_s is not None:
+                events.append(Pong(now_s - self._ping_sent_s))
+                self._ping_sent_s = None
+
+    def _hello_heard(self, fields: dict[str, int], now_s: float, events: list[Event]) -> None:
+        if fields["role"] != _ROLE_BOARD:
+            return  # our own words, echoed by a foreign device
+        name = _text(fields["name"])
+        version = f"{fields['major']}.{fields['minor']}.{fields['patch']}"
+        if fields["schema_hash"] != frame.schema_hash():
+            if self._board is not None:
+                self._handshake(now_s)
+                events.append(SessionEnded("the board came back with another version"))
+            own = ".".join(str(part) for part in VERSION)
+            events.append(
+                VersionDiffers(
+                    f"the board ({name or 'unnamed'}) runs version {version} and this host {own},"
+                    " which do not fit together; flash the board with this version"
+                )
+            )
+            return
+        if self._board is not None:
+            if (fields["session"], fields["boot"]) != (self._session, self._board.boot):
+                self._handshake(now_s)
+                events.append(SessionEnded("the board has restarted"))
+            return
+        if fields["session"] != self._session:
+            return  # not yet an answer to our HELLO
+        simulated = bool(fields["flags"] & _FLAG_SIMULATED)
+        self._greeted = BoardId(name, version, simulated, fields["boot"], self._session)
+
+    def _nonce_heard(self, fields: dict[str, Any], now_s: float, events: list[Event]) -> None:
+        if fields["session"] != self._session:
+            return
+        if self._board is not None:
+            if fields["nonce"] != self._nonce:
+                self._handshake(now_s)
+                events.append(SessionEnded("the board has begun the session anew"))
+            return
+        if self._greeted is None:
+            return
+        self._last_words = codes.NO_REASON
+        self._clears = False
+        self._board = self._greeted
+        self._nonce = fields["nonce"]
+        self._stamp_ms = frame.u16(self._decoder.buf, messages.STAMP_AT)
+        boot, epoch = self._board.boot, fields["epoch"]
+        self._keys.begin(self._session, boot, self._nonce, epoch, self._stamp_ms)
+        self._heard_s = now_s
+        self._command_due_s = now_s
+        self._clearance_due_s = now_s
+        self._relay.begin(now_s)
+        self._zone.forget()
+        self._orders.begin()
+        events.append(SessionBegun(self._board))
+
+    def _state(self, fields: dict[str, int], now_s: float) -> BoardState:
+        disarmed = fields["status"] & 15 == codes.DISARMED
+        self._orders.board_seen(disarmed, bool(fields["faults"] & (1 << codes.EMERGENCY)))
+        return BoardState(
+            state=fields["status"] & 15,
+            motion=fields["status"] >> 4,
+            override=fields["override"],
+            arm_reason=fields["arm_reason"],
+            first_fault=fields["first_fault"],
+            faults=fields["faults"],
+            heading_deg=fields["heading_q4_deg"] / 16,
+            linear_wiper=fields["linear_wiper"],
+            turn_wiper=fields["turn_wiper"],
+            edge=fields["edge"],
+            decisions=fields["decisions"],
+            board_ms=self._stamp_ms,
+            received_s=now_s,
+            relay_checked=self._relay.checked(now_s),
+        )
+
+    def _handshake(self, now_s: float) -> None:
+        # A new session, unlike the last, so that no frame of the last one counts any more.
+        old = self._session
+        while self._session in (0, old):
+            self._session = self._draw_session()
+        self._board = None
+        self._greeted = None
+        self._keys.end()
+        self._ping_sent_s = None
+        self._hello_due_s = now_s
+
+
+def _text(field: object) -> str:
+    assert isinstance(field, bytes)
+    return field.split(b"\0")[0].decode("ascii", "replace")

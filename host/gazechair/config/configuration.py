@@ -1,0 +1,289 @@
+"""The configuration: one TOML file, every default working on a bare machine."""
+
+from __future__ import annotations
+
+import ipaddress
+import re
+import sys
+from dataclasses import Field, dataclass, field, fields
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+from gazechair.base.footprint import DEFAULT_CORNERS
+from gazechair.config import combinations, rules
+from gazechair.config.rules import Kind, Refused, choice, flag, integer, number, text, word
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+T = TypeVar("T")
+
+
+class ConfigError(Exception):
+    """A file that is refused. Its text is one line: file, line, reason, what to do."""
+
+
+def _setting(default: T, kind: Kind, meaning: str) -> T:
+    return field(default=default, metadata={"kind": kind, "meaning": meaning})
+
+
+@dataclass(frozen=True)
+class BoardConfig:
+    """The microcontroller board."""
+
+    port: str = _setting(
+        "auto", text(), 'serial port of the board: "auto" finds it by USB ids, or a path'
+    )
+
+
+@dataclass(frozen=True)
+class LidarConfig:
+    """The obstacle sensor; several have a [[lidar]] table each. Without one it never arms."""
+
+    kind: str = _setting(
+        "off",
+        choice("off", "s2", "replay"),
+        "s2 = RPLIDAR S2; replay = a recorded scan file; off = none fitted",
+    )
+    name: str = _setting("lidar", word(), "what it is called on the page and in the log")
+    port: str = _setting(
+        "auto",
+        text(),
+        'serial port of the lidar: "auto" finds the only one by its USB ids,'
+        ' "usb:SERIAL" the adapter with that serial number; or a path',
+    )
+    file: str = _setting(
+        "", text(), "the scan file to replay, as `gazechair lidar record` wrote it"
+    )
+    mode: str = _setting(
+        "dense", choice("dense", "standard"), "dense = 32,000 points/s up to 30 m, with a checksum"
+    )
+    x_m: float = _setting(
+        0.5, number(-2.0, 2.0), "where it sits: metres before the drive wheels' axle"
+    )
+    y_m: float = _setting(0.0, number(-2.0, 2.0), "metres to the left of the chair's middle")
+    heading_deg: float = _setting(
+        0.0, number(-180.0, 180.0), "where its front looks, counter-clockwise from forward"
+    )
+    upside_down: bool = _setting(False, flag(), "true = it hangs from its base")
+    mask: tuple[rules.Arc, ...] = _setting(
+        (),
+        rules.arcs(300.0),
+        "arcs [from, to] in its own view, counter-clockwise, 0 = its front, in which the chair"
+        " itself is in the way; `gazechair lidar mask` finds them",
+    )
+
+
+@dataclass(frozen=True)
+class CameraConfig:
+    """The picture behind the buttons. The chair drives without it."""
+
+    kind: str = _setting(
+        "off",
+        choice("off", "usb", "oak", "http"),
+        "usb = webcam; oak = Luxonis OAK (extra); http = MJPEG stream of an IP camera",
+    )
+    device: str = _setting("", text(), "usb: /dev/video...; empty = the first that makes MJPEG")
+    width: int = _setting(640, integer(160, 1920), "usb, oak: pixels")
+    height: int = _setting(480, integer(120, 1080), "usb, oak: pixels")
+    rate_hz: int = _setting(15, integer(1, 30), "usb, oak: pictures a second")
+    url: str = _setting("", text(), "http: where the stream is, http://host:port/path")
+
+
+@dataclass(frozen=True)
+class WebConfig:
+    """The server of the driver's page."""
+
+    host: str = _setting("127.0.0.1", text(), "address to listen on; 0.0.0.0 = every network")
+    port: int = _setting(8080, integer(0, 65535), "TCP port; 0 = any free one")
+    name: str = _setting(
+        "", text(), 'name or address by which tablets reach this host; "" = its network address'
+    )
+    tls: bool = _setting(
+        False, flag(), "true = encrypt on this machine too; other machines always are encrypted"
+    )
+    insecure_http: bool = _setting(
+        False, flag(), "true = let other machines in without TLS (shown on the page)"
+    )
+    state_folder: str = _setting(
+        "",
+        text(),
+        'paired devices and certificate; "" = $STATE_DIRECTORY, or ~/.local/state/gazechair',
+    )
+    language: str = _setting("nl", rules.language(), "language of a new person's page")
+
+
+@dataclass(frozen=True)
+class DriverConfig:
+    """How the driver's page behaves until a person's own profile says otherwise."""
+
+    mode: str = _setting("step", choice("step", "continuous"), "mode in which the page starts")
+    dwell_ms: int = _setting(600, integer(300, 2000), "gaze on a button this long starts it")
+    leave_grace_ms: int = _setting(200, integer(0, 500), "gaze off a button this long stops it")
+    pointer_stale_ms: int = _setting(
+        500, integer(300, 1000), "a pointer that stands still this long counts as looking away"
+    )
+    backward: bool = _setting(False, flag(), "true = show the button that drives backward")
+
+
+@dataclass(frozen=True)
+class SectorsConfig:
+    """Lidar sectors: [from, to] counter-clockwise in degrees, 0 = forward, left positive."""
+
+    front_deg: tuple[float, float] = _setting((-30.0, 30.0), rules.arc(), "sector of forward")
+    left_deg: tuple[float, float] = _setting((30.0, 90.0), rules.arc(), "sector of left turns")
+    right_deg: tuple[float, float] = _setting((-90.0, -30.0), rules.arc(), "sector of right turns")
+    rear_deg: tuple[float, float] | None = _setting(
+        None, rules.arc(may_be_empty=True), "sector of backward; [] = not sensed: blocked"
+    )
+    distance_m: float = _setting(
+        0.5, number(0.2, 5.0), "nearer than this to the lidar's centre is an obstacle"
+    )
+
+
+@dataclass(frozen=True)
+class FootprintConfig:
+    """The chair's outline on the floor with driver and foot rests, and how near anything may come.
+
+    In the chair's frame: the drive wheels' axle is [0, 0], x forward, y to the left.
+    """
+
+    corners_m: tuple[tuple[float, float], ...] = _setting(
+        DEFAULT_CORNERS, rules.corners(), "its corners one after another, no side crossing"
+    )
+    front_margin_m: float = _setting(0.05, number(0.0, 0.5), "kept clear before it, at least")
+    side_margin_m: float = _setting(
+        0.02, number(0.0, 0.3), "kept clear beside it; a door must be wider by twice this and more"
+    )
+    rear_margin_m: float = _setting(0.05, number(0.0, 0.5), "kept clear behind it, at least")
+
+
+@dataclass(frozen=True)
+class Config:
+    """Everything that can be configured, by section."""
+
+    board: BoardConfig = field(default_factory=BoardConfig)
+    lidar: tuple[LidarConfig, ...] = (LidarConfig(),)
+    camera: CameraConfig = field(default_factory=CameraConfig)
+    web: WebConfig = field(default_factory=WebConfig)
+    driver: DriverConfig = field(default_factory=DriverConfig)
+    sectors: SectorsConfig = field(default_factory=SectorsConfig)
+    footprint: FootprintConfig = field(default_factory=FootprintConfig)
+
+
+# Sections of which there may be several, as [[name]].
+SEVERAL = ("lidar",)
+
+SECTIONS: dict[str, type[Any]] = {
+    "board": BoardConfig,
+    "lidar": LidarConfig,
+    "camera": CameraConfig,
+    "web": WebConfig,
+    "driver": DriverConfig,
+    "sectors": SectorsConfig,
+    "footprint": FootprintConfig,
+}
+
+
+def load(path: Path | None) -> Config:
+    """The configuration in the file at `path`, or the defaults when it is None.
+
+    Raises ConfigError, one line long: a missing file, broken TOML, an unknown key, a bad value.
+    """
+    if path is None:
+        return Config()
+    try:
+        content = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise ConfigError(
+            f"{path}: cannot be read ({error.strerror}); give an existing file with --config"
+        ) from None
+    except UnicodeDecodeError:
+        raise ConfigError(f"{path}: is not UTF-8 text; save it as UTF-8") from None
+    return parse(content, str(path))
+
+
+def parse(content: str, name: str = "configuration") -> Config:
+    """The configuration in TOML text `content`, called `name` in errors. Raises ConfigError."""
+    try:
+        document = tomllib.loads(content)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(_broken_toml(content, name, str(error))) from None
+    known = ", ".join(SECTIONS)
+    sections: dict[str, Any] = {}
+    for section, values in document.items():
+        if section not in SECTIONS:
+            _refuse(content, name, section, None, f"is no section; there are {known}")
+        tables = values if section in SEVERAL and isinstance(values, list) else [values]
+        if not tables or not all(isinstance(table, dict) for table in tables):
+            _refuse(content, name, section, None, f"is a section: write it as [{section}]")
+        read = [_section(content, name, section, at, table) for at, table in enumerate(tables)]
+        sections[section] = tuple(read) if section in SEVERAL else read[0]
+    config = Config(**sections)
+    for rule in combinations.broken(config):
+        _refuse(content, name, rule.section, rule.key, rule.reason, rule.at)
+    return config
+
+
+def _section(content: str, name: str, section: str, at: int, values: dict[str, Any]) -> object:
+    settings_here = {f.name: f for f in fields(SECTIONS[section])}
+    checked = {}
+    for key, value in values.items():
+        if key not in settings_here:
+            known = ", ".join(settings_here)
+            _refuse(content, name, section, key, f"is no setting; [{section}] has {known}", at)
+        try:
+            checked[key] = _kind(settings_here[key]).check(value)
+        except Refused as refusal:
+            _refuse(content, name, section, key, str(refusal), at)
+    return SECTIONS[section](**checked)
+
+
+def uses_tls(web: WebConfig) -> bool:
+    """True if the page is encrypted: always where other machines come in, unless insecure_http."""
+    return web.tls or not (is_loopback(web.host) or web.insecure_http)
+
+
+def is_loopback(host: str) -> bool:
+    """True if only this machine can reach an address bound to `host`."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def annotated_default() -> str:
+    """A configuration file with every setting at its default, its range and its meaning."""
+    lines = ["# Configuration of gazechair. Every line shows a default and may be left out."]
+    for section, kind in SECTIONS.items():
+        lines += ["", *_comment(kind.__doc__ or ""), f"[{section}]"]
+        for setting in fields(kind):
+            lines.append(f"# {setting.metadata['meaning']} ({_kind(setting).describe})")
+            lines.append(f"{setting.name} = {rules.to_toml(setting.default)}")
+    return "\n".join(lines) + "\n"
+
+
+def _comment(text: str) -> list[str]:
+    return [f"# {line.strip()}".rstrip() for line in text.strip().splitlines()]
+
+
+def _kind(setting: Field[Any]) -> Kind:
+    return cast(Kind, setting.metadata["kind"])
+
+
+def _refuse(
+    content: str, name: str, section: str, key: str | None, reason: str, at: int = 0
+) -> None:
+    # `at`: in which of several tables of that section.
+    what = section if key is None else f"{section}.{key}"
+    raise ConfigError(f"{name}:{rules.line_of(content, section, key, at)}: {what} {reason}")
+
+
+def _broken_toml(content: str, name: str, message: str) -> str:
+    found = re.search(r"at line (\d+)", message)
+    line = int(found.group(1)) if found else content.count("\n") + 1
+    return f"{name}:{line}: is not TOML: {message}; compare with `gazechair config`"

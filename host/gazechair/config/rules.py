@@ -1,0 +1,216 @@
+"""Kinds of settings: which values each takes, in words; and where in a TOML file a key stands."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from gazechair.base.languages import languages
+
+Arc = tuple[float, float]
+
+
+class Refused(ValueError):
+    """A value that a setting does not take; the text says what it takes instead."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What a setting takes."""
+
+    describe: str
+    """In words: "a whole number 0..3000"."""
+    check: Callable[[Any], Any]
+    """Returns the value as the program uses it; raises Refused."""
+
+
+def _kind(describe: str, accept: Callable[[Any], Any]) -> Kind:
+    def check(value: Any) -> Any:
+        try:
+            return accept(value)
+        except (TypeError, ValueError):
+            raise Refused(f"must be {describe}, not {to_toml(value)}") from None
+
+    return Kind(describe, check)
+
+
+def text() -> Kind:
+    """Any text without control characters."""
+
+    def accept(value: Any) -> str:
+        if not isinstance(value, str) or not value.isprintable():
+            raise ValueError
+        return value
+
+    return _kind("a text", accept)
+
+
+def word() -> Kind:
+    """A name: 1 to 20 letters, digits, - and _."""
+
+    def accept(value: Any) -> str:
+        if not isinstance(value, str) or not re.fullmatch(r"[\w-]{1,20}", value):
+            raise ValueError
+        return value
+
+    return _kind("a name of 1 to 20 letters, digits, - and _", accept)
+
+
+def choice(*names: str) -> Kind:
+    """One of `names`."""
+
+    def accept(value: Any) -> str:
+        if not isinstance(value, str) or value not in names:
+            raise ValueError
+        return value
+
+    return _kind(" or ".join(f'"{name}"' for name in names), accept)
+
+
+def language() -> Kind:
+    """The name of a file of words for the pages."""
+
+    def accept(value: Any) -> str:
+        if value not in languages():
+            raise ValueError
+        return str(value)
+
+    return _kind('the name of a file in web/strings, as "nl" or "en"', accept)
+
+
+def flag() -> Kind:
+    """true or false."""
+
+    def accept(value: Any) -> bool:
+        if not isinstance(value, bool):
+            raise TypeError
+        return value
+
+    return _kind("true or false", accept)
+
+
+def integer(low: int, high: int) -> Kind:
+    """A whole number in low..high, both included."""
+
+    def accept(value: Any) -> int:
+        if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
+            raise ValueError
+        return value
+
+    return _kind(f"a whole number {low}..{high}", accept)
+
+
+def number(low: float, high: float) -> Kind:
+    """A number in low..high, both included; NaN is refused."""
+
+    def accept(value: Any) -> float:
+        if not isinstance(value, int | float) or isinstance(value, bool):
+            raise TypeError
+        if not low <= value <= high:
+            raise ValueError
+        return float(value)
+
+    return _kind(f"a number {low}..{high}", accept)
+
+
+def arc(may_be_empty: bool = False) -> Kind:
+    """Two angles in degrees, counter-clockwise from first to second; [] = None if allowed."""
+
+    def accept(value: Any) -> Arc | None:
+        if may_be_empty and value == []:
+            return None
+        if not isinstance(value, list):
+            raise TypeError
+        start, end = (_angle(item) for item in value)
+        if start == end:
+            raise ValueError
+        return start, end
+
+    empty = ", or []" if may_be_empty else ""
+    return _kind(f"two different angles [from, to] in -180..180{empty}", accept)
+
+
+def arcs(most_deg: float) -> Kind:
+    """Arcs as `arc` takes them, in a list; all together at most `most_deg` degrees."""
+    one = arc()
+
+    def accept(value: Any) -> tuple[Arc, ...]:
+        if not isinstance(value, list):
+            raise TypeError
+        read = tuple(one.check(item) for item in value)
+        if sum((end - start) % 360.0 for start, end in read) > most_deg:
+            raise ValueError
+        return read
+
+    return _kind(f"a list of arcs [from, to] in -180..180, {most_deg:g} degrees in all", accept)
+
+
+def corners() -> Kind:
+    """Corners [x, y] in metres, in a list."""
+
+    def accept(value: Any) -> tuple[tuple[float, float], ...]:
+        if not isinstance(value, list):
+            raise TypeError
+        return tuple((_finite(x), _finite(y)) for x, y in value)
+
+    return _kind("a list of corners [x, y] in metres", accept)
+
+
+def _finite(value: Any) -> float:
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        raise TypeError
+    if not math.isfinite(value):
+        raise ValueError
+    return float(value)
+
+
+def _angle(value: Any) -> float:
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        raise TypeError
+    if not math.isfinite(value) or not -180 <= value <= 180:
+        raise ValueError
+    return float(value)
+
+
+def to_toml(value: Any) -> str:
+    """A value as TOML writes it (text, number, true/false, list; None is the empty list)."""
+    if value is None:
+        return "[]"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(to_toml(item) for item in value) + "]"
+    return str(value)
+
+
+def line_of(content: str, section: str, key: str | None, at: int = 0) -> int:
+    """The line (from 1) of `key` in `section`; of the section when key is None or not found.
+
+    `at`: in which of the tables of that name, from 0.
+    """
+    here = ""
+    section_line = 1
+    tables = -1
+    for number_here, line in enumerate(content.splitlines(), 1):
+        header = re.match(r"\s*\[+\s*[\"']?([^\]\"'.\s]+)", line)
+        if header and "=" not in line.split("]")[0]:
+            here = header.group(1)
+            tables += here == section
+            if here == section and tables == at:
+                section_line = number_here
+            continue
+        if here == section and tables != at:
+            continue
+        name = re.match(r"\s*[\"']?([\w-]+)[\"']?(?:\s*\.\s*[\"']?([\w-]+)[\"']?)?\s*[=.]", line)
+        if not name:
+            continue
+        path = [here, *filter(None, name.groups())] if here else [*filter(None, name.groups())]
+        if path[0] == section and (key is None or key in path[1:]):
+            return number_here if key is not None or not here else section_line
+    return section_line

@@ -1,0 +1,1 @@
+"""From what people ask to what the board is sent: tokens, presses, the arbiter, control."""

@@ -1,0 +1,318 @@
+"""The arbiter, pure: of all that the pages say, what the board is told. Times: monotonic seconds.
+
+One page owns the chair at a time; a stop of any driver or caretaker wins at once (a viewer changes
+nothing). The caretaker takes over whenever he asks, a driver only from nobody. A press (edge) that
+has ended, for whatever reason, never moves the chair again: its person must press anew.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from gazechair.board.board_commands import Bypass, Command
+from gazechair.driving.bypass import BypassButton
+from gazechair.driving.messages import (
+    DISARM,
+    EMERGENCY,
+    END_BYPASS,
+    RELEASE,
+    STOP,
+    Arm,
+    Beat,
+    Call,
+    Cap,
+    Drive,
+    HoldBypass,
+    PageMessage,
+    Take,
+)
+from gazechair.driving.press import CurrentPress
+from gazechair.driving.refusal import Refusal
+from gazechair.driving.tokens import Freshness
+from gazelink import codes
+
+LOOK_S = 0.025  # time acts at least so often: see tick()
+_TO_WHEELS_S = 0.005  # from here through the line and a tick of the board
+PAGE_SILENT_S = (
+    0.3 - LOOK_S - _TO_WHEELS_S
+)  # so that a step ends within 300 ms of its page's silence
+THERE_S = 3.0  # a caretaker's page heard this recently: somebody can hear a call
+COMING_S = 600.0  # who answered a call has come by then, or it must be called anew
+ARM_ANSWER_S = 1.0  # an order to arm that the board has not followed by then has failed
+
+# A viewer can never own the chair.
+ROLES = {"driver": codes.DRIVER, "caretaker": codes.CARETAKER, "viewer": codes.NOBODY}
+
+
+@dataclass
+class _Client:
+    role: int  # as owner: codes.DRIVER, ...
+    role_name: str
+    heard_s: float
+    last_edge: int = 0  # newest seen, moved or not
+    told: set[str] = field(default_factory=set)  # refusals told about that edge
+    bypass_told: int = 0  # edge of a bypass already refused
+
+
+class Arbiter:
+    """Not thread-safe: the owner locks. Call tick() at least every LOOK_S."""
+
+    def __init__(self, last_edge: int = 0, first_token: int = 0) -> None:
+        """`last_edge`: board edges go on from here, 0..255; `first_token`: tokens begin here."""
+        self.cap_permille = 1000
+        """Nobody drives with more, 50..1000."""
+        self.call = False
+        """The driver has asked for help, and nobody has answered yet."""
+        self._coming_till_s: float | None = None
+        self._freshness = Freshness(first_token)
+        self._bypass = BypassButton(last_edge)
+        self._clients: dict[int, _Client] = {}
+        self._next_client = 1
+        self._press = CurrentPress(last_edge)
+        self._owner: int | None = None
+        self._arm_asked_s: float | None = None
+        self._state = codes.DISARMED
+        self._session = 0
+        self._board_edge = 0
+        self._orders: list[tuple[int, int]] = []
+        self.page_silent = False
+        """The owner has not been heard for PAGE_SILENT_S."""
+
+    # What comes out
+
+    @property
+    def command(self) -> Command:
+        """What the board is to be told now, and again until it changes."""
+        return replace(self._press.command, cap_permille=self.cap_permille)
+
+    @property
+    def bypass(self) -> Bypass | None:
+        """The caretaker's held button as the board is to be told, None: not held."""
+        return self._bypass.held
+
+    def take_orders(self) -> list[tuple[int, int]]:
+        """New (action, owner) orders since the last call, in order."""
+        orders, self._orders = self._orders, []
+        return orders
+
+    @property
+    def owner(self) -> int | None:
+        """Client id of the page that drives, None for nobody."""
+        return self._owner
+
+    @property
+    def owner_code(self) -> int:
+        """codes.NOBODY, DRIVER or CARETAKER."""
+        return codes.NOBODY if self._owner is None else self._clients[self._owner].role
+
+    def role(self, client: int) -> str:
+        """The role a page came with, "viewer" for one that is gone."""
+        page = self._clients.get(client)
+        return "viewer" if page is None else page.role_name
+
+    def page_edge(self, client: int) -> int:
+        """The page's own edge of the press the board last took from it, 0 for none."""
+        return self._press.page_edge(client, self._board_edge)
+
+    def coming(self, now_s: float) -> bool:
+        """A caretaker has answered the driver's call, and is on the way."""
+        return self._coming_till_s is not None and now_s < self._coming_till_s
+
+    def somebody_hears(self, now_s: float) -> bool:
+        """A caretaker's page is there: a call would be heard."""
+        pages = self._clients.values()
+        return any(p.role == codes.CARETAKER and now_s - p.heard_s <= THERE_S for p in pages)
+
+    def issue_token(self, now_s: float) -> int:
+        """A token that is valid for 250 ms; see gazechair.driving.tokens."""
+        return self._freshness.token(now_s)
+
+    # What goes in
+
+    def connect(self, role: str, now_s: float) -> int:
+        """A page of `role` has come; its client id. Raises KeyError on an unknown role."""
+        client = self._next_client
+        self._next_client += 1
+        self._clients[client] = _Client(ROLES[role], role, now_s)
+        return client
+
+    def disconnect(self, client: int, now_s: float) -> None:
+        """A page has gone. When it drove: stop and disarm."""
+        if self._press.of(client):
+            self._press.stop()
+        if client == self._owner:
+            self._order(codes.DISARM, client)
+            self._owner = None
+        self._bypass.gone(client)
+        self._clients.pop(client, None)
+
+    def receive(self, client: int, message: PageMessage, now_s: float) -> Refusal | None:
+        """Act on one message; a refusal if it was not followed and its page should be told."""
+        page = self._clients.get(client)
+        if page is None:
+            return Refusal("message", "not_owner", "this page is not connected any more")
+        self.tick(now_s)
+        if isinstance(message, Beat):
+            if self._freshness.fresh(message.proof, now_s):
+                self._heard(client, page, now_s)
+            return None
+        if page.role == codes.NOBODY:
+            return Refusal("message", "not_allowed", "this device may only watch")
+        if isinstance(message, Drive):
+            return self._drive(client, page, message, now_s)
+        if isinstance(message, Arm):
+            return self._arm(client, page, message, now_s)
+        if isinstance(message, Call):
+            return self._call(page, message, now_s)
+        if message is STOP:
+            self._press.stop()
+        elif message is DISARM:
+            self._disarm(client)
+        elif message is EMERGENCY:
+            self._press.stop()
+            self._order(codes.EMERGENCY_STOP, client)
+            self._owner = None
+        elif message is RELEASE:
+            if client == self._owner:
+                self._disarm(client)
+        else:
+            return self._care(client, page, message, now_s)
+        return None
+
+    def _call(self, page: _Client, message: Call, now_s: float) -> Refusal | None:
+        # It outlasts the page that called: a tablet that goes dark still needs somebody.
+        if message.on and page.role != codes.DRIVER:
+            return Refusal("call", "not_allowed", "only the driver calls; a caretaker ends it")
+        # A caretaker answers a call, then says that they are there; the driver takes it back.
+        answers = page.role == codes.CARETAKER and self.call
+        self._coming_till_s = now_s + COMING_S if answers else None
+        self.call = message.on
+        return None
+
+    def _care(
+        self, client: int, page: _Client, message: PageMessage, now_s: float
+    ) -> Refusal | None:
+        # What only the caretaker may.
+        if page.role != codes.CARETAKER:
+            what = {Take: "take", Cap: "cap", HoldBypass: "bypass"}.get(type(message), "message")
+            detail = "only the caretaker may; faults also clear by a 3 s press at the chair"
+            return Refusal(what, "not_allowed", detail)
+        if isinstance(message, Take):
+            return self._take(client, page, message, now_s)
+        if isinstance(message, Cap):
+            self.cap_permille = message.permille
+        elif isinstance(message, HoldBypass):
+            return self._hold_bypass(client, page, message, now_s)
+        elif message is END_BYPASS:
+            self._bypass.let_go(client)
+        else:
+            self._order(codes.RESET_FAULTS, client)
+        return None
+
+    def board(self, session: int, state: int, edge: int, now_s: float) -> None:
+        """What the board is now: session (0 = none), codes.DISARMED.., edge it last accepted."""
+        if session != self._session:
+            self._session = session
+            self._press.stop()
+        was, self._state = self._state, state
+        self._board_edge = edge
+        if was == codes.ARMED != state:
+            self._press.end()
+        # Just asked to arm, the board may still be on its way from an earlier disarming.
+        if state == codes.DISARMED != was and self._arm_asked_s is None:
+            self._owner = None
+        self.tick(now_s)
+
+    def tick(self, now_s: float) -> None:
+        """Let time act: an owner gone silent is stopped, an unanswered order to arm lapses."""
+        self._bypass.tick(now_s)
+        if self._arm_asked_s is not None and now_s - self._arm_asked_s > ARM_ANSWER_S:
+            self._arm_asked_s = None
+            if self._state == codes.DISARMED:
+                self._press.stop()
+                self._owner = None
+        owner = None if self._owner is None else self._clients[self._owner]
+        self.page_silent = owner is not None and now_s - owner.heard_s > PAGE_SILENT_S
+        if self.page_silent:
+            self._press.stop()
+        self._press.tick(now_s)
+
+    def _heard(self, client: int, page: _Client, now_s: float) -> None:
+        page.heard_s = now_s
+        if client == self._owner:
+            self.page_silent = False
+
+    # Driving
+
+    def _drive(self, client: int, page: _Client, wish: Drive, now_s: float) -> Refusal | None:
+        what = "drive" if wish.verb == codes.DRIVE else "cmd"
+        if not self._freshness.fresh(wish.proof, now_s):
+            return Refusal(what, "stale_token", "the command was too long on its way")
+        self._heard(client, page, now_s)
+        new = wish.edge > page.last_edge
+        if new:
+            page.last_edge = wish.edge
+            page.told.clear()
+        if client != self._owner:
+            reason = "not_armed" if self._owner is None else "not_owner"
+            return self._refuse_once(what, page, reason)
+        if self._session == 0:
+            return self._refuse_once(what, page, "not_connected")
+        if self._state != codes.ARMED:
+            return self._refuse_once(what, page, "not_armed")
+        deadline_s = self._freshness.deadline_s(wish.proof, now_s)
+        if new:
+            self._press.begin(client, wish, page.role, deadline_s, self._board_edge)
+        elif not self._press.refresh(wish, deadline_s):
+            return self._refuse_once(what, page, "needs_new_command")
+        return None
+
+    def _refuse_once(self, what: str, page: _Client, reason: str) -> Refusal | None:
+        # A held button repeats all the time; once a press is enough to say why it does not move.
+        if reason in page.told:
+            return None
+        page.told.add(reason)
+        return Refusal(what, reason, f"press {page.last_edge} does not move the chair: {reason}")
+
+    def _arm(self, client: int, page: _Client, wish: Arm, now_s: float) -> Refusal | None:
+        if not self._freshness.fresh(wish.proof, now_s):
+            return Refusal("arm", "stale_token", "the wish to drive was too long on its way")
+        if self._owner not in (None, client):
+            return Refusal("arm", "not_owner", "another page drives; it must stop driving first")
+        return self._own("arm", client, page, now_s)
+
+    def _take(self, client: int, page: _Client, wish: Take, now_s: float) -> Refusal | None:
+        if not self._freshness.fresh(wish.proof, now_s):
+            return Refusal("take", "stale_token", "the wish to take over was too long on its way")
+        return self._own("take", client, page, now_s)
+
+    def _own(self, what: str, client: int, page: _Client, now_s: float) -> Refusal | None:
+        # Armed, the board hands over: it stops, and waits for the new owner's own press.
+        self._heard(client, page, now_s)
+        if self._session == 0:
+            return Refusal(what, "not_connected", "the board is not connected")
+        self._press.stop()
+        self._owner = client
+        self._arm_asked_s = now_s
+        self._order(codes.ARM, client)
+        return None
+
+    def _hold_bypass(
+        self, client: int, page: _Client, wish: HoldBypass, now_s: float
+    ) -> Refusal | None:
+        if not self._freshness.fresh(wish.proof, now_s):
+            return Refusal("bypass", "stale_token", "the bypass was too long on its way")
+        deadline_s = self._freshness.deadline_s(wish.proof, now_s)
+        if self._bypass.hold(client, wish.edge, deadline_s) or page.bypass_told == wish.edge:
+            return None
+        page.bypass_told = wish.edge
+        detail = "this press of the bypass has ended; let go and press again"
+        return Refusal("bypass", "needs_new_command", detail)
+
+    def _disarm(self, client: int) -> None:
+        self._press.stop()
+        self._order(codes.DISARM, client)
+        self._owner = None
+
+    def _order(self, action: int, client: int) -> None:
+        self._orders.append((action, self._clients[client].role))

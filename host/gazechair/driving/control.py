@@ -1,0 +1,286 @@
+"""Control: joins pages, arbiter, link and error handler; the DriverPort of a running host."""
+
+from __future__ import annotations
+
+import secrets
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from gazechair.base.health import HealthRegistry
+from gazechair.base.latest_value import Clock
+from gazechair.board.board_commands import STOP_COMMAND, Bypass, Clearance, Command
+from gazechair.board.state import BoardId, BoardState, BoardStats
+from gazechair.config.configuration import Config
+from gazechair.driving import error_handler
+from gazechair.driving.arbiter import LOOK_S, Arbiter
+from gazechair.driving.driver_port import Message
+from gazechair.driving.messages import STOP, BadMessage, parse
+from gazechair.driving.refusal import Refusal
+from gazechair.driving.shown_state import board_key, board_words
+from gazechair.driving.speed_cap_store import KeptCap
+from gazechair.driving.stop_seen import StopSeen
+from gazechair.people.profiles import ProfileRefused, Profiles, house_fields
+from gazechair.sensing.clearance.shown import shown
+from gazelink import codes
+
+HEARTBEAT_MS = 25
+
+
+class Link(Protocol):
+    """What Control needs of the link to the board (gazechair.board.link.BoardLink)."""
+
+    def command(self, command: Command) -> None: ...
+    def order(self, action: int, owner: int) -> None: ...
+    def clearance(self, clearance: Clearance) -> None: ...
+    def bypass(self, bypass: Bypass | None) -> None: ...
+    def state(self) -> BoardState | None: ...
+    def stats(self) -> BoardStats | None: ...
+    def board(self) -> BoardId | None: ...
+
+
+class Control:
+    """The DriverPort. Lock order: this object's, then the link's; callbacks come without either."""
+
+    def __init__(
+        self,
+        config: Config,
+        link: Link,
+        parts: HealthRegistry,
+        picture_age_s: Callable[[], float | None] = lambda: None,
+        clock: Clock = time.monotonic,
+        profiles: Profiles | None = None,
+        kept_cap: KeptCap | None = None,
+    ) -> None:
+        """`picture_age_s` is the age of the newest picture, None before the first; `profiles`
+        are those on disk, None: the configured one, in memory; `kept_cap`: the speed cap's file.
+        """
+        self._config = config
+        self._link = link
+        self._parts = parts
+        self._picture_age_s = picture_age_s
+        self._clock = clock
+        self._profiles = profiles or Profiles(None, house_fields(config))
+        self._lock = threading.Condition()
+        self._kept_cap = kept_cap or KeptCap(None)
+        self._arbiter = Arbiter(secrets.randbelow(256), secrets.randbelow(1 << 30))
+        self._arbiter.cap_permille = self._kept_cap.read()
+        self._stop_seen = StopSeen()
+        self._errors = error_handler.ErrorHandler()
+        self._verdict = error_handler.Verdict("ok", "ok")
+        self._sent = STOP_COMMAND
+        self._sent_bypass: Bypass | None = None
+        self._clearance: Clearance | None = None
+        self._shown: tuple[Any, ...] = ()
+        self._version = 0
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="arbiter", daemon=True)
+
+    def start(self) -> None:
+        """Begin to let time act."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Stop the chair, disarm it, and end the thread. The link must still be running."""
+        self._stopping.set()
+        if self._thread.is_alive():
+            self._thread.join(5.0)
+        self._link.command(STOP_COMMAND)
+        self._link.order(codes.DISARM, codes.NOBODY)
+
+    # For the other parts
+
+    def clearance(self, clearance: Clearance) -> None:
+        """What the newest scans leave free, on its way to the board."""
+        self._link.clearance(clearance)
+        self._clearance = clearance
+
+    def update(self) -> None:
+        """Something about the board or a part's health has changed."""
+        with self._lock:
+            self._refresh(self._clock())
+
+    # DriverPort
+
+    def connect(self, role: str) -> int:
+        with self._lock:
+            return self._arbiter.connect(role, self._clock())
+
+    def disconnect(self, client: int) -> None:
+        with self._lock:
+            now_s = self._clock()
+            self._arbiter.disconnect(client, now_s)
+            self._stop_seen.gone(client)
+            self._refresh(now_s)
+
+    def welcome(self, client: int) -> Message:
+        return {
+            "k": "welcome",
+            "role": self._role(client),
+            "simulated": self._simulated(),
+            "backward": self._config.driver.backward,
+            "heartbeat_ms": HEARTBEAT_MS,
+        }
+
+    def receive(self, client: int, message: Message) -> list[Message]:
+        try:
+            meaning = parse(message)
+        except BadMessage as error:
+            return [_refused(Refusal("message", "bad_message", str(error)))]
+        with self._lock:
+            now_s = self._clock()
+            self._hear_board(now_s)  # what the page has seen, the arbiter must know
+            was_permille = self._arbiter.cap_permille
+            refusal = self._arbiter.receive(client, meaning, now_s)
+            if meaning is STOP:
+                self._stop_seen.said(client, now_s)
+            cap_permille = self._arbiter.cap_permille
+            self._tell_board()
+        if cap_permille != was_permille:
+            self._kept_cap.keep(cap_permille)  # a disk may take its time: nobody waits for it
+        return [] if refusal is None else [_refused(refusal)]
+
+    def snapshot(self, client: int) -> Message:
+        with self._lock:
+            now_s = self._clock()
+            state = self._link.state()
+            parts = self._parts.states()
+            return {
+                "k": "state",
+                "token": self._arbiter.issue_token(now_s),
+                **board_words(state),
+                **shown(self._clearance, now_s),
+                "level": self._verdict.level,
+                "message": self._verdict.message,
+                **{name: parts[name].state for name in ("board", "lidar", "camera")},
+                "owner": codes.OWNERS[self._arbiter.owner_code],
+                "you": self._arbiter.owner == client,
+                "edge": self._arbiter.page_edge(client),
+                "heading_deg": state.heading_deg if state and state.heading_known else None,
+                "wipers": [state.linear_wiper, state.turn_wiper] if state else None,
+                "cap_permille": self._arbiter.cap_permille,
+                "call": self._arbiter.call,
+                "coming": self._arbiter.coming(now_s),
+                "heard": self._arbiter.somebody_hears(now_s),
+                "stops": self._stop_seen.seen(client),
+                "profile": self._profiles.revision,
+                "bypass_ms": self._bypass_ms(),
+                "simulated": self._simulated(),
+            }
+
+    def token(self) -> int:
+        with self._lock:
+            return self._arbiter.issue_token(self._clock())
+
+    def wait_change(self, timeout_s: float, last_version: int) -> int:
+        with self._lock:
+            self._lock.wait_for(lambda: self._version != last_version, timeout_s)
+            return self._version
+
+    def profiles(self) -> Message:
+        return self._profiles.as_json()
+
+    def change_profile(self, wish: Message, role: str) -> Message:
+        try:
+            if role == "viewer":
+                raise ProfileRefused("not_allowed", "a viewer changes nothing")
+            return self._profiles.change(wish, role == "caretaker")
+        except ProfileRefused as refusal:
+            return {"reason": refusal.reason, "detail": str(refusal)}
+
+    def health(self) -> Message:
+        return dict(self._parts.as_json())
+
+    # Inside
+
+    def _run(self) -> None:
+        while not self._stopping.wait(LOOK_S):
+            self.update()
+
+    def _hear_board(self, now_s: float) -> BoardState | None:
+        state = self._link.state()
+        if state is not None:
+            self._stop_seen.board(state.motion_name == "stopped", state.received_s)
+        board = self._link.board()
+        self._arbiter.board(
+            0 if board is None or state is None else board.session,
+            codes.DISARMED if state is None else state.state,
+            0 if state is None else state.edge,
+            now_s,
+        )
+        return state
+
+    def _refresh(self, now_s: float) -> None:
+        state = self._hear_board(now_s)
+        self._tell_board()
+        parts = self._parts.states()
+        self._verdict = self._errors.fold(self._problems(state, now_s), now_s)
+        shown = (
+            *board_key(state),
+            self._verdict,
+            *(part.state for part in parts.values()),
+            self._arbiter.owner,
+            self._arbiter.cap_permille,
+            self._arbiter.call,
+            self._arbiter.coming(now_s),
+            self._arbiter.somebody_hears(now_s),
+            self._stop_seen.all_seen(),
+            self._profiles.revision,
+            self._arbiter.bypass is None,
+            self._simulated(),
+        )
+        if shown != self._shown:
+            self._shown = shown
+            self._version += 1
+            self._lock.notify_all()
+
+    def _problems(self, state: BoardState | None, now_s: float) -> list[error_handler.Problem]:
+        problems = error_handler.of_parts(self._parts.states())
+        if state is not None:
+            problems += error_handler.of_board(state)
+        clearance = self._clearance
+        age_s = None if clearance is None else now_s - clearance.acquired_s
+        problems += error_handler.of_silence("lidar", age_s)
+        problems += error_handler.of_silence("camera", self._picture_age_s())
+        if self._arbiter.page_silent:
+            problems.append(error_handler.Problem("page_silent", codes.WARNING))
+        return problems
+
+    def _tell_board(self) -> None:
+        # Orders first: nothing may move between a disarming and its order.
+        for action, owner in self._arbiter.take_orders():
+            self._link.order(action, owner)
+        command = self._arbiter.command
+        if command != self._sent:
+            self._sent = command
+            self._link.command(command)
+        bypass = self._arbiter.bypass
+        if bypass != self._sent_bypass:
+            self._sent_bypass = bypass
+            self._link.bypass(bypass)
+
+    def _role(self, client: int) -> str:
+        with self._lock:
+            return self._arbiter.role(client)
+
+    def _bypass_ms(self) -> int:
+        # The board counts it down and tells it once a second.
+        stats = self._link.stats()
+        if self._arbiter.bypass is None or stats is None:
+            return 0
+        return stats.counters["bypass_ms"]
+
+    def _simulated(self) -> bool:
+        board, clearance = self._link.board(), self._clearance
+        source = codes.REAL if clearance is None else clearance.source
+        return source != codes.REAL or (board is not None and board.simulated)
+
+
+def _refused(refusal: Refusal) -> Message:
+    return {
+        "k": "refused",
+        "what": refusal.what,
+        "reason": refusal.reason,
+        "detail": refusal.detail,
+    }

@@ -1,0 +1,95 @@
+"""The error handler: everything that is wrong, folded into one level and one message for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from gazechair.base import health as h
+from gazechair.base.health import HealthState
+from gazechair.board.state import BoardState
+from gazelink import codes
+
+SILENT_S = 2.0  # the first prototype's "no sensor message"
+
+LEVELS = {0: "ok", codes.WARNING: "warning", codes.ERROR: "error"}
+
+# What a part's health means for the driver. A camera that is starting is no trouble.
+_PARTS = {
+    ("board", h.STARTING): codes.WARNING,
+    ("board", h.DEGRADED): codes.WARNING,
+    ("board", h.LOST): codes.ERROR,
+    ("lidar", h.STARTING): codes.WARNING,
+    ("lidar", h.DEGRADED): codes.WARNING,
+    ("lidar", h.LOST): codes.ERROR,
+    ("camera", h.DEGRADED): codes.WARNING,
+    ("camera", h.LOST): codes.WARNING,
+}
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong."""
+
+    key: str
+    """A key of the string tables."""
+    severity: int
+    """codes.WARNING or codes.ERROR."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the page's corner shows."""
+
+    level: str
+    """ "ok", "warning" or "error"."""
+    message: str
+    """A key of the string tables, "ok" when nothing is wrong."""
+
+
+def of_board(state: BoardState) -> list[Problem]:
+    """The board's fault bits, and the override while a command is overruled."""
+    problems = [
+        Problem(name, severity)
+        for bit, name, severity, _latched in codes.FAULTS
+        if state.faults >> bit & 1
+    ]
+    if state.override != codes.NO_REASON:
+        problems.append(Problem(state.override_name, codes.WARNING))
+    return problems
+
+
+def of_parts(parts: dict[str, HealthState]) -> list[Problem]:
+    """What the parts' health means for the driver."""
+    return [
+        Problem(part.reason, _PARTS[name, part.state])
+        for name, part in parts.items()
+        if (name, part.state) in _PARTS
+    ]
+
+
+def of_silence(part: str, age_s: float | None) -> list[Problem]:
+    """A source that has spoken and then not for 2 s; `age_s` of its newest word, None: never."""
+    if age_s is None or age_s <= SILENT_S:
+        return []
+    severity = codes.WARNING if part == "camera" else codes.ERROR
+    return [Problem(f"{part}_lost", severity)]
+
+
+class ErrorHandler:
+    """Remembers since when each problem has lasted: shown is the most severe, then the oldest."""
+
+    def __init__(self) -> None:
+        self._since_s: dict[str, float] = {}
+
+    def fold(self, problems: Iterable[Problem], now_s: float) -> Verdict:
+        """The verdict on all problems there are at `now_s`, monotonic seconds."""
+        severities: dict[str, int] = {}
+        for problem in problems:
+            known = severities.get(problem.key, 0)
+            severities[problem.key] = max(known, problem.severity)
+        self._since_s = {key: self._since_s.get(key, now_s) for key in severities}
+        if not severities:
+            return Verdict("ok", "ok")
+        worst = min(severities, key=lambda key: (-severities[key], self._since_s[key]))
+        return Verdict(LEVELS[severities[worst]], worst)

@@ -1,0 +1,44 @@
+"""The board's state as pages are told it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gazechair.board.state import BoardState
+from gazelink import codes
+
+
+def board_words(state: BoardState | None) -> dict[str, Any]:
+    """What a page is told of `state`, numbers by name; None: not connected."""
+    if state is None:
+        return {
+            "state": "disarmed",
+            "motion": "stopped",
+            "override": "none",
+            "arm_reason": "not_connected",
+            "decisions": dict.fromkeys(codes.DIRECTIONS, "unknown"),
+            "relay_checked": True,  # nothing known against it: "board" tells what is wrong
+        }
+    return {
+        "state": state.state_name,
+        "motion": state.motion_name,
+        "override": state.override_name,
+        "arm_reason": state.arm_reason_name,
+        "decisions": state.decision_names,
+        "relay_checked": state.relay_checked,
+    }
+
+
+def board_key(state: BoardState | None) -> tuple[int, ...]:
+    """All of the state that a page shows, but what changes all the time."""
+    if state is None:
+        return ()
+    return (
+        state.state,
+        state.motion,
+        state.override,
+        state.arm_reason,
+        state.decisions,
+        state.edge,
+        state.relay_checked,
+    )

@@ -1,0 +1,49 @@
+"""The speed cap outlasts the host: a caretaker who set it need not think of it again."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+
+from gazechair.driving.messages import LOWEST_CAP_PERMILLE
+
+FILE_NAME = "speed_cap"
+_NONE = 1000
+
+log = logging.getLogger(__name__)
+
+
+class KeptCap:
+    """One number in a file of the state folder."""
+
+    def __init__(self, folder: Path | None) -> None:
+        """None: kept in memory only."""
+        self._path = None if folder is None else folder / FILE_NAME
+
+    def read(self) -> int:
+        """The cap in permille; 1000, none, before the first.
+
+        A file that cannot be understood counts as the lowest cap, and is said.
+        """
+        if self._path is None:
+            return _NONE
+        try:
+            permille = int(self._path.read_text(encoding="ascii"))
+        except FileNotFoundError:
+            return _NONE
+        except (OSError, ValueError) as error:
+            log.error("%s: %s; the lowest speed cap is in force", self._path, error)
+            return LOWEST_CAP_PERMILLE
+        return max(LOWEST_CAP_PERMILLE, min(permille, _NONE))
+
+    def keep(self, permille: int) -> None:
+        """Write it; a disk that takes nothing is said in the log: the cap is in force anyway."""
+        if self._path is None:
+            return
+        fresh = self._path.with_suffix(".new")
+        try:
+            self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            fresh.write_text(f"{permille}\n", encoding="ascii")
+            fresh.replace(self._path)
+        except OSError as error:
+            log.error("%s: %s; the speed cap ends with this host", self._path, error.strerror)

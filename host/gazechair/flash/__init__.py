@@ -1,6 +1,0 @@
-"""`gazechair flash`: puts the firmware on the board, so that it always has a whole one."""
-
-from gazechair.flash.command import Flasher
-from gazechair.flash.errors import FlashError
-
-__all__ = ("FlashError", "Flasher")

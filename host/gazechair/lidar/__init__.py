@@ -1,5 +1,0 @@
-"""The lidar: a child process that owns the device, and the sectors that become obstacle flags."""
-
-from gazechair.lidar.service import LidarService
-
-__all__ = ["LidarService"]

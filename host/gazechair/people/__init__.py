@@ -1,0 +1,1 @@
+"""Who may use this chair: pairing and roles, and each person's profile."""

@@ -1,0 +1,165 @@
+"""The running daemon's side door: a unix socket in the state folder, for its own user only.
+
+One request a connection, one line of JSON each way: {"ask": "code", "role", "valid_s"},
+{"ask": "open", "code"}, {"ask": "list"} or {"ask": "revoke", "id"}.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import logging
+import os
+import socket
+import struct
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from gazechair.people.pairing.desk import PairingDesk
+from gazechair.people.pairing.one_time import VALID_S
+from gazechair.people.pairing.store import ROLES, StoreError
+
+SOCKET_NAME = "pair.sock"
+LONGEST_VALID_S = 12 * 3600.0
+_DEADLINE_S = 2.0
+_MOST_BYTES = 4096
+_LOOK_S = 0.2
+
+log = logging.getLogger(__name__)
+
+
+class NotRunning(Exception):
+    """No daemon listens in that state folder."""
+
+
+class AlreadyRunning(Exception):
+    """Another daemon uses that state folder: one line, what to do."""
+
+
+class LocalDoor:
+    """Serves the side door on a thread of its own."""
+
+    def __init__(self, desk: PairingDesk, folder: Path, url: Callable[[], str]) -> None:
+        """`url` tells the address of the pairing page, without a code."""
+        self._desk = desk
+        self._folder = folder
+        self._url = url
+        self._socket: socket.socket | None = None
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="pairing-door", daemon=True)
+
+    def start(self) -> None:
+        """Listen. Raises AlreadyRunning, or StoreError when the socket cannot be made."""
+        with contextlib.suppress(NotRunning):
+            ask(self._folder, {"ask": "list"})
+            raise AlreadyRunning(
+                f"another gazechair runs with the state folder {self._folder}; "
+                "end it, or give this one its own web.state_folder"
+            )
+        door = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        try:
+            with _short(self._folder) as path:
+                with contextlib.suppress(FileNotFoundError):
+                    os.unlink(path)
+                os.fchmod(door.fileno(), 0o600)
+                door.bind(path)
+            door.listen(8)
+        except OSError as error:
+            door.close()
+            raise StoreError(f"{self._folder / SOCKET_NAME}: {error.strerror}") from None
+        door.settimeout(_LOOK_S)
+        self._socket = door
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread. Safe to call when start failed."""
+        self._stopping.set()
+        if self._socket is None:
+            return
+        self._thread.join(5.0)
+        self._socket.close()
+        with contextlib.suppress(OSError):
+            (self._folder / SOCKET_NAME).unlink()
+        self._socket = None
+
+    def _run(self) -> None:
+        assert self._socket is not None
+        while not self._stopping.is_set():
+            try:
+                connection, _ = self._socket.accept()
+            except TimeoutError:
+                continue
+            with connection, contextlib.suppress(OSError):
+                connection.settimeout(_DEADLINE_S)
+                if _user_of(connection) not in (0, os.getuid()):
+                    continue
+                answer = self._answer(_read_line(connection))
+                connection.sendall(json.dumps(answer).encode() + b"\n")
+
+    def _answer(self, line: bytes) -> dict[str, Any]:
+        try:
+            request = json.loads(line)
+            what = request["ask"]
+            if what == "code":
+                return self._code(str(request["role"]), float(request.get("valid_s", VALID_S)))
+            if what == "open":
+                return {"open": self._desk.is_open(str(request["code"]))}
+            if what == "list":
+                return {"devices": [asdict(device) for device in self._desk.devices()]}
+            if what == "revoke":
+                return {"revoked": self._desk.revoke(str(request["id"]))}
+        except StoreError as error:
+            return {"error": str(error)}
+        except (ValueError, TypeError, KeyError):
+            pass
+        return {"error": "no such request; is gazechair pair of the daemon's version?"}
+
+    def _code(self, role: str, valid_s: float) -> dict[str, Any]:
+        if role not in ROLES or not 1.0 <= valid_s <= LONGEST_VALID_S:
+            raise ValueError
+        code = self._desk.new_code(role, valid_s)
+        return {"code": code.text, "role": role, "valid_s": valid_s, "url": self._url()}
+
+
+def ask(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
+    """Ask the daemon of a state folder. Raises NotRunning, also when it is not ours to ask."""
+    try:
+        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as door:
+            door.settimeout(_DEADLINE_S)
+            with _short(folder) as path:
+                door.connect(path)
+            door.sendall(json.dumps(request).encode() + b"\n")
+            answer: dict[str, Any] = json.loads(_read_line(door))
+            return answer
+    except (OSError, ValueError) as error:
+        raise NotRunning(f"no gazechair run answers at {folder / SOCKET_NAME} ({error})") from None
+
+
+@contextlib.contextmanager
+def _short(folder: Path) -> Iterator[str]:
+    # A unix socket's path must be under 108 bytes; a folder's handle makes any path short.
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        yield f"/proc/self/fd/{handle}/{SOCKET_NAME}"
+    finally:
+        os.close(handle)
+
+
+def _user_of(connection: socket.socket) -> int:
+    size = struct.calcsize("3i")
+    credentials = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, size)
+    user: int = struct.unpack("3i", credentials)[1]
+    return user
+
+
+def _read_line(connection: socket.socket) -> bytes:
+    line = b""
+    while not line.endswith(b"\n"):
+        data = connection.recv(_MOST_BYTES)
+        line += data
+        if not data or len(line) > 16 * _MOST_BYTES:
+            break
+    return line

@@ -1,0 +1,7 @@
+"""Who drives: each person's own times, looks and language, kept on the host."""
+
+from gazechair.people.profiles.fields import ProfileRefused, fields
+from gazechair.people.profiles.house import house_fields
+from gazechair.people.profiles.store import Profiles
+
+__all__ = ["ProfileRefused", "Profiles", "fields", "house_fields"]

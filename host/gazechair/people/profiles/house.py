@@ -1,0 +1,24 @@
+"""The fields of this house: its languages, and the defaults of its configuration."""
+
+from __future__ import annotations
+
+from gazechair.base.languages import label, languages
+from gazechair.config.configuration import Config
+from gazechair.people.profiles.fields import Field, fields
+
+
+def house_fields(config: Config) -> dict[str, Field]:
+    """The fields of a profile with [driver] and [web].language as defaults."""
+    driver = config.driver
+    return fields(
+        languages(),
+        {
+            # Until somebody gives the first profile a person's name.
+            "name": label(config.web.language, "role_driver"),
+            "mode": driver.mode,
+            "dwell_ms": driver.dwell_ms,
+            "leave_grace_ms": driver.leave_grace_ms,
+            "pointer_stale_ms": driver.pointer_stale_ms,
+            "language": config.web.language,
+        },
+    )

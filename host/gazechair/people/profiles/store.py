@@ -1,0 +1,179 @@
+"""The profiles on disk: one JSON file, replaced as a whole; what is damaged is kept aside."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import logging
+import os
+import secrets
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from gazechair.people.profiles.fields import Field, Profile, ProfileRefused, check_whole
+
+FILE_NAME = "profiles.json"
+MOST_PROFILES = 16
+
+log = logging.getLogger(__name__)
+
+
+class Profiles:
+    """Thread-safe. There is always at least one profile, and one is chosen."""
+
+    def __init__(self, folder: Path | None, fields: Mapping[str, Field]) -> None:
+        """`folder`: the state folder, None: in memory only.
+
+        A file that can't be read is kept beside, and said.
+        """
+        self._path = None if folder is None else folder / FILE_NAME
+        self._fields = dict(fields)
+        self._lock = threading.Lock()
+        self._revision = secrets.randbelow(1 << 30)
+        self._profiles: dict[str, Profile] = {}
+        self._chosen = ""
+        if self._path is not None:
+            self._read(self._path)
+        if not self._profiles:
+            self._profiles["1"] = {name: field.default for name, field in self._fields.items()}
+        if self._chosen not in self._profiles:
+            self._chosen = next(iter(self._profiles))
+
+    @property
+    def revision(self) -> int:
+        """Changes with every change, and with every start of the host."""
+        return self._revision
+
+    def chosen(self) -> Profile:
+        """The profile of who drives now."""
+        with self._lock:
+            return dict(self._profiles[self._chosen])
+
+    def as_json(self) -> dict[str, Any]:
+        """What GET /profiles answers."""
+        with self._lock:
+            return self._as_json()
+
+    def change(self, wish: Mapping[str, Any], caretaker: bool) -> dict[str, Any]:
+        """Do what POST /profiles asks; the new as_json(). Raises ProfileRefused.
+
+        `wish` is one of {"choose": id}, {"save": {"id": id, field: value, ...}}, and for the
+        caretaker {"create": name} (as the chosen one) and {"delete": id}.
+        """
+        if len(wish) != 1:
+            raise ProfileRefused("bad_message", "send one of choose, save, create, delete")
+        ((kind, what),) = wish.items()
+        if kind in ("create", "delete") and not caretaker:
+            raise ProfileRefused("not_allowed", f"only the caretaker may {kind} a profile")
+        with self._lock:
+            profiles, chosen = dict(self._profiles), self._chosen
+            if kind == "choose":
+                chosen = self._known(what)
+            elif kind == "save":
+                id, profile = self._saved(what)
+                profiles[id] = profile
+            elif kind == "create":
+                id, profile = self._created(what)
+                profiles[id] = profile
+            elif kind == "delete":
+                del profiles[self._known(what)]
+                if not profiles:
+                    raise ProfileRefused("profile_last", "one profile must remain")
+                chosen = chosen if chosen in profiles else next(iter(profiles))
+            else:
+                raise ProfileRefused("bad_message", f"{kind} is none of choose, save, create")
+            if self._path is not None:
+                _write(self._path, {"chosen": chosen, "profiles": profiles})
+            self._profiles, self._chosen = profiles, chosen
+            self._revision += 1
+            return self._as_json()
+
+    def _as_json(self) -> dict[str, Any]:
+        return {
+            "revision": self._revision,
+            "chosen": self._chosen,
+            "profiles": [{"id": id, **profile} for id, profile in self._profiles.items()],
+            "fields": {name: field.as_json() for name, field in self._fields.items()},
+        }
+
+    def _known(self, id: Any) -> str:
+        if not isinstance(id, str) or id not in self._profiles:
+            raise ProfileRefused("profile_unknown", "there is no profile of that id")
+        return id
+
+    def _saved(self, what: Any) -> tuple[str, Profile]:
+        if not isinstance(what, dict):
+            raise ProfileRefused("bad_message", '"save" must be an object')
+        id = self._known(what.get("id"))
+        profile = dict(self._profiles[id])
+        for name, value in what.items():
+            if name == "id":
+                continue
+            if name not in self._fields:
+                raise ProfileRefused("profile_value", f"{name} is no field of a profile")
+            profile[name] = self._fields[name].accept(name, value)
+        check_whole(profile)
+        return id, profile
+
+    def _created(self, name: Any) -> tuple[str, Profile]:
+        if len(self._profiles) >= MOST_PROFILES:
+            raise ProfileRefused("profile_full", f"there are {MOST_PROFILES}; delete one first")
+        id = next(str(n) for n in range(1, MOST_PROFILES + 2) if str(n) not in self._profiles)
+        name = self._fields["name"].accept("name", name)
+        return id, {**self._profiles[self._chosen], "name": name}
+
+    def _read(self, path: Path) -> None:
+        try:
+            text = path.read_text(encoding="utf-8")
+        except FileNotFoundError:
+            return
+        except (OSError, UnicodeDecodeError) as error:
+            log.error("%s: cannot be read (%s); begins with a new profile", path, error)
+            _keep_aside(path)
+            return
+        try:
+            document = json.loads(text)
+            for id, found in document["profiles"].items():
+                self._profiles[id] = self._mended(id, dict(found))
+            self._chosen = str(document["chosen"])
+        except (ValueError, TypeError, KeyError, AttributeError) as error:
+            log.error("%s: damaged (%r); begins with what could be read", path, error)
+            _keep_aside(path)
+
+    def _mended(self, id: str, found: Mapping[str, Any]) -> Profile:
+        # An older or newer host's profile stays usable: strange values become defaults.
+        profile = {}
+        for name, field in self._fields.items():
+            try:
+                profile[name] = field.accept(name, found[name])
+            except (KeyError, ProfileRefused):
+                log.warning("profile %s: %s is now %r", id, name, field.default)
+                profile[name] = field.default
+        try:
+            check_whole(profile)
+        except ProfileRefused as refusal:
+            log.warning("profile %s: %s", id, refusal)
+            profile["steer_dwell_ms"] = self._fields["steer_dwell_ms"].low
+        return profile
+
+
+def _keep_aside(path: Path) -> None:
+    with contextlib.suppress(OSError):
+        os.replace(path, path.with_suffix(".damaged"))
+
+
+def _write(path: Path, document: Mapping[str, Any]) -> None:
+    fresh = path.with_suffix(".new")
+    try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        with open(fresh, "w", encoding="utf-8") as file:
+            file.write(json.dumps(document, ensure_ascii=False, indent=1) + "\n")
+            file.flush()
+            os.fsync(file.fileno())
+        fresh.replace(path)
+    except OSError as error:
+        detail = f"{path}: {error.strerror}; is the disk full?"
+        log.error("%s", detail)
+        raise ProfileRefused("profile_not_stored", detail) from None

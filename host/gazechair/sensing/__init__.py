@@ -1,0 +1,1 @@
+"""What surrounds the chair: the lidars, and the clearance of every motion."""

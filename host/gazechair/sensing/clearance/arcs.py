@@ -1,0 +1,261 @@
+"""How far the chair may travel while it turns: for each place round it, looked up in tables.
+
+A chair that drives and turns at once follows no known curve: its two axes start and stop in their
+own time, and each brakes its own way. So no curve is judged but all of them: while the chair turns
+by up to some angle and travels by up to some length, either first or both at once, which places
+may its footprint reach? The tables hold, for each cell of the floor, the shortest travel that
+reaches it (see gazelink.arcs for the rows). They are made once from the footprint; a view then
+costs a look-up per point.
+
+At a heading of t the drive axle may stand wherever a travel of that length, in directions between
+0 and t, leads: the footprint grown by that sector. Sector and footprint are bounded by the half
+planes of a few normals, never from within, and the footprint is grown by what a cell and a step of
+the angle leave open, less the margin that is there anyway: a cell's value is never too long for
+anything within the bare outline, nor by more than a cell within its margin.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazechair.base.footprint import FloatArray, Footprint, Margins, distance_m, inside
+from gazelink import arcs, codes
+
+Bytes = NDArray[np.uint8]
+Ints = NDArray[np.int64]
+
+_MOST_M = arcs.FAR * arcs.UNIT_MM / 1000.0
+_STEP_RAD = math.radians(1.0)
+_BOTH_STEP_RAD = math.radians(4.0)
+# Cells and how far beyond the outline they reach, the coarsest first; beyond all of them is far.
+_GRIDS_M = ((0.08, _MOST_M + 0.1), (0.03, 0.9), (0.01, 0.25))
+_BAND_CELL_M = 0.005  # within the margin, unless that is wide
+_FAR, _NO_WAY = 0, 1  # rows of what is beyond all cells, and of what must not be
+_OCTAGON = np.arange(8) * math.pi / 4.0
+
+
+class ArcReach:
+    """The tables of one footprint; make it by `arc_reach`, which keeps them."""
+
+    def __init__(self, footprint: Footprint) -> None:
+        self._footprint = footprint
+        body = footprint.body
+        self._turn_m = float(np.hypot(body[:, 0], body[:, 1]).max())
+        far = np.full((1, arcs.SIZE), arcs.FAR, dtype=np.uint8)
+        self._grids: list[_Grid] = []
+        tables, at = [far, np.zeros_like(far)], 2
+        margin_m = max(footprint.margins.widths_m)
+        for cell_m, beyond_m in _GRIDS_M:
+            grid = _Grid(body, cell_m, max(beyond_m, margin_m + cell_m), at)
+            self._grids.append(grid)
+            tables.append(self._table(grid.centres(), cell_m, footprint.margins))
+            at += grid.count
+        # Within the margin only the bare outline counts.
+        cell_m = _BAND_CELL_M if margin_m < 0.1 else 2.0 * _BAND_CELL_M
+        self._band = _Grid(body, cell_m, margin_m + cell_m, 0)
+        centres = self._band.centres()
+        near = footprint.contains(centres) | (distance_m(body, centres) < cell_m)
+        deep = inside(body, centres) & (distance_m(body, centres) > cell_m)
+        band = np.flatnonzero(near & ~deep)
+        self._band_rows = np.full(self._band.count, _NO_WAY, dtype=np.int64)
+        self._band_rows[band] = at + np.arange(len(band))
+        tables.append(self._table(centres[band], cell_m, Margins(0.0, 0.0, 0.0)))
+        self._rows = np.concatenate(tables)
+
+    def ways(self, points_m: FloatArray, contacts: FloatArray) -> Bytes:
+        """(N, arcs.SIZE) for the (N, 2) points in the chair's frame; `contacts`: Sweeps' of them.
+
+        A point within the bare outline (a hand, a bag) has the ways of driving and turning alone.
+        """
+        rows, held = self._find(points_m)
+        found = self._rows[rows]
+        if len(held):
+            found[held] = _alone(contacts[held])
+        return found
+
+    def least(self, points_m: FloatArray, contacts: FloatArray) -> Bytes:
+        """(arcs.SIZE,): the least of all points."""
+        rows, held = self._find(points_m)
+        hit = np.zeros(len(self._rows), dtype=np.bool_)
+        hit[rows] = True
+        hit[_FAR] = True
+        least = self._rows[hit].min(axis=0)
+        if len(held):
+            least = np.minimum(least, _alone(contacts[held]).min(axis=0))
+        return np.asarray(least, dtype=np.uint8)
+
+    def _find(self, points_m: FloatArray) -> tuple[Ints, Ints]:
+        """The row of each point, and which points lie within the bare outline (_FAR)."""
+        rows = np.zeros(len(points_m), dtype=np.int64)
+        x, y, chosen = points_m[:, 0], points_m[:, 1], np.arange(len(points_m))
+        for grid in self._grids:
+            fits, cells = grid.find(x, y)
+            x, y, chosen = x[fits], y[fits], chosen[fits]
+            rows[chosen] = grid.first + cells
+        # What the finest grid has is all that can lie within the margin.
+        close = chosen[self._footprint.contains(points_m[chosen])]
+        if not len(close):
+            return rows, close
+        rows[close] = _NO_WAY
+        fits, cells = self._band.find(points_m[close, 0], points_m[close, 1])
+        rows[close[fits]] = self._band_rows[cells]
+        held = close[inside(self._footprint.body, points_m[close])]
+        rows[held] = _FAR
+        return rows, held
+
+    def _table(self, cells_m: FloatArray, cell_m: float, margins: Margins) -> Bytes:
+        found = np.full((len(cells_m), arcs.SIZE), np.inf, dtype=np.float32)
+        half_m = cell_m * math.sqrt(0.5)
+        for quadrant in range(arcs.QUADRANTS):
+            ahead, left = quadrant % 2 == codes.DIR_FORWARD, quadrant < 2
+            parts = _convex_parts(self._footprint, margins, half_m + 0.5 * _STEP_RAD * self._turn_m)
+            at = quadrant * arcs.ROWS
+            least = np.full(len(cells_m), np.inf, dtype=np.float32)
+            turned = 0.0
+            for row, turn_deg in enumerate(arcs.TURNS_DEG):
+                while turned < math.radians(turn_deg) - 1e-9:
+                    sector = _sector(ahead, left, turned + _STEP_RAD)
+                    middle = turned + 0.5 * _STEP_RAD
+                    for part, grown_m in parts:
+                        ways = _ways(cells_m, part, grown_m, middle if left else -middle, sector)
+                        np.minimum(least, ways, out=least)
+                    turned += _STEP_RAD
+                found[:, at + row] = least
+        parts = _convex_parts(
+            self._footprint, margins, half_m + 0.5 * _BOTH_STEP_RAD * self._turn_m
+        )
+        for side in range(arcs.SIDES):
+            for row, turn_deg in enumerate(arcs.BOTH_TURNS_DEG):
+                most = math.radians(turn_deg)
+                slab = _Slab(side == codes.DIR_FORWARD, most)
+                steps = math.ceil(2.0 * most / _BOTH_STEP_RAD)
+                at = arcs.BOTH_AT + side * arcs.BOTH_ROWS + row
+                for k in range(steps):
+                    middle = -most + (k + 0.5) * 2.0 * most / steps
+                    for part, grown_m in parts:
+                        ways = _ways(cells_m, part, grown_m, middle, slab)
+                        np.minimum(found[:, at], ways, out=found[:, at])
+        units = np.floor(np.maximum(found, 0.0) * (1000.0 / arcs.UNIT_MM))
+        return np.minimum(units, arcs.FAR).astype(np.uint8)
+
+
+@lru_cache(maxsize=8)
+def _kept(corners: tuple[tuple[float, float], ...], margins: Margins) -> ArcReach:
+    return ArcReach(Footprint(corners, margins))
+
+
+def arc_reach(footprint: Footprint) -> ArcReach:
+    """The tables of that footprint: made once, some tenths of a second, and kept."""
+    corners = tuple((float(x), float(y)) for x, y in footprint.body)
+    return _kept(corners, footprint.margins)
+
+
+class _Grid:
+    """Square cells round the outline; rows of a table from `first`."""
+
+    def __init__(self, body: FloatArray, cell_m: float, beyond_m: float, first: int) -> None:
+        self._cell_m = cell_m
+        self._low = body.min(axis=0) - beyond_m
+        self._shape = np.ceil((body.max(axis=0) + beyond_m - self._low) / cell_m).astype(int)
+        self.count = int(self._shape.prod())
+        self.first = first
+
+    def centres(self) -> FloatArray:
+        xs, ys = (self._low[k] + (np.arange(self._shape[k]) + 0.5) * self._cell_m for k in (0, 1))
+        return np.stack(np.meshgrid(xs, ys, indexing="ij"), axis=2).reshape(-1, 2)
+
+    def find(self, x: FloatArray, y: FloatArray) -> tuple[Ints, Ints]:
+        """Which points lie in it, and in which cells."""
+        across, along = int(self._shape[0]), int(self._shape[1])
+        column = (x - self._low[0]) * (1.0 / self._cell_m)
+        row = (y - self._low[1]) * (1.0 / self._cell_m)
+        fits = np.flatnonzero((column >= 0.0) & (column < across) & (row >= 0.0) & (row < along))
+        return fits, column[fits].astype(np.int64) * along + row[fits].astype(np.int64)
+
+
+class _Sector:
+    """Travels of up to 1 m in directions from `low` to `high` (radians)."""
+
+    def __init__(self, low: float, high: float) -> None:
+        self._middle, self._half = 0.5 * (low + high), 0.5 * (high - low)
+        self.normals = (low - math.pi / 2, high + math.pi / 2, low, self._middle, high)
+
+    def support(self, angles: FloatArray) -> FloatArray:
+        """How far it reaches along each of these directions."""
+        apart = np.abs((angles - self._middle + math.pi) % (2.0 * math.pi) - math.pi)
+        return np.maximum(0.0, np.cos(np.maximum(apart - self._half, 0.0)))
+
+
+class _Slab:
+    """Travels of up to 1 m ahead, drifting to either side as a turn of `most` (radians) lets it."""
+
+    normals = (0.0, math.pi / 2, math.pi, -math.pi / 2)
+
+    def __init__(self, ahead: bool, most: float) -> None:
+        self._sign = 1.0 if ahead else -1.0
+        self._aside = math.sin(min(most, math.pi / 2))
+
+    def support(self, angles: FloatArray) -> FloatArray:
+        """How far it reaches along each of these directions."""
+        forward = np.maximum(0.0, self._sign * np.cos(angles))
+        return np.asarray(forward + self._aside * np.abs(np.sin(angles)))
+
+
+def _sector(ahead: bool, left: bool, turn: float) -> _Sector:
+    low, high = (0.0, turn) if left else (-turn, 0.0)
+    return _Sector(low, high) if ahead else _Sector(math.pi + low, math.pi + high)
+
+
+def _ways(
+    cells_m: FloatArray, part: FloatArray, grown_m: float, turn: float, reach: _Sector | _Slab
+) -> NDArray[np.float32]:
+    """The travel after which a convex part, turned by `turn`, can reach each cell; inf = never."""
+    edges = np.roll(part, -1, axis=0) - part
+    outward = np.arctan2(edges[:, 1], edges[:, 0]) - math.pi / 2
+    angles = np.concatenate((outward + turn, _OCTAGON + turn, reach.normals))
+    normals = np.stack((np.cos(angles), np.sin(angles)))
+    c, s = math.cos(turn), math.sin(turn)
+    turned = part @ np.array(((c, s), (-s, c)))
+    edge_m = (turned @ normals).max(axis=0) + grown_m
+    scale = 1.0 / np.maximum(reach.support(angles), 1e-7)
+    # float32 is as fine as 1 um here; 1e-6 m of it must not count as beyond a side.
+    over = (normals.T * scale[:, None]).astype(np.float32) @ cells_m.T.astype(np.float32)
+    over -= ((edge_m + 2e-6) * scale).astype(np.float32)[:, None]
+    most: NDArray[np.float32] = np.maximum(over.max(axis=0), np.float32(0.0))
+    return most
+
+
+def _convex_parts(
+    footprint: Footprint, margins: Margins, grown_m: float
+) -> list[tuple[FloatArray, float]]:
+    # What each part is grown by comes out of the margin as far as that reaches.
+    less = Margins(*(max(0.0, width - grown_m) for width in margins.widths_m))
+    return [(part, grown_m) for part in _parts(footprint.body, less)]
+
+
+def _parts(body: FloatArray, margins: Margins) -> Iterator[FloatArray]:
+    grown = Footprint(body.tolist(), margins)
+    # The bare polygon comes first where it is not convex; its sides' parts enclose it.
+    yield from grown.parts[1:] if len(grown.parts) > 1 else grown.parts
+
+
+def _alone(contacts: FloatArray) -> Bytes:
+    found = np.zeros((len(contacts), arcs.SIZE), dtype=np.uint8)
+    scale = 1000.0 / arcs.UNIT_MM
+    units = np.minimum(contacts[:, :2] * scale, arcs.FAR).astype(np.uint8)
+    for quadrant in range(arcs.QUADRANTS):
+        turn = contacts[:, codes.DIR_LEFT + quadrant // 2]
+        for row, turn_deg in enumerate(arcs.TURNS_DEG):
+            free = np.where(turn >= turn_deg, units[:, quadrant % 2], 0)
+            found[:, quadrant * arcs.ROWS + row] = free
+    for side in range(arcs.SIDES):
+        turn = contacts[:, codes.DIR_LEFT :].min(axis=1)
+        for row, turn_deg in enumerate(arcs.BOTH_TURNS_DEG):
+            free = np.where(turn >= turn_deg, units[:, side], 0)
+            found[:, arcs.BOTH_AT + side * arcs.BOTH_ROWS + row] = free
+    return found

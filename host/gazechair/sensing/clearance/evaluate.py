@@ -1,0 +1,92 @@
+"""What all lidars' views together leave free: the content of outgoing.Clearance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from gazechair.base.footprint import Footprint, Margins
+from gazechair.config.configuration import FootprintConfig
+from gazechair.sensing.clearance.arcs import Bytes
+from gazechair.sensing.clearance.reach import FREE, LidarReach, Reach
+from gazechair.sensing.clearance.view import SweepView
+from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
+from gazechair.sensing.lidar.scan import ChairView
+from gazelink import arcs
+from gazelink.messages import CLEAR_FAR
+
+_PLAY = (0.04, 0.04, 2.0, 2.0)
+"""A way grows only when it has grown by more than this (metres, metres, degrees, degrees)."""
+_ARC_PLAY = round(1000.0 * _PLAY[0] / arcs.UNIT_MM)
+
+
+def footprint_of(config: FootprintConfig) -> Footprint:
+    """The footprint as configured."""
+    margins = Margins(config.front_margin_m, config.side_margin_m, config.rear_margin_m)
+    return Footprint(config.corners_m, margins)
+
+
+class Evaluator:
+    """Judges the views of all lidars, again with every call; the same lidars in the same order."""
+
+    def __init__(self, footprint: Footprint, origins_m: Sequence[tuple[float, float]]) -> None:
+        """`origins_m`: where each lidar sits."""
+        self._view = SweepView(footprint, origins_m)
+        self._lidars = tuple(LidarReach(footprint) for _ in origins_m)
+        self._judged: list[tuple[ChairView | None, Reach]] = [(None, FREE)] * len(self._lidars)
+        self._zone = UNKNOWN
+        self.zone: StopZone = UNKNOWN
+        """What stopping takes; another one counts from the next call on, from any thread."""
+        self._held = [0.0] * len(_PLAY)
+        self._held_arcs: Bytes = np.zeros(arcs.SIZE, dtype=np.uint8)
+
+    def __call__(self, views: tuple[ChairView, ...]) -> dict[str, Any]:
+        """Fields of outgoing.Clearance: ways, blocked and unseen bits; plain JSON values.
+
+        A direction is blocked here only where a lidar is blind; how near is too near the board
+        decides.
+        """
+        zone = self.zone
+        if zone is not self._zone:
+            self._use(zone)
+        for at, view in enumerate(views):
+            if view is not self._judged[at][0]:
+                self._judged[at] = (view, self._lidars[at].update(view))
+        least = [min(reach[way] for _, reach in self._judged) for way in range(len(_PLAY))]
+        self._held = [_held(*values) for values in zip(self._held, least, _PLAY, strict=True)]
+        forward_m, backward_m, left_deg, right_deg = self._held
+        states = [view.states for view in views]
+        blind, unseen = self._view.judge(states)
+        now = np.array([lidar.arcs for lidar in self._lidars]).min(axis=0)
+        after_play = np.where(now == arcs.FAR, now, np.maximum(now, _ARC_PLAY) - _ARC_PLAY)
+        grown = np.maximum(self._held_arcs, after_play)
+        self._held_arcs = np.where(now <= self._held_arcs, now, grown).astype(np.uint8)
+        return {
+            "blocked": blind,
+            "unseen": unseen,
+            "forward_mm": _on_wire(1000.0 * forward_m),
+            "backward_mm": _on_wire(1000.0 * backward_m),
+            "left_q4_deg": _on_wire(16.0 * left_deg),
+            "right_q4_deg": _on_wire(16.0 * right_deg),
+            "arc_views": self._view.judge_arcs(states),
+            "arcs": self._held_arcs.tolist(),
+        }
+
+    def _use(self, zone: StopZone) -> None:
+        self._zone = zone
+        self._view.use(zone)
+        for lidar in self._lidars:
+            lidar.use(zone)
+        self._judged = [(None, FREE)] * len(self._lidars)  # each view is judged anew
+
+
+def _held(before: float, now: float, play: float) -> float:
+    # Less counts at once; more only beyond the play, and without it: noise moves nothing.
+    return now if now <= before else max(before, now - play)
+
+
+def _on_wire(way: float) -> int:
+    return CLEAR_FAR if math.isinf(way) else min(CLEAR_FAR - 1, int(way))

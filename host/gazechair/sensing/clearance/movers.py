@@ -1,0 +1,163 @@
+"""What comes towards the chair by itself: people. Their way during our braking is taken off ours.
+
+A stop distance reckons with things that stand. Someone who walks on goes on walking while the chair
+stops, so what he will have walked by then must count as taken.
+
+The view of 0.2 s ago, moved as the chair has moved since, should be the view of now. How the chair
+has moved is what makes the two agree best (least squares over forward speed and turn rate, outliers
+weighted down: most of what stands round a chair does stand). What is then nearer than it should be,
+over at least three degrees, comes by itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
+
+_BINS = 360
+_DEG = 2.0 * math.pi / _BINS
+_BACK_S = (0.15, 0.20, 0.35)  # least, wanted, most time between the two views
+_EVERY_S = 0.045  # two quarter turns
+_FAR_M = 15.0
+_MOVER_FAR_M = 4.5
+_STEP_M = 0.5  # a greater change is another thing that came into view
+_EDGE_M = 0.4
+_LEAST_BINS = 40
+_PASSES = 3
+_DOUBT_M = 0.03
+_LEAST_M_S = 0.3
+_MOST_M_S = 1.6
+_LEAST_WIDE = 3
+_PLACES = np.linspace(0.0, 1.0, 9)[1:]  # along his way
+_TURNING_DEG_S = 15.0  # faster, and two views have too little in common
+
+
+class Movers:
+    """One lidar's movers; `origin_m`: where it sits. Call `update` with every view."""
+
+    def __init__(self, origin_m: tuple[float, float]) -> None:
+        self._origin = np.array(origin_m)
+        self._views: deque[tuple[float, FloatArray]] = deque(maxlen=16)
+        self._coming = np.zeros(_BINS)
+        self.zone: StopZone = UNKNOWN
+        self.speed_m_s = 0.0
+        """The chair's own forward speed and turn rate, as far as the views tell."""
+        self.rate_deg_s = 0.0
+
+    def update(self, points_m: FloatArray, at_s: float) -> FloatArray:
+        """(M, 2): where what comes here will be until the chair has stopped; of the chair's frame.
+
+        `points_m`: (N, 2), smoothed, of the view acquired at `at_s`.
+        """
+        if not self._views or not 0.0 <= at_s - self._views[-1][0] < _EVERY_S:
+            self._coming = self._compare(points_m, at_s)
+        return self._ahead(points_m) if self._coming.any() else np.zeros((0, 2))
+
+    def _compare(self, points_m: FloatArray, at_s: float) -> FloatArray:
+        """How fast what is in each degree comes, m/s; 0 for all that stands or goes."""
+        before = self._before(at_s)
+        self._views.append((at_s, points_m))
+        if before is None:
+            return np.zeros(_BINS)
+        elapsed_s = at_s - before[0]
+        now = self._ranges(points_m)
+        gap, slant = self._align(before[1], now, elapsed_s)
+        if abs(self.rate_deg_s) > _TURNING_DEG_S:
+            return np.zeros(_BINS)
+        nearer = -gap / slant / elapsed_s
+        coming = _wide((nearer > _LEAST_M_S) & (now < _MOVER_FAR_M))
+        return np.where(coming, np.minimum(nearer, _MOST_M_S), 0.0)
+
+    def _before(self, at_s: float) -> tuple[float, FloatArray] | None:
+        views = self._views
+        while views and not 0.0 < at_s - views[0][0] <= _BACK_S[2]:
+            views.popleft()
+        old = [view for view in views if at_s - view[0] >= _BACK_S[0]]
+        return min(old, key=lambda view: abs(at_s - view[0] - _BACK_S[1])) if old else None
+
+    def _ranges(self, points_m: FloatArray) -> FloatArray:
+        """The nearest range in each degree about the lidar; inf for none."""
+        offset = points_m - self._origin
+        bins = self._bins(offset)
+        found = np.full(_BINS, np.inf)
+        np.minimum.at(found, bins, np.hypot(offset[:, 0], offset[:, 1]))
+        return found
+
+    def _bins(self, offset: FloatArray) -> NDArray[np.int64]:
+        bearings = np.arctan2(offset[:, 1], offset[:, 0]) % (2.0 * math.pi)
+        return np.minimum((bearings / _DEG).astype(np.int64), _BINS - 1)
+
+    def _align(
+        self, before: FloatArray, now: FloatArray, elapsed_s: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Gap per degree (now minus expected, m; 0 where that says nothing) and its slant."""
+        theta = (np.arange(_BINS) + 0.5) * _DEG
+        c, s = np.cos(theta), np.sin(theta)
+        x0, y0 = self._origin
+        after, ahead = np.roll(now, -1), np.roll(now, 1)
+        with np.errstate(invalid="ignore"):
+            smooth = (np.abs(after - ahead) < _EDGE_M) & (now < _FAR_M)
+            slope = np.where(smooth, (after - ahead) / (2.0 * _DEG), 0.0)
+        ratio = np.where(smooth, slope / np.where(smooth, now, 1.0), 0.0)
+        slant = np.sqrt(1.0 + ratio**2)
+        # How the range in a fixed direction changes with the chair's way and turn.
+        of_way = (-c - ratio * s) / slant
+        of_turn = (y0 * c - x0 * s + ratio * (y0 * s + x0 * c) + slope) / slant
+        way_m, turn = self.speed_m_s * elapsed_s, math.radians(self.rate_deg_s) * elapsed_s
+        gap = np.zeros(_BINS)
+        for _ in range(_PASSES):
+            expected = self._ranges(_moved(before, way_m, turn))
+            with np.errstate(invalid="ignore"):
+                raw = now - expected
+                known = smooth & (np.abs(raw) < _STEP_M)
+            gap = np.where(known, raw, 0.0)
+            if known.sum() < _LEAST_BINS:
+                way_m = turn = 0.0
+                break
+            rest = gap[known] / slant[known]
+            weight = 1.0 / (1.0 + (rest / _DOUBT_M) ** 2)
+            rows = np.column_stack((of_way[known], of_turn[known]))
+            matrix = rows.T @ (rows * weight[:, None]) + np.diag((1e-3, 1e-3))
+            change = np.linalg.solve(matrix, rows.T @ (rest * weight))
+            way_m, turn = way_m + float(change[0]), turn + float(change[1])
+        self.speed_m_s = way_m / elapsed_s
+        self.rate_deg_s = math.degrees(turn) / elapsed_s
+        return gap, slant
+
+    def _ahead(self, points_m: FloatArray) -> FloatArray:
+        offset = points_m - self._origin
+        speed = self._coming[self._bins(offset)]
+        chosen = speed > 0.0
+        offset, speed = offset[chosen], speed[chosen]
+        ranges = np.hypot(offset[:, 0], offset[:, 1])
+        stop_s = self.zone.time_s(self.speed_m_s)
+        left = np.maximum(1.0 - speed[:, None] * stop_s * _PLACES / ranges[:, None], 0.0)
+        found = offset[:, None, :] * left[:, :, None] + self._origin
+        return np.asarray(found.reshape(-1, 2))
+
+
+def _moved(points: FloatArray, way_m: float, turn: float) -> FloatArray:
+    """Where standing points are in the frame of a chair that has moved."""
+    c, s = math.cos(turn), math.sin(turn)
+    x = points[:, 0] - way_m * math.cos(turn / 2.0)
+    y = points[:, 1] - way_m * math.sin(turn / 2.0)
+    return np.column_stack((c * x + s * y, c * y - s * x))
+
+
+def _wide(flags: BoolArray) -> BoolArray:
+    """Only runs of at least _LEAST_WIDE, round the circle."""
+    if not flags.any():
+        return flags
+    kept = np.zeros(len(flags), dtype=np.bool_)
+    for first in range(_LEAST_WIDE):
+        run = np.ones(len(flags), dtype=np.bool_)
+        for at in range(_LEAST_WIDE):
+            run &= np.roll(flags, first - at)
+        kept |= run
+    return kept

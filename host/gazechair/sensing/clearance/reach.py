@@ -1,0 +1,125 @@
+"""One lidar's word on how far each motion may go: its newest view, cleaned, against the footprint.
+
+Within the stop zone a single beam is trusted. Beyond it an obstacle needs two neighbouring beams,
+or the same place in two turns: a speckle far ahead slows nothing.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazechair.base.footprint import FloatArray, Footprint
+from gazechair.sensing.clearance.arcs import Bytes, arc_reach
+from gazechair.sensing.clearance.movers import Movers
+from gazechair.sensing.clearance.standing import Approach, Standing, like_persons, stands
+from gazechair.sensing.clearance.surface import Surfaces, surfaces
+from gazechair.sensing.clearance.sweeps import Sweeps
+from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
+from gazechair.sensing.lidar.scan import ChairView
+from gazelink import arcs, codes
+
+_SAME_PLACE_M = 0.25  # within a turn of the lidar the chair moves and turns by about as much
+_TURN_S = (0.06, 0.35)  # another turn, and not one of long ago
+
+Reach = tuple[float, float, float, float]
+"""Metres forward and backward, degrees left and right; inf = free as far as is seen."""
+
+FREE: Reach = (math.inf, math.inf, math.inf, math.inf)
+_ARC_RANGE_M = 4.5  # from a lidar: what is farther is far for each arc
+NOTHING_NEAR: Bytes = np.full(arcs.SIZE, arcs.FAR, dtype=np.uint8)
+
+
+class LidarReach:
+    """Judges the views of one lidar in the order in which they come."""
+
+    def __init__(self, footprint: Footprint) -> None:
+        self._sweeps = Sweeps(footprint)
+        self._arcs = arc_reach(footprint)
+        self.arcs: Bytes = NOTHING_NEAR
+        """Of the newest view: how far the chair may travel while it turns, see gazelink.arcs."""
+        across_m = np.concatenate(footprint.parts)[:, 1]
+        self._across_m = (across_m.min(), across_m.max())
+        self._movers: Movers | None = None
+        self._standing = {way: Standing() for way in (codes.DIR_FORWARD, codes.DIR_BACKWARD)}
+        self._speckles = _Speckles()
+        self._arc_speckles = _Speckles()
+        self.use(UNKNOWN)
+
+    def use(self, zone: StopZone) -> None:
+        """What stopping takes from now on."""
+        self._zone = zone
+        self._arc_zone = 1000.0 * zone.far[: codes.DIR_LEFT].max() / arcs.UNIT_MM
+        for direction, standing in self._standing.items():
+            standing.approach = Approach(zone.of(direction))
+        if self._movers is not None:
+            self._movers.zone = zone
+
+    def update(self, view: ChairView) -> Reach:
+        """The reach of each motion, in the order of codes.DIRECTIONS."""
+        if not len(view.points_m):
+            self.arcs = NOTHING_NEAR
+            return FREE
+        seen = surfaces(view.points_m, view.origin_m)
+        contacts = self._sweeps.contacts(seen.points_m)
+        speckle = np.flatnonzero(seen.lone & np.isfinite(contacts).any(axis=1))
+        doubted = speckle[~self._speckles.again(seen.points_m[speckle], view.acquired_s)]
+        self.arcs = self._arcs_of(seen, contacts, view.acquired_s)
+        far = contacts[doubted]
+        contacts[doubted] = np.where(far > self._zone.far, np.inf, far)
+        least = contacts.min(axis=0)
+        if self._movers is None:
+            self._movers = Movers(view.origin_m)
+            self._movers.zone = self._zone
+        coming = self._movers.update(seen.points_m, view.acquired_s)
+        persons = self._persons(seen)
+        still = stands(self._movers.speed_m_s, self._movers.rate_deg_s)
+        for direction, standing in self._standing.items():
+            way_m = min((contacts[one, direction].min() for one in persons), default=math.inf)
+            told_m = standing.update(float(way_m), still, bool(len(coming)), view.acquired_s)
+            least[direction] = min(least[direction], told_m)
+        if len(coming):
+            contacts = self._sweeps.contacts(coming)
+            least = np.minimum(least, contacts.min(axis=0))
+            self.arcs = np.minimum(self.arcs, self._arcs.least(coming, contacts))
+        return (float(least[0]), float(least[1]), float(least[2]), float(least[3]))
+
+    def _persons(self, seen: Surfaces) -> list[NDArray[np.int64]]:
+        # Only what is straight ahead: a door post beside the way is as wide as a leg.
+        low_m, high_m = self._across_m
+        across_m = seen.points_m[:, 1]
+        in_way = (across_m > low_m) & (across_m < high_m)
+        return [thing[in_way[thing]] for thing in like_persons(seen) if in_way[thing].any()]
+
+    def _arcs_of(self, seen: Surfaces, contacts: FloatArray, at_s: float) -> Bytes:
+        # As for the straight ways: beyond the zone a single beam does not count yet.
+        lone = np.flatnonzero(seen.lone & (seen.ranges_m < _ARC_RANGE_M))
+        doubted = lone[~self._arc_speckles.again(seen.points_m[lone], at_s)]
+        if not len(doubted):
+            return self._arcs.least(seen.points_m, contacts)
+        ways = self._arcs.ways(seen.points_m[doubted], contacts[doubted])
+        ways[ways > self._arc_zone] = arcs.FAR
+        sure = np.ones(len(seen.points_m), dtype=np.bool_)
+        sure[doubted] = False
+        least = self._arcs.least(seen.points_m[sure], contacts[sure])
+        return np.asarray(np.minimum(least, ways.min(axis=0)), dtype=np.uint8)
+
+
+class _Speckles:
+    """Single beams of the last turn."""
+
+    def __init__(self) -> None:
+        self._kept: list[tuple[float, FloatArray]] = []
+
+    def again(self, points: FloatArray, at_s: float) -> NDArray[np.bool_]:
+        """Which of the points of now a turn before had near them, too; remembers them."""
+        found = np.zeros(len(points), dtype=np.bool_)
+        for then_s, others in self._kept if len(points) else ():
+            if _TURN_S[0] <= at_s - then_s <= _TURN_S[1]:
+                gaps = points[:, None, :] - others[None, :, :]
+                found |= (np.hypot(gaps[:, :, 0], gaps[:, :, 1]) < _SAME_PLACE_M).any(axis=1)
+        kept = [(s, p) for s, p in self._kept if 0.0 <= at_s - s <= _TURN_S[1]]
+        self._kept = [*kept, (at_s, points)] if len(points) else kept
+        return found

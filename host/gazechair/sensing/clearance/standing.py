@@ -1,0 +1,113 @@
+"""What stands in the way and may be a person: the chair nears it only so fast that it can still
+stop before him should he start to walk towards it.
+
+A walker is recognised by his walking (`movers`). Someone who stands looks like a pot or a stool,
+and when he starts, half a metre before a chair in motion, recognising him is too late. So whatever
+stands free and is as wide as a person is taken for one: the way to it is cut to what the board
+needs to see in order to be slow enough. With the default settings that stops the chair some 0.7 m
+before it. What has not moved for ten seconds before a standing chair is furniture after all: the
+chair may creep up to it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazechair.sensing.clearance.surface import Surfaces
+from gazechair.sensing.clearance.zone import Stopping
+from gazelink import zone
+
+_WALK_M_S = 1.0
+_HARMLESS_M_S = 0.05
+
+_APART_M = 0.06  # neighbouring beams that differ by more hit different things
+_APART_SIGMA = 4.0  # and by more than this many times the noise of a beam
+_APART_RAD = 0.03
+_WIDE_M = (0.08, 0.9)  # from a leg in trousers to somebody broad, seen askew
+_LEAST_BEAMS = 3
+
+_CALM_S = 10.0
+_SAME_M = 0.05
+_AWAY_M = 0.3
+_STANDS_M_S = 0.03
+_STANDS_DEG_S = 3.0
+
+
+class Approach:
+    """How near the chair may come, and how fast, to what may be a person in one direction."""
+
+    def __init__(self, stopping: Stopping | None) -> None:
+        """`stopping`: that direction's, None while it is not known: then it may not come near."""
+        self.creep_way_m = 0.0
+        """The way to be told to the board for the chair to creep."""
+        self.blocked_within_m = np.inf
+        """Nearer than this to what may be a person, the chair stops."""
+        self._from_m = self._told_m = np.zeros(0)
+        if stopping is None:
+            return
+        # From how far it may have each speed: he walks until it is as good as standing.
+        still_s = stopping.time_s(_HARMLESS_M_S) - stopping.time_s(0.0)
+        walked_m = _WALK_M_S * np.maximum(stopping.times_s - still_s, stopping.time_s(0.0))
+        self._from_m = (stopping.stops - stopping.margin + walked_m)[zone.CREEP :]
+        self._told_m = stopping.told[zone.CREEP :]
+        self.creep_way_m = float(self._told_m[0])
+        self.blocked_within_m = float(self._from_m[0])
+
+    def told_m(self, way_m: float) -> float:
+        """The way to be told to the board when `way_m` ahead may stand a person."""
+        if np.isinf(way_m):
+            return way_m
+        if way_m < self.blocked_within_m:
+            return 0.0
+        told = float(np.interp(way_m, self._from_m, self._told_m))
+        return told + max(0.0, way_m - float(self._from_m[-1]))
+
+
+def like_persons(seen: Surfaces) -> list[NDArray[np.int64]]:
+    """Indices of the points of each thing as wide as a person."""
+    points_m = seen.points_m
+    if len(points_m) < _LEAST_BEAMS:
+        return []
+    apart = np.abs(np.diff(seen.ranges_m)) > max(_APART_M, _APART_SIGMA * seen.noise_m)
+    apart |= np.diff(seen.bearings_rad) > _APART_RAD
+    things = np.split(np.arange(len(points_m)), np.flatnonzero(apart) + 1)
+    found = []
+    for thing in things:
+        across = points_m[thing[-1]] - points_m[thing[0]]
+        if len(thing) >= _LEAST_BEAMS and _WIDE_M[0] <= np.hypot(*across) <= _WIDE_M[1]:
+            found.append(thing)
+    return found
+
+
+class Standing:
+    """Judges one direction, forward or backward, of one lidar's views in their order."""
+
+    def __init__(self) -> None:
+        self.approach = Approach(None)
+        """As the board stops; may change at any time."""
+        self._near_m = np.inf
+        self._since_s = 0.0
+        self._furniture = False
+
+    def update(self, way_m: float, chair_stands: bool, walks: bool, at_s: float) -> float:
+        """The way to be told to the board; inf for no limit.
+
+        `way_m`: the way to the nearest that may be a person. `walks`: something comes by itself.
+        """
+        approach = self.approach
+        if self._furniture:
+            self._furniture = not walks and way_m < self._near_m + _AWAY_M
+        if walks or not chair_stands or abs(way_m - self._near_m) > _SAME_M:
+            if not self._furniture:
+                self._near_m, self._since_s = way_m, at_s
+        elif at_s - self._since_s >= _CALM_S and way_m < approach.blocked_within_m + _SAME_M:
+            self._furniture = True
+        if self._furniture:
+            return max(approach.creep_way_m, approach.told_m(way_m))
+        return approach.told_m(way_m)
+
+
+def stands(speed_m_s: float, rate_deg_s: float) -> bool:
+    """Whether a chair seen to move like that stands."""
+    return abs(speed_m_s) < _STANDS_M_S and abs(rate_deg_s) < _STANDS_DEG_S

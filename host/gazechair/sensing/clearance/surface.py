@@ -1,0 +1,97 @@
+"""Range noise: beams that hit the same surface are averaged; a beam on its own stays as it is.
+
+A sigma filter over the neighbouring beams: each range becomes the mean of those near it that differ
+by less than five times the noise. The noise is measured in each scan, so a quiet lidar keeps its
+edges and a noisy one does not find obstacles in every surface. A single beam that stands out by
+more than the noise has no such neighbour, and is neither moved nor dropped.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gazechair.base.footprint import BoolArray, FloatArray
+
+_NEIGHBOURS = 12  # beams to each side
+_WINDOW_RAD = 0.03  # and no farther than this
+_SMOOTH_M = 2.0  # what is farther neither stops nor slows
+_NEXT_RAD = 0.01  # beams so near to each other are neighbours
+_GATE_SIGMA = 5.0
+_LEAST_GATE_M = 0.03
+_MOST_GATE_M = 0.15  # noise of 3 cm
+_ALIKE_M = 0.15  # a neighbour within this makes an obstacle of two beams
+
+
+@dataclass(frozen=True)
+class Surfaces:
+    """The points of one lidar, smoothed, in the order of their bearings."""
+
+    points_m: FloatArray
+    """(N, 2)."""
+    ranges_m: FloatArray
+    """(N,): how far they are from the lidar."""
+    bearings_rad: FloatArray
+    """(N,): ascending, about the lidar."""
+    lone: BoolArray
+    """(N,): no neighbouring beam measured about the same."""
+    noise_m: float
+    """The range noise of one beam, before the smoothing."""
+
+
+def noise_m(ranges_m: FloatArray) -> float:
+    """The range noise (standard deviation) of neighbouring beams; steps and slopes count little.
+
+    From the median of the second differences, whose standard deviation is sqrt(6) times the noise.
+    """
+    if len(ranges_m) < 8:
+        return 0.0
+    bend = np.abs(ranges_m[2:] - 2.0 * ranges_m[1:-1] + ranges_m[:-2])
+    return 1.4826 * float(np.median(bend)) / math.sqrt(6.0)
+
+
+def surfaces(points_m: FloatArray, origin_m: tuple[float, float]) -> Surfaces:
+    """Smooth the (N, 2) returns of one lidar that sits at `origin_m`."""
+    offset = points_m - origin_m
+    bearings = np.arctan2(offset[:, 1], offset[:, 0])
+    order = np.argsort(bearings, kind="stable")
+    bearings = bearings[order]
+    ranges = np.hypot(offset[order, 0], offset[order, 1])
+    noise = noise_m(ranges)
+    smooth = _smoothed(bearings, ranges, noise)
+    gap = np.abs(np.diff(ranges, append=ranges[:1]))
+    turn = np.diff(bearings, append=bearings[:1] + 2.0 * np.pi)
+    alike = (gap < _ALIKE_M) & (turn < _NEXT_RAD) & (turn > 0.0)
+    lone = ~alike
+    lone[1:] &= ~alike[:-1]
+    lone[:1] &= ~alike[-1:]
+    scale = smooth / np.maximum(ranges, 1e-9)
+    points = offset[order] * scale[:, None] + origin_m
+    return Surfaces(points, smooth, bearings, lone, noise)
+
+
+def _smoothed(bearings: FloatArray, ranges: FloatArray, noise: float) -> FloatArray:
+    gate_m = min(max(_GATE_SIGMA * noise, _LEAST_GATE_M), _MOST_GATE_M)
+    near = np.flatnonzero(ranges < _SMOOTH_M)
+    if not len(near):
+        return ranges
+    # A row for each neighbour, the beam itself in the middle; beyond the ends there are none.
+    around = _windows(ranges[near], 1e6)
+    close = np.abs(_windows(bearings[near], 1e6) - bearings[near]) < _WINDOW_RAD
+    centres = ranges[near]
+    for _ in range(2):  # the second time about a centre that is itself no outlier
+        taken = (close & (np.abs(around - centres) < gate_m)).astype(np.float64)
+        count = taken.sum(axis=0)
+        total = (around * taken).sum(axis=0)
+        centres = np.where(count > 0.0, total / np.maximum(count, 1.0), centres)
+    smooth = ranges.copy()
+    smooth[near] = centres
+    return smooth
+
+
+def _windows(values: FloatArray, edge: float) -> FloatArray:
+    ends = np.full(_NEIGHBOURS, edge)
+    padded = np.concatenate((ends, values, ends))
+    return np.lib.stride_tricks.sliding_window_view(padded, len(values))

@@ -1,0 +1,202 @@
+"""How far each motion may go until the footprint touches a point: exact, for many points at once.
+
+The chair stands still here and the points move: forward lets them come straight towards it, a turn
+about the drive axle lets them circle the other way round.
+
+A point outside the grown footprint is touched when its path first enters it. A point already
+within the margin (something came close, or the chair was pushed) must neither be pressed nor keep
+the chair prisoner: if its path leads into the bare body before it leaves the margin, the way to the
+body is all there is; if it leads out, only its coming back counts. Of a point within the bare body
+itself (a hand, a bag) a motion that takes the point deeper has no way to go (0).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from gazechair.base.footprint import BoolArray, FloatArray, Footprint, distance_m, inside
+from gazelink import codes
+
+RANGE_M = 6.0
+"""Straight ways longer than this count as free."""
+HEADING_TOLERANCE_DEG = 1.0
+"""The real path to what lies ahead may point this far off: veer, casters, a heading that swings.
+What is already alongside has the side margin for that."""
+
+_FULL_TURN = 2.0 * math.pi
+_PROBE_M = 0.005
+_PROBE_RAD = 0.01
+_DEEPER = 0.2  # of the probe: sliding along is not pressing
+
+Path = Callable[[FloatArray], FloatArray]
+
+
+class Sweeps:
+    """The four motions of one footprint."""
+
+    def __init__(self, footprint: Footprint) -> None:
+        self._footprint = footprint
+        grown = [_sides(part) for part in footprint.parts]
+        self._sides = np.concatenate(grown)
+        self._every = np.concatenate((self._sides, _sides(footprint.body)))
+        self._spread = math.tan(math.radians(HEADING_TOLERANCE_DEG))
+        every = np.concatenate(footprint.parts)
+        self._ends_m = {sign: float((sign * every[:, 0]).max()) for sign in (1.0, -1.0)}
+        # Per direction: ways of the points (dx, dy), and the sides through which they can enter.
+        self._entries = {
+            sign: [
+                (dx, dy, self._sides[_facing(self._sides, dx, dy)]) for dx, dy in _headings(sign)
+            ]
+            for sign in (1.0, -1.0)
+        }
+
+    def contacts(self, points_m: FloatArray) -> FloatArray:
+        """(N, 4) for the (N, 2) points in the chair's frame, columns codes.DIR_FORWARD ...
+
+        Metres for forward and backward, degrees for left and right; inf = never within RANGE_M, or
+        within a full turn.
+        """
+        found = np.full((len(points_m), 4), np.inf)
+        near = np.flatnonzero(np.hypot(points_m[:, 0], points_m[:, 1]) <= self._footprint.reach_m)
+        within = near[self._footprint.contains(points_m[near])]
+        out = np.ones(len(points_m), dtype=np.bool_)
+        out[within] = False
+        x, y = points_m[:, 0], points_m[:, 1]
+        reach_m = self._footprint.reach_m
+        aside_m = self._footprint.half_width_m + self._spread * (np.abs(x) + reach_m)
+        corridor = out & (np.abs(y) <= aside_m)
+        for direction, sign in ((codes.DIR_FORWARD, 1.0), (codes.DIR_BACKWARD, -1.0)):
+            ahead = (sign * x > -reach_m) & (sign * x < RANGE_M + reach_m)
+            chosen = np.flatnonzero(corridor & ahead)
+            found[chosen, direction] = self._straight(points_m[chosen], sign)
+        around = near[out[near]]
+        found[around, codes.DIR_LEFT :] = np.degrees(self._turns(points_m[around]))
+        if len(within):
+            found[within] = self._from_within(points_m[within])
+        return found
+
+    def _straight(self, points: FloatArray, sign: float) -> FloatArray:
+        nearest = np.full(len(points), np.inf)
+        ahead = sign * points[:, 0] > self._ends_m[sign]
+        for dx, dy, sides in self._entries[sign]:
+            chosen = ahead if dy else np.ones(len(points), dtype=np.bool_)
+            ways = _ray_crossings(points[chosen], sides, dx, dy).min(axis=1)
+            nearest[chosen] = np.minimum(nearest[chosen], ways)
+        nearest[nearest > RANGE_M] = np.inf
+        return nearest
+
+    def _turns(self, points: FloatArray) -> FloatArray:
+        # Columns left, right: when the chair turns left, the point's own angle decreases.
+        own = np.arctan2(points[:, 1], points[:, 0])[:, None]
+        crossings = _circle_crossings(points, self._sides)
+        left = np.nan_to_num((own - crossings) % _FULL_TURN, nan=np.inf).min(axis=1)
+        right = np.nan_to_num((crossings - own) % _FULL_TURN, nan=np.inf).min(axis=1)
+        return np.column_stack((left, right))
+
+    def _from_within(self, points: FloatArray) -> FloatArray:
+        found = np.empty((len(points), 4))
+        for direction, sign in ((codes.DIR_FORWARD, 1.0), (codes.DIR_BACKWARD, -1.0)):
+            ways = _ray_crossings(points, self._every, -sign, 0.0)
+            found[:, direction] = self._after_leaving(
+                points, ways, RANGE_M, _PROBE_M, _line(points, -sign)
+            )
+        own = np.arctan2(points[:, 1], points[:, 0])[:, None]
+        crossings = _circle_crossings(points, self._every)
+        for direction, sign in ((codes.DIR_LEFT, 1.0), (codes.DIR_RIGHT, -1.0)):
+            ways = np.nan_to_num(sign * (own - crossings) % _FULL_TURN, nan=np.inf)
+            found[:, direction] = np.degrees(
+                self._after_leaving(points, ways, _FULL_TURN, _PROBE_RAD, _circle(points, -sign))
+            )
+        return found
+
+    def _after_leaving(
+        self, points: FloatArray, ways: FloatArray, end: float, probe: float, path: Path
+    ) -> FloatArray:
+        # Cut each path at its crossings; what lies between two cuts is all in or all out.
+        count = len(points)
+        cuts = np.sort(np.minimum(ways, end), axis=1)
+        cuts = np.concatenate((np.zeros((count, 1)), cuts, np.full((count, 1), end)), axis=1)
+        middles = path(0.5 * (cuts[:, :-1] + cuts[:, 1:])).reshape(-1, 2)
+        shape = (count, cuts.shape[1] - 1)
+        real = cuts[:, 1:] - cuts[:, :-1] > 1e-9
+        grown = self._footprint.contains(middles).reshape(shape)
+        body = inside(self._footprint.body, middles).reshape(shape)
+        left = np.logical_or.accumulate(real & ~grown, axis=1)
+        # A point that began within the body can touch it only after it has left it.
+        began = inside(self._footprint.body, points)
+        free_of_body = np.logical_or.accumulate(real & ~body, axis=1) | ~began[:, None]
+        pressing = real & body & free_of_body & ~left
+        step = path(np.full((count, 1), probe))[:, 0, :]
+        outline = self._footprint.body
+        deeper_m = distance_m(outline, step) - distance_m(outline, points)
+        deeper = began & (deeper_m > _DEEPER * np.hypot(*(step - points).T))
+        touches = pressing | (real & grown & left)
+        first = cuts[np.arange(count), touches.argmax(axis=1)]
+        return np.where(deeper, 0.0, np.where(touches.any(axis=1), first, np.inf))
+
+
+def _headings(sign: float) -> list[tuple[float, float]]:
+    angles = [math.radians(k * HEADING_TOLERANCE_DEG) for k in (-1, 0, 1)]
+    return [(-sign * math.cos(angle), math.sin(angle)) for angle in angles]
+
+
+def _facing(sides: FloatArray, dx: float, dy: float) -> BoolArray:
+    # Sides run counter-clockwise: a way enters where it has the inside on its other side.
+    return np.asarray(dx * (sides[:, 3] - sides[:, 1]) - dy * (sides[:, 2] - sides[:, 0]) < 0.0)
+
+
+def _sides(polygon: FloatArray) -> FloatArray:
+    return np.concatenate((polygon, np.roll(polygon, -1, axis=0)), axis=1)
+
+
+def _line(points: FloatArray, sign: float) -> Path:
+    def at(ways: FloatArray) -> FloatArray:
+        return np.stack((points[:, :1] + sign * ways, points[:, 1:] + 0.0 * ways), axis=2)
+
+    return at
+
+
+def _circle(points: FloatArray, sign: float) -> Path:
+    radius = np.hypot(points[:, 0], points[:, 1])[:, None]
+    own = np.arctan2(points[:, 1], points[:, 0])[:, None]
+
+    def at(ways: FloatArray) -> FloatArray:
+        angle = own + sign * ways
+        return np.stack((radius * np.cos(angle), radius * np.sin(angle)), axis=2)
+
+    return at
+
+
+def _ray_crossings(points: FloatArray, sides: FloatArray, dx: float, dy: float) -> FloatArray:
+    """(N, S): the way along (dx, dy) from each point to each side; inf = it does not cross."""
+    ax, ay = sides[:, 0], sides[:, 1]
+    ex, ey = sides[:, 2] - ax, sides[:, 3] - ay
+    cross = dx * ey - dy * ex
+    turned = np.abs(cross) > 1e-12
+    inverse = np.where(turned, 1.0 / np.where(turned, cross, 1.0), 0.0)
+    rx, ry = ax - points[:, :1], ay - points[:, 1:]
+    way = (rx * ey - ry * ex) * inverse
+    share = (rx * dy - ry * dx) * inverse
+    crosses = turned & (way >= 0.0) & (share >= -1e-9) & (share <= 1.0 + 1e-9)
+    return np.where(crosses, way, np.inf)
+
+
+def _circle_crossings(points: FloatArray, sides: FloatArray) -> FloatArray:
+    """(N, 2 S): angles (radians) at which each point's circle about the axle crosses each side."""
+    ax, ay = sides[:, 0], sides[:, 1]
+    ex, ey = sides[:, 2] - ax, sides[:, 3] - ay
+    squared = (points[:, 0] ** 2 + points[:, 1] ** 2)[:, None]
+    a = ex**2 + ey**2
+    b = ax * ex + ay * ey
+    root = b**2 - a * (ax**2 + ay**2 - squared)
+    spread = np.sqrt(np.maximum(root, 0.0))
+    angles = []
+    for sign in (-1.0, 1.0):
+        share = (-b + sign * spread) / a
+        crosses = (root >= 0.0) & (share >= -1e-9) & (share <= 1.0 + 1e-9)
+        angle = np.arctan2(ay + share * ey, ax + share * ex)
+        angles.append(np.where(crosses, angle, np.nan))
+    return np.concatenate(angles, axis=1)

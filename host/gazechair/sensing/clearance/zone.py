@@ -1,0 +1,83 @@
+"""What stopping takes, as the board says it. Nothing here knows how a chair brakes.
+
+The board has the formulas and the settings; the host looks up what it says. As long as it has said
+nothing, stopping takes for ever: everything seen counts, and who may be a person is not neared.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Sequence
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazelink import codes, zone
+
+_MM = 1000.0
+_Q4 = 16.0
+
+
+class Stopping:
+    """One direction: metres and metres a second, or degrees."""
+
+    def __init__(self, points: bytes, unit: float) -> None:
+        """`points` as in gazelink.zone; raises ValueError for what no chair does."""
+        if len(points) != zone.SIZE:
+            raise ValueError(f"{len(points)} bytes are no zone")
+        rows = np.array(list(struct.iter_unpack(zone.POINT, points)), dtype=np.float64)
+        rising = (np.diff(rows, axis=0) >= 0.0).all()
+        if rows[zone.STANDING, 0] != 0.0 or rows[zone.FULL, 0] <= 0.0 or not rising:
+            raise ValueError("a zone whose speeds and ways do not grow")
+        self.speeds: FloatArray = rows[:, 0] / unit
+        self.stops: FloatArray = rows[:, 1] / unit
+        """From the decision until the chair stands, margin included."""
+        self.times_s: FloatArray = rows[:, 2] / 1000.0
+        self.told: FloatArray = rows[:, 3] / unit
+        """The way that lets the board permit that speed, and no more."""
+        self.margin = float(self.stops[zone.STANDING])
+        self.zone = float(self.stops[zone.FULL])
+        """In which the fastest profile stops. It could not wait for a second look there."""
+
+    def time_s(self, speed: float) -> float:
+        """How long stopping takes from `speed`, faster than the board knows of included."""
+        speed = abs(speed)
+        full = float(self.speeds[zone.FULL])
+        found = float(np.interp(speed, self.speeds, self.times_s))
+        if speed > full:
+            braking_s = float(self.times_s[zone.FULL] - self.times_s[zone.STANDING])
+            found += braking_s * (speed / full - 1.0)
+        return found
+
+
+class StopZone:
+    """Of all directions; UNKNOWN while the board has not said."""
+
+    def __init__(self, points: Sequence[bytes] | None = None) -> None:
+        """`points` of each direction, in the order of codes.DIRECTIONS; ValueError for nonsense."""
+        self._directions: tuple[Stopping, ...] = ()
+        self.far: FloatArray = np.full(len(codes.DIRECTIONS), math.inf)
+        """Per direction, metres or degrees in which the fastest profile stops."""
+        if points is None:
+            return
+        if len(points) != len(codes.DIRECTIONS):
+            raise ValueError(f"a zone of {len(points)} directions")
+        self._directions = tuple(
+            Stopping(one, _Q4 if direction >= codes.DIR_LEFT else _MM)
+            for direction, one in enumerate(points)
+        )
+        self.far = np.array([one.zone for one in self._directions])
+
+    def of(self, direction: int) -> Stopping | None:
+        """Of one direction (codes.DIR_*); None: not known."""
+        return self._directions[direction] if self._directions else None
+
+    def time_s(self, speed_m_s: float) -> float:
+        """How long a chair that drives so fast, backward below 0, takes to stop."""
+        direction = codes.DIR_BACKWARD if speed_m_s < 0.0 else codes.DIR_FORWARD
+        one = self.of(direction)
+        return math.inf if one is None else one.time_s(speed_m_s)
+
+
+UNKNOWN = StopZone()

@@ -1,0 +1,110 @@
+"""Is a direction without a return open space, or is the lidar blind there? Judged degree by degree.
+
+The S2 answers "nothing" for open space beyond its range (30 m; 16 m in the standard scan) and for a
+covered window alike. What tells them apart:
+
+- Open space lies between far things. A gap whose visible border is near is not open: the lidar is
+  blind there (a cover, or something black or shining).
+- Open space comes gradually, as the chair turns and moves. A wide arc that was seen and is gone a
+  turn later was covered, whatever borders it; it stays blind until it returns something.
+- Nothing is nearer than the lidar's own housing: returns below 5 cm come from its window.
+- Without any return at all nothing is known: blind all round.
+
+A gap below 8 degrees counts as seen: the window's optics are wider, nothing covers so little.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazechair.sensing.lidar.nodes import FloatArray
+
+BINS = 360
+SEEN, BLIND, MASKED = 0, 1, 2
+
+NEAREST_M = 0.05
+FAR_M = 8.0
+NARROW_DEG = 8
+UNMEASURED_DEG = 3  # no measurement at all: bytes were lost; that is never open space
+SUDDEN_DEG = 30
+SUDDEN_S = 0.15
+_MIN_SHARE = 0.25  # of a degree's measurements that must have a return
+_BORDER = 3  # degrees of a gap's border that are looked at
+
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+
+class Blindness:
+    """Judges the views of one lidar in the order in which they come."""
+
+    def __init__(self) -> None:
+        self._had: BoolArray = np.zeros(BINS, dtype=np.bool_)  # a return, in the view before
+        self._lost_s: FloatArray = np.full(BINS, -np.inf)
+        self._covered: BoolArray = np.zeros(BINS, dtype=np.bool_)
+
+    def judge(
+        self, bins: IntArray, distances_m: FloatArray, masked: BoolArray, at_s: float
+    ) -> NDArray[np.uint8]:
+        """SEEN, BLIND or MASKED for each of the 360 bins.
+
+        `bins` (0..359) and `distances_m` (0 = no return) of every measurement outside the mask,
+        `masked` per bin, `at_s` the time of the view, seconds that never run backwards.
+        """
+        measured = np.bincount(bins, minlength=BINS)
+        returned = distances_m >= NEAREST_M
+        hits = np.bincount(bins[returned], minlength=BINS)
+        at_window = np.bincount(bins[(distances_m > 0.0) & ~returned], minlength=BINS)
+        has = (hits >= 1) & (hits >= _MIN_SHARE * measured) & (at_window <= hits)
+        self._remember(has, masked, at_s)
+        nearest_m = np.full(BINS, np.inf)
+        np.minimum.at(nearest_m, bins[returned], distances_m[returned])
+        blind = self._covered | (at_window > hits)
+        for first, count in runs(~has & ~masked):
+            if count > NARROW_DEG and not _between_far(first, count, has, masked, nearest_m):
+                blind[(first + np.arange(count)) % BINS] = True
+        for first, count in runs((measured == 0) & ~masked):
+            if count > UNMEASURED_DEG:
+                blind[(first + np.arange(count)) % BINS] = True
+        states = np.where(blind, BLIND, SEEN).astype(np.uint8)
+        states[masked] = MASKED
+        return states
+
+    def _remember(self, has: BoolArray, masked: BoolArray, at_s: float) -> None:
+        self._lost_s[self._had & ~has] = at_s
+        self._had = has
+        self._covered &= ~has
+        fresh = ~has & ~masked & (at_s - self._lost_s <= SUDDEN_S)
+        for first, count in runs(fresh):
+            if count >= SUDDEN_DEG:
+                self._covered[(first + np.arange(count)) % BINS] = True
+
+
+def _between_far(
+    first: int, count: int, has: BoolArray, masked: BoolArray, nearest_m: FloatArray
+) -> bool:
+    """True when every visible border of the gap is far, and there is one."""
+    borders = 0
+    for start in (first - _BORDER, first + count):
+        border = (start + np.arange(_BORDER)) % BINS
+        border = border[has[border] & ~masked[border]]
+        if len(border):
+            borders += 1
+            if nearest_m[border].min() < FAR_M:
+                return False
+    return borders > 0
+
+
+def runs(flags: BoolArray) -> list[tuple[int, int]]:
+    """Runs of True round the circle, as (first bin, count)."""
+    if flags.all():
+        return [(0, len(flags))]
+    if not flags.any():
+        return []
+    start = int(np.flatnonzero(~flags)[0])
+    turned = np.roll(flags, -start)
+    edges = np.diff(np.concatenate(([False], turned, [False])).astype(np.int8))
+    firsts = np.flatnonzero(edges == 1)
+    counts = np.flatnonzero(edges == -1) - firsts
+    return [((int(f) + start) % len(flags), int(c)) for f, c in zip(firsts, counts, strict=True)]

@@ -1,0 +1,199 @@
+"""The lidars' child process: a thread a lidar reads and decodes, here all are evaluated together.
+
+One process for all of them: what is free is decided on everything that is seen, whenever any lidar
+has seen another quarter turn. It is ended and started anew as a whole when a thread in it hangs.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from gazechair.base import health as states
+from gazechair.base.supervisor import RecordWriter, enter_child
+from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.sensing.clearance.evaluate import Evaluator, footprint_of
+from gazechair.sensing.lidar.blind import BINS, BLIND, MASKED, SEEN, Blindness
+from gazechair.sensing.lidar.reader import Reader
+from gazechair.sensing.lidar.report import LOST, LidarReport, Report
+from gazechair.sensing.lidar.scan import ChairView, Pose, Scan, in_arcs, to_chair
+from gazechair.sensing.lidar.sectors import Reading, Sector, measure
+from gazechair.sensing.lidar.told import understood
+
+_PULSE_S = 0.1  # a word at least that often, also without scans
+_HANGS_S = 12.0
+_LINE = 4096  # bytes of a word from the parent
+_SWITCH_S = 0.0005  # a thread that computes lets a scan through that soon
+
+# What all views together mean, as plain JSON values. One view for each lidar, in the order of the
+# configuration; one that delivers nothing sees no points and is blind wherever it is not masked.
+Evaluate = Callable[[tuple[ChairView, ...]], dict[str, Any]]
+
+
+class Lidar:
+    """One lidar as the evaluation sees it: its reader, its pose and its newest view."""
+
+    def __init__(self, config: LidarConfig, renewed: Callable[[], None]) -> None:
+        self.reader = Reader(config, renewed)
+        self.pose = Pose(config.x_m, config.y_m, config.heading_deg, config.upside_down)
+        self.mask = config.mask
+        self.scan: Scan | None = None
+        self._seen: Scan | None = None
+        self._blindness = Blindness()
+        self._nothing = to_chair(_no_scan(), self.pose, self.mask)
+        self.view = self._nothing
+
+    def renew(self) -> None:
+        """Take the reader's newest scan, if there is another."""
+        self.scan = self.reader.scan
+        if self.scan is None:
+            self.view = self._nothing
+            self._seen = None
+        elif self.scan is not self._seen:
+            self._seen = self.scan
+            self.view = to_chair(self.scan, self.pose, self.mask, self._blindness)
+
+    def report(self) -> LidarReport:
+        """How it is."""
+        standing, stream, scan = self.reader.standing, self.reader.stream, self.scan
+        named = (self.reader.config.name, standing.state, standing.reason, standing.detail)
+        if scan is None or stream is None:
+            return LidarReport(*named)
+        unmasked = int(np.count_nonzero(self.view.states != MASKED))
+        seen = int(np.count_nonzero(self.view.states == SEEN))
+        return LidarReport(
+            *named,
+            source=scan.source,
+            acquired_s=scan.acquired_s,
+            rate_hz=round(stream.rate_hz, 2),
+            coverage=round(seen / max(1, unmasked), 3),
+            blind_deg=_arcs(self.view.states == BLIND),
+            points=len(scan),
+            quarters=stream.quarters,
+            lost_share=round(stream.lost_share, 4),
+            resyncs=stream.resyncs,
+        )
+
+    def measure(self, sector: Sector) -> Reading:
+        """The classic sector, as this lidar sees it."""
+        if self.scan is None:
+            return Reading(float("inf"), 0.0)
+        kept = ~in_arcs(self.scan.angles_deg, self.mask)
+        directions_deg = self.pose.directions_deg(self.scan.angles_deg[kept])
+        return measure(directions_deg, self.scan.distances_m[kept], sector)
+
+
+class Pipeline:
+    """All lidars and what is made of them. Call `step` for ever; it waits for news by itself."""
+
+    def __init__(
+        self,
+        configs: tuple[LidarConfig, ...],
+        sectors: tuple[Sector, ...],
+        evaluate: Evaluate | None,
+    ) -> None:
+        self._sectors = sectors
+        self._evaluate = evaluate
+        self._news = threading.Event()
+        self.lidars = tuple(Lidar(config, self._news.set) for config in configs)
+
+    def start(self) -> None:
+        """Start every lidar's thread; no thread of the process waits long for another then."""
+        sys.setswitchinterval(_SWITCH_S)
+        for lidar in self.lidars:
+            lidar.reader.start()
+
+    def stop(self) -> None:
+        """Stop every lidar's motor and thread."""
+        for lidar in self.lidars:
+            lidar.reader.stop()
+
+    def hanging(self) -> str | None:
+        """The name of a lidar whose thread does not come back; None when all do."""
+        oldest_s = time.monotonic() - _HANGS_S
+        for lidar in self.lidars:
+            if lidar.reader.alive_s < oldest_s:
+                return lidar.reader.config.name
+        return None
+
+    def step(self) -> Report:
+        """Wait for news, 0.1 s at most, and say how things are."""
+        self._news.wait(_PULSE_S)
+        self._news.clear()
+        for lidar in self.lidars:
+            lidar.renew()
+        scans = [lidar.scan for lidar in self.lidars if lidar.scan is not None]
+        evaluation = None
+        if scans and self._evaluate is not None:
+            evaluation = self._evaluate(tuple(lidar.view for lidar in self.lidars))
+        return Report(
+            lidars=tuple(lidar.report() for lidar in self.lidars),
+            readings=tuple(self.lidars[0].measure(sector) for sector in self._sectors),
+            acquired_s=min((scan.acquired_s for scan in scans), default=None),
+            source=max((scan.source for scan in scans), default=None),
+            evaluation=evaluation,
+        )
+
+
+def _no_scan() -> Scan:
+    return Scan(np.zeros(0), np.zeros(0), 0.0, 0)
+
+
+def _arcs(flags: np.ndarray[Any, np.dtype[np.bool_]]) -> tuple[tuple[int, int], ...]:
+    """Runs of flagged degrees as [from, to) in -180..180; one that passes 180 is cut there."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(np.int8), [0]))))
+    half = BINS // 2
+    return tuple(
+        (int(a) - half, int(b) - half) for a, b in zip(edges[::2], edges[1::2], strict=True)
+    )
+
+
+def hear(lines: BinaryIO, evaluator: Evaluator) -> None:
+    """How the board stops, as the parent says it, until the parent is gone."""
+    while line := lines.readline(_LINE):
+        evaluator.zone = understood(line)
+
+
+def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
+    """Serve until the parent closes the pipe (BrokenPipeError); 1 when a thread hangs."""
+    configs = tuple(
+        LidarConfig(**{**fields, "mask": tuple(tuple(arc) for arc in fields["mask"])})
+        for fields in argument["lidars"]
+    )
+    fields = argument["footprint"]
+    corners_m = tuple((x, y) for x, y in fields["corners_m"])
+    footprint = footprint_of(FootprintConfig(**{**fields, "corners_m": corners_m}))
+    evaluator = Evaluator(footprint, [(config.x_m, config.y_m) for config in configs])
+    pipeline = Pipeline(configs, tuple(Sector(*s) for s in argument["sectors"]), evaluator)
+    ear = threading.Thread(
+        target=hear, args=(sys.stdin.buffer, evaluator), name="zone", daemon=True
+    )
+    ear.start()
+    pipeline.start()
+    try:
+        while (name := pipeline.hanging()) is None:
+            out.data(pipeline.step().pack())
+    finally:
+        pipeline.stop()
+    out.status(states.LOST, LOST, f"{name} hangs; starting it again")
+    return 1
+
+
+def main() -> int:
+    """Entry of `python -m gazechair.sensing.lidar.child JSON`: lidars, sectors, footprint."""
+    argument = json.loads(sys.argv[1])
+    out = enter_child()
+    try:
+        return run(argument, out)
+    except BrokenPipeError:
+        return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

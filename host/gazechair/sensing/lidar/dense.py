@@ -1,0 +1,252 @@
+"""Decode an RPLIDAR S2's dense scan stream in bulk, and tell true capsules from damaged ones.
+
+A capsule is 84 bytes: 0xA0 | low nibble of the checksum, 0x50 | its high nibble, u16 start angle
+in 1/64 degree (bit 15: the encoder was reset), 40 x u16 distance in mm (0 = no return). The
+checksum is the XOR of bytes 2..83 (Slamtec protocol, "dense capsule"). The angles between two
+starts are interpolated, so a capsule is complete only when the next one has come.
+
+XOR lets 1 in 256 damaged capsules through, so a capsule must also be followed by a capsule's head,
+its start must lie where the mirror's steady turning puts it, and its distances must not look hit
+(an XOR can't see the same bits flipped in two places).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazechair.sensing.lidar.nodes import FloatArray, Nodes, our_angle
+
+CAPSULE_SIZE = 84
+POINTS = 40
+POINT_PERIOD_S = 1.0 / 32_000.0
+
+# From one capsule to the next at 5 to 20 turns a second.
+_STEP_DEG = (2.25, 9.0)
+_STEP_TOLERANCE = 0.2  # share of the step seen so far
+# A gap of more capsules could begin and end anywhere within that tolerance.
+_WIDEST_GAP = 8
+_FOLLOW = 0.1  # how fast that follows
+_FORGET = 200  # capsules in a row that fit nothing: the mirror turns at another speed now
+# Spikes, see _looks_hit.
+_SPIKE_M = 0.1
+_HIGH_M = 1.0
+_SPIKE_NOISE = 5.0  # times the capsule's own median step
+# A capsule in 50 may be given up for its spikes: where speckle is common, spikes tell nothing.
+_SPIKE_BUDGET = 4.0
+_SPIKE_MEMORY = 250  # capsules: some three turns
+_SPIKE_EARN = 1.0 / 50.0
+_MAX_PENDING = 1 << 16
+
+Rows = NDArray[np.uint8]
+IntArray = NDArray[np.int64]
+
+
+class CapsuleDecoder:
+    """Feed it bytes as they come; it returns the nodes of every capsule that can be trusted.
+
+    Counters: `fed` bytes taken, `resyncs` places where the stream had to be realigned, `dropped`
+    bytes given up there, `implausible` capsules with a good checksum at a wrong angle, `spiky` ones
+    whose distances looked damaged.
+    `step_deg`: the mirror's turning from one capsule to the next, 0 before it is known.
+    """
+
+    def __init__(self) -> None:
+        self.fed = 0
+        self.resyncs = 0
+        self.dropped = 0
+        self.implausible = 0
+        self.spiky = 0
+        self.step_deg = 0.0
+        self._pending = b""
+        self._at = 0  # place in the stream where the pending bytes begin
+        self._searching = True
+        self._held: tuple[Rows, IntArray, bool] | None = None  # waits for the next start angle
+        self._misfits = 0
+        self._spikes_left = _SPIKE_BUDGET
+        self._believed = 0  # capsules so far
+        self._spike_at = np.full(360, -_SPIKE_MEMORY - 1, dtype=np.int64)  # by degree: the newest
+        self._last_m = 0.0
+        self._last_deg: float | None = None  # of the newest node, as the lidar counts
+
+    @property
+    def rate_hz(self) -> float:
+        """Turns of the mirror in a second, 0 before they are known."""
+        return self.step_deg / 360.0 / (POINTS * POINT_PERIOD_S)
+
+    def feed(self, data: bytes) -> Nodes:
+        """Decode `data` behind what was left over."""
+        self.fed += len(data)
+        buf = self._pending + data
+        if len(buf) > _MAX_PENDING:
+            cut = len(buf) - _MAX_PENDING
+            self.dropped += cut
+            self._at += cut
+            buf = buf[cut:]
+            self._searching = True
+        rows, places, used = self._cut(np.frombuffer(buf, dtype=np.uint8))
+        end = self._at + len(buf)
+        self._pending = buf[used:]
+        self._at += used
+        if not len(rows):
+            return _nodes(np.zeros(0), np.zeros((0, POINTS)), places, 0, None)
+        return self._believe(rows, places, end)
+
+    def _cut(self, octets: Rows) -> tuple[Rows, IntArray, int]:
+        """Rows with head, checksum and a head behind them, their places, and the bytes used up."""
+        head = _heads(octets)
+        pieces: list[Rows] = []
+        places: list[IntArray] = []
+        at = 0
+        while True:
+            if self._searching:
+                found, at_next = _find(octets, head, at)
+                self.dropped += at_next - at
+                at = at_next
+                if not found:
+                    break
+                self._searching = False
+            count = (len(octets) - at - 2) // CAPSULE_SIZE
+            if count <= 0:
+                break
+            stop = at + count * CAPSULE_SIZE
+            rows = octets[at:stop].reshape(-1, CAPSULE_SIZE)
+            heads = head[at : stop + 1 : CAPSULE_SIZE]
+            bad = np.flatnonzero(~(heads[:-1] & heads[1:] & _checksum_fits(rows)))
+            good = int(bad[0]) if len(bad) else count
+            pieces.append(rows[:good])
+            places.append(self._at + at + CAPSULE_SIZE * np.arange(good, dtype=np.int64))
+            at += good * CAPSULE_SIZE
+            if not len(bad):
+                break
+            self.resyncs += 1
+            self._searching = True
+        if not pieces:
+            return np.zeros((0, CAPSULE_SIZE), np.uint8), np.zeros(0, np.int64), at
+        return np.concatenate(pieces), np.concatenate(places), at
+
+    def _believe(self, rows: Rows, places: IntArray, end: int) -> Nodes:
+        fits_before = False
+        if self._held is not None:
+            held_row, held_place, fits_before = self._held
+            rows = np.concatenate((held_row, rows))
+            places = np.concatenate((held_place, places))
+        starts_deg = ((rows[:, 2] | (rows[:, 3].astype(np.uint16) & 0x7F) << 8) / 64.0) % 360.0
+        steps = (starts_deg[1:] - starts_deg[:-1]) % 360.0
+        apart = places[1:] - places[:-1]
+        count = np.maximum(np.rint(apart / CAPSULE_SIZE), 1.0)
+        adjacent = (count == 1.0) & (steps >= _STEP_DEG[0]) & (steps <= _STEP_DEG[1])
+        expected = self.step_deg or _middle(steps[adjacent])
+        # Behind a gap the mirror went on turning: as many steps as capsules were lost.
+        each = (steps + 360.0 * np.rint((count * expected - steps) / 360.0)) / count
+        fits = np.abs(each - expected) <= _STEP_TOLERANCE * expected
+        fits &= (each >= _STEP_DEG[0]) & (each <= _STEP_DEG[1]) & (count <= _WIDEST_GAP)
+        self._follow(each[fits & (count == 1.0)], len(fits))
+        left = np.concatenate(([fits_before], fits))
+        self._held = (rows[-1:], places[-1:], bool(left[-1]))
+        distances_m = np.ascontiguousarray(rows[:, 4:]).view("<u2") / 1000.0
+        trusted = left[:-1] | fits
+        self.implausible += len(trusted) - int(np.count_nonzero(trusted))
+        if len(trusted):
+            hit = self._looks_hit(distances_m, starts_deg)
+            self.spiky += int(np.count_nonzero(hit & trusted))
+            trusted &= ~hit
+        distances_m, places = distances_m[:-1], places[:-1]
+        step = np.where(fits & (count == 1.0), each, self.step_deg)
+        angles = starts_deg[:-1, None] + step[:, None] * (np.arange(POINTS) / POINTS)
+        nodes = _nodes(angles[trusted], distances_m[trusted], places[trusted], end, self._last_deg)
+        if len(nodes):
+            self._last_deg = float(angles[trusted][-1, -1]) % 360.0
+        return nodes
+
+    def _follow(self, steps: FloatArray, pairs: int) -> None:
+        if not len(steps):
+            self._misfits += pairs
+            if self._misfits > _FORGET:
+                self.step_deg = 0.0
+                self._misfits = 0
+            return
+        self._misfits = 0
+        self.step_deg += (_middle(steps) - self.step_deg) * (_FOLLOW if self.step_deg else 1.0)
+
+    def _looks_hit(self, distances_m: FloatArray, starts_deg: FloatArray) -> NDArray[np.bool_]:
+        """For every capsule but the last: do its distances look damaged?
+
+        They do with one high spike or two lower ones: single distances that stand out from both
+        neighbours. A thin thing looks like that too, but in every turn: then it is believed.
+        """
+        line = np.concatenate(([self._last_m], distances_m.reshape(-1)[: 1 - POINTS]))
+        self._last_m = float(distances_m[-2, -1])
+        jumps = line[1:] - line[:-1]
+        rise, fall = jumps[:-1], -jumps[1:]
+        height = np.where(rise * fall > 0.0, np.minimum(np.abs(rise), np.abs(fall)), 0.0)
+        height[(line[:-2] == 0.0) | (line[1:-1] == 0.0) | (line[2:] == 0.0)] = 0.0
+        height = height.reshape(-1, POINTS)
+        self._believed += len(height)
+        self._spikes_left = min(self._spikes_left + len(height) * _SPIKE_EARN, _SPIKE_BUDGET)
+        if height.max() <= _SPIKE_M:
+            return np.zeros(len(height), dtype=np.bool_)
+        middle = POINTS // 2
+        noise_m = np.partition(np.abs(rise).reshape(-1, POINTS), middle, axis=1)[:, middle]
+        spikes = height > np.maximum(_SPIKE_M, _SPIKE_NOISE * noise_m)[:, None]
+        counts = np.count_nonzero(spikes, axis=1)
+        hit: NDArray[np.bool_] = (counts >= 2) | ((counts == 1) & (height.max(axis=1) > _HIGH_M))
+        angles_deg = starts_deg[:-1, None] + self.step_deg * (np.arange(POINTS) / POINTS)
+        degrees = angles_deg.astype(np.int64) % 360
+        highest = degrees[np.arange(len(hit)), height.argmax(axis=1)]
+        known = self._believed - self._spike_at[(highest[:, None] + (-1, 0, 1)) % 360]
+        self._spike_at[degrees[spikes & hit[:, None]]] = self._believed
+        hit &= known.min(axis=1) > _SPIKE_MEMORY
+        if np.count_nonzero(hit) > self._spikes_left:
+            hit[:] = False
+        self._spikes_left -= np.count_nonzero(hit)
+        return hit
+
+
+def _middle(values: FloatArray) -> float:
+    """The median, the upper one of two; 0 for none."""
+    half = len(values) // 2
+    return float(np.partition(values, half)[half]) if len(values) else 0.0
+
+
+def _heads(octets: Rows) -> NDArray[np.bool_]:
+    """True where a capsule may begin."""
+    if len(octets) < 2:
+        return np.zeros(0, dtype=np.bool_)
+    heads: NDArray[np.bool_] = ((octets[:-1] & 0xF0) == 0xA0) & ((octets[1:] & 0xF0) == 0x50)
+    return heads
+
+
+def _checksum_fits(rows: Rows) -> NDArray[np.bool_]:
+    checksum = np.bitwise_xor.reduce(rows[:, 2:], axis=1)
+    fits: NDArray[np.bool_] = ((rows[:, 0] & 0x0F) | ((rows[:, 1] & 0x0F) << 4)) == checksum
+    return fits
+
+
+def _find(octets: Rows, head: NDArray[np.bool_], at: int) -> tuple[bool, int]:
+    """The next place with head, checksum and a head behind; or False and where to search on."""
+    for place in (np.flatnonzero(head[at:]) + at).tolist():
+        behind = place + CAPSULE_SIZE
+        if behind >= len(head):
+            return False, place
+        if head[behind] and _checksum_fits(octets[None, place:behind])[0]:
+            return True, place
+    return False, max(at, len(octets) - 1)
+
+
+def _nodes(
+    angles: FloatArray, distances_m: FloatArray, places: IntArray, end: int, last: float | None
+) -> Nodes:
+    raw_deg = angles.reshape(-1) % 360.0
+    before = (
+        np.concatenate(([raw_deg[0] if last is None else last], raw_deg[:-1]))
+        if len(raw_deg)
+        else raw_deg
+    )
+    behind = (end - places - CAPSULE_SIZE) * POINTS // CAPSULE_SIZE
+    return Nodes(
+        angles_deg=our_angle(raw_deg),
+        distances_m=distances_m.reshape(-1),
+        starts=raw_deg - before < -180.0,
+        backlog=(behind[:, None] + np.arange(POINTS - 1, -1, -1)).reshape(-1),
+    )

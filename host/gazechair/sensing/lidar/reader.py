@@ -1,0 +1,179 @@
+"""One lidar's thread: opens its device, keeps its newest scan, and starts it anew when it fails."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from gazechair.base import health as states
+from gazechair.config.configuration import LidarConfig
+from gazechair.sensing.lidar.device import S2, LidarError, find_port, stale_backlog
+from gazechair.sensing.lidar.report import FROZEN, LOST, MIRROR, POWER, SILENT, STARTING
+from gazechair.sensing.lidar.scan import Scan
+from gazechair.sensing.lidar.scanfile import ScanFileError, ScanReader
+from gazechair.sensing.lidar.stream import ByteStream, NodeStream
+from gazelink import codes
+
+_READ_S = 0.05
+# Pauses after each quarter turn, of some 25 ms, then the last one again and again: few large pieces
+# are cheap to decode, and its end is not slept over.
+_GATHER_S = (0.010, 0.010, 0.002)
+_SILENT_S = 0.25  # without measurements: no scan counts any more
+_GIVE_UP_S = 0.5  # and then the device is opened anew
+_FIRST_S = 5.0  # until the first measurements; the motor runs up meanwhile
+_RETRY_S = (0.25, 2.0)
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How a lidar is: health state, reason key, one plain line."""
+
+    state: str
+    reason: str
+    detail: str
+
+
+class Reader:
+    """Use `start`, `stop`. Anyone may read its attributes at any time.
+
+    `scan` is None while the lidar delivers nothing to go by. `alive_s`: CLOCK_MONOTONIC seconds at
+    which its thread last came by; every wait in it ends within about 6 s.
+    """
+
+    def __init__(self, config: LidarConfig, renewed: Callable[[], None]) -> None:
+        """`renewed` is called on the reader's thread whenever `scan` or `standing` has changed."""
+        self.config = config
+        self.scan: Scan | None = None
+        self.stream: NodeStream | None = None
+        self.source: int | None = None
+        self.standing = Standing(states.STARTING, STARTING, "starting")
+        self.alive_s = time.monotonic()
+        self._delivered = False  # since the device was opened
+        self._renewed = renewed
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name=config.name, daemon=True)
+
+    def start(self) -> None:
+        """Start its thread."""
+        self._thread.start()
+
+    def stop(self, timeout_s: float = 5.0) -> None:
+        """End the scan, stop the motor, end the thread. Returns at once when it never started."""
+        self._stopping.set()
+        if self._thread.is_alive():
+            self._thread.join(timeout_s)
+
+    def _run(self) -> None:
+        pause_s = _RETRY_S[0]
+        while not self._stopping.is_set():
+            self.alive_s = time.monotonic()
+            self._delivered = False
+            try:
+                if self.config.kind == "replay":
+                    self._replay()
+                else:
+                    self._serve()
+            except LidarError as error:
+                self._say(states.LOST, error.reason, str(error))
+            except ScanFileError as error:
+                self._say(states.LOST, LOST, str(error))
+            if self._delivered:
+                pause_s = _RETRY_S[0]
+            self._stopping.wait(pause_s)
+            pause_s = min(pause_s * 2.0, _RETRY_S[1])
+
+    def _say(self, state: str, reason: str = "ok", detail: str = "") -> None:
+        """A lost lidar stays lost, with its explanation, until it delivers."""
+        if state == states.STARTING and self.standing.state == states.LOST:
+            return
+        self.standing = Standing(state, reason, detail)
+        if state != states.OK:
+            self.scan = None
+        self._renewed()
+
+    def _serve(self) -> None:
+        self._say(states.STARTING, STARTING, f"opening the lidar at {self.config.port}")
+        port = find_port(self.config.port)
+        device = S2(port)
+        try:
+            self.alive_s = time.monotonic()
+            self._say(states.STARTING, STARTING, f"lidar {device.serial.hex()}: motor starts")
+            device.start(self.config.mode)
+            if self.standing.reason == SILENT:
+                text = f"the lidar at {port} had stopped by itself; check its power supply"
+                self._say(states.LOST, POWER, text)
+            self._read(device, port)
+        finally:
+            self.stream = None
+            device.close()
+
+    def _read(self, device: S2, port: str) -> None:
+        self.source = codes.SIMULATED if device.simulated else codes.REAL
+        stream = ByteStream(self.config.mode, self.source)
+        self.stream = stream
+        patience_s = time.monotonic() + _FIRST_S
+        piece = 0
+        while not self._stopping.is_set():
+            data = device.read(_READ_S)
+            self.alive_s = now_s = time.monotonic()
+            if stale_backlog(data):
+                # Bytes of unknown age: start afresh, from what is measured now.
+                stream = ByteStream(self.config.mode, self.source)
+                self.stream = stream
+                continue
+            if stream.feed(data, now_s):
+                piece = 0
+                self._take(stream.scan())
+            self._judge(stream, port, now_s, patience_s)
+            if data:
+                time.sleep(_GATHER_S[min(piece, len(_GATHER_S) - 1)])
+                piece += 1
+
+    def _replay(self) -> None:
+        """Play the file in its own time, and again from its start for ever."""
+        self._say(states.STARTING, STARTING, f"opening {self.config.file}")
+        file = ScanReader(Path(self.config.file))
+        try:
+            self.source = codes.REPLAYED
+            while not self._stopping.is_set():
+                self.stream = NodeStream(codes.REPLAYED, file.period_s)
+                start_s = time.monotonic()
+                for time_s, nodes in file.records():
+                    if self._stopping.wait(max(0.0, start_s + time_s - time.monotonic())):
+                        return
+                    self.alive_s = now_s = time.monotonic()
+                    if self.stream.take(nodes, now_s):
+                        self._take(self.stream.scan())
+                if not self._delivered:
+                    raise ScanFileError(f"scan file {self.config.file} holds no whole turn")
+        finally:
+            self.stream = None
+            file.close()
+
+    def _take(self, scan: Scan | None) -> None:
+        if scan is None:
+            return
+        self.scan = scan
+        self._delivered = True
+        if self.standing.state == states.OK:
+            self._renewed()
+        else:
+            self._say(states.OK)
+
+    def _judge(self, stream: ByteStream, port: str, now_s: float, patience_s: float) -> None:
+        if stream.frozen:
+            raise LidarError(f"the lidar at {port} repeats the same data; unplug it once", FROZEN)
+        if stream.last_s is None:
+            if now_s > patience_s:
+                raise LidarError(
+                    f"the lidar at {port} sends no measurements; is its motor turning?", MIRROR
+                )
+        elif now_s - stream.last_s > _SILENT_S:
+            text = f"the lidar at {port} sends nothing; check its plug and power supply"
+            if now_s - stream.last_s > _GIVE_UP_S:
+                raise LidarError(text, SILENT)
+            if self.scan is not None:
+                self._say(states.LOST, SILENT, text)

@@ -1,0 +1,192 @@
+"""The lidars' part in the daemon: watches the child process and publishes the clearance."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict
+
+from gazechair.base import health as states
+from gazechair.base.health import Health
+from gazechair.base.supervisor import Status, Supervisor
+from gazechair.board.board_commands import Clearance
+from gazechair.board.zone import NOT_KNOWN, BoardZone
+from gazechair.config.configuration import FootprintConfig, LidarConfig, SectorsConfig
+from gazechair.sensing.lidar.report import DAMAGED, LOST, VIEW, LidarReport, Report
+from gazechair.sensing.lidar.sectors import ALL_BLOCKED, Sector, blocked_bits
+from gazechair.sensing.lidar.told import said
+from gazelink import codes
+
+# So many reports in a row, some 0.3 s, before another verdict on the view counts.
+_STEADY = 12
+_DAMAGED_SHARE = 0.02
+
+Publish = Callable[[Clearance], None]
+
+
+class LidarService:
+    """Runs the lidars and publishes the clearance with each renewed scan.
+
+    While nothing new comes nothing is published: the age of the last word grows by itself.
+    """
+
+    def __init__(
+        self,
+        lidars: tuple[LidarConfig, ...],
+        sectors: SectorsConfig,
+        footprint: FootprintConfig,
+        publish: Publish,
+        health: Health,
+    ) -> None:
+        """`publish` is called on the lidars' thread, some 40 times a second, and must not block."""
+        self._configs = tuple(config for config in lidars if config.kind != "off")
+        self._sectors = classic(sectors)
+        self._distance_m = sectors.distance_m
+        self._footprint = footprint
+        self._publish = publish
+        self._health = health
+        self.flags = ALL_BLOCKED
+        """The first prototype's sectors, a bit per direction: for diagnosis, they stop nothing."""
+        self._published_s: float | None = None
+        self._verdict = _Steady()
+        self.report: Report | None = None
+        self._supervisor: Supervisor | None = None
+        self._zone = said(NOT_KNOWN)
+
+    @property
+    def restarts(self) -> int:
+        """How often the child process had to be started again."""
+        return self._supervisor.restarts if self._supervisor else 0
+
+    @property
+    def pid(self) -> int | None:
+        """Process id of the child, None while there is none."""
+        return self._supervisor.pid if self._supervisor else None
+
+    def start(self) -> None:
+        """Start the child process; with kind "off" only the health says so."""
+        if not self._configs:
+            self._health.set(states.LOST, LOST, 'no lidar is configured: set lidar.kind = "s2"')
+            return
+        argument = {
+            "lidars": [asdict(config) for config in self._configs],
+            "sectors": [(s.direction, s.from_deg, s.to_deg) for s in self._sectors],
+            "footprint": asdict(self._footprint),
+        }
+        self._supervisor = Supervisor(
+            "gazechair.sensing.lidar.child",
+            json.dumps(argument),
+            self._on_data,
+            self._on_status,
+            lost_reason=LOST,
+            listens=True,
+        )
+        self._supervisor.tell(self._zone)
+        self._supervisor.start()
+
+    def zone(self, zone: BoardZone) -> None:
+        """How the board stops. From any thread, also before the start."""
+        self._zone = said(zone)
+        if self._supervisor is not None:
+            self._supervisor.tell(self._zone)
+
+    def stop(self) -> None:
+        """Stop the lidars' motors, their process and its thread."""
+        if self._supervisor is not None:
+            self._supervisor.stop()
+
+    def describe(self) -> str:
+        """What the lidars deliver at this moment, in one line."""
+        found = []
+        for one in self.report.lidars if self.report else ():
+            if one.rate_hz is not None and one.coverage is not None:
+                figures = f"{one.points} points, {one.rate_hz:.1f} turns/s"
+                found.append(f"{one.name} {figures}, sees {one.coverage:.0%} of its view")
+        if not found:
+            return "delivers nothing"
+        near = [
+            codes.DIRECTIONS[s.direction] for s in self._sectors if self.flags >> s.direction & 1
+        ]
+        return "; ".join(found) + f"; within {self._distance_m:g} m: {', '.join(near) or 'nothing'}"
+
+    def _on_data(self, payload: bytes) -> None:
+        report = Report.unpack(payload)
+        self.report = report
+        found = report.evaluation
+        if report.acquired_s is None or report.source is None or found is None:
+            self.flags = ALL_BLOCKED
+        elif report.acquired_s != self._published_s:
+            self.flags = blocked_bits(self._sectors, report.readings, self._distance_m, self.flags)
+            self._publish(Clearance(source=report.source, acquired_s=report.acquired_s, **found))
+            self._published_s = report.acquired_s
+        self._tell(report)
+
+    def _tell(self, report: Report) -> None:
+        lost = [one for one in report.lidars if one.state != states.OK]
+        if lost:
+            self._verdict.forget()
+            worst = min(lost, key=lambda one: one.state != states.LOST)
+            if worst.state != states.STARTING or self._health.state != states.LOST:
+                self._health.set(worst.state, worst.reason, self._named(worst, worst.detail))
+            return
+        verdict = self._verdict.settle(tuple(_doubt(one) for one in report.lidars))
+        if verdict is None:
+            return
+        for one, reason in zip(report.lidars, verdict, strict=True):
+            if reason:
+                self._health.set(states.DEGRADED, reason, self._named(one, _explain(one, reason)))
+                return
+        self._health.set(states.OK)
+
+    def _named(self, lidar: LidarReport, detail: str) -> str:
+        return f"{lidar.name}: {detail}" if len(self._configs) > 1 else detail
+
+    def _on_status(self, status: Status) -> None:
+        self.flags = ALL_BLOCKED
+        self._verdict.forget()
+        self._health.set(status.state, status.reason, status.detail)
+
+
+class _Steady:
+    """A verdict counts once it has been the same for a while; a first good one at once."""
+
+    def __init__(self) -> None:
+        self._candidate: tuple[str, ...] = ()
+        self._count = 0
+        self._settled: tuple[str, ...] | None = None
+
+    def forget(self) -> None:
+        self._settled = None
+        self._count = 0
+
+    def settle(self, verdict: tuple[str, ...]) -> tuple[str, ...] | None:
+        self._count = self._count + 1 if verdict == self._candidate else 1
+        self._candidate = verdict
+        if self._count >= _STEADY or (self._settled is None and not any(verdict)):
+            self._settled = verdict
+        return self._settled
+
+
+def _doubt(lidar: LidarReport) -> str:
+    """The reason key of what is wrong with what it sees, "" when nothing is."""
+    if lidar.lost_share > _DAMAGED_SHARE:
+        return DAMAGED
+    return VIEW if lidar.blind_deg else ""
+
+
+def _explain(lidar: LidarReport, reason: str) -> str:
+    if reason == DAMAGED:
+        return f"{lidar.lost_share:.0%} of the lidar's bytes arrive damaged: check its cable"
+    arcs = ", ".join(f"{start}..{end}" for start, end in lidar.blind_deg)
+    return f"the lidar is blind at {arcs} degrees (left positive): clean or clear its view"
+
+
+def classic(config: SectorsConfig) -> tuple[Sector, ...]:
+    """The first prototype's sectors, and the rear when it is configured."""
+    arcs = (
+        (codes.DIR_FORWARD, config.front_deg),
+        (codes.DIR_LEFT, config.left_deg),
+        (codes.DIR_RIGHT, config.right_deg),
+        (codes.DIR_BACKWARD, config.rear_deg),
+    )
+    return tuple(Sector(direction, *arc) for direction, arc in arcs if arc is not None)

@@ -1,0 +1,96 @@
+"""From what one lidar sends to its newest scan, with everything that tells how good it is."""
+
+from __future__ import annotations
+
+from gazechair.sensing.lidar.dense import CAPSULE_SIZE, POINT_PERIOD_S, CapsuleDecoder
+from gazechair.sensing.lidar.freeze import FreezeWatch
+from gazechair.sensing.lidar.nodes import NODE_SIZE, NodeDecoder, Nodes
+from gazechair.sensing.lidar.scan import Scan
+from gazechair.sensing.lidar.sweep import NODE_PERIOD_S, Sweep
+
+_FOLLOW = 0.025  # of the share of lost bytes, each quarter turn: about a second
+PERIODS_S = {"dense": POINT_PERIOD_S, "standard": NODE_PERIOD_S}
+
+
+def make_decoder(mode: str) -> CapsuleDecoder | NodeDecoder:
+    """What decodes the bytes of a "dense" or "standard" scan."""
+    return CapsuleDecoder() if mode == "dense" else NodeDecoder()
+
+
+class NodeStream:
+    """Takes nodes; after a quarter turn of the mirror `scan` is worth a look."""
+
+    def __init__(self, source: int, period_s: float) -> None:
+        """`source`: codes.REAL, ...; `period_s`: from one measurement to the next."""
+        self._sweep = Sweep(source, period_s)
+        self.quarters = -1
+        """Quarter turns of the mirror that were complete since the start."""
+        self.lost_share = 0.0
+        """Share of its bytes of the last second or so that had to be thrown away."""
+        self.resyncs = 0
+        """How often its bytes had to be realigned."""
+        self.last_s: float | None = None
+        """When the newest nodes came, CLOCK_MONOTONIC seconds."""
+
+    @property
+    def turns(self) -> int:
+        """Turns of the mirror since the start."""
+        return self._sweep.turns
+
+    @property
+    def rate_hz(self) -> float:
+        """Turns in a second, as measured; 0 before that is known."""
+        return self._sweep.rate_hz
+
+    def take(self, nodes: Nodes, received_s: float) -> bool:
+        """Take nodes that were whole at `received_s`; True when a quarter turn is complete."""
+        if not len(nodes):
+            return False
+        self.last_s = received_s
+        self._sweep.take(nodes, received_s)
+        changed = self._sweep.quarter != self.quarters
+        self.quarters = self._sweep.quarter
+        return changed
+
+    def scan(self) -> Scan | None:
+        """The newest scan; None before there was a whole turn."""
+        return self._sweep.scan() if self._sweep.turns >= 2 else None
+
+
+class ByteStream(NodeStream):
+    """The same from a device's bytes."""
+
+    def __init__(self, mode: str, source: int) -> None:
+        """`mode`: "dense" or "standard"; `source`: codes.REAL or SIMULATED."""
+        super().__init__(source, PERIODS_S[mode])
+        self._decoder = make_decoder(mode)
+        self._unit = CAPSULE_SIZE if mode == "dense" else NODE_SIZE
+        self._freeze = FreezeWatch()
+        self._counted = (0, 0)
+
+    @property
+    def frozen(self) -> bool:
+        """True when it repeats itself."""
+        return self._freeze.frozen
+
+    def feed(self, data: bytes, received_s: float) -> bool:
+        """Take bytes; True when another quarter turn is complete."""
+        nodes = self._decoder.feed(data)
+        self._freeze.take(nodes)
+        self.resyncs = self._decoder.resyncs
+        if not self.take(nodes, received_s):
+            return False
+        self._count_losses()
+        return True
+
+    def scan(self) -> Scan | None:
+        """As above; None too while it is not proven that the device measures anew each turn."""
+        return super().scan() if self._freeze.proven and not self._freeze.frozen else None
+
+    def _count_losses(self) -> None:
+        lost = self._decoder.dropped + self._decoder.implausible * self._unit
+        fed = self._decoder.fed
+        lost_now, fed_now = lost - self._counted[0], fed - self._counted[1]
+        self._counted = (lost, fed)
+        if fed_now > 0:
+            self.lost_share += (min(1.0, lost_now / fed_now) - self.lost_share) * _FOLLOW

@@ -1,0 +1,156 @@
+"""The newest full turn of the lidar, assembled on the S flag and renewed with every few nodes."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazechair.sensing.lidar.nodes import FloatArray, Nodes, wrapped_steps
+from gazechair.sensing.lidar.scan import BINS, Scan
+from gazelink import codes
+
+NODE_PERIOD_S = 1.0 / 16_000.0  # standard scan: 16 kHz
+_LONGEST_TURN_S = 0.5  # behind that the S flag was lost several times over
+_FOLLOW = 0.2  # of the turning rate, each turn
+# A dense capsule comes when the next one is whole: so long a quarter does not wait for its own.
+_ALL_BUT_DEG = 2.0
+_JITTER_DEG = 5.0  # of the angle at which a turn starts
+_KEPT = 3  # turns before the one in progress
+
+_Nodes = tuple[FloatArray, FloatArray, FloatArray]  # angles, distances, times
+
+
+class Sweep:
+    """Joins the turn in progress with the part of the turn before it that it has not yet reached.
+
+    This gives an obstacle some 25 ms after its beam, instead of up to a whole turn later.
+
+    Degrees of which every measurement was lost show what the two turns before saw, for one turn
+    more; then they are missing, as they are when one of those saw nothing there either. So a wrong
+    measurement never makes the way free for a second turn.
+    """
+
+    def __init__(self, source: int = codes.SIMULATED, period_s: float = NODE_PERIOD_S) -> None:
+        """`source` marks the scans; behind anything but codes.REAL a real board never arms.
+
+        `period_s`: from one measurement to the next.
+        """
+        self.turns = 0
+        self.rate_hz = 0.0
+        """Turns in a second, as measured; 0 before that is known."""
+        self._turn_s: float | None = None
+        self._source = source
+        self._period_s = period_s
+        self._most_nodes = round(_LONGEST_TURN_S / period_s)
+        self._turns = [_Turn() for _ in range(1 + _KEPT)]  # newest first
+
+    def add(self, nodes: Nodes, received_s: float) -> Scan | None:
+        """Take nodes that were whole at `received_s`; the newest scan, None without nodes."""
+        self.take(nodes, received_s)
+        return self.scan() if len(nodes) else None
+
+    def take(self, nodes: Nodes, received_s: float) -> None:
+        """Take nodes that were whole at `received_s`, CLOCK_MONOTONIC seconds."""
+        times_s: FloatArray = received_s - nodes.backlog.astype(np.float64) * self._period_s
+        cuts = [0, *np.flatnonzero(nodes.starts).tolist(), len(nodes)]
+        for first, last in pairwise(cuts):
+            if first < last:
+                if nodes.starts[first]:
+                    self._turns = [_Turn(), *self._turns[:_KEPT]]
+                    self.turns += 1
+                    self._clock_turn(float(times_s[first]))
+                piece = slice(first, last)
+                self._turns[0].add(
+                    (nodes.angles_deg[piece], nodes.distances_m[piece], times_s[piece]),
+                    self._most_nodes,
+                )
+
+    def _clock_turn(self, now_s: float) -> None:
+        if self._turn_s is not None and now_s > self._turn_s:
+            seen_hz = 1.0 / (now_s - self._turn_s)
+            self.rate_hz += (seen_hz - self.rate_hz) * (_FOLLOW if self.rate_hz else 1.0)
+        self._turn_s = now_s
+
+    @property
+    def quarter(self) -> int:
+        """Counts the quarter turns of the mirror that are complete, but for a degree or two."""
+        return self.turns * 4 + self._turns[0].quarter
+
+    def scan(self) -> Scan | None:
+        """The newest scan, None before the first node and right at the start of a turn."""
+        kept = [turn.joined() for turn in self._turns]
+        angles = kept[0][0]
+        if not len(angles):
+            return None
+        # Where the mirror is, as the lidar counts: along the nodes, so that jitter about the start
+        # of the turn is not a whole turn.
+        first_deg = float(-angles[0] % 360.0)
+        turned_deg = -float(wrapped_steps(angles).sum())
+        reached_deg = first_deg - (360.0 if first_deg > 360.0 - _JITTER_DEG else 0.0) + turned_deg
+
+        def view(back: int) -> _Nodes:
+            # The whole turn that ended where the newest node is, `back` turns ago.
+            newer, older = kept[back], kept[back + 1]
+            passed = -newer[0] % 360.0 <= reached_deg
+            ahead = -older[0] % 360.0 > reached_deg
+            return _join(_pick(newer, passed) if back else newer, _pick(older, ahead))
+
+        whole = view(0)
+        missing = np.bincount(_bins(whole), minlength=BINS) == 0
+        if missing.any():
+            whole = _fill(whole, missing, view(1), view(2))
+        return Scan(whole[0], whole[1], float(whole[2].min()), self._source)
+
+
+class _Turn:
+    def __init__(self) -> None:
+        self._pieces: list[_Nodes] = []
+        self._count = 0
+        self.quarter = 0
+
+    def add(self, piece: _Nodes, most: int) -> None:
+        self._pieces.append(piece)
+        self._count += len(piece[0])
+        if self._count > most:
+            self._pieces = [piece]
+            self._count = len(piece[0])
+        self.quarter = int((-piece[0][-1] % 360.0 + _ALL_BUT_DEG) // 90.0)
+
+    def joined(self) -> _Nodes:
+        if not self._pieces:
+            return np.zeros(0), np.zeros(0), np.zeros(0)
+        if len(self._pieces) > 1:
+            angles, distances, times = zip(*self._pieces, strict=True)
+            self._pieces = [
+                (np.concatenate(angles), np.concatenate(distances), np.concatenate(times))
+            ]
+        return self._pieces[0]
+
+
+def _fill(newest: _Nodes, missing: NDArray[np.bool_], before: _Nodes, oldest: _Nodes) -> _Nodes:
+    """`newest`, and what the views before it have of the degrees it has nothing of."""
+    bins_before, bins_oldest = _bins(before), _bins(oldest)
+    chosen = missing & (np.bincount(bins_before, minlength=BINS) > 0)
+    chosen &= np.bincount(bins_oldest, minlength=BINS) > 0
+    filled = _join(newest, _pick(before, chosen[bins_before]))
+    # Of these the obstacles alone: they only reduce, so that their age does not count.
+    angles, distances, _ = _pick(oldest, chosen[bins_oldest] & (oldest[1] > 0.0))
+    return _join(filled, (angles, distances, np.full(len(angles), np.inf)))
+
+
+def _bins(nodes: _Nodes) -> NDArray[np.int64]:
+    return np.minimum((nodes[0] + 180.0).astype(np.int64), BINS - 1)
+
+
+def _pick(nodes: _Nodes, chosen: NDArray[np.bool_]) -> _Nodes:
+    return nodes[0][chosen], nodes[1][chosen], nodes[2][chosen]
+
+
+def _join(first: _Nodes, second: _Nodes) -> _Nodes:
+    return (
+        np.concatenate((first[0], second[0])),
+        np.concatenate((first[1], second[1])),
+        np.concatenate((first[2], second[2])),
+    )

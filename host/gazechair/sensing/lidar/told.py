@@ -1,0 +1,26 @@
+"""What the daemon tells the lidars' child process: how the board stops, as one line."""
+
+from __future__ import annotations
+
+import json
+import logging
+
+from gazechair.board.zone import BoardZone
+from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
+
+log = logging.getLogger(__name__)
+
+
+def said(zone: BoardZone) -> bytes:
+    """As one line, without its end."""
+    return json.dumps([one.hex() for one in zone.points]).encode()
+
+
+def understood(line: bytes) -> StopZone:
+    """From one line. What makes no sense is not known."""
+    try:
+        points = json.loads(line)
+        return StopZone([bytes.fromhex(one) for one in points]) if points else UNKNOWN
+    except (ValueError, TypeError) as error:
+        log.warning("what the board says about its stopping makes no sense: %s", error)
+        return UNKNOWN

@@ -1,0 +1,124 @@
+"""The board's settings from the command line: read, change, save; refusals in plain words."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Iterator, Sequence
+
+from gazechair.base.health import Health
+from gazechair.board import ports
+from gazechair.board.link import BoardLink
+from gazechair.board.state import BoardState
+from gazelink import codes
+from gazelink.settings_table import NAMES, TABLE, index_of
+
+_CONNECT_S = 6.0
+_TRIES = 3
+_POLL_S = 0.02
+_REFUSALS = {
+    codes.SETTING_UNKNOWN: "the board knows no such setting; flash it with this version",
+    codes.SETTING_OUT_OF_RANGE: "the value is outside the limits shown by gazechair settings",
+    codes.SETTING_WHILE_ARMED: "driving is on; switch it off first (Rijden uit)",
+    codes.SETTING_NOT_STORED: "the board could not write it to its flash; is it full?",
+    codes.SETTING_BY_CALIBRATION: "use gazechair calibrate joystick, with a meter",
+    codes.SENSOR_NOT_CALIBRATED: "the sensor says it is not calibrated; move it gently every way",
+}
+
+
+class SettingsError(Exception):
+    """A refusal or a board that does not answer: one line, what and what to do."""
+
+
+class SettingRefused(SettingsError):
+    """The board said no; `reason` is its code (gazelink.codes)."""
+
+    def __init__(self, text: str, reason: int) -> None:
+        super().__init__(text)
+        self.reason = reason
+
+
+def parse(name: str, text: str) -> tuple[int, int]:
+    """(index, value) of a change given as words. SettingsError for an unknown name or bad value."""
+    if name not in NAMES:
+        raise SettingsError(f"no setting {name!r}; there are {', '.join(NAMES)}")
+    index = index_of(name)
+    _, _, low, high = TABLE[index]
+    if not text.isdecimal() or not low <= int(text) <= high:
+        raise SettingsError(f"{name} must be a whole number {low}..{high}, not {text!r}")
+    return index, int(text)
+
+
+class BoardSettings:
+    """The settings of a connected board. Every method raises SettingsError when it is refused."""
+
+    def __init__(self, link: BoardLink) -> None:
+        self._link = link
+
+    def state(self) -> BoardState | None:
+        """The newest state the board told, None while it is not connected."""
+        return self._link.state()
+
+    def all(self) -> list[int]:
+        """The values in force, in the order of the table."""
+        return [self._ask(codes.SETTING_GET, index) for index in range(len(TABLE))]
+
+    def set(self, index: int, value: int) -> None:
+        """Put a value in force at once; it is kept across a reset only after save()."""
+        self._ask(codes.SETTING_SET, index, value)
+
+    def set_neutral(self, index: int, value: int) -> None:
+        """Put one of the joystick's neutral counts in force; driving is off until save()."""
+        self._ask(codes.SETTING_SET_NEUTRAL, index, value)
+
+    def defaults(self) -> None:
+        """Put all defaults in force, but the joystick's neutral."""
+        self._ask(codes.SETTING_DEFAULTS)
+
+    def save(self) -> None:
+        """Write what is in force to the board's flash."""
+        self._ask(codes.SETTING_SAVE)
+
+    def save_heading(self) -> None:
+        """Keep the heading sensor's calibration across a reset."""
+        self._ask(codes.SETTING_SAVE_HEADING)
+
+    def _ask(self, request: int, index: int = 0, value: int = 0) -> int:
+        what = codes.SETTING_REQUESTS[request]
+        for _ in range(_TRIES):
+            reply = self._link.setting(request, index, value)
+            if reply is None or (reply.request, reply.index) != (request, index):
+                continue
+            if reply.refused:
+                reason = _REFUSALS.get(reply.refused, codes.reason_name(reply.refused))
+                raise SettingRefused(f"{what} {NAMES[index]} refused: {reason}", reply.refused)
+            return reply.value
+        raise SettingsError(f"{what}: the board does not answer; is its firmware of this version?")
+
+
+@contextlib.contextmanager
+def connected(port: str) -> Iterator[BoardSettings]:
+    """The settings of the board on `port` ("auto": found by USB ids); the daemon must not run."""
+    health = Health("board")
+    link = BoardLink(ports.finder(port, ports.BOARD), health)
+    link.start()
+    try:
+        end_s = time.monotonic() + _CONNECT_S
+        while link.state() is None:
+            if time.monotonic() > end_s:
+                why = health.detail or "no answer"
+                raise SettingsError(f"no board: {why}; stop gazechair run if it holds the port")
+            time.sleep(_POLL_S)
+        yield BoardSettings(link)
+    finally:
+        link.stop()
+
+
+def as_text(values: Sequence[int]) -> str:
+    """A table: name, value in force, default, limits."""
+    width = max(len(name) for name in NAMES)
+    lines = [f"{'setting':<{width}}  {'now':>6} {'default':>8}  limits"]
+    for (name, default, low, high), value in zip(TABLE, values, strict=True):
+        changed = " " if value == default else "*"
+        lines.append(f"{name:<{width}}  {value:>6}{changed}{default:>8}  {low}..{high}")
+    return "\n".join(lines)

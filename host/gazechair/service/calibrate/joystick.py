@@ -1,0 +1,166 @@
+"""`gazechair calibrate joystick`: neutral is where a meter at the unplugged DB9 says so."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+from gazechair.board.state import BoardState
+from gazechair.service.board_settings import SettingsError, parse
+from gazechair.service.calibrate.errors import CalibrateError
+from gazelink import codes
+from gazelink.settings_table import TABLE, index_of
+
+CONFIRMATION = "unplugged"
+_MILLIVOLT_A_COUNT = 11.8  # docs/wiring.md
+# (setting, what it is called, pin of the DB9)
+_CHANNELS = (("neutral_linear_count", "linear", 1), ("neutral_turn_count", "turn", 2))
+_READ_BACK_S = 3.0
+_SETTLED_S = 0.05  # the board calls a wrong read-back a fault after a few ticks
+_POLL_S = 0.01
+
+
+class Board(Protocol):
+    """What it needs of board_settings.BoardSettings."""
+
+    def state(self) -> BoardState | None:
+        """The newest state."""
+
+    def all(self) -> list[int]:
+        """The values in force."""
+
+    def set_neutral(self, index: int, value: int) -> None:
+        """Put a neutral count in force."""
+
+    def save(self) -> None:
+        """Write what is in force to the board's flash."""
+
+
+class JoystickCalibration:
+    """One run. `say` gets each line for the user; `read_line` gives their next, "" at the end."""
+
+    def __init__(
+        self, board: Board, say: Callable[[str], None], read_line: Callable[[], str]
+    ) -> None:
+        self._board = board
+        self._say = say
+        self._read_line = read_line
+        self._counts: list[int] = []
+
+    def run(self) -> None:
+        """Guide the user through both channels and save.
+
+        Raises CalibrateError or SettingsError. Whatever ends it before the saving, the counts are
+        again what they were, unless the text says otherwise.
+        """
+        self._check_state()
+        values = self._board.all()
+        before = [values[index_of(name)] for name, _, _ in _CHANNELS]
+        self._counts = list(before)
+        self._confirm_unplugged()
+        saved = False
+        try:
+            for channel in range(len(_CHANNELS)):
+                self._adjust(channel)
+            self._say(f"linear {self._counts[0]}, turn {self._counts[1]}: type 'save' to keep them")
+            if self._answer() != "save":
+                raise CalibrateError("not saved; the neutral counts are as before")
+            self._board.save()
+            saved = True
+        finally:
+            if not saved:
+                self._restore(before)
+        self._say("saved; measure both pins against pin 3 once more before the DB9 is plugged in")
+
+    def _check_state(self) -> None:
+        state = self._state()
+        if state.state != codes.DISARMED:
+            raise CalibrateError("driving is on; switch it off first (Rijden uit)")
+        self._check_read_back(state)
+
+    def _state(self) -> BoardState:
+        state = self._board.state()
+        if state is None:
+            raise CalibrateError("the board is gone; check its cable and repeat")
+        return state
+
+    def _check_read_back(self, state: BoardState) -> None:
+        if state.faults >> codes.WIPER & 1:
+            raise CalibrateError(
+                "the potentiometer does not read back what is written (fault wiper); check its"
+                " supply, SDA, SCL and pull-ups, then switch the board off and on"
+            )
+
+    def _confirm_unplugged(self) -> None:
+        self._say("this moves the joystick's neutral: a chair on the DB9 would drive")
+        self._say(f"pull the DB9 plug, switch the 12 V of a bench supply on, type '{CONFIRMATION}'")
+        if self._answer() != CONFIRMATION:
+            raise CalibrateError("nobody said that the DB9 is unplugged; nothing was changed")
+
+    def _adjust(self, channel: int) -> None:
+        name, what, pin = _CHANNELS[channel]
+        self._say(f"{what}: meter's red lead on pin {pin} of the DB9's socket, black on pin 8")
+        self._say("wanted: 6.00 V, and within 30 mV of what pin 3 shows")
+        _, _, low, high = TABLE[index_of(name)]
+        self._say(
+            f"type + or - for a count ({_MILLIVOLT_A_COUNT} mV), a number {low}..{high},"
+            " 'ok' when the meter shows it, 'quit' to leave all as before"
+        )
+        self._show(channel)
+        while True:
+            answer = self._answer()
+            if answer == "ok":
+                return
+            if answer == "quit":
+                raise CalibrateError("not saved; the neutral counts are as before")
+            steps = {"+": 1, "-": -1}
+            if answer in steps:
+                answer = str(self._counts[channel] + steps[answer])
+            try:
+                index, count = parse(name, answer)
+            except SettingsError as error:
+                self._say(f"{error}; it stays {self._counts[channel]}")
+                continue
+            self._board.set_neutral(index, count)
+            self._counts[channel] = count
+            self._show(channel)
+
+    # Waits for a state that is newer than the change.
+    def _show(self, channel: int) -> None:
+        since_s = time.monotonic() + _SETTLED_S
+        end_s = since_s + _READ_BACK_S
+        while True:
+            state = self._state()
+            wipers = [state.linear_wiper, state.turn_wiper]
+            if state.received_s >= since_s:
+                self._check_read_back(state)
+                if wipers == self._counts:
+                    break
+            if time.monotonic() > end_s:
+                raise CalibrateError(
+                    f"the wipers stand at {wipers}, not at neutral {self._counts}; check that"
+                    " nothing drives the board"
+                )
+            time.sleep(_POLL_S)
+        self._say(
+            f"{_CHANNELS[channel][1]}: neutral {self._counts[channel]}, the register reads back"
+            f" {wipers[channel]} (a register, not a voltage: believe the meter)"
+        )
+
+    def _answer(self) -> str:
+        line = self._read_line()
+        if not line:
+            raise CalibrateError("no more input; not saved, the neutral counts are as before")
+        return line.strip().lower()
+
+    def _restore(self, before: list[int]) -> None:
+        try:
+            for (name, _, _), count in zip(_CHANNELS, before, strict=True):
+                self._board.set_neutral(index_of(name), count)
+        except SettingsError as error:
+            raise CalibrateError(
+                f"the neutral counts could not be put back ({error}); switch the board off and"
+                " on, it then starts with what it saved"
+            ) from None
+        self._say(f"back at linear {before[0]}, turn {before[1]}")

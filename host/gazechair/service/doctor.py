@@ -1,0 +1,117 @@
+"""The doctor: examines this machine and its devices, and says for each finding what to do."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import os
+import platform
+import shutil
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from gazechair.base import health as h
+from gazechair.board import ports
+from gazechair.config import configuration
+from gazechair.config.configuration import Config, ConfigError
+from gazechair.service import doctor_devices
+
+OK = "OK"
+WARN = "WARN"
+FAIL = "FAIL"
+
+_PACKAGES = ("pyserial", "numpy", "flask", "rplidar-roboticia")
+_TOOLS = (
+    ("chromium", "shows the page in tests and screenshots"),
+    ("qemu-system-arm", "runs the emulated board in tests"),
+    ("micropython", "runs the virtual board; tools/demo fetches one where it is missing"),
+)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One line of the doctor's report."""
+
+    level: str
+    """OK, WARN (works without) or FAIL (does not)."""
+    what: str
+    found: str
+    do: str = ""
+    """What to do; empty when nothing is."""
+
+
+def examine(config_path: Path | None) -> list[Finding]:
+    """All findings about this machine under the configuration at `config_path` (None: defaults)."""
+    findings = [*_python(), *_packages(), *_serial_ports()]
+    try:
+        config = configuration.load(config_path)
+    except ConfigError as error:
+        return [*findings, Finding(FAIL, "configuration", str(error), "correct that line")]
+    name = "all defaults" if config_path is None else str(config_path)
+    findings.append(Finding(OK, "configuration", name))
+    return [*findings, *_devices(config), *_tools()]
+
+
+def failed(findings: list[Finding]) -> bool:
+    """True if any finding is a FAIL."""
+    return any(finding.level == FAIL for finding in findings)
+
+
+def as_text(findings: list[Finding]) -> str:
+    """One line for each finding."""
+    return "\n".join(
+        f"{finding.level:4}  {finding.what}: {finding.found}"
+        + (f" -> {finding.do}" if finding.do else "")
+        for finding in findings
+    )
+
+
+def as_json(findings: list[Finding]) -> str:
+    """The findings as a JSON list of objects with level, what, found, do."""
+    return json.dumps([asdict(finding) for finding in findings], indent=1)
+
+
+def _python() -> Iterator[Finding]:
+    yield Finding(OK, "python", platform.python_version())
+
+
+def _packages() -> Iterator[Finding]:
+    for name in _PACKAGES:
+        try:
+            yield Finding(OK, name, importlib.metadata.version(name))
+        except importlib.metadata.PackageNotFoundError:
+            yield Finding(FAIL, name, "not installed", f"pip install {name}")
+
+
+def _serial_ports() -> Iterator[Finding]:
+    for port in ports.seen():
+        if not port.usb_id:
+            continue
+        what = f"{port.what} ({port.usb_id})"
+        if os.access(port.path, os.R_OK | os.W_OK):
+            yield Finding(OK, port.path, what)
+        else:
+            yield Finding(FAIL, port.path, f"{what}, not permitted to this user", ports.PERMIT)
+
+
+def _devices(config: Config) -> Iterator[Finding]:
+    answers = doctor_devices.ask(config)
+    for name, answer in answers.items():
+        if name == "lidar" and all(lidar.kind == "off" for lidar in config.lidar):
+            yield Finding(WARN, name, answer.detail, "without one the board does not arm")
+        elif answer.state == h.OK:
+            yield Finding(OK, name, answer.detail or "delivers")
+        else:
+            # The detail ends in what to do.
+            level = WARN if answer.state == h.DEGRADED or name == "camera" else FAIL
+            yield Finding(level, name, answer.detail or f"{answer.state}, no answer")
+
+
+def _tools() -> Iterator[Finding]:
+    for name, purpose in _TOOLS:
+        path = shutil.which(name)
+        if path is None:
+            yield Finding(WARN, name, "not there", f"only needed by developers: {purpose}")
+        else:
+            yield Finding(OK, name, path)

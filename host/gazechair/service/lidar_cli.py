@@ -1,0 +1,51 @@
+"""The command line of `gazechair lidar`; what it does is in gazechair.service.lidar_tools."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from gazechair.config import configuration
+
+
+def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the command `lidar` with its acts."""
+    lidar = commands.add_parser("lidar", help="masks and recordings of the lidars")
+    acts = lidar.add_subparsers(title="acts", required=True, metavar="ACT")
+    mask = acts.add_parser("mask", help="find where the chair itself is in the lidars' way")
+    mask.add_argument("--seconds", type=float, default=5.0, metavar="N", help="look for N seconds")
+    mask.set_defaults(act=_mask)
+    record = acts.add_parser("record", help="keep what a lidar measures in a file")
+    record.add_argument("file", type=Path, metavar="FILE")
+    record.add_argument("--seconds", type=float, metavar="N", help="default: until Ctrl-C")
+    record.add_argument("--name", help="which lidar, when there are several")
+    record.set_defaults(act=_record)
+    for act in (mask, record):
+        act.add_argument("--config", type=Path, metavar="FILE", help="configuration file")
+
+
+def _mask(options: argparse.Namespace) -> int:
+    from gazechair.service import lidar_tools
+
+    try:
+        good = lidar_tools.mask(configuration.load(options.config), options.seconds, print)
+    except lidar_tools.LidarCommandError as error:
+        return _refuse(error)
+    return 0 if good else 1
+
+
+def _record(options: argparse.Namespace) -> int:
+    from gazechair.service import lidar_tools
+
+    config = configuration.load(options.config)
+    try:
+        lidar_tools.record(config, options.name, options.file, options.seconds, print)
+    except lidar_tools.LidarCommandError as error:
+        return _refuse(error)
+    return 0
+
+
+def _refuse(error: Exception) -> int:
+    print(f"gazechair: {error}", file=sys.stderr)
+    return 2

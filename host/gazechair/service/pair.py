@@ -1,0 +1,59 @@
+"""`gazechair pair`: a code for one more device, the list of devices, sending one away."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from gazechair.people.pairing.desk import PairingDesk
+from gazechair.people.pairing.local import NotRunning, ask
+from gazechair.people.pairing.one_time import VALID_S
+from gazechair.people.pairing.show import code_as_text, devices_as_text
+from gazechair.people.pairing.store import Device, StoreError
+
+
+class PairError(Exception):
+    """It cannot be done: one line, what and what to do."""
+
+
+def make_code(folder: Path, role: str, say: Callable[[str], None]) -> None:
+    """Show a code of the running daemon. Raises PairError when none runs."""
+    try:
+        made = ask(folder, {"ask": "code", "role": role, "valid_s": VALID_S})
+    except NotRunning as error:
+        raise PairError(f"{error}; start it first, or give its --config") from None
+    if "error" in made:
+        raise PairError(made["error"])
+    say(code_as_text(made["url"], made["code"], role, made["valid_s"]))
+
+
+def show_devices(folder: Path, say: Callable[[str], None]) -> None:
+    """Show the paired devices, also while no daemon runs. Raises PairError."""
+    try:
+        devices = [Device(**row) for row in ask(folder, {"ask": "list"})["devices"]]
+    except NotRunning:
+        devices = _desk(folder).devices()
+    say(devices_as_text(devices))
+
+
+def revoke(folder: Path, id: str, say: Callable[[str], None]) -> None:
+    """Forget a device, also while no daemon runs. Raises PairError for an unknown id."""
+    try:
+        answer = ask(folder, {"ask": "revoke", "id": id})
+    except NotRunning:
+        try:
+            answer = {"revoked": _desk(folder).revoke(id)}
+        except StoreError as error:
+            answer = {"error": str(error)}
+    if "error" in answer:
+        raise PairError(answer["error"])
+    if not answer["revoked"]:
+        raise PairError(f"no device {id!r}; gazechair pair --list shows them")
+    say(f"{id} is not paired any more; its pages have been sent away")
+
+
+def _desk(folder: Path) -> PairingDesk:
+    try:
+        return PairingDesk(folder)
+    except StoreError as error:
+        raise PairError(str(error)) from None

@@ -1,0 +1,114 @@
+"""`gazechair tune`: guides a person through tuning one speed profile, and stores what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+from gazechair.service.board_settings import SettingsError
+from gazechair.service.tune.errors import TuneError
+from gazechair.service.tune.identify import Fit, identify
+from gazechair.service.tune.judge import fits_profile, judge
+from gazechair.service.tune.numbers import TurnNumbers
+from gazechair.service.tune.recording import Recording
+from gazelink.settings_table import PROFILES, index_of, profile_row
+
+_BEFORE = """\
+Tuning profile {profile}: the chair turns left and right by itself, ten short pulses within some
+25 degrees to each side, about half a minute; it ends where it began.
+  - Select profile {profile} on the chair. Somebody sits in it as on any day, or a like weight.
+  - An even, firm floor; a metre free all round, also behind, where the lidar may not look: whoever
+    says go has looked. Nobody touches the chair.
+  - Any key or Ctrl-C stops it at once. So do the emergency button and everything that else does."""
+_ROWS = (
+    ("left_q4_dps", "left, full deflection", "deg/s", 16),
+    ("right_q4_dps", "right, full deflection", "deg/s", 16),
+    ("deadband_permille", "deadband", "%", 10),
+    ("dead_time_ms", "dead time", "ms", 1),
+    ("lag_ms", "lag", "ms", 1),
+    ("accelerate_dps2", "speeds up", "deg/s2", 1),
+    ("brake_dps2", "slows down", "deg/s2", 1),
+    ("breakaway_q4_dps", "breaks loose at", "deg/s", 16),
+)
+
+
+class Board(Protocol):
+    """What it needs of board_settings.BoardSettings."""
+
+    def all(self) -> list[int]:
+        """The values in force."""
+
+    def set(self, index: int, value: int) -> None:
+        """Put a value in force."""
+
+    def save(self) -> None:
+        """Write what is in force to the board's flash."""
+
+
+class Tuning:
+    """One tuning. `record` runs the pulses (see runner.Runner.run); `say` gets each line."""
+
+    def __init__(
+        self,
+        board: Board,
+        record: Callable[[TurnNumbers, int], Sequence[Recording]],
+        say: Callable[[str], None],
+        confirm: Callable[[], bool],
+    ) -> None:
+        """`confirm`: the person has read what will happen and says go."""
+        self._board = board
+        self._record = record
+        self._say = say
+        self._confirm = confirm
+
+    def run(self, profile: str, dry_run: bool) -> None:
+        """Tune `profile` (of settings_table.PROFILES). TuneError or SettingsError with the reason;
+        nothing is changed then."""
+        before = self._board.all()
+        self._say(_BEFORE.format(profile=profile))
+        if not self._confirm():
+            raise TuneError("nobody said go; nothing was changed")
+        believed = TurnNumbers.default(profile)
+        recordings = self._record(believed, before[index_of("neutral_turn_count")])
+        fit = identify(recordings, believed)
+        judge(recordings, fit)
+        fits_profile(fit.numbers, profile)
+        rows = fit.numbers.rows(profile)
+        self._show(profile, before, rows, fit)
+        if dry_run:
+            self._say("dry run: nothing was changed")
+            return
+        self._store(before, rows | {"profile": PROFILES.index(profile)})
+        self._say(f"stored; the board now drives with profile {profile}")
+
+    def _show(self, profile: str, before: Sequence[int], rows: dict[str, int], fit: Fit) -> None:
+        row = PROFILES.index(profile)
+        self._say(f"{'':<24}{'before':>10}{'found':>10}")
+        for name, words, unit, per in _ROWS:
+            setting = profile_row(row, name)
+            old, new = before[index_of(setting)] / per, rows[setting] / per
+            self._say(f"{words:<24}{old:>10.1f}{new:>10.1f} {unit}")
+        self._say(f"the chair's turns are explained to within {fit.residual_deg:.2f} degrees")
+        brake = before[index_of(profile_row(row, "brake_mm_s2"))]
+        self._say(
+            f"braking while driving forward stays {brake} mm/s2: it cannot be measured, the chair"
+            " has no speed sensor; see docs/turning.md"
+        )
+
+    def _store(self, before: Sequence[int], rows: dict[str, int]) -> None:
+        changed: list[int] = []
+        try:
+            for name, value in rows.items():
+                self._board.set(index_of(name), value)
+                changed.append(index_of(name))
+            self._board.save()
+        except SettingsError as error:
+            try:
+                for index in changed:
+                    self._board.set(index, before[index])
+            except SettingsError:
+                raise TuneError(
+                    f"not stored ({error}), and what was changed could not be put back; switch the"
+                    " board off and on, it then starts with what it saved"
+                ) from None
+            raise TuneError(f"not stored: {error}; the settings are as before") from None

@@ -1,0 +1,106 @@
+"""Finds a chair's numbers from recorded pulses: the model's least disagreement with all of them.
+
+A descent (descent.py) from several starts, first with coarse eyes, then the best three with sharp
+ones. What comparable chairs are like (beliefs.py) counts as much as a few samples: it decides only
+what the pulses leave open. Samples of one pulse err together, because the floor under it is their
+common cause; that is why every pulse has a share of its own by which it turned further.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gazechair.service.tune import beliefs, model
+from gazechair.service.tune.descent import Floats, Valley, descend
+from gazechair.service.tune.model import Pulses
+from gazechair.service.tune.numbers import TurnNumbers
+from gazechair.service.tune.recording import Recording
+
+# (what a sample may be off, degrees; steps): of every start, and of the best three
+_COARSE = (1.0, 10)
+_SHARP = (0.3, 40)
+_BEST = 3
+_STUCK_DPS = 0.5  # what a ramp may be off the speed at which the chair breaks loose
+# How the casters lie at first, and how many degrees they do.
+_STARTS = ((0.0, 0.0), (0.0, 8.0), (0.0, -8.0), (1.0, 8.0), (1.0, -8.0), (0.5, 8.0), (0.5, -8.0))
+_BRISK = (4.8, 1.0)  # a chair that starts at once: its ramp, log degrees/s2, and its stiction
+_EVERY = 2  # samples: neighbours say little new
+_NUDGE = 1e-4
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What was found, and how well."""
+
+    numbers: TurnNumbers
+    residual_deg: float
+    """Root mean square of what the model leaves unexplained."""
+    uneven: float
+    """Root mean square of the shares by which single pulses turned further than the others."""
+    spread: TurnNumbers
+    """Standard error of each number, as a share of it (of the deadband and dead time: as is)."""
+
+
+def identify(recordings: Sequence[Recording], believed: TurnNumbers) -> Fit:
+    """The numbers that explain the recordings best."""
+    centre = beliefs.unknowns(believed, len(recordings))
+    found = []
+    for turned in model.readings(recordings):
+        pulses = _thinned(Pulses.of(recordings, turned))
+        found.append((_deepest(centre, pulses), pulses))
+    best, pulses = min(found, key=lambda each: each[0].cost)
+    residual = model.headings(best.at[None], pulses)[0] - pulses.heading_deg
+    errors = np.sqrt(np.diag(best.covariance))
+    return Fit(
+        beliefs.numbers(best.at),
+        float(np.sqrt(np.nanmean(residual**2))),
+        float(np.sqrt(np.mean(best.at[model.UNKNOWNS :] ** 2))),
+        TurnNumbers(*errors[:8].tolist()),
+    )
+
+
+def _deepest(centre: Floats, pulses: Pulses) -> Valley:
+    tried = []
+    for lie, caster in _STARTS:
+        for brisk in (False, True):
+            start = centre.copy()
+            start[model.LIE], start[model.CASTER] = lie, caster
+            if brisk:
+                start[[model.ACCELERATE, model.BREAKAWAY]] = _BRISK
+            tried.append(valley_below(start, centre, pulses, *_COARSE))
+    tried.sort(key=lambda valley: valley.cost)
+    sharp = (valley_below(valley.at, centre, pulses, *_SHARP) for valley in tried[:_BEST])
+    return min(sharp, key=lambda valley: valley.cost)
+
+
+def _thinned(p: Pulses) -> Pulses:
+    times, headings, away = (a[:, ::_EVERY].copy() for a in (p.time_s, p.heading_deg, p.away_rad))
+    return replace(p, time_s=times, heading_deg=headings, away_rad=away)
+
+
+def valley_below(
+    start: Floats, centre: Floats, pulses: Pulses, noise_deg: float, rounds: int
+) -> Valley:
+    """Where a descent from `start` ends; `centre`: what is believed of the unknowns."""
+    many = len(pulses.seconds)
+    bounds = beliefs.bounds(many)
+    known = np.isfinite(pulses.heading_deg)
+    wanted = np.concatenate((pulses.heading_deg[known] / noise_deg, np.zeros(many)))
+    # The chair's unknowns are nudged one by one; the pulses' own all at once, because each moves
+    # its own samples only.
+    chair, own = np.eye(model.UNKNOWNS, len(centre)), np.arange(len(centre)) >= model.UNKNOWNS
+    nudges = _NUDGE * np.vstack([np.zeros(len(centre)), chair, own])
+    of_pulse = np.concatenate([np.nonzero(known)[0], np.arange(many)])[:, None] == np.arange(many)
+
+    def look(at: Floats) -> tuple[Floats, Floats]:
+        headings = model.headings(at + nudges, pulses)[:, known] / noise_deg
+        seen = np.hstack((headings, model.excess_dps(at + nudges, pulses) / _STUCK_DPS))
+        slopes = ((seen[1:] - seen[0]) / _NUDGE).T
+        slopes = np.hstack([slopes[:, :-1], slopes[:, -1:] * of_pulse])
+        residual = np.concatenate((seen[0] - wanted, (at - centre) / bounds.size))
+        return residual, np.vstack([slopes, np.diag(1.0 / bounds.size)])
+
+    return descend(look, len(wanted), start, bounds, rounds)

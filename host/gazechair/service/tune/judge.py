@@ -1,0 +1,90 @@
+"""Whether what was found may be believed: refuses poor data and numbers no chair has."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from gazechair.service.tune.errors import TuneError
+from gazechair.service.tune.identify import Fit
+from gazechair.service.tune.numbers import TurnNumbers
+from gazechair.service.tune.recording import Recording
+from gazelink.settings_table import PROFILES, TABLE, index_of
+
+_RESIDUAL_DEG = 0.25
+_RESIDUAL_SHARE = 0.04  # of what the pulses turned the chair on average
+_UNEVEN = 0.1  # a very uneven floor makes half of it
+_TURNED_DEG = 2.0  # on average
+_SURE = 0.25  # standard error of a full speed, as a share
+_APART = 3.0  # left and right
+_FITS = 1.7  # found and believed speeds of a profile: by load, battery and floor
+# No deadband, no stiction and no casters at all are a chair's good right.
+_MAY_BE_NONE = (
+    *("tuned", "deadband_permille", "breakaway_q4_dps"),
+    *("caster_q4_deg", "caster_way_q4_deg"),
+)
+_OTHER = 1.35  # another profile is named only when it fits this much better
+
+
+def judge(recordings: Sequence[Recording], fit: Fit) -> None:
+    """TuneError with the reason when the data is poor."""
+    turned = [abs(r.turned_deg) for r in recordings]
+    mean = sum(turned) / len(turned)
+    if mean < _TURNED_DEG:
+        raise TuneError(
+            f"the chair turned only {mean:.1f} degrees a pulse; is something in its way, or a"
+            " slower profile selected than the chair turns with?"
+        )
+    if fit.residual_deg > max(_RESIDUAL_DEG, _RESIDUAL_SHARE * mean) or fit.uneven > _UNEVEN:
+        raise TuneError(
+            f"the chair's turns do not repeat (they differ by {100 * fit.uneven:.0f} % from each"
+            f" other, and by {fit.residual_deg:.1f} degrees from any one chair's); repeat on an"
+            " even, firm floor, with nobody touching the chair"
+        )
+    n = fit.numbers
+    if max(fit.spread.left_dps, fit.spread.right_dps) > _SURE:
+        raise TuneError(
+            "the pulses do not show how fast the chair turns; give it more space and repeat"
+        )
+    if not 1 / _APART < n.left_dps / n.right_dps < _APART:
+        raise TuneError(
+            f"it turns {n.left_dps:.0f} degrees/s to the left and {n.right_dps:.0f} to the right;"
+            " is a brake dragging, or a caster caught?"
+        )
+    _within_limits(n)
+
+
+def _within_limits(numbers: TurnNumbers) -> None:
+    for name, value in numbers.rows(PROFILES[0]).items():
+        _, _, low, high = TABLE[index_of(name)]
+        if name.endswith(_MAY_BE_NONE):
+            continue
+        if not low < value < high:
+            what = name.partition("_")[2].partition("_")[2]
+            raise TuneError(
+                f"{what} would be {value}, at or beyond the limit {low}..{high}; repeat on an even"
+                " floor; if it stays, the chair is unlike any this was made for"
+            )
+
+
+def fits_profile(numbers: TurnNumbers, profile: str) -> None:
+    """TuneError when the chair does not turn as `profile` does; it names one that fits better."""
+    off = _off(numbers, profile)
+    if off <= _FITS:
+        return
+    best = min(PROFILES, key=lambda other: _off(numbers, other))
+    text = (
+        f"it turns {numbers.left_dps:.0f} degrees/s to the left and {numbers.right_dps:.0f} to the"
+        f" right: not as profile {profile} does"
+    )
+    if _off(numbers, best) * _OTHER < off:
+        text += f", rather as {best}; select the profile on the chair and name the same one here"
+    else:
+        text += ", nor any other; check the wiring of the turn channel"
+    raise TuneError(text)
+
+
+def _off(numbers: TurnNumbers, profile: str) -> float:
+    """How far the speeds are from what was seen of that profile: 1 = equal, 2 = twice or half."""
+    seen = TurnNumbers.default(profile)
+    ratio = (numbers.left_dps / seen.left_dps * numbers.right_dps / seen.right_dps) ** 0.5
+    return float(max(ratio, 1 / ratio))

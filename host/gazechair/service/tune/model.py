@@ -1,0 +1,188 @@
+"""What a chair at rest does in answer to one pulse of the joystick, in closed form.
+
+Deadband, dead time, ramp, stiction and lag as in numbers.TurnNumbers, the order in which the
+board's own model has them. The ramp of a pulse is a trapezoid, a sum of four ramps that begin one
+after the other; the heading is the sum of their answers: a ramp of slope 1 through a lag of L
+seconds turns x**2/2 - L*x + L**2*(1 - exp(-x/L)) in x seconds. The chair stands until the ramp
+breaks it loose; the first ramp then begins with a jump, and a jump of 1 turns x - L*(1 -
+exp(-x/L)).
+
+Whether a pulse sets the chair in motion is taken from the recording (`readings`), not worked out,
+so that the headings follow the numbers smoothly; `excess_dps` tells what the numbers say about it.
+
+Casters, which swing round after a reversal by the way the wheels go, turn the chair besides: half a
+cosine over the first degrees of the way back. A sloping floor turns it a little while it moves, as
+much more as it stands across the slope; and each pulse finds its own piece of floor, on which the
+wheels turn it by some percent more or less than on the others. All of that is found along with the
+rest so that it does not spoil it, and forgotten.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazechair.service.tune.numbers import TurnNumbers
+from gazechair.service.tune.recording import Recording
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+# The columns of a set of unknowns of a chair; those of size and time as logarithms. SLOPE in
+# degrees/s, BEND in degrees/s per radian.
+LEFT, RIGHT, DEADBAND, DEAD, LAG, ACCELERATE, BRAKE, BREAKAWAY = range(8)
+CASTER, CASTER_WAY, LIE, SLOPE, BEND = range(8, 13)
+UNKNOWNS = 13
+_STUCK_DEG = 0.09  # more than a step of the sensor and its drift
+_TURNED_DEG = 0.3
+_DOUBTFUL = 3  # pulses in between; where there are more, the sensor is noisy
+# Slower than this a floor turns the chair the less: the brakes hold it from half of that on, and a
+# step there would make the headings jump with the numbers.
+_SLOW_DPS = 1.0
+
+
+@dataclass(frozen=True)
+class Pulses:
+    """Recordings as arrays: a row each, columns in time."""
+
+    deflection: Floats
+    """Column: -1..1, left positive."""
+    seconds: Floats
+    """Column: how long."""
+    time_s: Floats
+    """Since the wiper moved; rows are padded with their last sample."""
+    heading_deg: Floats
+    """Since then; nan where padded, and all of it when the chair stuck."""
+    turned: Flags
+    """Column: whether it turned the chair."""
+    away_rad: Floats
+    """Recorded heading since the first pulse: which way a slope leads changes with it."""
+
+    @classmethod
+    def of(cls, recordings: Sequence[Recording], turned: Sequence[bool]) -> Pulses:
+        """All rows as long as the longest; `turned`: one of readings()."""
+        columns = max(len(r.time_s) for r in recordings)
+        times = np.empty((len(recordings), columns))
+        headings = np.full((len(recordings), columns), np.nan)
+        away = np.zeros((len(recordings), columns))
+        start_deg = 0.0
+        for row, r in enumerate(recordings):
+            n = len(r.time_s)
+            away[row, :n] = np.radians(start_deg + r.heading_deg)
+            start_deg += r.turned_deg
+            times[row, :n], times[row, n:] = r.time_s, r.time_s[-1]
+            headings[row, :n] = r.heading_deg if turned[row] else np.nan
+        return cls(
+            np.array([[r.deflection] for r in recordings]),
+            np.array([[r.pulse_s] for r in recordings]),
+            times,
+            headings,
+            np.array([[moved] for moved in turned]),
+            away,
+        )
+
+
+def readings(recordings: Sequence[Recording]) -> list[tuple[bool, ...]]:
+    """Whether each pulse turned the chair: all ways to read the recordings, the likeliest first.
+
+    One that shows next to nothing may have stuck, or have turned the wheels while the casters took
+    all of it back.
+    """
+    most = [float(np.abs(r.heading_deg).max()) for r in recordings]
+    both = [_STUCK_DEG < m < _TURNED_DEG for m in most]
+    if sum(both) > _DOUBTFUL:
+        both = [False] * len(most)
+    ways = [
+        (False, True) if doubtful else (m >= _TURNED_DEG,)
+        for m, doubtful in zip(most, both, strict=True)
+    ]
+    return list(product(*ways))
+
+
+def headings(unknowns: Floats, pulses: Pulses) -> Floats:
+    """Heading of every sample for every row of `unknowns`: sets x pulses x samples, degrees.
+
+    A row: the chair's unknowns (UNKNOWNS), then for each pulse the share it turned further.
+    """
+    u = unknowns[:, :UNKNOWNS, None, None]
+    gain = 1.0 + unknowns[:, UNKNOWNS:, None]
+    left = pulses.deflection > 0
+    sign = np.where(left, 1.0, -1.0)
+    wheels, moved_s = _wheels(u, pulses, _asked(u, pulses))
+    swung = _casters(u, wheels, left[:, 0])
+    slid = np.cumsum((u[:, SLOPE] + u[:, BEND] * pulses.away_rad) * moved_s, axis=2)
+    return sign * (gain * wheels + u[:, CASTER] * swung) + slid
+
+
+def excess_dps(unknowns: Floats, pulses: Pulses) -> Floats:
+    """By how much each pulse's ramp fails to do, or does, what the chair did: sets x pulses.
+
+    0 where it is below the breakaway speed and the chair stuck, or above and it turned.
+    """
+    u = unknowns[:, :, None, None]
+    asked = _asked(u, pulses)
+    above = np.minimum(np.exp(u[:, ACCELERATE]) * pulses.seconds, asked) - u[:, BREAKAWAY]
+    return np.maximum(0.0, np.where(pulses.turned, -above, above))[:, :, 0]
+
+
+def _asked(u: Floats, pulses: Pulses) -> Floats:
+    """The speed each pulse asks for, without sign."""
+    full = np.exp(np.where(pulses.deflection > 0, u[:, LEFT], u[:, RIGHT]))
+    band = u[:, DEADBAND]
+    share = np.clip((np.abs(pulses.deflection) - band) / (1.0 - band), 0.0, 1.0)
+    return np.asarray(full * share)
+
+
+def _wheels(u: Floats, pulses: Pulses, asked: Floats) -> tuple[Floats, Floats]:
+    """The way of the wheels in the pulse's own direction, and for how long they moved until each
+    sample since the one before."""
+    up, down, lag = np.exp(u[:, ACCELERATE]), np.exp(u[:, BRAKE]), np.exp(u[:, LAG])
+    rising = np.minimum(pulses.seconds, asked / up)
+    zero = pulses.seconds + up * rising / down
+    jump = np.maximum(0.0, u[:, BREAKAWAY])
+    loose = jump / up  # when it breaks loose
+    t = pulses.time_s - u[:, DEAD]
+    x = np.maximum(0.0, t - loose)
+    gone = 1.0 - np.exp(-x / lag)
+    way = jump * (x - lag * gone)
+    rate = jump * gone
+    for slope, begin in ((up, loose), (-up, rising), (-down, pulses.seconds), (down, zero)):
+        x = np.maximum(0.0, t - begin)
+        gone = 1.0 - np.exp(-x / lag)
+        way = way + slope * (0.5 * x * x - lag * x + lag * lag * gone)
+        rate = rate + slope * (x - lag * gone)
+    way, rate = np.where(pulses.turned, way, 0.0), np.where(pulses.turned, rate, 0.0)
+    step_s = np.diff(pulses.time_s, axis=1, prepend=pulses.time_s[:, :1])
+    return way, np.clip(rate / _SLOW_DPS, 0.0, 1.0) * step_s
+
+
+def _casters(u: Floats, wheels: Floats, left: NDArray[np.bool_]) -> Floats:
+    """How far they have swung, as a share, in the direction of each pulse."""
+    lie = u[:, LIE]  # 0: as after turning right, 1: as after turning left; sets x 1 x 1
+    way_deg = np.exp(u[:, CASTER_WAY])
+    out = np.empty_like(wheels)
+    for row in range(wheels.shape[1]):
+        start = np.clip(lie if left[row] else 1.0 - lie, 0.0, 1.0)[:, 0]
+        now = np.minimum(1.0, start + wheels[:, row] / way_deg[:, 0])
+        out[:, row] = 0.5 * (np.cos(np.pi * start) - np.cos(np.pi * now))
+        end = now[:, -1:, None]
+        lie = end if left[row] else 1.0 - end
+    return out
+
+
+def angle_deg(numbers: TurnNumbers, deflection: float, pulse_s: float) -> float:
+    """How far a pulse turns the chair until it rests, degrees, without sign."""
+    full = numbers.left_dps if deflection > 0 else numbers.right_dps
+    band = numbers.deadband
+    speed = full * min(1.0, max(0.0, (abs(deflection) - band) / (1.0 - band)))
+    up, down = numbers.accelerate_dps2, numbers.brake_dps2
+    rising = min(pulse_s, speed / up)
+    peak = up * rising
+    if peak <= numbers.breakaway_dps:
+        return 0.0
+    stood = 0.5 * numbers.breakaway_dps**2 / up
+    return peak * (pulse_s - rising) + 0.5 * peak * (rising + peak / down) - stood

@@ -1,0 +1,238 @@
+"""The sequence of tuning pulses: samples in, the pulse wanted now out. Pure: no clock, no I/O.
+
+A probe each way, then pulses of several strengths in sweeps over some 30 degrees, so that the
+casters come to lie either way and the chair returns to where it began. Each waits for standstill.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gazechair.service.tune.errors import TuneError
+from gazechair.service.tune.model import angle_deg
+from gazechair.service.tune.numbers import TurnNumbers, scaled
+from gazechair.service.tune.recording import Pulse, Recording, Sample
+from gazelink import codes
+
+CUT_DEG = 22.0  # a pulse is cut short when the chair would coast further from the start than this
+FAR_DEG = 45.0  # further the tuning is given up
+MOST_MS = 10_000  # all pulses together
+PULSE_MS = (150, 1500)
+SPAN_COUNTS = 84  # of the wiper, at full deflection
+# (deflection permille, left positive; heading to come to, degrees from the start)
+_PROBES = ((600, 4), (-600, 0))
+_SWEEPS = (
+    *((1000, 16), (-1000, -16), (1000, 16), (-500, 0)),
+    *((300, 8), (-300, -8), (-600, -16), (500, 0)),
+)
+_ALL = len(_PROBES) + len(_SWEEPS)
+_QUIET_MS = 400
+_QUIET_DEG = 0.2
+_NOISE_DEG = 0.5
+_STARTS_MS = 500
+_RESTS_MS = (900, 4000)  # after a pulse, at least and at most
+_GAP_MS = 40  # samples further apart leave it open when the wiper moved
+_RATE_SAMPLES = 8
+_REPEATS = 3
+_ANSWERS = 5  # after so many pulses a chair must have turned
+_MOVED_DEG = 2.0
+_REVERSED = 0.5  # share of what is believed, turned the other way
+_LOOSE = 1.4  # so much more than what is believed to break a standing chair loose
+_REST, _PUSH, _RUN, _OUT = range(4)
+
+
+class Procedure:
+    """`sample()` takes what the board tells, every 10 ms or so; `wanted` is then the pulse to hold
+    up (None: stop), `pulses` the number of it; `done` when all is recorded."""
+
+    def __init__(self, believed: TurnNumbers, neutral_count: int = 170) -> None:
+        self.wanted: Pulse | None = None
+        self.done = False
+        self.recordings: list[Recording] = []
+        self._neutral = neutral_count
+        self._believed = believed
+        self._factor = {1: 1.0, -1: 1.0}
+        self._plan = list(_PROBES + _SWEEPS)
+        self._left_ms = MOST_MS
+        self._repeats = 0
+        self._state = _REST
+        self._since_ms: int | None = None
+        self._past: list[Sample] = []
+        self._pulse = Pulse(0, 0)
+        self._began = 0
+        self._start_deg = 0.0
+        self._noise_deg = 0.0
+        self._believed_deg = 0.0  # by all pulses together
+
+    def sample(self, s: Sample) -> None:
+        """Take a sample. TuneError when the chair does not answer as it should."""
+        if self.done:
+            return
+        if self._since_ms is None:
+            self._since_ms = s.ms
+            self._start_deg = s.heading_deg
+        self._past.append(s)
+        moves = s.turn_count != self._neutral
+        if self._state == _REST:
+            self._rest(s)
+        elif self._state == _PUSH:
+            self._push(s, moves)
+        elif self._state == _RUN:
+            self._run(s, moves)
+        else:
+            self._run_out(s)
+
+    def _enter(self, state: int, s: Sample) -> None:
+        self._state = state
+        self._since_ms = s.ms
+
+    def _for_ms(self, s: Sample) -> int:
+        assert self._since_ms is not None
+        return s.ms - self._since_ms
+
+    def _quiet(self, s: Sample) -> bool:
+        recent = [p.heading_deg for p in self._past if p.ms > s.ms - _QUIET_MS]
+        return max(recent) - min(recent) <= _QUIET_DEG
+
+    def _rest(self, s: Sample) -> None:
+        if self._for_ms(s) < _QUIET_MS:
+            return
+        if not self._quiet(s):
+            if self._for_ms(s) > _RESTS_MS[1]:
+                raise TuneError(
+                    "the heading does not come to rest; is the chair on a slope, pushed, or the"
+                    " heading sensor loose?"
+                )
+            return
+        if not self._plan:
+            self.done = True
+            return
+        self._past = [p for p in self._past if p.ms > s.ms - _QUIET_MS]
+        self._noise_deg = float(np.std([p.heading_deg for p in self._past]))
+        self._pulse = self._next(s.heading_deg - self._start_deg)
+        self.wanted = self._pulse
+        self._enter(_PUSH, s)
+
+    def _next(self, heading_deg: float) -> Pulse:
+        permille, to_deg = self._plan[0]
+        sign = 1 if permille > 0 else -1
+        angle = max(3.0, (to_deg - heading_deg) * sign)
+        numbers = scaled(self._believed, self._factor[sign])
+        permille = sign * max(abs(permille), self._least_permille(numbers, sign))
+        low, high = PULSE_MS
+        high = max(low, min(high, self._left_ms // max(1, len(self._plan) - 2)))
+        while high - low > 5:
+            middle = (low + high) // 2
+            if angle_deg(numbers, permille / 1000, middle / 1000) < angle:
+                low = middle
+            else:
+                high = middle
+        return Pulse(permille, low)
+
+    def _least_permille(self, numbers: TurnNumbers, sign: int) -> int:
+        """Less than this may not set the chair in motion."""
+        full = numbers.left_dps if sign > 0 else numbers.right_dps
+        share = min(1.0, _LOOSE * numbers.breakaway_dps / full)
+        return round(1000 * (numbers.deadband + (1.0 - numbers.deadband) * share))
+
+    def _push(self, s: Sample, moves: bool) -> None:
+        if s.override:
+            raise TuneError(_overruled(s.override))
+        if moves:
+            self._began = len(self._past) - 1
+            self._enter(_RUN, s)
+        elif self._for_ms(s) > _STARTS_MS:
+            raise TuneError("the board does not move the wiper; repeat, and report it if it stays")
+
+    def _run(self, s: Sample, moves: bool) -> None:
+        heading = s.heading_deg - self._start_deg
+        if s.override and s.override != codes.TUNING_ANGLE:
+            raise TuneError(_overruled(s.override))
+        if abs(heading) > FAR_DEG:
+            raise TuneError(f"the chair turned {abs(heading):.0f} degrees: far more than asked for")
+        coast = self._coast_deg()
+        if coast * heading > 0 and abs(heading + coast) > CUT_DEG:
+            self.wanted = None
+        if not moves:
+            self.wanted = None
+            self._ended = len(self._past) - 1
+            self._enter(_OUT, s)
+
+    def _coast_deg(self) -> float:
+        """How far it would still turn after a stop, as far as that is known: believed numbers."""
+        first, last = self._past[-_RATE_SAMPLES], self._past[-1]
+        rate = (last.heading_deg - first.heading_deg) * 1000 / max(1, last.ms - first.ms)
+        b = self._believed
+        return rate * (b.dead_time_s + b.lag_s) + rate * abs(rate) / (2 * b.brake_dps2)
+
+    def _run_out(self, s: Sample) -> None:
+        for_ms = self._for_ms(s)
+        if for_ms < _RESTS_MS[0] or (for_ms < _RESTS_MS[1] and not self._quiet(s)):
+            return
+        self._left_ms -= self._pulse.pulse_ms
+        recording = self._recorded()
+        if recording is None:
+            self._repeats += 1
+            if self._repeats > _REPEATS:
+                raise TuneError("this computer stalls; end other programs and repeat")
+        else:
+            self.recordings.append(recording)
+            self._learn(recording)
+            self._plan.pop(0)
+        self._past = []
+        self._enter(_REST, s)
+
+    def _recorded(self) -> Recording | None:
+        """What `_past` holds; None when samples are missing where the wiper moved."""
+        past, began, ended = self._past, self._began, self._ended
+        gaps = [past[at].ms - past[at - 1].ms for at in (began, ended)]
+        if max(gaps) > _GAP_MS:
+            return None
+        on_ms = past[began].ms - gaps[0] / 2
+        pulse_ms = past[ended].ms - gaps[1] / 2 - on_ms
+        if abs(pulse_ms - self._pulse.pulse_ms) <= sum(gaps):
+            pulse_ms = self._pulse.pulse_ms  # it ended by itself, on the board's own clock
+        count = past[(began + ended) // 2].turn_count
+        deflection = max(-1.0, min(1.0, (count - self._neutral) / SPAN_COUNTS))
+        if abs(deflection - self._pulse.turn_permille / 1000) > 2 / SPAN_COUNTS:
+            raise TuneError(
+                "the board turns slower than asked for: something is near the chair, or its"
+                " settings limit the turn; give it free space all round"
+            )
+        before = np.mean([p.heading_deg for p in past[:began]])
+        return Recording(
+            deflection,
+            pulse_ms / 1000,
+            np.array([(p.ms - on_ms) / 1000 for p in past]),
+            np.array([p.heading_deg - before for p in past]),
+            self._noise_deg,
+        )
+
+    def _learn(self, recording: Recording) -> None:
+        """How much further than believed it turned, and whether it answers at all."""
+        if recording.noise_deg > _NOISE_DEG:
+            raise TuneError("the heading is noisy though the chair stands; is the sensor loose?")
+        sign = 1 if recording.deflection > 0 else -1
+        believed = angle_deg(self._believed, recording.deflection, recording.pulse_s)
+        self._believed_deg += believed
+        if believed > _MOVED_DEG:
+            ratio = max(0.3, min(3.0, recording.turned_deg * sign / believed))
+            self._factor[sign] = 0.5 * (self._factor[sign] + ratio)
+        if len(self.recordings) < _ANSWERS:
+            return
+        turned = [r.turned_deg for r in self.recordings]
+        along = [r.turned_deg * np.sign(r.deflection) for r in self.recordings]
+        if max(map(abs, turned)) < _MOVED_DEG:
+            raise TuneError(
+                "the chair did not turn; is it switched on, its brakes engaged (not in"
+                " free-wheel), the DB9 plugged in, the relay closed?"
+            )
+        # Casters alone may do that to a few pulses, and take most of what a slow chair turns.
+        if len(along) == _ALL and sum(along) < -_REVERSED * self._believed_deg:
+            raise TuneError(
+                "the chair turned the other way; the turn channel is reversed: see docs/wiring.md"
+            )
+
+
+def _overruled(reason: int) -> str:
+    return f"the board stopped the pulse: {codes.reason_name(reason)}; clear that and repeat"

@@ -1,0 +1,134 @@
+"""The parts `gazechair tune` needs besides the person: board, lidars, keyboard."""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import sys
+import termios
+import threading
+import time
+import tty
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+from gazechair.base.health import Health
+from gazechair.board import ports
+from gazechair.board.board_commands import Clearance
+from gazechair.board.link import BoardLink
+from gazechair.config.configuration import Config
+from gazechair.sensing.lidar import LidarService
+from gazechair.service.board_settings import BoardSettings
+from gazechair.service.tune.command import Tuning
+from gazechair.service.tune.errors import TuneError
+from gazechair.service.tune.numbers import TurnNumbers
+from gazechair.service.tune.recording import Recording
+from gazechair.service.tune.runner import Runner
+from gazelink import codes
+
+_CONNECT_S = 10.0
+_POLL_S = 0.05
+_HEARD_S = 0.6  # until the board drives faster: 0.3 s of a better view, and some scans
+_TURNS = 1 << codes.DIR_LEFT | 1 << codes.DIR_RIGHT
+_GO = "\nEnter: go. Anything else: leave all as it is. "
+
+
+def tune(config: Config, profile: str, dry_run: bool, say: Callable[[str], None]) -> None:
+    """Run `gazechair tune` on the board and lidars of `config`. TuneError, SettingsError."""
+    with _board_and_lidars(config) as (link, looked):
+        _ready(link)
+        with _keyboard() as pressed:
+
+            def record(believed: TurnNumbers, neutral_count: int) -> list[Recording]:
+                looked.set()
+                time.sleep(_HEARD_S)
+                runner = Runner(link, time.monotonic, time.sleep, pressed, say)
+                return runner.run(believed, neutral_count)
+
+            Tuning(BoardSettings(link), record, say, _confirmed).run(profile, dry_run)
+
+
+def with_eyes(clearance: Clearance) -> Clearance:
+    """The same when somebody has looked where no lidar of this chair does: nothing a turn enters is
+    unseen then. What is seen, and what blocks, stays."""
+    return replace(clearance, unseen=clearance.unseen & ~_TURNS)
+
+
+@contextlib.contextmanager
+def _board_and_lidars(config: Config) -> Iterator[tuple[BoardLink, threading.Event]]:
+    """The link, and an event to set once a person has looked all round."""
+    board, eyes, looked = Health("board"), Health("lidar"), threading.Event()
+    link = BoardLink(
+        ports.finder(config.board.port, ports.BOARD),
+        board,
+        on_zone=lambda zone: lidars.zone(zone),
+    )
+
+    def told(clearance: Clearance) -> None:
+        link.clearance(with_eyes(clearance) if looked.is_set() else clearance)
+
+    lidars = LidarService(config.lidar, config.sectors, config.footprint, told, eyes)
+    link.start()
+    try:
+        lidars.start()
+        end_s = time.monotonic() + _CONNECT_S
+        while link.state() is None:
+            if time.monotonic() > end_s:
+                why = board.detail or "no answer"
+                raise TuneError(f"no board: {why}; stop gazechair run if it holds the port")
+            time.sleep(_POLL_S)
+        _wait_for_lidars(link, eyes, end_s)
+        yield link, looked
+    finally:
+        lidars.stop()
+        link.stop()
+
+
+def _wait_for_lidars(link: BoardLink, eyes: Health, end_s: float) -> None:
+    old = 1 << codes.OBSTACLE_DATA_OLD
+    while (state := link.state()) is not None and state.faults & old:
+        if time.monotonic() > end_s:
+            raise TuneError(f"no lidar: {eyes.detail or 'no data'}; a chair turns only seeing")
+        time.sleep(_POLL_S)
+
+
+def _ready(link: BoardLink) -> None:
+    """Wait until nothing stands against arming, as far as that passes by itself."""
+    end_s = time.monotonic() + _CONNECT_S
+    while (state := link.state()) is not None and state.arm_reason:
+        if time.monotonic() > end_s:
+            raise TuneError(
+                f"the board is not ready: {state.arm_reason_name}; see gazechair doctor"
+            )
+        time.sleep(_POLL_S)
+
+
+def _confirmed() -> bool:
+    if not sys.stdin.isatty():
+        raise TuneError("nobody at the keyboard, who could stop it; run it in a terminal")
+    sys.stdout.write(_GO)
+    sys.stdout.flush()
+    return sys.stdin.readline().strip() == ""
+
+
+@contextlib.contextmanager
+def _keyboard() -> Iterator[Callable[[], bool]]:
+    """A question to ask all the time: has any key been pressed since the last time?"""
+    if not sys.stdin.isatty():
+        yield lambda: False  # _confirmed() refuses before anything moves
+        return
+    before = termios.tcgetattr(sys.stdin)
+    raw = False
+
+    def pressed() -> bool:
+        nonlocal raw
+        if not raw:  # the confirmation before is a whole line
+            tty.setcbreak(sys.stdin, termios.TCSANOW)
+            raw = True
+        return bool(select.select([sys.stdin], [], [], 0)[0])
+
+    try:
+        yield pressed
+    finally:
+        termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
+        termios.tcflush(sys.stdin, termios.TCIFLUSH)

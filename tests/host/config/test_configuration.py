@@ -1,0 +1,164 @@
+"""The configuration file: defaults, annotated file, and one line for whatever is wrong with it."""
+
+from pathlib import Path
+
+import pytest
+
+from gazechair.config import configuration
+from gazechair.config.configuration import Config, ConfigError, SectorsConfig
+
+
+def test_defaults_work_on_a_bare_machine() -> None:
+    bare = configuration.load(None)
+    assert (bare.lidar[0].kind, bare.camera.kind) == ("off", "off")
+    assert bare.board.port == "auto"
+    assert (bare.web.host, bare.web.insecure_http) == ("127.0.0.1", False)
+    assert bare.driver.backward is False
+
+
+def test_default_sectors_are_those_of_the_first_prototype() -> None:
+    sectors = SectorsConfig()
+    assert sectors.front_deg == (-30.0, 30.0)
+    assert sectors.left_deg == (30.0, 90.0)
+    assert sectors.right_deg == (-90.0, -30.0)
+    assert sectors.rear_deg is None
+    assert sectors.distance_m == 0.5
+
+
+def test_the_footprint_of_an_installation() -> None:
+    corners = "[[0.6, 0.3],\n [-0.4, 0.3],\n [-0.4, -0.3],\n [0.6, -0.3]]"
+    read = configuration.parse(
+        f"[footprint]\ncorners_m = {corners}\nside_margin_m = 0.1\n"
+    ).footprint
+    assert read.corners_m == ((0.6, 0.3), (-0.4, 0.3), (-0.4, -0.3), (0.6, -0.3))
+    assert (read.front_margin_m, read.side_margin_m) == (0.05, 0.1)
+
+
+def test_annotated_default_file_is_the_default() -> None:
+    assert configuration.parse(configuration.annotated_default()) == Config()
+
+
+def test_values_are_taken_over(tmp_path: Path) -> None:
+    file = tmp_path / "chair.toml"
+    file.write_text(
+        '[lidar]\nkind = "s2"\nport = "/dev/lidar"\n[sectors]\nrear_deg = [150, -150]\n'
+        "distance_m = 1\n"
+    )
+    read = configuration.load(file)
+    assert [(one.kind, one.port) for one in read.lidar] == [("s2", "/dev/lidar")]
+    assert read.sectors.rear_deg == (150.0, -150.0)
+    assert read.sectors.distance_m == 1.0
+
+
+TWO = """[[lidar]]
+kind = "s2"
+name = "front"
+port = "{}"
+[[lidar]]
+kind = "s2"
+name = "rear"
+port = "{}"
+"""
+
+
+def test_several_lidars_have_a_table_each() -> None:
+    more = "heading_deg = 180\nmask = [[170, -170]]"
+    read = configuration.parse(TWO.format("usb:A1", "usb:B2") + more)
+    assert [(one.name, one.port, one.heading_deg) for one in read.lidar] == [
+        ("front", "usb:A1", 0.0),
+        ("rear", "usb:B2", 180.0),
+    ]
+    assert [one.mask for one in read.lidar] == [(), ((170.0, -170.0),)]
+
+
+REFUSED = [
+    ('[web]\nport = "x"', 2, "web.port must be a whole number 0..65535"),
+    ("[web]\nport = 65536", 2, "not 65536"),
+    ("[web]\nport = true", 2, "must be a whole number"),
+    ("[web]\n\ninsecure_http = 1", 3, "must be true or false"),
+    ("[web]\ntls = true\ninsecure_http = true", 3, "contradicts tls = true"),
+    ('[web]\nname = "a b"', 2, "must be a host name or an address"),
+    ("[wob]\n", 1, "wob is no section"),
+    ("x = 1", 1, "x is no section"),
+    ("\nweb = 1", 2, "write it as [web]"),
+    ("[driver]\ndwell = 1", 2, "[driver] has mode, dwell_ms"),
+    ("driver.mode = 1", 1, 'driver.mode must be "step" or "continuous"'),
+    ("[driver]\nleave_grace_ms = -1", 2, "0..500"),
+    ("# comment\n[driver\n", 2, "is not TOML"),
+    ("[web]\nport = 1\nport = 2", 3, "is not TOML"),
+    ("[footprint]\ncorners_m = [[1, 1], [-1, -1], [1, -1], [-1, 1]]", 2, "must not cross"),
+    ("[footprint]\ncorners_m = [[1, 1], [2, 1], [2, 2]]", 2, "must enclose the drive axle"),
+    ("[footprint]\ncorners_m = [[1, 1], [-1, 1]]", 2, "must have 3..24 corners"),
+    ("[footprint]\ncorners_m = [[1, nan], [-1, 1], [0, -1]]", 2, "a list of corners"),
+    ("[footprint]\ncorners_m = [1, 2, 3]", 2, "a list of corners"),
+    ("[footprint]\nside_margin_m = -0.1", 2, "0.0..0.3"),
+    ("[sectors]\nfront_deg = [1]", 2, "two different angles"),
+    ("[sectors]\nfront_deg = [5, 5]", 2, "two different angles"),
+    ("[sectors]\nfront_deg = []", 2, "two different angles"),
+    ("[sectors]\nleft_deg = [nan, 5]", 2, "-180..180"),
+    ("[sectors]\nleft_deg = [30, 181]", 2, "-180..180"),
+    ("[sectors]\ndistance_m = nan", 2, "0.2..5.0"),
+    ('[camera]\nkind = "http"', 2, "camera.kind must be the address"),
+    ('[camera]\nkind = "http"\nurl = "ftp://x/"', 3, "camera.url must be the address"),
+    ('[lidar]\nkind = "replay"', 2, "lidar.kind must be the file"),
+    ('[lidar]\nname = "a b"', 2, "letters, digits"),
+    ("[lidar]\nmask = [[0, 1], [5]]", 2, "a list of arcs"),
+    ("[lidar]\nmask = [[-150, 151]]", 2, "300 degrees in all"),
+    ("[lidar]\nx_m = 3", 2, "-2.0..2.0"),
+    ('[[lidar]]\nname = "a"\n[[lidar]]\nname = "a"', 4, "the name of another lidar"),
+    ('[[lidar]]\nkind = "s2"\nport = "/x"\n[[lidar]]\nname = "b"\nkind = "s2"', 4, '"auto"'),
+    (TWO.format("/x", "/x"), 4, "the port of another lidar"),
+    (TWO.format("/x", "/y") + "mode = 1", 9, 'must be "dense" or'),
+    ("lidar = 5", 1, "write it as [lidar]"),
+    ("lidar = []", 1, "write it as [lidar]"),
+    ("lidar = [5]", 1, "write it as [lidar]"),
+    ("[[board]]\n", 1, "write it as [board]"),
+    ('[board]\nport = "a\\nb"', 2, "must be a text"),
+]
+
+
+@pytest.mark.parametrize(("content", "line", "words"), REFUSED)
+def test_refusal_is_one_line_with_file_line_and_reason(content: str, line: int, words: str) -> None:
+    with pytest.raises(ConfigError) as refusal:
+        configuration.parse(content, "chair.toml")
+    text = str(refusal.value)
+    assert text.startswith(f"chair.toml:{line}: ")
+    assert words in text
+    assert "\n" not in text
+
+
+def test_the_same_key_of_another_section_is_not_blamed() -> None:
+    content = '[lidar]\nport = "auto"\n[web]\nlanguage = "nl"\nport = -1\n'
+    with pytest.raises(ConfigError, match=r"^f:5: web\.port"):
+        configuration.parse(content, "f")
+
+
+def test_missing_file_says_what_to_do(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="--config"):
+        configuration.load(tmp_path / "none.toml")
+
+
+def test_binary_file_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "chair.toml"
+    file.write_bytes(b"\xff\xfe[web]")
+    with pytest.raises(ConfigError, match="UTF-8"):
+        configuration.load(file)
+
+
+@pytest.mark.parametrize(
+    ("lines", "encrypted"),
+    [
+        ("", False),
+        ("tls = true", True),
+        ('host = "0.0.0.0"', True),
+        ('host = "chair.local"', True),
+        ('host = "0.0.0.0"\ninsecure_http = true', False),
+    ],
+)
+def test_other_machines_come_in_encrypted_or_by_saying_so(lines: str, encrypted: bool) -> None:
+    assert configuration.uses_tls(configuration.parse(f"[web]\n{lines}\n").web) == encrypted
+
+
+@pytest.mark.parametrize("host", ["localhost", "127.0.0.1", "127.1.2.3", "::1"])
+def test_loopback_needs_no_permission(host: str) -> None:
+    assert configuration.parse(f'[web]\nhost = "{host}"').web.host == host

@@ -1,0 +1,267 @@
+"""Control: what a page sends reaches the link at once, what the board says reaches the page."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from controlrig import Rig
+from gazechair.board.board_commands import Clearance
+from gazechair.board.state import BoardId
+from gazelink import codes
+
+
+@pytest.fixture
+def rig() -> Rig:
+    return Rig()
+
+
+@pytest.fixture
+def armed(rig: Rig) -> Rig:
+    rig.arm()
+    return rig
+
+
+def test_welcome_tells_how_the_page_is_to_behave(rig: Rig) -> None:
+    assert rig.control.welcome(rig.page) == {
+        "k": "welcome",
+        "role": "driver",
+        "simulated": False,
+        "backward": False,
+        "heartbeat_ms": 25,
+    }
+
+
+def test_the_configured_driver_is_the_first_profile(rig: Rig) -> None:
+    mine = rig.control.profiles()["profiles"][0]
+    assert (mine["mode"], mine["dwell_ms"], mine["leave_grace_ms"]) == ("continuous", 700, 200)
+    assert rig.control.profiles()["fields"]["language"]["choices"][:2] == ["nl", "en"]
+
+
+def test_a_changed_profile_is_news_for_the_pages(rig: Rig) -> None:
+    version = rig.control.wait_change(0.0, -1)
+    wish = {"save": {"id": "1", "dwell_ms": 900}}
+    answer = rig.control.change_profile(wish, "driver")
+    rig.control.update()
+    assert rig.look()["profile"] == answer["revision"]
+    assert rig.control.wait_change(0.0, version) != version
+    assert rig.control.change_profile(wish, "viewer")["reason"] == "not_allowed"
+    assert rig.control.change_profile({"save": {"id": "9"}}, "driver")["reason"] == (
+        "profile_unknown"
+    )
+
+
+def test_a_call_for_help_stays_until_somebody_comes(rig: Rig) -> None:
+    assert rig.say(k="call", on=True) == []
+    assert rig.look()["call"] is True
+    rig.control.disconnect(rig.page)
+    caretaker = rig.control.connect("caretaker")
+    assert rig.control.snapshot(caretaker)["call"] is True
+    assert rig.control.receive(caretaker, {"k": "call", "on": False}) == []
+    assert rig.control.snapshot(caretaker)["call"] is False
+    refusal = rig.control.receive(caretaker, {"k": "call", "on": True})
+    assert refusal[0]["reason"] == "not_allowed"
+    viewer = rig.control.connect("viewer")
+    assert rig.control.receive(viewer, {"k": "call", "on": False})[0]["reason"] == "not_allowed"
+
+
+def test_snapshot_has_every_key_of_the_protocol(rig: Rig) -> None:
+    state = rig.look()
+    token = state.pop("token")
+    assert isinstance(token, int)
+    assert state == {
+        "k": "state",
+        "state": "disarmed",
+        "motion": "stopped",
+        "override": "none",
+        "arm_reason": "none",
+        "decisions": dict.fromkeys(("forward", "backward", "left", "right"), "free"),
+        "relay_checked": False,
+        "level": "ok",
+        "message": "ok",
+        "board": "ok",
+        "lidar": "ok",
+        "camera": "ok",
+        "owner": "nobody",
+        "you": False,
+        "edge": 0,
+        "heading_deg": 90.0,
+        "wipers": [170, 171],
+        "clearance": dict.fromkeys(("forward", "backward", "left", "right")),
+        "view": dict.fromkeys(("forward", "backward", "left", "right"), "blind"),
+        "cap_permille": 1000,
+        "call": False,
+        "coming": False,
+        "heard": False,
+        "stops": 0,
+        "profile": rig.control.profiles()["revision"],
+        "bypass_ms": 0,
+        "simulated": False,
+    }
+
+
+def test_without_a_board_the_snapshot_says_so(rig: Rig) -> None:
+    rig.link.now = rig.link.who = None
+    rig.parts.part("board").set("lost", "board_lost", "unplugged")
+    rig.control.update()
+    state = rig.look()
+    assert (state["state"], state["arm_reason"]) == ("disarmed", "not_connected")
+    assert set(state["decisions"].values()) == {"unknown"}
+    assert (state["heading_deg"], state["wipers"]) == (None, None)
+    assert state["relay_checked"] is True  # nothing drives: one message is enough
+    assert (state["board"], state["level"], state["message"]) == ("lost", "error", "board_lost")
+
+
+def test_a_relay_found_to_be_unmonitored_is_news_for_the_pages(rig: Rig) -> None:
+    rig.board(relay_checked=True)
+    version = rig.control.wait_change(0.0, -1)
+    assert rig.look()["relay_checked"] is True
+    rig.board(relay_checked=False)
+    assert rig.control.wait_change(0.0, version) != version
+    assert rig.look()["relay_checked"] is False
+
+
+def test_a_heading_with_a_fault_is_not_shown(rig: Rig) -> None:
+    rig.board(faults=1 << codes.HEADING_FROZEN)
+    assert rig.look()["heading_deg"] is None
+
+
+def test_arming_reaches_the_board_and_the_owner_is_shown(rig: Rig) -> None:
+    assert rig.say(k="arm", token=rig.look()["token"]) == []
+    assert ("order", codes.ARM, codes.DRIVER) in rig.link.take()
+    rig.board(state=codes.ARMED)
+    state = rig.look()
+    assert (state["state"], state["owner"], state["you"]) == ("armed", "driver", True)
+    other = rig.control.connect("driver")
+    assert rig.control.snapshot(other)["you"] is False
+
+
+def test_a_press_reaches_the_link_within_the_call(armed: Rig) -> None:
+    assert armed.forward() == []
+    assert armed.link.take() == [("command", codes.FORWARD, codes.CONTINUOUS, codes.DRIVER)]
+
+
+def test_a_stop_reaches_the_link_within_the_call(armed: Rig) -> None:
+    armed.forward()
+    armed.link.take()
+    assert armed.say(k="stop") == []
+    assert [said[:2] for said in armed.link.take()] == [("command", codes.STOP)]
+
+
+def test_the_page_sees_its_own_edge_once_the_board_has_it(armed: Rig) -> None:
+    armed.forward(edge=300)
+    assert armed.look()["edge"] == 0
+    command = armed.control._arbiter.command
+    armed.board(state=codes.ARMED, edge=command.edge, motion=codes.MOVING_FORWARD)
+    state = armed.look()
+    assert (state["edge"], state["motion"]) == (300, "forward")
+
+
+def test_a_bad_message_is_refused_and_nothing_is_said(armed: Rig) -> None:
+    (refusal,) = armed.say(k="cmd", verb="up")
+    assert (refusal["k"], refusal["what"], refusal["reason"]) == (
+        "refused",
+        "message",
+        "bad_message",
+    )
+    assert armed.link.take() == []
+
+
+def test_a_refused_command_says_why(rig: Rig) -> None:
+    (refusal,) = rig.forward()
+    assert (refusal["what"], refusal["reason"]) == ("cmd", "not_armed")
+
+
+def test_a_closed_socket_stops_and_disarms_within_the_call(armed: Rig) -> None:
+    armed.forward()
+    armed.link.take()
+    armed.control.disconnect(armed.page)
+    said = armed.link.take()
+    assert ("order", codes.DISARM, codes.DRIVER) in said
+    assert any(row[:2] == ("command", codes.STOP) for row in said)
+
+
+def test_a_silent_page_is_stopped_and_shown(armed: Rig) -> None:
+    armed.forward()
+    armed.link.take()
+    armed.now_s += 0.31
+    armed.control.update()
+    assert [row[:2] for row in armed.link.take()] == [("command", codes.STOP)]
+    state = armed.look()
+    assert (state["level"], state["message"]) == ("warning", "page_silent")
+
+
+def test_versions_change_with_what_is_shown_but_not_with_wipers(rig: Rig) -> None:
+    version = rig.control.wait_change(0, -1)
+    rig.board(linear_wiper=200, heading_deg=10.0, board_ms=77)
+    assert rig.control.wait_change(0, version) == version
+    rig.board(override=codes.OBSTACLE_LEFT)
+    after = rig.control.wait_change(0, version)
+    assert after != version
+    assert rig.look()["override"] == "obstacle_left"
+
+
+def test_a_waiting_server_is_woken(rig: Rig) -> None:
+    version = rig.control.wait_change(0, -1)
+    seen: list[int] = []
+    waiter = threading.Thread(
+        target=lambda: seen.append(rig.control.wait_change(30, version)), name="waiter"
+    )
+    waiter.start()
+    rig.board(state=codes.ARMED)
+    waiter.join(30)
+    assert seen
+    assert seen[0] != version
+
+
+def test_scans_go_straight_to_the_link_and_mark_simulation(rig: Rig) -> None:
+    scan = Clearance(5, codes.SIMULATED, 9.9)
+    rig.control.clearance(scan)
+    assert rig.link.take() == [("clearance", scan)]
+    assert rig.look()["simulated"] is True
+
+
+def test_a_simulated_board_is_marked(rig: Rig) -> None:
+    rig.link.who = BoardId("fake", "0.1.0", True, 1, 2)
+    assert rig.look()["simulated"] is True
+
+
+def test_a_lidar_or_camera_silent_for_2_s_is_told(rig: Rig) -> None:
+    rig.picture_age_s = 2.5
+    rig.control.update()
+    assert rig.look()["message"] == "camera_lost"
+    rig.control.clearance(Clearance(0, codes.REAL, rig.now_s))
+    rig.now_s += 2.1
+    rig.control.update()
+    assert (rig.look()["level"], rig.look()["message"]) == ("error", "lidar_lost")
+
+
+def test_stopping_stops_and_disarms(armed: Rig) -> None:
+    armed.forward()
+    armed.link.take()
+    armed.control.stop()
+    said = armed.link.take()
+    assert said[0][:2] == ("command", codes.STOP)
+    assert said[1][:2] == ("order", codes.DISARM)
+
+
+def test_time_acts_without_anyone_asking(armed: Rig) -> None:
+    armed.forward()
+    armed.control.start()
+    armed.now_s += 1.0
+    version = armed.control.wait_change(0, -1)
+    try:
+        while armed.look()["message"] != "page_silent":
+            version = armed.control.wait_change(30, version)
+    finally:
+        armed.control.stop()
+
+
+def test_health_is_told_by_part(rig: Rig) -> None:
+    assert rig.control.health()["lidar"] == {
+        "state": "ok",
+        "reason": "ok",
+        "detail": "",
+        "for_s": 0.0,
+    }

@@ -1,0 +1,83 @@
+"""The error handler: everything wrong becomes one level and one message."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from gazechair.base.health import DEGRADED, LOST, OK, STARTING, HealthState
+from gazechair.board.state import BoardState
+from gazechair.driving.error_handler import (
+    ErrorHandler,
+    Problem,
+    Verdict,
+    of_board,
+    of_parts,
+    of_silence,
+)
+from gazelink import codes
+
+QUIET = BoardState(0, 0, 0, 0, 0, 0, 0.0, 170, 170, 0, 0, 0, 0.0)
+
+
+def part(state: str, reason: str = "ok") -> HealthState:
+    return HealthState(state, reason, "", 0.0)
+
+
+def test_nothing_wrong_is_ok() -> None:
+    problems = of_board(QUIET) + of_parts({"board": part(OK), "lidar": part(OK)})
+    assert ErrorHandler().fold(problems, 1.0) == Verdict("ok", "ok")
+
+
+@pytest.mark.parametrize("fault", codes.FAULTS, ids=lambda fault: str(fault[1]))
+def test_every_fault_bit_has_its_name_and_severity(fault: tuple[int, str, int, bool]) -> None:
+    bit, name, severity, _ = fault
+    (problem,) = of_board(replace(QUIET, faults=1 << bit))
+    assert problem == Problem(name, severity)
+
+
+def test_an_override_is_a_warning_unless_it_names_a_fault() -> None:
+    handler = ErrorHandler()
+    overruled = replace(QUIET, override=codes.OBSTACLE_FORWARD)
+    assert handler.fold(of_board(overruled), 0) == Verdict("warning", "obstacle_forward")
+    faulty = replace(QUIET, override=codes.FAULT_REASON + codes.TILT, faults=1 << codes.TILT)
+    assert handler.fold(of_board(faulty), 1) == Verdict("error", "tilt")
+
+
+def test_the_most_severe_is_shown_then_the_oldest() -> None:
+    handler = ErrorHandler()
+    old, new = Problem("tilt", codes.ERROR), Problem("wiper", codes.ERROR)
+    warning = Problem("heading_bus", codes.WARNING)
+    assert handler.fold([warning], 0).message == "heading_bus"
+    assert handler.fold([warning, old], 1).message == "tilt"
+    assert handler.fold([new, warning, old], 2).message == "tilt"
+    assert handler.fold([new, warning], 3).message == "wiper"
+    assert handler.fold([old, new], 4).message == "wiper"  # tilt went and came back
+    assert handler.fold([], 5) == Verdict("ok", "ok")
+
+
+@pytest.mark.parametrize(
+    ("name", "state", "level"),
+    [
+        ("board", STARTING, "warning"),
+        ("board", LOST, "error"),
+        ("lidar", DEGRADED, "warning"),
+        ("lidar", LOST, "error"),
+        ("camera", STARTING, "ok"),
+        ("camera", LOST, "warning"),
+    ],
+)
+def test_parts_by_severity(name: str, state: str, level: str) -> None:
+    problems = of_parts({name: part(state, f"{name}_{state}")})
+    verdict = ErrorHandler().fold(problems, 0.0)
+    assert verdict.level == level
+    if level != "ok":
+        assert verdict.message == f"{name}_{state}"
+
+
+def test_a_source_silent_for_2_s_is_told() -> None:
+    assert of_silence("lidar", None) == []
+    assert of_silence("lidar", 2.0) == []
+    assert of_silence("lidar", 2.1) == [Problem("lidar_lost", codes.ERROR)]
+    assert of_silence("camera", 2.1) == [Problem("camera_lost", codes.WARNING)]

@@ -1,0 +1,68 @@
+"""The speed cap outlasts the host."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gazechair.base.health import HealthRegistry
+from gazechair.config.configuration import Config
+from gazechair.driving.control import Control
+from gazechair.driving.speed_cap_store import KeptCap
+
+
+class NoBoard:
+    """A link without a board."""
+
+    def __getattr__(self, _: str) -> Any:
+        return lambda *_: None
+
+
+def host(folder: Path | None) -> Control:
+    parts = HealthRegistry()
+    for name in ("board", "lidar", "camera"):
+        parts.part(name)
+    return Control(Config(), NoBoard(), parts, kept_cap=KeptCap(folder))
+
+
+def cap_of(control: Control) -> int:
+    return int(control.snapshot(control.connect("viewer"))["cap_permille"])
+
+
+def test_a_cap_set_by_a_caretaker_holds_after_a_restart(tmp_path: Path) -> None:
+    control = host(tmp_path / "state")
+    assert cap_of(control) == 1000
+    caretaker = control.connect("caretaker")
+    assert control.receive(caretaker, {"k": "cap", "permille": 300}) == []
+    assert cap_of(host(tmp_path / "state")) == 300
+    control.receive(caretaker, {"k": "cap", "permille": 1000})
+    assert cap_of(host(tmp_path / "state")) == 1000
+
+
+def test_a_refused_cap_changes_nothing(tmp_path: Path) -> None:
+    control = host(tmp_path)
+    driver = control.connect("driver")
+    assert control.receive(driver, {"k": "cap", "permille": 300})[0]["reason"] == "not_allowed"
+    assert cap_of(host(tmp_path)) == 1000
+
+
+@pytest.mark.parametrize(("text", "cap"), [("", 50), ("fast", 50), ("-1", 50), ("9999", 1000)])
+def test_a_damaged_file_is_slow_never_fast(tmp_path: Path, text: str, cap: int) -> None:
+    (tmp_path / "speed_cap").write_text(text)
+    assert KeptCap(tmp_path).read() == cap
+
+
+def test_a_disk_that_takes_nothing_does_not_undo_the_cap(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "file").write_text("")
+    control = host(None)
+    control._kept_cap = KeptCap(tmp_path / "file")
+    caretaker = control.connect("caretaker")
+    with caplog.at_level(logging.ERROR):
+        control.receive(caretaker, {"k": "cap", "permille": 300})
+    assert cap_of(control) == 300
+    assert "the speed cap ends with this host" in caplog.text

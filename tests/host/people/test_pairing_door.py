@@ -1,0 +1,129 @@
+"""The daemon's side door, through which `gazechair pair` asks; and what a terminal shows."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gazechair.people.pairing import Paired, local
+from gazechair.people.pairing.local import SOCKET_NAME, AlreadyRunning, LocalDoor, NotRunning, ask
+from gazechair.people.pairing.show import code_as_text, devices_as_text, qr_rows
+
+URL = "https://chair.local:8443/pair"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return tmp_path / ("deep" * 30) / "state"  # longer than a unix socket's path may be
+
+
+@pytest.fixture
+def door(again: Any, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    monkeypatch.setattr(local, "_LOOK_S", 0.02)  # ends sooner
+    desk = again(folder)
+    door = LocalDoor(desk, folder, lambda: URL)
+    door.start()
+    yield desk
+    door.stop()
+
+
+def test_a_code_is_made_and_used(door: Any, folder: Path) -> None:
+    made = ask(folder, {"ask": "code", "role": "caretaker"})
+    assert (made["role"], made["url"], made["valid_s"]) == ("caretaker", URL, 600.0)
+    assert ask(folder, {"ask": "open", "code": made["code"]}) == {"open": True}
+    assert isinstance(door.pair(made["code"], "phone", "192.0.2.1"), Paired)
+    assert ask(folder, {"ask": "open", "code": made["code"]}) == {"open": False}
+    devices = ask(folder, {"ask": "list"})["devices"]
+    assert [(d["role"], d["name"]) for d in devices] == [("caretaker", "phone")]
+    assert ask(folder, {"ask": "revoke", "id": devices[0]["id"]}) == {"revoked": True}
+    assert ask(folder, {"ask": "list"}) == {"devices": []}
+
+
+@pytest.mark.parametrize(
+    "request_line",
+    [
+        b"",
+        b"\n",
+        b"{}\n",
+        b"[1]\n",
+        b'{"ask": "code", "role": "king"}\n',
+        b'{"ask": "code", "role": "driver", "valid_s": 1e9}\n',
+        b'{"ask": "code", "role": "driver", "valid_s": NaN}\n',
+        b'{"ask": "revoke"}\n',
+        b"\xff\xfe\n",
+        b"x" * 100_000,
+    ],
+)
+def test_nonsense_is_refused_and_the_door_stays_open(
+    door: Any, folder: Path, request_line: bytes
+) -> None:
+    with socket.socket(socket.AF_UNIX) as client:
+        handle = os.open(folder, os.O_RDONLY)
+        client.connect(f"/proc/self/fd/{handle}/{SOCKET_NAME}")
+        os.close(handle)
+        client.settimeout(20)
+        try:
+            client.sendall(request_line)
+            client.shutdown(socket.SHUT_WR)
+            assert "error" in json.loads(client.recv(4096))
+        except OSError:
+            assert len(request_line) > 50_000  # cut off while it still talked
+    assert ask(folder, {"ask": "list"}) == {"devices": []}
+
+
+def test_only_its_user_may_open_the_door(door: Any, folder: Path) -> None:
+    assert (folder / SOCKET_NAME).stat().st_mode & 0o777 == 0o600
+    assert folder.stat().st_mode & 0o777 == 0o700
+
+
+def test_without_a_daemon_it_says_so(tmp_path: Path) -> None:
+    with pytest.raises(NotRunning, match="no gazechair run answers at"):
+        ask(tmp_path, {"ask": "list"})
+    with pytest.raises(NotRunning):
+        ask(tmp_path / "nowhere", {"ask": "list"})
+
+
+def test_a_second_daemon_in_the_same_folder_is_refused(door: Any, again: Any, folder: Path) -> None:
+    second = LocalDoor(again(folder), folder, lambda: URL)
+    with pytest.raises(AlreadyRunning, match=r"web\.state_folder"):
+        second.start()
+    second.stop()
+    assert ask(folder, {"ask": "list"}) == {"devices": []}
+
+
+def test_a_socket_left_by_a_killed_daemon_is_replaced(again: Any, folder: Path) -> None:
+    desk = again(folder)
+    handle = os.open(folder, os.O_RDONLY)
+    with socket.socket(socket.AF_UNIX) as killed:
+        killed.bind(f"/proc/self/fd/{handle}/{SOCKET_NAME}")
+    os.close(handle)
+    door = LocalDoor(desk, folder, lambda: URL)
+    door.start()
+    assert ask(folder, {"ask": "list"}) == {"devices": []}
+    door.stop()
+    assert not (folder / SOCKET_NAME).exists()
+
+
+def test_a_terminal_shows_address_code_and_qr() -> None:
+    text = code_as_text(URL, "K7QM-2XWD", "driver", 600)
+    assert f"open {URL} and give the code K7QM-2XWD" in text
+    assert f"{URL}#K7QM-2XWD" in text
+    assert "10 minutes" in text
+    assert "▀" in text  # the QR
+    rows = qr_rows(f"{URL}#K7QM-2XWD")
+    assert rows is not None
+    assert {len(row) for row in rows} == {len(rows)}
+
+
+def test_a_terminal_shows_the_devices(desk: Any) -> None:
+    assert "no device is paired" in devices_as_text([])
+    desk.join("viewer", "kitchen")
+    line = devices_as_text(desk.devices()).splitlines()[1]
+    assert "viewer" in line
+    assert "kitchen" in line

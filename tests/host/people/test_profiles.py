@@ -1,0 +1,137 @@
+"""Profiles: always one, within limits, on disk at once, and nothing is lost by a damaged file."""
+
+import json
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gazechair.config import configuration
+from gazechair.people.profiles import ProfileRefused, Profiles, fields, house_fields
+from gazechair.people.profiles.store import FILE_NAME, MOST_PROFILES
+
+FIELDS = fields(["en", "nl"], {"mode": "continuous", "language": "en"})
+
+
+@pytest.fixture
+def profiles(tmp_path):
+    return Profiles(tmp_path, FIELDS)
+
+
+def reason(profiles, wish, caretaker=True):
+    before = profiles.as_json()
+    with pytest.raises(ProfileRefused) as refused:
+        profiles.change(wish, caretaker)
+    assert profiles.as_json() == before
+    return refused.value.reason
+
+
+def test_a_new_host_has_one_profile_of_the_house_s_defaults(profiles):
+    mine = profiles.chosen()
+    assert (mine["mode"], mine["language"], mine["dwell_ms"]) == ("continuous", "en", 600)
+    assert mine["dwell_ms"] > mine["steer_dwell_ms"]
+
+
+def test_what_is_saved_is_there_after_a_restart(profiles, tmp_path):
+    profiles.change({"create": "Jan"}, True)
+    profiles.change({"choose": "2"}, False)
+    profiles.change({"save": {"id": "2", "dwell_ms": 900, "mirrored": True}}, False)
+    again = Profiles(tmp_path, FIELDS)
+    assert again.chosen() == profiles.chosen()
+    assert again.chosen()["name"] == "Jan"
+    assert again.chosen()["dwell_ms"] == 900
+
+
+def test_every_change_has_a_new_revision(profiles):
+    before = profiles.revision
+    profiles.change({"save": {"id": "1", "tones": False}}, False)
+    assert profiles.as_json()["revision"] == profiles.revision != before
+
+
+@pytest.mark.parametrize("name", [name for name, field in FIELDS.items() if field.step])
+def test_numbers_stay_within_their_limits(profiles, name):
+    field = FIELDS[name]
+    for value in (field.low - 1, field.high + 1, float(field.low), True, None, "600"):
+        assert reason(profiles, {"save": {"id": "1", name: value}}) == "profile_value"
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("name", ""),
+        ("name", "x" * 41),
+        ("name", "a\nb"),
+        ("mode", "fast"),
+        ("language", "xx"),
+        ("mirrored", 1),
+        ("colour", "red"),
+    ],
+)
+def test_other_values_are_refused_with_the_reason(profiles, name, value):
+    assert reason(profiles, {"save": {"id": "1", name: value}}) == "profile_value"
+
+
+def test_steering_is_never_slower_than_starting(profiles):
+    wish = {"save": {"id": "1", "dwell_ms": 300, "steer_dwell_ms": 400}}
+    assert reason(profiles, wish) == "profile_value"
+
+
+def test_only_the_caretaker_creates_and_deletes(profiles):
+    assert reason(profiles, {"create": "Jan"}, caretaker=False) == "not_allowed"
+    assert reason(profiles, {"delete": "1"}, caretaker=False) == "not_allowed"
+
+
+def test_one_remains_and_there_is_an_end(profiles):
+    assert reason(profiles, {"delete": "1"}) == "profile_last"
+    for n in range(1, MOST_PROFILES):
+        profiles.change({"create": f"person {n}"}, True)
+    assert reason(profiles, {"create": "one more"}) == "profile_full"
+    profiles.change({"delete": "1"}, True)
+    assert profiles.as_json()["chosen"] == "2"
+
+
+@given(wish=st.dictionaries(st.text(max_size=8), st.recursive(st.none() | st.text(), st.lists)))
+@settings(max_examples=50, deadline=None)
+def test_no_wish_does_harm(tmp_path_factory, wish):
+    profiles = Profiles(tmp_path_factory.mktemp("state"), FIELDS)
+    with pytest.raises(ProfileRefused):
+        profiles.change(wish, True)
+    assert len(profiles.as_json()["profiles"]) == 1
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{", "[]", '{"profiles": {"1": 3}}', '{"profiles": []}', "\0"]
+)
+def test_a_damaged_file_is_kept_and_the_host_goes_on(tmp_path, text):
+    (tmp_path / FILE_NAME).write_text(text)
+    assert Profiles(tmp_path, FIELDS).chosen()["dwell_ms"] == 600
+    assert (tmp_path / "profiles.damaged").read_text() == text
+
+
+def test_strange_values_of_another_version_become_defaults(tmp_path):
+    found = {"chosen": "7", "profiles": {"7": {"name": "Jan", "dwell_ms": 99999, "colour": 1}}}
+    (tmp_path / FILE_NAME).write_text(json.dumps(found))
+    mine = Profiles(tmp_path, FIELDS).chosen()
+    assert (mine["name"], mine["dwell_ms"]) == ("Jan", 600)
+    assert set(mine) == set(FIELDS)
+
+
+def test_a_full_disk_changes_nothing_and_says_so(profiles, tmp_path):
+    (tmp_path / "profiles.new").mkdir()
+    assert reason(profiles, {"choose": "1"}) == "profile_not_stored"
+
+
+def test_a_new_language_is_one_file(tmp_path, monkeypatch):
+    """A file of words more: it can be configured, and every person can choose it."""
+    (tmp_path / "strings").mkdir()
+    for language in ("nl", "en", "xx"):
+        words = {"labels": {"role_driver": f"driver in {language}"}, "messages": {}}
+        (tmp_path / "strings" / f"{language}.json").write_text(json.dumps(words))
+    monkeypatch.setattr("gazechair.base.languages.web_folder", lambda: tmp_path)
+    config = configuration.parse('[web]\nlanguage = "xx"')
+    table = house_fields(config)
+    assert table["language"].choices == ("nl", "en", "xx")
+    mine = Profiles(None, table).chosen()
+    assert (mine["language"], mine["name"]) == ("xx", "driver in xx")
+    with pytest.raises(configuration.ConfigError, match="web/strings"):
+        configuration.parse('[web]\nlanguage = "yy"')

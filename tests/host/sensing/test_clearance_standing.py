@@ -1,0 +1,145 @@
+"""What may be a person is neared so slowly that he may start walking towards the chair."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from gazeboard.core.stopping import Stopping
+from gazeboard.io.settings import Settings
+from gazechair.base.footprint import Footprint
+from gazechair.sensing.clearance.reach import LidarReach
+from gazechair.sensing.clearance.standing import Approach, Standing
+from gazelink import codes
+from gazelink.settings_table import PROFILES
+from gazesim.rooms import Person, Room, box
+from gazesim.zone import zone_of
+from lidarviews import HALL, LOOK_S, NOISE_M, points_of, view_of
+
+ZONE = zone_of()
+AHEAD = Approach(ZONE.of(codes.DIR_FORWARD))
+
+
+def reach_of() -> LidarReach:
+    reach = LidarReach(Footprint())
+    reach.use(ZONE)
+    return reach
+
+
+def forward_m(reach: LidarReach, room: Room, at_s: float, noise_m: float = NOISE_M) -> float:
+    points = points_of(room, np.random.default_rng(round(1000 * at_s)), noise_m)
+    return reach.update(view_of(points, at_s))[codes.DIR_FORWARD]
+
+
+def hall(*people: Person, furniture: tuple = ()) -> Room:
+    return Room("hall", HALL, furniture, people=people)
+
+
+def test_the_way_told_grows_with_the_way_and_is_never_longer() -> None:
+    told = [AHEAD.told_m(way_m) for way_m in np.arange(0.0, 6.0, 0.01)]
+    assert told == sorted(told)
+    assert all(0.0 <= one <= way for one, way in zip(told, np.arange(0, 6, 0.01), strict=True))
+    assert AHEAD.told_m(AHEAD.blocked_within_m - 0.001) == 0.0
+    assert AHEAD.told_m(math.inf) == math.inf
+
+
+@pytest.mark.parametrize("profile", range(len(PROFILES)))
+@pytest.mark.parametrize("way_m", [0.56, 0.6, 0.7, 0.85, 1.0, 1.2, 1.5, 1.8])
+def test_the_board_then_lets_it_run_so_fast_that_he_may_start_to_walk(
+    profile: int, way_m: float
+) -> None:
+    settings = Settings()
+    settings.profile = profile
+    settings.linear_permille = 1000
+    stopping = Stopping(settings, codes.DIR_FORWARD, True)
+    told_mm = int(1000 * AHEAD.told_m(way_m))
+    levels = [n for n, begin in enumerate(stopping.begin) if begin <= told_mm]
+    fastest_m_s = stopping.speed(stopping.permille[levels[-1]]) / 1000.0 if levels else 0.0
+    assert levels or way_m < AHEAD.blocked_within_m < 0.72
+    braking_s = 0.49 + max(0.0, fastest_m_s - 0.05) / 0.5
+    own_m = fastest_m_s * 0.49 + fastest_m_s**2 / (2 * 0.5)
+    assert own_m + 1.0 * braking_s <= way_m + 0.001
+
+
+@pytest.mark.parametrize("noise_m", [0.006, 0.03])
+@pytest.mark.parametrize("beside_m", [0.0, 0.4])
+def test_the_way_to_somebody_who_stands_is_cut(noise_m: float, beside_m: float) -> None:
+    someone = Person(((2.0, beside_m),), radius_m=0.25)
+    gap_m = 2.0 - math.sqrt(0.25**2 - max(0.0, beside_m - 0.375) ** 2) - 0.70
+    way_m = forward_m(reach_of(), hall(someone), 0.0, noise_m)
+    assert way_m == pytest.approx(AHEAD.told_m(gap_m), abs=0.06)
+
+
+def test_somebody_before_a_wall_is_somebody() -> None:
+    someone = Person(((2.0, 0.0),), radius_m=0.25)
+    room = hall(someone, furniture=(box(2.6, 0.0, 1.0, 4.0, 0.0, 2.0, "wall"),))
+    way_m = forward_m(reach_of(), room, 0.0)
+    assert way_m == pytest.approx(AHEAD.told_m(2.0 - 0.25 - 0.70), abs=0.03)
+
+
+@pytest.mark.parametrize("wide_m", [0.05, 1.2])
+def test_table_legs_and_cupboards_are_neared_as_ever(wide_m: float) -> None:
+    room = hall(furniture=(box(2.0, 0.0, wide_m, wide_m, 0.0, 1.8, "wood"),))
+    way_m = forward_m(reach_of(), room, 0.0)
+    assert way_m == pytest.approx(2.0 - wide_m / 2 - 0.70, abs=0.03)
+
+
+def test_what_has_not_moved_for_ten_seconds_before_a_standing_chair_is_furniture() -> None:
+    stool = hall(furniture=(box(1.4, 0.0, 0.4, 0.4, 0.0, 0.5, "wood"),))
+    reach = reach_of()
+    ways = [forward_m(reach, stool, LOOK_S * n) for n in range(round(11.0 / LOOK_S))]
+    assert set(ways[: round(9.5 / LOOK_S)]) == {0.0}
+    assert ways[-1] == pytest.approx(AHEAD.creep_way_m)
+
+
+class Judged:
+    """A Standing and its clock."""
+
+    def __init__(self) -> None:
+        self.standing = Standing()
+        self.standing.approach = AHEAD
+        self.at_s = 0.0
+
+    def look(
+        self, way_m: float, for_s: float = LOOK_S, stands: bool = True, walks: bool = False
+    ) -> float:
+        end_s = self.at_s + for_s - 1e-9
+        while self.at_s < end_s:
+            self.at_s += LOOK_S
+            found = self.standing.update(way_m, stands, walks, self.at_s)
+        return found
+
+
+@pytest.mark.parametrize(
+    "disturbed",
+    [
+        {"way_m": 0.35, "stands": False},
+        {"way_m": 0.35, "walks": True},
+        {"way_m": 0.42},
+    ],
+)
+def test_the_ten_seconds_begin_again_with(disturbed: dict) -> None:
+    judged = Judged()
+    assert judged.look(0.35, 9.0) == 0.0
+    judged.look(**disturbed)
+    assert judged.look(0.35, 9.5) == 0.0
+    assert judged.look(0.35, 1.0) == AHEAD.creep_way_m
+
+
+def test_furniture_can_be_crept_up_to_until_it_walks_or_is_left() -> None:
+    for ends in ({"way_m": 0.2, "walks": True}, {"way_m": 0.70}):
+        judged = Judged()
+        judged.look(0.35, 10.5)
+        assert judged.look(0.30, 1.0, stands=False) == AHEAD.creep_way_m
+        assert judged.look(0.20, 1.0, stands=False) == AHEAD.creep_way_m
+        judged.look(**ends)
+        assert judged.look(0.20, stands=False) == 0.0
+
+
+def test_somebody_far_off_does_not_become_furniture_by_waiting() -> None:
+    judged = Judged()
+    judged.look(1.0, 30.0)
+    assert judged.look(1.0) == AHEAD.told_m(1.0)
+    assert judged.look(0.5, stands=False) == 0.0

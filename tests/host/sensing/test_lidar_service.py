@@ -1,0 +1,136 @@
+"""The lidar service end to end: the child process, rplidar-roboticia and a byte-accurate S2."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from gazechair.base.health import Health
+from gazechair.board.board_commands import Clearance
+from gazechair.config.configuration import FootprintConfig, LidarConfig, SectorsConfig
+from gazechair.sensing.lidar import LidarService
+from gazelink import codes
+from lidarrig import LidarRig, wait_for
+
+BACKWARD = 1 << codes.DIR_BACKWARD
+FORWARD = 1 << codes.DIR_FORWARD
+
+
+class Rig(LidarRig):
+    """The lidar, the service that reads it, and what that publishes."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self.published: list[tuple[int, int, float]] = []
+        self.states: list[str] = []
+        self.health = Health("lidar", on_change=self._note_state)
+        self.service = LidarService(
+            (LidarConfig(kind="s2", port=str(path)),),
+            SectorsConfig(),
+            FootprintConfig(),
+            self._publish,
+            self.health,
+        )
+
+    def _note_state(self) -> None:
+        self.states.append(self.health.state)
+
+    def _publish(self, clearance: Clearance) -> None:
+        self.published.append((clearance.blocked, clearance.source, clearance.acquired_s))
+
+    def close(self) -> None:
+        self.service.stop()
+        super().close()
+
+    def wait(self, condition: Callable[[], bool]) -> None:
+        wait_for(condition, self.health.now)
+
+    def wait_fresh(self, blocked: int) -> None:
+        """Until something was acquired from now on, and the sectors say `blocked`."""
+        now_s = time.monotonic()
+        self.wait(lambda: bool(self.published) and self.published[-1][2] > now_s)
+        self.wait(lambda: self.service.flags == blocked)
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Iterator[Rig]:
+    rig = Rig(tmp_path / "lidar")
+    yield rig
+    rig.close()
+
+
+def test_flags_and_source_are_published_and_follow_the_room(rig: Rig) -> None:
+    rig.service.start()
+    rig.wait_fresh(BACKWARD)
+    assert rig.health.state == "ok"
+    assert {source for _, source, _ in rig.published} == {codes.SIMULATED}
+    assert "turns/s, sees 100% of its view" in rig.service.describe()
+    rig.front_m = 0.4
+    rig.wait_fresh(BACKWARD | FORWARD)
+    rig.front_m = 3.0
+    rig.wait_fresh(BACKWARD)
+
+
+def test_a_killed_child_is_replaced(rig: Rig) -> None:
+    rig.service.start()
+    rig.wait_fresh(BACKWARD)
+    pid = rig.service.pid
+    assert pid is not None
+    os.kill(pid, signal.SIGKILL)
+    rig.wait(lambda: rig.service.restarts == 1)
+    rig.wait_fresh(BACKWARD)
+    assert rig.health.state == "ok"
+
+
+def test_a_pulled_cable_is_said_and_healed(rig: Rig) -> None:
+    rig.service.start()
+    rig.wait_fresh(BACKWARD)
+    rig.port.unplug()
+    rig.wait(lambda: rig.health.state == "lost")
+    assert rig.health.reason == "lidar_lost"
+    count = len(rig.published)
+    rig.wait(lambda: "there is no port" in rig.health.detail)
+    assert len(rig.published) == count
+    rig.device.power_on()
+    rig.port.plug()
+    rig.wait_fresh(BACKWARD)
+    rig.wait(lambda: rig.health.state == "ok")
+    since_lost = rig.states[rig.states.index("lost") :]
+    assert set(since_lost) == {"lost", "ok"}, "attempts to reopen are no news"
+
+
+def test_a_view_covered_ahead_is_degraded_and_blocked(rig: Rig) -> None:
+    rig.device.beams.covered_deg = (-120.0, 120.0)
+    rig.service.start()
+    rig.wait(lambda: rig.health.state == "degraded")
+    assert rig.health.reason == "lidar_view"
+    assert "blind at" in rig.health.detail
+    assert rig.published
+    assert all(blocked & 0b1101 == 0b1101 for blocked, _, _ in rig.published)
+
+
+def test_without_a_lidar_the_health_says_what_to_do() -> None:
+    health = Health("lidar")
+    service = LidarService(
+        (LidarConfig(),), SectorsConfig(), FootprintConfig(), lambda _: None, health
+    )
+    service.start()
+    service.stop()
+    assert (health.state, health.reason) == ("lost", "lidar_lost")
+    assert "lidar.kind" in health.detail
+
+
+def test_stopping_stops_the_motor_and_ends_the_process(rig: Rig) -> None:
+    rig.service.start()
+    rig.wait_fresh(BACKWARD)
+    pid = rig.service.pid
+    assert pid is not None
+    rig.service.stop()
+    rig.wait(lambda: not rig.device.scanning)
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)

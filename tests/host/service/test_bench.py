@@ -1,0 +1,198 @@
+"""`gazechair bench` over the simulator's device models: finds, reads, sweeps, always neutral."""
+
+import json
+import time
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from gazeboard.boards.bank_devices import BankI2C
+from gazechair.service.bench import Bench, BenchError, imu, pot
+from gazesim.bank import Bank
+from gazesim.bno055 import Bno055
+from gazesim.pot import Pot
+
+adafruit_bno055 = pytest.importorskip(
+    "adafruit_bno055", reason="needs the extra bench: pip install gazechair[bench]"
+)
+
+
+class SimulatedBus:
+    """Both devices on one bus, as a person wires them to a bench; time passes while one sleeps."""
+
+    def __init__(self) -> None:
+        bank = Bank.in_memory()
+        self.pot = Pot(bank)
+        self.imu = Bno055(bank)
+        self.turning_deg_s = 0.0
+        self.written: list[tuple[int, int]] = []  # instruction, count
+        self.fails_after: int | None = None
+        self._buses = {0x2C: BankI2C(bank.buffer, 0), 0x28: BankI2C(bank.buffer, 1)}
+        self.bank = bank
+
+    def sleep(self, duration_s: float) -> None:
+        for _ in range(round(duration_s * 1000) + 1):
+            self.imu.step(0.001, self.turning_deg_s)
+
+    def _at(self, address: int) -> Any:
+        if address not in self._buses:
+            raise OSError(121, "Remote I/O error")
+        return self._buses[address]
+
+    def write(self, address: int, data: bytes) -> None:
+        if address == 0x2C and len(data) == 2:
+            self.written.append((data[0], data[1]))
+            if self.fails_after is not None and len(self.written) == self.fails_after:
+                raise OSError(121, "Remote I/O error")
+        self._at(address).writeto(address, data)
+        self.sleep(0.0)
+
+    def read(self, address: int, count: int) -> bytes:
+        data = bytearray(count)
+        self._at(address).readfrom_into(address, data)
+        return bytes(data)
+
+    def write_read(self, address: int, data: bytes, count: int) -> bytes:
+        self.write(address, data)
+        return self.read(address, count)
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.fixture
+def bus(monkeypatch: pytest.MonkeyPatch) -> SimulatedBus:
+    simulated = SimulatedBus()
+    clock = SimpleNamespace(sleep=simulated.sleep, monotonic=time.monotonic)
+    monkeypatch.setattr(adafruit_bno055, "time", clock)
+    monkeypatch.setattr(imu, "time", clock)
+    return simulated
+
+
+class User:
+    """Reads every line, gives one answer."""
+
+    def __init__(self, answer: str = "") -> None:
+        self.lines: list[str] = []
+        self.asked = 0
+        self._answer = answer
+
+    def say(self, line: str) -> None:
+        self.lines.append(line)
+
+    def ask(self, question: str) -> str:
+        assert "DB9" in question
+        self.asked += 1
+        return self._answer
+
+    @property
+    def read(self) -> str:
+        return "\n".join(self.lines)
+
+
+def run(bus: SimulatedBus, user: User, unplugged: bool = False) -> tuple[bool, dict[str, Any]]:
+    bench = Bench(bus, user.say, user.ask)
+    good = bench.run(unplugged)
+    return good, json.loads(bench.as_json())
+
+
+def test_finds_both_and_reads_the_wipers_back(bus: SimulatedBus) -> None:
+    user = User()
+    good, findings = run(bus, user)
+    assert good
+    assert findings["pot"]["address"] == 0x2C
+    assert findings["pot"]["wipers"] == [128, 128], "midscale, as after power-on"
+    assert findings["imu"]["address"] == 0x28
+
+
+@pytest.mark.parametrize("answer", ["", "no", "yes", "y", "plugged"])
+def test_writes_nothing_unless_the_user_says_unplugged(bus: SimulatedBus, answer: str) -> None:
+    user = User(answer)
+    good, findings = run(bus, user)
+    assert good
+    assert not bus.written
+    assert findings["pot"]["sweep"] is None
+    assert "sweep left out" in user.read
+
+
+@pytest.mark.parametrize("scripted", [True, False])
+def test_sweeps_both_over_the_whole_range_and_back_to_neutral(
+    bus: SimulatedBus, scripted: bool
+) -> None:
+    user = User("Unplugged ")
+    good, findings = run(bus, user, unplugged=scripted)
+    assert good
+    assert user.asked == (0 if scripted else 1)
+    for instruction in (0x00, 0x80):
+        counts = [count for at, count in bus.written if at == instruction]
+        assert (min(counts), max(counts), counts[-1]) == (pot.LOWEST, pot.HIGHEST, pot.NEUTRAL)
+    assert bus.pot.poll() == (pot.NEUTRAL, pot.NEUTRAL)
+    assert findings["pot"]["neutral"]
+    assert [each["wrong"] for each in findings["pot"]["sweep"]] == [[], []]
+    assert "measure it now" in user.read
+
+
+@pytest.mark.parametrize("fails_after", [1, 5, 20, 30])
+def test_back_to_neutral_when_a_transfer_fails(bus: SimulatedBus, fails_after: int) -> None:
+    bus.fails_after = fails_after
+    user = User()
+    with pytest.raises(BenchError, match="AD5282 at 0x2c stopped answering"):
+        run(bus, user, unplugged=True)
+    assert bus.pot.poll() == (pot.NEUTRAL, pot.NEUTRAL)
+    assert "back to neutral" in user.read
+
+
+def test_back_to_neutral_when_the_user_presses_ctrl_c(
+    bus: SimulatedBus, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(read: Callable[[int, int], bytes]) -> Callable[[int, int], bytes]:
+        def wrapped(address: int, count: int) -> bytes:
+            if len(bus.written) == 7:
+                bus.written.append((0, 0))
+                raise KeyboardInterrupt
+            return read(address, count)
+
+        return wrapped
+
+    monkeypatch.setattr(bus, "read", interrupted(bus.read))
+    with pytest.raises(KeyboardInterrupt):
+        run(bus, User(), unplugged=True)
+    assert bus.pot.poll() == (pot.NEUTRAL, pot.NEUTRAL)
+
+
+def test_says_when_it_cannot_go_back_to_neutral(bus: SimulatedBus) -> None:
+    bus.pot.set_stuck(True)
+    user = User()
+    good, findings = run(bus, user, unplugged=True)
+    assert not good
+    assert not findings["pot"]["neutral"]
+    assert findings["pot"]["sweep"][0]["wrong"]
+    assert "keep the DB9 unplugged" in user.read
+
+
+def test_nothing_found_is_said_for_each(bus: SimulatedBus) -> None:
+    bus.pot.set_nak(True)
+    bus.imu.set_nak(True)
+    user = User()
+    good, findings = run(bus, user)
+    assert not good
+    assert findings == {"pot": None, "imu": None, "ok": False}
+    assert "AD5282: nothing answers" in user.read
+    assert "BNO055: nothing answers" in user.read
+
+
+def test_heading_and_gyro_count_to_the_left(bus: SimulatedBus) -> None:
+    bus.turning_deg_s = 20.0
+    _, findings = run(bus, User())
+    assert findings["imu"]["gyro_z_deg_s"] == pytest.approx(20.0, abs=1.0)
+    assert 0.0 < findings["imu"]["heading_deg"] < 30.0
+
+
+def test_another_device_at_its_address_is_no_bno055(bus: SimulatedBus) -> None:
+    slot = bus.bank.slot(1, 0x28)
+    slot.write(0, b"\x55")
+    bus.imu.step = lambda *_: None
+    with pytest.raises(BenchError, match="what answers at 0x28 is no BNO055"):
+        run(bus, User())

@@ -1,0 +1,76 @@
+"""The board's settings from the command line, before the real firmware on a pseudo terminal."""
+
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import gazesetup
+from gazechair import cli
+from gazechair.service import board_settings
+from gazechair.service.board_settings import SettingsError, parse
+from gazelink.settings_table import NAMES, TABLE
+from gazesim.rig import Rig
+
+
+@pytest.fixture
+def port(tmp_path: Path, micropython: gazesetup.MicroPython) -> Iterator[str]:
+    """A simulated board's port."""
+    stopping = threading.Event()
+    started = threading.Event()
+
+    def simulate() -> None:
+        rig = Rig(tmp_path / "sim", str(micropython.path), "open")
+        rig.start()
+        started.set()
+        try:
+            while not stopping.is_set():
+                rig.run(until_s=time.monotonic() + 0.05)
+        finally:
+            rig.stop()
+
+    thread = threading.Thread(target=simulate, name="simulator")
+    thread.start()
+    assert started.wait(20)
+    yield str(tmp_path / "sim" / "board")
+    stopping.set()
+    thread.join(20)
+
+
+def test_all_are_read_changed_and_saved(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with board_settings.connected(port) as board:
+        assert board.all() == [row[1] for row in TABLE]
+    words = ["settings", "--port", port, "--set", "linear_permille", "250", "--save"]
+    assert cli.main(words) == 0
+    assert "250*" in capsys.readouterr().out
+    with board_settings.connected(port) as board:
+        assert board.all()[NAMES.index("linear_permille")] == 250
+        board.defaults()
+        assert board.all() == [row[1] for row in TABLE]
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "reason"),
+    [
+        ("speed", "1", "no setting 'speed'; there are neutral_linear_count"),
+        ("linear_permille", "1001", "must be a whole number 50..1000, not '1001'"),
+        ("linear_permille", "-5", "must be a whole number"),
+        ("linear_permille", "fast", "must be a whole number"),
+        ("linear_permille", "3.5", "must be a whole number"),
+    ],
+)
+def test_bad_words_are_refused_before_the_board_is_asked(name: str, text: str, reason: str) -> None:
+    with pytest.raises(SettingsError, match=reason):
+        parse(name, text)
+
+
+def test_no_board_is_said_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(board_settings, "_CONNECT_S", 0.3)
+    assert cli.main(["settings", "--port", str(tmp_path / "nothing")]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("gazechair: no board:")
+    assert error.count("\n") == 1

@@ -1,0 +1,136 @@
+"""What `gazechair tune` says and stores: all of it or nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gazechair.service.board_settings import SettingsError
+from gazechair.service.tune.command import Tuning
+from gazechair.service.tune.errors import TuneError
+from gazechair.service.tune.numbers import TurnNumbers
+from gazechair.service.tune.recording import Recording
+from gazelink.settings_table import PROFILES, TABLE, index_of
+from gazemeasure.turn_board import settings_with
+from gazemeasure.turn_tuning import record
+from gazesim.chair import Chair
+from gazesim.imu_model import Imu, ImuErrors
+from gazesim.profiles import undisturbed
+
+
+class MemoryBoard:
+    """Settings in memory; `refuses_after` so many changes."""
+
+    def __init__(self) -> None:
+        self.values = [row[1] for row in TABLE]
+        self.saved: list[int] | None = None
+        self.refuses_after = 1 << 30
+        self.full = False
+
+    def all(self) -> list[int]:
+        return list(self.values)
+
+    def set(self, index: int, value: int) -> None:
+        _, _, low, high = TABLE[index]
+        assert low <= value <= high
+        self.refuses_after -= 1
+        if self.refuses_after == 0:
+            raise SettingsError("set: the board does not answer")
+        self.values[index] = value
+
+    def save(self) -> None:
+        if self.full:
+            raise SettingsError("save refused: the board could not write it to its flash")
+        self.saved = list(self.values)
+
+
+@pytest.fixture(scope="module")
+def recordings() -> list[Recording]:
+    """Of an undisturbed chair in profile 3.1."""
+    chair = Chair("3.1", 1, undisturbed("3.1"))
+    return record(chair, Imu(ImuErrors()), settings_with({}), "3.1")
+
+
+@pytest.fixture
+def board() -> MemoryBoard:
+    return MemoryBoard()
+
+
+def tune(
+    board: MemoryBoard,
+    recordings: list[Recording],
+    profile: str = "3.1",
+    dry_run: bool = False,
+    go: bool = True,
+) -> str:
+    said: list[str] = []
+
+    def measured(believed: TurnNumbers, neutral_count: int) -> list[Recording]:
+        assert neutral_count == 170
+        return recordings
+
+    Tuning(board, measured, said.append, lambda: go).run(profile, dry_run)
+    return "\n".join(said)
+
+
+def test_what_is_found_is_stored_for_that_profile_alone(
+    board: MemoryBoard, recordings: list[Recording]
+) -> None:
+    before = board.all()
+    said = tune(board, recordings)
+    changed = {TABLE[k][0] for k, value in enumerate(board.values) if value != before[k]}
+    assert all(name.startswith("p3_1_") for name in changed - {"profile"})
+    assert board.values[index_of("p3_1_tuned")] == 1
+    assert board.values[index_of("profile")] == PROFILES.index("3.1")
+    assert board.saved == board.values
+    assert "free all round" in said
+    assert "stops it at once" in said
+    assert "braking while driving forward stays 500 mm/s2: it cannot be measured" in said
+    assert TurnNumbers.of("3.1", board.values).left_dps == pytest.approx(45.5, rel=0.06)
+
+
+def test_a_dry_run_shows_and_changes_nothing(
+    board: MemoryBoard, recordings: list[Recording]
+) -> None:
+    before = board.all()
+    said = tune(board, recordings, dry_run=True)
+    assert "before" in said
+    assert "found" in said
+    assert "dry run: nothing was changed" in said
+    assert (board.values, board.saved) == (before, None)
+
+
+def test_without_a_go_nothing_moves(board: MemoryBoard) -> None:
+    with pytest.raises(TuneError, match="nobody said go"):
+        tune(board, [], go=False)
+
+
+def test_another_profile_is_refused_and_nothing_stored(
+    board: MemoryBoard, recordings: list[Recording]
+) -> None:
+    before = board.all()
+    with pytest.raises(TuneError, match=r"not as profile 1\.2 does, rather as"):
+        tune(board, recordings, profile="1.2")
+    assert (board.values, board.saved) == (before, None)
+
+
+@pytest.mark.parametrize("refuses_after", [1, 5, 1 << 30])
+def test_what_cannot_be_stored_leaves_the_settings_as_before(
+    board: MemoryBoard, recordings: list[Recording], refuses_after: int
+) -> None:
+    before = board.all()
+    board.refuses_after = refuses_after
+    board.full = True
+    with pytest.raises(TuneError, match=r"not stored: .*; the settings are as before"):
+        tune(board, recordings)
+    assert board.values == before
+
+
+def test_numbers_and_settings_are_the_same_thing() -> None:
+    for profile in PROFILES:
+        default = TurnNumbers.default(profile)
+        values = [row[1] for row in TABLE]
+        for name, value in default.rows(profile).items():
+            values[index_of(name)] = value
+        again = TurnNumbers.of(profile, values)
+        assert np.allclose(list(vars(again).values()), list(vars(default).values()))

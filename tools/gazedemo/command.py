@@ -1,0 +1,39 @@
+"""The command `gazechair demo`: a simulated chair to drive. `tools/demo` runs the same."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+from typing import Any
+
+import gazesetup
+
+_PORT = 8080
+
+
+def add(commands: Any) -> None:
+    """Add it to argparse's subparsers `commands`."""
+    demo = commands.add_parser("demo", help="a simulated chair to drive from a browser")
+    add_options(demo)
+    demo.set_defaults(act=_demo)
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the demo takes."""
+    parser.add_argument("--check", action="store_true", help="drive it headless and print figures")
+    parser.add_argument("--room", default="living", help="room of the simulator (default: living)")
+    parser.add_argument("--profile", default="3.1", help="the chair's speed profile (default: 3.1)")
+    parser.add_argument("--port", type=int, default=_PORT, help=f"of the page (default: {_PORT})")
+    parser.add_argument(
+        "--artefacts",
+        type=Path,
+        default=Path(os.environ.get("GAZECHAIR_ARTEFACTS", gazesetup.LOCAL / "artefacts")),
+        help="folder for the check's screenshots",
+    )
+
+
+def _demo(options: argparse.Namespace) -> int:
+    from gazedemo.__main__ import demo
+
+    return demo(options)

@@ -1,0 +1,35 @@
+"""The command `gazechair measure NAME`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Any
+
+import gazemeasure
+
+
+def add(commands: Any) -> None:
+    """Add it to argparse's subparsers `commands`."""
+    measure = commands.add_parser("measure", help="run a benchmark on the simulated chair")
+    measure.add_argument("name", help="which one; an unknown name lists them")
+    measure.add_argument("--quick", action="store_true", help="fewer samples")
+    measure.add_argument("--json", action="store_true", help="print one line of JSON")
+    measure.set_defaults(act=_measure)
+
+
+def _measure(options: argparse.Namespace) -> int:
+    if options.name not in gazemeasure.BENCHMARKS:
+        known = "; ".join(f"{name}: {row[1]}" for name, row in gazemeasure.BENCHMARKS.items())
+        return _refuse(f"no benchmark {options.name!r}; there are {known}")
+    try:
+        report = gazemeasure.run(options.name, options.quick)
+    except ImportError as error:
+        return _refuse(f"measure needs the extras sim and test: {error}")
+    print(report.json() if options.json else report.table())
+    return 0 if report.ok else 1
+
+
+def _refuse(line: str) -> int:
+    print(f"gazechair: {line}", file=sys.stderr)
+    return 2
