@@ -1,5 +1,5 @@
-# Started at power-on. First act, before any other import: enable line off, both wipers neutral
-# (promise P1).
+# The program that the board starts at power-on.
+# First, before any other import: enable line off, both wipers neutral (promise P1).
 try:
     from machine import I2C, Pin
 

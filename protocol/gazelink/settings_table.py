@@ -4,7 +4,7 @@
 # Units are in the names; *_permille is of full deflection, q4 is sixteenths. No limit here exceeds
 # what the safety promises allow (firmware/gazeboard/core/limits.py; a test compares them).
 
-# The chair's speed profiles that have rows of their own (SPEC section 1).
+# The chair's speed profiles that have rows of their own.
 PROFILES = ("1.2", "2.1", "3.1", "4.1", "5.1")
 
 NO_CASTERS_Q4_DEG = 320  # caster_q4_deg of casters that turn nothing: the row holds no sign

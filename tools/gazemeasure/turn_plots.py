@@ -1,4 +1,4 @@
-"""Plots of docs/turning.md on autotune and benchmark: `python -m gazemeasure.turn_plots`."""
+"""Plots autotune and benchmark for docs/turning-lab.md: `python -m gazemeasure.turn_plots`."""
 
 from __future__ import annotations
 

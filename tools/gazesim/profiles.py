@@ -48,7 +48,7 @@ PROFILES = {name: _parameters(*speeds) for name, speeds in SPEEDS_KM_H.items()}
 
 
 # What the first prototype's published turns say about the chair, found by python -m gazetwin --fit
-# (see docs/turning.md): two chairs for both of which every published clue holds.
+# (see docs/turning-lab.md): two chairs that meet every published clue.
 _LEAST_STICKY = {
     "dead_time_s": 0.2016,
     "deadband": 0.1149,

@@ -1,4 +1,4 @@
-"""The plots of docs/turning.md about the chair: both experiments, and how the cost runs."""
+"""Plots the chair for docs/turning-lab.md: both experiments and the cost over each number."""
 
 from __future__ import annotations
 
