@@ -3,13 +3,13 @@
 import gc
 from binascii import hexlify, unhexlify
 
-from gazeboard.core import limits
 from gazeboard.core.motion import Motion
 from gazeboard.core.obedience import Obedience
 from gazeboard.core.obstacles import Obstacles
 from gazeboard.core.profile_check import ProfileCheck
 from gazeboard.core.safety import Safety
 from gazeboard.core.shared import Inbox, Outbox
+from gazeboard.core.tick import PERIOD_US, Tick
 from gazeboard.core.tick_clock import TickClock
 from gazeboard.io import bootlog
 from gazeboard.io.emergency_latch import EmergencyLatch
@@ -58,6 +58,7 @@ class App:
         self.safety = Safety(board.simulated, s.relay_fitted, boot_faults)
         self.obstacles = Obstacles(s)
         self.obedience = Obedience(s)
+        self.core = Tick(self.safety, None, self.obstacles, self.obedience, None, TickClock())
         self.outbox = Outbox()
         self.telemetry = Telemetry(self.safety, self.joystick, self.obstacles)
         self.link = Link(board, self.inbox, self.outbox, self.safety, self.telemetry)
@@ -65,10 +66,8 @@ class App:
         self._setting_session = 0  # whose changes of the neutral count
         self._apply_settings()
         self.inbox.publish()
-        self._enable_level = 0
-        self._last_us = 0
-        self._tick_clock = TickClock()
-        self._started = False
+        self._enable_level = 0  # as put out
+        self._last_us = -1
         self._watched_at = 0
         self._fed_at = 0
         self._gc_at = 0
@@ -91,8 +90,8 @@ class App:
         self.link.tell_zone(self.obstacles.zone)
         self.obedience.configure(s)
         turn = turn_controller(s)
-        self.motion = Motion(s, turn)
-        self.profile_check = ProfileCheck(turn.model)
+        self.core.motion = self.motion = Motion(s, turn)
+        self.core.profile_check = self.profile_check = ProfileCheck(turn.model)
         self.safety.set_relay_fitted(s.relay_fitted)
         self.inbox.back.calibrated = s.calibrated
         self.inbox.touch()
@@ -105,8 +104,7 @@ class App:
         except Exception:
             self._let_go()
 
-    # An exception in the tick (P1, P10): enable off, both wipers neutral, latched; again each time,
-    # each for itself, because anything may be what is broken.
+    # Enable off, both wipers neutral; again each time, each for itself.
     def _let_go(self):
         try:
             self._enable_level = 0
@@ -114,86 +112,39 @@ class App:
         except Exception:
             pass
         self.joystick.let_go()
-        try:
-            self.safety.tick_raised()
-        except Exception:
-            pass
-        try:
-            self.motion.stop()
-        except Exception:
-            pass
+        self.core.raised()
 
     @micropython.native
     def _tick(self):
         board = self._board
-        safety = self.safety
-        motion = self.motion
+        core = self.core
+        joystick = self.joystick
         i = self.inbox.front
         start_us = board.ticks_us()
-        missed_ms = 0
-        clock = self._tick_clock
-        if self._started:
-            elapsed_us = board.ticks_diff(start_us, self._last_us)
-            if clock.owes or not 0 <= elapsed_us <= limits.TICK_ON_TIME_US:
-                missed_ms = clock.step(elapsed_us)
-        late = clock.late
-        self._started = True
+        last_us = self._last_us
         self._last_us = start_us
-        if missed_ms:
-            safety.missed_ms = missed_ms
-            self.obstacles.missed(missed_ms)
         relay_closed = board.relay_pin() == 1
-        obstacles = self.obstacles
-        obstacles.step(
+        core.decide(
             i,
-            motion.linear_permille,
-            motion.turn_permille,
-            safety.state == codes.ARMED,
-            self.profile_check.agreed,
-            self.profile_check.sluggish,
-        )
-        safety.step(
-            i,
-            obstacles.blocked,
+            board.ticks_diff(start_us, last_us) if last_us >= 0 else PERIOD_US,
             relay_closed,
             board.emergency_pin() == 1,
             board.button_pin() == 0,
-            late,
         )
-        if safety.permitted:
-            motion.step(i, safety.blocked, obstacles.caps, safety.faults, obstacles.arcs)
-            if motion.ended:
-                safety.finished(motion.end_reason)
-        else:
-            motion.stop()
-        linear_permille = motion.linear_permille
-        turn_permille = motion.turn_permille
-        self.profile_check.step(i, linear_permille, turn_permille)
-        obedience = self.obedience
-        if obedience.step(i, linear_permille, turn_permille, safety.state == codes.ARMED):
-            safety.trip(codes.DISOBEYS)
-            motion.stop()
-            linear_permille = motion.linear_permille
-            turn_permille = motion.turn_permille
-        joystick = self.joystick
-        verified = joystick.write(linear_permille, turn_permille)
-        if (not verified or obedience.wiper_debt) and obedience.wipers_written(verified):
-            safety.trip(codes.WIPER)
-        if safety.wipers_written(verified, joystick.neutral):
-            self._enable_level ^= 1
-            board.enable_pin(self._enable_level)
-        elif not safety.enable and self._enable_level:
-            self._enable_level = 0
-            board.enable_pin(0)
+        verified = joystick.write(core.linear_permille, core.turn_permille)
+        level = core.written(verified, joystick.neutral)
+        if level != self._enable_level:
+            self._enable_level = level
+            board.enable_pin(level)
         o = self.outbox
         o.relay_closed = relay_closed
-        if late:
+        if core.late:
             o.late_ticks = (o.late_ticks + 1) & 0xFFFF
         spent_us = board.ticks_diff(board.ticks_us(), start_us)
         if spent_us > o.tick_max_us:
             o.tick_max_us = spent_us
-        ticks = (o.ticks + 1 + missed_ms) & 0x3FFFFFFF
-        self.telemetry.capture(ticks, motion.state, i.heading_q4)
+        ticks = (o.ticks + 1 + core.missed_ms) & 0x3FFFFFFF
+        self.telemetry.capture(ticks, self.motion.state, i.heading_q4)
         o.ticks = ticks
 
     # -- the service loop: everything that may wait or take a while --------------------------------

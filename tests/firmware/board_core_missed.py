@@ -3,7 +3,6 @@
 
 from corerig import Core
 from gazeboard.core import limits
-from gazeboard.core.obstacles import Obstacles
 from gazelink import codes
 
 SOURCES = ("host", "service", "lidar")
@@ -86,7 +85,7 @@ def test_p5_what_needs_more_than_creep_says_so():
     core = Core()
     for profile in ("p1_2", "p2_1", "p3_1", "p4_1", "p5_1"):
         setattr(core.settings, profile + "_deadband_permille", 500)
-    core.obstacles = Obstacles(core.settings)
+    core.obstacles.configure(core.settings)
     core.arm()
     core.i.clearance_unseen = 1 << codes.DIR_FORWARD
     core.run(100)

@@ -1,10 +1,11 @@
-# Safety and motion alone, in the order in which the tick calls them: inputs set by hand, one call
-# a millisecond, on CPython and MicroPython.
+# The core's tick without the board: inputs set by hand, one call a millisecond, on CPython and
+# MicroPython. What watches the chair itself sees nothing wrong here.
 
 from gazeboard.core.motion import Motion
 from gazeboard.core.obstacles import Obstacles
 from gazeboard.core.safety import Safety
 from gazeboard.core.shared import Inputs
+from gazeboard.core.tick import PERIOD_US, Tick
 from gazeboard.io.settings import Settings
 from gazelink import arcs, codes, messages
 
@@ -49,6 +50,25 @@ class Turn:
         return self.held
 
 
+class Watch:
+    # Obedience and ProfileCheck that say what the test wants.
+    agreed = False
+    sluggish = False
+    wiper_debt = 0
+
+    def step(self, i, linear_permille, turn_permille, armed=False):
+        return False
+
+    def wipers_written(self, verified):
+        return False
+
+
+class Clock:
+    # A tick clock that says what the test wants.
+    owes = False
+    late = False
+
+
 class Core:
     # Everything is well until a test says otherwise: `host`, `service`, `lidar` and `imu` live,
     # writes are `verified`, the contact follows the enable line unless `contact` is set.
@@ -65,6 +85,10 @@ class Core:
         self.safety = Safety(simulated, relay_fitted, boot_faults)
         self.motion = Motion(self.settings, self.turn)
         self.obstacles = Obstacles(self.settings)
+        self.watch = Watch()
+        self.clock = Clock()
+        parts = (self.obstacles, self.watch, self.watch, self.clock)
+        self._tick = Tick(self.safety, self.motion, *parts)
         self.host = True
         self.service = True
         self.lidar = True
@@ -97,20 +121,13 @@ class Core:
             i.heading_count = (i.heading_count + 1) & 0xFFFF
         if self.hold_ms:
             self.command(self.hold_ms)
-        safety = self.safety
-        motion = self.motion
-        obstacles = self.obstacles
-        armed = safety.state == codes.ARMED
-        linear_permille = motion.linear_permille
-        obstacles.step(i, linear_permille, motion.turn_permille, armed, self.trusted)
-        safety.step(i, obstacles.blocked, self.closed(), self.emergency, self.button, self.late)
-        if safety.permitted:
-            motion.step(i, safety.blocked, obstacles.caps, safety.faults, obstacles.arcs)
-            if motion.ended:
-                safety.finished(motion.end_reason)
-        else:
-            motion.stop()
-        self.toggled = safety.wipers_written(self.verified, not self.moving())
+        self.watch.agreed = self.trusted
+        self.clock.late = self.late
+        tick = self._tick
+        before = tick.enable_level
+        tick.decide(i, PERIOD_US, self.closed(), self.emergency, self.button)
+        self.toggled = tick.written(self.verified, not self.moving()) != before
+        self.toggled = self.toggled and self.safety.enable
         self._on_ms = self._on_ms + 1 if self.toggled else 0
         self._off_ms = 0 if self.toggled else self._off_ms + 1
 

@@ -6,7 +6,7 @@ deadline. A class is represented by its lowest value; "time passed" is its highe
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from operator import attrgetter
 from typing import Any
@@ -14,7 +14,9 @@ from typing import Any
 from gazeboard.core import limits
 from gazeboard.core.motion import Motion
 from gazeboard.core.safety import Safety
+from gazeboard.core.tick import Tick
 from gazelink import codes
+from gazeprove.around import Around
 
 STEP_MS = 2000  # of the settings explored
 TURN_LIMIT_MS = 6000
@@ -120,7 +122,12 @@ class Core:
 
     safety: Safety
     motion: Motion
+    around: Around
     relay_follows: bool  # the contact always does what the enable line says
+    tick: Tick = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.tick = self.around.tick(self.safety, self.motion)
 
     def load(self, state: State, passed: tuple[str, ...]) -> None:
         """Become `state`, with time passed to the end of the class in the counters `passed`."""

@@ -3,41 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 from gazeboard.core import limits
 from gazeboard.core.safety import Safety
+from gazeboard.core.tick import PERIOD_US
 from gazelink import codes
 from gazeprove import abstract
 from gazeprove.abstract import FRESH, OLD, Core, State
+from gazeprove.around import Around, Facts, Raised
 from gazeprove.inputs import AnyTurn, Choices, LazyInputs, Scope
-
-_CAPS = (1000, 1000, 1000, 1000)  # what obstacles permit beside the blocked bits only reduces
-
-
-@dataclass
-class Facts:
-    """What happened in one tick besides the inputs, for the invariants."""
-
-    contact: bool
-    emergency_open: bool
-    message: bool
-    button: bool
-    late: bool
-    disarm: bool
-    arms: int
-    reset: bool
-    stopped: bool
-    new_session: bool
-    verified: bool = True
-    raised: bool = False
-    stepped: bool = True
-    toggled: bool = False
-    well: bool = True
-    end_reason: int | None = None
-    disobeys: bool = False
-    often: bool = False  # writes fail often, though never three in a row
 
 
 def tick(
@@ -48,7 +23,7 @@ def tick(
     choices: Choices,
     was: dict[str, Any],
 ) -> Facts:
-    """One tick of the real objects from `state`, in the order of App._tick, all events chosen.
+    """One tick of the real objects from `state`, all events chosen.
 
     `was` is filled with safety's fields before the tick, after the time that was chosen to pass.
     """
@@ -120,16 +95,7 @@ def tick(
     raised = pick(3) if "exception" in causes else 0
     facts.raised = raised > 0
     facts.stepped = raised < 2
-    if facts.stepped:
-        decide(core, inputs, facts)
-    if facts.raised:
-        core.safety.tick_raised()
-        core.motion.stop()
-    else:
-        facts.disobeys = core.safety.state == codes.ARMED and strikes("obeys")
-        facts.verified = not strikes("wiper")
-        facts.often = strikes("often")
-        write(core, facts)
+    run(core, inputs, facts, strikes)
     if before != codes.DISARMED and core.safety.state == codes.DISARMED:
         _reveal(core.safety, before, choices)
     facts.well = not (
@@ -140,16 +106,21 @@ def tick(
     return facts
 
 
-def write(core: Core, facts: Facts) -> None:
-    """The end of a tick, as App._tick has it: does the chair obey, was the write verified."""
-    safety, motion = core.safety, core.motion
-    if facts.disobeys:
-        safety.trip(codes.DISOBEYS)
-        motion.stop()
-    neutral = motion.linear_permille == motion.turn_permille == 0
-    if facts.often:
-        safety.trip(codes.WIPER)
-    facts.toggled = safety.wipers_written(facts.verified, neutral)
+def run(core: Core, inputs: Any, facts: Facts, strikes: Callable[[str], bool]) -> None:
+    """The tick itself. `strikes` tells what happens after the decision; `facts` are completed."""
+    core.around.facts = facts
+    core.around.strikes = strikes
+    tick = core.tick
+    try:
+        if not facts.stepped:
+            raise Raised
+        tick.decide(inputs, PERIOD_US, facts.contact, facts.emergency_open, facts.button)
+        facts.verified = not strikes("wiper")
+        tick.enable_level = 0
+        neutral = core.motion.linear_permille == core.motion.turn_permille == 0
+        facts.toggled = tick.written(facts.verified, neutral) == 1
+    except Raised:
+        tick.raised()
 
 
 def _orders(scope: Scope, pick: Callable[[int], int]) -> tuple[bool, int, bool]:
@@ -169,20 +140,6 @@ def _reveal(safety: Safety, before: int, choices: Choices) -> None:
     if safety._closed_ms and before == codes.ARMED and safety._relay_fitted:
         classes = (1, limits.RELAY_RELEASE_MS, limits.RELAY_HOLD_MS, limits.RELAY_STUCK_MS)
         safety._closed_ms = classes[choices.pick(4)]
-
-
-def decide(core: Core, inputs: Any, facts: Facts) -> None:
-    """Safety, then motion, as App._tick calls them."""
-    safety, motion = core.safety, core.motion
-    blocked = inputs.clearance_blocked
-    safety.step(inputs, blocked, facts.contact, facts.emergency_open, facts.button, facts.late)
-    if not safety.permitted:
-        motion.stop()
-        return
-    motion.step(inputs, safety.blocked, _CAPS, safety.faults)
-    if motion.ended:
-        facts.end_reason = motion.end_reason
-        safety.finished(motion.end_reason)
 
 
 def _all_well(read: dict[str, Any]) -> bool:
@@ -209,6 +166,7 @@ def first_state(scope: Scope) -> tuple[Core, LazyInputs, Choices, State]:
     core = Core(
         Safety(scope.simulated, scope.relay_fitted, scope.boot_faults),
         Motion(settings, AnyTurn(choices)),
+        Around(),
         "relay" not in scope.causes and scope.relay_fitted,
     )
     return core, LazyInputs(), choices, core.read()

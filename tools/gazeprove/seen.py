@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from gazelink import codes
 from gazeprove.abstract import Core
-from gazeprove.events import Facts
+from gazeprove.around import Facts
 
 
 def bits(*faults: int) -> int:

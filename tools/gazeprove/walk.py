@@ -13,7 +13,8 @@ from typing import Any
 from gazeboard.core.shared import Inputs
 from gazelink import codes
 from gazeprove.abstract import Core
-from gazeprove.events import Facts, decide, first_state, write
+from gazeprove.around import Facts
+from gazeprove.events import first_state, run
 from gazeprove.explore import Explored, describe
 from gazeprove.inputs import CAUSES, Blocked, Choices, Scope
 from gazeprove.invariants import INVARIANTS
@@ -99,16 +100,7 @@ class Walk:
         raised = strikes["exception"]
         facts.raised = raised
         facts.stepped = not raised or self._random.random() < 0.5
-        if facts.stepped:
-            decide(core, i, facts)
-        if raised:
-            core.safety.tick_raised()
-            core.motion.stop()
-        else:
-            facts.disobeys = core.safety.state == codes.ARMED and strikes["obeys"]
-            facts.verified = not strikes["wiper"]
-            facts.often = strikes["often"]
-            write(core, facts)
+        run(core, i, facts, strikes.__getitem__)
         return facts
 
     def _struck(self) -> dict[str, bool]:
