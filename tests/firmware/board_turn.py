@@ -266,6 +266,33 @@ def test_wide_turns_land_nearer_by_what_the_sensor_may_be_off():
         assert -0.63 <= error_deg <= 0.63, (values, error_deg)
 
 
+def test_a_chair_of_another_full_speed_turns_wide_in_one_move():
+    # Its ramp back from there goes by the square of the speed: the rate alone told half of it.
+    for values in (
+        {"left_q4_dps": 699, "right_q4_dps": 699},
+        {"left_q4_dps": 757, "right_q4_dps": 757},
+    ):
+        for degrees in (90, -90):
+            bench = Bench(2, values)
+            error_deg, _ = bench.by(degrees)
+            assert bench.pushes() == 1, (values, degrees, pulses(bench.outs))
+            assert -0.6 <= error_deg <= 0.6, (values, degrees, error_deg)
+
+
+def test_before_full_speed_another_rate_is_no_other_full_speed():
+    bench = Bench(2, {"accelerate_dps2": 45})
+    bench.turn.start(10 * 16, 0)
+    while not bench.turn.arrived and not bench.turn.missed:
+        bench.one_ms(bench.turn.update(bench.heading_q4, bench.rate_q4, bench.count))
+        assert bench.turn._faster_q8 == 0
+
+
+def test_the_plan_knows_what_the_ramp_turns_back_from_full_speed():
+    for speed_dps, brake_dps2 in ((45, 150), (60, 90), (17, 300)):
+        plan = StopPlan(speed_dps * 16, 100 * 16, 36, brake_dps2, 350)
+        assert abs(plan.brakes_q8 - 256 * speed_dps * speed_dps / (2 * brake_dps2)) < 1
+
+
 def test_a_model_of_a_chair_that_stands_is_halted():
     model = ChairModel(settings_of(2, {}))
     for _ in range(600):
