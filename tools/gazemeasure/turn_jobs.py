@@ -108,7 +108,7 @@ def tune(drawn: Drawn) -> TurnNumbers:
     believed = TurnNumbers.default(drawn.profile)
     chair = Chair(drawn.profile, drawn.case.seed, drawn.case.parameters)
     settings = settings_with({"profile": PROFILES.index(drawn.profile)})
-    recordings = record(chair, drawn.imu(), settings, drawn.profile)
+    recordings = record(chair, drawn.imu(), settings, drawn.profile, drawn.case.seed)
     fit = identify(recordings, believed)
     judge_fit(recordings, fit)
     fits_profile(fit.numbers, drawn.profile)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import random
+from collections.abc import Iterator
 from typing import Any
 
 from gazechair.service.tune.numbers import TurnNumbers
@@ -15,16 +17,23 @@ from gazesim.imu_model import Imu
 
 _SAMPLE_MS = 10
 _LIMIT_MS = 120_000
-_WAITS_MS = (5, 2, 8, 4, 6, 1, 9, 3, 7)  # from a sample until the pulse that it led to begins
 
 
-def record(chair: Chair, imu: Imu, settings: Any, profile: str) -> list[Recording]:
-    """The procedure's recordings. TuneError when it gives up."""
+def waits_ms(seed: int) -> Iterator[int]:
+    """From a sample until the pulse that it led to begins: a command reaches the board at any time
+    between two samples."""
+    source = random.Random(seed)
+    while True:
+        yield source.randint(1, _SAMPLE_MS - 1)
+
+
+def record(chair: Chair, imu: Imu, settings: Any, profile: str, seed: int = 1) -> list[Recording]:
+    """The procedure's recordings; `seed` draws when pulses begin. TuneError when it gives up."""
     board = BoardMotion(settings)
     bench = Bench(chair, imu, board)
     procedure = Procedure(TurnNumbers.default(profile))
     held = None
-    asked = 0
+    waits = waits_ms(seed)
     wait_ms = 0
     while not procedure.done:
         bench.run(wait_ms)
@@ -44,9 +53,7 @@ def record(chair: Chair, imu: Imu, settings: Any, profile: str) -> list[Recordin
             if held is None:
                 board.running = False
             else:
-                # A command reaches the board at any time between two samples, never just after one.
-                wait_ms = _WAITS_MS[asked % len(_WAITS_MS)]
-                asked += 1
+                wait_ms = next(waits)
     return procedure.recordings
 
 

@@ -2,7 +2,8 @@
 be off, and what they can be at all.
 
 The unknowns are the columns of model.py; sizes and times as logarithms. After those of the chair
-come the pulses' own: by what share each turns the wheels further than the others (an uneven floor).
+come the pulses' own: by what share each turns the wheels further than the others (an uneven floor),
+then how much later than recorded each began.
 """
 
 from __future__ import annotations
@@ -28,15 +29,19 @@ _ROWS = {
     model.LIE: (0.5, 0.0, 1.0),
     model.SLOPE: (0.7, -4.0, 4.0),
     model.BEND: (0.7, -4.0, 4.0),
+    model.FRICTION: (0.3, 0.0, 4.0),
 }
+_FRICTION_DPS = 0.4  # of the chair whose turns were published
 _PULSE = (0.03, -1.0, 1.0)
+_LATE_S = (0.0015, -0.006, 0.006)  # it began anywhere in the 5 ms that its ends leave open
 _WAY_S = 0.5  # casters swing round in that time at full speed
 _LOOSE_SHARE = 0.8  # of the full speed at most is needed to break loose: it turned
 
 
 def bounds(pulses: int) -> Bounds:
     """Of the unknowns of a chair and so many pulses."""
-    rows = np.array([_ROWS[column] for column in range(model.UNKNOWNS)] + [_PULSE] * pulses)
+    chair = [_ROWS[column] for column in range(model.UNKNOWNS)]
+    rows = np.array(chair + [_PULSE] * pulses + [_LATE_S] * pulses)
     return Bounds(low=rows[:, 1], high=rows[:, 2], size=rows[:, 0])
 
 
@@ -45,10 +50,11 @@ def unknowns(n: TurnNumbers, pulses: int) -> Floats:
     left, right, lag, accelerate, brake = np.log(
         [n.left_dps, n.right_dps, n.lag_s, n.accelerate_dps2, n.brake_dps2]
     )
-    out = np.zeros(model.UNKNOWNS + pulses)
+    out = np.zeros(model.UNKNOWNS + 2 * pulses)
     out[:8] = left, right, n.deadband, n.dead_time_s, lag, accelerate, brake, n.breakaway_dps
     out[model.CASTER_WAY] = np.log(_WAY_S * 0.5 * (n.left_dps + n.right_dps))
     out[model.LIE] = 0.5
+    out[model.FRICTION] = _FRICTION_DPS
     return out
 
 

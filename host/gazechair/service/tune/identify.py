@@ -54,10 +54,11 @@ def identify(recordings: Sequence[Recording], believed: TurnNumbers) -> Fit:
     best, pulses = min(found, key=lambda each: each[0].cost)
     residual = model.headings(best.at[None], pulses)[0] - pulses.heading_deg
     errors = np.sqrt(np.diag(best.covariance))
+    further, _ = model.of_pulses(best.at[None])
     return Fit(
         beliefs.numbers(best.at),
         float(np.sqrt(np.nanmean(residual**2))),
-        float(np.sqrt(np.mean(best.at[model.UNKNOWNS :] ** 2))),
+        float(np.sqrt(np.mean(further**2))),
         TurnNumbers(*errors[:8].tolist()),
     )
 
@@ -89,17 +90,21 @@ def valley_below(
     bounds = beliefs.bounds(many)
     known = np.isfinite(pulses.heading_deg)
     wanted = np.concatenate((pulses.heading_deg[known] / noise_deg, np.zeros(many)))
-    # The chair's unknowns are nudged one by one; the pulses' own all at once, because each moves
-    # its own samples only.
-    chair, own = np.eye(model.UNKNOWNS, len(centre)), np.arange(len(centre)) >= model.UNKNOWNS
-    nudges = _NUDGE * np.vstack([np.zeros(len(centre)), chair, own])
+    # The chair's unknowns are nudged one by one; the pulses' own of each kind all at once, because
+    # each moves its own samples only.
+    chair = np.eye(model.UNKNOWNS, len(centre))
+    column = np.arange(len(centre))
+    late = column >= len(centre) - many
+    further = (column >= model.UNKNOWNS) & ~late
+    nudges = _NUDGE * np.vstack([np.zeros(len(centre)), chair, further, late])
     of_pulse = np.concatenate([np.nonzero(known)[0], np.arange(many)])[:, None] == np.arange(many)
 
     def look(at: Floats) -> tuple[Floats, Floats]:
         headings = model.headings(at + nudges, pulses)[:, known] / noise_deg
         seen = np.hstack((headings, model.excess_dps(at + nudges, pulses) / _STUCK_DPS))
         slopes = ((seen[1:] - seen[0]) / _NUDGE).T
-        slopes = np.hstack([slopes[:, :-1], slopes[:, -1:] * of_pulse])
+        chairs, further, late = np.split(slopes, [model.UNKNOWNS, model.UNKNOWNS + 1], axis=1)
+        slopes = np.hstack([chairs, further * of_pulse, late * of_pulse])
         residual = np.concatenate((seen[0] - wanted, (at - centre) / bounds.size))
         return residual, np.vstack([slopes, np.diag(1.0 / bounds.size)])
 

@@ -5,7 +5,13 @@ board's own model has them. The ramp of a pulse is a trapezoid, a sum of four ra
 after the other; the heading is the sum of their answers: a ramp of slope 1 through a lag of L
 seconds turns x**2/2 - L*x + L**2*(1 - exp(-x/L)) in x seconds. The chair stands until the ramp
 breaks it loose; the first ramp then begins with a jump, and a jump of 1 turns x - L*(1 -
-exp(-x/L)).
+exp(-x/L)). Once the ramp is back at zero, the brakes hold the chair as soon as it is slow.
+
+Friction, which the board's model does not have, takes a constant speed off the ramp; full
+deflection gives the full speed all the same. A pulse began at any time between two heading
+samples, so each has a delay of its own. Both are found along with the numbers: without friction
+the full speeds came out 2 % low and the brake 5 %, and with pulses taken to begin midway between
+two samples one side's full speed came out 1 to 2 % higher than the other's.
 
 Whether a pulse sets the chair in motion is taken from the recording (`readings`), not worked out,
 so that the headings follow the numbers smoothly; `excess_dps` tells what the numbers say about it.
@@ -35,14 +41,15 @@ Flags = NDArray[np.bool_]
 # The columns of a set of unknowns of a chair; those of size and time as logarithms. SLOPE in
 # degrees/s, BEND in degrees/s per radian.
 LEFT, RIGHT, DEADBAND, DEAD, LAG, ACCELERATE, BRAKE, BREAKAWAY = range(8)
-CASTER, CASTER_WAY, LIE, SLOPE, BEND = range(8, 13)
-UNKNOWNS = 13
+CASTER, CASTER_WAY, LIE, SLOPE, BEND, FRICTION = range(8, 14)
+UNKNOWNS = 14
 _STUCK_DEG = 0.09  # more than a step of the sensor and its drift
 _TURNED_DEG = 0.3
 _DOUBTFUL = 3  # pulses in between; where there are more, the sensor is noisy
 # Slower than this a floor turns the chair the less: the brakes hold it from half of that on, and a
 # step there would make the headings jump with the numbers.
 _SLOW_DPS = 1.0
+_STILL_DPS = 0.5  # a chair let go that is slower is held by its brakes, as in the board's model
 
 
 @dataclass(frozen=True)
@@ -51,6 +58,8 @@ class Pulses:
 
     deflection: Floats
     """Column: -1..1, left positive."""
+    full: Floats
+    """Column: the deflection that gives the full speed to that side, without sign."""
     seconds: Floats
     """Column: how long."""
     time_s: Floats
@@ -78,6 +87,7 @@ class Pulses:
             headings[row, :n] = r.heading_deg if turned[row] else np.nan
         return cls(
             np.array([[r.deflection] for r in recordings]),
+            np.array([[r.full_deflection] for r in recordings]),
             np.array([[r.pulse_s] for r in recordings]),
             times,
             headings,
@@ -106,16 +116,24 @@ def readings(recordings: Sequence[Recording]) -> list[tuple[bool, ...]]:
 def headings(unknowns: Floats, pulses: Pulses) -> Floats:
     """Heading of every sample for every row of `unknowns`: sets x pulses x samples, degrees.
 
-    A row: the chair's unknowns (UNKNOWNS), then for each pulse the share it turned further.
+    A row: the chair's unknowns (UNKNOWNS), then the share by which each pulse turned further, then
+    the delay of each, s.
     """
     u = unknowns[:, :UNKNOWNS, None, None]
-    gain = 1.0 + unknowns[:, UNKNOWNS:, None]
+    further, late_s = of_pulses(unknowns)
+    gain = 1.0 + further
     left = pulses.deflection > 0
     sign = np.where(left, 1.0, -1.0)
-    wheels, moved_s = _wheels(u, pulses, _asked(u, pulses))
+    wheels, moved_s = _wheels(u, pulses, late_s)
     swung = _casters(u, wheels, left[:, 0])
     slid = np.cumsum((u[:, SLOPE] + u[:, BEND] * pulses.away_rad) * moved_s, axis=2)
     return sign * (gain * wheels + u[:, CASTER] * swung) + slid
+
+
+def of_pulses(unknowns: Floats) -> tuple[Floats, Floats]:
+    """By what share each pulse turned further, and its delay, s: sets x pulses x 1."""
+    further, late_s = np.split(unknowns[:, UNKNOWNS:, None], 2, axis=1)
+    return further, late_s
 
 
 def excess_dps(unknowns: Floats, pulses: Pulses) -> Floats:
@@ -129,33 +147,46 @@ def excess_dps(unknowns: Floats, pulses: Pulses) -> Floats:
     return np.maximum(0.0, np.where(pulses.turned, -above, above))[:, :, 0]
 
 
+def _full(u: Floats, pulses: Pulses) -> Floats:
+    return np.asarray(np.exp(np.where(pulses.deflection > 0, u[:, LEFT], u[:, RIGHT])))
+
+
 def _asked(u: Floats, pulses: Pulses) -> Floats:
     """The speed each pulse asks for, without sign."""
-    full = np.exp(np.where(pulses.deflection > 0, u[:, LEFT], u[:, RIGHT]))
     band = u[:, DEADBAND]
-    share = np.clip((np.abs(pulses.deflection) - band) / (1.0 - band), 0.0, 1.0)
-    return np.asarray(full * share)
+    share = np.clip((np.abs(pulses.deflection) - band) / (pulses.full - band), 0.0, 1.0)
+    return np.asarray(_full(u, pulses) * share)
 
 
-def _wheels(u: Floats, pulses: Pulses, asked: Floats) -> tuple[Floats, Floats]:
+def _wheels(u: Floats, pulses: Pulses, late_s: Floats) -> tuple[Floats, Floats]:
     """The way of the wheels in the pulse's own direction, and for how long they moved until each
     sample since the one before."""
+    full, asked, friction = _full(u, pulses), _asked(u, pulses), u[:, FRICTION]
     up, down, lag = np.exp(u[:, ACCELERATE]), np.exp(u[:, BRAKE]), np.exp(u[:, LAG])
     rising = np.minimum(pulses.seconds, asked / up)
-    zero = pulses.seconds + up * rising / down
-    jump = np.maximum(0.0, u[:, BREAKAWAY])
-    loose = jump / up  # when it breaks loose
-    t = pulses.time_s - u[:, DEAD]
-    x = np.maximum(0.0, t - loose)
-    gone = 1.0 - np.exp(-x / lag)
-    way = jump * (x - lag * gone)
-    rate = jump * gone
-    for slope, begin in ((up, loose), (-up, rising), (-down, pulses.seconds), (down, zero)):
-        x = np.maximum(0.0, t - begin)
+    breaks = np.maximum(friction, u[:, BREAKAWAY])
+    loose = breaks / up  # when it breaks loose
+    zero = pulses.seconds + np.maximum(0.0, up * rising - friction) / down
+    less = full / (full - friction)  # full deflection gives the full speed all the same
+    jump, up, down = less * (breaks - friction), less * up, less * down
+    ramps = ((up, loose), (-up, rising), (-down, pulses.seconds), (down, zero))
+
+    def at(t: Floats) -> tuple[Floats, Floats]:
+        x = np.maximum(0.0, t - loose)
         gone = 1.0 - np.exp(-x / lag)
-        way = way + slope * (0.5 * x * x - lag * x + lag * lag * gone)
-        rate = rate + slope * (x - lag * gone)
-    way, rate = np.where(pulses.turned, way, 0.0), np.where(pulses.turned, rate, 0.0)
+        way, rate = jump * (x - lag * gone), jump * gone
+        for slope, begin in ramps:
+            x = np.maximum(0.0, t - begin)
+            gone = 1.0 - np.exp(-x / lag)
+            way = way + slope * (0.5 * x * x - lag * x + lag * lag * gone)
+            rate = rate + slope * (x - lag * gone)
+        return way, rate
+
+    t = pulses.time_s - u[:, DEAD] - late_s
+    held = zero + lag * np.log(np.maximum(1.0, at(zero)[1] / _STILL_DPS))
+    way, rate = at(np.minimum(t, held))
+    moves = pulses.turned & (t < held)
+    way, rate = np.where(pulses.turned, way, 0.0), np.where(moves, rate, 0.0)
     step_s = np.diff(pulses.time_s, axis=1, prepend=pulses.time_s[:, :1])
     return way, np.clip(rate / _SLOW_DPS, 0.0, 1.0) * step_s
 

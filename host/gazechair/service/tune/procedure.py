@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gazechair.service.bench import pot
 from gazechair.service.tune.errors import TuneError
 from gazechair.service.tune.model import angle_deg
 from gazechair.service.tune.numbers import TurnNumbers, scaled
@@ -25,12 +26,15 @@ _SWEEPS = (
     *((1000, 16), (-1000, -16), (1000, 16), (-500, 0)),
     *((300, 8), (-300, -8), (-600, -16), (500, 0)),
 )
-_ALL = len(_PROBES) + len(_SWEEPS)
+PULSES = _PROBES + _SWEEPS
 _QUIET_MS = 400
 _QUIET_DEG = 0.2
 _NOISE_DEG = 0.5
 _STARTS_MS = 500
 _RESTS_MS = (900, 4000)  # after a pulse, at least and at most
+_SAMPLE_MS = 10
+_TICKS_MS = 2  # what the board's own clock may be off in a pulse
+_COUNTS = 2  # what the wiper may be off
 _GAP_MS = 40  # samples further apart leave it open when the wiper moved
 _RATE_SAMPLES = 8
 _REPEATS = 3
@@ -52,7 +56,7 @@ class Procedure:
         self._neutral = neutral_count
         self._believed = believed
         self._factor = {1: 1.0, -1: 1.0}
-        self._plan = list(_PROBES + _SWEEPS)
+        self._plan = list(PULSES)
         self._left_ms = MOST_MS
         self._repeats = 0
         self._state = _REST
@@ -120,14 +124,16 @@ class Procedure:
         numbers = scaled(self._believed, self._factor[sign])
         permille = sign * max(abs(permille), self._least_permille(numbers, sign))
         low, high = PULSE_MS
-        high = max(low, min(high, self._left_ms // max(1, len(self._plan) - 2)))
+        high = min(high, self._left_ms // max(1, len(self._plan) - 2))
+        high = max(low, high - _SAMPLE_MS // 2)
         while high - low > 5:
             middle = (low + high) // 2
             if angle_deg(numbers, permille / 1000, middle / 1000) < angle:
                 low = middle
             else:
                 high = middle
-        return Pulse(permille, low)
+        # One that ends midway between two samples tells in which half of one it began.
+        return Pulse(permille, low - low % _SAMPLE_MS + _SAMPLE_MS // 2)
 
     def _least_permille(self, numbers: TurnNumbers, sign: int) -> int:
         """Less than this may not set the chair in motion."""
@@ -188,25 +194,41 @@ class Procedure:
         gaps = [past[at].ms - past[at - 1].ms for at in (began, ended)]
         if max(gaps) > _GAP_MS:
             return None
-        on_ms = past[began].ms - gaps[0] / 2
-        pulse_ms = past[ended].ms - gaps[1] / 2 - on_ms
-        if abs(pulse_ms - self._pulse.pulse_ms) <= sum(gaps):
-            pulse_ms = self._pulse.pulse_ms  # it ended by itself, on the board's own clock
+        pulse_ms = float(self._pulse.pulse_ms)
+        earliest_ms = max(past[began - 1].ms, past[ended - 1].ms - pulse_ms)
+        latest_ms = min(past[began].ms, past[ended].ms - pulse_ms)
+        on_ms = 0.5 * (earliest_ms + latest_ms)
+        if earliest_ms > latest_ms + _TICKS_MS:  # it was cut short
+            on_ms = past[began].ms - gaps[0] / 2
+            pulse_ms = past[ended].ms - gaps[1] / 2 - on_ms
         count = past[(began + ended) // 2].turn_count
-        deflection = max(-1.0, min(1.0, (count - self._neutral) / SPAN_COUNTS))
-        if abs(deflection - self._pulse.turn_permille / 1000) > 2 / SPAN_COUNTS:
+        if abs(count - self._count(self._pulse.turn_permille)) > _COUNTS:
             raise TuneError(
                 "the board turns slower than asked for: something is near the chair, or its"
                 " settings limit the turn; give it free space all round"
             )
         before = np.mean([p.heading_deg for p in past[:began]])
+        full = self._count(1000 if count > self._neutral else -1000)
         return Recording(
-            deflection,
+            self._deflection(count),
             pulse_ms / 1000,
             np.array([(p.ms - on_ms) / 1000 for p in past]),
             np.array([p.heading_deg - before for p in past]),
             self._noise_deg,
+            abs(self._deflection(full)),
         )
+
+    def _count(self, permille: int) -> float:
+        """Where the board puts the wiper for that deflection, within the chair's window."""
+        count = self._neutral + permille / 1000 * SPAN_COUNTS
+        return max(pot.LOWEST, min(pot.HIGHEST, count))
+
+    def _deflection(self, count: float) -> float:
+        """Of the joystick at that count, -1..1, left positive."""
+        middle = 0.5 * (pot.LOWEST + pot.HIGHEST)
+        # A stored neutral is a whole count: the middle, when it is the nearest one to it.
+        centre = middle if abs(self._neutral - middle) <= 0.5 else float(self._neutral)
+        return max(-1.0, min(1.0, (count - centre) / (pot.HIGHEST - middle)))
 
     def _learn(self, recording: Recording) -> None:
         """How much further than believed it turned, and whether it answers at all."""
@@ -228,7 +250,7 @@ class Procedure:
                 " free-wheel), the DB9 plugged in, the relay closed?"
             )
         # Casters alone may do that to a few pulses, and take most of what a slow chair turns.
-        if len(along) == _ALL and sum(along) < -_REVERSED * self._believed_deg:
+        if len(along) == len(PULSES) and sum(along) < -_REVERSED * self._believed_deg:
             raise TuneError(
                 "the chair turned the other way; the turn channel is reversed: see docs/wiring.md"
             )

@@ -47,6 +47,8 @@ class Recording:
     """Since then, degrees, left positive."""
     noise_deg: float
     """Standard deviation of the heading at rest before it."""
+    full_deflection: float = 1.0
+    """What the wiper gives to that side at most, without sign: full speed is found for that."""
 
     @property
     def turned_deg(self) -> float:

@@ -61,13 +61,14 @@ def test_the_models_own_data_give_its_numbers_back(
     assert found.deadband == pytest.approx(true.deadband, abs=0.02)
     assert found.dead_time_s == pytest.approx(true.dead_time_s, abs=0.02)
     assert found.lag_s == pytest.approx(true.lag_s, rel=0.08)
-    assert found.breakaway_dps == pytest.approx(true.breakaway_dps, abs=3.5)  # or dead time
+    loose_dps = max(true.breakaway_dps, 0.4)  # its friction
+    assert found.breakaway_dps == pytest.approx(loose_dps, abs=3.5)  # or dead time
 
 
 def test_a_pulse_on_another_piece_of_floor_is_not_blamed_on_the_chair() -> None:
     true = TurnNumbers(38.0, 33.0, 0.11, 0.15, 0.3, 40.0, 160.0, 6.0)
     described = unknowns(true, 9.0)
-    described[0, model.UNKNOWNS :] = 0.04, -0.04, -0.03, 0.05, 0.03, -0.04, 0.02
+    described[0, model.UNKNOWNS : -len(PULSES)] = 0.04, -0.04, -0.03, 0.05, 0.03, -0.04, 0.02
     fit = identify(recorded(described), TurnNumbers.default("3.1"))
     assert fit.residual_deg < 0.1
     found = fit.numbers
@@ -103,7 +104,7 @@ def test_the_deepest_valley_is_found_among_many(seed: int) -> None:
 def test_a_pulse_whose_turn_the_casters_took_back_did_not_stick(seed: int) -> None:
     drawn = monte_carlo(seed)[-1]
     true, found = truth(drawn.case.parameters), tune(drawn)
-    assert found.breakaway_dps == pytest.approx(true.breakaway_dps, abs=2.0)
+    assert found.breakaway_dps == pytest.approx(true.breakaway_dps, abs=3.0)  # or deadband
     assert found.caster_deg == pytest.approx(drawn.case.parameters.disturbances.caster_deg, abs=1.0)
     assert found.right_dps == pytest.approx(true.right_dps, rel=0.1)
 
@@ -127,8 +128,13 @@ def test_casters_that_take_back_most_of_a_turn_are_no_reversed_channel() -> None
 
 
 @pytest.mark.parametrize(("deflection", "pulse_s"), [(1.0, 0.3), (0.4, 0.8), (-1.0, 1.0)])
-def test_the_model_turns_as_the_twin_does(deflection: float, pulse_s: float) -> None:
-    chair = Chair("3.1", 1, undisturbed("3.1"))
+@pytest.mark.parametrize("friction_dps", [0.0, 0.4, 1.3])
+def test_the_model_turns_as_the_twin_does(
+    deflection: float, pulse_s: float, friction_dps: float
+) -> None:
+    parameters = undisturbed("3.1")
+    parameters = replace(parameters, turn=replace(parameters.turn, friction=friction_dps))
+    chair = Chair("3.1", 1, parameters)
     chair.step(0.001, (0.0, 0.0))
     headings = []
     for ms in range(3000):
@@ -138,10 +144,11 @@ def test_the_model_turns_as_the_twin_does(deflection: float, pulse_s: float) -> 
     recording = Recording(deflection, pulse_s, time_s, np.array(headings), 0.0)
     numbers = truth(undisturbed("3.1"))
     described = beliefs.unknowns(numbers, 1)[None]
-    described[0, model.LIE] = 0.0
+    described[0, [model.LIE, model.FRICTION]] = 0.0, friction_dps
     told = model.headings(described, Pulses.of([recording], [True]))[0, 0]
-    assert np.abs(told - recording.heading_deg).max() < 0.4  # it knows no friction
-    assert abs(angle_deg(numbers, deflection, pulse_s) - abs(headings[-1])) < 0.4
+    assert np.abs(told - recording.heading_deg).max() < 0.02
+    off_deg = abs(angle_deg(numbers, deflection, pulse_s) - abs(headings[-1]))
+    assert off_deg < 0.25 + 0.5 * friction_dps  # it knows none
 
 
 @pytest.mark.parametrize("profile", PROFILES)

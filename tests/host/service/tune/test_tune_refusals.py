@@ -25,6 +25,7 @@ class Script:
 
     def __init__(self, rate_dps: float = 40.0) -> None:
         self.rate_dps = rate_dps
+        self.neutral = NEUTRAL
         self.noise_deg = 0.0
         self.drift_dps = 0.0
         self.override_after_ms = 1 << 30
@@ -49,7 +50,9 @@ class Script:
             deflection = permille / 1000 * self.share
             rate = self.rate_dps * deflection + self.drift_dps
             self.heading_deg += rate * self.period_ms / 1000
-            count = NEUTRAL + round(84 * deflection) if self.moves_wiper else NEUTRAL
+            count = max(85, min(254, self.neutral + round(84 * deflection)))
+            if not self.moves_wiper:
+                count = self.neutral
             reason = codes.OBSTACLE_LEFT if self.ms > self.override_after_ms and permille else 0
             seen = self.heading_deg + self._random.normal(0.0, self.noise_deg)
             procedure.sample(Sample(self.ms, seen, count, reason))
@@ -67,6 +70,20 @@ def test_a_good_chair_is_recorded_whole() -> None:
     assert procedure.done
     assert procedure.wanted is None
     assert len(procedure.recordings) == 10
+
+
+@pytest.mark.parametrize("neutral", [150, 160, 180, 190])
+def test_a_joystick_whose_neutral_is_another_count_is_no_slower_board(neutral: int) -> None:
+    """To one side the wiper comes to the end of its window before 84 counts."""
+    script, procedure = Script(), Procedure(BELIEVED, neutral)
+    script.neutral = neutral
+    script.run(procedure)
+    assert procedure.done
+    most = {r.deflection > 0: r.full_deflection for r in procedure.recordings}
+    assert most[True] == pytest.approx(min(84, 254 - neutral) / 84.5)
+    assert most[False] == pytest.approx(min(84, neutral - 85) / 84.5)
+    assert max(r.deflection for r in procedure.recordings) == most[True]
+    assert min(r.deflection for r in procedure.recordings) == -most[False]
 
 
 @pytest.mark.parametrize(
