@@ -45,7 +45,6 @@ class Daemon:
         )
         self._lidar = LidarService(
             config.lidar,
-            config.sectors,
             config.footprint,
             lambda clearance: self.control.clearance(clearance),
             self.parts.part("lidar"),

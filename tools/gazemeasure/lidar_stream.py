@@ -98,7 +98,7 @@ def _run(seconds: float, busy: bool) -> Live:
             stdout=subprocess.PIPE,
             text=True,
         )
-        pipeline = Pipeline((LidarConfig(kind="s2", port=path, mask=MASK),), (), None)
+        pipeline = Pipeline((LidarConfig(kind="s2", port=path, mask=MASK),), None)
         try:
             assert emulator.stdout is not None
             emulator.stdout.readline()

@@ -15,13 +15,11 @@ from numpy.typing import NDArray
 
 from gazechair.base.footprint import Footprint
 from gazechair.board.board_commands import Clearance
-from gazechair.config.configuration import SectorsConfig
 from gazechair.sensing.clearance.evaluate import Evaluator
 from gazechair.sensing.lidar.blind import Blindness
 from gazechair.sensing.lidar.scan import Pose, Scan, in_arcs, to_chair
-from gazechair.sensing.lidar.sectors import ALL_BLOCKED, blocked_bits, measure
-from gazechair.sensing.lidar.service import classic
 from gazelink import codes
+from gazemeasure import prototype_rule
 from gazesim.rooms import Room
 from gazesim.world import LIDAR_HEIGHT_M
 from gazesim.zone import zone_of
@@ -128,19 +126,15 @@ class Prototype:
     """The first prototype's rule: three sectors of its front lidar, 0.5 m, nothing behind."""
 
     def __init__(self, eye: Eye) -> None:
-        config = SectorsConfig()
         self._eye = eye
-        self._sectors = classic(config)
-        self._distance_m = config.distance_m
-        self._bits = ALL_BLOCKED
+        self._bits = prototype_rule.ALL_BLOCKED
 
     def look(self, now_s: float) -> Clearance:
         """What it takes for free."""
         scan = self._eye.scan(now_s)
         kept = ~in_arcs(scan.angles_deg, self._eye.mount.mask)
         directions = self._eye.mount.pose.directions_deg(scan.angles_deg[kept])
-        readings = tuple(measure(directions, scan.distances_m[kept], s) for s in self._sectors)
-        self._bits = blocked_bits(self._sectors, readings, self._distance_m, self._bits)
+        self._bits = prototype_rule.blocked(directions, scan.distances_m[kept], self._bits)
         bits = self._bits & ~(1 << codes.DIR_BACKWARD)
         return Clearance(bits, codes.SIMULATED, now_s - TURN_S)
 

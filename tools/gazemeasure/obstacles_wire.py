@@ -17,7 +17,7 @@ from pathlib import Path
 
 from gazechair.base.health import Health
 from gazechair.board.board_commands import Clearance
-from gazechair.config.configuration import FootprintConfig, LidarConfig, SectorsConfig
+from gazechair.config.configuration import FootprintConfig, LidarConfig
 from gazechair.sensing.lidar import LidarService
 from gazelink import frame, messages
 from gazemeasure.lidar_emulator import MASK
@@ -70,7 +70,6 @@ def _measure(seconds: float) -> tuple[list[float], int]:
 
         service = LidarService(
             (LidarConfig(kind="s2", port=path, mask=MASK),),
-            SectorsConfig(),
             FootprintConfig(),
             publish,
             Health("lidar"),

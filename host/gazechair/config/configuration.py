@@ -129,21 +129,6 @@ class DriverConfig:
 
 
 @dataclass(frozen=True)
-class SectorsConfig:
-    """Lidar sectors: [from, to] counter-clockwise in degrees, 0 = forward, left positive."""
-
-    front_deg: tuple[float, float] = _setting((-30.0, 30.0), rules.arc(), "sector of forward")
-    left_deg: tuple[float, float] = _setting((30.0, 90.0), rules.arc(), "sector of left turns")
-    right_deg: tuple[float, float] = _setting((-90.0, -30.0), rules.arc(), "sector of right turns")
-    rear_deg: tuple[float, float] | None = _setting(
-        None, rules.arc(may_be_empty=True), "sector of backward; [] = not sensed: blocked"
-    )
-    distance_m: float = _setting(
-        0.5, number(0.2, 5.0), "nearer than this to the lidar's centre is an obstacle"
-    )
-
-
-@dataclass(frozen=True)
 class FootprintConfig:
     """The chair's outline on the floor with driver and foot rests, and how near anything may come.
 
@@ -169,7 +154,6 @@ class Config:
     camera: CameraConfig = field(default_factory=CameraConfig)
     web: WebConfig = field(default_factory=WebConfig)
     driver: DriverConfig = field(default_factory=DriverConfig)
-    sectors: SectorsConfig = field(default_factory=SectorsConfig)
     footprint: FootprintConfig = field(default_factory=FootprintConfig)
 
 
@@ -182,7 +166,6 @@ SECTIONS: dict[str, type[Any]] = {
     "camera": CameraConfig,
     "web": WebConfig,
     "driver": DriverConfig,
-    "sectors": SectorsConfig,
     "footprint": FootprintConfig,
 }
 

@@ -117,12 +117,10 @@ def number(low: float, high: float) -> Kind:
     return _kind(f"a number {low}..{high}", accept)
 
 
-def arc(may_be_empty: bool = False) -> Kind:
-    """Two angles in degrees, counter-clockwise from first to second; [] = None if allowed."""
+def arc() -> Kind:
+    """Two angles in degrees, counter-clockwise from first to second."""
 
-    def accept(value: Any) -> Arc | None:
-        if may_be_empty and value == []:
-            return None
+    def accept(value: Any) -> Arc:
         if not isinstance(value, list):
             raise TypeError
         start, end = (_angle(item) for item in value)
@@ -130,8 +128,7 @@ def arc(may_be_empty: bool = False) -> Kind:
             raise ValueError
         return start, end
 
-    empty = ", or []" if may_be_empty else ""
-    return _kind(f"two different angles [from, to] in -180..180{empty}", accept)
+    return _kind("two different angles [from, to] in -180..180", accept)
 
 
 def arcs(most_deg: float) -> Kind:

@@ -24,9 +24,7 @@ def ask(config: Config) -> dict[str, HealthState]:
     """
     registry = HealthRegistry()
     link = BoardLink(ports.finder(config.board.port, ports.BOARD), registry.part("board"))
-    lidar = LidarService(
-        config.lidar, config.sectors, config.footprint, lambda _: None, registry.part("lidar")
-    )
+    lidar = LidarService(config.lidar, config.footprint, lambda _: None, registry.part("lidar"))
     camera = CameraService(config.camera, registry.part("camera"))
     try:
         for part in (link, lidar, camera):

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from gazechair.config import configuration
-from gazechair.config.configuration import Config, ConfigError, SectorsConfig
+from gazechair.config.configuration import Config, ConfigError
 
 
 def test_defaults_work_on_a_bare_machine() -> None:
@@ -14,15 +14,6 @@ def test_defaults_work_on_a_bare_machine() -> None:
     assert bare.board.port == "auto"
     assert (bare.web.host, bare.web.insecure_http) == ("127.0.0.1", False)
     assert bare.driver.backward is False
-
-
-def test_default_sectors_are_those_of_the_first_prototype() -> None:
-    sectors = SectorsConfig()
-    assert sectors.front_deg == (-30.0, 30.0)
-    assert sectors.left_deg == (30.0, 90.0)
-    assert sectors.right_deg == (-90.0, -30.0)
-    assert sectors.rear_deg is None
-    assert sectors.distance_m == 0.5
 
 
 def test_the_footprint_of_an_installation() -> None:
@@ -41,13 +32,13 @@ def test_annotated_default_file_is_the_default() -> None:
 def test_values_are_taken_over(tmp_path: Path) -> None:
     file = tmp_path / "chair.toml"
     file.write_text(
-        '[lidar]\nkind = "s2"\nport = "/dev/lidar"\n[sectors]\nrear_deg = [150, -150]\n'
-        "distance_m = 1\n"
+        '[lidar]\nkind = "s2"\nport = "/dev/lidar"\nmask = [[150, -150]]\n'
+        "[footprint]\nside_margin_m = 0\n"
     )
     read = configuration.load(file)
     assert [(one.kind, one.port) for one in read.lidar] == [("s2", "/dev/lidar")]
-    assert read.sectors.rear_deg == (150.0, -150.0)
-    assert read.sectors.distance_m == 1.0
+    assert read.lidar[0].mask == ((150.0, -150.0),)
+    assert read.footprint.side_margin_m == 0.0
 
 
 TWO = """[[lidar]]
@@ -92,17 +83,17 @@ REFUSED = [
     ("[footprint]\ncorners_m = [[1, nan], [-1, 1], [0, -1]]", 2, "a list of corners"),
     ("[footprint]\ncorners_m = [1, 2, 3]", 2, "a list of corners"),
     ("[footprint]\nside_margin_m = -0.1", 2, "0.0..0.3"),
-    ("[sectors]\nfront_deg = [1]", 2, "two different angles"),
-    ("[sectors]\nfront_deg = [5, 5]", 2, "two different angles"),
-    ("[sectors]\nfront_deg = []", 2, "two different angles"),
-    ("[sectors]\nleft_deg = [nan, 5]", 2, "-180..180"),
-    ("[sectors]\nleft_deg = [30, 181]", 2, "-180..180"),
-    ("[sectors]\ndistance_m = nan", 2, "0.2..5.0"),
+    ("[sectors]\nfront_deg = [-30, 30]", 1, "is no section"),
+    ("[footprint]\nfront_margin_m = nan", 2, "0.0..0.5"),
     ('[camera]\nkind = "http"', 2, "camera.kind must be the address"),
     ('[camera]\nkind = "http"\nurl = "ftp://x/"', 3, "camera.url must be the address"),
     ('[lidar]\nkind = "replay"', 2, "lidar.kind must be the file"),
     ('[lidar]\nname = "a b"', 2, "letters, digits"),
     ("[lidar]\nmask = [[0, 1], [5]]", 2, "a list of arcs"),
+    ("[lidar]\nmask = [[5, 5]]", 2, "a list of arcs"),
+    ("[lidar]\nmask = [[]]", 2, "a list of arcs"),
+    ("[lidar]\nmask = [[nan, 5]]", 2, "a list of arcs"),
+    ("[lidar]\nmask = [[30, 181]]", 2, "a list of arcs"),
     ("[lidar]\nmask = [[-150, 151]]", 2, "300 degrees in all"),
     ("[lidar]\nx_m = 3", 2, "-2.0..2.0"),
     ('[[lidar]]\nname = "a"\n[[lidar]]\nname = "a"', 4, "the name of another lidar"),

@@ -14,7 +14,6 @@ from gazechair.sensing.lidar.blind import BLIND, MASKED, SEEN, Blindness
 from gazechair.sensing.lidar.child import Pipeline
 from gazechair.sensing.lidar.report import Report
 from gazechair.sensing.lidar.scan import ChairView, Pose, to_chair
-from gazechair.sensing.lidar.sectors import Sector
 from gazechair.sensing.lidar.stream import ByteStream
 from gazelink import codes
 from gazesim.s2 import S2
@@ -127,8 +126,7 @@ class Together:
         rear = LidarConfig(
             "s2", "rear", str(folder / "rear"), x_m=-0.4, heading_deg=180.0, mask=MASK
         )
-        sectors = (Sector(codes.DIR_FORWARD, -30.0, 30.0),)
-        self.pipeline = Pipeline((front, rear), sectors, self._evaluate)
+        self.pipeline = Pipeline((front, rear), self._evaluate)
         self.views: tuple[ChairView, ...] = ()
         self.report: Report | None = None
 
@@ -172,7 +170,7 @@ def test_two_lidars_are_judged_together_and_one_may_fail(tmp_path: Path) -> None
         report = both.until(lambda r: r.lidars[1].state == "lost")
         assert report.lidars[0].state == "ok"
         assert report.acquired_s == report.lidars[0].acquired_s
-        assert report.readings[0].nearest_m == pytest.approx(3.0, abs=0.1)
+        assert both.views[0].points_m[:, 0].max() == pytest.approx(3.5, abs=0.1)
         assert len(both.views[1].points_m) == 0
         assert set(both.views[1].states) == {BLIND, MASKED}
         assert not np.any(both.views[0].states == BLIND)

@@ -12,13 +12,14 @@ import pytest
 
 from gazechair.base.health import Health
 from gazechair.board.board_commands import Clearance
-from gazechair.config.configuration import FootprintConfig, LidarConfig, SectorsConfig
+from gazechair.config.configuration import FootprintConfig, LidarConfig
 from gazechair.sensing.lidar import LidarService
 from gazelink import codes
+from gazesim.zone import told_by
 from lidarrig import LidarRig, wait_for
 
-BACKWARD = 1 << codes.DIR_BACKWARD
-FORWARD = 1 << codes.DIR_FORWARD
+NEAR_MM = 1000
+MASK = ((123.0, -123.0),)  # where the simulated lidar sees its own chair
 
 
 class Rig(LidarRig):
@@ -26,22 +27,22 @@ class Rig(LidarRig):
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
-        self.published: list[tuple[int, int, float]] = []
+        self.published: list[Clearance] = []
         self.states: list[str] = []
         self.health = Health("lidar", on_change=self._note_state)
         self.service = LidarService(
-            (LidarConfig(kind="s2", port=str(path)),),
-            SectorsConfig(),
+            (LidarConfig(kind="s2", port=str(path), mask=MASK),),
             FootprintConfig(),
             self._publish,
             self.health,
         )
+        self.service.zone(told_by())
 
     def _note_state(self) -> None:
         self.states.append(self.health.state)
 
     def _publish(self, clearance: Clearance) -> None:
-        self.published.append((clearance.blocked, clearance.source, clearance.acquired_s))
+        self.published.append(clearance)
 
     def close(self) -> None:
         self.service.stop()
@@ -50,11 +51,11 @@ class Rig(LidarRig):
     def wait(self, condition: Callable[[], bool]) -> None:
         wait_for(condition, self.health.now)
 
-    def wait_fresh(self, blocked: int) -> None:
-        """Until something was acquired from now on, and the sectors say `blocked`."""
+    def wait_fresh(self, near: bool = False) -> None:
+        """Until something was acquired from now on, and something ahead is near or not."""
         now_s = time.monotonic()
-        self.wait(lambda: bool(self.published) and self.published[-1][2] > now_s)
-        self.wait(lambda: self.service.flags == blocked)
+        self.wait(lambda: bool(self.published) and self.published[-1].acquired_s > now_s)
+        self.wait(lambda: (self.published[-1].forward_mm < NEAR_MM) == near)
 
 
 @pytest.fixture
@@ -64,32 +65,32 @@ def rig(tmp_path: Path) -> Iterator[Rig]:
     rig.close()
 
 
-def test_flags_and_source_are_published_and_follow_the_room(rig: Rig) -> None:
+def test_distances_and_source_are_published_and_follow_the_room(rig: Rig) -> None:
     rig.service.start()
-    rig.wait_fresh(BACKWARD)
+    rig.wait_fresh()
     assert rig.health.state == "ok"
-    assert {source for _, source, _ in rig.published} == {codes.SIMULATED}
+    assert {each.source for each in rig.published} == {codes.SIMULATED}
     assert "turns/s, sees 100% of its view" in rig.service.describe()
     rig.front_m = 0.4
-    rig.wait_fresh(BACKWARD | FORWARD)
+    rig.wait_fresh(near=True)
     rig.front_m = 3.0
-    rig.wait_fresh(BACKWARD)
+    rig.wait_fresh()
 
 
 def test_a_killed_child_is_replaced(rig: Rig) -> None:
     rig.service.start()
-    rig.wait_fresh(BACKWARD)
+    rig.wait_fresh()
     pid = rig.service.pid
     assert pid is not None
     os.kill(pid, signal.SIGKILL)
     rig.wait(lambda: rig.service.restarts == 1)
-    rig.wait_fresh(BACKWARD)
+    rig.wait_fresh()
     assert rig.health.state == "ok"
 
 
 def test_a_pulled_cable_is_said_and_healed(rig: Rig) -> None:
     rig.service.start()
-    rig.wait_fresh(BACKWARD)
+    rig.wait_fresh()
     rig.port.unplug()
     rig.wait(lambda: rig.health.state == "lost")
     assert rig.health.reason == "lidar_lost"
@@ -98,7 +99,7 @@ def test_a_pulled_cable_is_said_and_healed(rig: Rig) -> None:
     assert len(rig.published) == count
     rig.device.power_on()
     rig.port.plug()
-    rig.wait_fresh(BACKWARD)
+    rig.wait_fresh()
     rig.wait(lambda: rig.health.state == "ok")
     since_lost = rig.states[rig.states.index("lost") :]
     assert set(since_lost) == {"lost", "ok"}, "attempts to reopen are no news"
@@ -111,14 +112,12 @@ def test_a_view_covered_ahead_is_degraded_and_blocked(rig: Rig) -> None:
     assert rig.health.reason == "lidar_view"
     assert "blind at" in rig.health.detail
     assert rig.published
-    assert all(blocked & 0b1101 == 0b1101 for blocked, _, _ in rig.published)
+    assert all(each.blocked & 0b1101 == 0b1101 for each in rig.published)
 
 
 def test_without_a_lidar_the_health_says_what_to_do() -> None:
     health = Health("lidar")
-    service = LidarService(
-        (LidarConfig(),), SectorsConfig(), FootprintConfig(), lambda _: None, health
-    )
+    service = LidarService((LidarConfig(),), FootprintConfig(), lambda _: None, health)
     service.start()
     service.stop()
     assert (health.state, health.reason) == ("lost", "lidar_lost")
@@ -127,7 +126,7 @@ def test_without_a_lidar_the_health_says_what_to_do() -> None:
 
 def test_stopping_stops_the_motor_and_ends_the_process(rig: Rig) -> None:
     rig.service.start()
-    rig.wait_fresh(BACKWARD)
+    rig.wait_fresh()
     pid = rig.service.pid
     assert pid is not None
     rig.service.stop()

@@ -1,4 +1,4 @@
-"""The lidar: a child process that owns the device, and the sectors that become obstacle flags."""
+"""The lidar: a child process that owns the device, and what it sees round the chair."""
 
 from gazechair.sensing.lidar.service import LidarService
 

@@ -22,8 +22,7 @@ from gazechair.sensing.clearance.evaluate import Evaluator, footprint_of
 from gazechair.sensing.lidar.blind import BINS, BLIND, MASKED, SEEN, Blindness
 from gazechair.sensing.lidar.reader import Reader
 from gazechair.sensing.lidar.report import LOST, LidarReport, Report
-from gazechair.sensing.lidar.scan import ChairView, Pose, Scan, in_arcs, to_chair
-from gazechair.sensing.lidar.sectors import Reading, Sector, measure
+from gazechair.sensing.lidar.scan import ChairView, Pose, Scan, to_chair
 from gazechair.sensing.lidar.told import understood
 
 _PULSE_S = 0.1  # a word at least that often, also without scans
@@ -80,14 +79,6 @@ class Lidar:
             resyncs=stream.resyncs,
         )
 
-    def measure(self, sector: Sector) -> Reading:
-        """The classic sector, as this lidar sees it."""
-        if self.scan is None:
-            return Reading(float("inf"), 0.0)
-        kept = ~in_arcs(self.scan.angles_deg, self.mask)
-        directions_deg = self.pose.directions_deg(self.scan.angles_deg[kept])
-        return measure(directions_deg, self.scan.distances_m[kept], sector)
-
 
 class Pipeline:
     """All lidars and what is made of them. Call `step` for ever; it waits for news by itself."""
@@ -95,10 +86,8 @@ class Pipeline:
     def __init__(
         self,
         configs: tuple[LidarConfig, ...],
-        sectors: tuple[Sector, ...],
         evaluate: Evaluate | None,
     ) -> None:
-        self._sectors = sectors
         self._evaluate = evaluate
         self._news = threading.Event()
         self.lidars = tuple(Lidar(config, self._news.set) for config in configs)
@@ -134,7 +123,6 @@ class Pipeline:
             evaluation = self._evaluate(tuple(lidar.view for lidar in self.lidars))
         return Report(
             lidars=tuple(lidar.report() for lidar in self.lidars),
-            readings=tuple(self.lidars[0].measure(sector) for sector in self._sectors),
             acquired_s=min((scan.acquired_s for scan in scans), default=None),
             source=max((scan.source for scan in scans), default=None),
             evaluation=evaluation,
@@ -170,7 +158,7 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
     corners_m = tuple((x, y) for x, y in fields["corners_m"])
     footprint = footprint_of(FootprintConfig(**{**fields, "corners_m": corners_m}))
     evaluator = Evaluator(footprint, [(config.x_m, config.y_m) for config in configs])
-    pipeline = Pipeline(configs, tuple(Sector(*s) for s in argument["sectors"]), evaluator)
+    pipeline = Pipeline(configs, evaluator)
     ear = threading.Thread(
         target=hear, args=(sys.stdin.buffer, evaluator), name="zone", daemon=True
     )
@@ -186,7 +174,7 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
 
 
 def main() -> int:
-    """Entry of `python -m gazechair.sensing.lidar.child JSON`: lidars, sectors, footprint."""
+    """Entry of `python -m gazechair.sensing.lidar.child JSON`: lidars, footprint."""
     argument = json.loads(sys.argv[1])
     out = enter_child()
     try:

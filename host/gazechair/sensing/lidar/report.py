@@ -6,8 +6,6 @@ import json
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from gazechair.sensing.lidar.sectors import Reading
-
 # Keys of the string tables.
 STARTING = "lidar_starting"
 LOST = "lidar_lost"  # not there, or not usable
@@ -55,8 +53,6 @@ class Report:
     """The newest word of all lidars."""
 
     lidars: tuple[LidarReport, ...]
-    readings: tuple[Reading, ...]
-    """One for each classic sector, from the first lidar."""
     acquired_s: float | None
     """CLOCK_MONOTONIC seconds of the oldest measurement in use; None: no lidar delivers."""
     source: int | None
@@ -72,7 +68,6 @@ class Report:
     def unpack(cls, payload: bytes) -> Report:
         """From one record."""
         fields = json.loads(payload)
-        fields["readings"] = tuple(Reading(**reading) for reading in fields["readings"])
         for lidar in fields["lidars"]:
             lidar["blind_deg"] = tuple((int(a), int(b)) for a, b in lidar["blind_deg"])
         fields["lidars"] = tuple(LidarReport(**lidar) for lidar in fields["lidars"])

@@ -11,11 +11,9 @@ from gazechair.base.health import Health
 from gazechair.base.supervisor import Status, Supervisor
 from gazechair.board.board_commands import Clearance
 from gazechair.board.zone import NOT_KNOWN, BoardZone
-from gazechair.config.configuration import FootprintConfig, LidarConfig, SectorsConfig
+from gazechair.config.configuration import FootprintConfig, LidarConfig
 from gazechair.sensing.lidar.report import DAMAGED, LOST, VIEW, LidarReport, Report
-from gazechair.sensing.lidar.sectors import ALL_BLOCKED, Sector, blocked_bits
 from gazechair.sensing.lidar.told import said
-from gazelink import codes
 
 # So many reports in a row, some 0.3 s, before another verdict on the view counts.
 _STEADY = 12
@@ -33,20 +31,15 @@ class LidarService:
     def __init__(
         self,
         lidars: tuple[LidarConfig, ...],
-        sectors: SectorsConfig,
         footprint: FootprintConfig,
         publish: Publish,
         health: Health,
     ) -> None:
         """`publish` is called on the lidars' thread, some 40 times a second, and must not block."""
         self._configs = tuple(config for config in lidars if config.kind != "off")
-        self._sectors = classic(sectors)
-        self._distance_m = sectors.distance_m
         self._footprint = footprint
         self._publish = publish
         self._health = health
-        self.flags = ALL_BLOCKED
-        """The first prototype's sectors, a bit per direction: for diagnosis, they stop nothing."""
         self._published_s: float | None = None
         self._verdict = _Steady()
         self.report: Report | None = None
@@ -70,7 +63,6 @@ class LidarService:
             return
         argument = {
             "lidars": [asdict(config) for config in self._configs],
-            "sectors": [(s.direction, s.from_deg, s.to_deg) for s in self._sectors],
             "footprint": asdict(self._footprint),
         }
         self._supervisor = Supervisor(
@@ -102,22 +94,16 @@ class LidarService:
             if one.rate_hz is not None and one.coverage is not None:
                 figures = f"{one.points} points, {one.rate_hz:.1f} turns/s"
                 found.append(f"{one.name} {figures}, sees {one.coverage:.0%} of its view")
-        if not found:
-            return "delivers nothing"
-        near = [
-            codes.DIRECTIONS[s.direction] for s in self._sectors if self.flags >> s.direction & 1
-        ]
-        return "; ".join(found) + f"; within {self._distance_m:g} m: {', '.join(near) or 'nothing'}"
+        return "; ".join(found) or "delivers nothing"
 
     def _on_data(self, payload: bytes) -> None:
         report = Report.unpack(payload)
         self.report = report
         found = report.evaluation
-        if report.acquired_s is None or report.source is None or found is None:
-            self.flags = ALL_BLOCKED
-        elif report.acquired_s != self._published_s:
-            self.flags = blocked_bits(self._sectors, report.readings, self._distance_m, self.flags)
-            self._publish(Clearance(source=report.source, acquired_s=report.acquired_s, **found))
+        if report.acquired_s is not None and report.source is not None and found is not None:
+            if report.acquired_s != self._published_s:
+                newest = Clearance(source=report.source, acquired_s=report.acquired_s, **found)
+                self._publish(newest)
             self._published_s = report.acquired_s
         self._tell(report)
 
@@ -142,7 +128,6 @@ class LidarService:
         return f"{lidar.name}: {detail}" if len(self._configs) > 1 else detail
 
     def _on_status(self, status: Status) -> None:
-        self.flags = ALL_BLOCKED
         self._verdict.forget()
         self._health.set(status.state, status.reason, status.detail)
 
@@ -179,14 +164,3 @@ def _explain(lidar: LidarReport, reason: str) -> str:
         return f"{lidar.lost_share:.0%} of the lidar's bytes arrive damaged: check its cable"
     arcs = ", ".join(f"{start}..{end}" for start, end in lidar.blind_deg)
     return f"the lidar is blind at {arcs} degrees (left positive): clean or clear its view"
-
-
-def classic(config: SectorsConfig) -> tuple[Sector, ...]:
-    """The first prototype's sectors, and the rear when it is configured."""
-    arcs = (
-        (codes.DIR_FORWARD, config.front_deg),
-        (codes.DIR_LEFT, config.left_deg),
-        (codes.DIR_RIGHT, config.right_deg),
-        (codes.DIR_BACKWARD, config.rear_deg),
-    )
-    return tuple(Sector(direction, *arc) for direction, arc in arcs if arc is not None)

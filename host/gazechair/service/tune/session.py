@@ -67,7 +67,7 @@ def _board_and_lidars(config: Config) -> Iterator[tuple[BoardLink, threading.Eve
     def told(clearance: Clearance) -> None:
         link.clearance(with_eyes(clearance) if looked.is_set() else clearance)
 
-    lidars = LidarService(config.lidar, config.sectors, config.footprint, told, eyes)
+    lidars = LidarService(config.lidar, config.footprint, told, eyes)
     link.start()
     try:
         lidars.start()

@@ -1,4 +1,4 @@
-"""From a scan to one obstacle flag per direction, by the first prototype's sectors. Pure functions.
+"""The first prototype's obstacle rule, to compare with: one flag per sector of its front lidar.
 
 A sector that is not seen well enough counts as blocked, and so does one that is not there: what the
 lidar can't see is never free.
@@ -14,6 +14,7 @@ from gazechair.sensing.lidar.nodes import FloatArray
 from gazelink import codes
 
 HYSTERESIS_M = 0.05
+DISTANCE_M = 0.5  # nearer than this to the lidar's centre is an obstacle
 # Share of a sector's degrees that must have a return.
 MIN_COVERAGE = 0.5
 
@@ -33,6 +34,14 @@ class Sector:
     direction: int
     from_deg: float
     to_deg: float
+
+
+# Nothing was sensed behind.
+SECTORS = (
+    Sector(codes.DIR_FORWARD, -30.0, 30.0),
+    Sector(codes.DIR_LEFT, 30.0, 90.0),
+    Sector(codes.DIR_RIGHT, -90.0, -30.0),
+)
 
 
 @dataclass(frozen=True)
@@ -59,21 +68,17 @@ def measure(angles_deg: FloatArray, distances_m: FloatArray, sector: Sector) -> 
     return Reading(float(distances_m[inside].min()), len(seen) / bins)
 
 
-def blocked_bits(
-    sectors: tuple[Sector, ...],
-    readings: tuple[Reading, ...],
-    distance_m: float,
-    before: int = ALL_BLOCKED,
-) -> int:
-    """Blocked bits (1 << codes.DIR_*) for the readings of `sectors`, one each.
+def blocked(angles_deg: FloatArray, distances_m: FloatArray, before: int = ALL_BLOCKED) -> int:
+    """Blocked bits (1 << codes.DIR_*) of what the front lidar measures.
 
-    Blocked below `distance_m`; a direction blocked in `before` is free again only from
-    `distance_m` + 5 cm. A direction without a sector is blocked.
+    Blocked below DISTANCE_M; a direction blocked in `before` is free again only from 5 cm more. A
+    direction without a sector is blocked.
     """
     bits = ALL_BLOCKED
-    for sector, reading in zip(sectors, readings, strict=True):
+    for sector in SECTORS:
+        reading = measure(angles_deg, distances_m, sector)
         bit = 1 << sector.direction
-        limit_m = distance_m + (HYSTERESIS_M if before & bit else 0.0)
+        limit_m = DISTANCE_M + (HYSTERESIS_M if before & bit else 0.0)
         if reading.coverage >= MIN_COVERAGE and reading.nearest_m >= limit_m:
             bits &= ~bit
     return bits
