@@ -1,4 +1,4 @@
-// What a caretaker must hear and feel even with the phone in a pocket.
+// Alerts the caretaker by sound and vibration, even with the phone in a pocket.
 
 const AGAIN_MS = 4000;
 const SHAKE_MS = [300, 120, 300];

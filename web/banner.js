@@ -1,4 +1,4 @@
-// The large words in the middle: who has taken over, why the board overrules, why a wish failed.
+// The large banner in the middle: who took over, why the board overrides, why a request failed.
 
 import { message } from "./strings.js";
 

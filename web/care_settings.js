@@ -1,4 +1,4 @@
-// Forms for the chair's settings and for each person's own: rows from the host's own limits.
+// Forms for the chair's settings and each person's own: rows from the host's limits.
 
 import { sureButton } from "./sure.js";
 

@@ -1,4 +1,4 @@
-// The caretaker's page: puts the parts together; one timer moves them all.
+// The caretaker's page: connects its parts; one timer drives them all.
 
 import { Alerts } from "./alerts.js";
 import { Banner } from "./banner.js";

@@ -1,4 +1,4 @@
-// The page's elements and facts by name; nothing is touched that would not change.
+// The page's elements and facts by name; changes only what differs.
 
 const body = document.body;
 export const byId = (id) => document.getElementById(id);

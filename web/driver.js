@@ -1,4 +1,4 @@
-// The driver's page: puts the parts together; one timer moves them all.
+// The driver's page: connects its parts; one timer drives them all.
 
 import { Banner } from "./banner.js";
 import { byId, setData, setText } from "./dom.js";

@@ -1,4 +1,4 @@
-// "Test ogen": 20 s of looking at dots; measures jitter and dropouts, proposes dwell and grace.
+// "Test ogen": 20 s of looking at dots; measures jitter and dropouts, suggests dwell and grace.
 
 const DOTS = [
   [0.5, 0.5],

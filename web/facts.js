@@ -1,4 +1,4 @@
-// The bar: who drives, what is asked and what the chair does, how old link and picture are.
+// The status bar: who drives, the request, the chair's motion, the age of link and picture.
 
 import { setText } from "./dom.js";
 

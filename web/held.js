@@ -1,4 +1,4 @@
-// A button that works only while it is held: by finger, mouse, Enter or space.
+// A button that works only while pressed: by finger, mouse, Enter or space.
 
 const isKey = (event) => event.key === "Enter" || event.key === " ";
 

@@ -1,4 +1,4 @@
-// The button "Hulp": asked or not, who hears it, who comes.
+// The button "Hulp": whether help was requested, who receives the call, who comes.
 
 import { byId, setData, setText } from "./dom.js";
 

@@ -1,4 +1,4 @@
-// What stands in the middle while driving is off, and why a wish to drive was not followed.
+// The hint in the middle while driving is off, and why a request to drive was refused.
 
 import { message } from "./strings.js";
 

@@ -1,4 +1,4 @@
-// Which target lies under a point: hit areas larger than the buttons, and sticky once entered.
+// Finds the target at a point: hit areas larger than the buttons, and sticky once entered.
 
 /** Gaze is less exact vertically: hit areas reach this share of the screen's height further. */
 const VERTICAL_MARGIN = 0.022;

@@ -1,4 +1,4 @@
-// Browser events (pointer, touch, key, focus) to the intent machine; nothing is decided here.
+// Passes browser events (pointer, touch, key, focus) to the intent machine; decides nothing.
 
 const KEYS = {
   ArrowUp: "forward",

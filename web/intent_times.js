@@ -1,4 +1,4 @@
-// The times and names by which the driver's intent is told.
+// The times of the driver's intent, and their names.
 
 /** Targets that move the chair. Every other target name is a button, except "stop". */
 export const DRIVE = ["forward", "left", "right", "backward"];

@@ -1,4 +1,4 @@
-// An on-screen joystick: proportional, springs back, drives only while touched or a key is held.
+// An on-screen joystick: proportional, springs back, drives only while touched or a key is pressed.
 
 /** Nearer to the middle than this share nothing moves. */
 const DEAD = 0.1;

@@ -1,4 +1,4 @@
-// The sheet of large tiles while driving is off: practice, eye test, and the person's own settings.
+// The menu of large tiles while driving is off: practice, eye test, the person's own settings.
 
 const TILES = 5;
 const LOOKS = ["normal", "high", "night"];

@@ -1,4 +1,4 @@
-// The pairing page: takes a code, typed or from the address's fragment, and asks the host.
+// The pairing page: sends a code, typed or from the address's fragment, to the host.
 
 import { chosenLanguage, loadStrings } from "./strings.js";
 

@@ -1,4 +1,4 @@
-// Pairing from the caretaker's page: a new code with its QR picture, the list, revoking.
+// Pairing on the caretaker's page: a new code with its QR code, the device list, revoking.
 
 import { sureButton } from "./sure.js";
 

@@ -1,4 +1,4 @@
-// The camera picture as the page knows it: its age. picture_worker.js draws it, beside the page.
+// The camera picture's age, as the page knows it; picture_worker.js draws it in its own thread.
 
 const STALE_MS = 500;
 

@@ -1,4 +1,4 @@
-// The camera picture's own thread: receives, decodes, draws, acknowledges; tells the page its age.
+// The camera picture's thread: receives, decodes, draws, acknowledges; reports the age to the page.
 
 import { Wire } from "./wire.js";
 

@@ -1,4 +1,4 @@
-// Practice: the targets work and count, and nothing is sent that could move the chair.
+// Practice mode: the targets work and count, but nothing that could move the chair is sent.
 
 /** Counts what was chosen, and plays the part of the board. */
 export class Practice {

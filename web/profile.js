@@ -1,4 +1,4 @@
-// A person's own settings: loaded from the host, changed here, kept by the host.
+// A person's own settings: loaded from the host, changed here, stored by the host.
 
 const RETRY_MS = 2000;
 const JSON_TYPE = { "Content-Type": "application/json" };

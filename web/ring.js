@@ -1,4 +1,4 @@
-// The ring that fills while a look at a target lasts, and the target that is held.
+// The ring that fills while the driver looks at a target, and the mark of the active target.
 
 /** Gives every target's picture its ring. */
 export function addRings() {

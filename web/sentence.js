@@ -1,4 +1,4 @@
-// The one place that decides which sentence the pages say: never two that contradict each other.
+// The only place that decides which sentence the pages show, so that no two contradict each other.
 
 /** What passes by itself: nothing to do but to wait. */
 export const WAITS = [

@@ -1,4 +1,4 @@
-// The control socket: fresh tokens, heartbeat, whether the link is alive, whether we are welcome.
+// The control socket: fresh tokens, heartbeat, whether the link is alive and this page accepted.
 
 import { Wire } from "./wire.js";
 

@@ -1,4 +1,4 @@
-// The corner that always says how things are: OK, a moment, warning or error, in plain words.
+// The status corner: always shows OK, wait, warning or error, in plain language.
 
 import { message } from "./strings.js";
 

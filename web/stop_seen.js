@@ -1,4 +1,4 @@
-// STOP says whether it was seen: asked at once, seen when the board's own word has followed.
+// Shows whether a STOP is confirmed: sent at once, confirmed when the board reports no request.
 
 /** A stop that the board has not followed for this long is said not to be confirmed. */
 const LATE_MS = 1000;

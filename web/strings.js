@@ -1,4 +1,4 @@
-// The pages' words: loads strings/<language>.json, looks words up, fills in labels.
+// The pages' texts: loads strings/<language>.json, looks texts up, fills in labels.
 
 const HOME = "nl";
 const RETRY_MS = 2000;

@@ -1,4 +1,4 @@
-// A button that asks "sure?" and acts at a second press; a double tap counts as one.
+// A button that asks for confirmation and acts at a second press; a double tap counts as one.
 
 const SURE_MS = 5000;
 /** A second press sooner than this is still the first. */

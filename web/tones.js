@@ -1,4 +1,4 @@
-// Small tones: begin rises, end falls, the board's override buzzes; silent until sound is allowed.
+// Short tones: rising at the start, falling at the end, a buzz when the board overrides.
 
 const LOUDNESS = 0.12;
 const GAP_S = 0.02;

@@ -1,4 +1,4 @@
-// Watches for what the page itself can't feel: a sleep or clock jump, and driving left unused.
+// Detects what gives the page no event: sleep, a clock jump, driving left unused.
 
 /** The page stood still, or a clock jumped, by more than this: the tablet slept. */
 const JUMP_MS = 1000;

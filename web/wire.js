@@ -1,4 +1,4 @@
-// One WebSocket that keeps coming back: back-off, connect time-out, silence time-out.
+// One WebSocket that reconnects: back-off, connect time-out, silence time-out.
 
 const FIRST_RETRY_MS = 250;
 const LAST_RETRY_MS = 2000;

@@ -1,1 +1,1 @@
-# What is flashed: safety, motion, control, devices and link of the board.
+# Firmware package: safety, motion, turning, devices and the link to the host.

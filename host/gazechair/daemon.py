@@ -1,4 +1,4 @@
-"""The daemon: builds every part of the host from a configuration, starts and stops them."""
+"""The daemon: builds every part of the host from a configuration, and starts and stops them."""
 
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
-# The wire between host and board: framing, CRC, message table, codes; the same files on both ends.
+# The wire protocol between host and board: framing, CRC, message table, codes.
+# The same files run on both ends.
 
 VERSION = (0, 1, 0)

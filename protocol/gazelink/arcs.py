@@ -1,9 +1,9 @@
-# Ways of both axes at once: how CLEARANCE's `arcs` and `arc_views` are laid out.
+# Layout of CLEARANCE's `arcs` and `arc_views`: how far both axes may move at once.
 #
 # A chair that drives and turns follows no known curve: its axes start and stop in their own time.
-# What counts is the most it turns and the most it travels meanwhile, in whatever order. The row of
-# a quadrant at TURNS_DEG says how far it may travel while it turns by no more than that, either
-# first, or both at once. The row of a side says the same of a chair that may turn both ways: its
+# What counts is how far it turns and travels at most, in any order. The row of a quadrant at
+# TURNS_DEG says how far it may travel while it turns by no more than that, either first, or both at
+# once. The row of a side says the same for a chair that may turn in both directions, because its
 # stick has just been reversed.
 
 from gazelink.const import const

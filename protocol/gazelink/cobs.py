@@ -1,6 +1,8 @@
-# Consistent overhead byte stuffing of frames: viper on MicroPython (a frame a millisecond is
-# affordable so), plain Python elsewhere. encode(src, n, dst) stuffs src[0:n], at most 62 bytes,
-# into dst, delimiter included, and returns the bytes written (n + 2).
+# Consistent overhead byte stuffing (COBS) of frames.
+#
+# In viper on MicroPython, so that a frame every millisecond is affordable; in plain Python
+# elsewhere. encode(src, n, dst) stuffs src[0:n], at most 62 bytes, into dst, delimiter included,
+# and returns the number of bytes written (n + 2).
 
 import sys
 

@@ -1,5 +1,5 @@
 # Every number with a meaning on the wire: verbs, modes, states, motions, orders, reasons, faults.
-# Texts for people live in web/strings/, keyed by the names in these tables.
+# Texts for people are in web/strings/, with the names in these tables as keys.
 
 # Verbs: what the driver asks for. A command repeats its verb for as long as it is held.
 STOP = 0

@@ -1,4 +1,4 @@
-# const(): MicroPython's compiler puts such numbers into the code; on CPython it changes nothing.
+# const(): MicroPython's compiler inlines such numbers; on CPython it has no effect.
 
 import sys
 

@@ -1,7 +1,7 @@
-# CRC-32 (IEEE 802.3, reflected 0xEDB88320): append to and check frames in place, seeded by bytes.
+# CRC-32 (IEEE 802.3, reflected 0xEDB88320) of frames, appended and checked in place.
 #
-# One interface, two implementations: zlib on CPython; viper on MicroPython, because
-# binascii.crc32 allocates there for three values in four (results of 31 bits and more).
+# Seeded by bytes. One interface, two implementations: zlib on CPython; viper on MicroPython,
+# because binascii.crc32 allocates there for three values in four (results of 31 bits and more).
 
 import sys
 

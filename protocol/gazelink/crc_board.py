@@ -1,5 +1,5 @@
-# CRC-32 in viper, for MicroPython: no allocation, integers through ptr32. Same interface as
-# crc_host.
+# CRC-32 in viper, for MicroPython: no allocation, integers through ptr32.
+# Same interface as crc_host.
 # ruff: noqa: F821
 
 import array

@@ -1,9 +1,10 @@
-# Framing: COBS with a zero delimiter around header + payload + CRC-32. No I/O; once built, no
-# allocation.
+# Framing: COBS with a zero delimiter around header + payload + CRC-32.
+#
+# No I/O; no allocation after construction.
 #
 # COBS: Cheshire & Baker, "Consistent Overhead Byte Stuffing", 1997. Bodies are at most 62 bytes, so
-# a code byte above 63 never occurs and the 0xFF special case is not needed: such a byte asks for
-# more than fits, and the frame is refused for its length.
+# a code byte above 63 never occurs and the 0xFF special case is not needed: such a byte requests
+# more than fits, and the frame is rejected for its length.
 
 from gazelink import cobs, crc
 from gazelink.messages import BY_TYPE, MESSAGES, SEQ_AT, STAMP_AT, TYPE_AT, schema_text

@@ -1,9 +1,9 @@
-# The one message table: every frame's type, direction and fields, and the hash that pins it.
+# The message table: every frame's type, direction and fields, and the hash that identifies it.
 #
-# Header of every frame: type u8, seq u8, stamp_ms u16. Going down, stamp_ms is the board's tick
-# clock; going up, it echoes the newest stamp heard, so the board can tell by its own clock how old
-# a frame is. It repeats every 65.5 s; which round it belongs to is in the CRC's seed: see
-# frame.Session.
+# Header of every frame: type u8, seq u8, stamp_ms u16. From the board, stamp_ms is its tick clock;
+# to the board, it echoes the newest stamp received, so that the board can compute the age of a
+# frame by its own clock. It repeats every 65.5 s; the CRC's seed includes the round it belongs to:
+# see frame.Session.
 
 import struct
 

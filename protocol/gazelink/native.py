@@ -1,8 +1,9 @@
-# For `@micropython.native`: machine code instead of bytecode, a sixth fewer instructions in the
-# tick. `@micropython.viper` with ptr32(array("i")), ptr8(bytearray) and ints: machine words, a
-# tenth of them.
-# MicroPython's compiler knows these words by their spelling; on CPython they change nothing, so
-# what is written in viper keeps within 31 bits and divides nothing negative.
+# `@micropython.native` and viper names, so that the same code runs on CPython.
+#
+# Native is machine code instead of bytecode, a sixth fewer instructions in the tick;
+# `@micropython.viper` with ptr32(array("i")), ptr8(bytearray) and ints is machine words, a tenth of
+# the instructions. MicroPython's compiler recognises these names by their spelling; on CPython they
+# have no effect, so viper code stays within 31 bits and divides nothing negative.
 
 import sys
 

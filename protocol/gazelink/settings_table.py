@@ -1,5 +1,7 @@
-# The board's settings: one table of names, defaults and limits. The index of a row is its number on
-# the wire; the table is part of the schema hash, so both ends always mean the same row.
+# The board's settings: one table of names, defaults and limits.
+#
+# The index of a row is its number on the wire; the table is part of the schema hash, so both ends
+# always mean the same row.
 #
 # Units are in the names; *_permille is of full deflection, q4 is sixteenths. No limit here exceeds
 # what the safety promises allow (firmware/gazeboard/core/limits.py; a test compares them).

@@ -1,8 +1,9 @@
-# How the chair stops in one direction: the points of the ZONE message. The board makes them of its
-# settings (gazeboard/core/zone.py), the host only looks things up between them.
+# How the chair stops in one direction: the points of the ZONE message.
 #
-# Units are 1 mm, or 1/16 degree in turns. The first point is the standing chair: its way is the
-# margin, its time what passes before it brakes. The second is creep, the last full deflection in
+# The board computes them from its settings (gazeboard/core/zone.py); the host only interpolates.
+#
+# Units are 1 mm, or 1/16 degree in turns. The first point is the standing chair: its distance is
+# the margin, its time is the delay before braking. The second is creep, the last full deflection in
 # the fastest profile that the chair may be in; those between are evenly spread.
 
 from gazelink.const import const

@@ -1,1 +1,1 @@
-"""The demo: simulator, firmware and host together as a newcomer starts them, and its own check."""
+"""The demo: simulator, firmware and host started together, with its own check."""

@@ -1,4 +1,4 @@
-"""`tools/demo` inside the venv: starts everything, prints where the page is, ends it all.
+"""`tools/demo` inside the venv: starts everything, prints the page's address, ends everything.
 
 Ctrl-C, TERM and HUP end it in order.
 

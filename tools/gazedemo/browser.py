@@ -1,4 +1,4 @@
-"""A real Chromium before the driver's page: presses targets, lets go, reads what is shown."""
+"""A real Chromium that operates the driver's page: presses and releases targets, reads the page."""
 
 from __future__ import annotations
 

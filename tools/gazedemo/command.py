@@ -1,4 +1,4 @@
-"""The command `gazechair demo`: a simulated chair to drive. `tools/demo` runs the same."""
+"""The command `gazechair demo`: a simulated chair to drive, as `tools/demo`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The signals that end a program: heard for certain, never in the middle of what must be whole."""
+"""Handles the signals that end a program: never lost, never in the middle of a critical step."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pairs programs of this machine with a running host, through its side door."""
+"""Pairs programs on this machine with a running host, through its local socket."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Client of the simulator's control socket: ask for the truth, inject faults, move the chair."""
+"""Client of the simulator's control socket: reads the truth, injects faults, moves the chair."""
 
 from __future__ import annotations
 

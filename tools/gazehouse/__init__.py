@@ -1,1 +1,1 @@
-"""The house itself: which room imports which, and the pages of docs/ made from the code."""
+"""Checks of the code base: which room imports which, and the generated pages of docs/."""

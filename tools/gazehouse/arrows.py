@@ -1,4 +1,4 @@
-"""Which module imports which, read from the sources: rooms, arrows, circles. Runs nothing.
+"""The import graph of the rooms, read from the sources: arrows and circles. Runs nothing.
 
 An arrow is an import that runs; one that only a type checker follows (`if TYPE_CHECKING`) is none.
 """

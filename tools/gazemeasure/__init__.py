@@ -1,4 +1,4 @@
-"""The benchmarks behind `gazechair measure NAME`: each measures, prints a table, judges itself."""
+"""Benchmarks behind `gazechair measure NAME`: each measures, prints a table, checks limits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ticks with live link traffic under a locked heap, and fuzz bytes, on 32-bit MicroPython."""
+"""Checks for allocation: ticks with live link traffic and fuzz bytes, with a locked heap."""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
-# Runs on 32-bit MicroPython: a million ticks and service passes with live link traffic while the
-# heap is locked, then millions of fuzz bytes into the link. Prints one line of name=number.
+# Load program for 32-bit MicroPython: ticks and link traffic while the heap is locked.
+#
+# A million ticks and service passes, then millions of fuzz bytes into the link. Prints one line of
+# name=number.
 
 import gc
 import sys

@@ -1,6 +1,8 @@
-# Runs on the emulated Teensy, time being a count of instructions: the whole firmware under its
-# worst load. A host inside the board speaks every 20 ms, drives through every motion, override and
-# fault; the sensor answers with stretched clocks; telemetry streams; garbage is made and collected.
+# Load program for the emulated Teensy: the whole firmware at its worst load.
+#
+# Time is a count of instructions. A host inside the board sends every 20 ms, drives through every
+# motion, override and fault; the sensor answers with stretched clocks; telemetry streams; garbage
+# is made and collected.
 #
 # Prints one line of results. RUN_MS, STATE_PERIOD_MS, STRETCH_US and PARTS, [(attribute of App,
 # method, number of its arguments)] to be counted singly, are put before this text.

@@ -1,7 +1,7 @@
-# Runs on the emulated Teensy beside board_load.py: the instructions that each part of the tick
-# takes. A part is a method, replaced by one that counts. 6 cycles of ticks_cpu(): 5 instructions.
+# Counts the instructions of each part of the tick on the emulated Teensy, with board_load.py.
 #
-# Parts may lie within each other. What counting costs is measured first and taken off.
+# A part is a method, replaced by one that counts. 6 cycles of ticks_cpu(): 5 instructions. Parts
+# may be nested. The cost of counting is measured first and subtracted.
 
 import array
 import time

@@ -1,4 +1,4 @@
-"""Runs a program and its files on the emulated Teensy, time being a count of instructions."""
+"""Runs a program and its files on the emulated Teensy, where time is a count of instructions."""
 
 from __future__ import annotations
 

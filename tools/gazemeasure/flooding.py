@@ -1,7 +1,8 @@
-"""Attacks from the network, each as a program of its own: `python -m gazemeasure.flooding NAME PORT
-COOKIE_NAME COOKIE`. It ends by itself after a minute, or when its standard input is closed.
+"""Attacks from the network, each as its own program.
 
-It runs at the lowest priority: an attacker's processor is not the chair's.
+`python -m gazemeasure.flooding NAME PORT COOKIE_NAME COOKIE`. It ends after a minute, or when its
+standard input is closed. It runs at the lowest priority: an attacker's processor is not the
+chair's.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The driver's times under each flood of the table: press -> wipers, let go -> neutral; memory."""
+"""The driver's times under each flood of the table: press -> wipers, release -> neutral; memory."""
 
 from __future__ import annotations
 

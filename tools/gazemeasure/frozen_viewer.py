@@ -1,4 +1,4 @@
-"""A viewer that opens both sockets and then never reads nor answers again."""
+"""A viewer that opens both sockets and then never reads or answers again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From the page's event handler to the wipers, with the picture streaming: the whole real path."""
+"""Measures from the page's event handler to the wipers, with the picture streaming."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Requests that a stranger may send, as raw bytes: each with what it hopes to make expensive."""
+"""Requests that a stranger may send, as raw bytes, each intended to be expensive."""
 
 from __future__ import annotations
 

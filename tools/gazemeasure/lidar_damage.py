@@ -1,4 +1,4 @@
-"""What damaged bytes do to the dense scan: capsules that slip through, and what they lead to."""
+"""Measures what damaged bytes do to the dense scan: accepted false capsules and their effect."""
 
 from __future__ import annotations
 

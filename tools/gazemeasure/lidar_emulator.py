@@ -1,7 +1,7 @@
-"""An emulated S2 in a process of its own: `python -m gazemeasure.lidar_emulator PATH`.
+"""An emulated S2 in its own process: `python -m gazemeasure.lidar_emulator PATH`.
 
-Its port is a pty at PATH. As a serial port's driver does, it keeps half a second of what its reader
-is too slow to take. Ended by closing its standard input; it then prints one line of JSON: when each
+Its port is a pty at PATH. Like a serial port's driver, it buffers half a second of data for a slow
+reader. Close its standard input to end it; it then prints one line of JSON: when each
 turn of the scan was complete on the port (CLOCK_MONOTONIC seconds), and the bytes that were lost.
 """
 

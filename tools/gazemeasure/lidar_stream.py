@@ -1,4 +1,4 @@
-"""Figures of the lidar's stream: what decoding costs, what damage does, how soon a scan counts."""
+"""Measures the lidar's stream: cost of decoding, effect of damage, delay until a scan counts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The serial link: round trip beside a bare echo in the same run, and re-plugs in every order."""
+"""Measures the serial link: round trip compared with a bare echo, and re-plugs in every order."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Driving past obstacles: collisions, false stops, doors; our rule beside the first prototype's.
+"""Measures driving past obstacles: collisions, false stops, doors; with two rules compared.
 
 Collision: contact while any part of the chair moves faster than 0.05 m/s. False stop: the rule
 ended a press although the driven path keeps at least 5 cm; that is known from the same run without
-any rule, driven 0.9 m (40 degrees) further than the task. Stoppable: a braking that starts at the
-first scan with the walker inside the bare chair's sweep would have stopped in time.
+any rule, driven 0.9 m (40 degrees) further than the task. Stoppable: braking from the first scan
+with the walker inside the bare chair's sweep would have stopped in time.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""Driving by a proportional stick past posts, walls and furniture: both axes at once.
+"""Measures driving by a proportional stick past posts, walls and furniture: both axes at once.
 
-A run is an ArcTask: a room and what the driver's hand does. The board's own modules decide (what
-obstacles permit, what of it goes out) a thousand times a second; chair, lidars and what counts as a
-collision are those of obstacles_run. Without the rule the same hand drives on, to tell whether the
-path was passable.
+A run is an ArcTask: a room and the motion of the driver's hand. The board's own modules decide
+(what obstacles permit, and the resulting output) a thousand times a second; chair, lidars and the
+definition of a collision are those of obstacles_run. Without the rule the same hand drives on, to
+find out whether the path was passable.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Arcs that are meant to hit: things just outside the straight way and inside the turning arc.
+"""Arcs built to collide: obstacles just outside the straight path and inside the turning arc.
 
 The hand's path is computed first, then a post or a wall's end is put where that path sweeps it
-and the straight way does not. The chairs answer as the settings claim at worst, but by other
+and the straight path does not. The chairs respond as slowly as the settings state, but with other
 physics than the twin's.
 """
 

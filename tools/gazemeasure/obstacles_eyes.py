@@ -1,4 +1,4 @@
-"""Lidars for many fast runs: a few rays at their true times, and the two rules that read them.
+"""Fast simulated lidars: a few rays at their true times, and the two rules that evaluate them.
 
 800 rays a turn instead of 3200 (a ray each 0.45 degrees), acquired one after another while the
 chair moves, 10 turns a second, with range noise and lost returns.

@@ -1,4 +1,4 @@
-"""One run past obstacles in virtual time: chair's twin, rays, the board's own decision, a driver.
+"""One run past obstacles in virtual time: chair's twin, rays, the board's decision, a driver.
 
 The board's module is stepped a thousand times a second, the chair a hundred times, the mirror
 fifty; the clearance is renewed twenty times and reaches the board 10 ms later (the real host: forty

@@ -1,4 +1,4 @@
-"""From the end of a scan to the clearance's frame on the serial line; real child process."""
+"""Measures the time from a scan's end to its clearance on the wire; real child process."""
 
 from __future__ import annotations
 

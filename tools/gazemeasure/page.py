@@ -1,4 +1,4 @@
-"""The driver's page in a real Chromium on a bad network: glance to wipers, picture age, its load.
+"""Measures the driver's page in a real Chromium on a bad network: delay, picture age, load.
 
 Both sockets go through one shaper (see shaper). The driver is a pointer that rests on Vooruit, as a
 gaze does, and jitters at 30 Hz; times are those at which the page's own handlers ran.

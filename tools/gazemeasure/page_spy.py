@@ -1,4 +1,4 @@
-"""What the page benchmark adds to the page from outside: times of its handlers, ages of pictures.
+"""Instruments the page for its benchmark: times of its handlers, ages of pictures.
 
 `install` adds it to the page before its own scripts, and to the thread that draws its pictures.
 All times are ms of the computer's wall clock.

@@ -1,4 +1,4 @@
-"""What a benchmark found: figures with their limits, as a table or JSON; and distributions."""
+"""The report of a benchmark: figures with their limits, as a table or JSON; and distributions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Records when the machine itself stands still, so that a benchmark does not count it as ours."""
+"""Records stalls of the machine itself, so that a benchmark does not count them."""
 
 from __future__ import annotations
 

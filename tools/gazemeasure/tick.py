@@ -1,6 +1,6 @@
-"""The hard tick: allocation, instructions, jitter, missed ticks, telemetry, under the worst load.
+"""Measures the hard tick under the worst load: allocation, instructions, jitter, telemetry.
 
-Allocation is proven on 32-bit MicroPython with the heap locked; the rest is counted on the emulated
+Allocation is tested on 32-bit MicroPython with the heap locked; the rest is counted on the emulated
 Cortex-M7, where 500 instructions are one microsecond and runs repeat to the instruction.
 """
 

@@ -1,8 +1,8 @@
-"""Turns that land: four controllers on the same simulated chairs, one of which nobody can beat.
+"""Compares four turn controllers on the same simulated chairs; one is the optimal bound.
 
 The board's own turn controller after the host's own autotune of that chair; the first prototype's
-PID; a plain PID tuned as well as can be for the profile; and the time-optimal bound, which knows
-chair and disturbances beforehand (turn_bound). Chairs are gazesim's twin with a heading sensor of
+PID; a plain PID with the best gains for the profile; and the time-optimal bound, which knows
+chair and disturbances in advance (turn_bound). Chairs are gazesim's twin with a heading sensor of
 100 Hz. Everything is drawn from seeds: equal runs give equal figures.
 """
 

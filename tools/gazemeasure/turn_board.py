@@ -1,4 +1,4 @@
-"""The board's own motion code, driven tick by tick without its loops: what the benchmark turns."""
+"""The board's own motion code, driven tick by tick without its loops, for the turn benchmark."""
 
 from __future__ import annotations
 

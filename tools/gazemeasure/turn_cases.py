@@ -1,4 +1,4 @@
-"""Which turns the benchmark makes: the undisturbed grid, and chairs nobody has measured."""
+"""The turns of the benchmark: the undisturbed grid, and random chairs."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
-"""What a recorded turn is worth: settled when, how far over, oscillating, unstable, where it ended.
+"""Rates a recorded turn: settling time, overshoot, oscillating, unstable, final error.
 
 Settled: from then on within 1 degree of the setpoint and slower than 1 degree/s for 1 s.
 Oscillates: after it first came within 1 degree, the heading left that band on alternating sides
-more than twice, or the wiper changed sides more than twice (the counter-deflection with which a
-corrective move stops belongs to that move and does not count).
+more than twice, or the wiper changed sides more than twice (the counter-deflection that ends a
+corrective move belongs to that move and does not count).
 Unstable: it oscillates and the last of those swings is no smaller than the first, or the heading
-ran away: further from the setpoint than 1.5 x the step and the most that casters do.
+diverged: further from the setpoint than 1.5 x the step and the largest effect of the casters.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""The twin's turning for many chairs and many switch times at once: gazesim's model in numpy.
+"""The twin's turning for many chairs and switch times at once: gazesim's model in numpy.
 
 The same rules as gazesim.chair_axis and gazesim.disturbances, in steps of STEP_S, for a stick that
-is only ever at full deflection or neutral; a test compares both.
+is always at full deflection or neutral; a test compares both.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Tunes the plain PID that the board's controller is compared with: the best of a grid of gains.
 
-On the undisturbed chair of a profile, over all angles both ways, all gains at once in numpy: the
-least mean settling time (one that does not settle counts as SECONDS), overshoot of at most 1 degree
-preferred by charging a second for each turn that has more.
-`python -m gazemeasure.turn_plain` prints them.
+On the undisturbed chair of a profile, over all angles in both directions, all gains at once in
+numpy: the least mean settling time (a turn that does not settle counts as SECONDS), plus a second
+for each turn with an overshoot above 1 degree. `python -m gazemeasure.turn_plain` prints them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the board's controller is compared with: the first prototype's PID and a plain tuned one."""
+"""The controllers for comparison: the first prototype's PID and a plain tuned one."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Every way in which a turn can be cut short, through the whole firmware: neutral at once.
+"""Interrupts a turn by every possible cause, through the whole firmware: neutral at once.
 
-In a step turn, a held turn and a tuning pulse, at several moments of each, something ends it. From
-the tick in which the safety core no longer permits the motion both wipers must read neutral (or,
-when it is the potentiometer that fails, the enable line must be off), and stay so for a second
-although the same press is held on. For Stop itself the tick counts in which its frame is decoded.
+In a step turn, a continuous turn and a tuning pulse, at several moments of each, something ends it.
+From the tick in which the safety core no longer permits the motion both wipers must read neutral
+(or, when the potentiometer fails, the enable line must be off), and stay so for a second although
+the same press stays active. For Stop itself the tick counts in which its frame is decoded.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Gets a fresh machine ready to run and test gazechair, with the standard library only."""
+"""Prepares a fresh machine to run and test gazechair, with the standard library only."""
 
 from gazesetup.m7 import find_m7
 from gazesetup.micropython import MicroPython, ensure_micropython

@@ -1,4 +1,4 @@
-"""Where the emulated Teensy is; QEMU, which runs it, is one of the packages."""
+"""Finds the emulated Teensy and the QEMU that runs it."""
 
 from __future__ import annotations
 

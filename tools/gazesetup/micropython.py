@@ -1,4 +1,4 @@
-"""Finds a MicroPython for the computer, 32-bit like the board's where the machine can have one."""
+"""Finds a MicroPython for the computer, 32-bit like the board's if the machine can run one."""
 
 from __future__ import annotations
 

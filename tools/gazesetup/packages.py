@@ -1,4 +1,4 @@
-"""Programs from the distribution: Chromium for the page's tests, QEMU for the emulated board."""
+"""Programs from the distribution: Chromium for the pages' tests, QEMU for the emulated board."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Progress lines with timings, commands run quietly, and the error that says what is missing."""
+"""Progress lines with timings, quiet commands, and the error that names what is missing."""
 
 from __future__ import annotations
 

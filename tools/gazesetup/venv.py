@@ -1,4 +1,4 @@
-"""The checkout's own virtual environment, .local/venv: made once, remade when its basis changes."""
+"""The checkout's own virtual environment, .local/venv: rebuilt when its inputs change."""
 
 from __future__ import annotations
 

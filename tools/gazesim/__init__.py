@@ -1,1 +1,1 @@
-"""The simulator: a chair in a room, and each device of it, down to registers and bytes."""
+"""The simulator: a chair in a room with every device, down to registers and bytes."""

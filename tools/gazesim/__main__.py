@@ -1,7 +1,7 @@
 """`python -m gazesim`: the simulator in real time, with the firmware as its board.
 
-Prints one JSON line when ready: where the board's and the lidar's ports, the camera and the control
-socket are. SIGTERM, SIGINT or the control socket's quit end it and everything it started.
+When ready it prints one JSON line with the board's and the lidar's ports, the camera and the
+control socket. SIGTERM, SIGINT or the control socket's quit end it and everything it started.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Host side of the register bank: devices, pins and log, shared with a board by memory map.
+"""The register bank on the host's side: devices, pins and log, shared with a board by memory map.
 
 Layout: gazeboard.boards.bank_layout. It serves the virtual board and the emulated Teensy.
 """

@@ -1,4 +1,4 @@
-"""The emulated board's flash, filled without its cable: where files lie, and what writes them."""
+"""The emulated board's flash, filled without its cable: the firmware's files and their places."""
 
 from __future__ import annotations
 

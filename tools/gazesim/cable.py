@@ -1,4 +1,4 @@
-"""The USB cable between the board's serial line and the port the host opens; it can be pulled."""
+"""The USB cable between the board's serial line and the host's port; it can be pulled."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A board that is a process of its own, joined to the cable: what all of its kinds share."""
+"""A board that is its own process, joined to the cable: the part common to all kinds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The wheelchair's twin: joystick deflection in, motion out, per speed profile."""
+"""The wheelchair's twin: joystick deflection in, motion out, for each speed profile."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The simulator's control socket: one JSON object a line in, one a line out."""
+"""The simulator's control socket: one JSON object per line in each direction."""
 
 from __future__ import annotations
 

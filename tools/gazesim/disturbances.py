@@ -1,4 +1,4 @@
-"""What floor, load and casters do to the chair's motion; the default is none of it."""
+"""Effects of floor, load and casters on the chair's motion; the default has none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every fault that can be injected, by name: one table of data."""
+"""Every fault that can be injected, by name, in one table."""
 
 from __future__ import annotations
 

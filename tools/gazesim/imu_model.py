@@ -1,4 +1,4 @@
-"""What a BNO055 makes of a turn: 100 Hz, late, noisy, off in scale, drifting, in 1/16 degree."""
+"""How a BNO055 measures a turn: 100 Hz, late, noisy, with scale error and drift, in 1/16 degree."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The rooms there are, by name: plans as data."""
+"""Plans of the available rooms, by name."""
 
 from __future__ import annotations
 

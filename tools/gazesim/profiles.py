@@ -1,4 +1,4 @@
-"""The chair's speed profiles: what was seen on the chair, and the twin's numbers for each."""
+"""The chair's speed profiles: speeds observed on the chair, and the twin's parameters for each."""
 
 from __future__ import annotations
 

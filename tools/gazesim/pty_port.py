@@ -1,4 +1,4 @@
-"""A serial port as the host sees it: a raw pty behind a stable symlink, which can vanish."""
+"""A simulated serial port for the host: a raw pty behind a stable symlink that can vanish."""
 
 from __future__ import annotations
 

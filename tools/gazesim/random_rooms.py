@@ -1,7 +1,7 @@
-"""Random rooms with a task for the chair in each: doors, narrow ways, furniture, people walking in.
+"""Random rooms with a task for the chair: doors, narrow passages, furniture, people who walk in.
 
-Everything follows from one seed. All obstacles stand in the lidar's plane; of tables there are only
-the legs, because their tops are what a lidar at that height never sees.
+Everything follows from one seed. All obstacles are in the lidar's plane; tables have only
+legs, because a lidar at that height never sees their tops.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The enable line's charge pump and relay, and the switches at the chair: pins D2..D5."""
+"""The enable line's charge pump and relay, with the switches at the chair: pins D2..D5."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Everything in real time: the world, the board's process, ports, camera and control socket."""
+"""The whole simulation in real time: world, board process, ports, camera and control socket."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an S2's beams bring back: range, noise, misses, what covers the view, a frozen memory."""
+"""Simulated beams of an S2: range, noise, misses, a covered view, a frozen memory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An S2's answers as bytes: descriptors, standard nodes, dense capsules (Slamtec's protocol)."""
+"""An S2's replies as bytes: descriptors, standard nodes, dense capsules (Slamtec's protocol)."""
 
 from __future__ import annotations
 

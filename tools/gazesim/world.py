@@ -1,4 +1,4 @@
-"""The simulated world: one chair in one room, with every device the board and the host see.
+"""The simulated world: one chair in one room, with every device that the board and the host use.
 
 No threads, no wall clock: only `step` moves time, so equal seeds and inputs give equal traces.
 """

@@ -1,4 +1,4 @@
-"""How a board with some settings stops, for those who look without a board on a wire."""
+"""Computes how a board with given settings stops, for tools without a connected board."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The chair's twin held against what was published: the first prototype, fit, plots."""
+"""The chair's twin compared with the published turns of the first prototype: fit and plots."""

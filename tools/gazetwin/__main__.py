@@ -1,4 +1,4 @@
-"""python -m gazetwin: what was published about the first prototype's turns beside the twin's."""
+"""`python -m gazetwin`: the first prototype's published turns compared with the twin's."""
 
 from __future__ import annotations
 

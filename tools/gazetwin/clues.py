@@ -1,4 +1,4 @@
-"""What was published about the first prototype's turns, and what the twin makes of each clue."""
+"""Clues: what was published about the first prototype's turns, and the twin's value for each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One turn of the first prototype on the twin, and what can be read from its heading afterwards."""
+"""One turn of the first prototype on the twin, and the values read from its heading."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The search for the chair behind the published turns: at random within the priors, then nearby."""
+"""Searches for the chair behind the published turns: at random within the priors, then nearby."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Published beside simulated, as text."""
+"""Tables of published and simulated values, as text."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
-# I2C buses and pins over a register bank: what the emulated Teensy's hardware does, for the virtual
-# board.
+# I2C buses and pins of the virtual board, over a register bank.
 #
-# Same effects and counters as on the emulated board (bank_layout.py); the transfer log is not kept
-# and a transfer takes no time. No allocation: counters are advanced byte by byte, never as 32-bit
+# Same effects and counters as on the emulated board (bank_layout.py), but no transfer log, and a
+# transfer takes no time. No allocation: counters are advanced byte by byte, never as 32-bit
 # integers.
 
 from gazeboard.boards import bank_layout as at

@@ -1,6 +1,7 @@
-# Layout of the register bank, version 1: devices, pins and flash in one file shared by board and
-# simulator. The emulated Teensy maps the same layout. Little-endian; (h) host writes, (g) guest
-# (the board) writes.
+# Layout of the register bank, version 1.
+#
+# Devices, pins and flash are in one file shared by board and simulator. The emulated Teensy maps
+# the same layout. Little-endian; (h) host writes, (g) guest (the board) writes.
 
 SIZE = 16 << 20
 MAGIC = 0x4252374D

@@ -1,4 +1,4 @@
-# Which pin does what, on every board (docs/wiring: Teensy 4.0 names).
+# Pin numbers and levels of every board (Teensy 4.0 names; see docs/wiring.md).
 
 ENABLE = 2  # toggles every tick while enabled; the charge pump holds the relay closed
 RELAY_FEEDBACK = 3  # mirror contact: low is released, high is closed or a broken wire (pull-up)

@@ -1,8 +1,8 @@
-# stdin and stdout as the board's serial line, under MicroPython: USB serial on the Teensy, a pty on
-# Linux.
+# stdin and stdout as the board's serial line under MicroPython.
 #
-# Poll, then exactly one byte: a one-byte read after POLLIN and a one-byte write after POLLOUT never
-# block (on mimxrt POLLOUT means room for at least one byte, or nobody connected).
+# USB serial on the Teensy, a pty on Linux. Poll, then exactly one byte: a one-byte read after
+# POLLIN and a one-byte write after POLLOUT never block (on mimxrt POLLOUT means room for at least
+# one byte, or nobody connected).
 
 import select
 import sys

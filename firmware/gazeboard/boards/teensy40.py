@@ -1,6 +1,7 @@
-# The Teensy 4.0 (MicroPython mimxrt): the only file that calls `machine`. See facts in docs/wiring.
+# The Teensy 4.0 (MicroPython mimxrt): the only file that uses `machine`.
 #
-# The tick is a hard timer interrupt on its own I2C bus; the service loop is the main program.
+# Facts are in docs/wiring.md. The tick is a hard timer interrupt on its own I2C bus; the service
+# loop is the main program.
 
 import gc
 import os

@@ -1,4 +1,4 @@
-"""What the virtual board needs from Linux under CPython: mapping, stdio as a serial line, time."""
+"""Linux services of the virtual board under CPython: memory map, stdio as a serial line, time."""
 
 import mmap
 import os

@@ -1,4 +1,4 @@
-# What the virtual board needs from Linux under MicroPython: a file mapped through ffi.
+# Linux services of the virtual board under MicroPython: a file mapped through ffi.
 
 import os
 

@@ -1,7 +1,7 @@
-# The virtual board: the firmware as a process (or in lockstep) over a register bank, no hardware.
+# The virtual board: runs the firmware over a register bank, without hardware.
 #
 # As a process (MicroPython or CPython on Linux) the environment names the bank file and a folder
-# for small files; stdin and stdout are the serial line. In lockstep a test hands in bank, serial
+# for small files; stdin and stdout are the serial line. In lockstep a test passes bank, serial
 # and clock.
 
 import os

@@ -1,5 +1,7 @@
-# How the board came up: counts watchdog resets in a row, and sends the last words of a board that
-# will not go on, in the FAULT message that every version of the host understands.
+# Boot log: counts consecutive watchdog resets.
+#
+# It also sends the last message of a board that stops, in the FAULT message that every version of
+# the host understands.
 
 from gazeboard.core import limits
 from gazeboard.io.storage import sealed, unsealed

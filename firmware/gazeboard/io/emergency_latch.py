@@ -1,8 +1,8 @@
-# The emergency latch outlives a reset (P11), on a flash that may refuse.
+# Emergency latch: survives a reset (P11), even on flash that may fail.
 #
-# Two ways to keep it, because a full flash still forgets: the file LATCHED is there, or the file
-# CLEAR is missing though KNOWN says that there was one. Either is enough. Each start writes KNOWN
-# anew: a flash that takes nothing is found before anybody drives.
+# It is stored twice, because a full flash still deletes: the file LATCHED exists, or the file CLEAR
+# is missing although KNOWN says that there was one. Either is enough. Each start rewrites KNOWN, so
+# that flash that rejects writes is found before anybody drives.
 
 LATCHED = "emergency"
 CLEAR = "emergency_clear"

@@ -1,8 +1,8 @@
-# Can this heading be believed? Compares each sample with the gyro and with its predecessors. Pure.
+# Heading check: compares each sample with the gyro and with earlier samples. Pure.
 #
-# One sample that disagrees with the gyro is bridged by it; three within 50 ms are a jump; bytes
-# that stop changing are frozen (the gyro's own noise changes some bit of three axes at 100 Hz), and
-# so is a heading that stands while the gyro turns.
+# One sample that contradicts the gyro is replaced by it; three within 50 ms are a jump. Bytes that
+# stop changing are frozen (the gyro's own noise changes some bit of three axes at 100 Hz), and so
+# is a heading that stays constant while the gyro turns.
 
 from gazeboard.core.angle import wrapped
 from gazeboard.core.limits import HEADING_TURN_Q4_DEG

@@ -1,9 +1,9 @@
-# BNO055 in IMUPLUS (no magnetometer) on the service loop's own bus: start-up, 100 Hz reads,
-# recovery.
+# BNO055 in IMUPLUS mode (no magnetometer): start-up, 100 Hz reads, recovery.
 #
-# Registers and times: Bosch BST-BNO055-DS000. Each poll() does at most one short transfer; nothing
-# waits. The burst takes all three gyro axes with the heading, because their noise is what tells a
-# living sensor from a frozen one, and the tilt (0x14..0x1F), which must be as fresh.
+# It has the service loop's own bus. Registers and times: Bosch BST-BNO055-DS000. Each poll() does
+# at most one short transfer; nothing waits. The burst reads all three gyro axes with the heading,
+# because their noise distinguishes a working sensor from a frozen one, and the tilt (0x14..0x1F),
+# which must be equally fresh.
 
 from gazeboard.core.limits import RATE_MAX_Q4_DPS
 from gazeboard.core.tilt import Tilt

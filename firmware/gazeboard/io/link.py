@@ -1,10 +1,10 @@
-# The serial link on the board: bytes in to inputs, state out to bytes. Never blocks, never
-# allocates.
+# The board's end of the serial link: received bytes to inputs, state to sent bytes.
 #
-# Every refused frame is counted, none moves the chair: corrupt and foreign ones fail their CRC, and
-# so does a recording of another session, boot or round of the stamp (a nonce and the round are in
-# its seed); a reordered or repeated one its sequence number, a late one its stamp (the echo of our
-# own clock). A session ends with the host's silence: what it had sent is worth nothing then.
+# Never blocks, never allocates. Every rejected frame is counted, none moves the chair. The CRC
+# rejects corrupt and foreign frames, and a recording of another session, boot or round of the stamp
+# (its seed includes a nonce and the round). The sequence number rejects a reordered or repeated
+# frame, the stamp (the echo of the board's clock) a late one. A session ends when the host is
+# silent; everything it sent is then invalid.
 
 import struct
 

@@ -1,5 +1,6 @@
-# The board's settings in force: loaded at start, changed over the wire while disarmed, saved with a
-# CRC.
+# The board's active settings.
+#
+# Loaded at start, changed over the wire while disarmed, saved with a CRC.
 
 import json
 

@@ -1,8 +1,7 @@
-# Small text files in one folder of the flash: old or new, never half, and nothing that stands in
-# one stops the board from starting.
+# Small text files in one folder of the flash, each replaced as a whole.
 #
-# A file is written aside, then renamed: a power cut leaves the old one. A line is sealed with its
-# CRC-32. Reading never raises.
+# A file is written under a temporary name, then renamed: a power cut leaves the old one. A line is
+# sealed with its CRC-32. Reading never raises, so no content prevents the board from starting.
 
 import os
 

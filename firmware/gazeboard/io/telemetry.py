@@ -1,5 +1,7 @@
-# STATE frames: the tick captures what it found when one is due, the service loop sends it when the
-# line is free. No allocation; the tick writes `head` last, the service loop alone moves `tail`.
+# STATE frames: the tick captures them, the service loop sends them.
+#
+# The tick captures one when it is due; the service loop sends it when the line is free. No
+# allocation; the tick writes `head` last, only the service loop moves `tail`.
 
 from gazelink import codes
 from gazelink.const import const

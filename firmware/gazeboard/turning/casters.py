@@ -1,10 +1,12 @@
-# What the casters add to a turn. After a reversal they swing round by the way the wheels go, and
-# turn the chair besides: from lying as after a right turn (0) to lying as after a left (the whole
-# way), half a cosine. Integers, no allocation.
+# Model of the casters: the rotation they add to a turn after a reversal.
 #
-# How they lie is known once the chair has turned far enough one way. Until then both ends are
-# followed, and the one that is nearer to what the heading does is believed; as long as they differ
-# too little to tell, the one that turns the chair farther.
+# They swing round over the wheels' distance and turn the chair as well: from their position after a
+# right turn (0) to the one after a left turn (the full distance), half a cosine. Integers, no
+# allocation.
+#
+# Their position is known once the chair has turned far enough in one direction. Until then both end
+# positions are simulated, and the one nearer to the measured heading counts; while they differ too
+# little to distinguish, the one that turns the chair farther.
 
 import array
 import math

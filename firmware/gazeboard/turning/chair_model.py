@@ -1,7 +1,9 @@
-# How the chair turns, as the board believes it: the selected profile's deadband, dead time, ramp,
-# stiction and lag, stepped along with what is put out. Integers, no allocation.
+# Model of how the chair turns in the selected speed profile.
 #
-# The state is the one the chair will have when what is put out now has reached it, a dead time from
+# It has deadband, dead time, ramp, stiction and lag, and is stepped with the actual output.
+# Integers, no allocation.
+#
+# Its state is the one the chair will have when the present output takes effect, one dead time from
 # now; at() is the state that the newest heading sample shows. Rates are in 1/1024 degree/s (q10),
 # the ramp in 1/65536 degree/s, angles in 1/65536 degree (q16) within half a turn.
 

@@ -1,4 +1,4 @@
-# Feedback controllers in integers: one base, and P, PI, PD, PID selected by which gains they take.
+# Feedback controllers in integers: P, PI, PD and PID on one base, selected by their gains.
 #
 # Units: error in 1/16 degree, rate in 1/16 degree/s, output in permille of full deflection.
 # Gains are sixteenths: kp_q4 permille/degree * 16, ki_q4 permille/(degree s) * 16, kd_q4

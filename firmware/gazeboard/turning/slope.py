@@ -1,5 +1,7 @@
-# A sloping floor: it turns the chair for as long as it moves, whichever way. Learned within a turn,
-# forgotten with it: another heading slopes otherwise. Integers, no allocation.
+# Estimate of the floor's slope, which turns a moving chair in either direction.
+#
+# Learned within a turn and discarded after it, because the slope differs at another heading.
+# Integers, no allocation.
 
 from gazelink.const import const
 from gazelink.native import micropython

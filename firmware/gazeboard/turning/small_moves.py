@@ -1,6 +1,8 @@
-# Corrections from rest are small, and the model knows little of them: when the chair breaks loose,
-# what the floor does meanwhile. What the last one was to do and has done bounds how long the next
-# to that side lasts. Integers, no allocation.
+# Duration of small corrections from rest.
+#
+# The model is least accurate for them: when the chair breaks loose, and the floor's effect
+# meanwhile. The intended and the actual effect of the last one limit how long the next one to that
+# side lasts. Integers, no allocation.
 
 from gazelink.const import const
 from gazelink.native import micropython

@@ -1,6 +1,7 @@
-# How a turn is stopped fastest: full counter-deflection until the chair's ramp has gone so far the
-# other way that, let go, lag and ramp come to rest together. Says where that ends. Integers in the
-# tick; the tables are made when settings change.
+# The fastest end of a turn, and the angle at which it ends.
+#
+# Full counter-deflection until the chair's ramp has reversed so far that, after release, lag and
+# ramp come to rest together. Integers in the tick; the tables are made when settings change.
 #
 # With ramp r and rate w towards the turn's side, brake b, accelerate a, lag T:
 #   the ramp is back at zero after r / b; the rate is then z = (w - r - b T) e^(-r / (b T)) + b T;

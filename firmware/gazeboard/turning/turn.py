@@ -1,11 +1,10 @@
-# The turn controller: brings the heading to a setpoint and stops there, once and cleanly. Integers,
-# no allocation.
+# Turn controller: brings the heading to a setpoint and stops there.
 #
-# A move is full deflection, full counter-deflection, nothing. When to change over is told by the
-# chair's model, which runs a dead time ahead, and by the stop plan; the feedback controller acts on
-# what the heading seen deviates from the model's, and moves the changes accordingly. At rest, what
-# is still missing is made good by a few more moves, planned the same way (small_moves.py), with
-# what the floor does counted in (slope.py).
+# Integers, no allocation. A move is full deflection, full counter-deflection, neutral. The chair's
+# model, which runs one dead time ahead, and the stop plan determine when to switch; the feedback
+# controller acts on the deviation of the measured heading from the model's, and shifts the
+# switches. At rest, a few more moves, planned in the same manner (small_moves.py), remove the
+# remaining error, including the floor's effect (slope.py).
 
 from gazeboard.core.angle import wrapped
 from gazeboard.core.limits import HEADING_TURN_Q4_DEG

@@ -1,1 +1,1 @@
-"""What every room builds on: latest values, health, child processes, logs, the footprint."""
+"""Shared basics of every room: latest values, health, child processes, logs, the footprint."""

@@ -1,4 +1,4 @@
-"""The health of every part: starting, ok, degraded or lost, with a reason key and a line."""
+"""The health of each part: starting, ok, degraded or lost, with a reason key and a line of text."""
 
 from __future__ import annotations
 

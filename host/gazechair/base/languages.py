@@ -1,4 +1,4 @@
-"""The pages' files and the languages they speak: one file of words each."""
+"""The languages of the pages: one file of texts each."""
 
 from __future__ import annotations
 

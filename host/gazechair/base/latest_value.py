@@ -1,4 +1,4 @@
-"""A latest-value slot: the newest value wins, with its birth time; nothing is ever queued."""
+"""A latest-value slot: keeps only the newest value and its birth time; nothing is ever queued."""
 
 from __future__ import annotations
 

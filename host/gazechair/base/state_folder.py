@@ -1,4 +1,4 @@
-"""Where the host keeps what must outlast it: paired devices, certificate, speed cap."""
+"""The folder for data that survives a restart: paired devices, certificate, speed cap."""
 
 from __future__ import annotations
 

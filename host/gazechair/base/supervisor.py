@@ -1,11 +1,11 @@
-"""Child processes that own a device whose library can hang: started, watched, killed, restarted.
+"""Supervises child processes, each of which owns a device whose library can hang.
 
 A child writes records to its standard output: length of what follows (u32, little-endian), kind
 (one byte), payload. Kind "S" is a status, JSON {"state", "reason", "detail"}; kind "D" is the
-newest value. The parent keeps nothing but the newest.
+newest value. The parent keeps only the newest.
 
-A child may listen, too: what it is told comes as lines on its standard input, and only the newest
-counts. Nobody waits for a child that does not read.
+A child may also read: messages arrive as lines on its standard input, and only the newest
+counts. The parent never waits for a child that does not read.
 """
 
 from __future__ import annotations

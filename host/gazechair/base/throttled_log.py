@@ -1,4 +1,4 @@
-"""What strangers, and pages gone wild, make the host say: a flood of it does not fill the disk."""
+"""A throttled log: a flood of refusals or errors does not fill the disk."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which gazechair this is: its version and the commit it was made from."""
+"""The version of this gazechair, with the commit it was built from."""
 
 from __future__ import annotations
 

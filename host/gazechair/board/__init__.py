@@ -1,1 +1,1 @@
-"""The microcontroller as the host knows it: the serial link, its protocol, state and orders."""
+"""The host's side of the microcontroller: the serial link, its protocol, state and orders."""

@@ -1,4 +1,4 @@
-"""The values the host keeps sending: the driver's command, the clearance, the bypass."""
+"""Values that the host sends repeatedly: the driver's command, the clearance, the bypass."""
 
 from __future__ import annotations
 

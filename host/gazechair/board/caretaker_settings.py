@@ -1,4 +1,4 @@
-"""The few board settings that a caretaker may change from a phone, while driving is off."""
+"""The board settings that a caretaker may change from a phone while driving is off."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""BoardLink: the thread that keeps the board connected, in any order, for ever."""
+"""BoardLink: the thread that connects to the board and reconnects after any failure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Judges how the link to the board is, from what was heard when. Pure: times in, verdict out."""
+"""Rates the link to the board from the times at which frames arrived. Pure: no clock."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Orders on their way to the board: each repeated so that loss does not matter, never queued up."""
+"""Orders to the board: each is repeated so that loss does not matter, and never queued."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Serial ports of this machine: which may be the board, which is the lidar, which are neither."""
+"""Classifies this machine's serial ports: board, lidar or neither."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The host's side of the wire, pure: bytes and times in, bytes and events out; no I/O."""
+"""The host's side of the wire protocol. Pure: bytes and times in, bytes and events out; no I/O."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether the board monitors its safety relay: asked once a session until answered. Pure."""
+"""Whether the board monitors its safety relay: requested once a session until answered. Pure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One open serial port that never blocks: raw bytes in and out, errors as one plain line."""
+"""One open serial port that never blocks: raw bytes in and out, errors as one line of text."""
 
 from __future__ import annotations
 

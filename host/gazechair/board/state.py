@@ -1,4 +1,4 @@
-"""What the board tells: its state, its statistics, who it is. Decoded from the message table."""
+"""The board's reports, decoded from the message table: its state, statistics and identity."""
 
 from __future__ import annotations
 

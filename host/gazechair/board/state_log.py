@@ -1,4 +1,4 @@
-"""The board's story in the log: a line whenever its state, its override or its faults change."""
+"""Logs a line whenever the board's state, override or faults change."""
 
 from __future__ import annotations
 

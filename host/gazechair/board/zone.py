@@ -1,4 +1,6 @@
-"""What the board says about its stopping, direction by direction, until all is known. Pure."""
+"""Collects the stopping values that the board sends for each direction until all are known.
+Pure.
+"""
 
 from __future__ import annotations
 

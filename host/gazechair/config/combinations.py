@@ -1,4 +1,4 @@
-"""What no single setting can tell: settings of a configuration that do not go together."""
+"""Rules between settings: combinations that a configuration must not have."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Kinds of settings: which values each takes, in words; and where in a TOML file a key stands."""
+"""Rules for single settings: which values each accepts, its meaning and its place in the file."""
 
 from __future__ import annotations
 

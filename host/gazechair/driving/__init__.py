@@ -1,1 +1,1 @@
-"""From what people ask to what the board is sent: tokens, presses, the arbiter, control."""
+"""From the pages' requests to the command for the board: tokens, presses, arbiter, control."""

@@ -1,8 +1,9 @@
-"""The arbiter, pure: of all that the pages say, what the board is told. Times: monotonic seconds.
+"""The arbiter: selects from all pages' messages what the board receives. Pure.
 
-One page owns the chair at a time; a stop of any driver or caretaker wins at once (a viewer changes
-nothing). The caretaker takes over whenever he asks, a driver only from nobody. A press (edge) that
-has ended, for whatever reason, never moves the chair again: its person must press anew.
+Times are monotonic seconds. One page owns the chair at a time; a stop from any driver or caretaker
+takes effect at once (a viewer changes nothing). The caretaker may take over at any time, a driver
+only when there is no owner. A press (edge) that has ended, for any reason, never moves the chair
+again: its person must press again.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The caretaker's bypass button, pure: which press of it the board is told, and for how long."""
+"""The caretaker's bypass button: which press the board receives, and for how long. Pure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Control: joins pages, arbiter, link and error handler; the DriverPort of a running host."""
+"""Control: connects pages, arbiter, link and error handler; the DriverPort of a running host."""
 
 from __future__ import annotations
 

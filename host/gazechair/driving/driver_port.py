@@ -1,4 +1,4 @@
-"""DriverPort: all that a page's server may ask of the host, and nothing more."""
+"""DriverPort: the interface of the host for the pages' server."""
 
 from __future__ import annotations
 

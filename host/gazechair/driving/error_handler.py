@@ -1,4 +1,4 @@
-"""The error handler: everything that is wrong, folded into one level and one message for people."""
+"""The error handler: reduces all current problems to one level and one message for people."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a page may say, as types: checks one decoded JSON object completely before anything acts."""
+"""Messages from a page as types: validates each JSON object completely before anything acts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The press that moves the chair, pure: its board edge, its time to live, its end."""
+"""The press that moves the chair: its board edge, its time to live, its end. Pure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Why a page's message was not followed."""
+"""Refusal: why a page's message was not followed."""
 
 from __future__ import annotations
 

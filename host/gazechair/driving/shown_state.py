@@ -1,4 +1,4 @@
-"""The board's state as pages are told it."""
+"""The board's state as sent to the web pages."""
 
 from __future__ import annotations
 

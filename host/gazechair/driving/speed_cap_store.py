@@ -1,4 +1,4 @@
-"""The speed cap outlasts the host: a caretaker who set it need not think of it again."""
+"""Stores the speed cap, so that it survives a restart of the host."""
 
 from __future__ import annotations
 

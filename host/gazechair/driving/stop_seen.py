@@ -1,4 +1,4 @@
-"""Whether a page's stop was seen: the board itself has told, since, that it asks no motion."""
+"""Whether the board has confirmed a page's stop by reporting that no motion is requested."""
 
 from __future__ import annotations
 

@@ -1,18 +1,18 @@
 """Tokens: how the host knows, by its own clock alone, how old a page's message is.
 
-Every state carries a token, the host's clock in ms. A page echoes one with `since`, the ms its own
-clock has counted since the token arrived; `token + since` is the message's proof. Be the token
-`down` ms on its way to the page, kept there for `since`, and the answer `up` ms on its way back:
+Every state carries a token, the host's clock in ms. A page returns one with `since`, the ms its own
+clock has counted since the token arrived; `token + since` is the message's proof. Let the token
+take `down` ms to the page, stay there for `since`, and let the answer take `up` ms back:
 
-- the page spoke at token + down + since: the proof is never later than the moment it stands for,
-  so 300 ms from it (promise P3) end no later than 300 ms after the driver's last proof of holding;
-- the age that the host sees is down + up, however long the page kept the token. 100 ms each way is
-  200 ms, and leaves a proof 100 ms to live when it arrives, four repeats of a held button long.
-  Were the waiting counted too, ages would swing between 200 and 300 ms, and every second proof
-  would be refused;
-- what a stalled network held back is as old as the stall, and refused, whenever it arrives;
-- of the tokens of the last 500 ms the page uses the one that was delayed least, so that a picture
-  in the way of one state does not count against the driver.
+- the page sent at token + down + since: the proof is never later than the moment it stands for,
+  so 300 ms from it (promise P3) end no later than 300 ms after the driver's last proof of pressing;
+- the age that the host sees is down + up, however long the page kept the token. 100 ms in each
+  direction is 200 ms, and leaves a proof 100 ms to live when it arrives, four repeats of a pressed
+  button. If the waiting time counted too, ages would vary between 200 and 300 ms, and every second
+  proof would be refused;
+- a message delayed by a stalled network is as old as the stall, and refused, whenever it arrives;
+- of the tokens of the last 500 ms the page uses the least delayed one, so that a picture
+  that delays one state does not count against the driver.
 """
 
 from __future__ import annotations

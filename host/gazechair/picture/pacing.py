@@ -1,8 +1,8 @@
-"""How large a picture one viewer's link can carry without making it old. Pure: times come in.
+"""Selects how large a picture one viewer's link can carry without delay. Pure: times are passed in.
 
-A picture's journey, from its sending to its acknowledgement, is the link's own delay plus the time
-its bytes take. The smallest level shows the first part; a larger one may take BUDGET_S longer. A
-level that takes more is left, and tried again later: 5 s, then 10, 20 ... 60 s.
+A picture's transfer time, from sending to acknowledgement, is the link's own delay plus the time
+for its bytes. The smallest level shows the first part; a larger one may take BUDGET_S longer. A
+level that takes more is left, and tried again later: after 5 s, then 10, 20 ... 60 s.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Pictures made smaller for slow links, with Pillow when it is installed; each at most once."""
+"""Reduces pictures for slow links, with Pillow when it is installed; each at most once."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What surrounds the chair: the lidars, and the clearance of every motion."""
+"""The chair's surroundings: the lidars, and the clearance of every motion."""

@@ -1,1 +1,1 @@
-"""What a person runs from a terminal beside the daemon: flash, bench, calibrate, tune, doctor."""
+"""Commands that a person runs from a terminal: flash, bench, calibrate, tune, doctor."""

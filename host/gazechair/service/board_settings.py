@@ -1,4 +1,4 @@
-"""The board's settings from the command line: read, change, save; refusals in plain words."""
+"""The board's settings from the command line: read, change, save; refusals in plain language."""
 
 from __future__ import annotations
 

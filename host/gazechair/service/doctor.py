@@ -1,4 +1,4 @@
-"""The doctor: examines this machine and its devices, and says for each finding what to do."""
+"""The doctor: examines this machine and its devices, and gives an action for each finding."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The doctor's questions to the devices: starts the real parts for a moment and looks at them."""
+"""The doctor's device checks: starts the real parts briefly and reads their health."""
 
 from __future__ import annotations
 

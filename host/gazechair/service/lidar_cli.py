@@ -1,4 +1,4 @@
-"""The command line of `gazechair lidar`; what it does is in gazechair.service.lidar_tools."""
+"""The command line of `gazechair lidar`; gazechair.service.lidar_tools does the work."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`gazechair lidar mask` and `gazechair lidar record`: with the lidars themselves, no daemon."""
+"""`gazechair lidar mask` and `gazechair lidar record`: use the lidars without the daemon."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`gazechair pair`: a code for one more device, the list of devices, sending one away."""
+"""`gazechair pair`: creates a code for one more device, lists the devices, revokes one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The server of the driver's page: HTTP for files, a socket for control, one for the picture."""
+"""The web server of the pages: HTTP for files, a socket for control, one for the picture."""
 
 from gazechair.web.server import WebError, WebServer
 

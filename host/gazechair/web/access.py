@@ -1,4 +1,4 @@
-"""The host's front door: pairing desk, its side door for the command line, and the web server."""
+"""Access to the host: the pairing desk, the command line's local socket, the web server."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""JSON over HTTP: answers, refusals, and a request's body checked before anything acts."""
+"""JSON over HTTP: answers, refusals, and the validation of request bodies."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""The host's own certificate: made once by the `openssl` command, kept in the state folder.
+"""The host's own certificate, created once with the `openssl` command.
 
-A local authority signs it and its key is then thrown away: a tablet that trusts this authority
-trusts this one certificate, and nobody can ever make another. Both live 820 days, the longest that
-iOS accepts.
+It is kept in the state folder. A local authority signs it, and the authority's key is then deleted:
+a tablet that trusts this authority trusts this one certificate, and nobody can ever make another.
+Both are valid for 820 days, the longest that iOS accepts.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A plain connection with the few methods that this server uses; TlsSocket is the encrypted one."""
+"""A plain connection with the methods that this server uses; TlsSocket is the encrypted one."""
 
 from __future__ import annotations
 

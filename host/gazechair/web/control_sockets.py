@@ -1,4 +1,4 @@
-"""The control sockets of one server: who has a place, and who is sent away."""
+"""The control sockets of one server, with a connection limit per role."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pages' files: where they are, what may be served from there, and which page is whose."""
+"""The pages' files: where they are, which may be served, and which page belongs to which role."""
 
 from __future__ import annotations
 

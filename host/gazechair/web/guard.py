@@ -1,4 +1,4 @@
-"""The door: which requests reach the application at all. WSGI middleware and its pure rules."""
+"""WSGI middleware that decides which requests reach the application, by pure rules."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The web server's connections: bounded in number, time and bytes; each costs nobody else."""
+"""The web server's connections, each limited in number, time and bytes."""
 
 from __future__ import annotations
 

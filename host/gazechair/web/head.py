@@ -1,8 +1,8 @@
-"""The head of an HTTP request, strictly: linear in its length, and what nobody uses is left out.
+"""A strict parser for the head of an HTTP request, linear in its length.
 
-Only what browsers send is taken (RFC 9112): an origin-form target, lines that end in CR LF, no
-folded header. The application sees the headers listed here and no others, so that no library ever
-parses a header that a stranger made up.
+It accepts only what browsers send (RFC 9112): an origin-form target, lines that end in CR LF, no
+folded header. The application sees only the headers listed here, so that no library ever parses a
+header that a stranger made up.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""What a tablet need not load: comments and indentation of the pages' own files.
+"""Removes comments and indentation from the pages' files, so that a tablet loads less.
 
-Scripts stay as people wrote them, line for line: an error's line number is still right.
+Scripts keep their lines, so an error's line number is still right.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""This machine's names and addresses: for Host check, certificate and the address shown."""
+"""This machine's names and addresses, for the Host check, the certificate and the address shown."""
 
 from __future__ import annotations
 

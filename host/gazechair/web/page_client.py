@@ -1,4 +1,4 @@
-"""One page on a control socket: its messages go straight to the driver port, states go back."""
+"""One page on a control socket: passes its messages to the driver port, and states back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""HTTP of pairing: a code for a cookie, who am I, and the caretaker's list of devices."""
+"""HTTP routes of pairing: a code for a cookie, the device's own role, the list of devices."""
 
 from __future__ import annotations
 

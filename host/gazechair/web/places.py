@@ -1,9 +1,9 @@
-"""Connections that are open, and who must go when there are too many or they take too long.
+"""Limits for open connections: which one closes when there are too many or they take too long.
 
-A connection is new until it has become a socket of a paired device. New ones always get in: when
-too many are new, the one that has been new longest goes, first of the same address. So nobody can
-fill the house before a driver comes to the door; and 10 s are enough for any request, so that idle
-connections, half an encryption handshake or a header that never ends cost nobody anything.
+A connection is new until it has become a socket of a paired device. A new one is always accepted:
+when too many are new, the oldest new one closes, from the same address first. So strangers cannot
+exhaust the connection limit before a driver connects. 10 s are enough for any request, so that idle
+connections, half an encryption handshake or an endless header cost nobody anything.
 """
 
 from __future__ import annotations

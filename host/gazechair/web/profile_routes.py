@@ -1,4 +1,4 @@
-"""HTTP of the profiles: who drives, and each person's own times and looks."""
+"""HTTP routes of the profiles: who drives, and each person's own times and display."""
 
 from __future__ import annotations
 

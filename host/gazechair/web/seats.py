@@ -1,7 +1,7 @@
-"""Who makes way when a role's seats are taken: no device keeps its like out. Pure.
+"""Which connection closes when a role's connections are used up. Pure.
 
-One device has at most one seat fewer than there are. When all are taken, who comes gets a seat of a
-device that has at least two more; the page that drives is never moved by another device.
+One device has at most one connection fewer than the limit. When all are used, a new device gets one
+from a device that has at least two more; another device never closes the page that drives.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The web server: Flask and flask-sock behind a strict door; one thread per connection."""
+"""The web server: Flask and flask-sock behind strict middleware, one thread per connection."""
 
 from __future__ import annotations
 

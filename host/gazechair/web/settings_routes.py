@@ -1,4 +1,4 @@
-"""HTTP of the board's settings: a caretaker reads and changes the few that are his."""
+"""HTTP routes of the board's settings that a caretaker may read and change."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""What a WebSocket has here beyond its library, flask-sock: bounds, whole sends, no more threads.
+"""WebSocket limits beyond the library flask-sock: bounds, complete sends, no extra threads.
 
-The library speaks the protocol (RFC 6455), without extensions. Whatever arrives counts, pings and
-empty fragments and single bytes too: who sends more than a page ever does is cut off, which stops
-what it commanded.
+The library implements the protocol (RFC 6455), without extensions. Everything that arrives counts,
+also pings, empty fragments and single bytes: a page that sends more than a page ever needs is
+disconnected, which stops what it commanded.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """An encrypted connection that one thread may read while another writes.
 
 OpenSSL allows one thread at a time on a connection, and ssl.SSLSocket waits for the network inside
-it. Here encryption works in memory, under a lock held for microseconds; waiting happens outside.
+it. Here encryption works in memory, under a lock that lasts microseconds; waiting happens outside.
 """
 
 from __future__ import annotations

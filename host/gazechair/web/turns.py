@@ -1,9 +1,9 @@
-"""Turns at the processor: what strangers ask for never keeps the chair's own threads waiting.
+"""Processor turns: requests from strangers never delay the chair's own threads.
 
 Python runs one thread at a time. So strangers, and the requests of each role, take turns: a few at
-once, and in the long run no more than a share of one processor. Waiting for the network takes no
-turn. Each piece of work is billed with the processor time that it took, so the share holds on a
-slow computer and for the dearest request.
+once, and on average no more than a share of one processor. Waiting for the network takes no
+turn. Each piece of work is charged the processor time that it used, so the share is kept on a
+slow computer and for the most expensive request.
 """
 
 from __future__ import annotations

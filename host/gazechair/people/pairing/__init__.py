@@ -1,4 +1,4 @@
-"""Who may talk to this chair: one-time codes, paired devices, their roles and their revocation."""
+"""Pairing: one-time codes, paired devices, their roles and their revocation."""
 
 from gazechair.people.pairing.desk import Paired, PairingDesk, Rejected
 from gazechair.people.pairing.store import Device, StoreError

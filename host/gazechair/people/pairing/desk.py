@@ -1,4 +1,4 @@
-"""The pairing desk: codes in, tokens out; whose token it is; and who is sent away."""
+"""The pairing desk: exchanges codes for tokens, identifies a token's device, revokes devices."""
 
 from __future__ import annotations
 

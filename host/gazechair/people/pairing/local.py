@@ -1,7 +1,8 @@
-"""The running daemon's side door: a unix socket in the state folder, for its own user only.
+"""The daemon's local socket for the command line: a unix socket in the state folder.
 
-One request a connection, one line of JSON each way: {"ask": "code", "role", "valid_s"},
-{"ask": "open", "code"}, {"ask": "list"} or {"ask": "revoke", "id"}.
+Only the daemon's own user may use it. One request per connection, one line of JSON in each
+direction: {"ask": "code", "role", "valid_s"}, {"ask": "open", "code"}, {"ask": "list"} or
+{"ask": "revoke", "id"}.
 """
 
 from __future__ import annotations

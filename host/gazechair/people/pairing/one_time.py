@@ -1,4 +1,4 @@
-"""One-time codes: short enough to type with the eyes, worthless after one use or a few minutes."""
+"""One-time codes: short enough to type with the eyes, invalid after one use or a few minutes."""
 
 from __future__ import annotations
 

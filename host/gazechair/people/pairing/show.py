@@ -1,4 +1,4 @@
-"""What a terminal shows of pairing: a code with its address and QR, the list of devices."""
+"""Terminal output of pairing: a code with its address and QR code, the list of devices."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who drives: each person's own times, looks and language, kept on the host."""
+"""Driver profiles: each person's own times, display and language, stored on the host."""
 
 from gazechair.people.profiles.fields import ProfileRefused, fields
 from gazechair.people.profiles.house import house_fields

@@ -1,7 +1,7 @@
-"""What a profile holds: one table of fields with limits, and the check of every value.
+"""The fields of a profile: one table with limits, and the check of every value.
 
-The limits and defaults are those of gaze driving elsewhere (Eyedrivomatic, Microsoft's gaze
-library, Tobii): starting points, to be tuned with the person.
+The limits and defaults are those of other gaze-driving projects (Eyedrivomatic, Microsoft's gaze
+library, Tobii): starting points, to be adjusted with the person.
 """
 
 from __future__ import annotations

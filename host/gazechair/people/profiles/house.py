@@ -1,4 +1,4 @@
-"""The fields of this house: its languages, and the defaults of its configuration."""
+"""Profile fields that depend on this installation: its languages and configured defaults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The profiles on disk: one JSON file, replaced as a whole; what is damaged is kept aside."""
+"""The profiles on disk: one JSON file, replaced as a whole; a damaged one is kept as a copy."""
 
 from __future__ import annotations
 

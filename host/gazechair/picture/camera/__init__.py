@@ -1,4 +1,4 @@
-"""The camera: a child process that reads the stream, and its newest picture."""
+"""The camera: a child process that reads the stream and delivers its newest picture."""
 
 from gazechair.picture.camera.record import Frame
 from gazechair.picture.camera.service import CameraService

@@ -1,4 +1,4 @@
-"""The camera's child process: reads the camera and hands on its newest picture only."""
+"""The camera's child process: reads the camera and forwards only its newest picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a camera that can't be used raises."""
+"""Raised when a camera cannot be opened or read."""
 
 
 class CameraError(Exception):

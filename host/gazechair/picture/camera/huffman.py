@@ -1,6 +1,6 @@
-"""The Huffman tables that many USB cameras leave out of their Motion-JPEG, and browsers need.
+"""The Huffman tables that browsers need and many USB cameras omit from their Motion-JPEG.
 
-Source: ITU-T T.81 annex K.3, the typical tables, which Motion-JPEG takes for granted.
+Source: ITU-T T.81 annex K.3, the typical tables, which Motion-JPEG assumes.
 """
 
 from __future__ import annotations

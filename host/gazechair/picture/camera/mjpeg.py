@@ -1,4 +1,4 @@
-"""Cut an MJPEG stream (multipart/x-mixed-replace) into pictures. Pure, bounded, no I/O."""
+"""Cuts an MJPEG stream (multipart/x-mixed-replace) into pictures. Pure, bounded, no I/O."""
 
 from __future__ import annotations
 

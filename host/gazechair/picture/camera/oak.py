@@ -1,4 +1,4 @@
-"""A Luxonis OAK camera: the JPEGs its own encoder makes (extra "oak", depthai 3)."""
+"""A Luxonis OAK camera: JPEGs from its own encoder (extra "oak", depthai 3)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the camera's child process hands to the daemon: a picture and when it was taken."""
+"""The record that the camera's child process sends to the daemon: a picture and its time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The camera's part in the daemon: watches the child process and keeps the newest picture."""
+"""The camera's part of the daemon: supervises the child process and keeps the newest picture."""
 
 from __future__ import annotations
 

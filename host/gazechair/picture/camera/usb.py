@@ -1,4 +1,4 @@
-"""A USB webcam: the JPEGs it makes itself, as they come."""
+"""A USB webcam: forwards the JPEGs that it makes itself."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """A Video4Linux camera that makes its own JPEGs: ioctls and mapped buffers, nothing else.
 
-Source of numbers and layouts: linux/videodev2.h on 64-bit machines (a test asks the compiler).
+Source of numbers and layouts: linux/videodev2.h on 64-bit machines (a test checks with the
+compiler).
 """
 
 from __future__ import annotations

@@ -1,16 +1,15 @@
-"""How far the chair may travel while it turns: for each place round it, looked up in tables.
+"""How far the chair may travel while it turns: a table look-up for each point around it.
 
-A chair that drives and turns at once follows no known curve: its two axes start and stop in their
-own time, and each brakes its own way. So no curve is judged but all of them: while the chair turns
-by up to some angle and travels by up to some length, either first or both at once, which places
-may its footprint reach? The tables hold, for each cell of the floor, the shortest travel that
-reaches it (see gazelink.arcs for the rows). They are made once from the footprint; a view then
-costs a look-up per point.
+A chair that drives and turns at once follows no known curve: its two axes start, stop and brake
+independently. So the check covers all curves: while the chair turns by up to some angle and travels
+by up to some length, either first or both at once, which places may its footprint reach? The
+tables hold, for each cell of the floor, the shortest travel that reaches it (see gazelink.arcs for
+the rows). They are computed once from the footprint; a view then costs a look-up per point.
 
-At a heading of t the drive axle may stand wherever a travel of that length, in directions between
+At a heading of t the drive axle may be wherever a travel of that length, in directions between
 0 and t, leads: the footprint grown by that sector. Sector and footprint are bounded by the half
-planes of a few normals, never from within, and the footprint is grown by what a cell and a step of
-the angle leave open, less the margin that is there anyway: a cell's value is never too long for
+planes of a few normals, never too small, and the footprint is grown by the error of a cell and of a
+step of the angle, less the existing margin: a cell's value is never too long for
 anything within the bare outline, nor by more than a cell within its margin.
 """
 

@@ -1,4 +1,4 @@
-"""What all lidars' views together leave free: the content of outgoing.Clearance."""
+"""Combines the views of all lidars into one clearance: the content of board_commands.Clearance."""
 
 from __future__ import annotations
 

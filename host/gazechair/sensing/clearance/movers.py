@@ -1,12 +1,12 @@
-"""What comes towards the chair by itself: people. Their way during our braking is taken off ours.
+"""Detects objects that approach the chair, such as people.
 
-A stop distance reckons with things that stand. Someone who walks on goes on walking while the chair
-stops, so what he will have walked by then must count as taken.
+A stop distance assumes standing objects. A person who walks continues to walk while the chair
+stops, so the distance walked until then is subtracted from the clearance.
 
-The view of 0.2 s ago, moved as the chair has moved since, should be the view of now. How the chair
-has moved is what makes the two agree best (least squares over forward speed and turn rate, outliers
-weighted down: most of what stands round a chair does stand). What is then nearer than it should be,
-over at least three degrees, comes by itself.
+The view of 0.2 s ago, moved as the chair has moved since, should equal the present view. The
+chair's motion is the one for which the two agree best (least squares over forward speed and turn
+rate, outliers weighted down: most objects around a chair do stand). Whatever is then nearer than it
+should be, over at least three degrees, approaches by itself.
 """
 
 from __future__ import annotations

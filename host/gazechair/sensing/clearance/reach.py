@@ -1,7 +1,7 @@
-"""One lidar's word on how far each motion may go: its newest view, cleaned, against the footprint.
+"""How far each motion may go by one lidar: its newest view, filtered, against the footprint.
 
-Within the stop zone a single beam is trusted. Beyond it an obstacle needs two neighbouring beams,
-or the same place in two turns: a speckle far ahead slows nothing.
+Within the stop zone a single beam counts. Beyond it an obstacle needs two neighbouring beams,
+or the same place in two turns: an isolated return far ahead slows nothing.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The clearance as pages are told it."""
+"""The clearance as sent to the web pages."""
 
 from __future__ import annotations
 

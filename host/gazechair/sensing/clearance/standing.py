@@ -1,12 +1,12 @@
-"""What stands in the way and may be a person: the chair nears it only so fast that it can still
-stop before him should he start to walk towards it.
+"""Limits the approach to objects that may be a standing person.
 
-A walker is recognised by his walking (`movers`). Someone who stands looks like a pot or a stool,
-and when he starts, half a metre before a chair in motion, recognising him is too late. So whatever
-stands free and is as wide as a person is taken for one: the way to it is cut to what the board
-needs to see in order to be slow enough. With the default settings that stops the chair some 0.7 m
-before it. What has not moved for ten seconds before a standing chair is furniture after all: the
-chair may creep up to it.
+The chair must still be able to stop when the person starts to walk towards it. A walker is
+recognised by motion (`movers`). A standing person looks like a pot or a stool, and when they start
+half a metre in front of a moving chair, recognition comes too late. So every free-standing object
+as wide as a person is treated as one: the distance to it is cut to what the board needs in order to
+be slow enough. With the default settings that stops the chair some 0.7 m before it. An object that
+has not moved for ten seconds in front of a standing chair counts as furniture: the chair may creep
+up to it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Range noise: beams that hit the same surface are averaged; a beam on its own stays as it is.
+"""Filters range noise: averages beams on the same surface, and leaves an isolated beam unchanged.
 
 A sigma filter over the neighbouring beams: each range becomes the mean of those near it that differ
 by less than five times the noise. The noise is measured in each scan, so a quiet lidar keeps its

@@ -1,13 +1,13 @@
 """How far each motion may go until the footprint touches a point: exact, for many points at once.
 
-The chair stands still here and the points move: forward lets them come straight towards it, a turn
-about the drive axle lets them circle the other way round.
+Here the chair stands still and the points move: in a forward motion they come straight towards it,
+in a turn about the drive axle they circle in the opposite direction.
 
 A point outside the grown footprint is touched when its path first enters it. A point already
-within the margin (something came close, or the chair was pushed) must neither be pressed nor keep
-the chair prisoner: if its path leads into the bare body before it leaves the margin, the way to the
-body is all there is; if it leads out, only its coming back counts. Of a point within the bare body
-itself (a hand, a bag) a motion that takes the point deeper has no way to go (0).
+within the margin (something came close, or the chair was pushed) does not block a motion that leads
+away from it, and does not permit contact: if its path leads into the bare body before it leaves the
+margin, only the distance to the body is left; if it leads out, only its return counts. For a point
+within the bare body itself (a hand, a bag) a motion that takes the point deeper has clearance 0.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which part of each motion's sweep is looked at by any lidar: seen, gone blind, or never seen."""
+"""Whether the lidars see each part of a motion's sweep: seen, blind, or never seen."""
 
 from __future__ import annotations
 

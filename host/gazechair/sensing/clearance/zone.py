@@ -1,7 +1,8 @@
-"""What stopping takes, as the board says it. Nothing here knows how a chair brakes.
+"""The chair's stopping distances and times as sent by the board.
 
-The board has the formulas and the settings; the host looks up what it says. As long as it has said
-nothing, stopping takes for ever: everything seen counts, and who may be a person is not neared.
+The board has the formulas and the settings; the host only looks the values up. Until the board has
+sent them, the stopping time is infinite: every beam counts, and the chair does not approach
+anything that may be a person.
 """
 
 from __future__ import annotations

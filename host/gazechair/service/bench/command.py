@@ -1,4 +1,4 @@
-"""The whole of `gazechair bench`: what is on the bus, what it reads, and the sweep if allowed."""
+"""Runs `gazechair bench`: lists the bus, reads the devices, and sweeps if allowed."""
 
 from __future__ import annotations
 

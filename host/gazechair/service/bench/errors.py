@@ -1,4 +1,4 @@
-"""What the bench may end with."""
+"""Errors of the bench."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The BNO055 on a bench, through Adafruit's driver: heading, gyro and calibration."""
+"""The BNO055 on the bench, through Adafruit's driver: heading, gyro and calibration."""
 
 from __future__ import annotations
 

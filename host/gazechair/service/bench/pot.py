@@ -1,4 +1,4 @@
-"""The AD5282 on a bench: reads both wipers back, and sweeps them over the joystick's range."""
+"""The AD5282 on the bench: reads both wipers back, and sweeps them over the joystick's range."""
 
 from __future__ import annotations
 

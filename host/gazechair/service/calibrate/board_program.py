@@ -1,4 +1,4 @@
-"""Runs on the board, in MicroPython: the BNO055 through Adafruit's driver, a line of JSON each."""
+"""Runs on the board, in MicroPython: prints the BNO055's data from Adafruit's driver as JSON."""
 
 import json
 import select

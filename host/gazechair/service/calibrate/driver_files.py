@@ -1,4 +1,4 @@
-"""What the calibration puts on the board: Adafruit's driver as installed here, and our program."""
+"""Files that the calibration puts on the board: Adafruit's installed driver, and the program."""
 
 from __future__ import annotations
 

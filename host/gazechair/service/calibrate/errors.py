@@ -1,4 +1,4 @@
-"""What a calibration may end with."""
+"""Errors of a calibration."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`gazechair calibrate heading`: the BNO055 on the board, through Adafruit's driver, and kept."""
+"""`gazechair calibrate heading`: calibrates the BNO055 on the board and stores the result."""
 
 from __future__ import annotations
 

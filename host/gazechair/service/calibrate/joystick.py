@@ -1,4 +1,4 @@
-"""`gazechair calibrate joystick`: neutral is where a meter at the unplugged DB9 says so."""
+"""`gazechair calibrate joystick`: sets neutral with a meter at the unplugged DB9."""
 
 from __future__ import annotations
 

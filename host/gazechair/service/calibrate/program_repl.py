@@ -1,4 +1,4 @@
-"""A board's REPL that runs a program and hands on each line while it prints."""
+"""A board's REPL that runs a program and forwards each line it prints."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`gazechair flash`: puts the firmware on the board, so that it always has a whole one."""
+"""`gazechair flash`: installs the firmware so that the board always has a complete one."""
 
 from gazechair.service.flash.command import Flasher
 from gazechair.service.flash.errors import FlashError

@@ -1,4 +1,4 @@
-"""What flashing needs of a board in its REPL: facts, files, a reset."""
+"""A board's REPL as flashing needs it: facts, files, a reset."""
 
 from __future__ import annotations
 

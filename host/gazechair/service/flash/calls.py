@@ -1,12 +1,12 @@
-"""The firmware's texts with calls made short, as a compiler would.
+"""Optimises method calls in the firmware's source, as a compiler would.
 
 On the board a method is looked up by name at each call: first among the attributes of the object,
-then in its class. That takes longer than the call. So what can be resolved beforehand is:
+then in its class. That takes longer than the call. So this resolves what it can in advance:
 
 - `self._method(...)`, where no other class inherits it, becomes a call of the plain function;
 - functions of one expression, `min`, `max` and `abs` become that expression.
 
-Lines keep their numbers. Nothing is done where it could change what the code means.
+Lines keep their numbers. Nothing is changed where it could alter the meaning of the code.
 """
 
 from __future__ import annotations

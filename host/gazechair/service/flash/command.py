@@ -1,4 +1,4 @@
-"""The whole of `gazechair flash`: finds the board, updates it, proves that it runs or goes back."""
+"""Runs `gazechair flash`: finds the board, updates it, verifies that it runs, or rolls back."""
 
 from __future__ import annotations
 

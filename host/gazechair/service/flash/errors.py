@@ -1,4 +1,4 @@
-"""What flashing may end with."""
+"""Errors of flashing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Talks with a running firmware in the frozen messages that every version understands."""
+"""Contacts a running firmware with the frozen messages that every version understands."""
 
 from __future__ import annotations
 

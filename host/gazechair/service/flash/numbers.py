@@ -1,7 +1,7 @@
-"""The firmware's texts with the numbers of its tables put in, as a compiler would.
+"""Replaces table numbers by their values in the firmware's source, as a compiler would.
 
-Looking a number up in its module takes the board longer than most things that are done with it: the
-tick runs a tenth fewer instructions without.
+The board needs longer to look a number up in its module than for most operations with it: without
+the look-ups the tick runs a tenth fewer instructions.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A board in MicroPython's REPL, through mpremote's library."""
+"""A board in MicroPython's REPL, through the mpremote library."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Places in a program's text to be replaced, and which functions the board compiles."""
+"""Spans of source text to be replaced, and the functions that the board compiles."""
 
 from __future__ import annotations
 

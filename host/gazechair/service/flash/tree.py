@@ -1,8 +1,8 @@
-"""What is flashed: the firmware's files under one folder named after their content, and main.py.
+"""The installed firmware: its files in one folder named after their content, and main.py.
 
-The board's main.py names its folder. So a new firmware is copied beside the running one, and the
-rename of main.py alone changes from the one to the other: a plug pulled at any moment leaves a
-board that starts one of both.
+The board's main.py names its folder. So a new firmware is copied next to the running one, and only
+the rename of main.py switches between them: if the plug is pulled at any moment, the board starts
+one of the two.
 """
 
 from __future__ import annotations
