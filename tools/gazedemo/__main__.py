@@ -1,103 +1,19 @@
-"""`tools/demo` inside the venv: starts everything, prints the page's address, ends everything.
-
-Ctrl-C, TERM and HUP end it in order.
-
-With --check it drives the chair through the page in a real Chromium instead, prints one JSON line
-of figures and exits 0, or 1 with the step that failed.
-"""
+"""`tools/demo` inside the venv; `gazechair demo` is the same."""
 
 from __future__ import annotations
 
 import argparse
-import contextlib
-import json
-import os
 import sys
-import time
-import webbrowser
 
-import gazesetup
-from gazedemo import ending, pairing
 from gazedemo.command import add_options
-from gazedemo.stack import Stack, StackError
-
-_CPYTHON = "cpython"
+from gazedemo.demo import demo
 
 
 def main() -> int:
-    """Returns the exit code: 0 ended as asked, 1 a step of the check failed, 2 can't start."""
-    parser = argparse.ArgumentParser(prog="tools/demo", description=__doc__)
+    """The exit code of the demo."""
+    parser = argparse.ArgumentParser(prog="tools/demo", description="A simulated chair to drive.")
     add_options(parser)
     return demo(parser.parse_args())
-
-
-def demo(arguments: argparse.Namespace) -> int:
-    """Run the demo, or its check; the exit code as of main()."""
-    ending.listen()
-    try:
-        if arguments.check:
-            return _check(arguments)
-        return _show(arguments)
-    except (gazesetup.NotAvailable, StackError) as error:
-        print(f"tools/demo: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        ending.enough()
-        with contextlib.suppress(OSError):  # the terminal may have gone
-            print("\nended", flush=True)
-        return 0
-
-
-def _interpreter() -> str:
-    """A MicroPython's path, or CPython, said aloud."""
-    try:
-        found = gazesetup.ensure_micropython()
-    except gazesetup.NotAvailable as error:
-        gazesetup.note(f"no MicroPython: {error}")
-        gazesetup.note("the firmware runs on CPython instead: same files, for this demo only")
-        return _CPYTHON
-    gazesetup.note(found.description)
-    return str(found.path)
-
-
-def _show(arguments: argparse.Namespace) -> int:
-    with Stack(_interpreter(), arguments.room, arguments.profile, arguments.port) as stack:
-        address = stack.invitation()
-        print(
-            f"\nThe driver's page: {address}\n"
-            "Press and hold 'Rijden aan', then hold Vooruit, Links or Rechts with the mouse, "
-            "a finger or the arrow keys; or let the pointer rest on a button.\n"
-            "Ctrl-C ends everything.",
-            flush=True,
-        )
-        if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
-            webbrowser.open(address)
-        while True:
-            stack.check_alive()
-            if not pairing.is_open(stack.state_folder, address):
-                address = stack.invitation()
-                print(f"For one more browser: {address}", flush=True)
-            time.sleep(0.5)
-
-
-def _check(arguments: argparse.Namespace) -> int:
-    from gazedemo.check import CheckFailed, check
-
-    chromium = gazesetup.ensure_chromium()
-    start_s = time.monotonic()
-    with Stack(_interpreter(), arguments.room, arguments.profile) as stack:
-        figures: dict[str, object] = {"ready_s": round(time.monotonic() - start_s, 1)}
-        code = 0
-        with gazesetup.say("driving through the page"):
-            try:
-                figures |= check(stack, chromium, arguments.artefacts)
-                figures["passed"] = True
-            except CheckFailed as error:
-                figures |= {"passed": False, "failed": str(error)}
-                code = 1
-                sys.stderr.write(stack.log("host")[-2000:])
-    print(json.dumps(figures), flush=True)
-    return code
 
 
 if __name__ == "__main__":

@@ -34,6 +34,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _demo(options: argparse.Namespace) -> int:
-    from gazedemo.__main__ import demo
+    from gazedemo.demo import demo
 
     return demo(options)

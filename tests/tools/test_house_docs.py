@@ -1,0 +1,46 @@
+"""The pages made from the code are up to date, and say something of every limit."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from gazehouse import __main__ as command
+from gazehouse import numbers
+
+# What bounds the settings table and what only tests hold against the rest: no module reads it.
+NOT_READ = {"TILT_MS", "OBEYS_MS", "STEP_FORWARD_MAX_MS", "STEP_TURN_MAX_MS"}
+
+
+@pytest.mark.parametrize("document", command.PAGES, ids=lambda path: path.name)
+def test_the_page_is_as_the_code_says(document) -> None:  # type: ignore[no-untyped-def]
+    assert document.read_text() == command.PAGES[document](), "stale: run tools/docs"
+
+
+def test_every_limit_is_enforced_somewhere() -> None:
+    code = numbers.Mentions("firmware/**/*.py", "host/**/*.py")
+    home = numbers.ROOT / "firmware" / "gazeboard" / "core" / "limits.py"
+    unread = {limit.name for limit in numbers.limits() if not code.of(limit.name, [home])}
+    assert unread == NOT_READ
+
+
+def test_what_no_module_reads_is_held_by_a_test() -> None:
+    tests = numbers.Mentions("tests/**/*.py")
+    assert [name for name in sorted(NOT_READ) if not tests.of(name)] == []
+
+
+def test_a_comment_beside_or_above_is_the_meaning() -> None:
+    found = {limit.name: limit.meaning for limit in numbers.limits()}
+    assert found["HOST_SILENT_MS"] == "P2 neutral"
+    assert found["OUTERMOST_MM"].startswith("a turn's creep")
+
+
+def test_every_path_in_the_architecture_exists() -> None:
+    text = (numbers.ROOT / "docs" / "architecture.md").read_text()
+    rows = [line for line in text.partition("## Where is")[2].splitlines() if "?" in line]
+    assert len(rows) >= 20
+    for row in rows:
+        paths = re.findall(r"`([\w/.-]+(?:\.\w+|/\w+))`", row.split("|")[2])
+        assert paths or "entry point" in row, row
+        assert [path for path in paths if "/" in path and not (numbers.ROOT / path).exists()] == []
