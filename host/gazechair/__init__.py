@@ -2,5 +2,5 @@
 
 import logging
 
-# Commands print what is asked of them; only the daemon shows what its parts log.
+# Commands print their results; only the daemon shows what its parts log.
 logging.getLogger(__name__).addHandler(logging.NullHandler())

@@ -35,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 class _Version(argparse.Action):
-    # Only who asks waits for git.
+    # Wait for git only when somebody needs the version.
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         print(f"gazechair {version()}")
         parser.exit()
@@ -114,7 +114,7 @@ def _parser() -> argparse.ArgumentParser:
     for added in sorted(entry_points(group=_COMMANDS), key=lambda entry: entry.name):
         try:
             added.load()(commands)
-        except Exception as error:  # a stranger's code; the other commands go on
+        except Exception as error:  # code from outside; the other commands continue
             _refuse(f"the command {added.name} of {added.value} cannot be loaded: {error}")
     return parser
 

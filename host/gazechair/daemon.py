@@ -75,7 +75,7 @@ class Daemon:
     def start(self) -> None:
         """Start every part. Raises gazechair.web.WebError when the page cannot be served.
 
-        Any other part that fails to start is a health state, and the rest goes on.
+        Any other part that fails to start is a health state, and the rest continues.
         """
         self._running = True
         web = self._config.web

@@ -27,7 +27,7 @@ _TOUCH_M = 1e-9
 
 
 def why_not(corners: Sequence[Corner]) -> str:
-    """What speaks against `corners` as an outline, in words after "must"; "" for nothing."""
+    """Why `corners` cannot be an outline, as the text after "must"; "" if they can."""
     if not 3 <= len(corners) <= MAX_CORNERS:
         return f"have 3..{MAX_CORNERS} corners, not {len(corners)}"
     for x, y in corners:
@@ -58,10 +58,10 @@ class Margins:
 
 
 class Footprint:
-    """Outline and margins. `body` is the bare polygon, `parts` together are the polygon grown.
+    """Outline and margins. `body` is the bare polygon; the union of `parts` is the polygon grown.
 
-    Grown = Minkowski sum with the box of the margins: what touches it is within the margin of the
-    body, ahead, behind or beside. A convex outline grows to one convex part; any other one to
+    Grown = Minkowski sum with the box of the margins: a point in it is within the margin of the
+    body, ahead, behind or at a side. A convex outline grows to one convex part; any other one to
     itself and one convex part for each side. Raises ValueError for no outline (see `why_not`).
     """
 
@@ -96,7 +96,7 @@ class Footprint:
         self.half_width_m = float(np.abs(every[:, 1]).max())
 
     def contains(self, points_m: FloatArray) -> BoolArray:
-        """Which of the (N, 2) points lie within the grown footprint."""
+        """Which of the (N, 2) points are within the grown footprint."""
         found = np.zeros(len(points_m), dtype=np.bool_)
         for part in self.parts:
             found |= inside(part, points_m)
@@ -104,7 +104,7 @@ class Footprint:
 
 
 def inside(polygon: FloatArray, points_m: FloatArray) -> BoolArray:
-    """Which of the (N, 2) points lie within a simple polygon: even-odd rule."""
+    """Which of the (N, 2) points are within a simple polygon: even-odd rule."""
     x, y = points_m[:, 0], points_m[:, 1]
     found = np.zeros(len(points_m), dtype=np.bool_)
     for (ax, ay), (bx, by) in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):

@@ -50,7 +50,7 @@ class Health:
         self._now = HealthState(STARTING, f"{name}_starting", "", clock())
 
     def set(self, state: str, reason: str = "ok", detail: str = "") -> None:
-        """Say how the part is; repeating it is free. Raises ValueError on an unknown state."""
+        """Report the part's state; repeating it is free. Raises ValueError on an unknown state."""
         if state not in STATES:
             raise ValueError(f"health state {state!r} is none of {', '.join(STATES)}")
         with self._lock:
@@ -76,7 +76,7 @@ class Health:
 
     @property
     def reason(self) -> str:
-        """The reason key, "ok" when there is nothing to say."""
+        """The reason key, "ok" when there is nothing to report."""
         return self._now.reason
 
     @property

@@ -8,9 +8,9 @@ from pathlib import Path
 
 
 def web_folder() -> Path:
-    """The folder of index.html: package `gazeweb` when installed, else web/ beside host/.
+    """The folder of index.html: package `gazeweb` when installed, else web/ next to host/.
 
-    Raises FileNotFoundError with what to do when neither is there.
+    Raises FileNotFoundError with what to do when neither exists.
     """
     try:
         package = importlib.import_module("gazeweb")

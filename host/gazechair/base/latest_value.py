@@ -24,7 +24,7 @@ class Entry(Generic[T]):
 
 
 class Latest(Generic[T]):
-    """Holds the newest value put by any thread; readers may poll it or wait for a newer one."""
+    """Keeps the newest value put by any thread; readers may poll it or wait for a newer one."""
 
     def __init__(self, clock: Clock = time.monotonic) -> None:
         self._clock = clock
@@ -42,7 +42,7 @@ class Latest(Generic[T]):
             return self._version
 
     def clear(self) -> None:
-        """Empty the slot, as before the first put; versions go on counting."""
+        """Empty the slot, as before the first put; versions continue to count."""
         with self._changed:
             self._entry = None
 

@@ -106,8 +106,8 @@ class Supervisor:
     """Runs `python -m module argument` for as long as it is started.
 
     `on_data` gets the newest value, `on_status` every change, both on the supervisor's thread. A
-    child that says nothing for `silent_s` (`start_s` before its first value) is killed; one that
-    ended is started again after 0.25 s, doubling up to 4 s until it delivers for 10 s.
+    child that sends nothing for `silent_s` (`start_s` before its first value) is killed; one that
+    ended is restarted after 0.25 s, doubling up to 4 s until it delivers for 10 s.
     """
 
     def __init__(

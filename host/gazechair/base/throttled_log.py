@@ -14,7 +14,7 @@ _BURST = 20
 
 
 class ThrottledLog:
-    """A logger's lines: 20 at once, then one in 5 s, which tells how many were left out."""
+    """A logger's lines: 20 at once, then one in 5 s, with the number of omitted lines."""
 
     def __init__(self, log: logging.Logger, clock: Clock = time.monotonic) -> None:
         self._log = log

@@ -13,7 +13,7 @@ _GIT_S = 5.0
 
 
 def version() -> str:
-    """As "0.1.0 (commit 1a2b3c4d5e6f)"; a checkout with changes of its own says so."""
+    """As "0.1.0 (commit 1a2b3c4d5e6f)"; marks a checkout with uncommitted changes."""
     return f"{'.'.join(map(str, VERSION))} (commit {_commit()})"
 
 

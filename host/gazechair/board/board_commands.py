@@ -14,7 +14,7 @@ _U16 = 65535
 
 @dataclass(frozen=True)
 class Command:
-    """What the driver asks for, from the press to its last proof of holding."""
+    """The driver's command, from the press to its last proof that it is active."""
 
     verb: int
     mode: int
@@ -59,7 +59,7 @@ class Clearance:
     """What the newest scans leave free; see gazelink.messages.CLEARANCE."""
 
     blocked: int
-    """A bit per direction, codes.DIR_FORWARD ...: blocked, whatever the distances say."""
+    """A bit per direction, codes.DIR_FORWARD ...: blocked, whatever the distances are."""
     source: int
     """codes.REAL, SIMULATED or REPLAYED."""
     acquired_s: float
@@ -95,7 +95,7 @@ class Clearance:
 
 @dataclass(frozen=True)
 class Bypass:
-    """The caretaker's held button: creep past an obstacle is allowed while it is held."""
+    """The caretaker's bypass button: creep past an obstacle is allowed while it is pressed."""
 
     number: int
     """1..255, another one with each new press."""

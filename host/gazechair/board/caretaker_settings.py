@@ -53,7 +53,7 @@ class CaretakerSettings:
             return self._read()
 
     def change(self, wishes: dict[str, Any]) -> dict[str, Any]:
-        """Put all `wishes` {name: whole number} in force and save them; as read().
+        """Set all `wishes` {name: whole number} and save them; returns as read().
 
         Everything is checked before anything changes. Raises SettingsRefused.
         """

@@ -36,7 +36,7 @@ _MAX_WAIT_S = 0.05
 
 log = logging.getLogger(__name__)
 
-# Reasons of a board that says its last words over and over, instead of beginning a session.
+# Reasons of a board that repeats its last message instead of beginning a session.
 _DOES_NOT_START = ("watchdog_boots", "no_hard_timer")
 
 
@@ -71,7 +71,7 @@ class BoardLink:
         self._stats: Latest[BoardStats] = Latest(clock)
         self._round_trip: Latest[float] = Latest(clock)
         self._setting: Latest[SettingReply] = Latest(clock)
-        self._failed_path = ""  # where to go on searching behind
+        self._failed_path = ""  # the search continues after it
         self._stopping = threading.Event()
         self._wake_read, self._wake_write = os.pipe()
         os.set_blocking(self._wake_write, False)
@@ -88,7 +88,7 @@ class BoardLink:
         if self._thread.is_alive():
             self._thread.join(5.0)
 
-    # What the host wants said
+    # Values to send
 
     def command(self, command: Command) -> None:
         """The latest command: written at once when it differs from the last."""
@@ -109,12 +109,12 @@ class BoardLink:
             self._flush()
 
     def bypass(self, bypass: Bypass | None) -> None:
-        """The caretaker's held button: written at once when pressed or let go (None)."""
+        """The caretaker's bypass button: written at once when pressed or released (None)."""
         with self._lock:
             self._protocol.bypass(bypass, self._clock())
             self._flush()
 
-    # What the board says
+    # Values from the board
 
     def state(self) -> BoardState | None:
         """The newest state, None while there is no session."""
@@ -125,7 +125,7 @@ class BoardLink:
         return self._stats.get()
 
     def board(self) -> BoardId | None:
-        """Who is connected, None while there is no session."""
+        """The connected board; None while there is no session."""
         return self._protocol.board
 
     def ping(self, timeout_s: float = 1.0) -> float | None:
@@ -140,7 +140,7 @@ class BoardLink:
     def setting(
         self, request: int, index: int = 0, value: int = 0, timeout_s: float = 1.0
     ) -> SettingReply | None:
-        """Ask about a setting (codes.SETTING_...); None when no answer came. Waits, as ping."""
+        """Request a setting (codes.SETTING_...); None when no answer came. Waits, as ping."""
         last = self._setting.entry()
         end_s = time.monotonic() + timeout_s
         with self._lock:
@@ -149,7 +149,7 @@ class BoardLink:
         while True:
             left_s = end_s - time.monotonic()
             last = self._setting.wait(left_s, 0 if last is None else last.version)
-            # The link asks about the relay by itself; that answer is not the caller's.
+            # The link requests the relay setting itself; that answer is not the caller's.
             if last is None or (last.value.request, last.value.index) == (request, index):
                 return None if last is None else last.value
 
@@ -291,7 +291,7 @@ class BoardLink:
             self._on_change()
 
     def _forget(self) -> None:
-        # What an ended session said is not the present.
+        # Values from an ended session are not current.
         self._on_zone(NOT_KNOWN)
         self._state.clear()
         self._story.forget()

@@ -62,7 +62,7 @@ class LinkJudge:
         self._heard_s = now_s
 
     def heard(self, now_s: float) -> None:
-        """A STATE frame has come."""
+        """A STATE frame has arrived."""
         self._heard_s = now_s
 
     def differs(self, detail: str, now_s: float) -> None:
@@ -71,7 +71,7 @@ class LinkJudge:
         self._heard_s = now_s
 
     def refuses(self, reason: str, detail: str, now_s: float) -> None:
-        """A board without a session says why it does not start."""
+        """A board without a session reports why it does not start."""
         if not self._session:
             self._last_words = (reason, detail)
             self._heard_s = now_s

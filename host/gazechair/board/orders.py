@@ -31,7 +31,7 @@ class Order:
     """The board has been seen as this order wants it."""
 
     def over(self, now_s: float) -> bool:
-        """Whether to give up repeating it: one that stops the chair goes on until it is done."""
+        """Whether to stop repeating it: one that stops the chair is repeated until it is done."""
         if self.action == codes.EMERGENCY_STOP and self.done:
             return True
         waits = self.action in _ENDED_BY and not self.done
@@ -39,15 +39,15 @@ class Order:
 
 
 class Orders:
-    """The orders being repeated, one of each kind: none takes the place of another.
+    """The orders being repeated, one of each kind: none replaces another.
 
     Disarming ends an order to arm given before it, never one given after it. An emergency stop
-    gives way to nothing until the board confirms it: what is asked meanwhile is dropped, as the
-    board would refuse it.
+    has priority until the board confirms it: other orders until then are dropped, as the
+    board would refuse them.
     """
 
     def __init__(self, last_number: int) -> None:
-        """`last_number`: where numbering goes on, 1..255; random, unlike a former host's."""
+        """`last_number`: where numbering continues, 1..255; random, unlike an earlier host's."""
         self._numbers = dict.fromkeys(_SEQUENCE, last_number)
         self._orders: dict[int, Order] = {}
         self._next_s = math.inf
@@ -65,12 +65,12 @@ class Orders:
         self._next_s = now_s
 
     def begin(self) -> None:
-        """A session has begun, with a chair that is disarmed: an emergency stop alone goes on."""
+        """A session has begun, with a disarmed chair: only an emergency stop is repeated."""
         emergency = self._orders.get(codes.EMERGENCY_STOP)
         self._orders = {} if emergency is None else {codes.EMERGENCY_STOP: emergency}
 
     def board_seen(self, disarmed: bool, emergency: bool) -> None:
-        """What the board says of itself: what has been done need not be repeated for longer."""
+        """The board's own state: what has been done need not be repeated any longer."""
         for action, done in ((codes.DISARM, disarmed), (codes.EMERGENCY_STOP, emergency)):
             if done and action in self._orders:
                 self._orders[action] = replace(self._orders[action], done=True)

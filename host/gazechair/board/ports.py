@@ -65,10 +65,10 @@ def describe(info: ListPortInfo) -> Port:
 
 
 def finder(configured: str, role: str) -> PortFinder:
-    """A function that lists the paths to try, best first; [] when none is there.
+    """A function that lists the paths to try, best first; [] when there is none.
 
-    A configured path (also a symlink or a pseudo terminal) passes as it is; AUTO looks for
-    ports of `role` by USB ids anew at each call, so that any order of plugging in works.
+    A configured path (also a symlink or a pseudo terminal) passes unchanged; AUTO searches for
+    ports of `role` by USB ids at each call, so that any order of plugging in works.
     """
     if configured != AUTO:
         return lambda: [configured]

@@ -17,7 +17,7 @@ from gazelink import VERSION, codes, frame, messages
 HELLO_PERIOD_S = 0.2
 COMMAND_PERIOD_S = 0.02
 CLEARANCE_PERIOD_S = 0.05
-RESYNC_S = 1.0  # a session in which nothing is heard for this long is begun anew
+RESYNC_S = 1.0  # a session without a received frame for this long is restarted
 TTL_MS = 300
 _U16 = 65535
 _ROLE_BOARD = 1
@@ -41,7 +41,7 @@ class SessionEnded:
 
 @dataclass(frozen=True)
 class VersionDiffers:
-    """A board answers, but it speaks another message table."""
+    """A board answers, but with another message table."""
 
     detail: str
 
@@ -95,7 +95,7 @@ class LinkProtocol:
     """One board on one port. Not thread-safe: the owner locks. Times are monotonic seconds."""
 
     def __init__(self, draw_session: Callable[[], int] = random_session) -> None:
-        """`draw_session` gives session ids; it is asked again until one is new."""
+        """`draw_session` gives session ids; it is called again until one is new."""
         self._draw_session = draw_session
         self._decoder = frame.Decoder()
         self._encoder = frame.Encoder()
@@ -104,7 +104,7 @@ class LinkProtocol:
         self._decoder.session = self._keys
         self._encoder.session = self._keys
         self._nonce = b""
-        self._greeted: BoardId | None = None  # has echoed our HELLO; its nonce is still to come
+        self._greeted: BoardId | None = None  # has echoed our HELLO; its nonce has not arrived yet
         self._board: BoardId | None = None
         self._stamp_ms = 0
         self._heard_s = 0.0
@@ -141,7 +141,7 @@ class LinkProtocol:
         self._decoder.session = self._keys
         self._handshake(now_s)
 
-    # What the host wants said
+    # Values to send
 
     def command(self, command: Command, now_s: float) -> None:
         """The latest command; a changed one is due at once, a refreshed one at its next repeat."""
@@ -155,13 +155,13 @@ class LinkProtocol:
         self._clearance_due_s = now_s
 
     def bypass(self, bypass: Bypass | None, now_s: float) -> None:
-        """The caretaker's held button, due at once; None: let go."""
+        """The caretaker's bypass button, due at once; None: released."""
         if bypass is None or self._bypass is None or bypass.number != self._bypass.number:
             self._bypass_due_s = now_s
         if bypass is not None or self._bypass is None:
             self._bypass = bypass
         else:
-            self._bypass = Bypass(self._bypass.number, 0.0)  # said once more: no time left
+            self._bypass = Bypass(self._bypass.number, 0.0)  # sent once more: no time left
 
     def order(self, action: int, owner: int, now_s: float) -> None:
         """A new order (codes.ARM, ...), due at once and repeated; see link_orders."""
@@ -216,7 +216,7 @@ class LinkProtocol:
         return out
 
     def check(self, now_s: float) -> list[Event]:
-        """Events of time alone: a session in which nothing is heard any more is begun anew."""
+        """Events of time alone: restarts a session in which no frame arrives any more."""
         if self._board is None or now_s - self._heard_s <= RESYNC_S:
             return []
         self._handshake(now_s)
@@ -232,7 +232,7 @@ class LinkProtocol:
         return due if self._clearance is None else min(due, self._clearance_due_s)
 
     def _clear(self) -> bytes:
-        # A board that says its last words has no session; what is frozen reaches it all the same.
+        # A board that sends its last message has no session; frozen messages still reach it.
         if not self._clears:
             return b""
         self._clears = False
@@ -291,7 +291,7 @@ class LinkProtocol:
             self._relay.heard(reply.index, reply.value, reply.refused)
             events.append(reply)
             if reply.request != codes.SETTING_GET and not reply.refused:
-                self._zone.forget()  # the board tells it anew, right behind this
+                self._zone.forget()  # the board sends it again, right after this
                 events.append(NOT_KNOWN)
         elif message is messages.ZONE:
             zone = self._zone.heard(**message.unpack(buf))

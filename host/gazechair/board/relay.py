@@ -8,7 +8,7 @@ from gazelink import codes
 from gazelink.settings_table import index_of
 
 ASK_PERIOD_S = 0.2
-ANSWER_S = 0.5  # a board answers within some ms; so long its silence says nothing
+ANSWER_S = 0.5  # a board answers within some ms; a shorter silence means nothing
 
 _INDEX = index_of("relay_fitted")
 
@@ -22,7 +22,7 @@ class RelayQuestion:
         self._due_s = math.inf
 
     def begin(self, now_s: float) -> None:
-        """A session has begun: what an earlier one said does not count."""
+        """A session has begun: an answer from an earlier one does not count."""
         self._answer = None
         self._begun_s = now_s
         self._due_s = now_s
@@ -35,7 +35,7 @@ class RelayQuestion:
         return codes.SETTING_GET, _INDEX, 0
 
     def due_s(self) -> float:
-        """When to ask again; infinity once answered."""
+        """When to request it again; infinity once answered."""
         return self._due_s
 
     def heard(self, index: int, value: int, refused: int) -> None:
@@ -45,7 +45,7 @@ class RelayQuestion:
             self._due_s = math.inf
 
     def checked(self, now_s: float) -> bool:
-        """False when the board says that nothing monitors its relay, or does not say in time."""
+        """False when the board reports that nothing monitors its relay, or is too late."""
         if self._answer is None:
             return now_s - self._begun_s <= ANSWER_S
         return self._answer

@@ -50,7 +50,7 @@ class BoardState:
     received_s: float
     """Monotonic time of arrival."""
     relay_checked: bool = False
-    """The board has said that it monitors its safety relay; see link_relay."""
+    """The board has reported that it monitors its safety relay; see link_relay."""
 
     @property
     def state_name(self) -> str:

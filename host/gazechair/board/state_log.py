@@ -11,17 +11,17 @@ log = logging.getLogger(__name__)
 
 
 class StateLog:
-    """Remembers the last state noted; `forget` when the board is gone."""
+    """Remembers the last state noted; call `forget` when the board is disconnected."""
 
     def __init__(self) -> None:
         self._last: tuple[int, int, int] | None = None
 
     def forget(self) -> None:
-        """The next state is news, whatever it says."""
+        """The next state is logged in any case."""
         self._last = None
 
     def note(self, state: BoardState) -> None:
-        """Log `state` if it differs from the last in what a person would ask about afterwards."""
+        """Log `state` if it differs from the last one in what matters to a person later."""
         told = (state.state, state.override, state.faults)
         if told == self._last:
             return

@@ -21,14 +21,14 @@ NOT_KNOWN = BoardZone(())
 
 
 class ZoneHeard:
-    """The board says each direction again and again; changes it says at once."""
+    """The board repeats each direction; it sends changes at once."""
 
     def __init__(self) -> None:
         self._points: dict[int, bytes] = {}
         self._told = NOT_KNOWN
 
     def forget(self) -> None:
-        """A session has begun or settings have changed: what was said does not count any more."""
+        """A session has begun or settings have changed: earlier values do not count any more."""
         self._points.clear()
         self._told = NOT_KNOWN
 

@@ -117,7 +117,7 @@ class WebConfig:
 
 @dataclass(frozen=True)
 class DriverConfig:
-    """How the driver's page behaves until a person's own profile says otherwise."""
+    """How the driver's page behaves unless a person's own profile differs."""
 
     mode: str = _setting("step", choice("step", "continuous"), "mode in which the page starts")
     dwell_ms: int = _setting(600, integer(300, 2000), "gaze on a button this long starts it")
@@ -130,7 +130,7 @@ class DriverConfig:
 
 @dataclass(frozen=True)
 class FootprintConfig:
-    """The chair's outline on the floor with driver and foot rests, and how near anything may come.
+    """The chair's outline on the floor with driver and foot rests, and the required margins.
 
     In the chair's frame: the drive wheels' axle is [0, 0], x forward, y to the left.
     """
@@ -225,7 +225,7 @@ def _section(content: str, name: str, section: str, at: int, values: dict[str, A
 
 
 def uses_tls(web: WebConfig) -> bool:
-    """True if the page is encrypted: always where other machines come in, unless insecure_http."""
+    """True if the page is encrypted: always where other machines connect, unless insecure_http."""
     return web.tls or not (is_loopback(web.host) or web.insecure_http)
 
 

@@ -15,7 +15,7 @@ Arc = tuple[float, float]
 
 
 class Refused(ValueError):
-    """A value that a setting does not take; the text says what it takes instead."""
+    """A value that a setting does not accept; the text says what it accepts."""
 
 
 @dataclass(frozen=True)

@@ -37,8 +37,8 @@ _TO_WHEELS_S = 0.005  # from here through the line and a tick of the board
 PAGE_SILENT_S = (
     0.3 - LOOK_S - _TO_WHEELS_S
 )  # so that a step ends within 300 ms of its page's silence
-THERE_S = 3.0  # a caretaker's page heard this recently: somebody can hear a call
-COMING_S = 600.0  # who answered a call has come by then, or it must be called anew
+THERE_S = 3.0  # a message from a caretaker's page this recently: a call would reach somebody
+COMING_S = 600.0  # a caretaker who answered has come by then, or must be called again
 ARM_ANSWER_S = 1.0  # an order to arm that the board has not followed by then has failed
 
 # A viewer can never own the chair.
@@ -51,7 +51,7 @@ class _Client:
     role_name: str
     heard_s: float
     last_edge: int = 0  # newest seen, moved or not
-    told: set[str] = field(default_factory=set)  # refusals told about that edge
+    told: set[str] = field(default_factory=set)  # refusals already sent about that edge
     bypass_told: int = 0  # edge of a bypass already refused
 
 
@@ -59,11 +59,11 @@ class Arbiter:
     """Not thread-safe: the owner locks. Call tick() at least every LOOK_S."""
 
     def __init__(self, last_edge: int = 0, first_token: int = 0) -> None:
-        """`last_edge`: board edges go on from here, 0..255; `first_token`: tokens begin here."""
+        """`last_edge`: board edges continue from here, 0..255; `first_token`: first token."""
         self.cap_permille = 1000
-        """Nobody drives with more, 50..1000."""
+        """The highest permitted output, 50..1000."""
         self.call = False
-        """The driver has asked for help, and nobody has answered yet."""
+        """The driver has asked for help, and no caretaker has answered yet."""
         self._coming_till_s: float | None = None
         self._freshness = Freshness(first_token)
         self._bypass = BypassButton(last_edge)
@@ -77,18 +77,18 @@ class Arbiter:
         self._board_edge = 0
         self._orders: list[tuple[int, int]] = []
         self.page_silent = False
-        """The owner has not been heard for PAGE_SILENT_S."""
+        """No message from the owner has arrived for PAGE_SILENT_S."""
 
-    # What comes out
+    # Results
 
     @property
     def command(self) -> Command:
-        """What the board is to be told now, and again until it changes."""
+        """What the board receives now, and again until it changes."""
         return replace(self._press.command, cap_permille=self.cap_permille)
 
     @property
     def bypass(self) -> Bypass | None:
-        """The caretaker's held button as the board is to be told, None: not held."""
+        """The caretaker's bypass button as sent to the board, None: not pressed."""
         return self._bypass.held
 
     def take_orders(self) -> list[tuple[int, int]]:
@@ -98,7 +98,7 @@ class Arbiter:
 
     @property
     def owner(self) -> int | None:
-        """Client id of the page that drives, None for nobody."""
+        """Client id of the page that drives, None for no owner."""
         return self._owner
 
     @property
@@ -107,7 +107,7 @@ class Arbiter:
         return codes.NOBODY if self._owner is None else self._clients[self._owner].role
 
     def role(self, client: int) -> str:
-        """The role a page came with, "viewer" for one that is gone."""
+        """The role of a page, "viewer" for one that has closed."""
         page = self._clients.get(client)
         return "viewer" if page is None else page.role_name
 
@@ -116,11 +116,11 @@ class Arbiter:
         return self._press.page_edge(client, self._board_edge)
 
     def coming(self, now_s: float) -> bool:
-        """A caretaker has answered the driver's call, and is on the way."""
+        """A caretaker has answered the driver's call, and is coming."""
         return self._coming_till_s is not None and now_s < self._coming_till_s
 
     def somebody_hears(self, now_s: float) -> bool:
-        """A caretaker's page is there: a call would be heard."""
+        """A caretaker's page is connected: a call would reach it."""
         pages = self._clients.values()
         return any(p.role == codes.CARETAKER and now_s - p.heard_s <= THERE_S for p in pages)
 
@@ -131,14 +131,14 @@ class Arbiter:
     # What goes in
 
     def connect(self, role: str, now_s: float) -> int:
-        """A page of `role` has come; its client id. Raises KeyError on an unknown role."""
+        """A page of `role` has connected; its client id. Raises KeyError on an unknown role."""
         client = self._next_client
         self._next_client += 1
         self._clients[client] = _Client(ROLES[role], role, now_s)
         return client
 
     def disconnect(self, client: int, now_s: float) -> None:
-        """A page has gone. When it drove: stop and disarm."""
+        """A page has closed. When it drove: stop and disarm."""
         if self._press.of(client):
             self._press.stop()
         if client == self._owner:
@@ -148,7 +148,7 @@ class Arbiter:
         self._clients.pop(client, None)
 
     def receive(self, client: int, message: PageMessage, now_s: float) -> Refusal | None:
-        """Act on one message; a refusal if it was not followed and its page should be told."""
+        """Act on one message; a refusal if it was not followed and its page must be informed."""
         page = self._clients.get(client)
         if page is None:
             return Refusal("message", "not_owner", "this page is not connected any more")
@@ -184,7 +184,7 @@ class Arbiter:
         # It outlasts the page that called: a tablet that goes dark still needs somebody.
         if message.on and page.role != codes.DRIVER:
             return Refusal("call", "not_allowed", "only the driver calls; a caretaker ends it")
-        # A caretaker answers a call, then says that they are there; the driver takes it back.
+        # A caretaker answers a call, then reports their arrival; the driver can take it back.
         answers = page.role == codes.CARETAKER and self.call
         self._coming_till_s = now_s + COMING_S if answers else None
         self.call = message.on
@@ -219,13 +219,13 @@ class Arbiter:
         self._board_edge = edge
         if was == codes.ARMED != state:
             self._press.end()
-        # Just asked to arm, the board may still be on its way from an earlier disarming.
+        # Right after an order to arm, the board may still be completing an earlier disarming.
         if state == codes.DISARMED != was and self._arm_asked_s is None:
             self._owner = None
         self.tick(now_s)
 
     def tick(self, now_s: float) -> None:
-        """Let time act: an owner gone silent is stopped, an unanswered order to arm lapses."""
+        """Let time act: stop an owner who is silent, end an unanswered order to arm."""
         self._bypass.tick(now_s)
         if self._arm_asked_s is not None and now_s - self._arm_asked_s > ARM_ANSWER_S:
             self._arm_asked_s = None
@@ -269,7 +269,7 @@ class Arbiter:
         return None
 
     def _refuse_once(self, what: str, page: _Client, reason: str) -> Refusal | None:
-        # A held button repeats all the time; once a press is enough to say why it does not move.
+        # A pressed button repeats all the time; one refusal per press is enough.
         if reason in page.told:
             return None
         page.told.add(reason)

@@ -19,11 +19,11 @@ class BypassButton:
 
     @property
     def held(self) -> Bypass | None:
-        """What the board is to be told, None: not held."""
+        """What the board receives, None: not pressed."""
         return self._held
 
     def hold(self, client: int, edge: int, deadline_s: float) -> bool:
-        """The press `edge` of `client` is held, proven until `deadline_s`; False: it has ended."""
+        """The press `edge` of `client` is active, proven until `deadline_s`; False: it ended."""
         if edge > self._edges.get(client, 0):
             self._edges[client] = edge
             self._number = self._number % 255 + 1  # 0 is none

@@ -41,7 +41,7 @@ class Link(Protocol):
 
 
 class Control:
-    """The DriverPort. Lock order: this object's, then the link's; callbacks come without either."""
+    """The DriverPort. Lock order: this object's, then the link's; callbacks hold neither."""
 
     def __init__(
         self,
@@ -92,7 +92,7 @@ class Control:
     # For the other parts
 
     def clearance(self, clearance: Clearance) -> None:
-        """What the newest scans leave free, on its way to the board."""
+        """The clearance from the newest scans, to be sent to the board."""
         self._link.clearance(clearance)
         self._clearance = clearance
 
@@ -138,7 +138,7 @@ class Control:
             cap_permille = self._arbiter.cap_permille
             self._tell_board()
         if cap_permille != was_permille:
-            self._kept_cap.keep(cap_permille)  # a disk may take its time: nobody waits for it
+            self._kept_cap.keep(cap_permille)  # a disk may be slow: no lock is held
         return [] if refusal is None else [_refused(refusal)]
 
     def snapshot(self, client: int) -> Message:
@@ -265,7 +265,7 @@ class Control:
             return self._arbiter.role(client)
 
     def _bypass_ms(self) -> int:
-        # The board counts it down and tells it once a second.
+        # The board counts it down and sends it once a second.
         stats = self._link.stats()
         if self._arbiter.bypass is None or stats is None:
             return 0

@@ -15,7 +15,7 @@ class DriverPort(Protocol):
         ...
 
     def disconnect(self, client: int) -> None:
-        """The page's socket is gone: what it commanded stops at once. Unknown ids are ignored."""
+        """The page's socket has closed: its command stops at once. Unknown ids are ignored."""
         ...
 
     def welcome(self, client: int) -> Message:
@@ -35,7 +35,7 @@ class DriverPort(Protocol):
         ...
 
     def token(self) -> int:
-        """A fresh token, as in a state: pages hear one every 50 ms."""
+        """A fresh token, as in a state: pages receive one every 50 ms."""
         ...
 
     def wait_change(self, timeout_s: float, last_version: int) -> int:

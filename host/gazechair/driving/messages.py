@@ -21,14 +21,14 @@ class BadMessage(ValueError):
 
 @dataclass(frozen=True)
 class Drive:
-    """A drive command: one press, repeated while held."""
+    """A drive command: one press, repeated while active."""
 
     verb: int
     mode: int
     edge: int
     """The page's press counter, 1 or more."""
     proof: int
-    """When the page said it, in token time (see arbiter): never later than it really was."""
+    """When the page sent it, in token time (see arbiter): never later than it really was."""
     linear_permille: int = 0
     """-1000..1000, forward positive; of codes.DRIVE."""
     turn_permille: int = 0
@@ -44,7 +44,7 @@ class Arm:
 
 @dataclass(frozen=True)
 class Take:
-    """Take over from whoever drives."""
+    """Take over from the present owner."""
 
     proof: int
 
@@ -54,26 +54,26 @@ class Beat:
     """The page lives. Never an intent to move."""
 
     proof: int | None
-    """None before the page has heard a token."""
+    """None before the page has received a token."""
 
 
 @dataclass(frozen=True)
 class Cap:
-    """Nobody drives with more than this."""
+    """The highest permitted output."""
 
     permille: int
 
 
 @dataclass(frozen=True)
 class Call:
-    """The driver asks for help, or nobody needs to come any more."""
+    """The driver asks for help, or does not need it any more."""
 
     on: bool
 
 
 @dataclass(frozen=True)
 class HoldBypass:
-    """The caretaker holds the bypass button: one press, repeated while held."""
+    """The caretaker presses the bypass button: one press, repeated while active."""
 
     edge: int
     proof: int

@@ -20,14 +20,14 @@ class CurrentPress:
     """At most one. All times are monotonic seconds."""
 
     def __init__(self, last_edge: int) -> None:
-        """`last_edge`: board edges go on from here, 0..255."""
+        """`last_edge`: board edges continue from here, 0..255."""
         self._last_edge = last_edge
         self._press: _Press | None = None
         self._pages_edge = (0, 0, 0)  # board edge, client, page edge: to answer in page edges
 
     @property
     def command(self) -> Command:
-        """What the board is to be told."""
+        """What the board receives."""
         return STOP_COMMAND if self._press is None else self._press.command
 
     def of(self, client: int) -> bool:
@@ -60,7 +60,7 @@ class CurrentPress:
         self._pages_edge = (edge, client, wish.edge)
 
     def refresh(self, wish: Drive, deadline_s: float) -> bool:
-        """The owner goes on holding; False when that press has ended. Changing its mind ends it."""
+        """The owner keeps pressing; False when that press has ended. A changed motion ends it."""
         press = self._press
         if press is None or press.page_edge != wish.edge or not press.alive:
             return False
@@ -77,14 +77,14 @@ class CurrentPress:
         return True
 
     def stop(self) -> None:
-        """The board is to be told to stop."""
+        """The board must receive a stop."""
         self._press = None
 
     def end(self) -> None:
-        """The press is not held any more, but stays the last command.
+        """The press is not active any more, but stays the last command.
 
-        Without time to live: a step may finish, and the board goes on explaining why it overruled
-        this press until the page lets go.
+        Without time to live: a step may finish, and the board continues to explain why it
+        overruled this press until the page releases it.
         """
         if self._press is not None and self._press.alive:
             command = replace(self._press.command, ttl_deadline_s=0.0)

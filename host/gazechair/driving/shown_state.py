@@ -9,7 +9,7 @@ from gazelink import codes
 
 
 def board_words(state: BoardState | None) -> dict[str, Any]:
-    """What a page is told of `state`, numbers by name; None: not connected."""
+    """`state` as sent to a page, numbers by name; None: not connected."""
     if state is None:
         return {
             "state": "disarmed",
@@ -17,7 +17,7 @@ def board_words(state: BoardState | None) -> dict[str, Any]:
             "override": "none",
             "arm_reason": "not_connected",
             "decisions": dict.fromkeys(codes.DIRECTIONS, "unknown"),
-            "relay_checked": True,  # nothing known against it: "board" tells what is wrong
+            "relay_checked": True,  # nothing known against it: "board" shows what is wrong
         }
     return {
         "state": state.state_name,

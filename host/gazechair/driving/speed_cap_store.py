@@ -23,7 +23,7 @@ class KeptCap:
     def read(self) -> int:
         """The cap in permille; 1000, none, before the first.
 
-        A file that cannot be understood counts as the lowest cap, and is said.
+        A file that cannot be parsed counts as the lowest cap, and is logged.
         """
         if self._path is None:
             return _NONE
@@ -37,7 +37,7 @@ class KeptCap:
         return max(LOWEST_CAP_PERMILLE, min(permille, _NONE))
 
     def keep(self, permille: int) -> None:
-        """Write it; a disk that takes nothing is said in the log: the cap is in force anyway."""
+        """Write it; a failure to write is logged, and the cap is active anyway."""
         if self._path is None:
             return
         fresh = self._path.with_suffix(".new")

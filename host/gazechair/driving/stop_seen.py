@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-ON_ITS_WAY_S = 0.05  # a state that came sooner may have been told before the stop arrived
+ON_ITS_WAY_S = 0.05  # a state that came sooner may have been sent before the stop arrived
 
 
 class StopSeen:
@@ -13,11 +13,11 @@ class StopSeen:
         self._seen: dict[int, int] = {}
 
     def said(self, client: int, now_s: float) -> None:
-        """This page has said stop."""
+        """This page has sent a stop."""
         self._said[client] = (self._said.get(client, (0, 0.0))[0] + 1, now_s)
 
     def board(self, stands: bool, received_s: float) -> None:
-        """The board's newest state: whether it asks no motion, and when that came."""
+        """The board's newest state: whether it requests no motion, and when that came."""
         if not stands:
             return
         for client, (count, said_s) in self._said.items():
@@ -33,6 +33,6 @@ class StopSeen:
         return sum(self._seen.values())
 
     def gone(self, client: int) -> None:
-        """This page has gone."""
+        """This page has closed."""
         self._said.pop(client, None)
         self._seen.pop(client, None)

@@ -26,7 +26,7 @@ class Freshness:
     """Issues tokens and judges proofs. All times are monotonic seconds."""
 
     def __init__(self, first_token: int = 0) -> None:
-        """Tokens of another host's life should not be near: draw `first_token` at random."""
+        """Tokens of an earlier host must not be near: draw `first_token` at random."""
         self._first_token = first_token
 
     def token(self, now_s: float) -> int:

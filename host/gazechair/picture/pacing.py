@@ -31,9 +31,9 @@ class Pacing:
 
     @property
     def way_s(self) -> float:
-        """How long the next picture will be on its way to the page, by the last one's journey.
+        """How long the next picture takes to the page, estimated from the last one.
 
-        The way back of an acknowledgement is about half of the smallest picture's journey.
+        An acknowledgement takes about half of the smallest picture's round trip.
         """
         return max(0.0, self._last_s - (self._delay_s or 0.0) / 2)
 

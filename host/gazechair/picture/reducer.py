@@ -43,7 +43,7 @@ class Reducer:
 
     @property
     def top(self) -> int:
-        """Highest level, which is the picture as it comes; 0 when pictures can't be reduced."""
+        """Highest level, which is the unchanged picture; 0 when pictures can't be reduced."""
         return 0 if Image is None else len(LEVELS)
 
     def reduced(self, frame: Frame, level: int) -> bytes:
@@ -67,7 +67,7 @@ def _smaller(jpeg: bytes, level: Level) -> bytes:
         picture.draft("RGB", size)  # decodes at a half, a quarter ... when that is enough
         picture = picture.convert("RGB").resize(size, Image.Resampling.BILINEAR)
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
-        return jpeg  # the page tells that it can't read the picture
+        return jpeg  # the page reports that it can't read the picture
     out = io.BytesIO()
     picture.save(out, "JPEG", quality=level.quality)
     made = out.getvalue()

@@ -24,7 +24,7 @@ complaints = ThrottledLog(log)
 
 @dataclass(frozen=True)
 class Paired:
-    """A code was right: the device's new token, told this once."""
+    """A code was right: the device's new token, shown only this once."""
 
     device: Device
     token: str
@@ -104,7 +104,7 @@ class PairingDesk:
             if now - device.last_used >= _NOTE_USE_S:
                 try:
                     self._store.used(device.id, now)
-                except StoreError as error:  # a full disk keeps nobody out
+                except StoreError as error:  # a full disk locks nobody out
                     complaints.warn("%s", error)
             return device
 

@@ -44,7 +44,7 @@ class LocalDoor:
     """Serves the side door on a thread of its own."""
 
     def __init__(self, desk: PairingDesk, folder: Path, url: Callable[[], str]) -> None:
-        """`url` tells the address of the pairing page, without a code."""
+        """`url` returns the address of the pairing page, without a code."""
         self._desk = desk
         self._folder = folder
         self._url = url
@@ -126,7 +126,7 @@ class LocalDoor:
 
 
 def ask(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
-    """Ask the daemon of a state folder. Raises NotRunning, also when it is not ours to ask."""
+    """Send a request to the daemon of a state folder. Raises NotRunning, also without access."""
     try:
         with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as door:
             door.settimeout(_DEADLINE_S)

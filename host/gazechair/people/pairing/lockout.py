@@ -19,7 +19,7 @@ FREE_GUESSES = 5
 WAIT_S = 1.0
 _FORGET_S = 3600.0
 _MOST_ADDRESSES = 1000
-_MOST_ASKED = 5000  # more than can be asked in WAIT_S
+_MOST_ASKED = 5000  # more than can arrive in WAIT_S
 
 
 @dataclass
@@ -33,10 +33,10 @@ class Lockout:
 
     def __init__(self) -> None:
         self._addresses: OrderedDict[str, _Address] = OrderedDict()
-        self._asked: OrderedDict[bytes, float] = OrderedDict()  # when it will be looked at
+        self._asked: OrderedDict[bytes, float] = OrderedDict()  # when it may be checked
 
     def wait_s(self, address: str, code: str, now_s: float) -> float:
-        """0 when `code` from `address` may be looked at, else how long until the same may be."""
+        """0 when `code` from `address` may be checked now, else the seconds until it may."""
         entry = self._addresses.get(_group(address))
         if entry is None or entry.wrong < FREE_GUESSES or now_s - entry.last_s > _FORGET_S:
             return 0.0
@@ -62,12 +62,12 @@ class Lockout:
             self._addresses.popitem(last=False)
 
     def right(self, address: str) -> None:
-        """The guess was right: its address begins anew."""
+        """The guess was right: the count of its address restarts."""
         self._addresses.pop(_group(address), None)
 
 
 def _group(address: str) -> str:
-    # Whoever has one IPv6 address has 2**64 of them.
+    # An attacker with one IPv6 address has 2**64 of them.
     try:
         ip = ipaddress.ip_address(address.partition("%")[0])
     except ValueError:

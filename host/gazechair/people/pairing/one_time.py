@@ -6,7 +6,7 @@ import hashlib
 import secrets
 from dataclasses import dataclass
 
-# 30 signs that nobody confuses: no 0 and O, no 1, I and L, no U. 8 of them are 39 bits.
+# 30 characters that are hard to confuse: no 0 and O, no 1, I and L, no U. 8 of them are 39 bits.
 ALPHABET = "23456789ABCDEFGHJKMNPQRSTVWXYZ"
 LENGTH = 8
 VALID_S = 600.0

@@ -46,9 +46,9 @@ class DeviceStore:
     """Not thread-safe. A device added or removed is on disk when the call returns."""
 
     def __init__(self, folder: Path) -> None:
-        """Reads `folder`/paired.jsonl; makes the folder (0700). Raises StoreError.
+        """Reads `folder`/paired.jsonl; creates the folder (0700). Raises StoreError.
 
-        Lines that are none are kept as they are, said in the log, and count for nothing.
+        Damaged lines are kept as they are, logged and ignored.
         """
         self._path = folder / FILE_NAME
         self._devices: dict[str, Device] = {}
@@ -80,7 +80,7 @@ class DeviceStore:
         return next((d for d in self._devices.values() if d.digest == digest), None)
 
     def add(self, role: str, name: str, now: int) -> tuple[Device, str]:
-        """A new device and its token, which is told this once. Raises StoreError."""
+        """A new device and its token, shown only this once. Raises StoreError."""
         if len(self._devices) >= MOST_DEVICES:
             raise StoreError(
                 f"{MOST_DEVICES} devices are paired; revoke one first: gazechair pair --list"

@@ -89,7 +89,7 @@ def fields(languages: Sequence[str], house: Mapping[str, Any]) -> dict[str, Fiel
 
 
 def check_whole(profile: Profile) -> None:
-    """What no single field can tell. Raises ProfileRefused."""
+    """Checks between fields. Raises ProfileRefused."""
     if profile["steer_dwell_ms"] > profile["dwell_ms"]:
         detail = "steer_dwell_ms must not be above dwell_ms: starting is never the easier one"
         raise ProfileRefused("profile_value", detail)

@@ -26,7 +26,7 @@ class Profiles:
     def __init__(self, folder: Path | None, fields: Mapping[str, Field]) -> None:
         """`folder`: the state folder, None: in memory only.
 
-        A file that can't be read is kept beside, and said.
+        A file that can't be read is kept as a copy, and logged.
         """
         self._path = None if folder is None else folder / FILE_NAME
         self._fields = dict(fields)
@@ -47,7 +47,7 @@ class Profiles:
         return self._revision
 
     def chosen(self) -> Profile:
-        """The profile of who drives now."""
+        """The profile of the present driver."""
         with self._lock:
             return dict(self._profiles[self._chosen])
 
@@ -57,7 +57,7 @@ class Profiles:
             return self._as_json()
 
     def change(self, wish: Mapping[str, Any], caretaker: bool) -> dict[str, Any]:
-        """Do what POST /profiles asks; the new as_json(). Raises ProfileRefused.
+        """Do what POST /profiles requests; the new as_json(). Raises ProfileRefused.
 
         `wish` is one of {"choose": id}, {"save": {"id": id, field: value, ...}}, and for the
         caretaker {"create": name} (as the chosen one) and {"delete": id}.

@@ -29,7 +29,7 @@ def acquired_s(part: Part, arrived_s: float) -> float:
 
 def connect(url: str) -> tuple[Any, bytes]:
     """Open the stream; the response and its boundary. Raises CameraError within some 3 s."""
-    # No proxy: the camera is on our own network, whatever the environment says.
+    # No proxy: the camera is on our own network, whatever the environment sets.
     opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
     try:
         response = opener.open(url, timeout=_TIMEOUT_S)

@@ -12,7 +12,7 @@ _EOI = b"\xff\xd9"
 
 
 class NotMjpeg(ValueError):
-    """The stream is no MJPEG; the text says why in one plain line."""
+    """The stream is not MJPEG; the text gives the reason in one line."""
 
 
 @dataclass(frozen=True)
@@ -42,10 +42,10 @@ def is_jpeg(data: bytes) -> bool:
 
 
 class MjpegParser:
-    """Feed it the body as it comes; it keeps at most one unfinished part.
+    """Feed it the body as it arrives; it keeps at most one unfinished part.
 
-    `bad` counts parts that were no whole JPEG. With a Content-Length a part ends there, without one
-    at the next boundary.
+    `bad` counts parts that were not a whole JPEG. With a Content-Length a part ends there, without
+    one at the next boundary.
     """
 
     def __init__(self, boundary: bytes) -> None:

@@ -15,7 +15,7 @@ from gazechair.picture.camera.record import LOST, Frame
 
 
 class CameraService:
-    """Runs the camera; `latest()` holds its newest picture, however old that is."""
+    """Runs the camera; `latest()` has its newest picture, however old that is."""
 
     def __init__(self, config: CameraConfig, health: Health) -> None:
         self._config = config

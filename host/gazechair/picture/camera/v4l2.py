@@ -58,7 +58,7 @@ _BUFFERS = 2  # one being filled while one is read: more would only be older
 
 @dataclass(frozen=True)
 class Picture:
-    """What the camera put into a buffer, and its CLOCK_MONOTONIC time, s; None: another clock."""
+    """A buffer's picture and its CLOCK_MONOTONIC time, s; None: another clock."""
 
     jpeg: bytes
     taken_s: float | None
@@ -121,7 +121,7 @@ class Capture:
         return buffer
 
     def read(self, timeout_s: float) -> Picture | None:
-        """The newest picture; None when none came in time or it was damaged. CameraError: gone."""
+        """The newest picture; None when none came in time or it was damaged. CameraError: lost."""
         try:
             ready, _, _ = select.select([self._fd], [], [], timeout_s)
             buffer = self._buffer(0)
@@ -142,7 +142,7 @@ class Capture:
         return Picture(jpeg, seconds + microseconds / 1e6 if monotonic else None)
 
     def close(self) -> None:
-        """Let go of the camera."""
+        """Release the camera."""
         for mapped in self._maps:
             mapped.close()
         os.close(self._fd)  # ends the stream
