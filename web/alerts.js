@@ -15,7 +15,7 @@ export class Alerts {
 
   constructor(tones) {
     this.#tones = tones;
-    // Whoever touches the page has seen what it says.
+    // Touching the page proves that somebody has seen it.
     for (const event of ["pointerdown", "keydown"]) {
       addEventListener(event, () => (this.#seen = new Set(this.#reasons)));
     }

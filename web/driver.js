@@ -66,11 +66,11 @@ const clock = new ClockWatch();
 const stopSeen = new StopSeen(strings);
 
 let state = null; // the host's newest state
-let eyes = null; // the eye test, once it was asked for
-let told = { kind: "none" }; // the sentence the page says
-let asked = null; // the verb held
+let eyes = null; // the eye test, once requested
+let told = { kind: "none" }; // the sentence that the page shows
+let asked = null; // the active verb
 let clicksAlone = 0;
-let driving = false; // told by the start tone
+let driving = false; // for the start tone
 let reloading = false;
 
 const acts = {
@@ -218,7 +218,7 @@ function open(view) {
 /** Driving goes off: nobody is known to be before the page, or nobody used it. */
 function switchOff() {
   practice.armed = false;
-  autoOff.used(performance.now()); // said once
+  autoOff.used(performance.now()); // reported once
   if (state?.you) socket.send("disarm");
 }
 

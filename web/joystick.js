@@ -28,7 +28,7 @@ export class Joystick {
   #pointer = null;
   #grab = null; // where the pad lay when it was grabbed: {x, y} of its middle, radius (px)
   #keys = new Set();
-  #now = null; // {linear, turn} while held
+  #now = null; // {linear, turn} while pressed
   #sendAt = 0;
 
   constructor(pad, knob, on) {
@@ -114,7 +114,7 @@ export class Joystick {
 
   #push(wish, fresh) {
     this.#now = wish;
-    if (!fresh) return; // the next heartbeat says it: newest wins
+    if (!fresh) return; // the next heartbeat sends it: newest wins
     this.#sendAt = performance.now() + this.#heartbeatMs;
     this.#on.drive(wish.linear, wish.turn, true);
   }

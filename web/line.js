@@ -30,7 +30,7 @@ export class ObstacleLine {
       const seen = view?.[direction] ?? "seen";
       let decision = decisions[direction];
       let far = this.#far(direction, clearance?.[direction] ?? null);
-      // Not seen is why it is blocked; what the board lets pass all the same is told with that.
+      // "Not seen" is the reason for blocking; if the board still permits motion, show both.
       if (seen !== "seen" && STOPS.includes(decision)) [decision, far] = [seen, ""];
       else if (seen !== "seen") far = this.#strings.label(seen);
       if (this.#shown[direction] === `${decision} ${far} ${seen}`) continue;
@@ -40,7 +40,7 @@ export class ObstacleLine {
       if (element.dataset.seen !== seen) element.dataset.seen = seen;
       element.querySelector(".word").textContent = this.#strings.label(decision);
       element.querySelector(".far").textContent = far;
-      // Said anew as a whole: no word moves because another grew.
+      // Replaced as a whole: no word moves because another grew.
       const tag = element.querySelector(".tag") ?? element;
       tag.replaceChildren(...[...tag.childNodes].map((node) => node.cloneNode(true)));
     }

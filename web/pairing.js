@@ -137,7 +137,7 @@ export class Pairing {
       );
       const revoke = sureButton(label("care_revoke"), label("care_sure"), async (button) => {
         if (!(await this.#ask("/pairing/revoke", { id }))) return;
-        // The others stay where they are: a finger on its way to one of them meets that one.
+        // The others keep their places, so that a moving finger hits the intended one.
         button.disabled = true;
         item.className = "gone";
       });

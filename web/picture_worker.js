@@ -28,7 +28,7 @@ async function receive(data) {
   } catch (error) {
     console.warn(`picture ${sequence} is not a readable JPEG: ${error.message}`);
   }
-  wire.send(String(sequence)); // a bad picture too, or the next one would never come
+  wire.send(String(sequence)); // for a bad picture too, else the next one would never come
 }
 
 async function draw(jpeg) {

@@ -10,7 +10,7 @@ export class StopSeen {
   #strings;
   #button = document.getElementById("stop");
   #words = document.getElementById("stop-seen");
-  #count = 0; // the stop that is asked about
+  #count = 0; // number of the stop in question
   #sinceMs = 0;
   #state = "none";
 

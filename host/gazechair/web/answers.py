@@ -12,7 +12,7 @@ from gazechair.web.guard import DEVICE
 
 
 class BadRequest(Exception):
-    """A body that is not what the contract says: one plain line."""
+    """A body that violates the contract: one line of text."""
 
     def response(self) -> Response:
         """The refusal to send."""
@@ -20,7 +20,7 @@ class BadRequest(Exception):
 
 
 def answer(content: dict[str, Any], status: int = 200) -> Response:
-    """`content` as JSON that nobody keeps."""
+    """`content` as JSON that is never cached."""
     response = Response(json.dumps(content) + "\n", status, mimetype="application/json")
     response.headers["Cache-Control"] = "no-store"
     return response

@@ -33,11 +33,11 @@ class PlainConnection:
         self.raw = raw
 
     def receive(self, size: int, limit_s: float) -> bytes | None:
-        """As Connection says."""
+        """See Connection."""
         return self.raw.recv(size) if readable(self.raw, limit_s) else None
 
     def sendall(self, data: bytes) -> None:
-        """As Connection says."""
+        """See Connection."""
         self.raw.sendall(data)
 
 
@@ -51,7 +51,7 @@ class Patience:
         self._next_s = 0.0
 
     def pause(self) -> None:
-        """A piece has come, and it was not the last; the first pause is none."""
+        """A piece has arrived, and it was not the last; the first pause is zero."""
         if self._next_s > 0:
             time.sleep(self._next_s)
         self._next_s = min(max(self._FIRST_S, 2 * self._next_s), self._LONGEST_S)
@@ -68,6 +68,6 @@ def readable(raw: socket.socket, limit_s: float) -> bool:
 
 
 def cut(connection: Any) -> None:
-    """Break a Connection now: whoever waits for it, sending or receiving, wakes up."""
+    """Break a Connection now: threads that wait for it, sending or receiving, wake up."""
     with contextlib.suppress(OSError):
         connection.raw.shutdown(socket.SHUT_RDWR)

@@ -31,7 +31,7 @@ class ControlHub:
     def __init__(
         self, port: DriverPort, still_paired: Callable[[str], bool], insecure: bool
     ) -> None:
-        """`still_paired` tells by id; `insecure`: see PageClient."""
+        """`still_paired`: whether a device id is; `insecure`: see PageClient."""
         self._port = port
         self._still_paired = still_paired
         self._insecure = insecure

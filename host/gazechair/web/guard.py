@@ -61,11 +61,12 @@ class Refusal:
 
 
 def foreign(environ: Environ, names: frozenset[str], scheme: str) -> str | None:
-    """Why a request comes from elsewhere, one plain line; None when it may pass.
+    """Why a request comes from elsewhere, in one line; None when it may pass.
 
-    The Host must be an IP address or one of our own `names` (lower case): a foreign name that was
-    made to point at us would give its page our origin (DNS rebinding). What can change anything, a
-    socket or a POST, must come from this very origin where the client is a browser and so says.
+    The Host must be an IP address or one of our own `names` (lower case): a foreign name that
+    points to us would give its page our origin (DNS rebinding). A request that can change
+    anything, a socket or a POST, must come from this origin if the client is a browser and sends
+    its origin.
     """
     host = str(environ.get("HTTP_HOST", "")).lower()
     try:
@@ -98,8 +99,8 @@ def is_public(path: str) -> bool:
 def token_in(environ: Environ, cookie_name: str) -> str:
     """The device's token in the request's cookie, "" without one.
 
-    Our own cookie holds nothing that needs quotes or escapes, so none are read: another cookie is
-    never looked into, and the time is linear in the header.
+    Our own cookie contains nothing that needs quotes or escapes, so none are parsed: other cookies
+    are never examined, and the time is linear in the header.
     """
     cookies = str(environ.get("HTTP_COOKIE", "")).split(";", _MOST_COOKIES)[:_MOST_COOKIES]
     for cookie in cookies:
@@ -111,7 +112,7 @@ def token_in(environ: Environ, cookie_name: str) -> str:
 
 
 class Guard:
-    """Lets in who is paired, from this very site: to a socket, or in turns to the rest."""
+    """Admits paired devices from this site: to a socket directly, to the rest in turns."""
 
     def __init__(
         self,
@@ -123,8 +124,8 @@ class Guard:
         scheme: str,
         strangers: Turns,
     ) -> None:
-        """`sockets`: the paths that `app` serves as WebSockets; `who` tells whose token it is;
-        `scheme`: "http" or "https"; `strangers`: the turns of who is not known yet."""
+        """`sockets`: the paths that `app` serves as WebSockets; `who` gives a token's device;
+        `scheme`: "http" or "https"; `strangers`: the turns of unknown clients."""
         self._app = app
         self._sockets = sockets
         self._names = names
@@ -136,8 +137,8 @@ class Guard:
         self._arrivals: dict[str, Arrivals] = {}
 
     def __call__(self, environ: Environ, start_response: StartResponse) -> Iterable[bytes]:
-        """WSGI. Raises ConnectionAbortedError after a socket's end: there is nobody to answer.
-        Raises Crowded when too much is being asked already."""
+        """WSGI. Raises ConnectionAbortedError after a socket's end: there is no answer to send.
+        Raises Crowded when too many requests are waiting."""
 
         def start(status: str, headers: list[tuple[str, str]], *more: Any) -> Any:
             told = {name.lower() for name, _ in headers}
@@ -166,7 +167,7 @@ class Guard:
             return self._whole(environ, start)
 
     def _whole(self, environ: Environ, start: StartResponse) -> Iterable[bytes]:
-        # The answer is made inside a turn and sent outside: a slow reader holds nobody up.
+        # The answer is made inside a turn and sent outside: a slow reader delays nobody.
         body = self._app(environ, start)
         try:
             return [b"".join(body)]

@@ -49,7 +49,7 @@ class Exchange:
         self._address = address
 
     def run(self) -> None:
-        """Answer the request. Raises OSError when the other side is gone."""
+        """Answer the request. Raises OSError when the other side has disconnected."""
         try:
             text, rest = self._read_head()
             with self._server.strangers.turn():
@@ -170,7 +170,7 @@ class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
         strangers: Turns,
         context: ssl.SSLContext | None = None,
     ) -> None:
-        """`app`: WSGI; `strangers` bounds what is done for who is not known yet; `context`:
+        """`app`: WSGI; `strangers` limits the work for unknown clients; `context`:
         encrypt; None: plain HTTP."""
         # BaseServer keeps a factory of handlers, which finish_request below does not use.
         socketserver.TCPServer.__init__(
@@ -187,7 +187,7 @@ class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
         self._context = context
 
     def verify_request(self, request: Any, client_address: Any) -> bool:
-        """Lets everyone in; who has been new for longest goes when there are too many."""
+        """Accepts every connection; the oldest new one closes when there are too many."""
         for place in self.places.admit(request, client_address[0]):
             complaints.warn(
                 "%s: too many connections, one of %s ends", client_address[0], place.address
@@ -198,7 +198,7 @@ class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
         """Called by serve_forever after each connection, and at least every poll interval."""
         super().service_actions()
         self.places.cut_overdue()
-        # Connections come no faster than strangers pay for: the rest waits in the system's queue.
+        # Accept connections only as fast as strangers' turns allow: others wait in the queue.
         self.strangers.bill()
         self.strangers.pause(_ACCEPT_PAUSE_S)
 
@@ -208,7 +208,7 @@ class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
         try:
             self.finish_request(request, client_address)
         except (OSError, Crowded):
-            pass  # it has gone already, or it had to
+            pass  # it has closed already, or was cut
         except Exception:
             complaints.warn("%s: error in a request", client_address[0], exc_info=True)
         finally:

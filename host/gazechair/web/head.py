@@ -22,7 +22,7 @@ _TARGET = re.compile(r"/[!-~]*")
 _NAME = re.compile(r"[!#$%&'*+.^_`|~0-9A-Za-z-]+")
 _CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f]")
 _LENGTH = re.compile(r"[0-9]{1,9}")
-# Used by nobody when it is longer than what this host sends out.
+# A valid one is never longer than what this host sends out.
 _MAY_BE_LEFT_OUT = ("if-none-match",)
 _USED = {
     "host",

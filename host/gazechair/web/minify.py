@@ -13,8 +13,8 @@ _LEAN = (".js", ".css", ".html")
 def lean(text: str, suffix: str) -> str:
     """`text` of a file of the pages without whole-line comments and indentation.
 
-    Relies on what tests/web/test_web_files.py keeps true of them: comments stand on lines of
-    their own, and no text goes on over a line's end.
+    Relies on two rules that tests/web/test_web_files.py checks: comments have lines of
+    their own, and no text continues over a line's end.
     """
     if suffix == ".json":
         return json.dumps(json.loads(text), ensure_ascii=False, separators=(",", ":"))

@@ -47,7 +47,7 @@ def certificate_names(web: WebConfig) -> list[str]:
 
 
 def shown_host(web: WebConfig) -> str:
-    """The host in the address that people are told, IPv6 in brackets."""
+    """The host part of the address shown to people, IPv6 in brackets."""
     host = web.name or web.host
     if host in _EVERYWHERE:
         host = next(iter(network_addresses()), "127.0.0.1")

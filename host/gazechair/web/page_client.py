@@ -54,7 +54,7 @@ def _no_constant(name: str) -> None:
 
 @dataclass(frozen=True)
 class Ending:
-    """Why a client ends, and the code that tells its page (None: the socket is closed already)."""
+    """Why a client ends, and the close code for its page (None: the socket is closed already)."""
 
     code: int | None
     why: str
@@ -71,7 +71,7 @@ class PageClient:
         self.device = device
         self.id = port.connect(device.role)
         self.heard_s = time.monotonic()
-        """When the page last said anything."""
+        """When the page last sent anything."""
         self._rate = RateLimit(MESSAGES_PER_S, MESSAGES_PER_S)
         self._wake = threading.Condition()
         self._dirty = True
@@ -113,7 +113,7 @@ class PageClient:
             self._wake.notify()
 
     def dismiss(self, ending: Ending) -> None:
-        """Have the page go, from another thread: nothing it says counts any more."""
+        """Disconnect the page, from another thread: its messages do not count any more."""
         self._port.disconnect(self.id)
         with self._wake:
             self._dismissed = ending
@@ -129,7 +129,7 @@ class PageClient:
             self._ended = True
             self._wake.notify()
         if self._dismissed is not None:
-            self._sender.join(_FAREWELL_S)  # it says why, unless the reader is stuck
+            self._sender.join(_FAREWELL_S)  # it sends the reason, unless the reader is stuck
         else:
             with contextlib.suppress(OSError):
                 self._farewell(ending)

@@ -66,7 +66,7 @@ def add_routes(
 
     @app.after_request
     def keep_longer(response: Response) -> Response:
-        # Whoever opens a page within 400 days stays paired.
+        # A device that opens a page within 400 days stays paired.
         if request.path in PAGES and request.environ.get(DEVICE) is not None:
             keep(response, token_in(request.environ, cookie_name()))
         return response

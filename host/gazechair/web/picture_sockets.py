@@ -22,7 +22,7 @@ from gazechair.web.sockets import CLOSE_POLICY, CLOSE_TRY_LATER, CLOSE_UNSUPPORT
 PICTURES = {"driver": 3, "caretaker": 3, "viewer": 2}
 """At once, by role."""
 HEADER = struct.Struct("<II")  # sequence, expected age_ms at arrival; a JPEG follows
-_TOO_OLD_S = 1.0  # the page greys the picture at 0.5 s: older ones are not worth the way
+_TOO_OLD_S = 1.0  # the page greys the picture at 0.5 s: older ones are not sent
 _ACK_S = 5.0
 _WAIT_S = 0.2
 

@@ -47,7 +47,7 @@ class Places:
         self._places: dict[Any, Place] = {}
 
     def admit(self, connection: Any, address: str) -> list[Place]:
-        """A new connection has come; who had to go for it."""
+        """Add a new connection; returns those that must close for it."""
         place = Place(connection, address, self._clock())
         with self._lock:
             new = [p for p in self._places.values() if not p.settled and not p.evicted]

@@ -25,12 +25,12 @@ class Seat(Generic[Page]):
     page: Page
     device_id: str
     heard_s: float
-    """When it was heard last: the most silent goes first."""
+    """When it last sent anything: the most silent closes first."""
     drives: bool = False
 
 
 def makes_way(seats: Sequence[Seat[Page]], most: int, device_id: str) -> Page | None:
-    """Of `seats` of one role, `most` at once: who goes for a new page of a device, None: nobody.
+    """Of `seats` of one role, `most` at once: which closes for a new page of a device, or None.
 
     Raises Full.
     """

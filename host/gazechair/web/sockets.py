@@ -50,7 +50,7 @@ CLOSE_REVOKED = 4001  # our own; see docs/developing-pages.md
 
 
 class Ended(ConnectionError):
-    """The socket has ended; the text says why."""
+    """The socket has ended; the text gives the reason."""
 
 
 class BadHandshake(Exception):
@@ -142,7 +142,7 @@ class Line:
         self._fed = b""
 
     def take(self, limit_s: float) -> bytes | None:
-        """What comes next, uncounted, b"" at the end, None when none came in time. OSError."""
+        """The next data, uncounted, b"" at the end, None when none came in time. OSError."""
         if self._early:
             early, self._early = self._early, b""
             return early
@@ -173,7 +173,7 @@ class Line:
 
 
 class HeldReader:
-    """The library's receiving thread, held back: who receives reads on their own thread."""
+    """The library's receiving thread, disabled: the receiver reads on its own thread."""
 
     name = "web-socket-read"
 
@@ -205,7 +205,7 @@ class _Counting:
             counts = not isinstance(event, Message) or event.frame_finished
             if counts and not self._line.arrivals.allow():
                 self.why = _FLOOD
-                yield CloseConnection(CLOSE_POLICY, _FLOOD)  # the library says so, and ends
+                yield CloseConnection(CLOSE_POLICY, _FLOOD)  # the library sends it, and ends
                 return
             if isinstance(event, Ping) and not self._pongs.allow(self._line.clock()):
                 continue
@@ -249,7 +249,7 @@ class WebSocket:
         self._say(lambda: self._library.send(data))
 
     def close(self, code: int = CLOSE_NORMAL, why: str = "") -> None:
-        """Say why, and end. Raises OSError when it cannot be said any more."""
+        """Send the reason, and end. Raises OSError when it cannot be sent any more."""
         with self._line.sending:
             try:
                 self._say(lambda: self._library.close(code, why))
@@ -257,7 +257,7 @@ class WebSocket:
                 self._line.ended = self._line.ended or why or "closed"
 
     def hang_up(self) -> None:
-        """Cut the connection now: whoever blocks on it, sending or receiving, wakes up."""
+        """Cut the connection now: threads that block on it, sending or receiving, wake up."""
         cut(self._line.connection)
 
     def _say(self, act: Callable[[], None]) -> None:

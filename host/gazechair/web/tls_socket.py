@@ -44,7 +44,7 @@ class TlsSocket:
                 self._flush()
             except ssl.SSLError:
                 with contextlib.suppress(OSError):
-                    self._flush()  # the alert that says why
+                    self._flush()  # the alert with the reason
                 raise
             if not readable(self.raw, end_s - time.monotonic()):
                 raise TimeoutError("the handshake took too long")
@@ -55,7 +55,7 @@ class TlsSocket:
             patience.pause()
 
     def receive(self, size: int, limit_s: float) -> bytes | None:
-        """As Connection says."""
+        """See Connection."""
         end_s = time.monotonic() + limit_s
         while True:
             with self._lock:
@@ -86,7 +86,7 @@ class TlsSocket:
             self.raw.sendall(out)
 
     def say_goodbye(self) -> None:
-        """Tell the other side that no more comes."""
+        """Signal the other side that nothing more will be sent."""
         with contextlib.suppress(OSError):
             with self._lock, contextlib.suppress(ssl.SSLWantReadError):
                 self._tls.unwrap()

@@ -89,5 +89,5 @@ class Turns:
 
 
 def write_off() -> None:
-    """What the calling thread has spent since its last bill is billed to nobody."""
+    """Processor time of the calling thread since its last charge is charged to nobody."""
     _MINE.billed_s = time.thread_time()

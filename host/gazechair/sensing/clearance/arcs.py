@@ -34,7 +34,7 @@ _BOTH_STEP_RAD = math.radians(4.0)
 # Cells and how far beyond the outline they reach, the coarsest first; beyond all of them is far.
 _GRIDS_M = ((0.08, _MOST_M + 0.1), (0.03, 0.9), (0.01, 0.25))
 _BAND_CELL_M = 0.005  # within the margin, unless that is wide
-_FAR, _NO_WAY = 0, 1  # rows of what is beyond all cells, and of what must not be
+_FAR, _NO_WAY = 0, 1  # rows for points beyond all cells, and for no clearance
 _OCTAGON = np.arange(8) * math.pi / 4.0
 
 
@@ -69,7 +69,7 @@ class ArcReach:
     def ways(self, points_m: FloatArray, contacts: FloatArray) -> Bytes:
         """(N, arcs.SIZE) for the (N, 2) points in the chair's frame; `contacts`: Sweeps' of them.
 
-        A point within the bare outline (a hand, a bag) has the ways of driving and turning alone.
+        A point within the bare outline (a hand, a bag) has only the clearances of single motions.
         """
         rows, held = self._find(points_m)
         found = self._rows[rows]
@@ -89,14 +89,14 @@ class ArcReach:
         return np.asarray(least, dtype=np.uint8)
 
     def _find(self, points_m: FloatArray) -> tuple[Ints, Ints]:
-        """The row of each point, and which points lie within the bare outline (_FAR)."""
+        """The row of each point, and which points are within the bare outline (_FAR)."""
         rows = np.zeros(len(points_m), dtype=np.int64)
         x, y, chosen = points_m[:, 0], points_m[:, 1], np.arange(len(points_m))
         for grid in self._grids:
             fits, cells = grid.find(x, y)
             x, y, chosen = x[fits], y[fits], chosen[fits]
             rows[chosen] = grid.first + cells
-        # What the finest grid has is all that can lie within the margin.
+        # Only cells of the finest grid can be within the margin.
         close = chosen[self._footprint.contains(points_m[chosen])]
         if not len(close):
             return rows, close
@@ -169,7 +169,7 @@ class _Grid:
         return np.stack(np.meshgrid(xs, ys, indexing="ij"), axis=2).reshape(-1, 2)
 
     def find(self, x: FloatArray, y: FloatArray) -> tuple[Ints, Ints]:
-        """Which points lie in it, and in which cells."""
+        """Which points are in it, and in which cells."""
         across, along = int(self._shape[0]), int(self._shape[1])
         column = (x - self._low[0]) * (1.0 / self._cell_m)
         row = (y - self._low[1]) * (1.0 / self._cell_m)
@@ -232,7 +232,7 @@ def _ways(
 def _convex_parts(
     footprint: Footprint, margins: Margins, grown_m: float
 ) -> list[tuple[FloatArray, float]]:
-    # What each part is grown by comes out of the margin as far as that reaches.
+    # The growth of each part is taken from the margin as far as the margin suffices.
     less = Margins(*(max(0.0, width - grown_m) for width in margins.widths_m))
     return [(part, grown_m) for part in _parts(footprint.body, less)]
 

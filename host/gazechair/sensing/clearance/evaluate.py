@@ -19,7 +19,7 @@ from gazelink import arcs
 from gazelink.messages import CLEAR_FAR
 
 _PLAY = (0.04, 0.04, 2.0, 2.0)
-"""A way grows only when it has grown by more than this (metres, metres, degrees, degrees)."""
+"""A clearance grows only when it has grown by more than this (metres, metres, degrees, degrees)."""
 _ARC_PLAY = round(1000.0 * _PLAY[0] / arcs.UNIT_MM)
 
 
@@ -44,10 +44,10 @@ class Evaluator:
         self._held_arcs: Bytes = np.zeros(arcs.SIZE, dtype=np.uint8)
 
     def __call__(self, views: tuple[ChairView, ...]) -> dict[str, Any]:
-        """Fields of outgoing.Clearance: ways, blocked and unseen bits; plain JSON values.
+        """Fields of board_commands.Clearance: clearances, blocked and unseen bits; JSON values.
 
-        A direction is blocked here only where a lidar is blind; how near is too near the board
-        decides.
+        A direction is blocked here only where a lidar is blind; the board decides which distance
+        is too near.
         """
         zone = self.zone
         if zone is not self._zone:
@@ -80,7 +80,7 @@ class Evaluator:
         self._view.use(zone)
         for lidar in self._lidars:
             lidar.use(zone)
-        self._judged = [(None, FREE)] * len(self._lidars)  # each view is judged anew
+        self._judged = [(None, FREE)] * len(self._lidars)  # evaluate each view again
 
 
 def _held(before: float, now: float, play: float) -> float:

@@ -22,7 +22,7 @@ from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 
 _BINS = 360
 _DEG = 2.0 * math.pi / _BINS
-_BACK_S = (0.15, 0.20, 0.35)  # least, wanted, most time between the two views
+_BACK_S = (0.15, 0.20, 0.35)  # least, preferred, most time between the two views
 _EVERY_S = 0.045  # two quarter turns
 _FAR_M = 15.0
 _MOVER_FAR_M = 4.5
@@ -34,7 +34,7 @@ _DOUBT_M = 0.03
 _LEAST_M_S = 0.3
 _MOST_M_S = 1.6
 _LEAST_WIDE = 3
-_PLACES = np.linspace(0.0, 1.0, 9)[1:]  # along his way
+_PLACES = np.linspace(0.0, 1.0, 9)[1:]  # along the walker's path
 _TURNING_DEG_S = 15.0  # faster, and two views have too little in common
 
 
@@ -47,20 +47,20 @@ class Movers:
         self._coming = np.zeros(_BINS)
         self.zone: StopZone = UNKNOWN
         self.speed_m_s = 0.0
-        """The chair's own forward speed and turn rate, as far as the views tell."""
+        """The chair's own forward speed and turn rate, as far as the views show them."""
         self.rate_deg_s = 0.0
 
     def update(self, points_m: FloatArray, at_s: float) -> FloatArray:
-        """(M, 2): where what comes here will be until the chair has stopped; of the chair's frame.
+        """(M, 2): the places that approaching objects reach until the chair has stopped.
 
-        `points_m`: (N, 2), smoothed, of the view acquired at `at_s`.
+        In the chair's frame. `points_m`: (N, 2), smoothed, of the view acquired at `at_s`.
         """
         if not self._views or not 0.0 <= at_s - self._views[-1][0] < _EVERY_S:
             self._coming = self._compare(points_m, at_s)
         return self._ahead(points_m) if self._coming.any() else np.zeros((0, 2))
 
     def _compare(self, points_m: FloatArray, at_s: float) -> FloatArray:
-        """How fast what is in each degree comes, m/s; 0 for all that stands or goes."""
+        """Approach speed of the object in each degree, m/s; 0 if it stands or recedes."""
         before = self._before(at_s)
         self._views.append((at_s, points_m))
         if before is None:
@@ -96,7 +96,7 @@ class Movers:
     def _align(
         self, before: FloatArray, now: FloatArray, elapsed_s: float
     ) -> tuple[FloatArray, FloatArray]:
-        """Gap per degree (now minus expected, m; 0 where that says nothing) and its slant."""
+        """Gap per degree (now minus expected, m; 0 where unknown) and its slant."""
         theta = (np.arange(_BINS) + 0.5) * _DEG
         c, s = np.cos(theta), np.sin(theta)
         x0, y0 = self._origin
@@ -106,7 +106,7 @@ class Movers:
             slope = np.where(smooth, (after - ahead) / (2.0 * _DEG), 0.0)
         ratio = np.where(smooth, slope / np.where(smooth, now, 1.0), 0.0)
         slant = np.sqrt(1.0 + ratio**2)
-        # How the range in a fixed direction changes with the chair's way and turn.
+        # How the range in a fixed direction changes with the chair's travel and turn.
         of_way = (-c - ratio * s) / slant
         of_turn = (y0 * c - x0 * s + ratio * (y0 * s + x0 * c) + slope) / slant
         way_m, turn = self.speed_m_s * elapsed_s, math.radians(self.rate_deg_s) * elapsed_s

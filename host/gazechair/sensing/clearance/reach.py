@@ -33,7 +33,7 @@ NOTHING_NEAR: Bytes = np.full(arcs.SIZE, arcs.FAR, dtype=np.uint8)
 
 
 class LidarReach:
-    """Judges the views of one lidar in the order in which they come."""
+    """Evaluates the views of one lidar in the order in which they arrive."""
 
     def __init__(self, footprint: Footprint) -> None:
         self._sweeps = Sweeps(footprint)
@@ -87,14 +87,14 @@ class LidarReach:
         return (float(least[0]), float(least[1]), float(least[2]), float(least[3]))
 
     def _persons(self, seen: Surfaces) -> list[NDArray[np.int64]]:
-        # Only what is straight ahead: a door post beside the way is as wide as a leg.
+        # Only what is straight ahead: a door post beside the path is as wide as a leg.
         low_m, high_m = self._across_m
         across_m = seen.points_m[:, 1]
         in_way = (across_m > low_m) & (across_m < high_m)
         return [thing[in_way[thing]] for thing in like_persons(seen) if in_way[thing].any()]
 
     def _arcs_of(self, seen: Surfaces, contacts: FloatArray, at_s: float) -> Bytes:
-        # As for the straight ways: beyond the zone a single beam does not count yet.
+        # As for straight motions: beyond the zone a single beam does not count yet.
         lone = np.flatnonzero(seen.lone & (seen.ranges_m < _ARC_RANGE_M))
         doubted = lone[~self._arc_speckles.again(seen.points_m[lone], at_s)]
         if not len(doubted):
@@ -114,7 +114,7 @@ class _Speckles:
         self._kept: list[tuple[float, FloatArray]] = []
 
     def again(self, points: FloatArray, at_s: float) -> NDArray[np.bool_]:
-        """Which of the points of now a turn before had near them, too; remembers them."""
+        """Which of the present points had neighbours a turn before; remembers them."""
         found = np.zeros(len(points), dtype=np.bool_)
         for then_s, others in self._kept if len(points) else ():
             if _TURN_S[0] <= at_s - then_s <= _TURN_S[1]:

@@ -35,18 +35,18 @@ _STANDS_DEG_S = 3.0
 
 
 class Approach:
-    """How near the chair may come, and how fast, to what may be a person in one direction."""
+    """How near, and how fast, the chair may approach a possible person in one direction."""
 
     def __init__(self, stopping: Stopping | None) -> None:
-        """`stopping`: that direction's, None while it is not known: then it may not come near."""
+        """`stopping`: that direction's, None while it is not known: no approach then."""
         self.creep_way_m = 0.0
-        """The way to be told to the board for the chair to creep."""
+        """Clearance to report so that the board limits the chair to creep speed."""
         self.blocked_within_m = np.inf
         """Nearer than this to what may be a person, the chair stops."""
         self._from_m = self._told_m = np.zeros(0)
         if stopping is None:
             return
-        # From how far it may have each speed: he walks until it is as good as standing.
+        # The distance required for each speed: the person walks until the chair nearly stands.
         still_s = stopping.time_s(_HARMLESS_M_S) - stopping.time_s(0.0)
         walked_m = _WALK_M_S * np.maximum(stopping.times_s - still_s, stopping.time_s(0.0))
         self._from_m = (stopping.stops - stopping.margin + walked_m)[zone.CREEP :]
@@ -55,7 +55,7 @@ class Approach:
         self.blocked_within_m = float(self._from_m[0])
 
     def told_m(self, way_m: float) -> float:
-        """The way to be told to the board when `way_m` ahead may stand a person."""
+        """Clearance to report when a person may stand `way_m` ahead."""
         if np.isinf(way_m):
             return way_m
         if way_m < self.blocked_within_m:
@@ -91,9 +91,9 @@ class Standing:
         self._furniture = False
 
     def update(self, way_m: float, chair_stands: bool, walks: bool, at_s: float) -> float:
-        """The way to be told to the board; inf for no limit.
+        """Clearance to report; inf for no limit.
 
-        `way_m`: the way to the nearest that may be a person. `walks`: something comes by itself.
+        `way_m`: distance to the nearest possible person. `walks`: some object approaches.
         """
         approach = self.approach
         if self._furniture:

@@ -18,7 +18,7 @@ from gazechair.base.footprint import BoolArray, FloatArray
 _NEIGHBOURS = 12  # beams to each side
 _WINDOW_RAD = 0.03  # and no farther than this
 _SMOOTH_M = 2.0  # what is farther neither stops nor slows
-_NEXT_RAD = 0.01  # beams so near to each other are neighbours
+_NEXT_RAD = 0.01  # beams this close to each other are neighbours
 _GATE_SIGMA = 5.0
 _LEAST_GATE_M = 0.03
 _MOST_GATE_M = 0.15  # noise of 3 cm

@@ -21,10 +21,10 @@ from gazechair.base.footprint import BoolArray, FloatArray, Footprint, distance_
 from gazelink import codes
 
 RANGE_M = 6.0
-"""Straight ways longer than this count as free."""
+"""Straight distances longer than this count as free."""
 HEADING_TOLERANCE_DEG = 1.0
-"""The real path to what lies ahead may point this far off: veer, casters, a heading that swings.
-What is already alongside has the side margin for that."""
+"""The real path may differ from straight ahead by this: veer, casters, a heading that swings.
+For obstacles already alongside the side margin covers that."""
 
 _FULL_TURN = 2.0 * math.pi
 _PROBE_M = 0.005
@@ -45,7 +45,7 @@ class Sweeps:
         self._spread = math.tan(math.radians(HEADING_TOLERANCE_DEG))
         every = np.concatenate(footprint.parts)
         self._ends_m = {sign: float((sign * every[:, 0]).max()) for sign in (1.0, -1.0)}
-        # Per direction: ways of the points (dx, dy), and the sides through which they can enter.
+        # Per direction: motion of the points (dx, dy), and the sides through which they can enter.
         self._entries = {
             sign: [
                 (dx, dy, self._sides[_facing(self._sides, dx, dy)]) for dx, dy in _headings(sign)
@@ -115,7 +115,7 @@ class Sweeps:
     def _after_leaving(
         self, points: FloatArray, ways: FloatArray, end: float, probe: float, path: Path
     ) -> FloatArray:
-        # Cut each path at its crossings; what lies between two cuts is all in or all out.
+        # Cut each path at its crossings; a piece between two cuts is entirely in or out.
         count = len(points)
         cuts = np.sort(np.minimum(ways, end), axis=1)
         cuts = np.concatenate((np.zeros((count, 1)), cuts, np.full((count, 1), end)), axis=1)
@@ -144,7 +144,7 @@ def _headings(sign: float) -> list[tuple[float, float]]:
 
 
 def _facing(sides: FloatArray, dx: float, dy: float) -> BoolArray:
-    # Sides run counter-clockwise: a way enters where it has the inside on its other side.
+    # Sides run counter-clockwise: a path enters where it has the inside on its other side.
     return np.asarray(dx * (sides[:, 3] - sides[:, 1]) - dy * (sides[:, 2] - sides[:, 0]) < 0.0)
 
 
@@ -171,7 +171,7 @@ def _circle(points: FloatArray, sign: float) -> Path:
 
 
 def _ray_crossings(points: FloatArray, sides: FloatArray, dx: float, dy: float) -> FloatArray:
-    """(N, S): the way along (dx, dy) from each point to each side; inf = it does not cross."""
+    """(N, S): the distance along (dx, dy) from each point to each side; inf = no crossing."""
     ax, ay = sides[:, 0], sides[:, 1]
     ex, ey = sides[:, 2] - ax, sides[:, 3] - ay
     cross = dx * ey - dy * ex

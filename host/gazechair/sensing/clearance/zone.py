@@ -36,7 +36,7 @@ class Stopping:
         """From the decision until the chair stands, margin included."""
         self.times_s: FloatArray = rows[:, 2] / 1000.0
         self.told: FloatArray = rows[:, 3] / unit
-        """The way that lets the board permit that speed, and no more."""
+        """The clearance with which the board permits that speed, and no more."""
         self.margin = float(self.stops[zone.STANDING])
         self.zone = float(self.stops[zone.FULL])
         """In which the fastest profile stops. It could not wait for a second look there."""
@@ -53,7 +53,7 @@ class Stopping:
 
 
 class StopZone:
-    """Of all directions; UNKNOWN while the board has not said."""
+    """For all directions; UNKNOWN until the board has sent it."""
 
     def __init__(self, points: Sequence[bytes] | None = None) -> None:
         """`points` of each direction, in the order of codes.DIRECTIONS; ValueError for nonsense."""

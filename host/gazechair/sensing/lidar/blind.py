@@ -30,14 +30,14 @@ UNMEASURED_DEG = 3  # no measurement at all: bytes were lost; that is never open
 SUDDEN_DEG = 30
 SUDDEN_S = 0.15
 _MIN_SHARE = 0.25  # of a degree's measurements that must have a return
-_BORDER = 3  # degrees of a gap's border that are looked at
+_BORDER = 3  # degrees of a gap's border that are examined
 
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 
 class Blindness:
-    """Judges the views of one lidar in the order in which they come."""
+    """Evaluates the views of one lidar in the order in which they arrive."""
 
     def __init__(self) -> None:
         self._had: BoolArray = np.zeros(BINS, dtype=np.bool_)  # a return, in the view before

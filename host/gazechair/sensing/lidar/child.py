@@ -81,7 +81,7 @@ class Lidar:
 
 
 class Pipeline:
-    """All lidars and what is made of them. Call `step` for ever; it waits for news by itself."""
+    """All lidars and their evaluation. Call `step` in a loop; it waits for new data itself."""
 
     def __init__(
         self,
@@ -104,7 +104,7 @@ class Pipeline:
             lidar.reader.stop()
 
     def hanging(self) -> str | None:
-        """The name of a lidar whose thread does not come back; None when all do."""
+        """The name of a lidar whose thread does not return; None when all do."""
         oldest_s = time.monotonic() - _HANGS_S
         for lidar in self.lidars:
             if lidar.reader.alive_s < oldest_s:
@@ -112,7 +112,7 @@ class Pipeline:
         return None
 
     def step(self) -> Report:
-        """Wait for news, 0.1 s at most, and say how things are."""
+        """Wait for new data, 0.1 s at most, and report the state."""
         self._news.wait(_PULSE_S)
         self._news.clear()
         for lidar in self.lidars:
@@ -143,7 +143,7 @@ def _arcs(flags: np.ndarray[Any, np.dtype[np.bool_]]) -> tuple[tuple[int, int], 
 
 
 def hear(lines: BinaryIO, evaluator: Evaluator) -> None:
-    """How the board stops, as the parent says it, until the parent is gone."""
+    """How the board stops, as sent by the parent, until the parent ends."""
     while line := lines.readline(_LINE):
         evaluator.zone = understood(line)
 

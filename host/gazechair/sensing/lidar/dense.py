@@ -32,7 +32,7 @@ _FORGET = 200  # capsules in a row that fit nothing: the mirror turns at another
 _SPIKE_M = 0.1
 _HIGH_M = 1.0
 _SPIKE_NOISE = 5.0  # times the capsule's own median step
-# A capsule in 50 may be given up for its spikes: where speckle is common, spikes tell nothing.
+# Spikes may drop one capsule in 50: where isolated returns are common, spikes mean nothing.
 _SPIKE_BUDGET = 4.0
 _SPIKE_MEMORY = 250  # capsules: some three turns
 _SPIKE_EARN = 1.0 / 50.0
@@ -43,12 +43,12 @@ IntArray = NDArray[np.int64]
 
 
 class CapsuleDecoder:
-    """Feed it bytes as they come; it returns the nodes of every capsule that can be trusted.
+    """Feed it bytes as they arrive; it returns the nodes of every capsule that can be trusted.
 
-    Counters: `fed` bytes taken, `resyncs` places where the stream had to be realigned, `dropped`
-    bytes given up there, `implausible` capsules with a good checksum at a wrong angle, `spiky` ones
-    whose distances looked damaged.
-    `step_deg`: the mirror's turning from one capsule to the next, 0 before it is known.
+    Counters: `fed` bytes read, `resyncs` places where the stream had to be realigned, `dropped`
+    bytes discarded there, `implausible` capsules with a good checksum at a wrong angle, `spiky`
+    ones whose distances looked damaged.
+    `step_deg`: the mirror's rotation from one capsule to the next, 0 before it is known.
     """
 
     def __init__(self) -> None:
@@ -173,7 +173,7 @@ class CapsuleDecoder:
         """For every capsule but the last: do its distances look damaged?
 
         They do with one high spike or two lower ones: single distances that stand out from both
-        neighbours. A thin thing looks like that too, but in every turn: then it is believed.
+        neighbours. A thin object looks like that too, but in every turn; then it is accepted.
         """
         line = np.concatenate(([self._last_m], distances_m.reshape(-1)[: 1 - POINTS]))
         self._last_m = float(distances_m[-2, -1])

@@ -92,7 +92,7 @@ class _Library(RPLidar):  # type: ignore[misc]  # the library has no type hints
         self.motor_running = False
 
     def _read_response(self, dsize: int) -> bytes:
-        # The library waits for ever here when the lidar falls silent.
+        # The library waits here without limit when the lidar stops sending.
         data: bytes = self._serial.read(dsize)
         if len(data) != dsize:
             raise RPLidarException(f"{len(data)} of {dsize} bytes came")
@@ -171,7 +171,7 @@ class S2:
             self._lidar.disconnect()
 
     def _quiet(self) -> None:
-        """Stop whatever a former owner left running, and read away what is still under way."""
+        """Stop whatever an earlier owner left running, and discard what is still arriving."""
         try:
             self._lidar.stop()
             deadline_s = time.monotonic() + _REPLY_S
@@ -189,7 +189,7 @@ class S2:
                 "check lidar.port in the configuration and the lidar's power",
                 SILENT,
             ) from error
-        if isinstance(info, str):  # the library's way to say that bytes are still coming in
+        if isinstance(info, str):  # the library's signal that bytes are still arriving
             raise LidarError(
                 f"{self._port} sends unasked: another device? check lidar.port in the configuration"
             )
@@ -202,7 +202,7 @@ class S2:
 
 
 def stale_backlog(data: bytes) -> bool:
-    """True when so much came at once that its age can't be told any more (the reader slept)."""
+    """True when so much came at once that its age is unknown (the reader slept)."""
     return len(data) >= _STALE_BYTES
 
 

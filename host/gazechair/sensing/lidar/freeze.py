@@ -17,7 +17,7 @@ _QUARTER = 90
 _SAME_SHARE = 0.9
 _LEAST_BINS = 20  # of a quarter that must have returns for a verdict
 _QUARTERS = 2  # in a row that are the same: frozen
-_UNPROVEN_QUARTERS = 16  # without any verdict: there is nothing to tell by
+_UNPROVEN_QUARTERS = 16  # without any verdict: too little data to decide
 
 
 class FreezeWatch:

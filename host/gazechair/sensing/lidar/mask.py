@@ -15,7 +15,7 @@ from gazechair.sensing.lidar.scan import Arc, Pose, Scan
 
 LEAST_SCANS = 20
 MOST_DEG = 300
-_CHAIR_M = 0.10  # a return that near to the outline, or within it, is the chair
+_CHAIR_M = 0.10  # a return this near to the outline, or within it, is the chair
 _ROOM_M = 0.50  # nothing else may be nearer
 _STEADY_M = 0.05
 _OFTEN, _HARDLY = 0.5, 0.05  # shares of the turns
@@ -31,7 +31,7 @@ class MaskError(Exception):
 
 @dataclass(frozen=True)
 class Learned:
-    """`mask`: the arcs for the configuration. The others say what they are made of, in degrees of
+    """`mask`: the arcs for the configuration. The others are its two causes, in degrees of
     the lidar's own frame: where it sees the chair, and where it never sees anything."""
 
     mask: tuple[Arc, ...]
@@ -108,7 +108,7 @@ def _distance_to_chair(middle: FloatArray, pose: Pose, outline_m: FloatArray) ->
 
 
 def _refuse_open(nothing: BoolArray, often: BoolArray, middle: FloatArray) -> None:
-    """Open space returns nothing either: then no border of it is near."""
+    """Open space returns nothing either; but then its borders are not near."""
     for first, count in runs(nothing):
         borders = [at % BINS for at in (first - 1, first + count) if often[at % BINS]]
         if borders and count < BINS and min(middle[at] for at in borders) >= FAR_M:

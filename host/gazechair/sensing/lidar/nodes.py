@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 NODE_SIZE = 5
-# Alignment is proven by this many valid nodes in a row whose angle goes on turning. Nodes read one
-# to four bytes off can look valid too, before a flat wall for some 18 in a row, but don't turn.
+# This many valid nodes in a row with a steadily turning angle prove the alignment. Nodes read one
+# to four bytes off can look valid too (before a flat wall some 18 in a row), but don't turn.
 _RUN = 24
 _MIN_TURN_DEG = 1.0
 _BACK_DEG = 1.0
-# Neighbouring nodes lie about 0.2 degrees apart; the gap behind lost bytes is one-sided.
+# Neighbouring nodes are about 0.2 degrees apart; the gap after lost bytes is one-sided.
 _JUMP_DEG = 8.0
 _MAX_PENDING = 1 << 16
 
@@ -45,10 +45,10 @@ class Nodes:
 
 
 class NodeDecoder:
-    """Feed it bytes as they come; it returns every whole node in them.
+    """Feed it bytes as they arrive; it returns every whole node in them.
 
-    Counters: `fed` bytes taken, `resyncs` places where the stream had to be realigned, `dropped`
-    bytes given up there, `implausible` nodes whose angle fits neither neighbour.
+    Counters: `fed` bytes read, `resyncs` places where the stream had to be realigned, `dropped`
+    bytes discarded there, `implausible` nodes whose angle fits neither neighbour.
     """
 
     def __init__(self) -> None:
@@ -64,7 +64,7 @@ class NodeDecoder:
         self.fed += len(data)
         buf = self._pending + data
         if len(buf) > _MAX_PENDING:
-            # Only a reader that slept for a second gets here: what is that old is worth nothing.
+            # Only a reader that slept for a second gets here: data that old is useless.
             self.dropped += len(buf) - _MAX_PENDING
             buf = buf[-_MAX_PENDING:]
             self._searching = True

@@ -22,7 +22,7 @@ _READ_S = 0.05
 # are cheap to decode, and its end is not slept over.
 _GATHER_S = (0.010, 0.010, 0.002)
 _SILENT_S = 0.25  # without measurements: no scan counts any more
-_GIVE_UP_S = 0.5  # and then the device is opened anew
+_GIVE_UP_S = 0.5  # and then the device is reopened
 _FIRST_S = 5.0  # until the first measurements; the motor runs up meanwhile
 _RETRY_S = (0.25, 2.0)
 
@@ -133,7 +133,7 @@ class Reader:
                 piece += 1
 
     def _replay(self) -> None:
-        """Play the file in its own time, and again from its start for ever."""
+        """Play the file at its own speed, in a loop."""
         self._say(states.STARTING, STARTING, f"opening {self.config.file}")
         file = ScanReader(Path(self.config.file))
         try:

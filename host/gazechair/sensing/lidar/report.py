@@ -26,7 +26,7 @@ class LidarReport:
     state: str
     """gazechair.base.health: STARTING, OK, DEGRADED or LOST."""
     reason: str
-    """One of the keys above, "ok" when there is nothing to say."""
+    """One of the keys above, "ok" when there is nothing to report."""
     detail: str
     source: int | None = None
     """codes.REAL, SIMULATED or REPLAYED; None while it delivers nothing, as all below."""

@@ -98,7 +98,7 @@ def to_chair(
 
 
 def in_arcs(angles_deg: FloatArray, arcs: Sequence[Arc]) -> NDArray[np.bool_]:
-    """True where an angle lies in one of `arcs`, ends included."""
+    """True where an angle is in one of `arcs`, ends included."""
     inside = np.zeros(len(angles_deg), dtype=np.bool_)
     for from_deg, to_deg in arcs:
         inside |= (angles_deg - from_deg) % 360.0 <= (to_deg - from_deg) % 360.0

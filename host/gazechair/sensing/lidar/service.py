@@ -25,7 +25,7 @@ Publish = Callable[[Clearance], None]
 class LidarService:
     """Runs the lidars and publishes the clearance with each renewed scan.
 
-    While nothing new comes nothing is published: the age of the last word grows by itself.
+    Without new data it publishes nothing: the age of the last clearance keeps growing.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class LidarService:
         return self._supervisor.pid if self._supervisor else None
 
     def start(self) -> None:
-        """Start the child process; with kind "off" only the health says so."""
+        """Start the child process; with kind "off" only report that in the health."""
         if not self._configs:
             self._health.set(states.LOST, LOST, 'no lidar is configured: set lidar.kind = "s2"')
             return

@@ -18,7 +18,7 @@ def make_decoder(mode: str) -> CapsuleDecoder | NodeDecoder:
 
 
 class NodeStream:
-    """Takes nodes; after a quarter turn of the mirror `scan` is worth a look."""
+    """Receives nodes; after each quarter turn of the mirror `scan` has new data."""
 
     def __init__(self, source: int, period_s: float) -> None:
         """`source`: codes.REAL, ...; `period_s`: from one measurement to the next."""
@@ -84,7 +84,7 @@ class ByteStream(NodeStream):
         return True
 
     def scan(self) -> Scan | None:
-        """As above; None too while it is not proven that the device measures anew each turn."""
+        """As above; also None until it is proven that the device measures each turn."""
         return super().scan() if self._freeze.proven and not self._freeze.frozen else None
 
     def _count_losses(self) -> None:

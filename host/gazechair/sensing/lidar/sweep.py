@@ -14,7 +14,7 @@ from gazelink import codes
 NODE_PERIOD_S = 1.0 / 16_000.0  # standard scan: 16 kHz
 _LONGEST_TURN_S = 0.5  # behind that the S flag was lost several times over
 _FOLLOW = 0.2  # of the turning rate, each turn
-# A dense capsule comes when the next one is whole: so long a quarter does not wait for its own.
+# A dense capsule is decoded when the next one is complete: a quarter does not wait for its own.
 _ALL_BUT_DEG = 2.0
 _JITTER_DEG = 5.0  # of the angle at which a turn starts
 _KEPT = 3  # turns before the one in progress
@@ -27,9 +27,9 @@ class Sweep:
 
     This gives an obstacle some 25 ms after its beam, instead of up to a whole turn later.
 
-    Degrees of which every measurement was lost show what the two turns before saw, for one turn
-    more; then they are missing, as they are when one of those saw nothing there either. So a wrong
-    measurement never makes the way free for a second turn.
+    Degrees of which every measurement was lost show the values of the two turns before, for one
+    turn more; then they are missing, as they are when one of those saw nothing there either. So a
+    wrong measurement never makes a direction free for a second turn.
     """
 
     def __init__(self, source: int = codes.SIMULATED, period_s: float = NODE_PERIOD_S) -> None:
