@@ -45,7 +45,7 @@ class Driver:
         self.page.mouse.down()
 
     def release(self) -> None:
-        """Let go."""
+        """Release."""
         self.page.mouse.up()
 
     def rest(self) -> None:
@@ -55,7 +55,7 @@ class Driver:
         self.page.mouse.move(size["width"] * 0.5, size["height"] * 0.6)
 
     def click(self, target: str) -> None:
-        """Press and let go, then rest."""
+        """Press and release, then rest."""
         self.press(target)
         self.release()
         self.rest()

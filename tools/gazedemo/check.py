@@ -12,7 +12,7 @@ from gazedemo.sim_control import SimControl
 from gazedemo.stack import Stack
 
 NEUTRAL = (170, 170)
-_HOST_SILENT_MS = 100.0  # promise P2; the cable's own last bytes are on their way when it is pulled
+_HOST_SILENT_MS = 100.0  # promise P2; the cable's last bytes are still in transit when it is pulled
 _SIM_STEP_MS = 5.0  # what the simulator's own look at the wipers may add
 _TRIES = 4
 # Reasons that a PC which stalls for a moment gives rise to: the driver presses again, as a person
@@ -52,14 +52,14 @@ class Check:
         return self.figures
 
     def simulation_is_said(self) -> None:
-        """The page is linked, shows a picture and says that this is a simulation."""
+        """The page is linked, shows a picture and marks the simulation."""
         driver = self._driver
         driver.wait(lambda: driver.data("link") == "ok", 20, "the page is linked to the host")
         driver.wait(lambda: driver.data("picture") == "fresh", 20, "a picture is shown")
         assert driver.data("simulated") == "true", "no SIMULATIE banner"
 
     def arm(self) -> None:
-        """Ask for driving until the board is armed."""
+        """Request driving until the board is armed."""
         driver = self._driver
         start_s = time.monotonic()
         for _ in range(_TRIES):
@@ -173,7 +173,7 @@ class Check:
                 self._sim.wait(condition, 3, what)
                 return
             except TimeoutError:
-                # A PC that stalled ended the press; its reason may be gone from the page by now.
+                # A PC that stalled ended the press; the page may not show its reason any more.
                 if tries_left == 0:
                     raise
             self._driver.release()
@@ -194,7 +194,7 @@ class Check:
         return key
 
     def _quiet(self) -> None:
-        """A moment in which nothing is asked, as between two looks; an old override ends."""
+        """A moment without a request, as between two looks; an old override ends."""
         self._driver.page.wait_for_timeout(500)
 
     def _standing(self, truth: dict[str, Any]) -> bool:

@@ -28,7 +28,7 @@ def enough() -> None:
 
 @contextmanager
 def later() -> Iterator[None]:
-    """Inside it none of them is heard; one that came is heard after it."""
+    """Signals are delayed inside it and delivered after it."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, (*_ENDINGS, signal.SIGALRM))
     try:
         yield

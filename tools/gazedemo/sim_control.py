@@ -36,7 +36,7 @@ class SimControl:
         return reply
 
     def truth(self) -> dict[str, Any]:
-        """Where the chair is and what it does, as World.truth() says."""
+        """The chair's position and motion, as in World.truth()."""
         return self.do("truth")
 
     def wipers(self) -> tuple[int, int]:

@@ -34,8 +34,8 @@ kind = "s2"
 port = "{lidar}"
 mask = [[123, -123]]
 """
-"""The simulated chair's own part of a configuration: `board` and `lidar` are the simulator's ports.
-The chair itself is in its lidar's way behind."""
+"""The simulated chair's part of a configuration: `board` and `lidar` are the simulator's ports.
+The chair itself blocks its lidar's view behind."""
 _HOST_CONFIG = """\
 [camera]
 kind = "http"
@@ -82,7 +82,7 @@ class Stack:
 
     @property
     def url(self) -> str:
-        """Where the pages are, for who is paired."""
+        """The address of the pages, for paired devices."""
         return f"http://127.0.0.1:{self._port}/"
 
     @property

@@ -15,8 +15,8 @@ _libc = ctypes.CDLL(None) if sys.platform == "linux" else None
 def dies_with_me(number: signal.Signals) -> Callable[[], None]:
     """A preexec_fn: the child gets signal `number` when the thread that starts it ends.
 
-    It hears every signal, whatever its parent was deaf to just then.
-    Only on Linux; elsewhere such a child lives on when its parent is killed.
+    The child receives every signal, even those that its parent ignored.
+    Only on Linux; elsewhere such a child continues when its parent is killed.
     """
     parent = os.getpid()
 
@@ -25,7 +25,7 @@ def dies_with_me(number: signal.Signals) -> Callable[[], None]:
         if _libc is None:
             return
         _libc.prctl(_PR_SET_PDEATHSIG, number)
-        if os.getppid() != parent:  # it ended before it could be asked
+        if os.getppid() != parent:  # it ended before the request took effect
             os.kill(os.getpid(), number)
 
     return prepare

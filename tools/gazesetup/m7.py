@@ -10,9 +10,9 @@ from gazesetup.progress import NotAvailable
 
 
 def find_m7() -> Path:
-    """Its folder: $GAZECHAIR_M7, or the one shared beside the checkout.
+    """Its folder: $GAZECHAIR_M7, or the one shared next to the checkout.
 
-    Raises NotAvailable when it is not there.
+    Raises NotAvailable when neither exists.
     """
     folder = Path(os.environ.get("GAZECHAIR_M7") or ROOT.parent / "shared" / "m7").absolute()
     if not (folder / "firmware.elf").is_file():

@@ -38,11 +38,11 @@ class MicroPython(NamedTuple):
 
 
 def ensure_micropython(*, local: Path = LOCAL) -> MicroPython:
-    """The best MicroPython this machine can have, checked by running it.
+    """The best MicroPython for this machine, checked by running it.
 
     In this order: $GAZECHAIR_MICROPYTHON, which must work when given; the one unpacked earlier in
-    .local/micropython; Debian's 32-bit package, unpacked there; `micropython` on PATH (said aloud
-    when 64-bit). Raises NotAvailable with the reason.
+    .local/micropython; Debian's 32-bit package, unpacked there; `micropython` on PATH (with a
+    notice when 64-bit). Raises NotAvailable with the reason.
     """
     given = os.environ.get("GAZECHAIR_MICROPYTHON", "")
     if given:

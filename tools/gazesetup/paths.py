@@ -13,7 +13,7 @@ SOURCE_ROOTS = ("protocol", "firmware", "host", "tools")
 def source_environment() -> dict[str, str]:
     """This process's environment, with the checkout's source roots on PYTHONPATH and MICROPYPATH.
 
-    MICROPYPATH holds what the board has, and MicroPython's own frozen modules.
+    MICROPYPATH has the board's sources, and MicroPython's own frozen modules.
     """
     env = dict(os.environ)
     env["PYTHONPATH"] = os.pathsep.join(str(ROOT / name) for name in SOURCE_ROOTS)

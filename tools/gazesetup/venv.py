@@ -46,7 +46,7 @@ def ensure_venv(extras: Iterable[str] = (), *, root: Path = ROOT, local: Path = 
 
 
 def enter_venv(extras: Iterable[str] = ()) -> None:
-    """Go on inside the venv: return when already there, else start this same command there."""
+    """Continue inside the venv: return when already there, else start this same command there."""
     python = ensure_venv(extras)
     if Path(sys.prefix).resolve() != python.parent.parent.resolve():
         sys.stdout.flush()
@@ -55,7 +55,7 @@ def enter_venv(extras: Iterable[str] = ()) -> None:
 
 @contextmanager
 def locked(local: Path) -> Iterator[None]:
-    """Hold the set-up lock of this checkout, waiting for another set-up under way."""
+    """Lock the set-up of this checkout, waiting for another set-up in progress."""
     local.mkdir(parents=True, exist_ok=True)
     with open(local / "setup.lock", "w") as file:
         try:
@@ -91,7 +91,7 @@ def _make(venv: Path, python: Path) -> None:
         apt.install(f"python{version}-venv", what="Python's venv module")
     with say(f"making a virtual environment for Python {version}"):
         shutil.rmtree(venv, ignore_errors=True)
-        # Not sys.executable: that may lie in the venv just removed.
+        # Not sys.executable: that may be in the venv just removed.
         base = getattr(sys, "_base_executable", sys.executable)
         run_quietly([base, "-m", "venv", venv])
         if not python.exists():

@@ -42,7 +42,7 @@ def main() -> int:
     if arguments.board and not arguments.board.startswith(EMULATED):
         parser.error(f"--board {arguments.board}: must be {EMULATED} and the emulation's folder")
     interpreter = arguments.board or arguments.micropython
-    sys.setswitchinterval(0.0005)  # the camera's thread must not hold up the board's bytes
+    sys.setswitchinterval(0.0005)  # the camera's thread must not delay the board's bytes
     try:
         rig = Rig(arguments.dir, interpreter, arguments.room, arguments.profile)
     except (OSError, ValueError, FlashError) as error:

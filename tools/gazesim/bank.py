@@ -20,7 +20,7 @@ LOG_KINDS = ("write", "read", "nak", "eio")
 
 @dataclass(frozen=True)
 class LogEntry:
-    """One bus transfer as the board did it; `data` holds its first 16 bytes at most."""
+    """One bus transfer as the board did it; `data` has at most its first 16 bytes."""
 
     number: int  # from 1
     time_us: int  # on the board's clock
@@ -71,7 +71,7 @@ class Bank:
         self._log_read = 0
 
     def close(self) -> None:
-        """Give the mapping back; the bank must not be used after."""
+        """Release the mapping; the bank must not be used afterwards."""
         if isinstance(self.buffer, mmap.mmap):
             self.buffer.close()
 

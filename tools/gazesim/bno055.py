@@ -42,7 +42,7 @@ _CONFIG_ONLY = (*range(0x3B, 0x3D), 0x3E, *range(0x40, 0x43), *range(0x55, _END)
 
 
 class Bno055:
-    """The sensor in its slot. `step` tells it how the chair moves; everything else is registers.
+    """The sensor in its slot. `step` passes the chair's motion; everything else is registers.
 
     Heading is clockwise 0..360 and starts at 0 with the fusion; gyro z is counter-clockwise
     positive. Its errors (see imu_model) follow from the seed.

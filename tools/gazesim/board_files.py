@@ -21,10 +21,10 @@ def put(path, packed):
 
 
 def firmware_files() -> dict[str, str]:
-    """What `gazechair flash` puts on a board, as source: {path on the board: text}, main.py last.
+    """The files of `gazechair flash`, as source: {path on the board: text}, main.py last.
 
-    It lies in /flash/lib, where MicroPython looks by itself, so main.py is as it is in the
-    checkout. Raises gazechair's FlashError when the firmware is not there.
+    They are in /flash/lib, where MicroPython looks by default, so main.py is as it is in the
+    checkout. Raises gazechair's FlashError when the firmware is missing.
     """
     sources = tree.find_sources()
     files = {f"{LIB}/{path}": text for path, text in sources.texts().items()}
@@ -32,7 +32,7 @@ def firmware_files() -> dict[str, str]:
 
 
 def install_script(files: Mapping[str, str], then: str) -> bytes:
-    """A MicroPython program that writes `files` to the board's flash and goes on with `then`."""
+    """A MicroPython program that writes `files` to the board's flash and continues with `then`."""
     folders = {str(parent) for path in files for parent in PurePosixPath(path).parents}
     below = sorted(folder for folder in folders if folder.startswith(f"{tree.BASE}/"))
     lines = [_PUT, f"for folder in {below!r}:"]

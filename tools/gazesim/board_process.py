@@ -31,7 +31,7 @@ class BoardProcess(CabledBoard):
         self._interpreter = interpreter
 
     def pause(self) -> None:
-        """Stop it in the middle of whatever it does; going on, it finds that much time gone."""
+        """Suspend it at any point; when it resumes, that much time has passed."""
         self._bank.set_u32(layout.HOST_FLAGS_AT, _HANG)
         super().pause()
 

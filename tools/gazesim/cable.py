@@ -15,7 +15,7 @@ from pathlib import Path
 from gazesim.pty_port import PtyPort
 
 _CHUNK = 512  # bytes moved at a time: the Teensy's receive ring
-_WAITING_LIMIT = 4096  # bytes on their way before the sender is held up
+_WAITING_LIMIT = 4096  # bytes in transit before the sender must wait
 _LOOK_S = 0.02  # how often to look whether the host opened the port
 _GATHER_S = 0.001  # the board writes byte by byte; USB too carries what has gathered
 
@@ -38,7 +38,7 @@ class _Lane:
         return self._size >= _WAITING_LIMIT
 
     def clear(self) -> None:
-        """Forget what is on its way."""
+        """Discard what is in transit."""
         self._waiting.clear()
         self._size = 0
 
@@ -68,14 +68,14 @@ class _Lane:
         return self._waiting[0][1] if self._waiting and self._waiting[0][0] <= now_s else b""
 
     def delivered(self, count: int) -> None:
-        """The first `count` bytes of `due` are gone."""
+        """The first `count` bytes of `due` have been delivered."""
         due_s, data = self._waiting.popleft()
         self._size -= count
         if count < len(data):
             self._waiting.appendleft((due_s, data[count:]))
 
     def wait_s(self, now_s: float) -> float | None:
-        """Seconds until something is due; None when nothing is on its way."""
+        """Seconds until something is due; None when nothing is in transit."""
         return max(0.0, self._waiting[0][0] - now_s) if self._waiting else None
 
 
@@ -130,7 +130,7 @@ class Cable:
         return fd
 
     def pull(self) -> None:
-        """Pull the plug: the host's port vanishes at once, bytes on their way are lost."""
+        """Pull the plug: the host's port vanishes at once, bytes in transit are lost."""
         with self._lock:
             self.port.unplug()
             self.to_host.clear()
@@ -138,7 +138,7 @@ class Cable:
         self._wake()
 
     def plug(self) -> None:
-        """Plug it in again: the port comes back under the same path."""
+        """Plug it in again: the port reappears under the same path."""
         with self._lock:
             self.port.plug()
         self._wake()
@@ -212,7 +212,7 @@ class Cable:
             self.to_host.put(data, now_s)
             self._gather_until_s = now_s + _GATHER_S
         while data := self.to_host.due(now_s):
-            count = self.port.write(data)  # without a listener all of it is gone
+            count = self.port.write(data)  # without a listener all of it is lost
             if not count:
                 break
             self.to_host.delivered(count)
@@ -229,7 +229,7 @@ class Cable:
             return b""
         except OSError:
             data = b""
-        if not data:  # the board's process is gone; its next one will be connected anew
+        if not data:  # the board's process has ended; its next one will be connected again
             self._board = -1
         return data
 

@@ -15,7 +15,7 @@ from gazesim.bank import Bank
 from gazesim.cable import Cable
 
 _CAUSE_RESET = 5
-_SEND_BUFFER = 4608  # small, so that a board that does not read holds up the host soon
+_SEND_BUFFER = 4608  # small, so that a board that does not read soon blocks the host
 
 
 class CabledBoard(ABC):
@@ -49,7 +49,7 @@ class CabledBoard(ABC):
         """Start it; OSError when what runs the board is not there."""
         self._folder.mkdir(parents=True, exist_ok=True)
         ours, boards = socket.socketpair()
-        # Not the other way: QEMU sends byte by byte, and the kernel charges each with ~1 kB.
+        # Not in the other direction: QEMU sends byte by byte, and the kernel charges each ~1 kB.
         ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
         try:
             with boards, open(self._folder / "board.log", "ab") as log:
@@ -101,7 +101,7 @@ class CabledBoard(ABC):
             self._paused = True
 
     def resume(self) -> None:
-        """Let it go on after `pause`."""
+        """Let it continue after `pause`."""
         if self._process is not None and self._paused:
             self._process.send_signal(signal.SIGCONT)
             self._paused = False

@@ -23,7 +23,7 @@ class Axis:
     accelerate: float  # ramp towards more speed, per second
     brake: float  # ramp towards less
     lag_s: float  # first-order lag of chair and wheels
-    standstill: float  # slower than this, and not asked for more, the brakes hold it
+    standstill: float  # slower than this, without a faster request, the brakes stop it
     friction: float = 0.0  # speed lost while moving; full deflection still gives the full speed
     stiction: float = 0.0  # a ramp below this does not set a standing chair in motion
 
@@ -34,7 +34,7 @@ class Axis:
             raise ValueError("ramps and lag must be above 0, the dead time 0 or more")
         if min(self.friction, self.stiction) < 0.0:
             raise ValueError("friction and stiction must be 0 or more")
-        for full in (self.positive, self.negative):  # 0: it does not move that way at all
+        for full in (self.positive, self.negative):  # 0: it does not move in that direction
             if full < 0.0 or (full and max(self.friction, self.stiction) >= full):
                 raise ValueError(f"friction and stiction must be below the full speed {full}")
 
@@ -98,7 +98,7 @@ class AxisState:
             change = (axis.accelerate if faster else brake) * dt_s
             ramp += max(-change, min(change, wanted - ramp))
             self._ramp = ramp
-            drive = 0.5 * (drive + ramp)  # its mean over the step: coarse steps go the same way
+            drive = 0.5 * (drive + ramp)  # its mean over the step, for the same path at any step
         elif ramp == 0.0 == speed:
             return
         if not rolling:
@@ -115,7 +115,7 @@ class AxisState:
             self._follow = 1.0 - math.exp(-dt_s / axis.lag_s)
         new = speed + (drive - speed) * self._follow
         still = axis.standstill
-        # It sticks where it turns round below what would break it loose, and where it is held.
+        # It sticks at a reversal below what would break it loose, and where the brakes stop it.
         turned = new * speed < 0.0 and -self._breakaway < ramp < self._breakaway
         held = -still < new < still and -still < drive < still
         if (turned and not rolling) or (held and (not rolling or ramp == 0.0)):

@@ -43,7 +43,7 @@ class Control:
             self.path.unlink()
 
     def poll(self) -> None:
-        """Answer what has come; never waits."""
+        """Answer the received requests; never waits."""
         with contextlib.suppress(BlockingIOError):
             client, _ = self._server.accept()
             if len(self._clients) >= _CLIENT_LIMIT:
@@ -79,7 +79,7 @@ class Control:
             reply = {"error": str(error)}
         try:
             client.sendall(json.dumps(reply).encode() + b"\n")
-        except OSError:  # gone, or does not read its answers
+        except OSError:  # disconnected, or does not read its answers
             self._drop(client)
 
     def _drop(self, client: socket.socket) -> None:

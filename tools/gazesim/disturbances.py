@@ -15,7 +15,7 @@ _WANDER_ADD = 0.3
 
 @dataclass(frozen=True)
 class Disturbances:
-    """All of them zero (factors 1) unless told: `Disturbances()` is the undisturbed chair."""
+    """All of them zero (factors 1) by default: `Disturbances()` is the undisturbed chair."""
 
     gain: float = 1.0  # factor on the speeds: battery, tyres, floor
     load: float = 1.0  # factor on the inertia, which the lag follows
@@ -64,7 +64,7 @@ class Floor:
         self.veer = [0.0, 0.0]
         """Share of the linear and of the turn speed."""
         self._wander_in_s = 0.0
-        # Which way the casters lie, for driving and for turning: 1 as after forward or left.
+        # The casters' position, for driving and for turning: 1 as after forward or left.
         self._lie = [self._random.choice((-1.0, 1.0)), self._random.choice((-1.0, 1.0))]
 
     def wander(self, dt_s: float, spread: float) -> None:
@@ -81,7 +81,7 @@ class Floor:
     ) -> float:
         """The yaw rate the swinging casters add; shares are the speeds, -1..1 of the full ones.
 
-        They swing by the way the wheels go, so a chair that stands keeps them as they lie, and
+        They swing over the wheels' distance, so a standing chair keeps their position, and
         going back swings them back: all reversals together never add more than `caster_deg`.
         """
         rate = 0.0

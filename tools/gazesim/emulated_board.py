@@ -27,7 +27,7 @@ _ICOUNT_SHIFT = 2  # 4 ns an instruction: slow enough for QEMU, fast enough for 
 
 def machine_words(elf: Path, bank_path: Path, line: str) -> list[str]:
     """QEMU's arguments for the emulated Teensy, its serial line being the chardev `line`."""
-    path = str(bank_path).replace(",", ",,")  # QEMU's way to quote
+    path = str(bank_path).replace(",", ",,")  # QEMU's quoting
     memory = f"memory-backend-file,id=bank,share=on,size={layout.SIZE},mem-path={path}"
     return [
         *("-machine", "mps2-an500,memory-backend=bank", "-kernel", str(elf)),
@@ -43,7 +43,7 @@ class EmulatedBoard(CabledBoard):
     Its time is wall time; or, `counted`, a count of its instructions that waits when it idles:
     then a loaded PC makes the board slow, watchdog included, where it would else miss deadlines.
     Its flash is part of the bank and outlives it. A board that resets itself (watchdog, reset
-    from the REPL) shows at the host as on USB: `poll` lets the port vanish and come back.
+    from the REPL) appears to the host as on USB: `poll` lets the port vanish and reappear.
     """
 
     def __init__(
@@ -82,8 +82,8 @@ class EmulatedBoard(CabledBoard):
     def install(self) -> None:
         """Let the next start write this checkout's firmware to its flash, then reset.
 
-        A short cut for simulations, without the cable; `gazechair flash` is the real way.
-        Its port shows when it has started anew: what is said meanwhile could interrupt the work.
+        A short cut for simulations, without the cable; `gazechair flash` is the real procedure.
+        Its port appears when it has restarted: bytes sent earlier could interrupt the work.
         Raises ValueError when the firmware does not fit the bank's place for scripts.
         """
         self._installing = True
@@ -97,7 +97,7 @@ class EmulatedBoard(CabledBoard):
         self._bank.set_script(script)
 
     def poll(self) -> None:
-        """Let the port vanish and come back after a reset of its own; start it if QEMU ended."""
+        """Let the port vanish and reappear after its own reset; start it if QEMU ended."""
         super().poll()
         if self._process is None:
             return
@@ -115,8 +115,8 @@ class EmulatedBoard(CabledBoard):
         if self._installing:
             self._cable.pull()
             return
-        # No USB host gives a device its port in its first milliseconds, and what is said to the
-        # board then would interrupt it before it can refuse to be (byte 3 is Ctrl-C).
+        # No USB host gives a device its port in its first milliseconds, and bytes sent to the
+        # board then would interrupt it before it can prevent that (byte 3 is Ctrl-C).
         end_s = time.monotonic() + _PORT_LIMIT_S
         while self._bank.tick_ms < _PORT_MS and self.running and time.monotonic() < end_s:
             time.sleep(_PORT_POLL_S)

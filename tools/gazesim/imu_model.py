@@ -38,7 +38,7 @@ class Imu:
         self.restart()
 
     def restart(self) -> None:
-        """The fusion starts anew: heading zero, the next sample in 10 ms."""
+        """The fusion restarts: heading zero, the next sample in 10 ms."""
         self.heading_deg = 0.0
         """Shown heading, not wrapped."""
         self.rate_deg_s = 0.0

@@ -38,7 +38,7 @@ class Pot:
         self._slot.set_shut_down(0)
 
     def poll(self) -> tuple[int, int]:
-        """The wipers now: (linear, turn) counts. A wiper that is shut down lies at its B end, 0."""
+        """The wipers now: (linear, turn) counts. A wiper that is shut down is at its B end, 0."""
         linear, turn = self._slot.read(0, 2)
         shut_down = self._slot.shut_down
         return (0 if shut_down & 1 else linear, 0 if shut_down & 2 else turn)

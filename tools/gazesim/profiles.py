@@ -20,7 +20,7 @@ class Parameters:
 
     linear: Axis
     turn: Axis
-    lost_brake_m_s2: float = 1.5  # ramp when the joystick is gone
+    lost_brake_m_s2: float = 1.5  # ramp when the joystick is lost
     lost_brake_deg_s2: float = 300.0
     lost_dead_time_s: float = 0.05
     disturbances: Disturbances = USUAL_FLOOR
@@ -47,7 +47,7 @@ def _parameters(forward: float, backward: float, left: float, right: float) -> P
 PROFILES = {name: _parameters(*speeds) for name, speeds in SPEEDS_KM_H.items()}
 
 
-# What the first prototype's published turns say about the chair, found by python -m gazetwin --fit
+# Chairs that match the first prototype's published turns, found by python -m gazetwin --fit
 # (see docs/turning-lab.md): two chairs that meet every published clue.
 _LEAST_STICKY = {
     "dead_time_s": 0.2016,
@@ -95,8 +95,8 @@ def undisturbed(profile: str) -> Parameters:
 def random_chair(profile: str, seed: int) -> Parameters:
     """Some other chair in that profile, on some other floor: the same one for the same seed.
 
-    Dead time 0.08..0.25 s, lag 0.15..0.45 s, deadband 5..15 %, and drawn disturbances (gain
-    +/- 30 %): the spread expected of chairs nobody has measured.
+    Dead time 0.08..0.25 s, lag 0.15..0.45 s, deadband 5..15 %, and random disturbances (gain
+    +/- 30 %): the spread expected of chairs that were never measured.
     """
     source = random.Random(seed)
     chair = PROFILES[profile]

@@ -13,8 +13,8 @@ from pathlib import Path
 class PtyPort:
     """The device's end of a simulated USB serial port; the host opens `path`.
 
-    All calls return at once. While the host does not have it open, what is written is lost, as on a
-    USB serial port nobody listens to; while it does not read, writes go short.
+    All calls return at once. While the host does not have it open, written data is lost, as on a
+    USB serial port without a listener; while it does not read, writes go short.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -52,7 +52,7 @@ class PtyPort:
         fresh.replace(self.path)
 
     def unplug(self) -> None:
-        """Let the port vanish: whoever has it open gets EIO, the path is gone."""
+        """Let the port vanish: a host that has it open gets EIO, and the path is removed."""
         if not self.plugged:
             return
         with contextlib.suppress(FileNotFoundError):
@@ -85,7 +85,7 @@ class PtyPort:
             raise
 
     def write(self, data: bytes) -> int:
-        """Send to the host; returns how many bytes are gone: taken, or lost as nobody listens."""
+        """Send to the host; returns the bytes consumed: accepted, or lost without a listener."""
         if not self.host_open():
             return len(data)
         try:

@@ -18,14 +18,14 @@ KINDS = ("door", "way", "room", "people")
 WALKER_M_S = 1.0
 WALKER_RADIUS_M = 0.22
 _HALL_M = 5.0
-_PEOPLE_HALL_M = 8.0  # nobody starts behind its walls
+_PEOPLE_HALL_M = 8.0  # people start inside its walls
 _TRIES = 200
 _VERBS = (codes.FORWARD, codes.BACKWARD, codes.LEFT, codes.RIGHT)
 
 
 @dataclass(frozen=True)
 class Walker:
-    """Someone who walks straight on, and for nobody waits. Stands still before `from_s`."""
+    """A person who walks straight on and never waits. Stands still before `from_s`."""
 
     x_m: float
     y_m: float
@@ -33,7 +33,7 @@ class Walker:
     from_s: float
 
     def at(self, time_s: float) -> tuple[float, float]:
-        """Where he is."""
+        """The person's position."""
         way = WALKER_M_S * max(0.0, time_s - self.from_s)
         angle = math.radians(self.heading_deg)
         return self.x_m + way * math.cos(angle), self.y_m + way * math.sin(angle)
@@ -41,9 +41,9 @@ class Walker:
 
 @dataclass(frozen=True)
 class Task:
-    """One run: the chair starts at `room.start` and `verb` (codes.FORWARD ...) is held.
+    """One run: the chair starts at `room.start` and `verb` (codes.FORWARD ...) stays pressed.
 
-    `goal`: metres, or degrees for a turn, after which the driver lets go.
+    `goal`: metres, or degrees for a turn, after which the driver releases it.
     """
 
     kind: str
@@ -66,8 +66,8 @@ def door_task(
 ) -> Task:
     """Through a door `width_m` wide in a wall `depth_m` thick at x = 0.
 
-    The path crosses the middle of the opening `offset_m` beside its centre, `heading_deg` off the
-    straight; the chair's front starts `before_m` before the wall.
+    The path crosses the middle of the opening `offset_m` off its centre, `heading_deg` off the
+    straight; the chair's front starts `before_m` in front of the wall.
     """
     way = before_m + chair.FRONT_M + depth_m / 2
     angle = math.radians(heading_deg)
@@ -79,7 +79,7 @@ def door_task(
 
 
 def wall_task(gap_m: float, length_m: float = 4.0, left: bool = True) -> Task:
-    """Along a wall, `gap_m` beside the chair's side."""
+    """Along a wall, `gap_m` from the chair's side."""
     side = (1 if left else -1) * (chair.HALF_WIDTH_M + gap_m)
     wall = (-1.5, side, length_m + 3.5, side)
     room = Room("wall", (*_square(), wall), start=(0.0, 0.0, 0.0))
@@ -161,7 +161,7 @@ def _room(chance: random.Random) -> Task:
 
 
 def _people(chance: random.Random) -> Task:
-    # Someone who reaches a place on the chair's way about when the chair does.
+    # A person who reaches a place on the chair's path at about the same time as the chair.
     meet = (chance.uniform(1.0, 3.0), chance.uniform(-0.3, 0.3))
     heading = chance.uniform(60.0, 300.0)
     way = chance.uniform(1.5, 3.5)

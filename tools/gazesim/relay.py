@@ -62,7 +62,7 @@ class Relay:
         ticks = (tick - self._last_tick) & 0xFFFFFFFF
         backwards = ticks > 0x7FFFFFFF
         if backwards and not self._was_backwards:
-            # Either a counter caught between two of its bytes, or a restart: the next look tells.
+            # Either a counter read between two of its bytes, or a restart: the next read shows.
             self._was_backwards = True
             return 0
         self._was_backwards = False

@@ -72,7 +72,7 @@ class Door:
 
 @dataclass
 class Person:
-    """Someone who walks to and fro along `path` and waits for the chair to be out of the way."""
+    """A person who walks to and fro along `path` and waits while the chair is in the way."""
 
     path: tuple[tuple[float, float], ...]
     speed_m_s: float = 0.6

@@ -52,7 +52,7 @@ class S2:
 
     @property
     def scanning(self) -> bool:
-        """Whether a scan was asked for."""
+        """Whether a scan was requested."""
         return bool(self._scan)
 
     def power_on(self) -> None:
@@ -64,7 +64,7 @@ class S2:
         self._spin_up_s = _SPIN_UP_S
 
     def power_dip(self) -> None:
-        """As after its supply sagged: idle, its motor off, nothing asked for any more."""
+        """As after a supply dip: idle, motor off, earlier requests forgotten."""
         self.power_on()
         self._motor = False
 

@@ -15,16 +15,16 @@ Ranger = Callable[[Array], Array]
 # What the chair itself blocks: (from deg, to deg, distance m), our angles.
 CHAIR_ARCS = ((124.0, 236.0, 0.22),)
 _RANGE_M = (0.05, 30.0)
-_MISSING = 0.003  # share of points that come back as nothing
+_MISSING = 0.003  # share of points without a return
 _SPECKLE_M = (0.1, 4.0)
 
 
 class Beams:
     """The measuring part. Its faults are plain attributes.
 
-    `noise_m`: standard deviation of a range. `speckle`: share of beams that bring back a distance
-    of nothing real, as from dust or sunlight. `covered_deg`: (from, to), our angles, counter-
-    clockwise, where the window is covered; None = nowhere. `frozen`: every turn is as the last.
+    `noise_m`: standard deviation of a range. `speckle`: share of beams that return a false
+    distance, as from dust or sunlight. `covered_deg`: (from, to), our angles, counter-
+    clockwise, where the window is covered; None = nowhere. `frozen`: every turn equals the last.
     """
 
     noise_m = 0.006

@@ -28,7 +28,7 @@ def nodes(turns: Array, distances: Array) -> Octets:
     rows[:, 0] = quality << 2 | (1 - first) << 1 | first
     angle = (turns * 360.0 * 64.0).astype(np.uint16) << 1 | 1
     rows[:, 1:3] = angle.astype("<u2").view(np.uint8).reshape(-1, 2)
-    fits = distances < 16384.0  # what 16 bits of quarter millimetres can say
+    fits = distances < 16384.0  # the range of 16 bits of quarter millimetres
     distance = np.where(fits, distances * 4.0, 0.0).astype("<u2")
     rows[:, 3:5] = distance.view(np.uint8).reshape(-1, 2)
     return rows

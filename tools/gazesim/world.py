@@ -51,7 +51,7 @@ class World:
         self.chair.place(*self.room.start)
         self.pot = Pot(bank)
         self.relay = Relay(bank, tick_stall_s)
-        self.stuck_turn: float | None = None  # what holds the joystick's turn axis, if anything
+        self.stuck_turn: float | None = None  # deflection at which the turn axis is stuck, if any
         self.imu = Bno055(bank, seed)
         self.lidar = S2(self._ranges, seed)
         self.faults = Faults(self, WORLD_FAULTS + LIDAR_FAULTS)
@@ -128,7 +128,7 @@ class World:
         return self.room.cast(x, y, angles_rad + heading, LIDAR_HEIGHT_M)
 
     def truth(self) -> dict[str, Any]:
-        """What is really the case, for tests and demonstrations; no device tells this much."""
+        """The true state, for tests and demonstrations; no device reports all of it."""
         x_m, y_m, heading_deg = self.pose
         return {
             "time_s": self.time_s,

@@ -9,7 +9,7 @@ from gazechair.sensing.clearance.zone import StopZone
 
 
 def told_by(settings: Settings | None = None) -> BoardZone:
-    """As the board itself tells it; without settings of the defaults."""
+    """As the board itself sends it; without settings, for the defaults."""
     return BoardZone(tuple(Obstacles(settings or Settings()).zone))
 
 

@@ -13,7 +13,7 @@ from gazetwin.prototype import FITTED, READINGS
 
 
 def main() -> int:
-    """Print the tables asked for; 1 when the twin no longer reproduces every clue."""
+    """Print the requested tables; 1 when the twin no longer reproduces every clue."""
     parser = argparse.ArgumentParser(prog="python -m gazetwin", description=__doc__)
     parser.add_argument(
         "--plots", type=Path, metavar="FOLDER", help="write the plots there (minutes)"

@@ -19,7 +19,7 @@ _WORKING = (Gains(4.0, 0.0005, 1.0), Gains(4.0, 0.0005, 2.0), Gains(6.0, 0.0005,
 
 @dataclass(frozen=True)
 class Clue:
-    """One published statement as a range: it holds when the value found lies in it."""
+    """One published statement as a range: it holds when the value is within it."""
 
     key: str
     published: str
@@ -30,7 +30,7 @@ class Clue:
     """A miss by this much costs 1."""
 
     def miss(self, value: float) -> float:
-        """How far `value` lies outside, in scales; at most 3."""
+        """How far `value` is outside, in scales; at most 3."""
         outside = max(self.low - value, value - self.high, 0.0)
         return min(3.0, outside / self.scale)
 
@@ -97,14 +97,14 @@ class Match:
     cost: float
 
     def holds(self) -> bool:
-        """Whether every clue was looked at and holds."""
+        """Whether every clue was checked and holds."""
         return self.cost == 0.0 and len(self.found) == len(CLUES)
 
 
 def match(
     turn: Axis, reading: Reading, give_up: Callable[[Match], bool] = lambda so_far: False
 ) -> Match:
-    """Sum of squared misses over all clues; ends early, cost infinite, when `give_up` says so."""
+    """Sum of squared misses over all clues; ends early, cost infinite, if `give_up` is true."""
     so_far = Match({}, 0.0)
     for key, value in values(turn, reading):
         cost = so_far.cost + CLUES[key].miss(value) ** 2

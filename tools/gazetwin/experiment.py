@@ -45,7 +45,7 @@ class Trace:
         return self.angle_deg - self.headings_deg[round(at_s * 1000 / SAMPLE_MS)]
 
     def settled_s(self, within_deg: float) -> float:
-        """From when on it stayed that near to the setpoint; infinity when not even at the end."""
+        """The time from which it stayed that near to the setpoint; infinity when it never did."""
         for k in range(len(self.headings_deg) - 1, -1, -1):
             if abs(self.angle_deg - self.headings_deg[k]) > within_deg:
                 last = k == len(self.headings_deg) - 1

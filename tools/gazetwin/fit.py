@@ -34,7 +34,7 @@ class Candidate:
     """A chair that was tried, and how it matched."""
 
     shares: tuple[float, ...]
-    """Where it lies within BOUNDS, 0..1 each."""
+    """Its position within BOUNDS, 0..1 each."""
     match: Match
 
     def axis(self) -> Axis:
@@ -43,7 +43,7 @@ class Candidate:
 
 
 def axis(shares: tuple[float, ...]) -> Axis:
-    """The turn axis that lies at these shares (0..1) of BOUNDS."""
+    """The turn axis at these shares (0..1) of BOUNDS."""
     numbers = {}
     for (name, (low, high)), share in zip(BOUNDS.items(), shares, strict=True):
         if name in _LOGARITHMIC:
@@ -54,7 +54,7 @@ def axis(shares: tuple[float, ...]) -> Axis:
 
 
 def search(reading: Reading, seconds: float, seed: int = 1) -> list[Candidate]:
-    """Every chair whose clues were all looked at, best first, after that much processor time."""
+    """Every chair whose clues were all checked, best first, after that much processor time."""
     source = random.Random(seed)
     tried: list[Candidate] = []
     pool: list[Candidate] = []

@@ -64,7 +64,7 @@ PUBLISHED = Gains(6.0, 0.0005, 1.0)
 class Prototype:
     """The controller: `update` with the heading gives the turn wiper's count.
 
-    Left positive. Within the cut-off it asks for neutral and the sum stands.
+    Left positive. Within the cut-off it puts out neutral and the sum stays constant.
     """
 
     def __init__(

@@ -11,7 +11,7 @@ from pathlib import Path
 WIDTH, HEIGHT = 720, 320
 _LEFT, _RIGHT, _TOP, _BOTTOM = 62, 16, 34, 48
 _MOST_POINTS = 700  # more than the plot has pixels shows nothing more
-# Colours told apart by colour-blind eyes too (Okabe and Ito); each line has its own dashes besides.
+# Colours that colour-blind eyes distinguish too (Okabe and Ito); each line also has its own dashes.
 _COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 _DASHES = ("", "7 3", "2 3", "10 3 2 3", "4 2", "12 4")
 _STYLE = """<style>
@@ -35,7 +35,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Mark:
-    """A cross with words beside it, for one published or measured point."""
+    """A cross with a label, for one published or measured point."""
 
     x: float
     y: float

@@ -16,7 +16,7 @@ def chair(turn: Axis) -> str:
 
 
 def clues(found: Match) -> str:
-    """One line a clue: published, the range taken for it, simulated, whether it holds."""
+    """One line per clue: published, the range for it, simulated, whether it holds."""
     width = max(len(clue.published) for clue in CLUES.values())
     lines = [f"  {'published':<{width}}  {'taken as':>12}  {'simulated':>10}"]
     for key, value in found.found.items():
@@ -68,7 +68,7 @@ def fitted(reading: Reading, tried: list[Candidate]) -> str:
 
 
 def slices(found: dict[str, list[tuple[float, float]]], turn: Axis) -> str:
-    """Around the twin, one number changed at a time: how far every clue still holds."""
+    """Around the twin, one number changed at a time: the range in which every clue still holds."""
     lines = ["  changed alone    twin    every clue holds from .. to"]
     for name, points in found.items():
         here = getattr(turn, name)

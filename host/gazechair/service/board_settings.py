@@ -31,7 +31,7 @@ class SettingsError(Exception):
 
 
 class SettingRefused(SettingsError):
-    """The board said no; `reason` is its code (gazelink.codes)."""
+    """The board refused; `reason` is its code (gazelink.codes)."""
 
     def __init__(self, text: str, reason: int) -> None:
         super().__init__(text)
@@ -56,7 +56,7 @@ class BoardSettings:
         self._link = link
 
     def state(self) -> BoardState | None:
-        """The newest state the board told, None while it is not connected."""
+        """The newest state that the board sent, None while it is not connected."""
         return self._link.state()
 
     def all(self) -> list[int]:

@@ -20,7 +20,7 @@ _SETTLED_S = 1.0
 def ask(config: Config) -> dict[str, HealthState]:
     """{part: its health after a while} of board, lidar and camera. Nothing is armed or moved.
 
-    Takes up to 8 s when a part does not answer; a part in use by a running daemon says so.
+    Takes up to 8 s when a part does not answer; a part used by a running daemon reports that.
     """
     registry = HealthRegistry()
     link = BoardLink(ports.finder(config.board.port, ports.BOARD), registry.part("board"))

@@ -29,7 +29,7 @@ Say = Callable[[str], None]
 
 
 class LidarCommandError(Exception):
-    """The command can't go on; the text is one plain line."""
+    """The command can't continue; the text is one line."""
 
 
 def fitted(config: Config) -> tuple[LidarConfig, ...]:

@@ -23,7 +23,7 @@ class Bus(Protocol):
         """A write and, after a repeated start, a read of `count` bytes."""
 
     def close(self) -> None:
-        """Let go of the bus."""
+        """Release the bus."""
 
 
 class LinuxBus:
@@ -61,7 +61,7 @@ class LinuxBus:
         return bytes(message)
 
     def close(self) -> None:
-        """Let go of the bus."""
+        """Release the bus."""
         self._bus.close()
 
 
@@ -98,7 +98,7 @@ class BusioShape:
         self._bus = bus
 
     def try_lock(self) -> bool:
-        """Nobody else uses it."""
+        """Always succeeds: there is no other user."""
         return True
 
     def unlock(self) -> None:

@@ -19,7 +19,7 @@ QUESTION = (
 
 
 class Bench:
-    """One run on `bus`. `say` gets each line for the user; `ask` puts a question to them."""
+    """One run on `bus`. `say` gets each line for the user; `ask` asks them a question."""
 
     def __init__(self, bus: Bus, say: Callable[[str], None], ask: Callable[[str], str]) -> None:
         self._bus = bus
@@ -28,10 +28,10 @@ class Bench:
         self.findings: dict[str, Any] = {}
 
     def run(self, db9_unplugged: bool) -> bool:
-        """Check everything; True when all is there and reads as it should.
+        """Check everything; True when every device is present and reads as it should.
 
-        `db9_unplugged`: the user already said so. Raises BenchError when a device stops answering
-        or a library is missing.
+        `db9_unplugged`: already confirmed by the user. Raises BenchError when a device stops
+        answering or a library is missing.
         """
         good = self._check_pot(db9_unplugged)
         good = self._check_imu() and good

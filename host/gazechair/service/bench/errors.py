@@ -4,4 +4,4 @@ from __future__ import annotations
 
 
 class BenchError(Exception):
-    """The bench cannot go on; the text is one plain line: what, where, what to do."""
+    """The bench cannot continue; the text is one line: what, where, what to do."""

@@ -17,7 +17,7 @@ _FUSION_START_S = 0.2
 
 @dataclass(frozen=True)
 class ImuReading:
-    """What it says; counter-clockwise positive, calibrations 0 (none) to 3 (full)."""
+    """A reading; counter-clockwise positive, calibrations 0 (none) to 3 (full)."""
 
     heading_deg: float
     gyro_z_deg_s: float

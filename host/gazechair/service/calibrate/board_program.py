@@ -25,7 +25,7 @@ class BusioShape:
         self._i2c = i2c
 
     def try_lock(self) -> bool:
-        """Nobody else uses it."""
+        """Always succeeds: there is no other user."""
         return True
 
     def unlock(self) -> None:
@@ -76,7 +76,7 @@ def _patiently(transfer) -> None:  # type: ignore
 
 def run(bus: int, address: int, seconds: int) -> None:
     """Reset the sensor, run its fusion without magnetometer, and report until gyro and
-    accelerometer are calibrated, the time is up, or a byte comes in.
+    accelerometer are calibrated, the time is up, or a byte arrives.
 
     Prints {"chip_id": n}, then reports {"heading": clockwise degrees, "gyro_z": rad/s,
     "calibration": [system, gyro, accelerometer, magnetometer]}, or {"error": what} and ends.

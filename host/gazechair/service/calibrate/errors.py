@@ -4,4 +4,4 @@ from __future__ import annotations
 
 
 class CalibrateError(Exception):
-    """The calibration cannot go on; the text is one plain line: what, where, what to do."""
+    """The calibration cannot continue; the text is one line: what, where, what to do."""

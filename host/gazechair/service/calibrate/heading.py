@@ -54,10 +54,10 @@ class HeadingCalibration:
         self._before: bytes | None = None
 
     def run(self, port: str, seconds: int) -> None:
-        """Calibrate the sensor of the board at `port` ("auto": find it) and have it kept.
+        """Calibrate the sensor of the board at `port` ("auto": find it) and store the result.
 
         The sensor gets `seconds` to become calibrated. Raises CalibrateError, FlashError or
-        SettingsError; the board then runs its firmware with the calibration it had, unless the
+        SettingsError; the board then runs its firmware with its previous calibration, unless the
         text says otherwise.
         """
         if not SECONDS[0] <= seconds <= SECONDS[1]:
@@ -176,7 +176,7 @@ class HeadingCalibration:
         with board_settings.connected(path) as board:
             self._ask_to_store(board)
 
-    # Its fusion begins anew with the firmware, so the sensor may need a while to say 3 again.
+    # Its fusion restarts with the firmware, so the sensor may need a while to report 3 again.
     def _ask_to_store(self, board: board_settings.BoardSettings) -> None:
         self._say("asking the firmware to store it; let the sensor lie still")
         end_s = time.monotonic() + _STORE_S

@@ -51,8 +51,8 @@ class JoystickCalibration:
     def run(self) -> None:
         """Guide the user through both channels and save.
 
-        Raises CalibrateError or SettingsError. Whatever ends it before the saving, the counts are
-        again what they were, unless the text says otherwise.
+        Raises CalibrateError or SettingsError. If it ends before saving, the counts are restored,
+        unless the text says otherwise.
         """
         self._check_state()
         values = self._board.all()

@@ -16,7 +16,7 @@ class ProgramBoard(BoardFiles, Protocol):
     """Files as in flashing, and programs."""
 
     def program(self, code: str, on_line: Callable[[str], None]) -> None:
-        """Run `code`, which must print at least every 10 s and end when a byte comes in.
+        """Run `code`, which must print at least every 10 s and end when a byte arrives.
 
         `on_line` must not raise. Raises FlashError when the program fails or the board dies.
         """

@@ -60,7 +60,7 @@ class BoardFiles(Protocol):
         """Give it another 128 s; only for a board whose watchdog runs."""
 
     def reset(self) -> None:
-        """Reset it and let go of the port."""
+        """Reset it and release the port."""
 
     def close(self) -> None:
-        """Let go of the port."""
+        """Release the port."""

@@ -37,8 +37,8 @@ class Flasher:
     def flash(self, port: str, dry_run: bool, force: bool) -> None:
         """Update the board at `port` (a path, or "auto" to find it).
 
-        `dry_run` says what would be done and changes nothing. `force` flashes what is already
-        there, and boards that are not as they should be. Raises FlashError when the board does
+        `dry_run` prints what would be done and changes nothing. `force` reinstalls the same
+        version, and also flashes unsuitable boards. Raises FlashError when the board does
         not run this firmware afterwards, with what it runs instead.
         """
         sources = tree.find_sources()

@@ -21,7 +21,7 @@ class Compiler:
     """One mpy-cross. `version` is (version, sub-version) of the .mpy files it writes."""
 
     def __init__(self, program: str) -> None:
-        """Raises FlashError when `program` cannot be run or does not tell its version."""
+        """Raises FlashError when `program` cannot be run or does not print its version."""
         self._program = program
         said = self._run("--version")
         found = re.search(r"mpy v(\d+)\.(\d+)", said)

@@ -34,7 +34,7 @@ class Deployment:
         self._fed_s = 0.0
 
     def up_to_date(self) -> bool:
-        """Whether the board holds exactly this firmware, and starts it."""
+        """Whether the board has exactly this firmware, and starts it."""
         return self._board.read(t.MAIN) == self._tree.main and not self._missing()
 
     def copy(self, progress: Callable[[str, int], None]) -> int:

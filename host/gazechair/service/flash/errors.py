@@ -4,4 +4,4 @@ from __future__ import annotations
 
 
 class FlashError(Exception):
-    """Flashing cannot go on; the text is one plain line: what, where, what to do."""
+    """Flashing cannot continue; the text is one line: what, where, what to do."""

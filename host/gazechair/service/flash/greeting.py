@@ -11,7 +11,7 @@ from gazechair.board.serial_port import PortError, SerialPort
 from gazechair.service.flash.errors import FlashError
 from gazelink import VERSION, codes, frame, messages
 
-_LISTEN_S = 0.6  # a firmware without a session says hello five times a second
+_LISTEN_S = 0.6  # a firmware without a session sends its hello five times a second
 _ASK_S = 0.25
 _HELLO_S = 3.0
 _RETRY_S = 0.2
@@ -21,7 +21,7 @@ _SIMULATED_FLAG, _ARMED_FLAG = 1, 2
 
 @dataclass(frozen=True)
 class Hello:
-    """What a running firmware says of itself."""
+    """A running firmware's description of itself."""
 
     name: str
     version: str
@@ -42,7 +42,7 @@ def our_version() -> str:
 
 
 class Greeter:
-    """Owns the port until `close`. Sends frozen frames only, and asks for no session."""
+    """Owns the port until `close`. Sends frozen frames only, and begins no session."""
 
     def __init__(self, path: str) -> None:
         """Raises FlashError when `path` cannot be opened."""
@@ -52,14 +52,14 @@ class Greeter:
             raise FlashError(str(error)) from None
         self._decoder = frame.Decoder()
         self._encoder = frame.Encoder()
-        self.fault = ""  # the last words of a board that gave up, when it said them
+        self.fault = ""  # the last message of a board that stopped, if it sent one
 
     def close(self) -> None:
         """Give the port back."""
         self._port.close()
 
     def hello(self, timeout_s: float) -> Hello | None:
-        """What the firmware says of itself; None when none answers in time.
+        """The firmware's description of itself; None when none answers in time.
 
         Raises FlashError when the port vanishes.
         """
@@ -77,7 +77,7 @@ class Greeter:
         )
 
     def enter_maintenance(self, timeout_s: float) -> None:
-        """Ask the firmware to leave for the REPL. Raises FlashError with its refusal."""
+        """Request that the firmware exits to the REPL. Raises FlashError with its refusal."""
         values = (messages.MAINTENANCE_KEY, 0, 0)
         heard = self._ask(messages.MAINTENANCE, values, timeout_s, listen_s=0.0)
         if heard is None:
@@ -135,7 +135,7 @@ class Greeter:
 def wait_for_hello(path: str, limit_s: float) -> tuple[Hello | None, str]:
     """After a reset: the firmware's hello, or None and what is wrong after `limit_s`.
 
-    The port may vanish and come back: whatever fails meanwhile is tried again.
+    The port may vanish and reappear: every failure until then is retried.
     """
     trouble = "it says nothing"
     end_s = time.monotonic() + limit_s

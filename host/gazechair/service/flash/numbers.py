@@ -90,7 +90,7 @@ def _values(module: ast.Module, values: Mapping[str, Mapping[str, int]]) -> dict
 
 
 def _number(node: ast.expr, known: Mapping[str, int]) -> int | None:
-    """What it comes to, None for what is no number known beforehand."""
+    """Its value, None if the value is not a number known in advance."""
     if isinstance(node, ast.Constant) and type(node.value) is int:
         return node.value
     if isinstance(node, (ast.Name, ast.Attribute)):

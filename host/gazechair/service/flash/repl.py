@@ -92,7 +92,7 @@ class Repl:
             self._transport = module.SerialTransport(path, timeout=_TIMEOUT_S)
             self._transport.serial.write_timeout = _TIMEOUT_S
         try:
-            # mpremote prints what it heard when this fails
+            # mpremote prints what it received when this fails
             with self._answering("enter the REPL of"), contextlib.redirect_stdout(io.StringIO()):
                 self._enter(errors.TransportError)
                 self._transport.exec(_HELPERS)
@@ -100,7 +100,7 @@ class Repl:
             self.close()
             raise
 
-    # A firmware on its way out may still swallow the first request.
+    # A firmware that is exiting may still swallow the first request.
     def _enter(self, refused: type[Exception]) -> None:
         for _ in range(_TRIES - 1):
             try:
@@ -182,12 +182,12 @@ class Repl:
         )
 
     def reset(self) -> None:
-        """Reset it and let go of the port."""
+        """Reset it and release the port."""
         with contextlib.suppress(*self._errors):  # its port may vanish before the answer
             self._transport.exec_raw_no_follow("import machine; machine.reset()")
         self.close()
 
     def close(self) -> None:
-        """Let go of the port."""
+        """Release the port."""
         with contextlib.suppress(*self._errors):
             self._transport.close()

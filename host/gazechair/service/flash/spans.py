@@ -41,7 +41,7 @@ def place(text: str, line: int | None, column: int | None) -> int:
 
 
 def replaced(text: str, spans: list[Span]) -> str:
-    """Those that hold no other first; what holds them comes in the next round."""
+    """Innermost spans first; the enclosing ones follow in the next round."""
     data = text.encode()
     inner = [
         span

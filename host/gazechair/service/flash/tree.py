@@ -37,7 +37,7 @@ Compile = Callable[[Path, str], bytes]
 
 @dataclass(frozen=True)
 class Tree:
-    """One firmware as it lies on the board."""
+    """One firmware as stored on the board."""
 
     name: str
     """Of its folder, after its content: equal names are equal firmware."""

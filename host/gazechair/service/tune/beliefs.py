@@ -14,7 +14,7 @@ from gazechair.service.tune import model
 from gazechair.service.tune.descent import Bounds, Floats
 from gazechair.service.tune.numbers import TurnNumbers
 
-# column: (spread about what is believed of the profile, lowest, highest)
+# column: (spread around the profile's prior, lowest, highest)
 _ROWS = {
     model.LEFT: (0.25, 1.0, 5.5),
     model.RIGHT: (0.25, 1.0, 5.5),
@@ -46,7 +46,7 @@ def bounds(pulses: int) -> Bounds:
 
 
 def unknowns(n: TurnNumbers, pulses: int) -> Floats:
-    """What is believed of a chair like that; nothing of casters, slope and pulses."""
+    """The prior of such a chair; none for casters, slope and pulses."""
     left, right, lag, accelerate, brake = np.log(
         [n.left_dps, n.right_dps, n.lag_s, n.accelerate_dps2, n.brake_dps2]
     )

@@ -55,7 +55,7 @@ class Tuning:
         say: Callable[[str], None],
         confirm: Callable[[], bool],
     ) -> None:
-        """`confirm`: the person has read what will happen and says go."""
+        """`confirm`: the person has read the explanation and agrees."""
         self._board = board
         self._record = record
         self._say = say

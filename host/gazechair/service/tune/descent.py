@@ -20,7 +20,7 @@ _HUBER = 2.0  # residuals beyond this count linearly
 _DAMPING = 100.0
 _DAMPING_MOST = 1e9
 _EASES, _STIFFENS = 5.0, 6.0  # after a step that helped, and one that did not
-_ENOUGH = 1e-6  # share of the cost by which a step must lower it to go on
+_ENOUGH = 1e-6  # share of the cost by which a step must lower it to continue
 
 
 @dataclass(frozen=True)

@@ -4,4 +4,4 @@ from __future__ import annotations
 
 
 class TuneError(Exception):
-    """Tuning cannot go on or its data is no good; the text says what, and what to do."""
+    """Tuning cannot continue or its data is poor; the text says what, and what to do."""

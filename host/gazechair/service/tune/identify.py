@@ -24,10 +24,10 @@ _COARSE = (1.0, 10)
 _SHARP = (0.3, 40)
 _BEST = 3
 _STUCK_DPS = 0.5  # what a ramp may be off the speed at which the chair breaks loose
-# How the casters lie at first, and how many degrees they do.
+# The casters' position at the start, and the degrees they turn the chair.
 _STARTS = ((0.0, 0.0), (0.0, 8.0), (0.0, -8.0), (1.0, 8.0), (1.0, -8.0), (0.5, 8.0), (0.5, -8.0))
 _BRISK = (4.8, 1.0)  # a chair that starts at once: its ramp, log degrees/s2, and its stiction
-_EVERY = 2  # samples: neighbours say little new
+_EVERY = 2  # samples: neighbours add little information
 _NUDGE = 1e-4
 
 
@@ -85,7 +85,7 @@ def _thinned(p: Pulses) -> Pulses:
 def valley_below(
     start: Floats, centre: Floats, pulses: Pulses, noise_deg: float, rounds: int
 ) -> Valley:
-    """Where a descent from `start` ends; `centre`: what is believed of the unknowns."""
+    """Where a descent from `start` ends; `centre`: the priors of the unknowns."""
     many = len(pulses.seconds)
     bounds = beliefs.bounds(many)
     known = np.isfinite(pulses.heading_deg)

@@ -16,7 +16,7 @@ _UNEVEN = 0.1  # a very uneven floor makes half of it
 _TURNED_DEG = 2.0  # on average
 _SURE = 0.25  # standard error of a full speed, as a share
 _APART = 3.0  # left and right
-_FITS = 1.7  # found and believed speeds of a profile: by load, battery and floor
+_FITS = 1.7  # found and expected speeds of a profile differ: by load, battery and floor
 # No deadband, no stiction and no casters at all are a chair's good right.
 _MAY_BE_NONE = (
     *("tuned", "deadband_permille", "breakaway_q4_dps"),

@@ -49,7 +49,7 @@ _DOUBTFUL = 3  # pulses in between; where there are more, the sensor is noisy
 # Slower than this a floor turns the chair the less: the brakes hold it from half of that on, and a
 # step there would make the headings jump with the numbers.
 _SLOW_DPS = 1.0
-_STILL_DPS = 0.5  # a chair let go that is slower is held by its brakes, as in the board's model
+_STILL_DPS = 0.5  # below this, a released chair is stopped by its brakes, as in the board's model
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Pulses:
     turned: Flags
     """Column: whether it turned the chair."""
     away_rad: Floats
-    """Recorded heading since the first pulse: which way a slope leads changes with it."""
+    """Recorded heading since the first pulse: a slope's direction changes with it."""
 
     @classmethod
     def of(cls, recordings: Sequence[Recording], turned: Sequence[bool]) -> Pulses:
@@ -97,10 +97,10 @@ class Pulses:
 
 
 def readings(recordings: Sequence[Recording]) -> list[tuple[bool, ...]]:
-    """Whether each pulse turned the chair: all ways to read the recordings, the likeliest first.
+    """Whether each pulse turned the chair: all readings of the recordings, the likeliest first.
 
-    One that shows next to nothing may have stuck, or have turned the wheels while the casters took
-    all of it back.
+    A pulse with almost no effect may have failed to break the chair loose, or have turned the
+    wheels while the casters cancelled all of it.
     """
     most = [float(np.abs(r.heading_deg).max()) for r in recordings]
     both = [_STUCK_DEG < m < _TURNED_DEG for m in most]
@@ -152,15 +152,15 @@ def _full(u: Floats, pulses: Pulses) -> Floats:
 
 
 def _asked(u: Floats, pulses: Pulses) -> Floats:
-    """The speed each pulse asks for, without sign."""
+    """The speed each pulse requests, without sign."""
     band = u[:, DEADBAND]
     share = np.clip((np.abs(pulses.deflection) - band) / (pulses.full - band), 0.0, 1.0)
     return np.asarray(_full(u, pulses) * share)
 
 
 def _wheels(u: Floats, pulses: Pulses, late_s: Floats) -> tuple[Floats, Floats]:
-    """The way of the wheels in the pulse's own direction, and for how long they moved until each
-    sample since the one before."""
+    """The wheels' distance in the pulse's own direction, and how long they moved between each
+    sample and the one before."""
     full, asked, friction = _full(u, pulses), _asked(u, pulses), u[:, FRICTION]
     up, down, lag = np.exp(u[:, ACCELERATE]), np.exp(u[:, BRAKE]), np.exp(u[:, LAG])
     rising = np.minimum(pulses.seconds, asked / up)

@@ -58,7 +58,7 @@ class TurnNumbers:
 
     @classmethod
     def default(cls, profile: str) -> TurnNumbers:
-        """What is believed of `profile` until it is tuned."""
+        """The defaults of `profile` until it is tuned."""
         return cls.of(profile, [default for _, default, _, _ in TABLE])
 
     def rows(self, profile: str) -> dict[str, int]:

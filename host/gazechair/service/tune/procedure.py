@@ -20,7 +20,7 @@ FAR_DEG = 45.0  # further the tuning is given up
 MOST_MS = 10_000  # all pulses together
 PULSE_MS = (150, 1500)
 SPAN_COUNTS = 84  # of the wiper, at full deflection
-# (deflection permille, left positive; heading to come to, degrees from the start)
+# (deflection permille, left positive; target heading, degrees from the start)
 _PROBES = ((600, 4), (-600, 0))
 _SWEEPS = (
     *((1000, 16), (-1000, -16), (1000, 16), (-500, 0)),
@@ -40,14 +40,14 @@ _RATE_SAMPLES = 8
 _REPEATS = 3
 _ANSWERS = 5  # after so many pulses a chair must have turned
 _MOVED_DEG = 2.0
-_REVERSED = 0.5  # share of what is believed, turned the other way
-_LOOSE = 1.4  # so much more than what is believed to break a standing chair loose
+_REVERSED = 0.5  # share of the expected turn, in the opposite direction
+_LOOSE = 1.4  # factor above the expected speed, to break a standing chair loose
 _REST, _PUSH, _RUN, _OUT = range(4)
 
 
 class Procedure:
-    """`sample()` takes what the board tells, every 10 ms or so; `wanted` is then the pulse to hold
-    up (None: stop), `pulses` the number of it; `done` when all is recorded."""
+    """`sample()` receives the board's data, every 10 ms or so; `wanted` is then the pulse to keep
+    active (None: stop), `pulses` its number; `done` when everything is recorded."""
 
     def __init__(self, believed: TurnNumbers, neutral_count: int = 170) -> None:
         self.wanted: Pulse | None = None
@@ -165,7 +165,7 @@ class Procedure:
             self._enter(_OUT, s)
 
     def _coast_deg(self) -> float:
-        """How far it would still turn after a stop, as far as that is known: believed numbers."""
+        """How far it would still turn after a stop, by the expected numbers."""
         first, last = self._past[-_RATE_SAMPLES], self._past[-1]
         rate = (last.heading_deg - first.heading_deg) * 1000 / max(1, last.ms - first.ms)
         b = self._believed
@@ -189,7 +189,7 @@ class Procedure:
         self._enter(_REST, s)
 
     def _recorded(self) -> Recording | None:
-        """What `_past` holds; None when samples are missing where the wiper moved."""
+        """The samples in `_past`; None when some are missing where the wiper moved."""
         past, began, ended = self._past, self._began, self._ended
         gaps = [past[at].ms - past[at - 1].ms for at in (began, ended)]
         if max(gaps) > _GAP_MS:
@@ -231,7 +231,7 @@ class Procedure:
         return max(-1.0, min(1.0, (count - centre) / (pot.HIGHEST - middle)))
 
     def _learn(self, recording: Recording) -> None:
-        """How much further than believed it turned, and whether it answers at all."""
+        """How much further than expected it turned, and whether it responds at all."""
         if recording.noise_deg > _NOISE_DEG:
             raise TuneError("the heading is noisy though the chair stands; is the sensor loose?")
         sign = 1 if recording.deflection > 0 else -1

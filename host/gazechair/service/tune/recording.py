@@ -12,7 +12,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Pulse:
-    """What the board is asked for."""
+    """The pulse requested from the board."""
 
     turn_permille: int
     """Deflection, left positive, -1000..1000."""
@@ -22,7 +22,7 @@ class Pulse:
 
 @dataclass(frozen=True)
 class Sample:
-    """What one STATE frame says."""
+    """The content of one STATE frame."""
 
     ms: int
     """The board's clock, counted on over its wraps."""

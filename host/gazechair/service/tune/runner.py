@@ -35,7 +35,7 @@ class Link(Protocol):
 
 
 class Runner:
-    """One run. `aborted` is asked all the time: True stops the chair at once."""
+    """One run. `aborted` is polled all the time: True stops the chair at once."""
 
     def __init__(
         self,
@@ -133,7 +133,7 @@ class Runner:
             turned = state.heading_deg - self._last.heading_deg
             self._heading_deg += (turned + 180.0) % 360.0 - 180.0
         self._last = state
-        # What stands from an earlier press says nothing of this one.
+        # A value left from an earlier press does not apply to this one.
         override = state.override if state.edge == self._edge else codes.NO_REASON
         return Sample(self._ms, self._heading_deg, state.turn_wiper, override)
 

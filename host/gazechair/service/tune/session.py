@@ -113,7 +113,7 @@ def _confirmed() -> bool:
 
 @contextlib.contextmanager
 def _keyboard() -> Iterator[Callable[[], bool]]:
-    """A question to ask all the time: has any key been pressed since the last time?"""
+    """A function to poll: has any key been pressed since the last call?"""
     if not sys.stdin.isatty():
         yield lambda: False  # _confirmed() refuses before anything moves
         return
