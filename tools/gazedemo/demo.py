@@ -1,4 +1,4 @@
-"""The demo: starts everything, prints where the page is, ends it all; or drives it as a check.
+"""The demo: starts everything, prints the page's address, ends everything; or checks itself.
 
 Ctrl-C, TERM and HUP end it in order. The check drives the chair through the page in a real Chromium
 and prints one JSON line of figures.
@@ -22,7 +22,7 @@ _CPYTHON = "cpython"
 
 
 def demo(arguments: argparse.Namespace) -> int:
-    """Run it, or its check: 0 ended as asked, 1 a step of the check failed, 2 can't start."""
+    """Run it, or its check: 0 ended normally, 1 a step of the check failed, 2 can't start."""
     ending.listen()
     try:
         if arguments.check:
@@ -33,13 +33,13 @@ def demo(arguments: argparse.Namespace) -> int:
         return 2
     except KeyboardInterrupt:
         ending.enough()
-        with contextlib.suppress(OSError):  # the terminal may have gone
+        with contextlib.suppress(OSError):  # the terminal may be closed
             print("\nended", flush=True)
         return 0
 
 
 def _interpreter() -> str:
-    """A MicroPython's path, or CPython, said aloud."""
+    """A MicroPython's path, or CPython with a notice."""
     try:
         found = gazesetup.ensure_micropython()
     except gazesetup.NotAvailable as error:

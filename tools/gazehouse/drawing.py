@@ -1,6 +1,6 @@
-"""docs/architecture.svg: the rooms in their storeys, an arrow from each to what it imports.
+"""Draws docs/architecture.svg: the rooms in their storeys, and an arrow for each import.
 
-An arrow that a path of others implies is left out.
+An arrow that a path of other arrows implies is omitted.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""docs/numbers.md: every limit, setting and timing, who uses it and which tests name it."""
+"""Writes docs/numbers.md: every limit, setting and timing, who uses it and which tests name it."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _GENERAL = len(TABLE) - len(PROFILES) * len(PROFILE_ROWS)
 
 _HEAD = """# Numbers
 
-Every limit, setting and timing of the product: what it is, who uses it, which tests name it.
-Generated from the code by `tools/docs`; a test compares. A number has one home: what the promises
-need is compiled into the board (`limits`), what an installation may choose is a setting of the
-board, and the rest stands beside the code that uses it."""
+Every limit, setting and timing of the product: its meaning, who uses it, which tests name it.
+Generated from the code by `tools/docs`; a test compares. A number has one home: the numbers behind
+the promises are compiled into the board (`limits`), those that an installation may choose are
+settings of the board, and the others are in the code that uses them."""
 
 
 @dataclass(frozen=True)
