@@ -9,10 +9,10 @@ try:
         _bus.writeto(0x2C, b"\x00\xaa")
         _bus.writeto(0x2C, b"\x80\xaa")
     except OSError:
-        pass  # no answer from the pot: the relay stays open, and the firmware will say so
+        pass  # no answer from the pot: the relay stays open, and the firmware reports it
     from micropython import kbd_intr
 
-    # The button at the chair held at power-on: the plain REPL, for a firmware that hangs below.
+    # The button at the chair pressed at power-on: the plain REPL, for a firmware that hangs below.
     if Pin("D5", Pin.IN, Pin.PULL_UP).value() == 0:
         raise SystemExit
     # A host that is already talking sends byte 3 in every frame: no Ctrl-C, or it ends us here.
@@ -38,7 +38,7 @@ def main():
         refusal = codes.NO_HARD_TIMER
         words = "needs MicroPython 1.27 or newer"
     elif bootlog.watchdog_boots(board) >= bootlog.LIMIT:
-        # Something hangs each time: enable off, and the REPL for whoever comes to look.
+        # It hangs at every start: enable off, and the REPL for a person to examine it.
         refusal = codes.WATCHDOG_BOOTS
         words = "3 watchdog resets: REPL"
     if refusal:

@@ -149,7 +149,7 @@ class App:
 
     # -- the service loop: everything that may wait or take a while --------------------------------
 
-    # One short slice; False: leave for the REPL (maintenance asked for, disarmed, everything said).
+    # One short slice; False: exit to the REPL (maintenance requested, disarmed, everything sent).
     def service(self):
         board = self._board
         now_ms = board.ticks_ms()
@@ -232,20 +232,20 @@ class App:
         self.settings.stored()
         return codes.NO_REASON
 
-    # Another host has come. A new session disarms with its first tick.
+    # Another host has connected. A new session disarms with its first tick.
     def _drop_neutral(self):
         if not self.settings.calibrated and self.safety.state == codes.DISARMED:
             self.settings.drop_neutral()
             self._apply_settings()
 
-    # Ask the sensor for its offsets; _keep_heading() stores them when they have come.
+    # Request the sensor's offsets; _keep_heading() stores them when they have arrived.
     def _save_heading(self):
         if not self._imu.calibrated():
             return codes.SENSOR_NOT_CALIBRATED
         self._imu.save()
         return codes.NO_REASON
 
-    # Not stored: the sensor finds its calibration anew after the next start, as without any.
+    # Not stored: the sensor calibrates itself again after the next start, as without any.
     def _keep_heading(self):
         if self._imu.offsets_new and self.safety.state == codes.DISARMED:
             self._imu.offsets_new = False
@@ -254,7 +254,7 @@ class App:
             except Exception:
                 pass
 
-    # False: what was stored is damaged; said once, then forgotten.
+    # False: the stored text is damaged; reported once, then deleted.
     def _restore_heading(self):
         text = self._board.load(_HEADING_FILE)
         if text is None:

@@ -1,7 +1,7 @@
 # Every number with a meaning on the wire: verbs, modes, states, motions, orders, reasons, faults.
 # Texts for people are in web/strings/, with the names in these tables as keys.
 
-# Verbs: what the driver asks for. A command repeats its verb for as long as it is held.
+# Verbs: the driver's requests. A command repeats its verb for as long as its press is active.
 STOP = 0
 FORWARD = 1
 BACKWARD = 2
@@ -10,8 +10,8 @@ RIGHT = 4
 DRIVE = 5  # proportional: uses linear_permille and turn_permille
 VERBS = ("stop", "forward", "backward", "left", "right", "drive")
 
-# Modes: a step is one small motion per command; continuous moves while the command is held; tune
-# is one open-loop pulse of COMMAND's permille, held, for pulse_ms at most: to identify the chair.
+# Modes: a step is one small motion per command; continuous moves while the command is active; tune
+# is one open-loop pulse of COMMAND's permille, active, for pulse_ms at most: to identify the chair.
 STEP = 0
 CONTINUOUS = 1
 TUNE = 2
@@ -45,7 +45,7 @@ BLOCKED = 2
 UNKNOWN = 3  # no fresh obstacle data: counts as blocked
 DECISIONS = ("free", "slow", "blocked", "unknown")
 
-# Owners: who drives. 0 is nobody; only the owner's motion commands count, anyone's stop does.
+# Owners: who drives. 0 is none; only the owner's motion commands count, anyone's stop does.
 NOBODY = 0
 DRIVER = 1
 CARETAKER = 2
@@ -58,7 +58,7 @@ EMERGENCY_STOP = 2
 RESET_FAULTS = 3
 ORDERS = ("disarm", "arm", "emergency_stop", "reset_faults")
 
-# What can be asked of the settings (settings_table.py). A set value is in force at once and kept
+# Requests for the settings (settings_table.py). A set value is active at once and kept
 # across a reset only after a save.
 SETTING_GET = 0
 SETTING_SET = 1
@@ -70,7 +70,7 @@ SETTING_SAVE_HEADING = 4  # store the heading sensor's calibration
 SETTING_SET_NEUTRAL = 5
 SETTING_REQUESTS = ("get", "set", "save", "defaults", "save_heading", "set_neutral")
 
-# Where obstacle data comes from. A real board never arms behind anything but REAL.
+# Source of the obstacle data. A real board arms only with REAL.
 REAL = 0
 SIMULATED = 1
 REPLAYED = 2
@@ -100,7 +100,7 @@ SETTING_WHILE_ARMED = 19
 SETTING_NOT_STORED = 20
 SENSOR_NOT_CALIBRATED = 21
 TUNING_ANGLE = 22  # a tuning pulse turned the chair as far as it may
-ABOVE_CREEP = 23  # only creep is allowed this way, and the chair needs more to move at all
+ABOVE_CREEP = 23  # only creep is allowed in this direction, and the chair needs more to move at all
 SETTING_BY_CALIBRATION = 24  # the joystick's neutral: only by SETTING_SET_NEUTRAL
 REASONS = (
     "none",
@@ -150,8 +150,8 @@ CALIBRATION = 14
 WATCHDOG_BOOTS = 15
 SIMULATED_SOURCE = 16
 NO_HARD_TIMER = 17
-DISOBEYS = 18  # it turns although it should stand, or otherwise than it is told
-RELAY_UNEXPECTED = 19  # the settings say that no contact is fitted, and one closes
+DISOBEYS = 18  # it turns although it should stand, or otherwise than commanded
+RELAY_UNEXPECTED = 19  # the settings have no contact fitted, and one closes
 TILT_UNKNOWN = 20  # the sensor is dead, and creeping on has had its time
 STORAGE = 21  # a stored file is damaged, or the flash takes none
 

@@ -73,7 +73,7 @@ class Session:
     def end(self):
         self.live = False
 
-    # The clock of the session has come to stamp_ms; an older one changes nothing.
+    # The clock of the session has reached stamp_ms; an older one changes nothing.
     def advance(self, stamp_ms):
         if not 0 < (stamp_ms - self.clock_ms) & 0xFFFF < 0x8000:
             return

@@ -56,8 +56,8 @@ class Message:
         return dict(zip(self.names, struct.unpack_from(self.format, buf, HEADER_SIZE)))
 
 
-# Frozen for ever: layout and unseeded CRC of HELLO, FAULT and MAINTENANCE never change, so that two
-# versions can always say that they differ, and an old board can be updated.
+# Frozen: layout and unseeded CRC of HELLO, FAULT and MAINTENANCE never change, so that two
+# versions can always report that they differ, and an old board can be updated.
 HELLO = Message(
     0x01,
     "hello",
@@ -73,7 +73,7 @@ MAINTENANCE = Message(
     0x03,
     "maintenance",
     BOTH,
-    # up: key must be MAINTENANCE_KEY; to a board that says its last words, the reason of a FAULT
+    # up: key must be MAINTENANCE_KEY; to a board that sends its last message, the reason of a FAULT
     # clears that fault. down: accepted 1, or 0 with the reason.
     "key:I accepted:B reason:B",
     True,
@@ -106,10 +106,11 @@ CLEARANCE = Message(
     0x12,
     "clearance",
     UP,
-    # Bits per direction (codes.DIR_*): blocked, whatever the distances say; unseen: the motion
-    # enters an arc that this installation never sees. Distances until the footprint touches what
-    # is seen; the turns about the drive axle. CLEAR_FAR = nothing within range. arcs and arc_views:
-    # of both axes at once, see arcs.py; views has a bit per quadrant, blind below, unseen above.
+    # Bits per direction (codes.DIR_*): blocked, whatever the distances are; unseen: the motion
+    # enters an arc that this installation never sees. Distances until the footprint touches an
+    # obstacle; the turns about the drive axle. CLEAR_FAR = nothing within range. arcs and
+    # arc_views: of both axes at once, see arcs.py; views has a bit per quadrant, blind below,
+    # unseen above.
     "blocked:B unseen:B source:B forward_mm:H backward_mm:H left_q4_deg:H right_q4_deg:H age_ms:H "
     "arc_views:B arcs:38s",
 )
@@ -119,7 +120,7 @@ PING = Message(0x13, "ping", UP, "token_low:H token_high:H")
 SETTING = Message(0x14, "setting", UP, "request:B index:B value:H")
 # Period of STATE: 1..100 ms, 10 in each new session.
 TELEMETRY = Message(0x15, "telemetry", UP, "state_period_ms:B")
-# The caretaker's held button: number changes with every new press, ttl_ms as in COMMAND.
+# The caretaker's bypass button: number changes with every new press, ttl_ms as in COMMAND.
 BYPASS = Message(0x16, "bypass", UP, "number:B ttl_ms:H")
 
 STATE = Message(
@@ -146,8 +147,8 @@ STATS = Message(
 PONG = Message(0x22, "pong", DOWN, "token_low:H token_high:H")
 # refused: a reason, 0 = done; value: what is in force now.
 SETTING_REPLY = Message(0x23, "setting_reply", DOWN, "request:B index:B value:H refused:B")
-# How the chair stops in one direction (codes.DIR_*), see zone.py: said without being asked, in each
-# session, after each change of the settings, and again and again.
+# How the chair stops in one direction (codes.DIR_*), see zone.py: sent without a request, in each
+# session, after each change of the settings, and periodically.
 ZONE = Message(0x24, "zone", DOWN, "direction:B points:48s")
 
 MESSAGES = (

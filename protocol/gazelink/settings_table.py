@@ -9,7 +9,7 @@
 # The chair's speed profiles that have rows of their own.
 PROFILES = ("1.2", "2.1", "3.1", "4.1", "5.1")
 
-NO_CASTERS_Q4_DEG = 320  # caster_q4_deg of casters that turn nothing: the row holds no sign
+NO_CASTERS_Q4_DEG = 320  # caster_q4_deg of casters without effect: the row has no sign
 
 # (name, default, lowest, highest)
 _GENERAL = (
@@ -25,7 +25,7 @@ _GENERAL = (
     ("tune_angle_q4_deg", 480, 80, 960),
     ("step_ramp_ms", 300, 0, 1000),  # a step straight on begins and ends over this long
     ("turn_cutoff_q4_deg", 16, 8, 80),  # nearer, less the sensor's error, a step turn has arrived
-    ("hold_kp_q4", 320, 0, 3200),  # going straight: permille per degree beside the heading
+    ("hold_kp_q4", 320, 0, 3200),  # going straight: permille per degree of heading error
     ("hold_kd_q4", 80, 0, 3200),  # permille per degree/s
     ("hold_permille", 150, 0, 300),  # the most that holding puts out
     ("reaction_ms", 350, 200, 1000),  # from the obstacle's echo to the first braking

@@ -10,7 +10,7 @@ from gazelink.const import const
 
 POINTS = const(6)
 # speed: units/s. stop: from the decision until it stands, margin included. stop_ms: the time that
-# takes. told: the way that lets the board permit this speed and no more.
+# takes. told: the clearance with which the board permits this speed and no more.
 POINT = "<HHHH"
 POINT_SIZE = const(8)
 SIZE = const(48)

@@ -13,7 +13,7 @@ from gazesetup import ROOT
 DOCUMENT = ROOT / "docs" / "architecture.svg"
 
 _WIDTH, _STOREY, _BOX_WIDTH, _BOX_HEIGHT = 1100, 84, 150, 40
-# The folder that a room lies in -> its colour.
+# The folder of a room -> its colour.
 _COLOURS = {
     "gazechair": "#cfe3f7",
     "gazeboard": "#f9dcc4",

@@ -23,7 +23,7 @@ BENCHMARKS = {
 
 def run(name: str, quick: bool) -> Report:
     """Run one benchmark; KeyError when there is none of that name."""
-    logging.disable(logging.WARNING)  # what the parts say would stand between the figures
+    logging.disable(logging.WARNING)  # log lines of the parts would appear between the figures
     module = importlib.import_module(BENCHMARKS[name][0])
     report: Report = module.measure(quick)
     return report

@@ -42,7 +42,7 @@ class Locked:
         app = rig.app
         app._gc_at = app.outbox.ticks  # collecting is planned, and not what is measured
         # The locked heap refuses every allocation but a raised exception, which comes from the
-        # emergency buffer; the heap's size shows that one. It is slow to ask: now and then.
+        # emergency buffer; the heap's size shows that one. Reading it is slow: only sometimes.
         ask = rig.now_ms & 63 == 0
         before = gc.mem_alloc() if ask else 0
         micropython.heap_lock()

@@ -198,7 +198,7 @@ class Measured:
             host.give(messages.COMMAND)
         elif turn == 1:
             blocked = 15 if second % 7 == 6 else 0
-            # In turn nothing within range, a way that ends, and one that is near.
+            # In turn nothing within range, a distance that ends, and one that is near.
             ahead = (messages.CLEAR_FAR, 900, 600)[second % 3]
             messages.CLEARANCE.pack(
                 host.encoder.body,

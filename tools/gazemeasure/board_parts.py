@@ -26,7 +26,7 @@ class Parts:
         self._ticks = 0
         self._total = 0  # of all ticks, 16 instructions
         self._inside = 0  # cycles that counting adds to a part
-        self._around = 0  # and to what lies around it
+        self._around = 0  # and the enclosing part
         self._calibrate()
 
     # Replaces `holder.name`, a method that takes `words` arguments.
@@ -39,7 +39,7 @@ class Parts:
     def tick(self, cycles):
         now = self.now
         calls = self.calls
-        # Counting lies within the tick: taken off, so that the parts add up.
+        # Counting happens within the tick: subtracted, so that the parts add up.
         for at in range(len(self.names)):
             cycles -= calls[at] * self._around
         self._ticks += 1

@@ -22,7 +22,7 @@ _LINGER_S = 0.2
 
 
 class EmulationError(Exception):
-    """The program did not end well; the text holds the end of what it printed."""
+    """The program failed; the text has the end of its output."""
 
 
 def run(program: str, files: Mapping[str, str], limit_s: float) -> bytes:

@@ -37,7 +37,7 @@ class _Samples:
 
 
 def measure(quick: bool) -> Report:
-    """Press and let go of Vooruit many times through a real Chromium; see Report."""
+    """Press and release Vooruit many times through a real Chromium; see Report."""
     presses = _PRESSES_QUICK if quick else _PRESSES
     micropython = gazesetup.ensure_micropython()
     chromium = gazesetup.ensure_chromium()

@@ -25,7 +25,7 @@ _WAITING = 16
 PIECE_BYTES = 4 * CAPSULE_SIZE  # 5 ms
 _FURTHER_M = 8.0
 _EXTENDED_M = 0.5
-_AT_MIRROR_DEG = 30.0  # some capsules: they may be under way, or lost
+_AT_MIRROR_DEG = 30.0  # some capsules: they may be in transit, or lost
 
 
 def turn_of(count: int, first: int = 0) -> Array:

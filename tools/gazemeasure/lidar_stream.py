@@ -116,7 +116,7 @@ def _run(seconds: float, busy: bool) -> Live:
     return Live(
         [(at - end) * 1000.0 for end, at in good],
         len(pairs) - len(good),
-        # The newest turn may still be under way to us.
+        # The newest turn may still be in transit.
         max(0, len(ends_s) - max(seen_s, default=0) - 1),
         resyncs,
         restarts,

@@ -123,12 +123,12 @@ class _World:
             self.link.command(Command(*self.held, self.edge, codes.DRIVER, now_s + 0.3))
 
     def press(self, verb: int, mode: int) -> None:
-        """A new press, held until let_go()."""
+        """A new press, active until let_go()."""
         self.edge = self.edge % 255 + 1
         self.held = (verb, mode)
 
     def let_go(self) -> None:
-        """Nothing is asked any more."""
+        """No more request."""
         self.held = (codes.STOP, codes.STEP)
 
     def until(self, condition: Callable[[], bool], limit_s: float = _READY_S) -> float:
@@ -238,7 +238,7 @@ def _replugs(world: _World, n: int, report: Report) -> None:
         if chance.random() < 0.3:
             world.restart_host()
         if chance.random() < 0.5:
-            world.let_go()  # else the press is held through it all, and must not drive
+            world.let_go()  # else the press stays active throughout, and must not drive
         time.sleep(chance.uniform(0.05, 0.7))
         still_moving += not _harmless(world)
         for cause in chance.sample(causes, len(causes)):

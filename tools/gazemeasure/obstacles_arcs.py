@@ -57,7 +57,7 @@ class Body(Protocol):
 
 @dataclass(frozen=True)
 class ArcTask:
-    """A room, and what the hand does in it. `steady`: one stick, held: a path to be judged."""
+    """A room, and the hand's motion in it. `steady`: one stick position, a path to be judged."""
 
     room: Room
     hand: tuple[Hold, ...]
@@ -101,7 +101,7 @@ def _stick(chance: random.Random) -> tuple[int, int]:
 
 
 def _posts(chance: random.Random) -> Room:
-    """Posts beside the chair and ahead, a wall or two, the chair in the middle."""
+    """Posts at the chair's sides and ahead, a wall or two, the chair in the middle."""
     h = _HALL_M
     walls = [(-h, -h, h, -h), (h, -h, h, h), (h, h, -h, h), (-h, h, -h, -h)]
     for side in (1, -1):
@@ -112,7 +112,7 @@ def _posts(chance: random.Random) -> Room:
     things: list[Solid] = []
     for _ in range(chance.randint(1, 4)):
         size = chance.uniform(0.04, 0.15)
-        if chance.random() < 0.6:  # beside
+        if chance.random() < 0.6:  # at a side
             y = chance.choice((1, -1)) * (HALF_WIDTH_M + chance.uniform(0.05, 0.5) + size / 2)
             x = chance.uniform(REAR_M - 0.4, FRONT_M + 0.8)
         else:  # ahead, behind
@@ -194,7 +194,7 @@ class ArcRun:
         return self.outcome
 
     def _pause(self, watch: Callable[[ArcRun], None] | None) -> None:
-        # Held on for a moment, then let go.
+        # Kept for a moment, then released.
         for k in range(round(2 * _AGAIN_S / _STEP_S)):
             if k == round(_AGAIN_S / _STEP_S):
                 self._command(codes.STOP)

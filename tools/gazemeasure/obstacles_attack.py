@@ -27,7 +27,7 @@ from gazesim.rooms import Room, Solid, box
 _STEP_S = 0.01
 _FULL = 1000
 _HALL_M = 6.0
-_BESIDE_M = 0.25  # from the straight way
+_BESIDE_M = 0.25  # from the straight path
 _FREE_M = 0.015  # from the chair at the start
 _TRIES = 60
 _LOOK = 4  # steps between two poses of the path
@@ -39,9 +39,9 @@ KINDS = ("exact", "second order", "jerk", "uneven", "slow drive", "slow turn", "
 
 @dataclass(frozen=True)
 class Hold:
-    """The hand holds `verb` for `for_s`; linear and turn (permille) are the stick's.
+    """The hand presses `verb` for `for_s`; linear and turn (permille) are the stick's.
 
-    `press`: it has been let go before.
+    `press`: it was released before.
     """
 
     for_s: float
@@ -59,7 +59,7 @@ class Attack:
     hand: tuple[Hold, ...]
     kind: str
     points: tuple[tuple[float, float], ...]
-    """Of the thing that is in the way."""
+    """Of the obstacle in the path."""
 
 
 class AttackedAxis:
@@ -95,7 +95,7 @@ class AttackedAxis:
         most = self._accelerate if grows else self._brake
         slope = max(-most, min(most, away / _STEP_S))
         if self._jerk != math.inf:
-            # Never so steep that it could not be let go in time.
+            # Never so steep that it could not be released in time.
             gentle = math.sqrt(2.0 * self._jerk * abs(away))
             slope = max(-gentle, min(gentle, slope))
             change = self._jerk * _STEP_S
@@ -252,7 +252,7 @@ def in_view(
 def _placed(
     chance: random.Random, path: NDArray[np.float64], swings: int
 ) -> tuple[Room, tuple[tuple[float, float], ...]] | None:
-    """A thing in the path's sweep and outside the straight way, and its points; None: not found."""
+    """An obstacle in the path's sweep and outside the straight path, and its points; or None."""
     x0, y0, turned = path[swings - 1] if swings else (0.0, 0.0, 0.0)
     reach = path[:, 0].min() + REAR_M - 0.2, path[:, 0].max() + FRONT_M + 0.2
     for _ in range(_TRIES):
@@ -260,7 +260,7 @@ def _placed(
         wall = chance.random() < 0.3
         size = chance.uniform(0.04, 0.15)
         beside = HALF_WIDTH_M + chance.uniform(0.0, _BESIDE_M)
-        # Where the straight way goes when the chair begins to swing.
+        # Where the straight path leads when the chair begins to swing.
         ahead = chance.uniform(*reach)
         x = x0 + math.cos(turned) * ahead - math.sin(turned) * side * (beside + size / 2)
         y = y0 + math.sin(turned) * ahead + math.cos(turned) * side * (beside + size / 2)
@@ -271,7 +271,7 @@ def _placed(
         walls = [(-h, -h, h, -h), (h, -h, h, h), (h, h, -h, h), (-h, h, -h, -h)]
         things: tuple[Solid, ...] = ()
         points: tuple[tuple[float, float], ...] = ((x, y), (x, y + side * 0.1))
-        if wall:  # its end, the rest away from the way
+        if wall:  # its end, the rest away from the path
             far = y + side * 1.5
             walls.append((x, y, x, far))
             if _gaps(path[:1], x, y)[0] < _FREE_M:

@@ -60,7 +60,7 @@ class Outcome:
 
 
 class Run:
-    """`rule`: OURS, PROTOTYPE or NONE (the driver alone: tells what the path would be)."""
+    """`rule`: OURS, PROTOTYPE or NONE (the driver alone: shows what the path would be)."""
 
     def __init__(
         self,
@@ -72,7 +72,7 @@ class Run:
         rays: int = RAYS,
         straight: bool = False,
     ) -> None:
-        """`straight`: the floor is even, so that the path is what the task says."""
+        """`straight`: the floor is even, so that the path is as the task requires."""
         self._task = task
         self._room = task.room
         self._chair = Chair(profile, seed, undisturbed(profile) if straight else None)

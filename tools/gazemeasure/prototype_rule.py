@@ -46,7 +46,7 @@ SECTORS = (
 
 @dataclass(frozen=True)
 class Reading:
-    """What a scan says of one sector: nearest return in metres (inf: none) and coverage 0..1."""
+    """A scan's result for one sector: nearest return in metres (inf: none) and coverage 0..1."""
 
     nearest_m: float
     coverage: float

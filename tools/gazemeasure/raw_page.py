@@ -48,7 +48,7 @@ def upgrade(port: int, path: str, cookie: str) -> socket.socket:
 
 
 class RawDriver:
-    """The driver's page, without a browser: use as a context, then arm, press and let go."""
+    """The driver's page, without a browser: use as a context, then arm, press and release."""
 
     def __init__(self, port: int, cookie: str) -> None:
         self._line = upgrade(port, "/ws/control", cookie)
@@ -87,7 +87,7 @@ class RawDriver:
         return self.state.get("state") == "armed" and bool(self.state.get("you"))
 
     def arm(self, limit_s: float = 30.0) -> None:
-        """Ask until driving is on. TimeoutError."""
+        """Request until driving is on. TimeoutError."""
         end_s = time.monotonic() + limit_s
         while not self.armed:
             if time.monotonic() > end_s:
@@ -96,7 +96,7 @@ class RawDriver:
             self._stopping.wait(1.0)
 
     def press(self) -> float:
-        """A new press of forward, held from now on; when it was sent (CLOCK_MONOTONIC)."""
+        """A new press of forward, active from now on; when it was sent (CLOCK_MONOTONIC)."""
         with self._lock:
             self._edge += 1
             self._held = True
@@ -105,7 +105,7 @@ class RawDriver:
         return now_s
 
     def release(self) -> float:
-        """Let go; when that was sent."""
+        """Release; when that was sent."""
         with self._lock:
             self._held = False
         now_s = time.monotonic()

@@ -86,7 +86,7 @@ def percentile(values: Sequence[float], share: float) -> float:
 
 
 def histogram(values: Sequence[float], edges: Sequence[float], unit: str) -> str:
-    """Counts between the edges, a bar each; what lies above the last edge has its own line."""
+    """Counts between the edges, a bar each; what is above the last edge has its own line."""
     lines = []
     low = 0.0
     for high in [*edges, float("inf")]:

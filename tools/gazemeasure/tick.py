@@ -118,7 +118,7 @@ def _load(
 
 
 def _states(telemetry: bytes) -> list[int]:
-    """Stamps, unwrapped, from the first two 1 ms apart: from there on 1000 Hz are asked."""
+    """Stamps, unwrapped, from the first two 1 ms apart: from there on 1000 Hz are requested."""
     decoder = frame.Decoder()
     decoder.session = keys = frame.Session()
     boot = 0

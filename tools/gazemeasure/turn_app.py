@@ -47,7 +47,7 @@ class _Memory:
 
 
 class WholeChair:
-    """App, devices, chair and a host that holds `verb` in `mode`; what may go wrong is public."""
+    """App, devices, chair and a host that keeps `verb` pressed in `mode`; faults are public."""
 
     def __init__(self, profile: str = "3.1", room: str | Room = "open") -> None:
         self.now_ms = 0
@@ -62,8 +62,8 @@ class WholeChair:
         self._protocol.opened(0.0)
         self.state: BoardState | None = None
         self.speaks = True  # False: the host has died
-        self.holds = True  # False: it no longer proves that somebody holds on
-        self.sees = True  # False: no more clearance, but what is told by `tell`
+        self.holds = True  # False: no more proof that the press is active
+        self.sees = True  # False: no more clearance, except from `tell`
         self.scanned = b""  # what the lidar sent in this ms
         self.serves = True  # False: the service loop hangs
         self.blocked = 0
@@ -78,7 +78,7 @@ class WholeChair:
         return self.now_ms / 1000
 
     def press(self, verb: int, mode: int, turn_permille: int = 0, pulse_ms: int = 0) -> None:
-        """Somebody presses and holds."""
+        """Begin a press and keep it active."""
         edge = self._command.edge % 255 + 1
         self.holds = True
         self._command = Command(
@@ -138,7 +138,7 @@ class WholeChair:
         return self.world.pot.poll()
 
     def arm(self) -> None:
-        """Armed by the owner. RuntimeError when it does not come to that within 6 s."""
+        """Armed by the owner. RuntimeError when that fails for 6 s."""
         for _ in range(6000):
             if self.app.safety.state == codes.ARMED:
                 return

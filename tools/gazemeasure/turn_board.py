@@ -21,7 +21,7 @@ _BOOT = 0x0B07
 
 
 class _NoSerial:
-    """A line on which nobody is."""
+    """A line without a listener."""
 
     def read_byte(self) -> int:
         return -1

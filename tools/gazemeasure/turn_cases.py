@@ -27,7 +27,7 @@ class Drawn:
 
 
 def grid() -> list[Drawn]:
-    """Five profiles x five angles x both ways, nothing disturbs."""
+    """Five profiles x five angles x both directions, undisturbed."""
     return [
         Drawn(profile, Case(undisturbed(profile), side * angle, seed=1 + number))
         for profile in PROFILES
@@ -48,7 +48,7 @@ def monte_carlo(count: int) -> list[Drawn]:
 
 
 def stepped() -> list[Drawn]:
-    """Ten degrees, both ways, on every profile over a usual floor: for ten steps in a row."""
+    """Ten degrees, in both directions, on every profile over a usual floor: for ten steps."""
     return [
         Drawn(profile, Case(PROFILES[profile], side * 10.0, seed=20 + number))
         for number, profile in enumerate(PROFILES)
@@ -57,8 +57,8 @@ def stepped() -> list[Drawn]:
 
 
 def published() -> list[Drawn]:
-    """The published turn of 10 degrees on 4.1, both ways, by both chairs that the first prototype's
-    figures allow."""
+    """The published turn of 10 degrees on 4.1, in both directions, by both chairs that the first
+    prototype's figures allow."""
     return [
         Drawn("4.1", Case(chair("4.1"), side * 10.0))
         for chair in (identified, least_sticky)

@@ -73,7 +73,7 @@ def of_published(report: Report, ours: Sequence[Done], first: Sequence[Done]) ->
 
 
 def of_stops(report: Report, stops: Stops, done: Sequence[Done]) -> None:
-    """Ways to cut a turn short; and the wipers of everything that ran."""
+    """Causes that interrupt a turn; and the wipers of everything that ran."""
     report.add("paths that cut a turn short", stops.paths, "")
     report.add("  did not end it", stops.never, "", 0)
     report.add("  ticks not neutral without permission", stops.not_neutral, "", 0)
@@ -87,7 +87,7 @@ def of_stops(report: Report, stops: Stops, done: Sequence[Done]) -> None:
 def table(
     report: Report, found: Sequence[Done], best: Floats, rivals: dict[str, list[Done]]
 ) -> None:
-    """Per undisturbed turn, settling times of all; mean of both ways."""
+    """Per undisturbed turn, settling times of all; mean of both directions."""
     report.note("settling time, s, the slower of left and right; undisturbed")
     names = list(rivals)
     report.note(

@@ -66,7 +66,7 @@ class Verdict:
 
 
 def judge(turn: Turn) -> Verdict:
-    """Judge a turn. The recording should go on for at least 1 s after the motion's end."""
+    """Judge a turn. The recording should continue for at least 1 s after the motion's end."""
     sign = 1.0 if turn.angle_deg > 0 else -1.0
     error = (turn.heading_deg - turn.angle_deg) * sign  # positive: too far
     at = settled_at(error, turn.rate_dps)

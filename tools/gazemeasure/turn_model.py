@@ -19,7 +19,7 @@ from gazesim.disturbances import Floor
 
 STEP_S = 0.004
 _OUT_S = 1.2 + FOR_MS / 1000  # after the last switch: it runs out and stands for a second
-_CHUNK = 20_000  # candidates at a time: what the processor's cache holds
+_CHUNK = 20_000  # candidates at a time: the size of the processor's cache
 _VEER_EVERY_S = 0.1
 _VEERS = 150
 
@@ -200,7 +200,7 @@ def _ramps(m: Model, t1: Floats, t2: Floats, t3: Floats) -> tuple[Callable[[floa
 def _over_floor(
     m: Model, now: float, speed: Floats, heading: Floats, lie: Floats
 ) -> tuple[Floats, Floats]:
-    """The yaw rate over this floor, and how the casters lie then."""
+    """The yaw rate over this floor, and the casters' position then."""
     tenth = np.minimum((m.begins + m.dead + now) / _VEER_EVERY_S, _VEERS - 1).astype(np.int64)
     veer = np.take_along_axis(m.veers, tenth, 1)
     downhill = np.radians(m.downhill - m.sign * heading)

@@ -16,7 +16,7 @@ from gazetwin.prototype import PUBLISHED, Prototype, Reading
 
 
 class Rival(ABC):
-    """A controller for Bench that holds neutral until `start`."""
+    """A controller for Bench that keeps neutral until `start`."""
 
     def __init__(self) -> None:
         self.count = WIPER_NEUTRAL

@@ -46,7 +46,7 @@ class Bench:
         self._controller = controller
 
     def run(self, ms: int, watch: Callable[[], bool] = lambda: False) -> None:
-        """Let `ms` pass, recording; until `watch`, asked with each sample, says to stop."""
+        """Let `ms` pass, recording; until `watch`, called with each sample, returns true."""
         chair, controller, imu = self.chair, self._controller, self.imu
         for _ in range(ms):
             if imu.step(0.001, chair.yaw_rate_deg_s):
@@ -103,7 +103,7 @@ def steps_of_board(
 
 
 def recorded(bench: Bench, angle_deg: float, before_deg: float) -> Turn:
-    """What the bench holds, as a turn that began at `before_deg`."""
+    """The bench's recording, as a turn that began at `before_deg`."""
     return Turn(
         angle_deg,
         np.array(bench.headings) - before_deg,

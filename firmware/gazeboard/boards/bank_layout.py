@@ -8,7 +8,7 @@ MAGIC = 0x4252374D
 VERSION = 1
 USED_SIZE = 0x1FF000  # header's `size`: everything up to the end of flash
 
-# Header, u32 unless said otherwise
+# Header, u32 unless stated otherwise
 MAGIC_AT = 0x00
 VERSION_AT = 0x04
 SIZE_AT = 0x08
@@ -44,7 +44,7 @@ PIN_COUNT = 64
 PIN_MODE = 0  # (g) 0 in, 1 out, 2 open drain, 255 not configured
 PIN_PULL = 1  # (g) 0 down, 1..3 up, 4 none, 5 keeper
 PIN_OUT = 2  # (g) latch
-PIN_LEVEL = 3  # (g) pad level when last looked at or written
+PIN_LEVEL = 3  # (g) pad level when last read or written
 PIN_HOST_DRIVE = 4  # (h)
 PIN_HOST_LEVEL = 5  # (h)
 PIN_OUT_COUNT = 8  # (g) u32, writes to the latch

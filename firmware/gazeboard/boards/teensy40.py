@@ -107,7 +107,7 @@ class Teensy40:
         try:
             while app.service():
                 pass
-            self._patience(_MAINTENANCE_WATCHDOG_MS)  # asked for: time to work in the REPL
+            self._patience(_MAINTENANCE_WATCHDOG_MS)  # requested: time to work in the REPL
         finally:
             # After an exception the watchdog is left to bite: a reset, then neutral (P1, P10).
             self.enable_pin(0)

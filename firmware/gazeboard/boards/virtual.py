@@ -67,8 +67,8 @@ class VirtualBoard:
         except OSError:
             pass
 
-    # The board's time: the PC's, less what the PC stalled. A real timer would have gone on ticking;
-    # a PC that takes the process off its processor is not firmware that hangs.
+    # The board's time: the PC's, less the PC's stalls. A real timer would have continued to tick;
+    # a PC that suspends the process is not firmware that hangs.
     def ticks_us(self):
         return (self._clock_us() - self._lost_us) & _TICKS_MASK
 
@@ -84,7 +84,7 @@ class VirtualBoard:
         count_up(self._bank, at.WDT_FEEDS_AT)
 
     def heap_free_kb(self):
-        return 0  # the PC's memory says nothing about the board's
+        return 0  # the PC's memory does not show the board's
 
     def load(self, name):
         return self._files.load(name)

@@ -20,14 +20,14 @@ CLEARED = 2
 LIMIT = 3  # watchdog resets in a row after which the board stays in the REPL
 
 
-# Is there a count that cannot be read? Then it starts anew, and somebody should know.
+# Is there a count that cannot be read? Then it restarts, and must be reported.
 def damaged(board):
     stored = board.load(_FILE)
     return stored is not None and _count(stored) is None
 
 
-# Watchdog resets in a row up to this boot, counted in a small file; any other cause starts anew,
-# and so does an hour without one.
+# Consecutive watchdog resets up to this boot, counted in a small file; any other cause restarts
+# the count, and so does an hour without one.
 def watchdog_boots(board):
     if board.reset_cause != _WATCHDOG:
         forget(board)
@@ -36,17 +36,17 @@ def watchdog_boots(board):
     try:
         board.store(_FILE, sealed(str(count)))
     except Exception:
-        pass  # the flash refuses: the app finds it out, too, and says so
+        pass  # the flash rejects writes: the app detects and reports it, too
     return count
 
 
-# The count starts anew.
+# The count restarts.
 def forget(board):
     if board.load(_FILE) is not None:
         removed(board, _FILE)
 
 
-# Whether a small file is gone.
+# Whether a small file is missing.
 def removed(board, name):
     try:
         board.remove(name)

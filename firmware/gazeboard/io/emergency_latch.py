@@ -13,7 +13,7 @@ _RETRY_MAX_MS = 64000
 _TICKS = 0x3FFFFFFF
 
 
-# Whether the flash says that the latch stands. A file that cannot be read is there.
+# Whether the flash shows that the latch is set. A file that cannot be read counts as present.
 def stands(board):
     if board.load(LATCHED) is not None:
         return True
@@ -21,7 +21,7 @@ def stands(board):
 
 
 class EmergencyLatch:
-    # `failed`: the flash refused, what it holds is not proven.
+    # `failed`: the flash rejected a write, its content is not proven.
 
     def __init__(self, board):
         self._board = board

@@ -8,7 +8,7 @@ from gazeboard.core.angle import wrapped
 from gazeboard.core.limits import HEADING_TURN_Q4_DEG
 from gazelink import codes
 
-_JUMP_Q4 = 48  # 3 degrees in one sample beyond what the gyro says
+_JUMP_Q4 = 48  # 3 degrees in one sample beyond the gyro's rotation
 _JUMPS = 3
 _JUMP_WINDOW_MS = 50
 _DRIFT_WINDOW_MS = 500
@@ -30,7 +30,7 @@ class HeadingMonitor:
         self.faults = 0
         self.restart()
 
-    # Forget the past: the next sample is believed as it comes. Faults stay until 500 good ms.
+    # Discard the past: the next sample is accepted as it is. Faults stay until 500 good ms.
     def restart(self):
         self._anchored = False
         self._last_q4 = 0

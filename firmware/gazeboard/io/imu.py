@@ -66,8 +66,8 @@ class Imu:
         self._offsets[0] = _OFFSETS
         self._read_offsets = bytearray(OFFSETS_SIZE)
         self._have_offsets = False
-        self.offsets_new = False  # just read from the sensor: worth storing
-        self.calibration = 0  # as the sensor's register says
+        self.offsets_new = False  # just read from the sensor: to be stored
+        self.calibration = 0  # from the sensor's register
         self._two = bytearray(2)
         self._state = _PROBE
         self._due_ms = 0
@@ -111,7 +111,7 @@ class Imu:
         self.faults = self._monitor.faults
         return fresh
 
-    # The sensor cannot be read or believed, so the tilt is not known.
+    # The sensor cannot be read or trusted, so the tilt is not known.
     def tilt_lost(self):
         return self.faults & codes.TILT_LOST != 0
 

@@ -79,7 +79,7 @@ class Joystick:
         except OSError:
             return False
 
-    # Neutral on both, whatever else is broken: each write for itself, nothing read or reckoned.
+    # Neutral on both, whatever else is broken: each write independent, no read, no calculation.
     def let_go(self):
         self.neutral = False  # not read back
         try:

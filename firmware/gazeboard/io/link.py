@@ -17,7 +17,7 @@ _RX_PER_POLL = 96  # bytes: the slice stays short, and four times the traffic st
 _FRAMES_PER_POLL = 3
 _HELLO_MS = 200
 _STATS_MS = 200
-_ZONE_MS = 250  # one direction each time: a lost one comes again within a second
+_ZONE_MS = 250  # one direction each time: a lost one is repeated within a second
 _NAME_SIZE = 16
 _ANY_SEQ = -1
 
@@ -76,7 +76,7 @@ _REASON = _at(messages.MAINTENANCE, "reason")
 
 
 class Link:
-    # serial: read_byte() and write_some() as boards/__init__.py says; neither ever waits.
+    # serial: read_byte() and write_some() as in boards/__init__.py; neither ever waits.
 
     def __init__(self, board, inbox, outbox, safety, telemetry):
         self._serial = board.serial
@@ -88,7 +88,7 @@ class Link:
         self._decoder = frame.Decoder()
         self._encoder = frame.Encoder()
         self._simulated = board.simulated
-        self._wire_at = 0  # of the frame under way in the encoder's buffer
+        self._wire_at = 0  # in the current frame in the encoder's buffer
         self._wire_end = 0
         self._draw_nonce = board.draw_nonce
         self._session = 0  # the host's number, 0: none
@@ -118,7 +118,7 @@ class Link:
         self._key = bytearray(messages.MAINTENANCE.size)
         messages.MAINTENANCE.pack(self._key, (messages.MAINTENANCE_KEY, 0, 0))
         self._arcs = (bytearray(arcs.SIZE), bytearray(arcs.SIZE))
-        self.maintenance = False  # the host asked for the REPL and nothing stands against it
+        self.maintenance = False  # the host requested the REPL and nothing prevents it
         self.setting_pending = False  # a request waits below for the app's answer
         self.setting_request = 0
         self.setting_index = 0
@@ -162,14 +162,14 @@ class Link:
         elif kind == messages.MAINTENANCE.type_id:
             self._on_maintenance(buf)
         elif not messages.COMMAND.type_id <= kind < messages.STATE.type_id:
-            # A message of ours, come back: no host is heard, and its sequence is not ours.
+            # Our own message, returned: it does not count as a host frame or for the sequence.
             self.bad = (self.bad + 1) & 0xFFFF
         elif self._in_order(buf):
             back = self._inbox.back
             age_ms = (self._outbox.ticks - u16(buf, messages.STAMP_AT)) & 0xFFFF
             if age_ms <= limits.FRAME_STALE_MS:
                 # Only a fresh frame shows that the host lives: a backlog may outlive it. And only
-                # that is newer than all before: a recording must not keep the next ones out.
+                # one newer than all before: a recording must not block the next ones.
                 self._last_seq = buf[messages.SEQ_AT]
                 self._heard_at = self._outbox.ticks
                 back.host_count = (back.host_count + 1) & 0xFFFF
@@ -212,7 +212,7 @@ class Link:
         session = u16(buf, _SESSION)
         for k in range(4):
             if buf[_SCHEMA + k] != self._hello[_SCHEMA + k]:
-                session = 0  # another version: answer, so that it can say so; no session
+                session = 0  # another version: answer, so that it can report it; no session
         self._greet = True
         if session == 0 or session == self._session:
             return
@@ -230,8 +230,8 @@ class Link:
         for action in range(len(codes.ORDERS)):
             self._order_numbers[action] = 0
 
-    # The host's silence has disarmed the chair: its frames do not count any more, should somebody
-    # have kept them. It greets anew.
+    # The host's silence has disarmed the chair: its frames do not count any more, even if somebody
+    # has recorded them. It must send a new hello.
     def _end_session(self):
         self._session = 0
         self._keys.end()
@@ -500,6 +500,6 @@ class Link:
                 self._encoder.wire, self._wire_at, self._wire_end
             )
 
-    # Everything said, before leaving for the REPL?
+    # Everything sent, before exiting to the REPL?
     def flushed(self):
         return not self._maintenance_answered and self._wire_at == self._wire_end

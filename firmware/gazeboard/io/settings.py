@@ -14,8 +14,8 @@ _NEUTRAL = (index_of("neutral_linear_count"), index_of("neutral_turn_count"))
 
 class Settings:
     # Attributes as named in the table. `calibrated` is False, and the board does not arm, while the
-    # joystick's neutral is not as stored: it was changed, or the stored text was refused (the
-    # defaults are in force then, and `error` says why).
+    # joystick's neutral differs from the stored one: it was changed, or the stored text was
+    # rejected (the defaults are then active, and `error` is the reason).
 
     def __init__(self, text=None):
         self.error = ""

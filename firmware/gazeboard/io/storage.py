@@ -59,7 +59,7 @@ def _removed(path):
         return False
 
 
-# One line as it is stored: a second line holds its CRC-32.
+# One line as it is stored: a second line has its CRC-32.
 def sealed(line):
     return line + "\n" + _crc_of(line) + "\n"
 

@@ -8,7 +8,7 @@ from gazelink.const import const
 from gazelink.messages import HEADER_SIZE, STATE
 from gazelink.native import micropython, ptr8
 
-PERIOD_MS = 10  # unless the host asks for another, 1..100
+PERIOD_MS = 10  # unless the host requests another, 1..100
 _SLOTS = const(32)  # at a frame a millisecond: longer than a collection of garbage takes
 _SLOT = const(16)
 _ALL_UNKNOWN = const(255)  # codes.UNKNOWN in all four fields

@@ -15,7 +15,7 @@ from gazelink.const import const
 from gazelink.native import micropython, ptr32
 
 # Indices of the words.
-_LOW = const(0)  # way from the right's end, 1/256 degree, if they lay there
+_LOW = const(0)  # distance from the right's end, 1/256 degree, if they were there
 _HIGH = const(1)  # if they lay at the left's
 _SEEN = const(2)  # angle of the wheels up to which this holds, q16
 _SIZE = const(3)  # 1/256 degree
@@ -29,7 +29,7 @@ _EITHER = const(2)
 _HALF_TURN = const(11796480)
 _TURN = const(23592960)
 _CERTAIN_Q8 = const(384)  # so much worse the other must be to be given up
-_SURE_Q8 = const(192)  # so far apart the two must be to tell which is right
+_SURE_Q8 = const(192)  # the two must differ by this to decide which is right
 
 
 class Casters:
@@ -73,7 +73,7 @@ class Casters:
             w[k] = at
             k += 1
 
-    # As they lie now, skip() puts them back.
+    # The present position; skip() restores it.
     @micropython.native
     def mark(self):
         self._low_mark = self._words[_LOW]
@@ -127,8 +127,8 @@ class Casters:
         cell = (to >> 8) + _SWING
         return w[_SIZE] * (w[cell] + ((w[cell + 1] - w[cell]) * (to & 255) >> 8)) >> 14
 
-    # From here on the heading is watched; beside_q8: how far it is beside the wheels' angle. What
-    # was believed until now is taken for sure.
+    # From here on the heading is compared; beside_q8: its deviation from the wheels' angle. The
+    # position assumed until now counts as certain.
     @micropython.native
     def watch(self, beside_q8):
         w = self._words
@@ -141,8 +141,8 @@ class Casters:
         self._low_q8 = self._turned(_LOW)
         self._high_q8 = self._turned(_HIGH)
 
-    # The heading is beside_q8 beside the wheels' angle now: which end has it right? Returns what
-    # the casters do not explain of it since watch().
+    # The heading deviates from the wheels' angle by beside_q8 now: which end explains it? Returns
+    # the part since watch() that the casters do not explain.
     @micropython.native
     def learn(self, beside_q8):
         by_q8 = beside_q8 - self._turned_q8

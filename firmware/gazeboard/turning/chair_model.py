@@ -13,14 +13,14 @@ from gazelink.const import const
 from gazelink.native import micropython, ptr32
 
 # Indices of the state; stop_plan.py knows some of them.
-_ASKED = const(0)  # the speed asked for, q16
+_ASKED = const(0)  # the requested speed, q16
 _RAMP = const(1)  # q16
 _RATE = const(2)  # q10
 _RATE_REST = const(3)
 _ANGLE = const(4)  # q16
 _ANGLE_REST = const(5)
 _HEAD = const(6)
-_OUT = const(7)  # what asked for it, permille
+_OUT = const(7)  # the output that requested it, permille
 
 # Indices of the numbers.
 _DEADBAND = const(0)
@@ -129,7 +129,7 @@ class ChairModel:
     def seen_rate(self):
         return self._past[((self.state[_HEAD] - 2 * self.dead_ms) & (2 * _PAST_MS - 1)) + 1]
 
-    # Nothing is asked for any more, and the chair's ramp is back at zero.
+    # No more motion is requested, and the chair's ramp is back at zero.
     @micropython.native
     def let_go(self):
         return self.state[_ASKED] == 0 and self.state[_RAMP] == 0
@@ -138,7 +138,7 @@ class ChairModel:
     def slower(self, rate_q10):
         return -rate_q10 < self.state[_RATE] < rate_q10
 
-    # The chair is seen to stand, and nothing is on its way.
+    # The gyro reports standstill, and no output is within the dead time.
     @micropython.viper
     def halt(self):
         s = ptr32(self.state)
@@ -152,7 +152,7 @@ class ChairModel:
             past[k + 1] = 0
             k += 2
 
-    # It turns as fast as is asked for, within an eighth: ramp and lag are over.
+    # It turns as fast as requested, within an eighth: ramp and lag are over.
     @micropython.native
     def steady(self):
         asked_q10 = self.state[_ASKED] >> 6

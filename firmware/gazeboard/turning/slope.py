@@ -12,8 +12,8 @@ _MOST_Q8 = const(400)  # degrees/s; a floor hardly slopes more
 
 
 class Slope:
-    # model: a ChairModel. drift_q8: what the slope does, 1/256 degree/s, left positive; slides_q8
-    # and slides_braked_q8: how far until the chair stands, let go or by counter-deflection.
+    # model: a ChairModel. drift_q8: the slope's effect, 1/256 degree/s, left positive; slides_q8
+    # and slides_braked_q8: how far until the chair stands, released or by counter-deflection.
 
     def __init__(self, model):
         self._model = model
@@ -37,8 +37,8 @@ class Slope:
         drift_q8 = (rest_q8 >> 4) * time * 160 // (time * time + way_q4 * way_q4 // 400 + 14)
         self.drift_q8 = max(-_MOST_Q8, min(_MOST_Q8, drift_q8))
 
-    # How far that will turn it until it stands. way_q8: how far the model still turns, let go; the
-    # rate then falls to what the brakes hold in some halvings.
+    # How far that turns it until it stands. way_q8: how far the model still turns after release;
+    # the rate then falls to what the brakes stop in some halvings.
     @micropython.native
     def look_ahead(self, way_q8):
         lag_ms = self._model.lag_ms

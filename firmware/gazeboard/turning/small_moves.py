@@ -12,7 +12,7 @@ _ENDLESS_MS = const(9999)
 
 
 class SmallMoves:
-    # careful: the newest of them that was judged did far too much; what comes back is to do half.
+    # careful: the newest judged move had far too much effect; the correction back aims at half.
 
     def __init__(self):
         self.start()
@@ -48,7 +48,7 @@ class SmallMoves:
         self._asked_q8 = left_q8
         self._ms = 0
 
-    # A tick of a move: whether it ends now. as_planned: by what the model says.
+    # A tick of a move: whether it ends now. as_planned: by the model.
     @micropython.native
     def ends(self, as_planned):
         if not self._bounded:

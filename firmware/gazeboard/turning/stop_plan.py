@@ -35,14 +35,14 @@ _TURN = const(23592960)
 
 class StopPlan:
     # Speeds in 1/16 degree/s, ramps in degrees/s^2. ahead: full speed towards the turn's side,
-    # against: the other way.
+    # against: in the opposite direction.
 
-    # brakes_q8: what its ramp turns on the way back from full speed, 1/256 degree.
+    # brakes_q8: how far its ramp turns while it returns from full speed, 1/256 degree.
 
     def __init__(self, ahead_q4, against_q4, accelerate, brake, lag_ms):
         self.brakes_q8 = ahead_q4 * ahead_q4 // (2 * brake)
         shift = 2
-        # A quarter more than full speed has its place, of either side: the ramp comes from both.
+        # A quarter more than full speed has its place, on either side: the ramp comes from both.
         while (max(ahead_q4, against_q4) * 5) >> shift >= _CELLS - 2:
             shift += 1
         words = [brake * lag_ms * 64 // 1000, 131072 // brake, lag_ms * 4096 // 1000, shift]
@@ -54,8 +54,8 @@ class StopPlan:
         self._words = array.array("i", words)
 
     # How far the wheels still turn towards the side, 1/256 degree, from the angle `seen_q16` on:
-    # what is on its way, and the rest if the turn is ended now: let go, or by counter-deflection.
-    # state: a ChairModel's; side: 1 left, -1 right.
+    # the effect of outputs within the dead time, and the rest if the turn is ended now: released,
+    # or by counter-deflection. state: a ChairModel's; side: 1 left, -1 right.
     @micropython.viper
     def ahead_q8(self, state, seen_q16: int, side: int, counters: int) -> int:
         s = ptr32(state)
@@ -86,8 +86,8 @@ class StopPlan:
             return area - w[_COUNTER + _CELLS - 1]
         return area - w[at] - ((w[at + 1] - w[at]) * (z & mask) >> shift)
 
-    # Counter-deflection goes on: 2 while the ramp is on the turn's side, 1 while the chair would
-    # not stand yet when the ramp, let go, is back at zero; then 0.
+    # Counter-deflection continues: 2 while the ramp is on the turn's side, 1 while the chair would
+    # not stand yet when the ramp, after release, is back at zero; then 0.
     @micropython.viper
     def counters(self, state, side: int) -> int:
         s = ptr32(state)
@@ -121,7 +121,7 @@ def counter_areas(cell, cells, full, accelerate, brake, lag_s):
         up = math.exp(min(20.0, peak / (accelerate * lag_s)))
         back = math.exp(min(20.0, peak / (brake * lag_s)))
         held = math.exp(min(20.0, hold_s / lag_s))
-        # Backwards from rest: the return, the hold, the way up.
+        # Backwards from rest: the return, full deflection, the way up.
         z = accelerate * lag_s + (brake * lag_s * (back - 1.0) * held - accelerate * lag_s) * up
         area = peak * peak * 0.5 * (1.0 / accelerate + 1.0 / brake) + peak * hold_s
         while len(areas) < cells and z >= len(areas) * cell:

@@ -28,26 +28,26 @@ _START = const(3)
 
 _MOVES = const(4)  # the first and its corrections
 _MOVES_ALL = const(9)  # with those from rest
-# How often its pushes may change sides after the first counter-deflection. A chair nobody has
-# tuned comes back once when it went too far, and does not swing.
+# How often its pushes may change sides after the first counter-deflection. An untuned chair
+# comes back once when it went too far, and does not swing.
 _RETURNS = const(0)
 _RETURNS_TUNED = const(2)
 _ENOUGH = const(5)  # after so many, what is left of the sensor's error is borne
 _HOLD_ON = const(16)  # permille: half a degree with the usual gain
 _HOLD_OFF = const(6)
 _GENTLE_Q8 = const(800)  # a correction by less than 3 degrees runs out without counter-deflection
-_NEAR_Q8 = const(512)  # with no move left, 2 degrees beside is there all the same
+_NEAR_Q8 = const(512)  # with no move left, within 2 degrees counts as arrived
 _SHORT_Q8 = const(64)  # a quarter degree short is better than a long coast
 _STILL_Q8 = const(64)
-_DOUBT_Q10 = const(8192)  # 8 degrees/s: below it the model is believed, above it what is seen
+_DOUBT_Q10 = const(8192)  # 8 degrees/s: below it the model counts, above it the measurement
 _GAIN_MIN_Q8 = const(64)
 _GAIN_MAX_Q8 = const(512)
-_STALLED_MS = const(800)  # at rest for so long while it should turn, something holds the chair
+_STALLED_MS = const(800)  # at rest this long while it should turn, something blocks the chair
 _REST_Q4 = const(16)  # slower than 1 degree/s is rest
 _SETTLE_MS = const(100)
-_SURE_MS = const(400)  # near the cut-off's edge a floor may yet carry it out
+_SURE_MS = const(400)  # near the cut-off's edge a floor may still carry it out
 _SAMPLE_MS = const(10)
-_STANDS_Q4 = const(8)  # seen slower than half a degree/s, a chair let go stands
+_STANDS_Q4 = const(8)  # measured slower than half a degree/s, a released chair stands
 _STANDS = const(3)  # samples
 _CREEPS_Q10 = const(1536)  # 1.5 degrees/s: a model so slow may be of a chair that stands
 _ROLLS_OUT_Q10 = const(2048)
@@ -57,9 +57,9 @@ _HALF_STEP_Q8 = const(8)  # of the heading sensor
 
 
 class TurnController:
-    # model: a ChairModel, stepped by whoever puts out. left, right: a StopPlan each. hold: the
-    # FeedbackController that keeps a heading, permille; deadband: what it must put out to be felt.
-    # cutoff_q4: nearer than this is there. limit_permille: full deflection.
+    # model: a ChairModel, stepped by the code that sets the output. left, right: a StopPlan each.
+    # hold: the FeedbackController that keeps a heading, permille; deadband: the least output with
+    # an effect. cutoff_q4: nearer than this has arrived. limit_permille: full deflection.
 
     def __init__(
         self, model, casters, left, right, hold, deadband, cutoff_q4, limit_permille, tuned
@@ -97,7 +97,7 @@ class TurnController:
         self._forget()
         self._phase = _COAST  # no turn yet
 
-    # One ms of what was put out, whatever the motion.
+    # One ms of output, whatever the motion.
     @micropython.native
     def follow(self, turn_permille):
         model = self.model
@@ -110,7 +110,7 @@ class TurnController:
     def start(self, setpoint_q4, count):
         self._setpoint_q4 = setpoint_q4 % HEADING_TURN_Q4_DEG
         self.arrived = False
-        self.missed = False  # at rest beside the setpoint with no move left, or held by something
+        self.missed = False  # at rest off the setpoint with no move left, or blocked by something
         self._time_is_up = False
         self._phase = _START
         self._fresh = True
@@ -140,7 +140,7 @@ class TurnController:
     def _begin(self, left_q8):
         sign = 1 if left_q8 >= 0 else -1
         if self._moves == 0:
-            self._pushed = -sign  # by the counter-deflection to come
+            self._pushed = -sign  # by the coming counter-deflection
         elif sign != self._pushed:
             self._pushed = sign
             self._returns += 1
@@ -184,7 +184,7 @@ class TurnController:
     @micropython.native
     def update(self, heading_q4, rate_q4, count):
         if count != self._count:
-            # Its work fills this tick and three more: what is made of it comes after them.
+            # Its work fills this tick and three more; its result is used after them.
             self._count = count
             self._look(heading_q4, rate_q4)
             self._to_do = 1 if self._phase == _START else 3  # nothing to learn from yet
@@ -213,7 +213,7 @@ class TurnController:
             if self._looked:
                 self._casters.watch(self._beside_q8)
                 self._from_q16 = self._seen_q16
-                # The sensor's own error: half a step, and 0.4 % of the way.
+                # The sensor's own error: half a step, and 0.4 % of the turn.
                 error_q8 = _HALF_STEP_Q8 + (abs(self._left_q8) >> 8)
                 self._there_q8 = max(_LEAST_Q8, self._cutoff_q8 - error_q8)
                 self._begin(self._left_q8)
@@ -269,8 +269,8 @@ class TurnController:
             self._stalled_ms = 0
         self._gain_q8 = max(_GAIN_MIN_Q8, min(_GAIN_MAX_Q8, gain_q8))
 
-    # What the model turns while the chair is seen to stand, the chair has not: neither the floor
-    # nor the casters did that. A chair let go that stands for longer than what is on its way stays.
+    # Ignore model rotation while the gyro reports standstill: neither the floor nor the casters
+    # caused it. A released chair that stands for longer than the dead time stays.
     @micropython.native
     def _watch_rest(self, rate_q4):
         model = self.model
@@ -311,7 +311,7 @@ class TurnController:
         self._slope.learn(rest_q8, way_q4, self.model.seen_rate())
 
     # How far the chair still turns to its side from the newest sample on, 1/256 degree, if the turn
-    # is ended now: by counter-deflection, or let go.
+    # is ended now: by counter-deflection, or released.
     @micropython.native
     def _turns_q8(self, counters):
         side = self._sign
@@ -335,8 +335,8 @@ class TurnController:
             return self._returns < _RETURNS
         return self._returns < _RETURNS_TUNED or left_q8 < -_NEAR_Q8
 
-    # Nothing put out, a new sample: is it there, or is another move needed? A large one the sooner
-    # the surer; a small one from rest, which is what both the model and the sensor say.
+    # Neutral output, a new sample: has it arrived, or is another move needed? A large one at once;
+    # a small one from rest, when both the model and the sensor report it.
     @micropython.native
     def _coast(self, rate_q4):
         left_q8 = self._left_q8 * self._sign
@@ -364,7 +364,7 @@ class TurnController:
         if self._rest_ms < _SETTLE_MS:
             return
         if self._moves >= _ENOUGH:
-            self._there_q8 = self._cutoff_q8  # better near than to and fro
+            self._there_q8 = self._cutoff_q8  # sufficient, to avoid swinging
         if (
             not -self._there_q8 <= left_q8 <= self._there_q8
             and self._moves < _MOVES_ALL
