@@ -98,6 +98,7 @@ class App:
 
     # -- the tick: hard interrupt, heap locked, integers only ------------------------------------
 
+    @micropython.native
     def tick(self, _timer=None):
         try:
             self._tick()

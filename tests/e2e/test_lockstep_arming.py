@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from e2e.lockstep import Lockstep
+from gazeboard.core import ages
 from gazelink import codes
 from promises import END_TO_END, kept
 
@@ -35,7 +36,7 @@ def pull(chair: Lockstep) -> None:
 
 
 def real_board(chair: Lockstep) -> None:
-    chair.board.app.safety._simulated_board = False  # what teensy40.py tells it
+    chair.board.app.safety.ages.words[ages.SIMULATED] = 0  # what teensy40.py tells it
 
 
 def weld(chair: Lockstep) -> None:

@@ -1,7 +1,7 @@
 # The safety core, to the tick: who may arm when, and what is said when not.
 
 from corerig import CLOSES_MS, Core, refused
-from gazeboard.core import limits
+from gazeboard.core import ages, limits
 from gazelink import codes
 
 REASON = codes.FAULT_REASON
@@ -112,7 +112,7 @@ def test_nothing_may_be_commanded_for_300_ms():
     assert core.safety.arm_reason == codes.COMMAND_ACTIVE
     assert core.safety.override == codes.NOT_ARMED
     core.run(97)
-    assert core.safety.ttl_ms == 0 + 100 - limits.MARGIN_MS - 97
+    assert core.safety.ages.words[ages.TTL] == 0 + 100 - limits.MARGIN_MS - 97
     core.run(limits.IDLE_MS - 1)
     assert core.safety.arm_reason == codes.COMMAND_ACTIVE
     core.tick()

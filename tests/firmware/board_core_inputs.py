@@ -2,8 +2,8 @@
 # sensor, tilt, calibration.
 
 from corerig import Core
-from gazeboard.core import limits
-from gazeboard.core.safety import fault_reason, older
+from gazeboard.core import ages, limits
+from gazeboard.core.safety import fault_reason
 from gazelink import codes
 
 REASON = codes.FAULT_REASON
@@ -27,7 +27,7 @@ def test_nothing_is_allowed_at_the_start():
     assert not s.enable
     assert not s.permitted
     assert (s.override, s.arm_reason) == (codes.NO_REASON, codes.NOT_CONNECTED)
-    assert (s.edge, s.spent_edge, s.ttl_ms) == (0, 0, 0)
+    assert (s.edge, s.spent_edge, s.ages.words[ages.TTL]) == (0, 0, 0)
     assert s.blocked == 15
     core.host = core.service = core.lidar = core.imu = False
     core.tick()
@@ -49,12 +49,6 @@ def test_the_reason_of_faults_is_the_lowest_bit():
         assert fault_reason(1 << bit) == REASON + bit
         assert fault_reason((1 << bit) | (1 << last)) == REASON + bit
     assert fault_reason(1 << (last + 5)) == REASON + last  # never a reason that has no name
-
-
-def test_ages_saturate():
-    assert older(0) == 1
-    assert older(limits.AGE_MAX_MS - 1) == limits.AGE_MAX_MS
-    assert older(limits.AGE_MAX_MS) == limits.AGE_MAX_MS
 
 
 def test_faults_found_at_boot_stand_or_latch():
@@ -80,7 +74,7 @@ def test_the_first_tick_already_counts():
     core.press(codes.FORWARD, hold_ms=0)
     core.tick()
     assert core.only_fault(codes.EMERGENCY)
-    assert core.safety.ttl_ms == limits.COMMAND_TTL_MS - limits.MARGIN_MS
+    assert core.safety.ages.words[ages.TTL] == limits.COMMAND_TTL_MS - limits.MARGIN_MS
     assert core.safety.override == codes.NOT_ARMED
 
 

@@ -2,7 +2,7 @@
 # a direction may have.
 
 from corerig import Core
-from gazeboard.core import limits
+from gazeboard.core import ages, limits
 from gazelink import codes
 
 SOURCES = ("host", "service", "lidar")
@@ -39,13 +39,13 @@ def test_p2_ms_without_ticks_are_in_a_commands_time_to_live():
         core.hold_ms = 0
         core.command(300)
         core.tick()
-        before = core.safety.ttl_ms
+        before = core.safety.ages.words[ages.TTL]
         core.safety.missed_ms = missed
         core.tick()
-        assert core.safety.ttl_ms == before - 1 - missed
+        assert core.safety.ages.words[ages.TTL] == before - 1 - missed
     core.safety.missed_ms = 1000
     core.tick()
-    assert core.safety.ttl_ms == 0
+    assert core.safety.ages.words[ages.TTL] == 0
     assert not core.moving()
 
 
@@ -55,10 +55,10 @@ def test_no_age_runs_over():
     core.safety.missed_ms = 1 << 20
     core.tick()
     for age_ms in (
-        core.safety._host_age_ms,
-        core.safety._service_age_ms,
-        core.safety._clearance_age_ms,
-        core.safety._heading_age_ms,
+        core.safety.ages.words[ages.HOST],
+        core.safety.ages.words[ages.SERVICE],
+        core.safety.ages.words[ages.CLEARANCE],
+        core.safety.ages.words[ages.HEADING],
     ):
         assert age_ms == limits.AGE_MAX_MS
     core.tick()

@@ -160,7 +160,7 @@ def test_more_way_never_allows_less_and_far_allows_all_for_any_settings():
         for direction in range(4):
             for trusted in (False, True):
                 s = Stopping(settings, direction, trusted)
-                assert sorted(s.begin) == s.begin
+                assert sorted(s.begin) == list(s.begin)
                 assert sorted(s.permille) == s.permille
                 assert s.begin[LEVELS] + s.band < CLEAR_FAR
                 assert s.begin[0] >= s.margin

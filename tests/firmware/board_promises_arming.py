@@ -1,7 +1,7 @@
 # Arming, clocks and refusals on the whole firmware in lockstep virtual time.
 
 from boardtest import raises
-from gazeboard.core import limits
+from gazeboard.core import ages, limits
 from gazelink import codes, messages
 from promiserig import armed, stays_still_until_pressed_anew
 from rig import Files, Rig
@@ -36,7 +36,7 @@ def test_a_real_board_never_arms_behind_simulated_or_replayed_data():
     for source in (codes.SIMULATED, codes.REPLAYED):
         rig = Rig()
         rig.source = source
-        rig.app.safety._simulated_board = False
+        rig.app.safety.ages.words[ages.SIMULATED] = 0
         rig.run(1200)
         rig.give(codes.ARM)
         rig.run(300)

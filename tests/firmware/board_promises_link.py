@@ -1,6 +1,6 @@
 # Promises P2, P3 and P12 on the whole firmware in lockstep virtual time: host, driver, frames.
 
-from gazeboard.core import limits
+from gazeboard.core import ages, limits
 from gazelink import codes, frame, messages
 from promiserig import armed, stays_still_until_pressed_anew
 from promises import CORE, kept, measured
@@ -47,11 +47,11 @@ def test_p3_the_board_itself_counts_down():
     rig = Rig()
     rig.drive()
     rig.host_alive = False
-    rig.app.safety._host_age_ms = 0
+    rig.app.safety.ages.words[ages.HOST] = 0
     moved = 0
     for _ in range(400):
-        rig.app.safety._host_age_ms = 0  # only P3 is left to stop it
-        rig.app.safety._clearance_age_ms = 0
+        rig.app.safety.ages.words[ages.HOST] = 0  # only P3 is left to stop it
+        rig.app.safety.ages.words[ages.CLEARANCE] = 0
         rig.one_ms()
         moved += not rig.neutral()
     measured(CORE, "P3", "the board alone counts down", moved, limits.COMMAND_TTL_MS)
@@ -71,10 +71,10 @@ def test_p3_time_on_the_way_counts():
     rig.wire.clear()
     rig.run(80)  # the frame waits 80 ms somewhere
     rig.wire.push(held, len(held))
-    rig.app.safety._host_age_ms = 0
+    rig.app.safety.ages.words[ages.HOST] = 0
     for _ in range(400):
-        rig.app.safety._host_age_ms = 0
-        rig.app.safety._clearance_age_ms = 0
+        rig.app.safety.ages.words[ages.HOST] = 0
+        rig.app.safety.ages.words[ages.CLEARANCE] = 0
         rig.one_ms()
         if not rig.neutral():
             last = rig.now_ms

@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from itertools import pairwise
 from operator import attrgetter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from gazeboard.core import limits
+from gazeboard.core import ages, limits
 from gazeboard.core.motion import Motion
 from gazeboard.core.safety import Safety
 from gazeboard.core.tick import Tick
@@ -21,6 +21,65 @@ from gazeprove.around import Around
 STEP_MS = 2000  # of the settings explored
 TURN_LIMIT_MS = 6000
 _TOP = limits.AGE_MAX_MS
+
+# Where each counter lies among the words of Ages.
+_WORDS = {
+    "_host_age_ms": ages.HOST,
+    "_service_age_ms": ages.SERVICE,
+    "_clearance_age_ms": ages.CLEARANCE,
+    "_heading_age_ms": ages.HEADING,
+    "_neutral_ms": ages.NEUTRAL,
+    "_idle_ms": ages.IDLE,
+    "_arming_ms": ages.ARMING,
+    "_closed_ms": ages.CLOSED,
+    "_open_ms": ages.OPEN,
+    "_off_ms": ages.OFF,
+    "_steady_ms": ages.STEADY,
+    "_button_ms": ages.BUTTON,
+    "ttl_ms": ages.TTL,
+    "_host_count": ages.HOST_COUNT,
+    "_service_count": ages.SERVICE_COUNT,
+    "_clearance_count": ages.CLEARANCE_COUNT,
+    "_heading_count": ages.HEADING_COUNT,
+    "_command_count": ages.COMMAND_COUNT,
+    "_session_count": ages.SESSION_COUNT,
+    "_disarm_count": ages.DISARM_COUNT,
+    "_arm_count": ages.ARM_COUNT,
+    "_reset_count": ages.RESET_COUNT,
+    "_stop_count": ages.STOP_COUNT,
+    "_emergency_count": ages.EMERGENCY_COUNT,
+    "_contact": ages.CONTACT,
+    "_relay_fitted": ages.RELAY_FITTED,
+    "_standing": ages.STANDING,
+}
+
+
+class Named(Safety):  # type: ignore[misc]
+    """The safety core, the words of its Ages as attributes, too."""
+
+    def __init__(self, simulated: bool, relay_fitted: bool, boot_faults: int) -> None:
+        super().__init__(simulated, relay_fitted, boot_faults)
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any: ...
+        def __setattr__(self, name: str, value: Any) -> None: ...
+
+    def fields(self) -> dict[str, Any]:
+        """All of them as they are now."""
+        words = self._words
+        return {**self.__dict__, **{name: words[at] for name, at in _WORDS.items()}}
+
+
+def _word(at: int) -> property:
+    return property(
+        lambda safety: safety._words[at],
+        lambda safety, value: safety._words.__setitem__(at, value),
+    )
+
+
+for _name, _at in _WORDS.items():
+    setattr(Named, _name, _word(_at))
 
 # First value of each class after the one at 0. A deadline is judged MARGIN_MS early.
 _BOUNDS: dict[str, tuple[int, ...]] = {
@@ -53,29 +112,21 @@ _PLAIN = (
     "_mode",
     "_quiet",
     "_straight",
-    "_session_count",
-    "_contact",
     *_EXACT,
 )
 COUNTERS = tuple(_BOUNDS)
-FIELDS = (*_PLAIN, *COUNTERS)
+_WORDS_TOO = (*COUNTERS, "_session_count", "_contact")
+FIELDS = (*_PLAIN, *_WORDS_TOO)
+_WORDS_AT = tuple(_WORDS[name] for name in _WORDS_TOO)
+_COMPARED = tuple(at for name, at in _WORDS.items() if name.endswith("_count"))
 MOTION_FIELDS = ("_edge", "_elapsed_ms", "state")
-# What the core overwrites in every tick before it reads it, or only compares with the inputs.
+# What the core overwrites in every tick before it reads it; with the counters of the inputs, which
+# it only compares.
 FORGOTTEN: dict[str, Any] = {
     "permitted": False,
     "arm_reason": codes.NO_REASON,
     "blocked": 15,
-    "_host_count": 0,
-    "_service_count": 0,
-    "_command_count": 0,
-    "_clearance_count": 0,
-    "_heading_count": 0,
-    "_stop_count": 0,
-    "_emergency_count": 0,
     "missed_ms": 0,
-    "_disarm_count": 0,
-    "_arm_count": 0,
-    "_reset_count": 0,
 }
 
 State = tuple[Any, ...]
@@ -120,7 +171,7 @@ _SOME_REASON = codes.NOT_ARMED
 class Core:
     """The real safety and motion objects, loaded with one state after another."""
 
-    safety: Safety
+    safety: Named
     motion: Motion
     around: Around
     relay_follows: bool  # the contact always does what the enable line says
@@ -131,15 +182,19 @@ class Core:
 
     def load(self, state: State, passed: tuple[str, ...]) -> None:
         """Become `state`, with time passed to the end of the class in the counters `passed`."""
-        attributes = self.safety.__dict__
-        attributes.update(zip(FIELDS, state, strict=False))
+        attributes, words = self.safety.__dict__, self.safety._words
+        attributes.update(zip(_PLAIN, state, strict=False))
         attributes.update(FORGOTTEN)
+        for at in _COMPARED:
+            words[at] = 0
+        for at, value in zip(_WORDS_AT, state[len(_PLAIN) :], strict=False):
+            words[at] = value
         if self.safety.state != codes.DISARMED:
             # Not known: if this tick does not set them back to 0, they may be anything.
-            attributes.update(_idle_ms=1, _neutral_ms=1)
+            words[ages.IDLE] = words[ages.NEUTRAL] = 1
         for name in passed:
             if name != "_elapsed_ms":
-                attributes[name] = HIGHEST[name][state[_AT[name]]]
+                words[_WORDS[name]] = HIGHEST[name][state[_AT[name]]]
         motion = self.motion
         motion.stop()
         motion._edge, motion._elapsed_ms, motion.state = state[len(FIELDS) :]

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any
 
 from gazeboard.core import limits
-from gazeboard.core.safety import Safety
 from gazeboard.core.tick import PERIOD_US
 from gazelink import codes
 from gazeprove import abstract
@@ -71,7 +70,7 @@ def tick(
     if abstract.step_can_pass(state) and pick(2):
         passed.append("_elapsed_ms")
     core.load(state, tuple(passed))
-    was.update(core.safety.__dict__)
+    was.update(core.safety.fields())
     running, spent = core.safety.edge, core.safety.spent_edge
     old = {OLD: OLD} if scope.all_commands else {}
     read = inputs.__dict__
@@ -131,7 +130,7 @@ def _orders(scope: Scope, pick: Callable[[int], int]) -> tuple[bool, int, bool]:
     return one == 1, int(one == 2), one == 3
 
 
-def _reveal(safety: Safety, before: int, choices: Choices) -> None:
+def _reveal(safety: abstract.Named, before: int, choices: Choices) -> None:
     """Counters that do not matter until disarmed may have come any way by then."""
     if safety._idle_ms and choices.pick(2):
         safety._idle_ms = limits.IDLE_MS
@@ -164,7 +163,7 @@ def first_state(scope: Scope) -> tuple[Core, LazyInputs, Choices, State]:
     settings.step_turn_limit_ms = abstract.TURN_LIMIT_MS
     choices = Choices()
     core = Core(
-        Safety(scope.simulated, scope.relay_fitted, scope.boot_faults),
+        abstract.Named(scope.simulated, scope.relay_fitted, scope.boot_faults),
         Motion(settings, AnyTurn(choices)),
         Around(),
         "relay" not in scope.causes and scope.relay_fitted,

@@ -19,6 +19,7 @@ from gazesetup import ROOT, source_environment
 
 _LIMIT_S = 900
 _SAFETY = "firmware/gazeboard/core/safety.py"
+_AGES = "firmware/gazeboard/core/ages.py"
 _LIMITS = "firmware/gazeboard/core/limits.py"
 _LINK = "firmware/gazeboard/io/link.py"
 _APP = "firmware/gazeboard/app.py"
@@ -36,7 +37,7 @@ class Planted:
 
 
 PLANTED = (
-    Planted("time to live not counted", _SAFETY, "self.ttl_ms -= 1", "self.ttl_ms -= 0"),
+    Planted("time to live not counted", _AGES, "ttl_ms -= 1", "ttl_ms -= 0"),
     Planted(
         "sequence not checked",
         _LINK,
@@ -81,9 +82,9 @@ PLANTED = (
     ),
     Planted(
         "age of the clearance ignored",
-        _SAFETY,
-        "self._clearance_age_ms = i.clearance_age_ms",
-        "self._clearance_age_ms = 0",
+        _AGES,
+        "w[CLEARANCE] = int(i.clearance_age_ms)",
+        "w[CLEARANCE] = 0",
     ),
     Planted(
         "enable line toggled after a failed write",
@@ -91,7 +92,7 @@ PLANTED = (
         "                self.trip(codes.WIPER)\n            return False",
         "                self.trip(codes.WIPER)\n            return self.enable",
     ),
-    Planted("stop of others ignored", _SAFETY, "if stopped or i.verb == codes.STOP:", "if False:"),
+    Planted("stop of others ignored", _SAFETY, "if stopped or stops:", "if False:"),
     Planted("tilt ignored", _SAFETY, "faults |= 1 << codes.TILT", "faults |= 0"),
     Planted(
         "service stalled later",
@@ -101,7 +102,7 @@ PLANTED = (
     ),
     Planted(
         "late ticks unseen",
-        _APP,
+        "firmware/gazeboard/core/tick.py",
         "late = clock.late",
         "late = False",
     ),

@@ -59,7 +59,7 @@ class Walk:
         """Go on for so many ticks, or until something is broken."""
         before = self._core.read()
         for _ in range(ticks):
-            was = dict(self._core.safety.__dict__)
+            was = self._core.safety.fields()
             facts = self._tick()
             after = self._seen(was, facts)
             self.found.ticks += 1

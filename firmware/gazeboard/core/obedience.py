@@ -5,14 +5,27 @@
 # chair on although neutral is put out, or against the command. What turns it otherwise (casters, a
 # slope, a bump, a person's spasm) is slow, or short, or goes to and fro.
 
+from array import array
+
 from gazeboard.core import limits
 from gazelink.const import const
-from gazelink.native import micropython
+from gazelink.native import micropython, ptr32
 from gazelink.settings_table import PROFILES, TABLE, index_of, profile_row
 
 _SAMPLE_MS = const(10)
 _AFTER_TICKS = const(5)  # the ticks of a new sample and after it have enough to do
 _FULL_PERMILLE = const(1000)
+# Indices of the words:
+_LEFT_Q4 = const(0)  # the most it may be turning, 1/16 degree/s
+_RIGHT_Q4 = const(1)
+_LEFT_HOLD_MS = const(2)  # until that falls
+_RIGHT_HOLD_MS = const(3)
+_REST_MS = const(4)  # nothing put out in either axis
+_WRONG_MS = const(5)
+_SIGN = const(6)
+_FULL_Q4 = const(7)
+_FALL_Q4 = const(8)
+_WORDS = const(9)
 _WIPER_BAD = const(2)
 _WIPER_GOOD = const(3)
 
@@ -23,13 +36,7 @@ class Obedience:
     def __init__(self, settings):
         self._count = 0
         self._wait = 0
-        self._left_q4 = 0  # the most it may be turning, 1/16 degree/s
-        self._right_q4 = 0
-        self._left_hold_ms = 0  # until that falls
-        self._right_hold_ms = 0
-        self._rest_ms = 0  # nothing put out in either axis
-        self._wrong_ms = 0
-        self._sign = 0
+        self._words = array("i", [0] * _WORDS)
         self.wiper_debt = 0
         self.configure(settings)
 
@@ -42,7 +49,8 @@ class Obedience:
                 row = profile_row(profile, name)
                 fastest = max(fastest, getattr(settings, row), TABLE[index_of(row)][1])
         self._full_q4 = fastest * 5 // 4
-        self._fall_q4 = self._full_q4 * _SAMPLE_MS // limits.OBEY_FALL_MS
+        self._words[_FULL_Q4] = self._full_q4
+        self._words[_FALL_Q4] = self._full_q4 * _SAMPLE_MS // limits.OBEY_FALL_MS
 
     # After the motion's tick; `i` is an Inputs, the outputs are those of this tick. True: it
     # disobeys.
@@ -56,67 +64,76 @@ class Obedience:
         self._wait -= 1
         if self._wait:
             return False
-        if not armed:
-            # Nothing reaches the chair: whoever turns it does so by hand.
-            self._left_q4 = 0
-            self._right_q4 = 0
-            self._rest_ms = 0
-            self._wrong_ms = 0
-            return False
-        self._allow(turn_permille)
+        if armed:
+            return self._judge(i, linear_permille, turn_permille) != 0
+        self._forget()
+        return False
+
+    # Nothing reaches the chair: whoever turns it does so by hand.
+    @micropython.native
+    def _forget(self):
+        words = self._words
+        words[_LEFT_Q4] = 0
+        words[_RIGHT_Q4] = 0
+        words[_REST_MS] = 0
+        words[_WRONG_MS] = 0
+
+    # A sample: first how fast the chair may be turning in each sense, as the output asks for and
+    # for a while as one before did; then whether it turns faster, and has for too long.
+    @micropython.viper
+    def _judge(self, i, linear_permille: int, turn_permille: int) -> int:
+        w = ptr32(self._words)
+        # Towards the right, as a floor: nothing negative is divided.
+        asked_q4 = turn_permille * w[_FULL_Q4]
+        if asked_q4 < 0:
+            asked_q4 = 0 - (_FULL_PERMILLE - 1 - asked_q4) // _FULL_PERMILLE
+        else:
+            asked_q4 = asked_q4 // _FULL_PERMILLE
+        side = 0
+        while side < 2:
+            if asked_q4 > 0 and asked_q4 >= w[side]:
+                w[side] = asked_q4
+                w[side + _LEFT_HOLD_MS] = int(limits.OBEY_HOLD_MS)
+            elif w[side + _LEFT_HOLD_MS] > 0:
+                w[side + _LEFT_HOLD_MS] -= _SAMPLE_MS
+            else:
+                most_q4 = w[side] - w[_FALL_Q4]
+                if most_q4 < asked_q4:
+                    most_q4 = asked_q4
+                if most_q4 < 0:
+                    most_q4 = 0
+                w[side] = most_q4
+            asked_q4 = 0 - asked_q4
+            side += 1
         if linear_permille or turn_permille:
-            self._rest_ms = 0
-        elif self._rest_ms < limits.OBEY_COAST_MS:
-            self._rest_ms += _SAMPLE_MS
-        if i.heading_faults:
-            self._wrong_ms = 0
-            return False
-        return self._judge(i.rate_q4)
-
-    # How fast the chair may be turning in each sense: as the output asks for, and for a while as
-    # one before did.
-    @micropython.native
-    def _allow(self, turn_permille):
-        asked_q4 = turn_permille * self._full_q4 // _FULL_PERMILLE
-        if asked_q4 > 0 and asked_q4 >= self._left_q4:
-            self._left_q4 = asked_q4
-            self._left_hold_ms = limits.OBEY_HOLD_MS
-        elif self._left_hold_ms > 0:
-            self._left_hold_ms -= _SAMPLE_MS
-        else:
-            self._left_q4 = max(0, asked_q4, self._left_q4 - self._fall_q4)
-        asked_q4 = -asked_q4
-        if asked_q4 > 0 and asked_q4 >= self._right_q4:
-            self._right_q4 = asked_q4
-            self._right_hold_ms = limits.OBEY_HOLD_MS
-        elif self._right_hold_ms > 0:
-            self._right_hold_ms -= _SAMPLE_MS
-        else:
-            self._right_q4 = max(0, asked_q4, self._right_q4 - self._fall_q4)
-
-    @micropython.native
-    def _judge(self, rate_q4):
+            w[_REST_MS] = 0
+        elif w[_REST_MS] < int(limits.OBEY_COAST_MS):
+            w[_REST_MS] += _SAMPLE_MS
+        if int(i.heading_faults):
+            w[_WRONG_MS] = 0
+            return 0
+        rate_q4 = int(i.rate_q4)
         sign = 1
-        most_q4 = self._left_q4
+        most_q4 = w[_LEFT_Q4]
         if rate_q4 < 0:
             sign = -1
-            rate_q4 = -rate_q4
-            most_q4 = self._right_q4
-        if self._rest_ms >= limits.OBEY_COAST_MS:
-            most_q4 += limits.OBEY_STANDING_Q4_DPS
+            rate_q4 = 0 - rate_q4
+            most_q4 = w[_RIGHT_Q4]
+        if w[_REST_MS] >= int(limits.OBEY_COAST_MS):
+            most_q4 += int(limits.OBEY_STANDING_Q4_DPS)
         else:
-            most_q4 += limits.OBEY_MOVING_Q4_DPS
+            most_q4 += int(limits.OBEY_MOVING_Q4_DPS)
         if rate_q4 <= most_q4:
-            self._wrong_ms = 0
-            return False
-        if sign != self._sign:
-            self._sign = sign
-            self._wrong_ms = 0
-        self._wrong_ms += _SAMPLE_MS
-        if self._wrong_ms < limits.OBEY_MS:
-            return False
-        self._wrong_ms = 0
-        return True
+            w[_WRONG_MS] = 0
+            return 0
+        if sign != w[_SIGN]:
+            w[_SIGN] = sign
+            w[_WRONG_MS] = 0
+        w[_WRONG_MS] += _SAMPLE_MS
+        if w[_WRONG_MS] < int(limits.OBEY_MS):
+            return 0
+        w[_WRONG_MS] = 0
+        return 1
 
     # After each write that was not verified, and while there is a debt. True: two writes of three
     # have failed for a second, though never three in a row.

@@ -6,13 +6,15 @@
 # as leaves time to slow down. The work is spread over the ticks, an eighth each; but a new
 # clearance that is too near blocks in the tick that sees it.
 
+from array import array
+
 from gazeboard.core import zone
 from gazeboard.core.arcs import Arcs
 from gazeboard.core.bypass import Bypass
 from gazeboard.core.speed import SpeedBound
 from gazeboard.core.stopping import Stopping
 from gazelink.const import const
-from gazelink.native import micropython
+from gazelink.native import micropython, ptr32
 
 # Numbers of other files once more: const() puts them into the code, where looking them up in their
 # module would take a fifth of this file's time. tests/firmware/test_obstacle_numbers.py compares.
@@ -52,43 +54,51 @@ class Way:
         self.stop = 0  # units it takes to stop from that, margin included
 
     # `permille` is the highest output since the last time, `measured` a speed that is seen.
-    @micropython.native
-    def feel(self, stopping, permille, measured):
-        speed = self._bound.update(stopping, permille)
+    @micropython.viper
+    def feel(self, stopping, permille: int, measured: int):
+        speed = int(self._bound.update(stopping, permille))
         self.rolls = speed
         if measured > speed:
             speed = measured
         self.speed = speed
         # As Stopping.stop(): written out, a call is dear here.
-        stop = stopping.margin
+        stop = int(stopping.margin)
         if speed:
-            stop += speed * stopping.time_ms // 1000 + speed * speed // stopping.two_brake
+            stop += speed * int(stopping.time_ms) // 1000
+            stop += speed * speed // int(stopping.two_brake)
         self.stop = stop
 
     # `distance` was free `age_ms` ago; `ceiling` is the highest level that other things permit.
     # Down at once, up only after CLEAR_MS of a better view.
-    @micropython.native
-    def judge(self, stopping, distance, age_ms, ceiling):
-        begin = stopping.begin
-        stop = self.stop
-        level = self.level
-        distance -= self.speed * age_ms // 1000
+    @micropython.viper
+    def judge(self, stopping, distance: int, age_ms: int, ceiling: int):
+        begin = ptr32(stopping.begin)
+        stop = int(self.stop)
+        was = int(self.level)
+        level = was
+        distance -= int(self.speed) * age_ms // 1000
         if level > ceiling:
             level = ceiling
         if level >= 0 and (distance < stop or distance < begin[level]):
-            level = _level(begin, distance) if distance >= stop else _BLOCKED
-        if level < self.level:
+            level = _BLOCKED
+            if distance >= stop:
+                level = int(_level(stopping.begin, distance))
+        if level < was:
             self.level = level
             self._better_ms = 0
         elif level < ceiling:
-            distance -= stopping.band
+            distance -= int(stopping.band)
             if distance < stop or distance < begin[level + 1]:
                 self._better_ms = 0
             else:
-                self._better_ms += _PERIOD_MS
-                if self._better_ms >= _CLEAR_MS:
-                    self._better_ms = 0
-                    self.level = min(ceiling, _level(begin, distance))
+                better_ms = int(self._better_ms) + _PERIOD_MS
+                if better_ms >= _CLEAR_MS:
+                    better_ms = 0
+                    level = int(_level(stopping.begin, distance))
+                    if level > ceiling:
+                        level = ceiling
+                    self.level = level
+                self._better_ms = better_ms
 
     # A clearance has come that is nearer than it takes to stop.
     @micropython.native
@@ -98,8 +108,9 @@ class Way:
 
 
 # The highest level whose distance is there; _BLOCKED for none.
-@micropython.native
-def _level(begin, distance):
+@micropython.viper
+def _level(begins, distance: int) -> int:
+    begin = ptr32(begins)
     low = 0
     high = _LEVELS + 1
     while low < high:
@@ -122,7 +133,8 @@ class Obstacles:
         self.decisions = _ALL_DECIDED  # 2 bits per direction
         self.caps = [0] * 4  # most output per direction, permille
         self._ways = [Way() for _ in range(4)]
-        self._most = [0] * 4  # highest output of each direction since its last turn
+        # Highest output of each direction since its last turn.
+        self._most = array("i", [0] * 4)
         self._phase = 0
         self._age_ms = _AGE_MAX_MS
         self._count = 0
@@ -159,31 +171,19 @@ class Obstacles:
     # selected profile says. sluggish: that holds at least for how turns start.
     @micropython.native
     def step(self, i, linear_permille, turn_permille, armed, trusted, sluggish=False):
-        most = self._most
-        if linear_permille > 0:
-            if linear_permille > most[_FORWARD]:
-                most[_FORWARD] = linear_permille
-        elif -linear_permille > most[_BACKWARD]:
-            most[_BACKWARD] = -linear_permille
-        if turn_permille > 0:
-            if turn_permille > most[_LEFT]:
-                most[_LEFT] = turn_permille
-        elif -turn_permille > most[_RIGHT]:
-            most[_RIGHT] = -turn_permille
+        if linear_permille or turn_permille:
+            self._put_out(linear_permille, turn_permille)
         arcs = self.arcs
         judges = arcs.changed(i)
-        busy = judges
         count = i.clearance_count
-        if count != self._count:
+        looks = count != self._count
+        if looks:
             self._count = count
             self._age_ms = i.clearance_age_ms
             self._look(i)
-            if busy:
-                self._judge_arcs(i, trusted)
-            busy = True
-        elif busy:
+        if judges:
             self._judge_arcs(i, trusted)
-        if busy:
+        if judges or looks:
             # Work enough for one tick, but news in each tick must not keep the rest waiting.
             self._looked = not self._looked
             if self._looked:
@@ -203,6 +203,7 @@ class Obstacles:
         if phase & 1 or phase == _JUDGE_RIGHT:
             self._judge(i, at, way, stopping)
             return
+        most = self._most
         measured = 0
         if at == _FORWARD:
             self.bypass.step(i, armed, _PERIOD_MS + self._extra_ms)
@@ -218,6 +219,23 @@ class Obstacles:
             way.feel(stopping, most[_RIGHT], -measured)
             arcs.feel(_RIGHT, way)
             most[_RIGHT] = 0
+
+    # What was put out in a tick.
+    @micropython.viper
+    def _put_out(self, linear_permille: int, turn_permille: int):
+        most = ptr32(self._most)
+        at = _FORWARD
+        if linear_permille < 0:
+            at = _BACKWARD
+            linear_permille = 0 - linear_permille
+        if linear_permille > most[at]:
+            most[at] = linear_permille
+        at = _LEFT
+        if turn_permille < 0:
+            at = _RIGHT
+            turn_permille = 0 - turn_permille
+        if turn_permille > most[at]:
+            most[at] = turn_permille
 
     # A turn of the arcs, and whenever another command comes: before it moves anything.
     @micropython.native
@@ -260,7 +278,8 @@ class Obstacles:
 
     @micropython.native
     def _judge(self, i, at, way, stopping):
-        self._age_ms = min(_AGE_MAX_MS, self._age_ms + 2)  # two phases
+        age_ms = min(_AGE_MAX_MS, self._age_ms + 2)  # two phases
+        self._age_ms = age_ms
         ceiling = _LEVELS
         if i.clearance_blocked & (1 << at):
             ceiling = _BLOCKED
@@ -274,7 +293,7 @@ class Obstacles:
             distance = i.clearance_left_q4
         else:
             distance = i.clearance_right_q4
-        way.judge(stopping, distance, self._age_ms, ceiling)
+        way.judge(stopping, distance, age_ms, ceiling)
         self._decide(at, way, stopping)
 
     # The decision of one direction, from its level and the bypass, which makes every direction
@@ -284,21 +303,19 @@ class Obstacles:
         level = way.level
         if self.bypass.left_ms and way.speed <= 2 * stopping.creep:
             level = 0
-        blocked = self.blocked & ~(_BLOCKED_BITS << at)
         cap = 0
-        if level < 0:
-            blocked |= 1 << at
-        else:
+        bits = 1 << at
+        if level >= 0:
             cap = stopping.permille[level]
-            if cap == 0:
-                blocked |= _BLOCKED_BITS << at
-        if cap == 0:
-            decision = _DECIDED_BLOCKED
-        else:
+            bits = _BLOCKED_BITS << at
+        decision = _DECIDED_BLOCKED
+        if cap:
+            bits = 0
             decision = _DECIDED_FREE if level == _LEVELS else _DECIDED_SLOW
-        self.blocked = blocked
+        self.blocked = self.blocked & ~(_BLOCKED_BITS << at) | bits
         self.caps[at] = cap
-        self.decisions = self.decisions & ~(3 << (2 * at)) | (decision << (2 * at))
+        at += at
+        self.decisions = self.decisions & ~(3 << at) | (decision << at)
 
     # Upper bound of the speed forward or backward, mm/s.
     def speed_mm_s(self):

@@ -53,15 +53,26 @@ class ProfileCheck:
             self._model_q10 = self._model.seen_rate()
         if wait > 1:
             return
+        self._judge(i, turn_permille)
+
+    @micropython.native
+    def _judge(self, i, turn_permille):
         model = self._model
-        if model.steady() and abs(turn_permille) >= limits.TELLING_PERMILLE:
-            self._steady_ms = min(self._steady_ms + _SAMPLE_MS, 1000)
+        rate_q4 = i.rate_q4
+        faulty = i.heading_faults
+        size = turn_permille if turn_permille >= 0 else -turn_permille
+        steady_ms = 0
+        if size >= limits.TELLING_PERMILLE and model.steady():
+            steady_ms = min(self._steady_ms + _SAMPLE_MS, 1000)
         else:
-            self._steady_ms = 0
             self._agrees_ms = 0
-        if -limits.TRYING_PERMILLE < turn_permille < limits.TRYING_PERMILLE or self.sluggish:
-            self._stuck_ms = 0
-        elif not -_STANDS_Q4 < i.rate_q4 < _STANDS_Q4 or i.heading_faults:
+        self._steady_ms = steady_ms
+        if (
+            size < limits.TRYING_PERMILLE
+            or self.sluggish
+            or faulty
+            or not -_STANDS_Q4 < rate_q4 < _STANDS_Q4
+        ):
             self._stuck_ms = 0
         else:
             self._stuck_ms += _SAMPLE_MS
@@ -69,16 +80,17 @@ class ProfileCheck:
                 self.sluggish = True
                 self._left_ms = limits.TRUST_MS
                 self._stood_ms = 0
-        if i.heading_faults:
+        if faulty:
             return
         rate_q10 = self._model_q10
-        seen_q10 = i.rate_q4 << 6
+        seen_q10 = rate_q4 << 6
         if rate_q10 < 0:
             rate_q10 = -rate_q10
             seen_q10 = -seen_q10
-        if abs(seen_q10) > rate_q10 + (rate_q10 >> 1) + _FASTER_Q10:
+        faster_q10 = rate_q10 + (rate_q10 >> 1) + _FASTER_Q10
+        if not -faster_q10 <= seen_q10 <= faster_q10:
             self._contradict()
-        elif rate_q10 > _TURNS_Q10 and self._steady_ms > model.dead_ms:
+        elif rate_q10 > _TURNS_Q10 and steady_ms > model.dead_ms:
             if abs(seen_q10 - rate_q10) <= rate_q10 >> 2:
                 self._contradicts_ms = 0
                 self._agrees_ms += _SAMPLE_MS

@@ -4,7 +4,7 @@
 # Default answer: no. A command moves the chair only while nothing below speaks against it; the
 # first thing that does is kept as the override, and the same press (edge) never moves again.
 
-from gazeboard.core import limits
+from gazeboard.core import ages, limits
 from gazelink import codes
 from gazelink.native import micropython
 
@@ -19,10 +19,6 @@ _PASSING = (
 )
 _NEUTRAL = ~_WARNING
 _DISARMING = _NEUTRAL & ~_PASSING
-_LATCHED = 0
-for _row in codes.FAULTS:
-    if _row[3]:
-        _LATCHED |= 1 << _row[0]
 _ALL_BLOCKED = 15
 _ARC_BLOCKED = 256  # obstacles.ARC_BLOCKED; a test compares
 _LAST_REASON = codes.FAULT_REASON + len(codes.FAULTS) - 1
@@ -38,12 +34,6 @@ def fault_reason(faults):
         faults >>= 1
         code += 1
     return code
-
-
-@micropython.native
-def older(age_ms):
-    # The age one tick later, saturating.
-    return age_ms + 1 if age_ms < limits.AGE_MAX_MS else age_ms
 
 
 @micropython.native
@@ -67,85 +57,64 @@ class Safety:
         self.blocked = _ALL_BLOCKED  # bits per direction, old data counted as blocked
         self.edge = 0  # press that moves the chair now, 0: none
         self.spent_edge = 0  # press that may not move the chair any more
-        self.ttl_ms = 0
         self.missed_ms = 0  # that passed without a tick before the next one: set by the tick
-        self._simulated_board = simulated_board
-        self._relay_fitted = relay_fitted
-        self._standing = boot_faults & ~_LATCHED
         self._verb = codes.STOP  # of the press that moves the chair: a press never changes its mind
         self._mode = codes.STEP
         self._straight = False  # the heading was lost during this drive: it turns no more
         self._quiet = False  # spent_edge ended as asked: nothing to explain
-        self._host_age_ms = limits.AGE_MAX_MS
-        self._service_age_ms = limits.AGE_MAX_MS
-        self._clearance_age_ms = limits.AGE_MAX_MS
-        self._heading_age_ms = limits.AGE_MAX_MS
-        self._neutral_ms = 0
-        self._idle_ms = 0
-        self._arming_ms = 0
-        self._closed_ms = 0
-        self._open_ms = 0
-        self._off_ms = 0
-        self._steady_ms = limits.AGE_MAX_MS
-        self._button_ms = limits.AGE_MAX_MS  # a button pressed at boot is stuck: no reset
+        self.ages = ages.Ages()
+        self._words = words = self.ages.words
+        words[ages.STANDING] = boot_faults & ~ages.LATCHED
+        words[ages.SIMULATED] = simulated_board
+        words[ages.RELAY_FITTED] = relay_fitted
         self._wiper_bad = 0
-        self._contact = 0  # with none fitted: bit 0 it was open for a while, bit 1 closed
-        # Counters of the inputs as last seen
-        self._host_count = 0
-        self._service_count = 0
-        self._command_count = 0
-        self._clearance_count = 0
-        self._heading_count = 0
-        self._session_count = 0
-        self._stop_count = 0
-        self._emergency_count = 0
-        self._disarm_count = 0
-        self._arm_count = 0
-        self._reset_count = 0
 
     # Whether a contact tells what the relay does; only while disarmed.
     def set_relay_fitted(self, fitted):
-        self._relay_fitted = fitted
-        self._contact = 0
+        self._words[ages.RELAY_FITTED] = fitted
+        self._words[ages.CONTACT] = 0
 
     # The joystick's neutral is another count now: it is proven anew. Only while disarmed.
     def neutral_moved(self):
-        self._neutral_ms = 0
+        self._words[ages.NEUTRAL] = 0
 
     # One tick. `i` is an Inputs; `blocked` is that of Obstacles; the contacts are
     # what the pins say now; `late` is true when the time since the last tick exceeded the limit.
     @micropython.native
     def step(self, i, blocked, relay_closed, emergency_open, button_pressed, late):
-        self._count_ages(i, relay_closed, button_pressed)
+        counted = self.ages
+        missed_ms = self.missed_ms
+        if missed_ms:
+            self.missed_ms = 0
         # Every order has a counter of its own: none takes another's place. An order to arm or to
         # reset that comes with a new session belongs to the old one.
-        same_session = self._judge_session(i)
-        disarm = i.disarm_count != self._disarm_count
-        if disarm:
-            self._disarm_count = i.disarm_count
-        arms = 0
-        count = i.arm_count
-        if count != self._arm_count:
-            if same_session:
-                arms = (count - self._arm_count) & 0xFFFF
-            self._arm_count = count
+        news = counted.count(i, relay_closed, button_pressed, late, self.enable, missed_ms)
         reset = False
-        if i.reset_count != self._reset_count:
-            self._reset_count = i.reset_count
-            reset = same_session
-        if self._button_ms == limits.RESET_PRESS_MS:
-            reset = True
-        faults = self._judge_faults(i, emergency_open, late, reset)
-        if faults and self.faults == 0:
-            self.first_fault = fault_reason(faults)
+        if news:
+            if news & ages.SESSION:
+                self._begin_session()
+                news &= ~(ages.ARM | ages.RESET)
+            reset = news & (ages.RESET | ages.PRESSED) != 0
+            if news & ages.EMERGENCY:
+                emergency_open = True
+        old = self.faults
+        faults = counted.faults(i, old, self.state, emergency_open, reset)
         self.faults = faults
-        if disarm:
-            self._disarm()
-        elif arms:
-            self._arm(i.arm_owner, arms, reset)
-        self._advance(i)
-        self.blocked = _ALL_BLOCKED if faults & (1 << codes.OBSTACLE_DATA_OLD) else blocked
-        self._judge_command(i)
+        if faults:
+            if old == 0:
+                self.first_fault = fault_reason(faults)
+            if faults & (1 << codes.OBSTACLE_DATA_OLD):
+                blocked = _ALL_BLOCKED
+        self.blocked = blocked
+        if news:
+            if news & ages.DISARM:
+                self._disarm()
+            elif news & ages.ARM:
+                self._arm(i.arm_owner, self._words[ages.ARMS], reset)
+            news &= ages.STOPPED
+        if faults or self.state != codes.ARMED:
+            self._advance(i)
+        self._judge_command(i, news)
 
     # After the write: did both wipers read back what was written, and was that neutral? Sets the
     # fault at the third failure in a row, before the enable line is toggled. Returns: toggle it
@@ -153,15 +122,26 @@ class Safety:
     @micropython.native
     def wipers_written(self, verified, neutral):
         if not verified:
-            self._neutral_ms = 0
+            self._words[ages.NEUTRAL] = 0
             self._wiper_bad += 1
             if self._wiper_bad >= limits.WIPER_TRIES:
                 self._wiper_bad = limits.WIPER_TRIES
                 self.trip(codes.WIPER)
             return False
         self._wiper_bad = 0
-        self._neutral_ms = older(self._neutral_ms) if neutral else 0
+        self._last(ages.NEUTRAL, neutral)
         return self.enable
+
+    # Something has lasted a tick longer, or not at all.
+    @micropython.native
+    def _last(self, at, lasts):
+        words = self._words
+        ms = 0
+        if lasts:
+            ms = words[at]
+            if ms < limits.AGE_MAX_MS:
+                ms += 1
+        words[at] = ms
 
     # An exception in the tick: enable off, latched.
     @micropython.native
@@ -201,134 +181,13 @@ class Safety:
             self.override = reason
             self._quiet = False
 
-    @micropython.native
-    def _count_ages(self, i, relay_closed, button_pressed):
-        if i.host_count != self._host_count:
-            self._host_count = i.host_count
-            self._host_age_ms = 0
-        else:
-            self._host_age_ms = older(self._host_age_ms)
-        if i.service_count != self._service_count:
-            self._service_count = i.service_count
-            self._service_age_ms = 0
-        else:
-            self._service_age_ms = older(self._service_age_ms)
-        if i.clearance_count != self._clearance_count:
-            self._clearance_count = i.clearance_count
-            self._clearance_age_ms = i.clearance_age_ms
-        else:
-            self._clearance_age_ms = older(self._clearance_age_ms)
-        if i.heading_count != self._heading_count:
-            self._heading_count = i.heading_count
-            self._heading_age_ms = 0
-        else:
-            self._heading_age_ms = older(self._heading_age_ms)
-        if i.command_count != self._command_count:
-            self._command_count = i.command_count
-            self.ttl_ms = max(0, min(i.ttl_ms, limits.COMMAND_TTL_MS) - limits.MARGIN_MS)
-        elif self.ttl_ms > 0:
-            self.ttl_ms -= 1
-        if self.missed_ms:
-            self._count_missed()
-        commanded = i.verb != codes.STOP and self.ttl_ms > 0
-        self._idle_ms = 0 if commanded else older(self._idle_ms)
-        self._closed_ms = older(self._closed_ms) if relay_closed else 0
-        self._open_ms = 0 if relay_closed else older(self._open_ms)
-        self._off_ms = 0 if self.enable else older(self._off_ms)
-        self._button_ms = older(self._button_ms) if button_pressed else 0
-
-    # Time without ticks is in every age, those that begin now included, and in no time for which
-    # something has to be proven.
-    @micropython.native
-    def _count_missed(self):
-        ms = self.missed_ms
-        self.missed_ms = 0
-        self._host_age_ms = min(limits.AGE_MAX_MS, self._host_age_ms + ms)
-        self._service_age_ms = min(limits.AGE_MAX_MS, self._service_age_ms + ms)
-        self._clearance_age_ms = min(limits.AGE_MAX_MS, self._clearance_age_ms + ms)
-        self._heading_age_ms = min(limits.AGE_MAX_MS, self._heading_age_ms + ms)
-        self.ttl_ms = max(0, self.ttl_ms - ms)
-
-    # All fault bits of this tick: each condition of the faults table, in one place. A reset clears
-    # the latched ones first, so that a cause which stands or comes in this very tick is not lost.
-    @micropython.native
-    def _judge_faults(self, i, emergency_open, late, reset):
-        old = self.faults
-        faults = self._standing if reset else old & _LATCHED | self._standing
-        if self._host_age_ms >= limits.HOST_SILENT_MS - limits.MARGIN_MS:
-            faults |= 1 << codes.HOST_SILENT
-        if self._service_age_ms >= limits.SERVICE_STALLED_MS - limits.MARGIN_MS:
-            faults |= 1 << codes.SERVICE_STALLED
-        limit = limits.CLEARANCE_OLD_MS
-        if old & (1 << codes.OBSTACLE_DATA_OLD):
-            limit = limits.CLEARANCE_FRESH_MS
-        if self._clearance_age_ms >= limit - limits.MARGIN_MS:
-            faults |= 1 << codes.OBSTACLE_DATA_OLD
-        elif i.clearance_source != codes.REAL and not self._simulated_board:
-            faults |= 1 << codes.SIMULATED_SOURCE
-        faults |= i.heading_faults & codes.HEADING_FAULTS | i.service_faults
-        if self._heading_age_ms >= limits.HEADING_OLD_MS - limits.MARGIN_MS:
-            faults |= 1 << codes.HEADING_BUS
-        if i.tilted:
-            faults |= 1 << codes.TILT
-        if not i.calibrated:
-            faults |= 1 << codes.CALIBRATION
-        if late:
-            self._steady_ms = 0
-        else:
-            self._steady_ms = older(self._steady_ms)
-        if self._steady_ms < limits.TICK_STEADY_MS:
-            faults |= 1 << codes.TICK_STALLED
-        if i.emergency_count != self._emergency_count:
-            self._emergency_count = i.emergency_count
-            faults |= 1 << codes.EMERGENCY
-        if emergency_open:
-            faults |= 1 << codes.EMERGENCY
-        if self._relay_fitted:
-            faults |= self._judge_relay(old)
-        else:
-            faults |= self._judge_no_relay(reset)
-        return faults
-
-    # None is said to be fitted: then no contact moves.
-    @micropython.native
-    def _judge_no_relay(self, reset):
-        if reset:
-            self._contact = 0
-        if self._open_ms >= limits.RELAY_RELEASE_MS:
-            self._contact |= 1
-        elif self._closed_ms >= limits.RELAY_RELEASE_MS:
-            self._contact |= 2
-        return 1 << codes.RELAY_UNEXPECTED if self._contact == 3 else 0
-
-    @micropython.native
-    def _judge_relay(self, old):
-        if self.state == codes.ARMED:
-            if self._open_ms >= limits.RELAY_RELEASE_MS:
-                return 1 << codes.RELAY_OPEN
-            return 0
-        if self.state == codes.ARMING:
-            if self._arming_ms >= limits.RELAY_CLOSE_MS and self._closed_ms == 0:
-                return 1 << codes.RELAY_OPEN
-            return 0
-        if min(self._closed_ms, self._off_ms) >= limits.RELAY_STUCK_MS:
-            return 1 << codes.RELAY_STUCK
-        # Stands until the contact has been open, as it should be now, for a while.
-        if min(self._open_ms, self._off_ms) < limits.RELAY_CLEAR_MS:
-            return old & ((1 << codes.RELAY_OPEN) | (1 << codes.RELAY_STUCK))
-        return 0
-
     # Another host, or the same one again: nothing of the old life may go on, and its presses are
-    # numbered anew. False in the first tick of a session.
+    # numbered anew.
     @micropython.native
-    def _judge_session(self, i):
-        if i.session_count == self._session_count:
-            return True
-        self._session_count = i.session_count
+    def _begin_session(self):
         self._end_press(codes.NOT_CONNECTED)
         self.spent_edge = 0
         self._disarm()
-        return False
 
     # The last of `arms` orders was `owner`'s; several at once may have gone to and fro. `reset`:
     # faults are reset in this very tick, and whoever asked to arm has not seen them gone.
@@ -345,50 +204,61 @@ class Safety:
             self.state = codes.ARMING
             self.owner = owner
             self.first_fault = codes.NO_REASON
-            self._arming_ms = 0
+            self._words[ages.ARMING] = 0
 
     # What stands against arming now; NO_REASON: ready.
     @micropython.native
     def _why_not_arm(self):
-        if self._session_count == 0:
+        words = self._words
+        if words[ages.SESSION_COUNT] == 0:
             return codes.NOT_CONNECTED
         if self.faults:
             return fault_reason(self.faults)
-        if self._neutral_ms < limits.NEUTRAL_PROVEN_MS:
+        if words[ages.NEUTRAL] < limits.NEUTRAL_PROVEN_MS:
             return codes.NEUTRAL_NOT_PROVEN
-        if self._idle_ms < limits.IDLE_MS:
+        if words[ages.IDLE] < limits.IDLE_MS:
             return codes.COMMAND_ACTIVE
-        if self._relay_fitted and self._open_ms == 0:
+        if words[ages.RELAY_FITTED] and words[ages.OPEN] == 0:
             return codes.FAULT_REASON + codes.RELAY_STUCK  # the test needs open -> closed
         return codes.NO_REASON
 
+    # Without a fault, what is armed stays armed.
     @micropython.native
     def _advance(self, i):
-        if self.state == codes.ARMED:
-            if (
-                self.faults & _DISARMING
-                or self._host_age_ms >= limits.HOST_LOST_MS - limits.MARGIN_MS
-                or self._service_age_ms >= limits.SERVICE_LOST_MS - limits.MARGIN_MS
-            ):
-                self._end_press(fault_reason(self.faults & _NEUTRAL))
+        state = self.state
+        if state == codes.ARMED:
+            faults = self.faults
+            if faults & _DISARMING or self._lost():
+                self._end_press(fault_reason(faults & _NEUTRAL))
                 self._disarm()
-        elif self.state == codes.ARMING:
-            self._arming_ms = older(self._arming_ms)
+                state = codes.DISARMED
+        elif state == codes.ARMING:
+            self._last(ages.ARMING, True)
             if self.faults:
                 self._disarm()
+                state = codes.DISARMED
             elif self._relay_proven():
                 self.state = codes.ARMED
                 self._spend(i.edge)  # a press held until now is an old one
                 self.override = codes.NO_REASON
                 self._quiet = False
-        self.enable = self.state != codes.DISARMED
-        self.arm_reason = self._why_not_arm() if self.state == codes.DISARMED else codes.NO_REASON
+        self.enable = state != codes.DISARMED
+        self.arm_reason = self._why_not_arm() if state == codes.DISARMED else codes.NO_REASON
+
+    # Silent or stalled for so long that it disarms. Both are faults long before.
+    @micropython.native
+    def _lost(self):
+        words = self._words
+        return (
+            words[ages.HOST] >= limits.HOST_LOST_MS - limits.MARGIN_MS
+            or words[ages.SERVICE] >= limits.SERVICE_LOST_MS - limits.MARGIN_MS
+        )
 
     @micropython.native
     def _relay_proven(self):
-        if self._relay_fitted:
-            return self._closed_ms >= limits.RELAY_HOLD_MS
-        return self._arming_ms >= limits.RELAY_HOLD_MS
+        if self._words[ages.RELAY_FITTED]:
+            return self._words[ages.CLOSED] >= limits.RELAY_HOLD_MS
+        return self._words[ages.ARMING] >= limits.RELAY_HOLD_MS
 
     # That press and all before it never move the chair any more.
     @micropython.native
@@ -397,28 +267,28 @@ class Safety:
             self.spent_edge = edge
 
     @micropython.native
-    def _judge_command(self, i):
-        self.permitted = False
-        stopped = i.stop_count != self._stop_count
-        if stopped:
-            self._stop_count = i.stop_count
-        if stopped or i.verb == codes.STOP:
+    def _judge_command(self, i, stopped):
+        stops = i.verb == codes.STOP
+        if stopped or stops:
             self._end_press(codes.NO_REASON)
         if stopped:
             self._spend(i.stop_edge)  # what was pressed before the stop, seen here or not
-        if i.verb == codes.STOP:
+        if stops:
+            self.permitted = False
             self.override = codes.NO_REASON
             return
         reason = self._why_not_move(i)
         if reason == codes.NO_REASON:
             self.permitted = True
-            if i.edge != self.edge:
+            edge = i.edge
+            if edge != self.edge:
                 self.spent_edge = self.edge or self.spent_edge
-                self.edge = i.edge
+                self.edge = edge
                 self._verb = i.verb
                 self._mode = i.mode
             self.override = codes.NO_REASON
             return
+        self.permitted = False
         self._end_press(reason)
         if i.edge != self.spent_edge:
             self._spend(i.edge)
@@ -434,29 +304,33 @@ class Safety:
             return codes.NOT_ARMED
         if i.owner != self.owner:
             return codes.NOT_OWNER
-        if self.faults & _NEUTRAL:
-            return fault_reason(self.faults & _NEUTRAL)
+        faults = self.faults
+        if faults and faults & _NEUTRAL:
+            return fault_reason(faults & _NEUTRAL)
         # Only the press that moves it, and presses newer than all before.
-        if i.edge == 0 or (i.edge != self.edge and not ahead(i.edge, self.edge or self.spent_edge)):
+        edge = i.edge
+        verb = i.verb
+        running = edge == self.edge
+        if edge == 0 or (not running and not ahead(edge, self.edge or self.spent_edge)):
             return codes.NEEDS_NEW_COMMAND
-        running = i.edge == self.edge
-        if running and (i.verb != self._verb or i.mode != self._mode):
+        if running and (verb != self._verb or i.mode != self._mode):
             return codes.BAD_COMMAND
-        # A step ends by itself; a proportional command never does, whatever its mode says.
-        stepping = running and i.mode == codes.STEP and i.verb != codes.DRIVE
-        if self.ttl_ms == 0 and not stepping:
-            return codes.COMMAND_EXPIRED
-        reason = codes.BAD_COMMAND
-        if i.verb == codes.FORWARD:
+        if self._words[ages.TTL] == 0:
+            # A step ends by itself; a proportional command never does, whatever its mode says.
+            if not running or i.mode != codes.STEP or verb == codes.DRIVE:
+                return codes.COMMAND_EXPIRED
+        if verb == codes.FORWARD:
             reason = self._why_not_linear(1)
-        elif i.verb == codes.BACKWARD:
+        elif verb == codes.BACKWARD:
             reason = self._why_not_linear(-1)
-        elif i.verb == codes.LEFT:
+        elif verb == codes.LEFT:
             reason = self._why_not_turn(1)
-        elif i.verb == codes.RIGHT:
+        elif verb == codes.RIGHT:
             reason = self._why_not_turn(-1)
-        elif i.verb == codes.DRIVE:
+        elif verb == codes.DRIVE:
             reason = self._why_not_drive(i, running)
+        else:
+            reason = codes.BAD_COMMAND
         if reason == codes.NO_REASON and self.blocked & _ARC_BLOCKED:
             return self._obstacle(_arc_direction(i))
         return reason

@@ -10,6 +10,8 @@
 # No setting makes the chair tamer than it was seen to be: a row of the settings and its default
 # both count, and the worse of the two is believed.
 
+from array import array
+
 from gazeboard.core import limits
 from gazelink import codes
 from gazelink.settings_table import PROFILES, TABLE, index_of, profile_row
@@ -74,10 +76,11 @@ class Stopping:
         self.creep = self.speed(creep)
         outputs = [least + (output - least) * k // LEVELS for k in range(LEVELS + 1)]
         self.permille = [creep] + outputs[1:LEVELS] + [last]
-        self.begin = [self.stop(self.creep)]
+        begin = [self.stop(self.creep)]
         for permille in outputs[1:]:
             v = self.speed(permille)
-            self.begin.append(self.stop(v) + v * limits.SLOW_AHEAD_MS // 1000)
+            begin.append(self.stop(v) + v * limits.SLOW_AHEAD_MS // 1000)
+        self.begin = array("i", begin)
 
     # The output that makes at most this speed of the chair's outermost point.
     def _permille(self, mm_s):
