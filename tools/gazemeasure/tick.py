@@ -13,6 +13,7 @@ from typing import Any
 
 from gazeboard.boards import bank_layout
 from gazeboard.core.motion import Motion
+from gazeboard.core.obedience import Obedience
 from gazeboard.core.obstacles import Obstacles
 from gazeboard.core.profile_check import ProfileCheck
 from gazeboard.core.safety import Safety
@@ -24,7 +25,7 @@ from gazemeasure import allocation, emulation
 from gazemeasure.report import Report
 from gazesim.board_files import LIB, firmware_files
 
-_INSTRUCTIONS = 100_000  # at most, in the worst tick
+_INSTRUCTIONS = 90_000  # at most, in the worst tick
 _RUN_MS = 60_000
 _RUN_MS_QUICK = 5_000
 _STRETCH_US = 180
@@ -41,6 +42,7 @@ _PARTS = (
     ("motion", Motion, "step"),
     ("motion", Motion, "stop"),
     ("profile_check", ProfileCheck, "step"),
+    ("obedience", Obedience, "step"),
     ("joystick", Joystick, "write"),
     ("safety", Safety, "wipers_written"),
     ("telemetry", Telemetry, "capture"),

@@ -54,11 +54,11 @@ _WORDS = {
 }
 
 
-class Named(Safety):  # type: ignore[misc]
+class Named(Safety):
     """The safety core, the words of its Ages as attributes, too."""
 
     def __init__(self, simulated: bool, relay_fitted: bool, boot_faults: int) -> None:
-        super().__init__(simulated, relay_fitted, boot_faults)
+        super().__init__(simulated, relay_fitted, boot_faults)  # type: ignore[no-untyped-call]
 
     if TYPE_CHECKING:
 

@@ -61,22 +61,24 @@ class Motion:
     def step(self, i, blocked, caps, faults=0, arcs=None):
         if i.edge != self._edge:
             self._begin(i)
+        verb = i.verb
+        mode = i.mode
         self.ended = False
         self.linear_permille = 0
         self.turn_permille = 0
-        if i.verb == codes.DRIVE:
+        if verb == codes.DRIVE:
             self.linear_permille = i.linear_permille
             self.turn_permille = i.turn_permille
-        elif i.mode == codes.CONTINUOUS:
-            self._hold(i.verb)
-        elif i.mode == codes.STEP:
-            self._step_on(i)
+        elif mode == codes.CONTINUOUS:
+            self._hold(verb)
+        elif mode == codes.STEP:
+            self._step_on(i, verb)
         else:
             self._pulse(i)
-        if self.state == codes.MOVING_FORWARD and i.mode != codes.TUNE:
+        if self.state == codes.MOVING_FORWARD and mode != codes.TUNE:
             self._keep_straight(i, faults)
         self._limit(i, blocked, caps, arcs)
-        if faults & codes.TILT_LOST:
+        if faults and faults & codes.TILT_LOST:
             linear = self.linear_permille
             self.linear_permille = max(-self._creep_backward, min(self._creep_forward, linear))
         self._turn.follow(self.turn_permille)
@@ -196,22 +198,25 @@ class Motion:
 
     # Counted in steps only: a held motion may last longer than a small integer can count.
     @micropython.native
-    def _step_on(self, i):
-        self._elapsed_ms += 1
-        if i.verb == codes.FORWARD or i.verb == codes.BACKWARD:
-            if self._elapsed_ms > self._settings.step_forward_ms:
+    def _step_on(self, i, verb):
+        elapsed_ms = self._elapsed_ms + 1
+        self._elapsed_ms = elapsed_ms
+        if verb == codes.FORWARD or verb == codes.BACKWARD:
+            if elapsed_ms > self._settings.step_forward_ms:
                 self._end(codes.NO_REASON)
             else:
-                self._hold(i.verb)
+                self._hold(verb)
                 self._smooth()
             return
-        if self._elapsed_ms + _LAST_MOVE_MS == self._settings.step_turn_limit_ms:
-            self._turn.settle()
-        self.turn_permille = self._turn.update(i.heading_q4, i.rate_q4, i.heading_count)
-        if self._turn.arrived:
+        turn = self._turn
+        limit_ms = self._settings.step_turn_limit_ms
+        if elapsed_ms + _LAST_MOVE_MS == limit_ms:
+            turn.settle()
+        self.turn_permille = turn.update(i.heading_q4, i.rate_q4, i.heading_count)
+        if turn.arrived:
             self._arrived = True
             self._end(codes.NO_REASON)
-        elif self._turn.missed or self._elapsed_ms > self._settings.step_turn_limit_ms:
+        elif turn.missed or elapsed_ms > limit_ms:
             self._end(codes.TIME_LIMIT)
 
     # A step straight on begins and ends gently, within its time.

@@ -319,6 +319,8 @@ class Safety:
             # A step ends by itself; a proportional command never does, whatever its mode says.
             if not running or i.mode != codes.STEP or verb == codes.DRIVE:
                 return codes.COMMAND_EXPIRED
+        if running and verb != codes.DRIVE and not faults and not self.blocked:
+            return codes.NO_REASON  # most ticks of a motion: none of what follows can say more
         if verb == codes.FORWARD:
             reason = self._why_not_linear(1)
         elif verb == codes.BACKWARD:

@@ -13,16 +13,18 @@ _RDAC1 = const(0x00)  # linear
 _RDAC2 = const(0x80)  # turn
 
 
-@micropython.native
-def counts(permille, neutral):
+@micropython.viper
+def counts(permille: int, neutral: int) -> int:
     # Wiper count of a deflection of -1000..1000, never outside the chair's window.
     if permille >= 0:
-        value = neutral + permille * limits.WIPER_SPAN // 1000
+        value = neutral + permille * int(limits.WIPER_SPAN) // 1000
     else:
-        value = neutral - -permille * limits.WIPER_SPAN // 1000
-    if value < limits.WIPER_MIN:
-        return limits.WIPER_MIN
-    return value if value <= limits.WIPER_MAX else limits.WIPER_MAX
+        value = neutral - (0 - permille) * int(limits.WIPER_SPAN) // 1000
+    if value < int(limits.WIPER_MIN):
+        return int(limits.WIPER_MIN)
+    if value > int(limits.WIPER_MAX):
+        return int(limits.WIPER_MAX)
+    return value
 
 
 class Joystick:
@@ -51,8 +53,9 @@ class Joystick:
         turn = self._neutral_turn
         self._linear_permille = linear_permille
         self._turn_permille = turn_permille
-        self.neutral = linear_permille == 0 and turn_permille == 0  # on both
-        if not self.neutral:
+        neutral = linear_permille == 0 and turn_permille == 0  # on both
+        self.neutral = neutral
+        if not neutral:
             linear = counts(linear_permille, linear)
             turn = counts(turn_permille, turn)
         self.linear_wiper = linear

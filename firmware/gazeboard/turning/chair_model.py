@@ -30,6 +30,7 @@ _ACCELERATE = const(3)  # q16 a ms
 _BRAKE = const(4)
 _FOLLOW = const(5)  # share of the difference that the lag lets through in a ms, 1/65536
 _BREAKAWAY = const(6)  # a ramp below this leaves a standing chair standing, q16
+_DEAD_MS = const(7)
 
 _STILL = const(512)  # half a degree/s, q10
 _PAST_MS = const(512)  # a power of two, above the longest dead time
@@ -55,14 +56,15 @@ class ChairModel:
                 (of("brake_dps2") << 16) // 1000,
                 (2 << 16) // (2 * self.lag_ms + 1),  # 1 - exp(-1 / lag) within 0.03 %
                 of("breakaway_q4_dps") << 12,
+                self.dead_ms,
             ],
         )
         self.state = array.array("i", [0] * 8)
         self._past = array.array("i", [0] * (2 * _PAST_MS))
 
-    # One ms of `permille`, left positive, -1000..1000.
+    # One ms of `permille`, left positive, -1000..1000. Returns the angle that is seen now, q16.
     @micropython.viper
-    def step(self, permille: int):
+    def step(self, permille: int) -> int:
         s = ptr32(self.state)
         n = ptr32(self._numbers)
         if permille != s[_OUT]:
@@ -119,6 +121,7 @@ class ChairModel:
         s[_HEAD] = head
         past[head] = angle
         past[head + 1] = rate
+        return past[(head - 2 * n[_DEAD_MS]) & (2 * _PAST_MS - 1)]
 
     # Angle (q16) and rate (q10) that the newest heading sample shows.
     @micropython.native

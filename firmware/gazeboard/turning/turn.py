@@ -100,10 +100,10 @@ class TurnController:
     # One ms of output, whatever the motion.
     @micropython.native
     def follow(self, turn_permille):
-        model = self.model
-        model.step(turn_permille)
-        if self._casters.any:
-            self._casters.advance(model.seen_angle())
+        angle_q16 = self.model.step(turn_permille)
+        casters = self._casters
+        if casters.any:
+            casters.advance(angle_q16)
 
     # count: of heading samples. The turn begins some ms later, so that no tick has too much to do.
     @micropython.native
