@@ -4,17 +4,11 @@ from __future__ import annotations
 
 # As EQUIVALENT in equivalent.py.
 OBSTACLES: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
-    "obedience": {
-        "Until something is put out there is nothing to hold: the rate allowed is 0 either way.": (
-            ("__init__", "self._left_hold_ms = 0  ->  self._left_hold_ms = 1"),
-            ("__init__", "self._right_hold_ms = 0  ->  self._right_hold_ms = 1"),
-        ),
-    },
+    "obedience": {},
     "obstacles": {
         "The wait is counted in eights: one more or less takes as many turns.": (
             ("__init__", "self._better_ms = 0  ->  self._better_ms = -1"),
             ("__init__", "self._better_ms = 0  ->  self._better_ms = 1"),
-            ("judge", "if self._better_ms >= _CLEAR_MS:  ->  if self._better_ms > _CLEAR_MS:"),
             ("judge", "self._better_ms = 0  ->  self._better_ms = 1"),
             ("judge", "self._better_ms = 0  ->  self._better_ms = -1"),
             ("block", "self._better_ms = 0  ->  self._better_ms = 1"),
@@ -38,14 +32,9 @@ OBSTACLES: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
             ("__init__", "self._looked = False  ->  self._looked = True"),
             ("__init__", "self._extra_ms = 0  ->  self._extra_ms = 1"),
             ("__init__", "self._extra_ms = 0  ->  self._extra_ms = -1"),
-            ("__init__", "self._most = [0] * 4  ->  self._most = [-1] * 4"),
         ),
         "An output of 0, or below, asks for nothing.": (
-            ("step", "if linear_permille > 0:  ->  if linear_permille >= 0:"),
-            ("step", "if turn_permille > 0:  ->  if turn_permille >= 0:"),
             ("step", "measured = 0  ->  measured = -1"),
-            ("step", "if linear_permille > 0:  ->  if linear_permille > -1:"),
-            ("step", "if turn_permille > 0:  ->  if turn_permille > -1:"),
             ("step", "most[at] = 0  ->  most[at] = -1"),
         ),
         "Forward is the lowest.": (
@@ -60,7 +49,6 @@ OBSTACLES: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
             ),
         ),
         "A list that is longer than what is asked of it.": (
-            ("__init__", "self._most = [0] * 4  ->  self._most = [0] * 5"),
             (
                 "__init__",
                 (
@@ -104,24 +92,6 @@ OBSTACLES: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
                 ),
             ),
         ),
-        "The same output is stored again.": (
-            (
-                "step",
-                ("if linear_permille > most[_FORWARD]:  ->  if linear_permille >= most[_FORWARD]:"),
-            ),
-            (
-                "step",
-                (
-                    "if -linear_permille > most[_BACKWARD]:  ->  if -linear_permille >= mos"
-                    "t[_BACKWARD]:"
-                ),
-            ),
-            ("step", "if turn_permille > most[_LEFT]:  ->  if turn_permille >= most[_LEFT]:"),
-            (
-                "step",
-                ("if -turn_permille > most[_RIGHT]:  ->  if -turn_permille >= most[_RIGHT]:"),
-            ),
-        ),
         "The same speed either way.": (
             ("feel", "if measured > speed:  ->  if measured >= speed:"),
         ),
@@ -129,23 +99,6 @@ OBSTACLES: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
         "The same level either way.": (("judge", "if level > ceiling:  ->  if level >= ceiling:"),),
     },
     "speed": {
-        "The first output sets it, and without one the bound is 0.": (
-            ("__init__", "self._bound = 0  ->  self._bound = -1"),
-            ("__init__", "self._bound = 0  ->  self._bound = 1"),
-            ("__init__", "self._left_ms = 0  ->  pass"),
-            ("__init__", "self._left_ms = 0  ->  self._left_ms = -1"),
-            ("__init__", "self._left_ms = 0  ->  self._left_ms = 1"),
-            ("__init__", "self._peak = 0  ->  self._peak = -1"),
-            ("__init__", "self._peak = 0  ->  self._peak = 1"),
-            ("__init__", "self._ramp = 0  ->  self._ramp = -1"),
-            ("__init__", "self._ramp = 0  ->  self._ramp = 1"),
-            ("__init__", "self._since = 0  ->  pass"),
-            ("__init__", "self._since = 0  ->  self._since = -1"),
-            ("__init__", "self._since = 0  ->  self._since = 1"),
-        ),
-        "The same value either way.": (
-            ("update", "if asked > self._since:  ->  if asked >= self._since:"),
-        ),
         "Equal, or made so by the max() that follows.": (
             ("update", "if bound > ramp:  ->  if True:"),
             ("update", "if bound > ramp:  ->  if bound >= ramp:"),
@@ -168,18 +121,6 @@ OBSTACLES: dict[str, dict[str, tuple[tuple[str, str], ...]]] = {
                 "update",
                 "if permille == 0 and bound == 0:  ->  if permille == 0 and bound == -1:",
             ),
-        ),
-        "A multiple of 64: in thousandths its rest is a multiple of 8.": (
-            (
-                "update",
-                (
-                    "asked = (permille * stopping.full * _SCALE + 999) // 1000  ->  "
-                    "asked = (permille * stopping.full * _SCALE + 998) // 1000"
-                ),
-            ),
-        ),
-        "The next turn's output is never below 0 and takes its place.": (
-            ("update", "self._since = 0  ->  self._since = -1"),
         ),
     },
     "stopping": {},

@@ -124,7 +124,7 @@ def survives(module: str, mutant: Mutant, tests: Tests, quick: bool = False) -> 
             # A mutant may loop for ever; counted in its own time, however busy the machine is.
             signal.setitimer(signal.ITIMER_VIRTUAL, MUTANT_LIMIT_S)
             _forget_the_core()
-            target = importlib.import_module(f"gazeboard.{module}")
+            target = importlib.import_module(f"gazeboard.core.{module}")
             for name in [name for name in vars(target) if not name.startswith("__")]:
                 delattr(target, name)
             exec(mutant.code, vars(target))

@@ -17,7 +17,7 @@ from gazeprove.invariants import INVARIANTS
 from gazeprove.scopes import scopes
 from gazeprove.walk import Walk
 
-MODULES = ("safety", "motion", "obstacles", "speed", "stopping", "bypass", "obedience")
+MODULES = ("safety", "ages", "motion", "obstacles", "speed", "stopping", "bypass", "obedience")
 _NOTE_EVERY_S = 5.0
 _QUICK_EVERY = 80  # the quick form tries one mutant in so many
 _SLICES = 40  # of each module's mutants: what a process takes at a time

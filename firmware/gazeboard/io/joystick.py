@@ -13,18 +13,16 @@ _RDAC1 = const(0x00)  # linear
 _RDAC2 = const(0x80)  # turn
 
 
-@micropython.viper
-def counts(permille: int, neutral: int) -> int:
+@micropython.native
+def counts(permille, neutral):
     # Wiper count of a deflection of -1000..1000, never outside the chair's window.
     if permille >= 0:
-        value = neutral + permille * int(limits.WIPER_SPAN) // 1000
+        value = neutral + permille * limits.WIPER_SPAN // 1000
     else:
-        value = neutral - (0 - permille) * int(limits.WIPER_SPAN) // 1000
-    if value < int(limits.WIPER_MIN):
-        return int(limits.WIPER_MIN)
-    if value > int(limits.WIPER_MAX):
-        return int(limits.WIPER_MAX)
-    return value
+        value = neutral - -permille * limits.WIPER_SPAN // 1000
+    if value < limits.WIPER_MIN:
+        return limits.WIPER_MIN
+    return value if value <= limits.WIPER_MAX else limits.WIPER_MAX
 
 
 class Joystick:
