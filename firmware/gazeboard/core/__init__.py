@@ -1,1 +1,1 @@
-# Safety core: what decides, 1000 times a second, whether and how the chair moves. Pure: no devices.
+# Safety core: decides, 1000 times a second, whether and how the chair moves. Pure: no devices.

@@ -1,11 +1,11 @@
-# What obstacles permit a chair that drives and turns at once. Pure: integers only, no clock, no
-# allocation. Only ever reduces.
+# Obstacle limits for a chair that drives and turns at once.
 #
-# Its two axes start and stop in their own time, so its path is no known curve. What is known: how
-# far it travels and how far it turns at most until it stands (Way.stop). The newest clearance says
-# how far it may travel while it turns by so much, either first or both at once (gazelink/arcs.py):
-# that must be as far as it travels, margins included. Both axes are slowed down together, so that
-# the driver's curve stays. Judged is the command, and whatever still rolls on from before it.
+# Pure: integers only, no clock, no allocation. Only ever reduces. Its two axes start and stop in
+# their own time, so its path is no known curve. Known are how far it travels and how far it turns
+# at most until it stands (Way.stop). The newest clearance gives how far it may travel while it
+# turns by so much, either first or both at once (gazelink/arcs.py): that must be at least the
+# travel, margins included. Both axes are slowed down together, so that the driver's curve stays the
+# same. The check covers the command, and coasting from before it.
 
 from array import array
 

@@ -1,6 +1,7 @@
-# The caretaker's bypass: while the button is held, and not longer than BYPASS_MAX_MS, the chair may
-# creep past an obstacle. Then comes a pause, whatever the host says: its press numbers make no new
-# time. Pure: integers only, no clock, no allocation.
+# The caretaker's bypass: permits creep past an obstacle while the button is pressed.
+#
+# At most for BYPASS_MAX_MS. Then comes a pause, whatever the host sends: new press numbers give no
+# new time. Pure: integers only, no clock, no allocation.
 
 from gazeboard.core import limits
 from gazelink.const import const

@@ -1,6 +1,7 @@
-# Motion: turns the permitted command into joystick outputs. Step, continuous and proportional.
-# Pure: one tick of 1 ms, no I/O, no clock, no allocation, integers only. Only ever called with
-# permission from safety; anything else is stop().
+# Motion: turns the permitted command into joystick outputs.
+#
+# Step, continuous and proportional. Pure: one tick of 1 ms, no I/O, no clock, no allocation,
+# integers only. Only called with permission from safety; anything else is stop().
 
 from gazeboard.core import limits
 from gazeboard.core.angle import wrapped

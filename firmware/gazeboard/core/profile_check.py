@@ -1,9 +1,11 @@
-# Is the chair in the speed profile the board believes in? The turn rate seen is compared with the
-# model's, whatever motion turns. Pure: one tick of 1 ms, no allocation, integers only.
+# Profile check: whether the chair turns as the selected speed profile predicts.
 #
-# While the ramps run all profiles are alike; only a steady turn tells them apart. Nobody may take
-# the word of a slow profile before that: until it agrees, the fastest is assumed. And not for long
-# after it: the driver can turn the chair's own knob whenever it stands, and even while it drives.
+# It compares the measured turn rate with the model's, in every motion that turns. Pure: one tick of
+# 1 ms, no allocation, integers only.
+#
+# During ramps all profiles are alike; only a steady turn distinguishes them. Until a steady turn
+# confirms a slow profile, the board assumes the fastest one. The confirmation expires soon: the
+# driver can turn the chair's own knob whenever it stands, and even while it drives.
 
 from gazeboard.core import limits
 from gazelink.const import const

@@ -1,4 +1,4 @@
-# What service loop and tick share: a double buffer down, counters up. No allocation.
+# Data shared by service loop and tick: a double buffer down, counters up. No allocation.
 
 from gazelink import arcs
 

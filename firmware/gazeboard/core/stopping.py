@@ -1,5 +1,6 @@
-# How far the chair runs in one direction before it stands, and what output a free way of some
-# length allows: one table per direction and assumption about the chair, made when settings change.
+# Stopping distance in one direction, and the highest output for a given clearance.
+#
+# One table per direction and assumption about the chair, made when settings change.
 #
 # A unit is 1 mm forward and backward, 1/16 degree in turns. All products stay within 31 bits for
 # the settings' ranges: a speed is at most 2400 units/s, a time 1400 ms.
@@ -7,8 +8,8 @@
 #   stop(v) = v * t + v * v / (2 * a) + margin     t: until it brakes, a: its braking
 #   begin(v) = stop(v) + v * AHEAD_MS              slowing down begins here
 #
-# No setting makes the chair tamer than it was seen to be: a row of the settings and its default
-# both count, and the worse of the two is believed.
+# No setting makes the assumed chair slower than it was measured: a row of the settings and its
+# default both count, and the worse of the two applies.
 
 from array import array
 

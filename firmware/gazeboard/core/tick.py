@@ -1,8 +1,7 @@
-# The order of a tick: what the inputs, the contacts and the time that passed make of the outputs
-# and of the enable line. Pure: no devices, no clock, no allocation. The board, the tests, the proof
-# and the benchmarks call this one.
+# The order of a tick: from inputs, contacts and elapsed time to outputs and enable line.
 #
-# It has two halves: the wipers are written and read back in between.
+# Pure: no devices, no clock, no allocation. The board, the tests, the proof and the benchmarks call
+# this one. It has two halves: the wipers are written and read back in between.
 
 from gazeboard.core import limits
 from gazelink import codes

@@ -1,5 +1,7 @@
-# The pace of the ticks, checked against the microsecond clock: ages are counted in ticks, and ticks
-# that come too seldom must neither make them run slow nor go unseen. Pure: integers only.
+# Checks the pace of the ticks against the microsecond clock.
+#
+# Ages are counted in ticks; ticks that come too rarely must neither slow them down nor go
+# unnoticed. Pure: integers only.
 
 from gazeboard.core import limits
 from gazelink.native import micropython

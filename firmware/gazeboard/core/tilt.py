@@ -1,8 +1,8 @@
-# How the chair leans, from the heading sensor: beyond the limit, level, or not known (P16). Pure.
+# The chair's tilt from the heading sensor: beyond the limit, level, or not known (P16). Pure.
 #
-# A sensor that cannot be read leaves the tilt unknown. Forward stays possible then (P7), at creep
-# speed and for a short while only, and only from ground that was level when it was last seen: to
-# get out of a doorway, not to drive on.
+# A sensor that cannot be read leaves the tilt unknown. Forward then stays possible (P7), at creep
+# speed and for a short time only, and only from ground that was last measured as level: to
+# leave a doorway, not to drive on.
 
 from gazeboard.core import limits
 from gazelink.const import const

@@ -1,5 +1,7 @@
-# What stopping takes, for the host to look up: made when settings change, told in ZONE (link.py).
-# The formulas are those of Stopping; the fields of a point are in gazelink/zone.py.
+# Stopping distances and times for the host, sent in ZONE (link.py).
+#
+# Computed when settings change. The formulas are those of Stopping; the fields of a point are in
+# gazelink/zone.py.
 
 import struct
 

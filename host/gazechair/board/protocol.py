@@ -220,7 +220,7 @@ class LinkProtocol:
         if self._board is None or now_s - self._heard_s <= RESYNC_S:
             return []
         self._handshake(now_s)
-        return [SessionEnded(f"the board has said nothing for {RESYNC_S:.0f} s")]
+        return [SessionEnded(f"the board has sent nothing for {RESYNC_S:.0f} s")]
 
     def due_s(self) -> float:
         """When to poll and check again at the latest."""
@@ -337,7 +337,7 @@ class LinkProtocol:
         if self._board is not None:
             if fields["nonce"] != self._nonce:
                 self._handshake(now_s)
-                events.append(SessionEnded("the board has begun the session anew"))
+                events.append(SessionEnded("the board has restarted the session"))
             return
         if self._greeted is None:
             return

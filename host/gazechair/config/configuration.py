@@ -140,7 +140,7 @@ class FootprintConfig:
     )
     front_margin_m: float = _setting(0.05, number(0.0, 0.5), "kept clear before it, at least")
     side_margin_m: float = _setting(
-        0.02, number(0.0, 0.3), "kept clear beside it; a door must be wider by twice this and more"
+        0.02, number(0.0, 0.3), "kept clear at each side; a door needs over twice this more"
     )
     rear_margin_m: float = _setting(0.05, number(0.0, 0.5), "kept clear behind it, at least")
 

@@ -307,7 +307,7 @@ class Arbiter:
         if self._bypass.hold(client, wish.edge, deadline_s) or page.bypass_told == wish.edge:
             return None
         page.bypass_told = wish.edge
-        detail = "this press of the bypass has ended; let go and press again"
+        detail = "this press of the bypass has ended; release and press again"
         return Refusal("bypass", "needs_new_command", detail)
 
     def _disarm(self, client: int) -> None:

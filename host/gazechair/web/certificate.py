@@ -39,7 +39,7 @@ class Certificate:
         self._folder = folder / "tls"
         if not self._usable():
             _make(self._folder, names)
-            log.warning("new certificate: tablets and phones must trust %s anew", self.authority)
+            log.warning("new certificate: tablets and phones must trust the new %s", self.authority)
         else:
             missing = set(names) - set((self._folder / _NAMES).read_text().split())
             if missing:

@@ -46,7 +46,7 @@ def _copy(pipeline: Any, queue: Any, newest: Latest[Frame]) -> None:
         now_s = time.monotonic()
         if packet is None:
             if now_s - good_s > _TIMEOUT_S:
-                raise CameraError("the OAK camera sends nothing; plug it in anew")
+                raise CameraError("the OAK camera sends nothing; plug it in again")
             time.sleep(_POLL_S)
             continue
         jpeg = bytes(packet.getData())

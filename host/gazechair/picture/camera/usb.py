@@ -51,4 +51,4 @@ def read(device: str, width: int, height: int, rate_hz: int, newest: Latest[Fram
                 taken_s = now_s if picture.taken_s is None else min(picture.taken_s, now_s)
                 newest.put(Frame(with_tables(picture.jpeg[:end]), taken_s))
             elif now_s - good_s > _TIMEOUT_S:
-                raise CameraError(f"{camera.device} sends no whole picture; plug it in anew")
+                raise CameraError(f"{camera.device} sends no whole picture; plug it in again")

@@ -96,7 +96,7 @@ class JoystickCalibration:
         self._say("this moves the joystick's neutral: a chair on the DB9 would drive")
         self._say(f"pull the DB9 plug, switch the 12 V of a bench supply on, type '{CONFIRMATION}'")
         if self._answer() != CONFIRMATION:
-            raise CalibrateError("nobody said that the DB9 is unplugged; nothing was changed")
+            raise CalibrateError("the DB9 was not confirmed as unplugged; nothing was changed")
 
     def _adjust(self, channel: int) -> None:
         name, what, pin = _CHANNELS[channel]
@@ -145,7 +145,7 @@ class JoystickCalibration:
             time.sleep(_POLL_S)
         self._say(
             f"{_CHANNELS[channel][1]}: neutral {self._counts[channel]}, the register reads back"
-            f" {wipers[channel]} (a register, not a voltage: believe the meter)"
+            f" {wipers[channel]} (a register, not a voltage: trust the meter)"
         )
 
     def _answer(self) -> str:

@@ -17,9 +17,9 @@ _BEFORE = """\
 Tuning profile {profile}: the chair turns left and right by itself, ten short pulses within some
 25 degrees to each side, about half a minute; it ends where it began.
   - Select profile {profile} on the chair. Somebody sits in it as on any day, or a like weight.
-  - An even, firm floor; a metre free all round, also behind, where the lidar may not look: whoever
-    says go has looked. Nobody touches the chair.
-  - Any key or Ctrl-C stops it at once. So do the emergency button and everything that else does."""
+  - An even, firm floor; a metre free all round. Check the area behind the chair first: the lidar
+    may not see it. Nobody touches the chair.
+  - Any key or Ctrl-C stops it at once. So do the emergency button and every other stop."""
 _ROWS = (
     ("left_q4_dps", "left, full deflection", "deg/s", 16),
     ("right_q4_dps", "right, full deflection", "deg/s", 16),

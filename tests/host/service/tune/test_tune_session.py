@@ -1,4 +1,4 @@
-"""Where no lidar of the chair looks, whoever says go has looked."""
+"""The operator checks the area that no lidar of the chair sees."""
 
 from __future__ import annotations
 
