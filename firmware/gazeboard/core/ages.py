@@ -1,7 +1,7 @@
-# What the safety core has heard and how long ago, how long other things have lasted, and which
-# faults that makes. Counted in ticks of 1 ms, saturating. Pure: no clock, no allocation, integers.
+# Ages of the safety core's inputs, durations of conditions, and the faults that follow from them.
+# Counted in ticks of 1 ms, saturating. Pure: no clock, no allocation, integers.
 #
-# All of it lies in one array, machine words for viper: each of these as an attribute would take the
+# All of it is in one array, machine words for viper: as attributes, each of these would take the
 # tick a hundred instructions to read.
 
 from array import array

@@ -1,9 +1,9 @@
-# Does the chair do as it is told? The gyro says how it turns; this says how fast it may, from what
-# was put out. Pure: a step per heading sample, no allocation, integers only.
+# Obedience: compares the measured turn rate with the rate that the outputs permit (P21).
 #
-# Only the turn has a sensor. A wiper, a relay or a joystick interface that got stuck turns the
-# chair on although neutral is put out, or against the command. What turns it otherwise (casters, a
-# slope, a bump, a person's spasm) is slow, or short, or goes to and fro.
+# Pure: a step per heading sample, no allocation, integers only. Only the turn has a sensor. With a
+# stuck wiper, relay or joystick interface the chair continues to turn at neutral, or turns against
+# the command. Other causes (casters, a slope, a bump, a person's spasm) are slow, short, or go to
+# and fro.
 
 from array import array
 

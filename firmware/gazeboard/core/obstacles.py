@@ -1,8 +1,8 @@
-# What the obstacles permit: per direction free, slow or blocked, and the most output each may have.
+# Obstacle limits: per direction free, slow or blocked, and the highest permitted output.
 # Pure: one tick of 1 ms, no I/O, no clock, no allocation, integers only. Only ever reduces.
 #
-# The distances of the newest clearance, shortened by what the chair may have moved since they were
-# measured, are held against what it takes to stop. Less: blocked. More, but little: as much output
+# The distances of the newest clearance, less what the chair may have moved since they were
+# measured, are compared with the stopping distance. Less: blocked. A little more: as much output
 # as leaves time to slow down. The work is spread over the ticks, an eighth each; but a new
 # clearance that is too near blocks in the tick that sees it.
 

@@ -1,8 +1,8 @@
-# The safety core: given inputs and one tick of 1 ms, decides state, faults and whether the present
-# command may move the chair. Pure: no I/O, no clock, no allocation, integers only.
+# The safety core: decides state, faults and whether the present command may move the chair.
+# Given inputs and one tick of 1 ms. Pure: no I/O, no clock, no allocation, integers only.
 #
-# Default answer: no. A command moves the chair only while nothing below speaks against it; the
-# first thing that does is kept as the override, and the same press (edge) never moves again.
+# The default is no. A command moves the chair only while no check below objects; the first
+# objection is kept as the override, and the same press (edge) never moves the chair again.
 
 from gazeboard.core import ages, limits
 from gazelink import codes

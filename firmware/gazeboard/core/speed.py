@@ -1,7 +1,7 @@
-# How fast the chair may be moving in one direction: nothing measures its speed, so this is an upper
-# bound from the outputs it was given. Pure: integers only, no clock, no allocation.
+# Upper bound of the chair's speed in one direction, from the outputs; no sensor measures it.
+# Pure: integers only, no clock, no allocation.
 #
-# The chair is taken as a dead time, a ramp and a first-order lag. The bound rises at once to what
+# The model is a dead time, a ramp and a first-order lag. The bound rises at once to what
 # an output can cause; it falls only after the dead time, with the brake, and lags behind that ramp.
 
 from array import array
