@@ -16,7 +16,7 @@ from gazechair.people.pairing.local import ask
 from gazedemo.browser import OPTIONS
 from gazedemo.pairing import invitation
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.e2e]
 LONG_MS = 30_000
 
 
