@@ -144,7 +144,7 @@ def _turns(
 
 
 def _broken(c: Case, stopping: Stopping) -> list[str]:
-    """The rules that a turn broke, said anew from DESIGN.md and not taken from the rule's code."""
+    """The rules that a turn broke, as docs/obstacles.md has them: not taken from the code."""
     left = c.distance - c.speed * c.age_ms / 1000
     stop = c.speed * stopping.time_ms / 1000 + c.speed**2 / (2 * stopping.brake) + stopping.margin
     creeping = c.bypass and c.speed <= 2 * stopping.creep

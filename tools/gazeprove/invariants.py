@@ -1,4 +1,4 @@
-"""What must hold after every tick, said anew from DESIGN.md and not taken from the core's code.
+"""What must hold after every tick, stated from docs/safety.md and not taken from the core's code.
 
 An input that the core did not look at cannot have been judged: then it must not have mattered.
 """

@@ -46,7 +46,7 @@ RESET_PRESS_MS = const(3000)  # P11: button at the chair
 
 AGE_MAX_MS = const(60000)  # ages saturate here
 
-# Wipers (SPEC section 1): counts 85..254 are 5..7 V, neutral near 6 V.
+# Wipers: counts 85..254 are 5..7 V, neutral near 6 V.
 WIPER_MIN = const(85)
 WIPER_MAX = const(254)
 WIPER_NEUTRAL = const(170)
