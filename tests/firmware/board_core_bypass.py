@@ -211,3 +211,34 @@ def test_a_press_in_the_pause_is_spent():
     for _ in range(300):
         assert held.turn(2) == 0  # held on, it does not begin by itself
     assert held.turn(3) == MOST_MS
+
+
+# Whether a new press counts so many turns of elapsed_ms after a short one was let go.
+def counts_after(turns, elapsed_ms):
+    held = Held()
+    held.turn(1)
+    assert held.turn(1, 0) == 0
+    for turn in range(turns):
+        if turn == turns - 1:
+            held.i.bypass_number = 2
+            held.i.bypass_ttl_ms = 300
+            held.i.bypass_count += 1
+        held.bypass.step(held.i, True, elapsed_ms)
+    return held.bypass.left_ms == MOST_MS
+
+
+def test_the_pause_is_as_long_as_said_to_the_millisecond():
+    assert not counts_after(124, 8)
+    assert counts_after(125, 8)
+    assert not counts_after(111, 9)
+    for later in (112, 113, 500):
+        assert counts_after(later, 9)
+
+
+def test_a_number_is_ahead_by_at_most_half_of_them():
+    for ahead, counts in ((127, True), (128, False), (129, False), (255, False)):
+        held = Held()
+        held.turn(10)
+        held.turn(10, 0)
+        held.rest(1000)
+        assert (held.turn((10 + ahead) & 255) == MOST_MS) is counts, ahead

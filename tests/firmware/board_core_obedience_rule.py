@@ -80,8 +80,9 @@ class Rule:
 
 
 def test_what_is_tripped_is_what_the_rule_says():
-    for seed in range(1, 5):
+    for seed in range(1, 9):
         dice = Dice(seed)
+        often = 120 if seed & 1 else 1800  # how often the outputs change: a rest may be long
         rule = Rule()
         inputs = Inputs()
         inputs.heading_count = 65000  # wraps on the way
@@ -93,7 +94,7 @@ def test_what_is_tripped_is_what_the_rule_says():
         over = 0
         armed = True
         for _ in range(2500):
-            what = dice.roll(120)
+            what = dice.roll(often)
             if what < 3:
                 turn = OUTPUTS[dice.roll(10)]
                 linear = OUTPUTS[dice.roll(10)]
@@ -120,6 +121,7 @@ def test_what_is_tripped_is_what_the_rule_says():
             expected = armed and rule.trips(rate, faulty)
             assert watch.step(inputs, linear, turn, armed) is expected
             assert watch.step(inputs, linear, turn, armed) is False  # no sample, no judgement
+            assert watch._rest_ms <= limits.OBEY_COAST_MS
             tripped += expected
         assert tripped > 3
 
@@ -135,6 +137,13 @@ def test_two_writes_of_three_that_fail_add_up():
     watch.wipers_written(False)
     assert watch.wipers_written(True) is False
     assert watch.wiper_debt == 1
+    for debt in range(3, limits.WIPER_DEBT, 2):
+        assert watch.wipers_written(False) is False
+        assert watch.wiper_debt == debt
+    assert watch.wipers_written(False) is True
+    watch.wipers_written(False)
+    watch.wipers_written(False)
+    watch.wipers_written(True)
     assert watch.wipers_written(True) is False
     assert watch.wiper_debt == 0
 
@@ -152,3 +161,60 @@ def test_the_fastest_row_of_all_profiles_counts_and_a_faster_setting_more():
                 80,
             )
     assert Obedience(settings)._full_q4 == FULL_Q4  # never tamer than compiled in
+
+
+def test_it_falls_from_full_to_nothing_within_its_time():
+    for rate_q4, fall_q4 in ((1079, 8), (1080, 9), (2399, 19), (2400, 20)):
+        settings = Settings()
+        settings.p1_2_right_q4_dps = rate_q4
+        assert Obedience(settings)._fall_q4 == fall_q4
+
+
+def test_what_was_held_before_it_was_disarmed_counts_no_more():
+    # Disarmed for a sample while a full turn is held: a rate above the limit is wrong at once.
+    for sign in (1, -1):
+        inputs = Inputs()
+        watch = Obedience(Settings())
+
+        def sample(rate, turn, armed):
+            inputs.heading_count += 1
+            inputs.rate_q4 = rate
+            for _ in range(AFTER_TICKS + 1):
+                trips = watch.step(inputs, 0, turn, armed)
+            return trips
+
+        for armed in (False, True, True, False):
+            sample(0, sign * 1000, armed)
+        samples = 1
+        while not sample(sign * (limits.OBEY_MOVING_Q4_DPS + 1), 0, True):
+            samples += 1
+        assert samples * SAMPLE_MS == limits.OBEY_MS
+
+
+def test_the_least_turn_to_the_left_is_held_like_any_other():
+    inputs = Inputs()
+    watch = Obedience(Settings())
+    samples = 0
+    trips = False
+    while not trips:
+        inputs.heading_count += 1
+        inputs.rate_q4 = limits.OBEY_MOVING_Q4_DPS + 1
+        for _ in range(AFTER_TICKS + 1):
+            trips = watch.step(inputs, 0, 1 if samples == 0 else 0, True)
+        samples += 1
+    assert samples * SAMPLE_MS == limits.OBEY_HOLD_MS + limits.OBEY_MS + SAMPLE_MS
+
+
+def test_what_it_rested_before_it_was_disarmed_counts_no_more():
+    inputs = Inputs()
+    watch = Obedience(Settings())
+    trips = []
+    for number in range(600):
+        armed = number != 300
+        inputs.heading_count += 1
+        inputs.rate_q4 = 0 if number <= 300 else limits.OBEY_STANDING_Q4_DPS + 1
+        for _ in range(AFTER_TICKS + 1):
+            tripped = watch.step(inputs, 0, 0, armed)
+        if tripped:
+            trips.append((number - 300) * SAMPLE_MS)
+    assert trips[0] == limits.OBEY_COAST_MS + limits.OBEY_MS - SAMPLE_MS

@@ -1,7 +1,7 @@
 # What a way of some length allows: the formulas of the obstacle distances, said anew in floats.
 
 from gazeboard.core import limits
-from gazeboard.core.stopping import LEVELS, Stopping
+from gazeboard.core.stopping import LEVELS, Stopping, _turns_alike
 from gazeboard.io.settings import Settings
 from gazelink import codes
 from gazelink.messages import CLEAR_FAR
@@ -290,3 +290,43 @@ def test_without_a_relay_every_way_is_slow():
 def test_bands():
     assert Stopping(Settings(), codes.DIR_BACKWARD, True).band == limits.BAND_MM
     assert Stopping(Settings(), codes.DIR_RIGHT, True).band == limits.BAND_Q4_DEG
+
+
+# As a rate at half deflection says: a deadband of 120 permille leaves 431 permille of it, and the
+# selected profile believes in what its own deadband leaves.
+def alike(rate, deadband, others):
+    faster = rate * ((500 - deadband) * 1000 // (1000 - deadband)) // 431
+    most = max(rate, faster) * 5 // 4
+    return min(others) <= most and max(others) >= rate * 5 // 8
+
+
+def test_who_turns_alike_to_a_sixteenth_of_a_degree():
+    # Only the rates at which it changes.
+    seen = (SEEN[2][4], SEEN[3][4])
+
+    def expected(rate, deadband):
+        return any(alike(rate, deadband, (2400, was)) for was in seen)
+
+    settings = changed(profile=1, p5_1_left_q4_dps=2400, p5_1_right_q4_dps=2400)
+    for deadband in range(0, 300, 3):
+        settings.p2_1_deadband_permille = deadband
+        rates = [
+            r for r in range(400, 900) if expected(r, deadband) and not expected(r - 1, deadband)
+        ]
+        assert rates
+        for rate in rates:
+            for tried in (rate - 1, rate):
+                settings.p2_1_left_q4_dps = settings.p2_1_right_q4_dps = tried
+                assert _turns_alike(settings, 4) is (tried == rate), (deadband, tried)
+    for rate in (1600, 1601, 1604):
+        for other in (rate * 5 // 8 - 1, rate * 5 // 8):
+            settings = changed(profile=1)
+            settings.p2_1_left_q4_dps = settings.p2_1_right_q4_dps = rate
+            settings.p5_1_left_q4_dps = settings.p5_1_right_q4_dps = other
+            assert _turns_alike(settings, 4) is (other == rate * 5 // 8)
+
+
+def test_a_turn_is_tried_with_300_permille_or_not_at_all():
+    for rate, creep in ((1056, 300), (1060, 0)):
+        settings = changed(p3_1_deadband_permille=300, p3_1_left_q4_dps=rate)
+        assert Stopping(settings, codes.DIR_LEFT, False).permille[0] == creep

@@ -6,28 +6,27 @@ import sys
 import pytest
 
 import gazesetup
-from gazeprove import mutate
+from gazeprove import equivalents, kill, modules, mutate, run_tests, statements
 from gazeprove.inputs import Choices
+from gazeprove.parts import PARTS as ALL
 
 LIMIT_S = 600
 
 
-@pytest.mark.parametrize(
-    "part",
-    [
-        "enumeration",
-        "everything at once",
-        "decisions",
-        "coverage",
-        "mutation",
-        "fuzz",
-        "planted",
-    ],
+# Coverage and mutation share one run of the core's tests.
+PARTS = (
+    ("enumeration", "everything at once", "decisions"),
+    ("coverage", "mutation"),
+    ("fuzz", "planted"),
 )
-def test_the_quick_proof_holds(part: str) -> None:
-    """Nothing falls short in this part."""
+
+
+@pytest.mark.parametrize("parts", PARTS, ids=lambda parts: parts[0])
+def test_the_quick_proof_holds(parts: tuple[str, ...]) -> None:
+    """Nothing falls short in these parts."""
+    chosen = [word for part in parts for word in ("--part", part)]
     done = subprocess.run(
-        [sys.executable, "-m", "gazeprove", "--quick", "--part", part],
+        [sys.executable, "-m", "gazeprove", "--quick", *chosen],
         cwd=gazesetup.ROOT,
         env=gazesetup.source_environment(),
         capture_output=True,
@@ -36,6 +35,46 @@ def test_the_quick_proof_holds(part: str) -> None:
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "PROVED" in done.stdout
+
+
+def test_no_part_is_left_out() -> None:
+    """What the proof consists of is tried in its quick form."""
+    assert sorted(part for parts in PARTS for part in parts) == sorted(ALL)
+
+
+def test_a_mutant_that_no_test_runs_survives_and_one_that_fails_a_test_does_not() -> None:
+    """Both ways to put a mutant in: a function's code, and the whole module."""
+    ran = run_tests.Ran()
+    tests = [("board_core_pace", "test_before_the_first_tick_it_is_in_time")]
+    tests.append(("board_core_pace", "test_every_edge_is_as_the_rule_says"))
+    for test in tests:
+        ran.seconds[test] = 0.05
+        ran.by_test[test] = {statements.Mark("tick_clock", line, "") for line in range(1, 99)}
+    killer = kill.Killer(ran)
+    source = modules.source_of("tick_clock")
+    assert killer.survives("tick_clock", mutate.unchanged(source))
+    found = {mutant.key: mutant for mutant in mutate.mutants(source)}
+    for where, change, survives in (
+        ("step", "return owed_us // _TICK_US  ->  return None", False),
+        ("__init__", "self.late = False  ->  self.late = True", False),
+        ("module", "_TICK_US = 1000  ->  _TICK_US = 1001", False),
+        ("module", "_LONG_US = 1000000  ->  pass", False),
+    ):
+        assert killer.survives("tick_clock", found[where, change]) is survives, change
+    ran.by_test.clear()
+    ran.seconds.clear()
+    nobody = kill.Killer(ran)
+    change = "self.late = False  ->  self.late = True"
+    assert nobody.survives("tick_clock", found["__init__", change])
+
+
+def test_what_is_listed_has_a_reason_and_may_stand_for_every_change_of_a_line() -> None:
+    """Each listed mutant exists, and "*" is spelled out."""
+    for module in modules.MODULES:
+        listed = equivalents.reasons(module)
+        assert all(listed.values())
+        assert not set(listed) - mutate.keys(modules.source_of(module))
+        assert not any(change.endswith("*") for _, change in listed)
 
 
 def test_choices_visit_every_leaf_of_an_uneven_tree() -> None:

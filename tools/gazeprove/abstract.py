@@ -6,6 +6,7 @@ deadline. A class is represented by its lowest value; "time passed" is its highe
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, field
 from itertools import pairwise
 from operator import attrgetter
@@ -115,6 +116,22 @@ _PLAIN = (
     *_EXACT,
 )
 COUNTERS = tuple(_BOUNDS)
+# The same, in the order in which it is chosen whether their time passes.
+PASSING = (
+    "_host_age_ms",
+    "_service_age_ms",
+    "_clearance_age_ms",
+    "_heading_age_ms",
+    "_arming_ms",
+    "_closed_ms",
+    "_open_ms",
+    "_off_ms",
+    "_steady_ms",
+    "_button_ms",
+    "ttl_ms",
+    "_idle_ms",
+    "_neutral_ms",
+)
 _WORDS_TOO = (*COUNTERS, "_session_count", "_contact")
 FIELDS = (*_PLAIN, *_WORDS_TOO)
 _WORDS_AT = tuple(_WORDS[name] for name in _WORDS_TOO)
@@ -131,7 +148,7 @@ FORGOTTEN: dict[str, Any] = {
 
 State = tuple[Any, ...]
 _AT = {name: k for k, name in enumerate(FIELDS)}
-_safety_values = attrgetter(*FIELDS)
+_plain_values = attrgetter(*_PLAIN)
 _motion_values = attrgetter(*MOTION_FIELDS)
 
 
@@ -176,6 +193,7 @@ class Core:
     around: Around
     relay_follows: bool  # the contact always does what the enable line says
     tick: Tick = field(init=False)
+    _known: dict[tuple[Any, ...], State] = field(default_factory=dict)  # what was abstracted
 
     def __post_init__(self) -> None:
         self.tick = self.around.tick(self.safety, self.motion)
@@ -203,7 +221,15 @@ class Core:
 
     def read(self) -> State:
         """The abstraction of what the objects are now."""
-        values = list(_safety_values(self.safety))
+        safety = (*_plain_values(self.safety), *map(self.safety._words.__getitem__, _WORDS_AT))
+        motion = _motion_values(self.motion)
+        found = self._known.get((safety, motion))
+        if found is None:
+            found = self._known[safety, motion] = self._abstracted(safety, motion)
+        return found
+
+    def _abstracted(self, safety: tuple[Any, ...], motion: tuple[Any, ...]) -> State:
+        values = list(safety)
         for k, table in _TABLES:
             values[k] = table[values[k]]
         if self.relay_follows:
@@ -212,7 +238,7 @@ class Core:
             values[_OPEN] = min(1, values[_OPEN])
         if self.safety._relay_fitted and values[_AT["state"]] == codes.ARMED:
             values[_AT["_closed_ms"]] = min(1, values[_AT["_closed_ms"]])
-        return _renamed(values, list(_motion_values(self.motion)))
+        return _renamed(values, list(motion))
 
 
 def _renamed(values: list[Any], motion: list[Any]) -> State:
@@ -248,6 +274,12 @@ def _renamed(values: list[Any], motion: list[Any]) -> State:
 def get(state: State, name: str) -> Any:
     """A field of safety in an abstract state."""
     return state[_AT[name]]
+
+
+@functools.lru_cache(maxsize=4)
+def passable(state: State) -> tuple[str, ...]:
+    """The counters that are not at the end of their class yet."""
+    return tuple(name for name in PASSING if can_pass(state, name))
 
 
 def can_pass(state: State, name: str) -> bool:

@@ -66,7 +66,8 @@ def tick(
         "_idle_ms": before == codes.DISARMED or facts.new_session,
         "_neutral_ms": before == codes.DISARMED or facts.new_session,
     }
-    passed = [n for n, may in passing.items() if may and abstract.can_pass(state, n) and pick(2)]
+    passable = abstract.passable(state)
+    passed = [name for name in passable if passing[name] and pick(2)]
     if abstract.step_can_pass(state) and pick(2):
         passed.append("_elapsed_ms")
     core.load(state, tuple(passed))
@@ -74,9 +75,11 @@ def tick(
     running, spent = core.safety.edge, core.safety.spent_edge
     old = {OLD: OLD} if scope.all_commands else {}
     read = inputs.__dict__
+    known = read.get("_known", {})
     read.clear()
     read.update(
         _scope=scope,
+        _known=known,
         _choices=choices,
         _presses=tuple({0: 0, running: running, spent: spent, FRESH: FRESH, **old}),
         host_count=0 if mute else 1,

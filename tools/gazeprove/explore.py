@@ -58,6 +58,7 @@ def explore(scope: Scope, note: Callable[[str], None] = lambda text: None) -> Ex
                 motion.turn_permille,
                 scope.relay_fitted,
                 scope.simulated,
+                motion.linear_permille != 0 or motion.turn_permille != 0,
             )
             for invariant in INVARIANTS:
                 if not invariant(after):

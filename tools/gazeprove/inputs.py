@@ -32,6 +32,10 @@ _FEW_VERBS = (codes.STOP, codes.FORWARD, codes.LEFT)
 _ALL_VERBS = (*range(len(codes.VERBS)), len(codes.VERBS))  # and one that does not exist
 
 
+# Inputs whose values depend on more than the scope; what the others may be is kept for each scope.
+_EACH_TIME = ("mode", "edge", "stop_edge", "clearance_blocked")
+
+
 @dataclass(frozen=True)
 class Scope:
     """One exploration: which causes may strike, in any combination, at any time."""
@@ -97,9 +101,15 @@ class LazyInputs:
     _scope: Scope
     _choices: Choices
     _presses: tuple[int, ...]
+    _known: dict[str, tuple[Any, ...]]  # what an input may be in this scope, once asked
 
     def __getattr__(self, name: str) -> Any:
-        values = self._values(name)
+        known = self._known
+        values = known.get(name)
+        if values is None:
+            values = self._values(name)
+            if name not in _EACH_TIME:
+                known[name] = values
         value = values[self._choices.pick(len(values))] if len(values) > 1 else values[0]
         self.__dict__[name] = value
         return value

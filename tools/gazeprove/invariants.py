@@ -14,6 +14,8 @@ from gazeprove.seen import After, bits
 
 _HEADING = bits(codes.HEADING_FROZEN, codes.HEADING_BUS, codes.HEADING_RESET, codes.HEADING_JUMP)
 _WARNINGS = _HEADING | bits(codes.OBSTACLE_DATA_OLD)
+_RELAY = bits(codes.RELAY_OPEN, codes.RELAY_STUCK)
+_WIPER = bits(codes.WIPER)
 _ONLY_NEUTRAL = bits(codes.HOST_SILENT, codes.SERVICE_STALLED, codes.TILT, codes.TILT_UNKNOWN)
 _LATCHED = bits(
     codes.WIPER,
@@ -92,7 +94,7 @@ def turns_only_with_a_heading(a: After) -> bool:
 def motion_only_without_faults(a: After) -> bool:
     """No tilt, no emergency, no fault but warnings that leave this way possible (P11, P16)."""
     s = a.core.safety
-    faults = s.faults & ~_WARNINGS & ~(bits(codes.WIPER) if a.badly_written else 0)
+    faults = s.faults & ~_WARNINGS & ~(_WIPER if a.badly_written else 0)
     return not a.moving or (
         faults == 0
         and a.read.get("tilted") is False
@@ -254,17 +256,15 @@ def faults_say_what_is(a: After) -> bool:
         | unreal << codes.SIMULATED_SOURCE
         | s._standing
     )
-    relay = bits(codes.RELAY_OPEN, codes.RELAY_STUCK)
-    return bool(s.faults & ~_LATCHED & ~relay == expected)
+    return bool(s.faults & ~_LATCHED & ~_RELAY == expected)
 
 
 def relay_faults_stand_until_the_contact_is_open(a: After) -> bool:
     """Set while disarmed, they clear after half a second of an open contact and no enable line."""
     s = a.core.safety
-    relay = bits(codes.RELAY_OPEN, codes.RELAY_STUCK)
-    if a.core.relay_follows and s.faults & relay:
+    if a.core.relay_follows and s.faults & _RELAY:
         return False  # what abstract.Core.read() relies on
-    cleared = a.was["faults"] & relay and not s.faults & relay
+    cleared = a.was["faults"] & _RELAY and not s.faults & _RELAY
     return not cleared or (s._open_ms >= 500 and s._off_ms >= 500)
 
 

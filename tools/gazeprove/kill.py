@@ -2,167 +2,147 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
-import json
+import mmap
 import os
 import signal
+import struct
 import sys
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
-from pathlib import Path
-from types import CodeType, FrameType, ModuleType
-from typing import Any
+from dataclasses import dataclass, field
+from types import FunctionType, ModuleType
 
+from gazeprove.modules import MODULES, SUITES, TESTS
 from gazeprove.mutate import Mutant
-from gazesetup import ROOT
+from gazeprove.run_tests import Name, Ran, suite
+from gazeprove.statements import serve
 
-TESTS = ROOT / "tests" / "firmware"
-SUITES = tuple(sorted(path.stem for path in TESTS.glob("board_core_*.py")))
-MUTANT_LIMIT_S = 20.0
-_QUICK_SHARE = 0.002  # of the time of all tests: what a quick one takes at most
+# A test that takes so much longer than without a mutant does not end: processor time.
+_TIMES_AS_LONG = 5
+_AND_S = 0.5
+_LOADING_LIMIT_S = 20.0
+# Of a mutant that is listed as equivalent, the tests that take this long at most, in all.
+_QUICK_S = 0.02
+_QUICK_ALL_S = 1.0
 
-# Exit codes of a mutant's process; below these: the index of the test that killed it.
-_SURVIVED = 255
-_BROKEN = 254
-
-Test = Callable[[], None]
-
-
-def source_of(module: str) -> str:
-    """Text of a module of the firmware's core: "safety" or "motion"."""
-    return (ROOT / "firmware" / "gazeboard" / "core" / f"{module}.py").read_text()
+# What a mutant's process is at; from 0 on: the number of the test that runs.
+_BEGUN, _LOADING, _PASSED = -3, -2, -1
+_STORED = struct.Struct("i")
 
 
 @dataclass
-class Tests:
-    """The suites' tests in the order in which they are tried, and what each of them calls."""
+class Killer:
+    """Tries mutants, the tests that killed their neighbours first."""
 
-    order: list[tuple[str, str]]  # (suite, name)
-    calls: dict[tuple[str, str], set[str]]  # "module.function" of the core
-    seconds: dict[tuple[str, str], float]
-    always: set[str]  # what is called while the suites are loaded: concerns every test
+    ran: Ran
+    _by_line: dict[tuple[str, int], list[Name]] = field(default_factory=dict)
+    _by_module: dict[str, list[Name]] = field(default_factory=dict)
+    _killed: dict[tuple[str, str], list[Name]] = field(default_factory=dict)
+    _at: mmap.mmap = field(default_factory=lambda: mmap.mmap(-1, _STORED.size))
 
-    def of(self, module: str, function: str, quick: bool = False) -> list[tuple[str, str]]:
-        """Those that can tell a mutant of this function: all of them when none is known to.
+    def __post_init__(self) -> None:
+        for test in self.ran.fastest_first():
+            places = self.ran.by_test[test]
+            for line in {(place.module, place.line) for place in places if not place.way}:
+                self._by_line.setdefault(line, []).append(test)
+            for module in {place.module for place in places}:
+                self._by_module.setdefault(module, []).append(test)
+        for name in SUITES:
+            suite(name)
+        gc.freeze()  # a process for each mutant shares what there is
 
-        `quick` leaves out those that take long.
+    def survives(self, module: str, mutant: Mutant, listed: bool = False) -> bool:
+        """True when every test passes that runs what the mutant changes.
+
+        `listed` tries quick tests only: it is known why none can kill it.
         """
-        called = f"{module}.{function}"
-        order = [test for test in self.order if not quick or self._is_quick(test)]
-        if called in self.always:
-            return order
-        return [test for test in order if called in self.calls[test]] or order
+        if not mutant.path:
+            tests, put_in = self._by_module[module], _replace_module
+        else:
+            if self.ran.runs_loading(module, mutant.line):
+                raise RuntimeError(f"{module}.py:{mutant.line} runs before any test begins")
+            tests, put_in = self._by_line.get((module, mutant.line), []), _replace_function
+        tried = self._quick(tests) if listed else self._ordered(module, mutant, tests)
+        by = self._killer(lambda: put_in(module, mutant), tried)
+        if by is not None:
+            of = (module, mutant.where)
+            known = self._killed.setdefault(of, [])
+            with suppress(ValueError):
+                known.remove(by)
+            known.insert(0, by)
+        return by is None
 
-    def killed(self, test: tuple[str, str]) -> None:
-        """Try this one first, unless it takes long: it kills the mutant's neighbours too."""
-        if self._is_quick(test):
-            self.order.remove(test)
-            self.order.insert(0, test)
+    def _quick(self, tests: Sequence[Name]) -> list[Name]:
+        """The fastest of them, within what a listed mutant may take."""
+        chosen = []
+        left_s = _QUICK_ALL_S
+        for test in tests:
+            left_s -= self.ran.seconds[test]
+            if left_s > 0 and self.ran.seconds[test] <= _QUICK_S:
+                chosen.append(test)
+        return chosen
 
-    def _is_quick(self, test: tuple[str, str]) -> bool:
-        return self.seconds[test] <= _QUICK_SHARE * sum(self.seconds.values())
+    def _ordered(self, module: str, mutant: Mutant, tests: Sequence[Name]) -> list[Name]:
+        """Those that killed in the same function first, then the fastest."""
+        able = set(tests)
+        known = [test for test in self._killed.get((module, mutant.where), ()) if test in able]
+        first = set(known)
+        return known + [test for test in tests if test not in first]
 
+    def _killer(self, put_in: Callable[[], None], tests: Sequence[Name]) -> Name | None:
+        """The test that fails, or None. Raises RuntimeError when the mutant cannot be put in."""
+        if not tests:
+            return None
+        self._say(_BEGUN)
+        pid = os.fork()
+        if pid == 0:
+            with suppress(BaseException):
+                gc.disable()
+                put_in()
+                for number, test in enumerate(tests):
+                    self._run(number, test)
+                self._say(_PASSED)
+            os._exit(0)
+        os.waitpid(pid, 0)
+        at: int = _STORED.unpack(self._at[:])[0]
+        if at == _BEGUN:
+            raise RuntimeError("a mutant was not put in")
+        if at == _PASSED:
+            return None
+        return tests[max(0, at)]
 
-def known_tests() -> Tests:
-    """The suites' tests, fastest first. Raises AssertionError when one fails."""
-    answer, report = os.pipe()
-    pid = os.fork()
-    if pid == 0:
-        os.close(answer)
-        code = 1
-        with suppress(BaseException):
-            tests, always = _traced(_load)
-            took = []
-            for suite, name, test in tests:
-                start = time.perf_counter()
-                _, calls = _traced(test)
-                took.append((time.perf_counter() - start, suite, name, sorted(calls)))
-            with os.fdopen(report, "w") as pipe:
-                json.dump({"always": sorted(always), "took": sorted(took)}, pipe)
-            code = 0
-        os._exit(code)
-    os.close(report)
-    with os.fdopen(answer) as pipe:
-        text = pipe.read()
-    _, status = os.waitpid(pid, 0)
-    assert status == 0, "the core's tests fail without any mutant: run pytest tests/firmware"
-    known = json.loads(text)
-    by_test = {(suite, name): set(called) for _, suite, name, called in known["took"]}
-    seconds = {(suite, name): took for took, suite, name, _ in known["took"]}
-    return Tests(list(by_test), by_test, seconds, set(known["always"]))
+    def _run(self, number: int, test: Name) -> None:
+        """Run one test, in the mutant's process; its end by the clock is an end of the process."""
+        self._say(_LOADING)
+        signal.setitimer(signal.ITIMER_VIRTUAL, _LOADING_LIMIT_S)
+        function = getattr(suite(test[0]), test[1])
+        self._say(number)
+        signal.setitimer(signal.ITIMER_VIRTUAL, _TIMES_AS_LONG * self.ran.seconds[test] + _AND_S)
+        function()
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
 
-
-def _traced(work: Callable[[], Any]) -> tuple[Any, set[str]]:
-    """What `work` returns, and the functions of the core that it calls."""
-    called: set[CodeType] = set()
-
-    def on_event(frame: FrameType, event: str, _argument: object) -> None:
-        if event == "call":
-            called.add(frame.f_code)
-
-    sys.setprofile(on_event)
-    try:
-        result = work()
-    finally:
-        sys.setprofile(None)
-    core = {code for code in called if "/gazeboard/core/" in code.co_filename}
-    return result, {f"{Path(code.co_filename).stem}.{code.co_name}" for code in core}
-
-
-def survives(module: str, mutant: Mutant, tests: Tests, quick: bool = False) -> bool:
-    """True when every test passes with the module replaced by the mutant.
-
-    `quick` tries the quick tests only: for a mutant of which it is known why none can kill it.
-    """
-    tried = tests.of(module, mutant.where, quick)
-    pid = os.fork()
-    if pid == 0:
-        code = _BROKEN
-        with suppress(BaseException):
-            # A mutant may loop for ever; counted in its own time, however busy the machine is.
-            signal.setitimer(signal.ITIMER_VIRTUAL, MUTANT_LIMIT_S)
-            _forget_the_core()
-            target = importlib.import_module(f"gazeboard.core.{module}")
-            for name in [name for name in vars(target) if not name.startswith("__")]:
-                delattr(target, name)
-            exec(mutant.code, vars(target))
-            for code, (suite, name) in enumerate(tried):  # noqa: B007 - its last is the answer
-                getattr(_suite(suite), name)()
-            code = _SURVIVED
-        os._exit(code)
-    _, status = os.waitpid(pid, 0)
-    code = os.waitstatus_to_exitcode(status)
-    if 0 <= code < len(tried):
-        tests.killed(tried[code])
-    return code == _SURVIVED
+    def _say(self, number: int) -> None:
+        self._at[:] = _STORED.pack(number)
 
 
-def _forget_the_core() -> None:
-    """What is imported from now on takes the mutant for the module."""
-    for name in [name for name in sys.modules if name.partition(".")[0] == "gazeboard"]:
+def _replace_function(module: str, mutant: Mutant) -> None:
+    """Everybody who has the function has the mutant: only its code is another."""
+    found: object = importlib.import_module(MODULES[module])
+    for name in mutant.path:
+        found = vars(found)[name]
+    assert isinstance(found, FunctionType)
+    found.__code__ = mutant.code
+
+
+def _replace_module(module: str, mutant: Mutant) -> None:
+    """Everybody loads the mutant for the module, and everything that uses it anew."""
+    for name in [name for name, found in sys.modules.items() if _is_of_the_tests(found)]:
         del sys.modules[name]
+    serve({module: mutant.code}, {})
 
 
-def _load() -> list[tuple[str, str, Test]]:
-    """All tests of the suites."""
-    tests: list[tuple[str, str, Test]] = []
-    for suite in SUITES:
-        module = _suite(suite)
-        names = [name for name in vars(module) if name.startswith("test_")]
-        tests += [(suite, name, getattr(module, name)) for name in names]
-    return tests
-
-
-def _suite(name: str) -> ModuleType:
-    """Import a suite afresh: called in a forked process only."""
-    for folder in (TESTS, TESTS.parent):
-        if str(folder) not in sys.path:
-            sys.path.insert(0, str(folder))
-    return importlib.import_module(name)
-
-
-def suite_files() -> list[Path]:
-    """Files of the tests that mutants must not survive."""
-    return [TESTS / f"{suite}.py" for suite in SUITES]
+def _is_of_the_tests(module: ModuleType) -> bool:
+    """A suite, or what suites share."""
+    return (getattr(module, "__file__", None) or "").startswith(f"{TESTS.parent}/")

@@ -7,6 +7,7 @@ import copy
 from collections.abc import Iterator
 from dataclasses import dataclass
 from types import CodeType
+from typing import TypeVar
 
 _COMPARED: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
     ast.Eq: (ast.NotEq, ast.LtE, ast.GtE),
@@ -28,6 +29,8 @@ _COMPUTED: dict[type[ast.operator], type[ast.operator]] = {
 _SWAPPED = {"min": "max", "max": "min"}
 _NAMED_NUMBERS = ("codes", "limits")  # modules whose attributes are numbers
 
+_Node = TypeVar("_Node", bound=ast.AST)
+
 
 @dataclass(frozen=True)
 class Mutant:
@@ -36,6 +39,7 @@ class Mutant:
     where: str
     line: int
     change: str
+    path: tuple[str, ...]  # to the function that `code` is for; (): the whole module's
     code: CodeType
 
     @property
@@ -46,25 +50,40 @@ class Mutant:
 
 def mutants(source: str, every: int = 1, first: int = 0) -> Iterator[Mutant]:
     """One in `every` mutants of a module's source from number `first` on, compiled."""
-    for number, (where, line, change, tree) in enumerate(changes(source)):
+    for number, change in enumerate(changes(source)):
         if number % every == first:
-            yield Mutant(where, line, change, compile(tree, "mutant", "exec"))
+            code = _code_of(change.tree, change.path)
+            yield Mutant(change.where, change.line, change.text, change.path, code)
+
+
+def unchanged(source: str) -> Mutant:
+    """The module as it is: what no test may kill."""
+    return Mutant("module", 0, "nothing", (), compile(source, "unchanged", "exec"))
 
 
 def keys(source: str) -> set[tuple[str, str]]:
     """The keys of all mutants of a module's source."""
-    return {(where, change) for where, _, change, _ in changes(source)}
+    return {(change.where, change.text) for change in changes(source)}
 
 
-def changes(source: str) -> Iterator[tuple[str, int, str, ast.Module]]:
-    """(function, line, change, tree) of each mutant. Of those that read the same only the first.
+@dataclass(frozen=True)
+class Change:
+    """One change: `tree` is the changed module's until the next change is asked for."""
 
-    The tree is the mutant's until the next one is asked for.
-    """
+    where: str
+    line: int
+    text: str
+    path: tuple[str, ...]
+    tree: ast.Module
+
+
+def changes(source: str) -> Iterator[Change]:
+    """Every change to a module. Of those that read the same only the first."""
     tree = ast.parse(source)
     places = _places(tree)
     functions = _functions(tree)
     seen: set[tuple[int, str]] = set()
+    alike: dict[tuple[str, str], int] = {}  # where a function has the same line twice
     for node in list(ast.walk(tree)):
         if not isinstance(node, (ast.expr, ast.stmt)):
             continue
@@ -77,8 +96,43 @@ def changes(source: str) -> Iterator[tuple[str, int, str, ast.Module]]:
             line = statement.lineno
             if after != before and (line, after) not in seen:
                 seen.add((line, after))
-                yield functions.get(line, "module"), line, f"{before}  ->  {after}", tree
+                where = functions.get(line, "module")
+                text = f"{before}  ->  {after}"
+                count = alike[where, text] = alike.get((where, text), 0) + 1
+                text += f"  ({count})" if count > 1 else ""
+                yield Change(where, line, text, _path(statement, places), tree)
             places[node].put(node)
+
+
+def _path(statement: ast.stmt, places: dict[ast.AST, _Place]) -> tuple[str, ...]:
+    """Names of the class, if any, and the outermost function in whose body the statement is.
+
+    (): it is in none, or it is a function's own head, which runs when the module is loaded.
+    """
+    names: list[str] = []
+    node: ast.AST = statement
+    while not isinstance(node, ast.Module):
+        parent = places[node].parent
+        if isinstance(parent, ast.FunctionDef) and places[node].field == "body":
+            names = [parent.name]
+        elif isinstance(parent, ast.ClassDef) and names:
+            names = [parent.name, *names]
+        node = parent
+    return tuple(names)
+
+
+def _code_of(tree: ast.Module, path: tuple[str, ...]) -> CodeType:
+    """The code of the function at `path`, compiled without the rest of the module."""
+    if not path:
+        return compile(tree, "mutant", "exec")
+    scope: ast.AST = tree
+    for name in path:
+        assert isinstance(scope, (ast.Module, ast.ClassDef))
+        kinds = (ast.ClassDef, ast.FunctionDef)
+        scope = next(node for node in scope.body if isinstance(node, kinds) and node.name == name)
+    assert isinstance(scope, ast.FunctionDef)
+    code = compile(ast.Module([_with(scope, decorator_list=[])], []), "mutant", "exec")
+    return next(part for part in code.co_consts if isinstance(part, CodeType))
 
 
 @dataclass(frozen=True)
@@ -172,7 +226,7 @@ def _is_number(node: ast.Attribute) -> bool:
     )
 
 
-def _with(node: ast.AST, **fields: object) -> ast.AST:
+def _with(node: _Node, **fields: object) -> _Node:
     made = copy.copy(node)
     for name, value in fields.items():
         setattr(made, name, value)

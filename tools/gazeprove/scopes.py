@@ -5,7 +5,6 @@ from __future__ import annotations
 from gazelink import codes
 from gazeprove.inputs import CAUSES, Scope
 
-_QUICK = ("stop",)
 # Those that meet in the same lines of the core; all others meet in the random runs only.
 _PAIRS = (
     ("emergency", "exception"),
@@ -27,12 +26,12 @@ def _of(*causes: str) -> Scope:
 
 def scopes(quick: bool) -> list[Scope]:
     """The explorations of the quick or of the full form."""
-    alone = [_of(cause) for cause in (_QUICK if quick else CAUSES)]
-    base = [Scope("nothing goes wrong"), *alone]
+    nothing = Scope("nothing goes wrong")
     if quick:
-        return base
+        return [nothing]
     return [
-        *base,
+        nothing,
+        *map(_of, CAUSES),
         Scope("every command and order", all_commands=True),
         Scope("no relay feedback", frozenset({"wiper"}), relay_fitted=False),
         Scope("a contact that nobody fitted", frozenset({"relay"}), relay_fitted=False),

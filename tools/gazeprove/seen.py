@@ -25,6 +25,7 @@ class After(NamedTuple):
     turn: int
     fitted: bool
     simulated: bool
+    moving: bool  # a wiper was written that is not neutral
 
     @property
     def reset(self) -> bool:
@@ -43,8 +44,3 @@ class After(NamedTuple):
     def badly_written(self) -> bool:
         """The wipers were not read back as written, now or too often."""
         return not self.facts.verified or self.facts.often
-
-    @property
-    def moving(self) -> bool:
-        """A wiper was written that is not neutral."""
-        return self.linear != 0 or self.turn != 0

@@ -224,6 +224,7 @@ class Walk:
             motion.turn_permille,
             scope.relay_fitted,
             scope.simulated,
+            motion.linear_permille != 0 or motion.turn_permille != 0,
         )
 
 

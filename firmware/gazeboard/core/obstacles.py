@@ -197,7 +197,7 @@ class Obstacles:
             if not judges:
                 self._judge_arcs(i, trusted)
             return
-        at = _RIGHT if phase == _JUDGE_RIGHT else phase >> 1
+        at = phase >> 1
         way = self._ways[at]
         stopping = self._stopping[at + 4 if trusted or (sluggish and at >= _LEFT) else at]
         if phase & 1 or phase == _JUDGE_RIGHT:

@@ -1,0 +1,50 @@
+"""What the mutants are made of: the modules proven by their own tests, and those tests."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from gazesetup import ROOT
+
+_FIRMWARE = ROOT / "firmware"
+TESTS = ROOT / "tests" / "firmware"
+
+# name -> as Python imports it
+MODULES = {
+    name: f"gazeboard.core.{name}"
+    for name in (
+        "tick",
+        "safety",
+        "ages",
+        "motion",
+        "obstacles",
+        "speed",
+        "stopping",
+        "bypass",
+        "obedience",
+        "zone",
+        "tilt",
+        "tick_clock",
+    )
+}
+# Tests that a mutant must not survive: each calls the modules themselves, none a whole board.
+SUITES = (
+    *sorted(path.stem for path in TESTS.glob("board_core_*.py")),
+    "board_profile_check",
+    "board_tick_clock",
+)
+
+
+def file_of(module: str) -> Path:
+    """Where a module of MODULES is."""
+    return _FIRMWARE / (MODULES[module].replace(".", "/") + ".py")
+
+
+def source_of(module: str) -> str:
+    """Its text."""
+    return file_of(module).read_text()
+
+
+def suite_files() -> list[Path]:
+    """The files of the suites."""
+    return [TESTS / f"{suite}.py" for suite in SUITES]

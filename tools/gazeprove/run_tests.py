@@ -1,0 +1,83 @@
+"""Runs the core's own tests once: how long each takes, and which statements it runs."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import os
+import pickle
+import sys
+import time
+import traceback
+from dataclasses import dataclass, field
+from types import ModuleType
+
+from gazeprove.modules import MODULES, SUITES, TESTS
+from gazeprove.statements import Mark, Marked
+
+Name = tuple[str, str]  # of a test: suite, function
+
+
+@dataclass
+class Ran:
+    """What one run of all tests came to."""
+
+    places: list[Mark] = field(default_factory=list)
+    loading: set[Mark] = field(default_factory=set)  # ran while the suites were loaded
+    by_test: dict[Name, set[Mark]] = field(default_factory=dict)
+    seconds: dict[Name, float] = field(default_factory=dict)  # processor time
+    failed: str = ""
+
+    def runs_loading(self, module: str, line: int) -> bool:
+        """Whether the statement at this line runs while the suites are loaded."""
+        return Mark(module, line, "") in self.loading
+
+    def fastest_first(self) -> list[Name]:
+        """All tests."""
+        return sorted(self.seconds, key=self.seconds.__getitem__)
+
+
+@functools.cache
+def run_tests() -> Ran:
+    """Run all suites once, in a process of its own. Raises RuntimeError when a test fails."""
+    answer, report = os.pipe()
+    pid = os.fork()
+    if pid == 0:
+        os.close(answer)
+        ran = Ran()
+        try:
+            _run(ran)
+        except BaseException:
+            ran.failed = traceback.format_exc()
+        with os.fdopen(report, "wb") as pipe:
+            pickle.dump(ran, pipe)
+        os._exit(0)
+    os.close(report)
+    with os.fdopen(answer, "rb") as pipe:
+        found: Ran = pickle.load(pipe)
+    os.waitpid(pid, 0)
+    if found.failed:
+        raise RuntimeError(f"the core's tests fail without any mutant:\n{found.failed}")
+    return found
+
+
+def _run(ran: Ran) -> None:
+    marked = Marked(tuple(MODULES))
+    ran.places = marked.places
+    marked.install()
+    suites = {name: suite(name) for name in SUITES}
+    ran.loading = marked.ran()
+    for name, module in suites.items():
+        for test in [test for test in vars(module) if test.startswith("test_")]:
+            start = time.process_time()
+            getattr(module, test)()
+            ran.seconds[name, test] = time.process_time() - start
+            ran.by_test[name, test] = marked.ran()
+
+
+def suite(name: str) -> ModuleType:
+    """Import a suite: only in a process that ends with what it did."""
+    for folder in (TESTS, TESTS.parent):
+        if str(folder) not in sys.path:
+            sys.path.insert(0, str(folder))
+    return importlib.import_module(name)
