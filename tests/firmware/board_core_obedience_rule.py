@@ -8,6 +8,7 @@ from gazeboard.io.settings import Settings
 
 SAMPLE_MS = 10
 AFTER_TICKS = 5  # a sample is judged so long after it came
+REST_AT, FALL_AT = 4, 8  # where Obedience keeps them
 FULL_Q4 = 910 * 5 // 4  # a quarter above the fastest row of all profiles
 FALL_Q4 = FULL_Q4 * SAMPLE_MS // limits.OBEY_FALL_MS
 OUTPUTS = (0, 0, 1000, -1000, 500, -500, 200, -200, 1, -1)
@@ -121,7 +122,7 @@ def test_what_is_tripped_is_what_the_rule_says():
             expected = armed and rule.trips(rate, faulty)
             assert watch.step(inputs, linear, turn, armed) is expected
             assert watch.step(inputs, linear, turn, armed) is False  # no sample, no judgement
-            assert watch._rest_ms <= limits.OBEY_COAST_MS
+            assert watch._words[REST_AT] <= limits.OBEY_COAST_MS
             tripped += expected
         assert tripped > 3
 
@@ -167,7 +168,7 @@ def test_it_falls_from_full_to_nothing_within_its_time():
     for rate_q4, fall_q4 in ((1079, 8), (1080, 9), (2399, 19), (2400, 20)):
         settings = Settings()
         settings.p1_2_right_q4_dps = rate_q4
-        assert Obedience(settings)._fall_q4 == fall_q4
+        assert Obedience(settings)._words[FALL_AT] == fall_q4
 
 
 def test_what_was_held_before_it_was_disarmed_counts_no_more():
@@ -203,6 +204,21 @@ def test_the_least_turn_to_the_left_is_held_like_any_other():
             trips = watch.step(inputs, 0, 1 if samples == 0 else 0, True)
         samples += 1
     assert samples * SAMPLE_MS == limits.OBEY_HOLD_MS + limits.OBEY_MS + SAMPLE_MS
+
+
+def test_what_a_turn_asks_for_is_rounded_to_the_right():
+    # 73 permille of 1137 are 83.001.
+    for turn, limit in ((73, 83), (-73, 84)):
+        for over in (0, 1):
+            inputs = Inputs()
+            watch = Obedience(Settings())
+            trips = 0
+            for _ in range(60):
+                inputs.heading_count += 1
+                inputs.rate_q4 = (limit + limits.OBEY_MOVING_Q4_DPS + over) * (turn // 73)
+                for _ in range(AFTER_TICKS + 1):
+                    trips += watch.step(inputs, 0, turn, True)
+            assert trips == over
 
 
 def test_what_it_rested_before_it_was_disarmed_counts_no_more():

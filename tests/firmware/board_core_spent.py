@@ -1,7 +1,7 @@
 # The safety core: which presses are spent by stops and sessions, and what is taken back to nothing.
 
 from corerig import Core, refused
-from gazeboard.core import limits
+from gazeboard.core import ages, limits
 from gazelink import codes
 
 
@@ -79,12 +79,29 @@ def test_a_command_whose_time_has_run_out_stays_so():
     core.arm()
     core.command(3)
     core.run(10)
-    assert core.safety.ttl_ms == 0
+    assert core.safety._words[ages.TTL] == 0
     core.i.verb = codes.FORWARD
     core.i.mode = codes.CONTINUOUS
     core.i.edge = 9
     core.i.owner = codes.DRIVER
     assert refused(core, codes.COMMAND_EXPIRED)
+
+
+def test_letting_go_is_neutral_in_its_tick_and_stays_so():
+    for mode in (codes.STEP, codes.CONTINUOUS):
+        for verb in range(codes.FORWARD, codes.DRIVE + 1):
+            core = Core()
+            core.i.linear_permille = 300
+            core.i.turn_permille = 100
+            core.drive(verb, mode)
+            core.run(20)
+            assert core.moving()
+            core.release()
+            for _ in range(3):
+                core.tick()
+                assert not core.moving(), (verb, mode)
+                assert not core.safety.permitted
+                assert core.safety.override == codes.NO_REASON
 
 
 def test_what_moves_says_nothing_and_neither_does_a_stop():
@@ -111,11 +128,20 @@ def test_a_neutral_that_moved_is_proven_for_its_whole_time():
     core.make_ready()
     core.safety.neutral_moved()
     core.tick()
-    assert core.safety._neutral_ms == 1
+    assert core.safety._words[ages.NEUTRAL] == 1
     core.run(limits.NEUTRAL_PROVEN_MS - 1)
     assert core.safety.arm_reason == codes.NEUTRAL_NOT_PROVEN
     core.tick()
     assert core.safety.arm_reason == codes.NO_REASON
+
+
+def test_neutral_is_proven_for_a_minute_at_most():
+    core = Core()
+    core.see()
+    for ms, after in ((0, 1), (59999, 60000), (60000, 60000), (59998, 59999)):
+        core.safety._words[ages.NEUTRAL] = ms
+        core.tick()
+        assert core.safety._words[ages.NEUTRAL] == after
 
 
 def test_a_contact_is_judged_anew_when_it_is_said_again_that_none_is_fitted():

@@ -16,7 +16,7 @@ from types import FunctionType, ModuleType
 
 from gazeprove.modules import MODULES, SUITES, TESTS
 from gazeprove.mutate import Mutant
-from gazeprove.run_tests import Name, Ran, suite
+from gazeprove.run_tests import Name, Ran, call, suite
 from gazeprove.statements import serve
 
 # A test that takes so much longer than without a mutant does not end: processor time.
@@ -26,6 +26,9 @@ _LOADING_LIMIT_S = 20.0
 # Of a mutant that is listed as equivalent, the tests that take this long at most, in all.
 _QUICK_S = 0.02
 _QUICK_ALL_S = 1.0
+
+_ANYWHERE = ""  # in a module
+_NEIGHBOURS = 5
 
 # What a mutant's process is at; from 0 on: the number of the test that runs.
 _BEGUN, _LOADING, _PASSED = -3, -2, -1
@@ -67,11 +70,11 @@ class Killer:
         tried = self._quick(tests) if listed else self._ordered(module, mutant, tests)
         by = self._killer(lambda: put_in(module, mutant), tried)
         if by is not None:
-            of = (module, mutant.where)
-            known = self._killed.setdefault(of, [])
-            with suppress(ValueError):
-                known.remove(by)
-            known.insert(0, by)
+            for of in ((module, mutant.where), (module, _ANYWHERE)):
+                known = self._killed.setdefault(of, [])
+                with suppress(ValueError):
+                    known.remove(by)
+                known.insert(0, by)
         return by is None
 
     def _quick(self, tests: Sequence[Name]) -> list[Name]:
@@ -85,11 +88,11 @@ class Killer:
         return chosen
 
     def _ordered(self, module: str, mutant: Mutant, tests: Sequence[Name]) -> list[Name]:
-        """Those that killed in the same function first, then the fastest."""
+        """Those that killed in the same function first, then in the module, then the fastest."""
+        near = self._killed.get((module, mutant.where), [])
+        known = [*near, *self._killed.get((module, _ANYWHERE), [])[:_NEIGHBOURS]]
         able = set(tests)
-        known = [test for test in self._killed.get((module, mutant.where), ()) if test in able]
-        first = set(known)
-        return known + [test for test in tests if test not in first]
+        return [test for test in dict.fromkeys((*known, *tests)) if test in able]
 
     def _killer(self, put_in: Callable[[], None], tests: Sequence[Name]) -> Name | None:
         """The test that fails, or None. Raises RuntimeError when the mutant cannot be put in."""
@@ -117,10 +120,10 @@ class Killer:
         """Run one test, in the mutant's process; its end by the clock is an end of the process."""
         self._say(_LOADING)
         signal.setitimer(signal.ITIMER_VIRTUAL, _LOADING_LIMIT_S)
-        function = getattr(suite(test[0]), test[1])
+        module = suite(test[0])
         self._say(number)
         signal.setitimer(signal.ITIMER_VIRTUAL, _TIMES_AS_LONG * self.ran.seconds[test] + _AND_S)
-        function()
+        call(module, test[1])
         signal.setitimer(signal.ITIMER_VIRTUAL, 0)
 
     def _say(self, number: int) -> None:

@@ -32,6 +32,7 @@ SUITES = (
     *sorted(path.stem for path in TESTS.glob("board_core_*.py")),
     "board_profile_check",
     "board_tick_clock",
+    "test_tick_twins",
 )
 
 

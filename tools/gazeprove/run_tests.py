@@ -11,6 +11,7 @@ import time
 import traceback
 from dataclasses import dataclass, field
 from types import ModuleType
+from typing import Any
 
 from gazeprove.modules import MODULES, SUITES, TESTS
 from gazeprove.statements import Mark, Marked
@@ -68,11 +69,38 @@ def _run(ran: Ran) -> None:
     suites = {name: suite(name) for name in SUITES}
     ran.loading = marked.ran()
     for name, module in suites.items():
-        for test in [test for test in vars(module) if test.startswith("test_")]:
+        for test in _names(module):
             start = time.process_time()
-            getattr(module, test)()
+            call(module, test)
             ran.seconds[name, test] = time.process_time() - start
             ran.by_test[name, test] = marked.ran()
+
+
+def _names(module: ModuleType) -> list[str]:
+    """The module's tests; with a parameter, one for each of its values: `test_name[2]`."""
+    names = []
+    for name, function in vars(module).items():
+        if name.startswith("test_"):
+            values = _values(function)
+            names += [name] if values is None else [f"{name}[{at}]" for at in range(len(values))]
+    return names
+
+
+def call(module: ModuleType, name: str) -> None:
+    """Run one test of a suite."""
+    plain, _, at = name.rstrip("]").partition("[")
+    function = getattr(module, plain)
+    values = _values(function)
+    if values is None:
+        function()
+    else:
+        function(values[int(at)])
+
+
+def _values(function: Any) -> list[Any] | None:
+    """What pytest gives the test, one after the other; None: nothing."""
+    marks = [mark for mark in getattr(function, "pytestmark", ()) if mark.name == "parametrize"]
+    return list(marks[0].args[1]) if marks else None
 
 
 def suite(name: str) -> ModuleType:
