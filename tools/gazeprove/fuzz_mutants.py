@@ -46,8 +46,8 @@ PLANTED = (
     ),
     Planted(
         "heading faults ignored",
-        _SAFETY,
-        "faults |= i.heading_faults & codes.HEADING_FAULTS",
+        _AGES,
+        "faults |= int(i.heading_faults) & int(codes.HEADING_FAULTS)",
         "faults |= 0",
     ),
     Planted(
@@ -93,7 +93,7 @@ PLANTED = (
         "                self.trip(codes.WIPER)\n            return self.enable",
     ),
     Planted("stop of others ignored", _SAFETY, "if stopped or stops:", "if False:"),
-    Planted("tilt ignored", _SAFETY, "faults |= 1 << codes.TILT", "faults |= 0"),
+    Planted("tilt ignored", _AGES, "faults |= 1 << int(codes.TILT)", "faults |= 0"),
     Planted(
         "service stalled later",
         _LIMITS,
