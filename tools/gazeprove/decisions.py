@@ -23,6 +23,7 @@ _FIELDS = (
     "clearance_right_q4",
 )
 _STORIES = 10
+_ROUNDED = 3  # units: the way moved and both terms of the way to stop are each rounded down
 
 
 @dataclass
@@ -154,7 +155,7 @@ def _broken(c: Case, stopping: Stopping) -> list[str]:
         "a blocked bit lets nothing pass without a bypass": (
             not c.blocked or c.cap == (creep if creeping else 0)
         ),
-        "nothing is let pass that cannot stop": c.cap == 0 or creeping or left >= stop - 2,
+        "nothing is let pass that cannot stop": c.cap == 0 or creeping or left > stop - _ROUNDED,
         "an arc never seen is crept into": not c.unseen or c.cap <= creep,
         "a bypass creeps": not c.bypass or c.cap <= max(creep, stopping.permille[max(0, c.after)]),
         "a bypass of a slow chair is creep": not creeping or c.cap == creep,
