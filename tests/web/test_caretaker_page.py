@@ -196,7 +196,9 @@ def test_a_call_for_help_is_heard_felt_and_answered(caretaker, artefact):
         "window.tones = 0; const start = OscillatorNode.prototype.start;"
         "OscillatorNode.prototype.start = function(t) { tones += 1; start.call(this, t); } }"
     )
-    caretaker.page.locator("#sound").click()
+    # A page that was asked something before its sound began counts as touched: it sounds already.
+    if caretaker.data("audible") == "false":
+        caretaker.page.locator("#sound").click()
     wait_until(lambda: not caretaker.page.locator("#sound").is_visible(), "sound to be on")
     caretaker.state(call=True)
     caretaker.advance(4500)
@@ -230,8 +232,8 @@ def test_a_viewer_has_no_controls(page, host, artefact):
     host.state.update(you=False)
     viewer = Driver(page, host)
     viewer.open("caretaker")
-    assert page.locator("button:visible").count() == 1  # sound
-    assert page.locator("#sound").is_visible()
+    assert page.locator("button:visible:not(#sound)").count() == 0
+    assert page.locator("#sound").is_visible() == (viewer.data("audible") == "false")
     assert viewer.page.locator(".watching").is_visible()
     viewer.page.keyboard.press("ArrowUp")
     assert viewer.heard("drive", "stop") == []

@@ -130,8 +130,9 @@ def test_the_firmware_keeps_its_lines_and_its_methods() -> None:
         for line in ast.walk(ast.parse(file.read_text())):
             if isinstance(line, (ast.FunctionDef, ast.ClassDef)):
                 assert now[line.lineno - 1] == was[line.lineno - 1]
-    assert "_Safety_judge_command(self, i)" in texts["gazeboard/core/safety.py"]
-    assert "older(" not in texts["gazeboard/core/safety.py"].replace("def older(", "")
+    assert "_Safety_judge_command(self, i, " in texts["gazeboard/core/safety.py"]
+    assert "wrapped(" in sources.files["gazeboard/core/motion.py"].read_text()
+    assert "wrapped(" not in texts["gazeboard/core/motion.py"]
 
 
 FILES = sorted(TESTS.glob("firmware/board_*.py"))
