@@ -82,10 +82,8 @@ class Check:
         released_s = time.monotonic()
         self._driver.release()
         self._driver.rest()
-        self._sim.wait(lambda t: tuple(t["wipers"]) == NEUTRAL, 2, "neutral wipers after leaving")
-        entries = self._sim.do("wiper_log", since=mark)["entries"]
-        neutral_s = next(e[1] for e in entries if (e[2], e[3]) == NEUTRAL)
-        self.figures["leave_to_neutral_ms"] = round(1000 * (neutral_s - released_s), 1)
+        took_ms = self._neutral_ms(mark, released_s, 2, "neutral wipers after leaving")
+        self.figures["leave_to_neutral_ms"] = round(took_ms, 1)
         end = self._sim.wait(lambda t: t["speed_m_s"] == 0, 5, "the chair stands")
         self.figures["forward_m"] = round(_distance(start, end), 2)
         assert self.figures["forward_m"] > 0.1, "it did not get anywhere"
@@ -132,9 +130,7 @@ class Check:
         mark = self._sim.do("wiper_log", since=0)["last"]
         pulled_s = time.monotonic()
         self._sim.do("pull_cable")
-        self._sim.wait(lambda t: tuple(t["wipers"]) == NEUTRAL, 3, "neutral without the cable")
-        entries = self._sim.do("wiper_log", since=mark)["entries"]
-        took_ms = 1000 * (next(e[1] for e in entries if (e[2], e[3]) == NEUTRAL) - pulled_s)
+        took_ms = self._neutral_ms(mark, pulled_s, 3, "neutral without the cable")
         self.figures["cable_to_neutral_ms"] = round(took_ms, 1)
         limit_ms = _HOST_SILENT_MS + _SIM_STEP_MS
         self.figures["cable_within_promise"] = took_ms <= limit_ms
@@ -182,6 +178,14 @@ class Check:
             self._quiet()
             if self._disarmed():
                 self.arm()
+
+    def _neutral_ms(self, mark: int, since_s: float, limit_s: float, what: str) -> float:
+        """Waits for neutral wipers; how long after `since_s` the first ones after `mark` came."""
+        self._sim.wait(lambda t: tuple(t["wipers"]) == NEUTRAL, limit_s, what)
+        entries = self._sim.do("wiper_log", since=mark)["entries"]
+        times_s = [e[1] for e in entries if (e[2], e[3]) == NEUTRAL]
+        assert times_s, f"{what}: they were neutral before; a stall of this PC ended the press"
+        return 1000 * (float(times_s[0]) - since_s)
 
     def _disarmed(self) -> bool:
         return self._driver.data("state") == "disarmed"
