@@ -31,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return int(options.act(options))
     except ConfigError as error:
-        return _refuse(str(error))
+        return refuse(str(error))
 
 
 class _Version(argparse.Action):
@@ -115,7 +115,7 @@ def _parser() -> argparse.ArgumentParser:
         try:
             added.load()(commands)
         except Exception as error:  # code from outside; the other commands continue
-            _refuse(f"the command {added.name} of {added.value} cannot be loaded: {error}")
+            refuse(f"the command {added.name} of {added.value} cannot be loaded: {error}")
     return parser
 
 
@@ -136,7 +136,7 @@ def _run(options: argparse.Namespace) -> int:
     try:
         daemon.start()
     except WebError as error:
-        return _refuse(str(error))
+        return refuse(str(error))
     try:
         print(f"gazechair: the driver's page is at {daemon.url}", flush=True)
         if invitation := daemon.invitation():
@@ -161,7 +161,7 @@ def _pair(options: argparse.Namespace) -> int:
         else:
             pair.make_code(folder, options.role, print)
     except pair.PairError as error:
-        return _refuse(str(error))
+        return refuse(str(error))
     return 0
 
 
@@ -189,7 +189,7 @@ def _settings(options: argparse.Namespace) -> int:
                 board.save_heading()
             print(board_settings.as_text(board.all()))
     except board_settings.SettingsError as error:
-        return _refuse(str(error))
+        return refuse(str(error))
     return 0
 
 
@@ -201,7 +201,7 @@ def _flash(options: argparse.Namespace) -> int:
             options.port, options.dry_run, options.force
         )
     except FlashError as error:
-        return _refuse(str(error))
+        return refuse(str(error))
     return 0
 
 
@@ -223,7 +223,7 @@ def _bench(options: argparse.Namespace) -> int:
         finally:
             bus.close()
     except BenchError as error:
-        return _refuse(str(error))
+        return refuse(str(error))
     if options.json:
         print(bench.as_json())
     return 0 if good else 1
@@ -237,9 +237,9 @@ def _calibrate_heading(options: argparse.Namespace) -> int:
     try:
         HeadingCalibration(lambda line: print(line, flush=True)).run(options.port, options.seconds)
     except (CalibrateError, FlashError, SettingsError) as error:
-        return _refuse(str(error))
+        return refuse(str(error))
     except KeyboardInterrupt:
-        return _refuse("stopped; the board keeps the calibration it had")
+        return refuse("stopped; the board keeps the calibration it had")
     return 0
 
 
@@ -253,9 +253,9 @@ def _calibrate_joystick(options: argparse.Namespace) -> int:
                 board, lambda line: print(line, flush=True), sys.stdin.readline
             ).run()
     except (CalibrateError, board_settings.SettingsError) as error:
-        return _refuse(str(error))
+        return refuse(str(error))
     except KeyboardInterrupt:
-        return _refuse("stopped; the neutral counts are as before")
+        return refuse("stopped; the neutral counts are as before")
     return 0
 
 
@@ -268,9 +268,9 @@ def _tune(options: argparse.Namespace) -> int:
     try:
         tune(settings, options.profile, options.dry_run, lambda line: print(line, flush=True))
     except (SettingsError, TuneError) as error:
-        return _refuse(str(error))
+        return refuse(str(error))
     except KeyboardInterrupt:
-        return _refuse("stopped; nothing was changed")
+        return refuse("stopped; nothing was changed")
     return 0
 
 
@@ -279,6 +279,7 @@ def _config(options: argparse.Namespace) -> int:
     return 0
 
 
-def _refuse(line: str) -> int:
+def refuse(line: str) -> int:
+    """Say in one line why a command cannot do what it was asked for; its exit code."""
     print(f"gazechair: {line}", file=sys.stderr)
     return 2

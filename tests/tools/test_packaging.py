@@ -5,16 +5,16 @@ import sys
 import pytest
 
 import gazesetup
+from gazesetup.paths import SOURCE_ROOTS
 
 if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
 
-ROOTS = ("protocol", "firmware", "host", "tools")
 PACKAGES = [
     f"{root}/{folder.name}"
-    for root in ROOTS
+    for root in SOURCE_ROOTS
     for folder in sorted((gazesetup.ROOT / root).glob("gaze*"))
     if folder.is_dir() and any(folder.glob("*.py"))
 ]
@@ -43,7 +43,7 @@ def test_every_package_has_a_name_of_its_own() -> None:
     """Nothing generic lands among other people's packages, and setup.py takes gaze* only."""
     found = {
         folder.parent.name
-        for root in ROOTS
+        for root in SOURCE_ROOTS
         for folder in (gazesetup.ROOT / root).glob("*/__init__.py")
     }
     assert found

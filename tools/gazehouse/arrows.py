@@ -10,9 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from gazesetup import ROOT
-
-SOURCE_ROOTS = ("protocol", "firmware", "host", "tools")
+from gazesetup.paths import ROOT, SOURCE_ROOTS
 
 # Every room above those that it may import from, one line a storey: top to bottom.
 STOREYS: tuple[tuple[str, ...], ...] = (

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from typing import Any
 
 import gazemeasure
+from gazechair.cli import refuse
 
 
 def add(commands: Any) -> None:
@@ -21,15 +21,10 @@ def add(commands: Any) -> None:
 def _measure(options: argparse.Namespace) -> int:
     if options.name not in gazemeasure.BENCHMARKS:
         known = "; ".join(f"{name}: {row[1]}" for name, row in gazemeasure.BENCHMARKS.items())
-        return _refuse(f"no benchmark {options.name!r}; there are {known}")
+        return refuse(f"no benchmark {options.name!r}; there are {known}")
     try:
         report = gazemeasure.run(options.name, options.quick)
     except ImportError as error:
-        return _refuse(f"measure needs the extras sim and test: {error}")
+        return refuse(f"measure needs the extras sim and test: {error}")
     print(report.json() if options.json else report.table())
     return 0 if report.ok else 1
-
-
-def _refuse(line: str) -> int:
-    print(f"gazechair: {line}", file=sys.stderr)
-    return 2

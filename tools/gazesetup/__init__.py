@@ -5,7 +5,7 @@ from gazesetup.micropython import MicroPython, ensure_micropython
 from gazesetup.packages import ensure_chromium, ensure_qemu
 from gazesetup.paths import LOCAL, ROOT, source_environment
 from gazesetup.progress import NotAvailable, note, say
-from gazesetup.venv import ensure_venv, enter_venv
+from gazesetup.venv import ensure_venv, enter_venv, run_module
 
 __all__ = [
     "LOCAL",
@@ -19,6 +19,7 @@ __all__ = [
     "enter_venv",
     "find_m7",
     "note",
+    "run_module",
     "say",
     "source_environment",
 ]

@@ -8,13 +8,14 @@ import importlib.util
 import json
 import os
 import shutil
+import subprocess
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from gazesetup import apt
-from gazesetup.paths import LOCAL, ROOT
+from gazesetup.paths import LOCAL, ROOT, source_environment
 from gazesetup.progress import NotAvailable, note, run_quietly, say
 
 PIP_NOTES = ("Collecting", "Downloading", "Building", "Installing")
@@ -51,6 +52,22 @@ def enter_venv(extras: Iterable[str] = ()) -> None:
     if Path(sys.prefix).resolve() != python.parent.parent.resolve():
         sys.stdout.flush()
         os.execv(python, [str(python), *sys.argv])
+
+
+def run_module(command: str, module: str, arguments: Sequence[str]) -> int:
+    """Run `python -m module` with what the tests need installed; its exit code.
+
+    2, with the reason said in the name of `command`, when the set-up fails; 130 after Ctrl-C.
+    """
+    try:
+        python = ensure_venv(["test"])
+        words: list[str | Path] = [python, "-m", module, *arguments]
+        return subprocess.run(words, env=source_environment()).returncode
+    except NotAvailable as error:
+        print(f"{command}: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
 
 
 @contextmanager

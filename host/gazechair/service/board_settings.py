@@ -103,15 +103,19 @@ def connected(port: str) -> Iterator[BoardSettings]:
     link = BoardLink(ports.finder(port, ports.BOARD), health)
     link.start()
     try:
-        end_s = time.monotonic() + _CONNECT_S
-        while link.state() is None:
-            if time.monotonic() > end_s:
-                why = health.detail or "no answer"
-                raise SettingsError(f"no board: {why}; stop gazechair run if it holds the port")
-            time.sleep(_POLL_S)
+        wait_for_board(link, health, time.monotonic() + _CONNECT_S)
         yield BoardSettings(link)
     finally:
         link.stop()
+
+
+def wait_for_board(link: BoardLink, health: Health, end_s: float) -> None:
+    """Wait until the board says how it is; SettingsError when it has not by `end_s` (monotonic)."""
+    while link.state() is None:
+        if time.monotonic() > end_s:
+            why = health.detail or "no answer"
+            raise SettingsError(f"no board: {why}; stop gazechair run if it holds the port")
+        time.sleep(_POLL_S)
 
 
 def as_text(values: Sequence[int]) -> str:

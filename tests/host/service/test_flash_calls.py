@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import random
 import shutil
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +12,8 @@ import pytest
 
 import gazesetup
 from gazechair.service.flash import calls, tree
+from onmicropython import TESTS, assert_passes
 
-TESTS = Path(__file__).resolve().parents[2]
 SOURCE = """\
 from gazelink.native import micropython
 
@@ -154,16 +153,4 @@ def test_what_is_flashed_passes_the_firmwares_tests(
     file: Path, flashed: Path, micropython: gazesetup.MicroPython
 ) -> None:
     """All of them, on MicroPython, with the texts as they are flashed."""
-    env = gazesetup.source_environment()
-    env["MICROPYPATH"] = f":.frozen:{flashed}:{TESTS}"
-    result = subprocess.run(
-        [str(micropython.path), "-X", "heapsize=4m", str(TESTS / "boardtest.py"), str(file)],
-        env=env,
-        cwd=TESTS.parent,
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        timeout=300,
-    )
-    assert result.returncode == 0, f"{result.stdout}{result.stderr}"
-    assert "0 failed" in result.stdout
+    assert_passes(file, micropython, flashed)

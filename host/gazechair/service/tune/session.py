@@ -18,7 +18,7 @@ from gazechair.board.board_commands import Clearance
 from gazechair.board.link import BoardLink
 from gazechair.config.configuration import Config
 from gazechair.sensing.lidar import LidarService
-from gazechair.service.board_settings import BoardSettings
+from gazechair.service.board_settings import BoardSettings, wait_for_board
 from gazechair.service.tune.command import Tuning
 from gazechair.service.tune.errors import TuneError
 from gazechair.service.tune.numbers import TurnNumbers
@@ -72,11 +72,7 @@ def _board_and_lidars(config: Config) -> Iterator[tuple[BoardLink, threading.Eve
     try:
         lidars.start()
         end_s = time.monotonic() + _CONNECT_S
-        while link.state() is None:
-            if time.monotonic() > end_s:
-                why = board.detail or "no answer"
-                raise TuneError(f"no board: {why}; stop gazechair run if it holds the port")
-            time.sleep(_POLL_S)
+        wait_for_board(link, board, end_s)
         _wait_for_lidars(link, eyes, end_s)
         yield link, looked
     finally:
