@@ -1,9 +1,9 @@
 # The board's decision on both sides alike: what is true of the left is, mirrored, true of the
 # right; and what the obstacle rule tells the arcs.
 
-from board_core_obstacles import Eyes
 from gazeboard.core.obstacles import ARC_BLOCKED, Obstacles
 from gazeboard.io.settings import Settings
+from obstaclerig import Eyes
 
 RATES = (2000, 1200)  # more than in any profile
 

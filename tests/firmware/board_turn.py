@@ -1,74 +1,9 @@
 # The turn controller on a chair that turns as its model says, and on one that does not.
 
-import math
-
-from boardtest import no_allocation
 from gazeboard.core.angle import wrapped
-from gazeboard.core.limits import HEADING_TURN_Q4_DEG
-from gazeboard.io.settings import Settings
-from gazeboard.turning.casters import Casters
-from gazeboard.turning.chair_model import ChairModel
-from gazeboard.turning.stop_plan import StopPlan
 from gazeboard.turning.turn import turn_controller
-from gazelink.settings_table import NO_CASTERS_Q4_DEG, PROFILES, TABLE, profile_row
-
-
-def settings_of(profile, values):
-    settings = Settings()
-    settings.profile = profile
-    for name in values:
-        setattr(settings, profile_row(profile, name), values[name])
-    return settings
-
-
-class Bench:
-    # A board that takes the profile's defaults for tuned, and a chair of which `values` differ.
-
-    def __init__(self, profile=2, values=None, heading_q4=0, tuned=1):
-        self.turn = turn_controller(settings_of(profile, {"tuned": tuned}))
-        self.chair = ChairModel(settings_of(profile, values or {}))
-        self.begins_q4 = heading_q4
-        self.heading_q4 = heading_q4
-        self.rate_q4 = 0
-        self.count = 0
-        self.ms = 0
-        self.stuck = False
-        self.slope_dps = 0.0  # turns the chair while it moves
-        self.slid_q4 = 0.0
-        self.outs = []
-
-    def one_ms(self, out):
-        self.turn.follow(out)
-        self.chair.step(0 if self.stuck else out)
-        self.outs.append(out)
-        self.ms += 1
-        if abs(self.chair.seen_rate()) > 512:
-            self.slid_q4 += self.slope_dps * 16 / 1000
-        if self.ms % 10 == 0:
-            angle_q4 = (self.chair.seen_angle() >> 12) + int(self.slid_q4)
-            self.heading_q4 = (self.begins_q4 + angle_q4) % HEADING_TURN_Q4_DEG
-            self.rate_q4 = self.chair.seen_rate() >> 6
-            self.count += 1
-
-    # Turn by `degrees`; the error it ends with, in degrees, and the time it takes, ms.
-    def by(self, degrees):
-        setpoint_q4 = self.heading_q4 + degrees * 16
-        self.turn.start(setpoint_q4, self.count)
-        begins_ms = self.ms
-        while not self.turn.arrived and not self.turn.missed:
-            self.one_ms(self.turn.update(self.heading_q4, self.rate_q4, self.count))
-            assert self.ms - begins_ms < 10000
-        return wrapped(setpoint_q4 - self.heading_q4) / 16, self.ms - begins_ms
-
-    # How often the output changed sides.
-    def flips(self):
-        sides = [out > 0 for out in self.outs if out]
-        return sum([sides[k] != sides[k - 1] for k in range(1, len(sides))])
-
-    # How often it set out anew.
-    def pushes(self):
-        outs = self.outs
-        return sum([outs[k] != 0 and (k == 0 or outs[k - 1] == 0) for k in range(len(outs))])
+from gazelink.settings_table import NO_CASTERS_Q4_DEG, PROFILES, profile_row
+from turnbench import Bench, pulses, settings_of
 
 
 def test_turns_land_both_ways_on_every_profile_and_across_north():
@@ -134,19 +69,6 @@ def test_a_sloping_floor_is_learned_within_the_turn():
             assert -0.9 <= error_deg <= 0.9, (slope_dps, degrees, error_deg)
             assert ms < 5000, (slope_dps, degrees, ms)
             assert bench.pushes() <= 4, (slope_dps, degrees)
-
-
-# How long each output lasted, ms, signed by its side.
-def pulses(outs):
-    found = []
-    before = 0
-    for out in outs:
-        if out and out == before:
-            found[-1] += 1 if out > 0 else -1
-        elif out:
-            found.append(1 if out > 0 else -1)
-        before = out
-    return found
 
 
 def test_a_pulse_that_did_nothing_is_followed_by_a_longer_one():
@@ -241,25 +163,6 @@ def test_a_small_correction_waits_for_rest_or_catches_a_chair_that_turns_fast():
     assert rested >= 5
 
 
-def test_how_often_it_may_set_out_back():
-    for tuned in (0, 1):
-        turn = Bench(2, tuned=tuned).turn
-        for returns in range(5):
-            for pushed in (-1, 1):  # its last push, towards or back
-                for left_q8 in (-520, -500, -10, 10):
-                    turn._sign = 1
-                    turn._pushed = pushed
-                    turn._returns = returns
-                    turn._time_is_up = False
-                    on = left_q8 > 0
-                    as_pushed = pushed < 0  # by the counter-deflection: that is no change of sides
-                    few = returns < 2 or left_q8 < -512
-                    allowed = on or as_pushed or (tuned and few)
-                    assert turn._may_go(left_q8) == bool(allowed), (tuned, returns, pushed, left_q8)
-                    turn._time_is_up = True
-                    assert not turn._may_go(left_q8)
-
-
 def test_wide_turns_land_nearer_by_what_the_sensor_may_be_off():
     for values in ({"lag_ms": 450}, {"dead_time_ms": 250}, {"left_q4_dps": 600}):
         error_deg, _ = Bench(2, values).by(90)
@@ -287,55 +190,6 @@ def test_before_full_speed_another_rate_is_no_other_full_speed():
         assert bench.turn._faster_q8 == 0
 
 
-def test_the_plan_knows_what_the_ramp_turns_back_from_full_speed():
-    for speed_dps, brake_dps2 in ((45, 150), (60, 90), (17, 300)):
-        plan = StopPlan(speed_dps * 16, 100 * 16, 36, brake_dps2, 350)
-        assert abs(plan.brakes_q8 - 256 * speed_dps * speed_dps / (2 * brake_dps2)) < 1
-
-
-def test_a_model_of_a_chair_that_stands_is_halted():
-    model = ChairModel(settings_of(2, {}))
-    for _ in range(600):
-        model.step(1000)
-    assert not model.let_go()
-    for _ in range(500):
-        model.step(0)
-    assert model.let_go()
-    assert model.seen_rate() > 0
-    model.halt()
-    stands_q16 = model.seen_angle()
-    for _ in range(600):
-        model.step(0)
-        assert model.seen_rate() == 0
-        assert model.seen_angle() == stands_q16
-
-
-def test_casters_stay_where_the_wheels_have_not_turned():
-    casters = Casters(-160, 376)
-    casters.advance(5 << 16)
-    casters.mark()
-    ahead_q8 = casters.swing_q8(-(8 << 8))
-    casters.advance(12 << 16)
-    assert casters.swing_q8(-(8 << 8)) != ahead_q8
-    casters.skip(12 << 16)
-    assert casters.swing_q8(-(8 << 8)) == ahead_q8
-    casters.advance(13 << 16)
-    casters.advance(12 << 16)
-    assert casters.swing_q8(-(8 << 8)) == ahead_q8
-
-
-def test_what_the_model_creeps_while_the_chair_stands_counts_alike_both_ways():
-    for side in (1, -1):
-        turn = Bench().turn
-        turn.start(160, 0)
-        turn._moves = 1
-        for _ in range(100):
-            turn._before_q16 = turn._seen_q16
-            turn._seen_q16 += side * 700  # a degree/s: less than a step of the sensor a sample
-            turn._watch_rest(0)
-        assert turn._idle_q16 == side * 70000
-
-
 def test_it_is_at_rest_at_once_when_it_is_there_already():
     bench = Bench()
     error_deg, _ = bench.by(0)
@@ -358,62 +212,3 @@ def test_known_casters_are_counted_in():
         error_deg, _ = bench.by(20)
         assert -0.7 <= error_deg <= 0.7
         assert bench.flips() == 1
-
-
-def test_how_the_casters_lie_is_told_in_spite_of_a_slope():
-    # Turning right at 20 degrees/s; they lie as after a left turn, and the floor turns it left.
-    for lay_left in (True, False):
-        casters = Casters(-160, 376)  # 10 degrees against the turn over 23.5
-        casters.watch(0)
-        for cs in range(1, 80):
-            way_deg = 0.2 * cs
-            casters.advance(-int(way_deg * 65536))
-            swung_deg = 5.0 * (1.0 - math.cos(math.pi * way_deg / 23.5)) if lay_left else 0.0
-            casters.learn(int(256 * (swung_deg - 0.014 * cs)))
-        ahead_q8 = casters.swing_q8(-(8 << 8))
-        assert ahead_q8 > 512 if lay_left else ahead_q8 == 0
-
-
-def test_the_plan_says_where_a_stop_ends():
-    # Full deflection for a while, then counter-deflection for as long as the plan says.
-    settings = settings_of(2, {})
-    for go_ms in (100, 300, 900):
-        model = ChairModel(settings)
-        plan = StopPlan(728, 728, 36, 150, 350)
-        for _ in range(go_ms):
-            model.step(1000)
-        planned_q8 = plan.ahead_q8(model.state, 0, 1, 1)
-        while plan.counters(model.state, 1):
-            model.step(-1000)
-        for _ in range(3000):
-            model.step(0)
-        assert abs(planned_q8 - (model.seen_angle() >> 8)) <= 64, go_ms
-
-
-def test_holding_a_heading_is_bounded_and_does_not_chatter():
-    turn = turn_controller(Settings())
-    turn.keep(5759)
-    assert turn.hold(3, 0) == 0  # a quarter degree beside: nothing
-    assert turn.hold(5759 - 16, 0) > 0
-    assert turn.hold(16, 0) < 0
-    assert turn.hold(5759 - 5, 0) > 0  # on until nearly there
-    assert turn.hold(5759, 0) == 0
-
-
-def test_extreme_settings_stay_within_31_bits():
-    for pick in (2, 3):
-        values = {row[0][5:]: row[pick] for row in TABLE if row[0].startswith("p3_1_")}
-        values = {name: value for name, value in values.items() if name != "tuned"}
-        turn = turn_controller(settings_of(2, values))
-        turn.start(2879, 0)
-        state = [0]
-
-        def tick():
-            state[0] = (state[0] + 1) & 1023
-            out = turn.update(state[0] * 5, 30000 if state[0] & 1 else -30000, state[0] >> 3)
-            turn.follow(out)
-            turn.hold(state[0] * 5, 30000)
-
-        for _ in range(1500):
-            tick()
-        no_allocation(tick, 20)
