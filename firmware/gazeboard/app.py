@@ -87,7 +87,7 @@ class App:
             self.safety.neutral_moved()
         self._imu.tilt.limit_q4_deg = s.tilt_limit_q4_deg
         self.obstacles.configure(s)
-        self.link.tell_zone(self.obstacles.zone)
+        self.link.outgoing.tell_zone(self.obstacles.zone)
         self.obedience.configure(s)
         turn = turn_controller(s)
         self.core.motion = self.motion = Motion(s, turn)
@@ -164,7 +164,7 @@ class App:
         if self.inbox.back.session_count != self._setting_session:
             self._setting_session = self.inbox.back.session_count
             self._drop_neutral()
-        if self.link.setting_pending:
+        if self.link.incoming.setting_pending:
             self._answer_setting()
         self.inbox.publish()
         self._watchdog()
@@ -172,7 +172,7 @@ class App:
         self._keep_heading()
         self._collect()
         self._blink()
-        return not (self.link.maintenance and self.link.flushed())
+        return not (self.link.maintenance and self.link.outgoing.flushed())
 
     # Heading and tilt into the inputs.
     def _sense(self, now_ms):
@@ -203,8 +203,9 @@ class App:
     # tick).
     def _answer_setting(self):
         link = self.link
-        request = link.setting_request
-        index = link.setting_index
+        asked = link.incoming
+        request = asked.setting_request
+        index = asked.setting_index
         reads = request == codes.SETTING_GET
         refused = codes.NO_REASON
         if not reads and self.safety.state != codes.DISARMED:
@@ -212,9 +213,9 @@ class App:
         elif reads and index >= len(SETTINGS_TABLE):
             refused = codes.SETTING_UNKNOWN
         elif request == codes.SETTING_SET:
-            refused = self.settings.set(index, link.setting_value)
+            refused = self.settings.set(index, asked.setting_value)
         elif request == codes.SETTING_SET_NEUTRAL:
-            refused = self.settings.set_neutral(index, link.setting_value)
+            refused = self.settings.set_neutral(index, asked.setting_value)
         elif request == codes.SETTING_DEFAULTS:
             self.settings.defaults()
         elif request == codes.SETTING_SAVE:

@@ -78,13 +78,13 @@ def test_p12_a_recording_of_a_whole_drive_moves_nothing() -> None:
     chair.cable.to_board.seen = None
     chair.until(chair.neutral, 5)
     commands = b"".join(recording)[-6000:]
-    stale = chair.board.app.link.stale
+    stale = chair.board.app.link.incoming.stale
     for wait_ms in (1, 40, 99, 101, 1000):
         for at in range(0, len(commands), 90):  # at the pace at which the board reads
             chair.cable.to_board.inject(commands[at : at + 90])
             chair.stays_still(1)
         chair.stays_still(wait_ms)
-    assert chair.board.app.link.stale > stale
+    assert chair.board.app.link.incoming.stale > stale
     chair.cable.pull()  # in another session
     chair.stays_still(5)
     chair.cable.plug()

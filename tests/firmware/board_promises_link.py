@@ -114,7 +114,7 @@ def test_p12_a_replayed_frame_never_moves():
         for _ in range(wait):
             rig.one_ms()
             assert rig.neutral()
-    assert rig.app.link.stale > 0
+    assert rig.app.link.incoming.stale > 0
     kept(CORE, "P12", "replayed frames")
 
 
@@ -163,7 +163,7 @@ def test_p12_values_out_of_range_are_ignored_and_counted():
     rig.send(messages.ORDER, (99, 7, 1))
     rig.send(messages.CLEARANCE, clearance(0, 9, 0))
     rig.run(3)
-    assert rig.app.link.bad == bad + 2
+    assert rig.app.link.incoming.bad == bad + 2
     kept(CORE, "P12", "values out of range")
 
 

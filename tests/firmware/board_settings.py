@@ -51,10 +51,10 @@ def test_refusals_say_why_and_change_nothing():
     for request in (codes.SETTING_SET, codes.SETTING_SAVE, codes.SETTING_DEFAULTS):
         assert ask(rig, request, LINEAR, 300) == (600, codes.SETTING_WHILE_ARMED)
     assert ask(rig, codes.SETTING_GET, LINEAR) == (600, codes.NO_REASON)
-    bad = rig.app.link.bad
+    bad = rig.app.link.incoming.bad
     rig.send(messages.SETTING, (9, 0, 0))
     rig.run(3)
-    assert rig.app.link.bad == bad + 1
+    assert rig.app.link.incoming.bad == bad + 1
 
 
 def test_a_full_flash_is_said():
@@ -89,9 +89,9 @@ def test_telemetry_comes_as_often_as_asked():
         assert abs(rig.states - states) <= 1
     rig.send(messages.TELEMETRY, (0,))
     rig.send(messages.TELEMETRY, (101,))
-    bad = rig.app.link.bad
+    bad = rig.app.link.incoming.bad
     rig.run(5)
-    assert rig.app.link.bad == bad + 2
+    assert rig.app.link.incoming.bad == bad + 2
 
 
 def test_a_relay_contact_counts_from_the_moment_it_is_said_to_be_fitted():

@@ -22,6 +22,7 @@ _SAFETY = "firmware/gazeboard/core/safety.py"
 _AGES = "firmware/gazeboard/core/ages.py"
 _LIMITS = "firmware/gazeboard/core/limits.py"
 _LINK = "firmware/gazeboard/io/link.py"
+_INCOMING = "firmware/gazeboard/io/incoming.py"
 _APP = "firmware/gazeboard/app.py"
 _MOTION = "firmware/gazeboard/core/motion.py"
 
@@ -58,9 +59,9 @@ PLANTED = (
     ),
     Planted(
         "stale order accepted",
-        _LINK,
-        "elif age_ms > limits.FRAME_STALE_MS:\n            self.stale",
-        "elif False:\n            self.stale",
+        _INCOMING,
+        "elif age_ms > limits.FRAME_STALE_MS:\n            self.late",
+        "elif False:\n            self.late",
     ),
     Planted("output not limited", _MOTION, "self._limit(i, blocked, caps, arcs)\n", "pass\n"),
     Planted(
@@ -108,7 +109,7 @@ PLANTED = (
     ),
     Planted(
         "the driver resets faults",
-        _LINK,
+        _INCOMING,
         "action == codes.RESET_FAULTS and owner != codes.CARETAKER",
         "action == codes.RESET_FAULTS and False",
     ),

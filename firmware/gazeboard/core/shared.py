@@ -53,7 +53,7 @@ class Inputs:
     def __init__(self):
         for name in self.FIELDS:
             setattr(self, name, 0)
-        # Bytes of gazelink/arcs.py, never changed while they can be read: see Link.
+        # Bytes of gazelink/arcs.py, never changed while they can be read: see Incoming.
         self.clearance_arcs = bytearray(arcs.SIZE)
 
     # Written out, because looping over names would be slow and getattr is no faster to read.

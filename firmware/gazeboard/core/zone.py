@@ -1,4 +1,4 @@
-# Stopping distances and times for the host, sent in ZONE (link.py).
+# Stopping distances and times for the host, sent in ZONE (outgoing.py).
 #
 # Computed when settings change. The formulas are those of Stopping; the fields of a point are in
 # gazelink/zone.py.
