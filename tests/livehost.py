@@ -9,7 +9,7 @@ from typing import Any
 
 from gazechair.board.serial_port import PortError, SerialPort
 from gazelink import codes, frame, messages
-from rig import clearance
+from gazesim.board_rig import clearance
 
 SPEAK_MS = 20
 SPEAK_S = 0.2  # wall time, for a board that tells no time

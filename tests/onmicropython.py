@@ -16,7 +16,7 @@ def assert_passes(file: Path, micropython: gazesetup.MicroPython, firmware: Path
     """
     env = gazesetup.source_environment()
     if firmware is not None:
-        env["MICROPYPATH"] = f":.frozen:{firmware}"
+        env["MICROPYPATH"] = f":.frozen:{firmware}:{gazesetup.ROOT / 'tools'}"
     env["MICROPYPATH"] += f":{TESTS}"
     result = subprocess.run(
         [str(micropython.path), "-X", "heapsize=4m", str(TESTS / "boardtest.py"), str(file)],

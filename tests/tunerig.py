@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from e2e.host import Link
 from e2e.lockstep import Lockstep
 from gazechair.board.board_commands import Clearance
 from gazelink import codes
 from gazesim.chair import Chair
+from gazesim.lockstep_link import LockstepLink
 from gazesim.profiles import Parameters, undisturbed
 
 _CLEARANCE_MS = 50
 _BOTH_TURNS = 1 << codes.DIR_LEFT | 1 << codes.DIR_RIGHT
 
 
-class _Link(Link):
+class _Link(LockstepLink):
     """A link whose host may die."""
 
     dead = False

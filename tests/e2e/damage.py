@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 
-from e2e.cable import Mangle
+from gazesim.usb_line import Mangle
 
 
 def frames(chunk: bytes) -> list[bytes]:

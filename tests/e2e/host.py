@@ -8,12 +8,9 @@ from collections.abc import Callable
 from typing import Any
 from unittest import mock
 
-from e2e.cable import Cable
 from gazechair.base.health import OK, HealthRegistry
-from gazechair.board.board_commands import Bypass, Clearance, Command
-from gazechair.board.protocol import FaultText, LinkProtocol, SessionBegun, SessionEnded
-from gazechair.board.state import BoardId, BoardState, BoardStats
-from gazechair.board.zone import NOT_KNOWN, BoardZone
+from gazechair.board.board_commands import Clearance
+from gazechair.board.zone import BoardZone
 from gazechair.config.configuration import Config
 from gazechair.driving.control import Control
 from gazechair.sensing.clearance.evaluate import Evaluator, footprint_of
@@ -23,10 +20,10 @@ from gazechair.sensing.lidar.stream import ByteStream
 from gazechair.sensing.lidar.told import said, understood
 from gazechair.web.page_client import decode
 from gazelink import codes
+from gazesim.lockstep_link import LockstepLink
+from gazesim.usb_line import UsbLine
 from gazesim.world import LIDAR_X_M
 
-_SEARCH_MS = 100  # between two looks for the port
-_READ_SIZE = 1024
 _GATHER_MS = 20  # the lidar child's pace
 _UPDATE_MS = 25
 _POSE = Pose(LIDAR_X_M)
@@ -34,109 +31,15 @@ _MASK = ((122.0, -122.0),)  # what the simulated chair hides
 _SCAN_REQUEST = b"\xa5\x20"
 
 
-class Link:
-    """The host's BoardLink in virtual time: one port, nothing queued but an unsent frame."""
-
-    def __init__(self, cable: Cable, clock: Callable[[], float], draw: Callable[[], int]) -> None:
-        self._cable = cable
-        self._clock = clock
-        self.protocol = LinkProtocol(draw)
-        self._unsent = b""
-        self._open = False
-        self._search_in_ms = 1
-        self._state: BoardState | None = None
-        self._stats: BoardStats | None = None
-        self.on_zone: Callable[[BoardZone], None] = lambda _zone: None
-        self.sessions = 0
-        self.last_words: list[str] = []
-
-    # What Control asks of a link
-
-    def command(self, command: Command) -> None:
-        self.protocol.command(command, self._clock())
-        self._flush()
-
-    def order(self, action: int, owner: int) -> None:
-        self.protocol.order(action, owner, self._clock())
-        self._flush()
-
-    def clearance(self, clearance: Clearance) -> None:
-        self.protocol.clearance(clearance, self._clock())
-        self._flush()
-
-    def bypass(self, bypass: Bypass | None) -> None:
-        self.protocol.bypass(bypass, self._clock())
-        self._flush()
-
-    def state(self) -> BoardState | None:
-        return self._state
-
-    def stats(self) -> BoardStats | None:
-        return self._stats
-
-    def board(self) -> BoardId | None:
-        return self.protocol.board
-
-    # Its thread
-
-    def one_ms(self) -> None:
-        """What BoardLink's thread does when it wakes."""
-        if not self._open:
-            self._search_in_ms -= 1
-            if self._search_in_ms <= 0 and self._cable.plugged:
-                self._open = self._cable.host_reads = True
-                self._unsent = b""
-                self.protocol.opened(self._clock())
-        if self._open and not self._cable.plugged:
-            self.close()
-            self.protocol.opened(self._clock())
-            self._state = None
-            self.on_zone(NOT_KNOWN)
-        if not self._open:
-            return
-        now_s = self._clock()
-        data = self._cable.to_host.take(_READ_SIZE)
-        for event in [*self.protocol.feed(data, now_s), *self.protocol.check(now_s)]:
-            if isinstance(event, BoardState):
-                self._state = event
-            elif isinstance(event, SessionBegun):
-                self.sessions += 1
-            elif isinstance(event, BoardStats):
-                self._stats = event
-            elif isinstance(event, SessionEnded):
-                self._state = None
-                self.on_zone(NOT_KNOWN)
-            elif isinstance(event, BoardZone):
-                self.on_zone(event)
-            elif isinstance(event, FaultText):
-                self.last_words.append(event.reason)
-        self._flush()
-
-    def close(self) -> None:
-        """The port is closed, by us or because it vanished."""
-        self._open = self._cable.host_reads = False
-        self._search_in_ms = _SEARCH_MS
-
-    def _flush(self) -> None:
-        if not self._open or not self._cable.plugged:
-            return
-        if not self._unsent:
-            self._unsent = self.protocol.poll(self._clock())
-        taken = self._unsent[: self._cable.to_board.room()]
-        if taken:
-            self._cable.to_board.put(taken, self._cable.now_ms)
-            self._unsent = self._unsent[len(taken) :]
-
-
 class Host:
     """The daemon. `frozen`: stopped by SIGSTOP; what comes in meanwhile waits for it."""
 
     def __init__(
-        self, cable: Cable, ask_lidar: Callable[[bytes], None], clock: Callable[[], float]
+        self, line: UsbLine, ask_lidar: Callable[[bytes], None], clock: Callable[[], float]
     ) -> None:
         numbers = random.Random(int(clock() * 1000) + 1)
         with mock.patch("secrets.randbelow", numbers.randrange):
-            self.link = Link(cable, clock, lambda: numbers.randrange(1, 65536))
+            self.link = LockstepLink(line, clock, lambda: numbers.randrange(1, 65536))
             parts = HealthRegistry(clock)
             for name in ("board", "lidar", "camera"):
                 parts.part(name).set(OK)

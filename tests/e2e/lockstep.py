@@ -7,14 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from e2e.board import Board
-from e2e.cable import Cable
 from e2e.host import Host
 from e2e.page import Page
 from gazeboard.boards import bank_layout as layout
 from gazeboard.boards import pins
 from gazelink import codes
 from gazesim.bank import Bank
+from gazesim.lockstep_teensy import Teensy
+from gazesim.usb_line import UsbLine
 from gazesim.world import World
 
 NEUTRAL = (170, 170)
@@ -28,8 +28,8 @@ class Lockstep:
         self.now_ms = 0
         self.bank = Bank.in_memory()
         self.world = World(self.bank, room)
-        self.cable = Cable()
-        self.board = Board(self.bank, self.cable, start_us)
+        self.cable = UsbLine()
+        self.board = Teensy(self.bank, self.cable, start_us)
         self.host: Host | None = Host(self.cable, self.world.lidar.receive, self.now_s)
         self.page = Page(self.host)
         self._scan = b""

@@ -11,8 +11,8 @@ from e2e.host import Host
 from e2e.lockstep import Lockstep
 from gazeboard.core import limits
 from gazelink import codes, frame, messages
+from gazesim.board_rig import clearance
 from promises import END_TO_END, kept, measured
-from rig import clearance
 
 
 @pytest.mark.parametrize("kind", KINDS)

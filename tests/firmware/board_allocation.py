@@ -5,7 +5,7 @@ from boardtest import no_allocation
 from gazeboard.boards import bank_layout as at
 from gazeboard.boards import pins
 from gazelink import codes
-from rig import IMU, POT, Rig
+from gazesim.board_rig import IMU, POT, Rig
 
 SERVICE_PASSES = 3
 

@@ -2,7 +2,7 @@
 
 from gazeboard.io import bootlog
 from gazelink import codes, frame, messages
-from rig import Rig
+from gazesim.board_rig import Rig
 
 
 def boot_with(rig, cause):

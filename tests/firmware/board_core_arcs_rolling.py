@@ -1,7 +1,7 @@
 # Driving and turning at once while the chair rolls on, and what the driver is told of it.
 
-from corerig import Core
 from gazelink import arcs, codes
+from gazesim.core_rig import Core
 from obstaclerig import TURN_MS, Stick
 
 

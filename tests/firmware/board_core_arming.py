@@ -1,8 +1,8 @@
 # The safety core, to the tick: who may arm when, and what is said when not.
 
-from corerig import CLOSES_MS, Core, refused
 from gazeboard.core import ages, limits
 from gazelink import codes
+from gazesim.core_rig import CLOSES_MS, Core, refused
 
 REASON = codes.FAULT_REASON
 

@@ -1,8 +1,8 @@
 # The safety core, to the tick: faults of the board itself, the relay and the emergency stop.
 
-from corerig import Core
 from gazeboard.core import limits
 from gazelink import codes
+from gazesim.core_rig import Core
 
 REASON = codes.FAULT_REASON
 

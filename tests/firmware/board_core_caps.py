@@ -1,11 +1,11 @@
 # Motion's outputs under the settings' limits, the command's cap and what obstacles leave of them:
 # the least of them counts, in each direction, for every verb and mode.
 
-from corerig import Turn
 from gazeboard.core.motion import Motion
 from gazeboard.core.shared import Inputs
 from gazeboard.io.settings import Settings
 from gazelink import codes
+from gazesim.core_rig import Turn
 
 MODES = (codes.STEP, codes.CONTINUOUS)
 MOST = 400  # of the settings

@@ -1,11 +1,11 @@
 # Motion's outputs when both axes are asked for, and which setting is the most of a turn: against
 # the same rules in plain numbers.
 
-from corerig import Turn
 from gazeboard.core.motion import Motion
 from gazeboard.core.shared import Inputs
 from gazeboard.io.settings import Settings
 from gazelink import codes
+from gazesim.core_rig import Turn
 
 LINEAR, TURN, STEP_TURN, HOLD = 600, 500, 700, 150
 AXES = (-1000, -601, -333, -2, -1, 1, 2, 77, 500, 1000)

@@ -1,7 +1,7 @@
 # The safety core: what an obstacle or a lost heading forbids, direction by direction.
 
-from corerig import Core, refused
 from gazelink import codes
+from gazesim.core_rig import Core, refused
 
 REASON = codes.FAULT_REASON
 

@@ -1,10 +1,10 @@
 # The safety core, to the tick: silence of the host, the service loop, the lidar and the heading
 # sensor, tilt, calibration.
 
-from corerig import Core
 from gazeboard.core import ages, limits
 from gazeboard.core.safety import fault_reason
 from gazelink import codes
+from gazesim.core_rig import Core
 
 REASON = codes.FAULT_REASON
 

@@ -1,9 +1,9 @@
 # The safety core's judgement of a press, what is blocked given to it directly: which direction
 # forbids what, and with which reason.
 
-from corerig import Core
 from gazeboard.core.obstacles import ARC_BLOCKED
 from gazelink import codes
+from gazesim.core_rig import Core
 
 # verb, linear, turn: bits of the directions that it needs, and what an arc is told as
 PRESSES = (

@@ -1,9 +1,9 @@
 # The safety core in time without ticks, after the neutral was moved, and where creep is more than
 # a direction may have.
 
-from corerig import Core
 from gazeboard.core import ages, limits
 from gazelink import codes
+from gazesim.core_rig import Core
 
 SOURCES = ("host", "service", "lidar")
 

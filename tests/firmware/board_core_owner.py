@@ -1,8 +1,8 @@
 # The safety core, to the tick: whose press moves the chair; stops by others, arming, sessions.
 
-from corerig import CLOSES_MS, Core, refused
 from gazeboard.core import limits
 from gazelink import codes
+from gazesim.core_rig import CLOSES_MS, Core, refused
 
 
 def test_p13_a_command_of_somebody_else_never_lets_an_old_press_go_on():

@@ -1,9 +1,9 @@
 # The safety core, to the tick: which press moves the chair, for how long, and what is said when it
 # does not.
 
-from corerig import CLOSES_MS, Core, refused
 from gazeboard.core import limits
 from gazelink import codes
+from gazesim.core_rig import CLOSES_MS, Core, refused
 
 REASON = codes.FAULT_REASON
 TTL_MS = limits.COMMAND_TTL_MS - limits.MARGIN_MS

@@ -1,8 +1,8 @@
 # The safety core: which presses are spent by stops and sessions, and what is taken back to nothing.
 
-from corerig import Core, refused
 from gazeboard.core import ages, limits
 from gazelink import codes
+from gazesim.core_rig import Core, refused
 
 
 def pressed(core, edge, verb=codes.FORWARD):

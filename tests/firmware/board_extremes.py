@@ -8,8 +8,8 @@ from gazeboard.turning.chair_model import ChairModel
 from gazeboard.turning.turn import turn_controller
 from gazelink import codes
 from gazelink.settings_table import TABLE
+from gazesim.board_rig import Rig
 from promiserig import fault
-from rig import Rig
 
 if ON_MICROPYTHON:
     import micropython

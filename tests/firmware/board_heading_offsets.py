@@ -2,7 +2,7 @@
 
 from gazeboard.boards import bank_layout as at
 from gazelink import codes, messages
-from rig import IMU, REGS, Rig
+from gazesim.board_rig import IMU, REGS, Rig
 
 CALIBRATION = IMU + REGS + 0x35
 OFFSETS = IMU + REGS + 0x55

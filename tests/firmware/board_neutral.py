@@ -2,8 +2,8 @@
 
 from gazelink import codes
 from gazelink.settings_table import index_of
+from gazesim.board_rig import SESSION, Rig
 from promiserig import ask
-from rig import SESSION, Rig
 
 LINEAR = index_of("neutral_linear_count")
 TURN = index_of("neutral_turn_count")

@@ -3,8 +3,8 @@
 from boardtest import raises
 from gazeboard.core import ages, limits
 from gazelink import codes, messages
+from gazesim.board_rig import Files, Rig
 from promiserig import armed, stays_still_until_pressed_anew
-from rig import Files, Rig
 
 
 def test_arming_says_what_is_missing():

@@ -4,9 +4,9 @@ from gazeboard.boards import bank_layout as at
 from gazeboard.boards import pins
 from gazeboard.core import limits
 from gazelink import codes, messages
+from gazesim.board_rig import NEUTRAL, POT, REGS, Rig
 from promiserig import ENABLE_AT, armed, fault, stays_still_until_pressed_anew, toggles
 from promises import CORE, kept, measured
-from rig import NEUTRAL, POT, REGS, Rig
 
 
 def pot_nak(rig):

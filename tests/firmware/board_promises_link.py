@@ -2,9 +2,9 @@
 
 from gazeboard.core import ages, limits
 from gazelink import codes, frame, messages
+from gazesim.board_rig import Rig, clearance
 from promiserig import armed, stays_still_until_pressed_anew
 from promises import CORE, kept, measured
-from rig import Rig, clearance
 
 
 def test_p2_host_silent_is_neutral_within_100_ms_and_disarmed_after_500():

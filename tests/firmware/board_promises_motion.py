@@ -3,9 +3,9 @@
 
 from gazeboard.core import limits
 from gazelink import codes, messages
+from gazesim.board_rig import NEUTRAL, Rig, clearance
 from promiserig import armed, stays_still_until_pressed_anew
 from promises import CORE, measured
-from rig import NEUTRAL, Rig, clearance
 
 
 def test_p4_a_forward_step_ends_by_itself():

@@ -5,9 +5,9 @@ from gazeboard.boards import bank_layout as at
 from gazeboard.core import limits
 from gazelink import codes
 from gazelink.settings_table import index_of
+from gazesim.board_rig import POT, Rig
 from promiserig import armed, ask, fault, toggles
 from promises import CORE, measured
-from rig import POT, Rig
 
 LIMIT_MS = limits.OBEYS_MS
 

@@ -2,9 +2,9 @@
 
 from gazeboard.core import limits
 from gazelink import arcs, codes, messages
+from gazesim.board_rig import FAR, NEUTRAL, Rig
 from promiserig import stays_still_until_pressed_anew
 from promises import CORE, kept, measured
-from rig import FAR, NEUTRAL, Rig
 
 VERBS = (codes.FORWARD, codes.BACKWARD, codes.LEFT, codes.RIGHT)
 

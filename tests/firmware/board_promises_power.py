@@ -4,9 +4,9 @@ from gazeboard.boards import bank_layout as at
 from gazeboard.boards import pins
 from gazeboard.core import limits
 from gazelink import codes
+from gazesim.board_rig import Rig
 from promiserig import ENABLE_AT, armed, fault, stays_still_until_pressed_anew, toggles
 from promises import CORE, kept, measured
-from rig import Rig
 
 
 def test_p1_neutral_before_the_first_tick():

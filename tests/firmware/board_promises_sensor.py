@@ -4,9 +4,9 @@ from gazeboard.boards import bank_layout as at
 from gazeboard.boards import pins
 from gazeboard.core import limits
 from gazelink import codes
+from gazesim.board_rig import IMU, REGS, Rig
 from promiserig import armed, stays_still_until_pressed_anew
 from promises import CORE, kept, measured
-from rig import IMU, REGS, Rig
 
 
 def heading_fault_stops_turns(cause, spoil, bits):

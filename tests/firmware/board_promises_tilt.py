@@ -5,9 +5,9 @@ from gazeboard.boards import bank_layout as at
 from gazeboard.boards import pins
 from gazeboard.core import limits
 from gazelink import codes
+from gazesim.board_rig import IMU, NEUTRAL, REGS, Rig
 from promiserig import armed, fault, stays_still_until_pressed_anew
 from promises import CORE, kept, measured
-from rig import IMU, NEUTRAL, REGS, Rig
 
 _ROTA_MS = 80  # longer than any round of the sensor's reads
 _LATER_MS = (0, 3, 9, 17, 23, 31, 38, 44)  # after the event: when a single read is lost

@@ -2,8 +2,8 @@
 
 from gazelink import codes, messages
 from gazelink.settings_table import TABLE, index_of
+from gazesim.board_rig import Rig
 from promiserig import ask
-from rig import Rig
 
 LINEAR = index_of("linear_permille")
 

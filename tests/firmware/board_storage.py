@@ -9,9 +9,9 @@ from gazeboard.io import bootlog, storage
 from gazeboard.io.settings import Settings
 from gazeboard.io.storage import UNREADABLE, Files, sealed
 from gazelink import codes, messages
+from gazesim.board_rig import Rig
 from promiserig import armed, fault, toggles
 from promises import CORE, kept
-from rig import Rig
 
 NAMES = ("settings.json", "emergency", "watchdog_boots", "heading_offsets")
 _DEEP = "[" * 3000

@@ -15,7 +15,7 @@ from gazeboard.io.storage import sealed
 from gazeboard.turning.pid import OUTPUT_MAX, PD, PI, PID, P
 from gazelink import codes
 from gazelink.settings_table import NAMES, TABLE, index_of
-from rig import POT, REGS
+from gazesim.board_rig import POT, REGS
 
 # -- PID family ------------------------------------------------------------------------------------
 

@@ -4,7 +4,7 @@ import struct
 
 from gazelink import codes, messages, zone
 from gazelink.settings_table import TABLE, index_of
-from rig import Rig
+from gazesim.board_rig import Rig
 
 SLUGGISH = (("p5_1_brake_mm_s2", 200), ("reaction_ms", 1000))
 

@@ -1,10 +1,10 @@
 # A motion begun by one press, its turn controller scripted.
 
-from corerig import Turn
 from gazeboard.core.motion import Motion
 from gazeboard.core.shared import Inputs
 from gazeboard.io.settings import Settings
 from gazelink import codes
+from gazesim.core_rig import Turn
 
 TURNS = (codes.LEFT, codes.RIGHT)
 CAPS = (1000, 1000, 1000, 1000)

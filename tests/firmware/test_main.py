@@ -10,7 +10,7 @@ import pytest
 
 from gazeboard.io import bootlog
 from gazelink import codes
-from rig import Rig
+from gazesim.board_rig import Rig
 
 _MAIN = Path(__file__).resolve().parents[2] / "firmware" / "main.py"
 

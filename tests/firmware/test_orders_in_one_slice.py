@@ -11,8 +11,8 @@ from functools import cache
 import pytest
 
 from gazelink import codes, messages
+from gazesim.board_rig import Rig
 from promises import CORE, kept
-from rig import Rig
 
 DISARM = (codes.DISARM, codes.DRIVER)
 ARM = (codes.ARM, codes.DRIVER)

@@ -14,8 +14,8 @@ import pytest
 from gazeboard.boards import bank_layout as at
 from gazeboard.boards import pins
 from gazelink import codes, messages
+from gazesim.board_rig import Rig
 from promises import CORE, kept
-from rig import Rig
 
 ROUND_MS = 65536
 DRIVE_MS = 3500

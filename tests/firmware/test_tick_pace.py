@@ -14,8 +14,8 @@ import pytest
 
 from gazeboard.core import limits
 from gazelink import codes
+from gazesim.board_rig import Rig
 from promises import CORE, kept
-from rig import Rig
 
 QUANTUM_US = 250
 WRAP_US = 1 << 30

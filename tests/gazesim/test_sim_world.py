@@ -6,8 +6,8 @@ from gazeboard.app import App
 from gazeboard.boards.virtual import VirtualBoard
 from gazelink import codes, frame, messages
 from gazesim.bank import Bank
+from gazesim.board_rig import clearance
 from gazesim.world import World
-from rig import clearance
 
 
 class Wire:

@@ -13,7 +13,7 @@ from gazechair.board.state import BoardId, BoardState, BoardStats
 from gazechair.config.configuration import Config
 from gazechair.driving.control import Control
 from gazelink import codes
-from rig import Rig
+from gazesim.board_rig import Rig
 
 
 class LockstepLink:

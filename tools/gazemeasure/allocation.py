@@ -13,7 +13,6 @@ _TICKS_QUICK = 50_000
 _FUZZ = 10_000_000
 _FUZZ_QUICK = 500_000
 _LIMIT_S = 3000.0
-_TESTS = gazesetup.ROOT / "tests"
 
 
 def add_to(report: Report, quick: bool) -> None:
@@ -33,7 +32,6 @@ def add_to(report: Report, quick: bool) -> None:
 
 def _run(micropython: Path, ticks: int, fuzz: int) -> dict[str, int]:
     env = gazesetup.source_environment()
-    env["MICROPYPATH"] += f":{_TESTS}:{_TESTS / 'firmware'}"
     program = Path(__file__).parent / "board_allocation_load.py"
     result = subprocess.run(
         [str(micropython), "-X", "heapsize=2m", str(program), str(ticks), str(fuzz)],

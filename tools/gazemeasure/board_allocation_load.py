@@ -8,7 +8,7 @@ import sys
 
 import micropython
 from gazelink import codes, messages
-from rig import Rig
+from gazesim.board_rig import Rig
 
 TICKS = int(sys.argv[1])
 FUZZ = int(sys.argv[2])

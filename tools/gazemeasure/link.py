@@ -23,7 +23,7 @@ from gazechair.board.link import BoardLink
 from gazelink import codes
 from gazemeasure.report import Report, percentile
 from gazemeasure.stalls import StallProbe
-from gazesim.rig import Rig
+from gazesim.simulator import Simulator
 
 _PINGS = 2000
 _PINGS_QUICK = 300
@@ -61,7 +61,7 @@ class _World:
     def __init__(self, folder: Path, interpreter: str) -> None:
         self._folder = folder
         self._interpreter = interpreter
-        self._jobs: list[tuple[Callable[[Rig], Any], threading.Event, list[Any]]] = []
+        self._jobs: list[tuple[Callable[[Simulator], Any], threading.Event, list[Any]]] = []
         self._ready = threading.Event()
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="simulator", daemon=True)
@@ -94,7 +94,7 @@ class _World:
         self.link.start()
 
     def _run(self) -> None:
-        rig = Rig(self._folder, self._interpreter, "open")
+        rig = Simulator(self._folder, self._interpreter, "open")
         rig.start()
         try:
             self._ready.set()
@@ -107,7 +107,7 @@ class _World:
         finally:
             rig.stop()
 
-    def ask(self, job: Callable[[Rig], Any]) -> Any:
+    def ask(self, job: Callable[[Simulator], Any]) -> Any:
         """Run `job` in the simulator's thread; its result."""
         done = threading.Event()
         result: list[Any] = []
@@ -210,13 +210,13 @@ def _echo() -> Iterator[Callable[[], float | None]]:
 
 # -- re-plugs --------------------------------------------------------------------------------------
 
-_PULLS: dict[str, Callable[[Rig], Any]] = {
+_PULLS: dict[str, Callable[[Simulator], Any]] = {
     "cable": lambda rig: rig.world.faults.inject("cable_pulled"),
     "power": lambda rig: rig.world.faults.inject("board_off"),
     "reset": lambda rig: rig.world.faults.inject("board_reset"),
     "hang": lambda rig: rig.world.faults.inject("board_hang"),
 }
-_PLUGS: dict[str, Callable[[Rig], Any]] = {
+_PLUGS: dict[str, Callable[[Simulator], Any]] = {
     "cable": lambda rig: rig.world.faults.clear("cable_pulled"),
     "power": lambda rig: rig.world.faults.clear("board_off"),
     "reset": lambda rig: None,

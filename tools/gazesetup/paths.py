@@ -13,9 +13,9 @@ SOURCE_ROOTS = ("protocol", "firmware", "host", "tools")
 def source_environment() -> dict[str, str]:
     """This process's environment, with the checkout's source roots on PYTHONPATH and MICROPYPATH.
 
-    MICROPYPATH has the board's sources, and MicroPython's own frozen modules.
+    MICROPYPATH has MicroPython's own frozen modules, too.
     """
     env = dict(os.environ)
     env["PYTHONPATH"] = os.pathsep.join(str(ROOT / name) for name in SOURCE_ROOTS)
-    env["MICROPYPATH"] = ":".join(["", ".frozen", str(ROOT / "protocol"), str(ROOT / "firmware")])
+    env["MICROPYPATH"] = f":.frozen:{env['PYTHONPATH']}"
     return env

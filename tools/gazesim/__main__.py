@@ -21,7 +21,7 @@ from gazechair.service.flash import FlashError
 from gazesim import plans
 from gazesim.board_process import CPYTHON
 from gazesim.chair import PROFILES
-from gazesim.rig import EMULATED, Rig
+from gazesim.simulator import EMULATED, Simulator
 
 _READY_S = 20.0
 
@@ -44,46 +44,46 @@ def main() -> int:
     interpreter = arguments.board or arguments.micropython
     sys.setswitchinterval(0.0005)  # the camera's thread must not delay the board's bytes
     try:
-        rig = Rig(arguments.dir, interpreter, arguments.room, arguments.profile)
+        simulator = Simulator(arguments.dir, interpreter, arguments.room, arguments.profile)
     except (OSError, ValueError, FlashError) as error:
         print(f"gazesim: {error}", file=sys.stderr)
         return 2
 
     def end(*_: object) -> None:
-        rig.stopping = True
+        simulator.stopping = True
 
     signal.signal(signal.SIGTERM, end)
     signal.signal(signal.SIGINT, end)
     try:
-        return _run(rig)
+        return _run(simulator)
     finally:
-        rig.stop()
+        simulator.stop()
 
 
-def _run(rig: Rig) -> int:
+def _run(simulator: Simulator) -> int:
     try:
-        rig.start()
+        simulator.start()
     except OSError as error:
         print(f"gazesim: the board does not start: {error}", file=sys.stderr)
         return 2
     give_up_s = time.monotonic() + _READY_S
-    while not rig.stopping and not rig.bank.tick_ms:
-        rig.run(until_s=time.monotonic() + 0.02)
+    while not simulator.stopping and not simulator.bank.tick_ms:
+        simulator.run(until_s=time.monotonic() + 0.02)
         if time.monotonic() > give_up_s:
-            log = rig.folder / "files" / "board.log"
+            log = simulator.folder / "files" / "board.log"
             print(f"gazesim: the board does not tick; see {log}", file=sys.stderr)
             return 1
-    if rig.stopping:
+    if simulator.stopping:
         return 0
     ready = {
         "ready": True,
-        "board": str(rig.cable.port.path),
-        "lidar": str(rig.lidar_port.path),
-        "camera": rig.camera.url,
-        "control": str(rig.control.path),
+        "board": str(simulator.cable.port.path),
+        "lidar": str(simulator.lidar_port.path),
+        "camera": simulator.camera.url,
+        "control": str(simulator.control.path),
     }
     print(json.dumps(ready), flush=True)
-    rig.run()
+    simulator.run()
     return 0
 
 

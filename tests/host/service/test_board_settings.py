@@ -12,7 +12,7 @@ from gazechair import cli
 from gazechair.service import board_settings
 from gazechair.service.board_settings import SettingsError, parse
 from gazelink.settings_table import NAMES, TABLE
-from gazesim.rig import Rig
+from gazesim.simulator import Simulator
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def port(tmp_path: Path, micropython: gazesetup.MicroPython) -> Iterator[str]:
     started = threading.Event()
 
     def simulate() -> None:
-        rig = Rig(tmp_path / "sim", str(micropython.path), "open")
+        rig = Simulator(tmp_path / "sim", str(micropython.path), "open")
         rig.start()
         started.set()
         try:

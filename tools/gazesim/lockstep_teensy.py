@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
-from e2e.cable import BoardEnd, Cable
 from gazeboard.app import App
 from gazeboard.boards import bank_layout as layout
 from gazeboard.boards import pins
 from gazeboard.boards.virtual import VirtualBoard
 from gazeboard.io import bootlog
 from gazesim.bank import Bank
-from rig import Clock, Files
+from gazesim.board_rig import Clock, Files
+from gazesim.usb_line import BoardEnd, UsbLine
 
 _MAIN = Path(__file__).resolve().parents[2] / "firmware" / "main.py"
 WATCHDOG_MS = 500  # as teensy40.py starts it
@@ -38,14 +38,14 @@ class _Held(VirtualBoard):
         self.running = app
 
 
-class Board:
+class Teensy:
     """One Teensy: `app` is its firmware, None while it is off, resetting or in the REPL."""
 
-    def __init__(self, bank: Bank, cable: Cable, start_us: int = 0) -> None:
+    def __init__(self, bank: Bank, line: UsbLine, start_us: int = 0) -> None:
         self.bank = bank
         self.clock = Clock(start_us)
         self.files = Files()
-        self.serial = BoardEnd(cable)
+        self.serial = BoardEnd(line)
         self.hung = False  # stands still with interrupts off
         self.blocked = False  # its service loop waits for something, the tick goes on
         self.boots = 0
@@ -55,7 +55,7 @@ class Board:
         self._unfed_ms = 0
         self._feeds = 0
         self._watched = False
-        self.board: _Held | None = None
+        self.board: Any = None
         self.boot()
 
     @property
@@ -66,7 +66,8 @@ class Board:
     def boot(self) -> None:
         """Run main.py, as after any reset."""
         self.boots += 1
-        self.board = _Held(
+        held: Any = _Held
+        self.board = held(
             self.bank.buffer,
             self.serial,
             self.files,

@@ -57,7 +57,7 @@ class Lane:
         self._flying.clear()
 
 
-class Cable:
+class UsbLine:
     """Both lanes and the plug. Pulling it loses what is on its way."""
 
     def __init__(self) -> None:
@@ -87,27 +87,27 @@ class Cable:
 class BoardEnd:
     """What the firmware has for a serial port. Never waits."""
 
-    def __init__(self, cable: Cable) -> None:
-        self._cable = cable
+    def __init__(self, line: UsbLine) -> None:
+        self._line = line
         self._gathered = bytearray()
 
     def read_byte(self) -> int:
         """The next byte, -1 when there is none."""
-        byte = self._cable.to_board.take(1)
+        byte = self._line.to_board.take(1)
         return byte[0] if byte else -1
 
     def write_some(self, buf: bytearray, start: int, end: int) -> int:
         """Bytes for nobody are lost; a host that does not read holds the board's line up."""
-        cable = self._cable
-        if not (cable.plugged and cable.host_reads):
+        line = self._line
+        if not (line.plugged and line.host_reads):
             self._gathered.clear()
             return end
-        end = min(end, start + max(0, cable.to_host.room() - len(self._gathered)))
+        end = min(end, start + max(0, line.to_host.room() - len(self._gathered)))
         self._gathered += buf[start:end]
         return end
 
     def flush(self) -> None:
         """USB carries what has gathered, once a millisecond."""
-        if self._gathered and self._cable.plugged:
-            self._cable.to_host.put(bytes(self._gathered), self._cable.now_ms)
+        if self._gathered and self._line.plugged:
+            self._line.to_host.put(bytes(self._gathered), self._line.now_ms)
         self._gathered.clear()

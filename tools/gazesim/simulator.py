@@ -30,7 +30,7 @@ _WIPER_LOG = 1000
 _NUMBER_LIMIT = 1e6  # of numbers in requests
 
 
-class Rig:
+class Simulator:
     """The simulator as a process sees it; `folder` gets the ports, the bank, the board's files.
 
     `interpreter` runs the firmware: a path or "cpython" (see BoardProcess), or "m7:" and the
@@ -187,32 +187,32 @@ def _number(request: dict[str, Any], key: str) -> float:
     return value
 
 
-def _unplug_lidar(rig: Rig) -> None:
-    rig.lidar_port.unplug()
+def _unplug_lidar(simulator: Simulator) -> None:
+    simulator.lidar_port.unplug()
 
 
-def _plug_lidar(rig: Rig) -> None:
-    if not rig.lidar_port.plugged:
-        rig.world.lidar.power_on()
-        rig.lidar_port.plug()
+def _plug_lidar(simulator: Simulator) -> None:
+    if not simulator.lidar_port.plugged:
+        simulator.world.lidar.power_on()
+        simulator.lidar_port.plug()
 
 
-def _set_camera(rig: Rig, off: bool, stalled: bool) -> None:
-    rig.camera.off, rig.camera.stalled = off, stalled
+def _set_camera(simulator: Simulator, off: bool, stalled: bool) -> None:
+    simulator.camera.off, simulator.camera.stalled = off, stalled
 
 
 RIG_FAULTS = (
     Fault(
         "cable_pulled",
         "the board's USB plug is pulled",
-        lambda rig: rig.board.pull_cable(),
-        lambda rig: rig.board.plug_cable(),
+        lambda simulator: simulator.board.pull_cable(),
+        lambda simulator: simulator.board.plug_cable(),
     ),
     Fault(
         "cable_damage",
         "shares of the bytes both ways are wrong, lost or doubled; all are late",
-        lambda rig, **damage: rig.cable.set_damage(**damage),
-        lambda rig: rig.cable.set_damage(),
+        lambda simulator, **damage: simulator.cable.set_damage(**damage),
+        lambda simulator: simulator.cable.set_damage(),
         (
             Argument("corrupt", 0.0, 0.0, 1.0),
             Argument("drop", 0.0, 0.0, 1.0),
@@ -224,26 +224,26 @@ RIG_FAULTS = (
     Fault(
         "board_hang",
         "the board stops in the middle of whatever it does",
-        lambda rig: rig.board.pause(),
-        lambda rig: rig.board.resume(),
+        lambda simulator: simulator.board.pause(),
+        lambda simulator: simulator.board.resume(),
     ),
     Fault(
         "board_off",
         "the board has no power",
-        lambda rig: rig.board.kill(),
-        lambda rig: rig.board.power_cycle(),
+        lambda simulator: simulator.board.kill(),
+        lambda simulator: simulator.board.power_cycle(),
     ),
-    Fault("board_reset", "the board resets", lambda rig: rig.board.restart()),
+    Fault("board_reset", "the board resets", lambda simulator: simulator.board.restart()),
     Fault(
         "camera_off",
         "the camera refuses everybody",
-        lambda rig: _set_camera(rig, off=True, stalled=False),
-        lambda rig: _set_camera(rig, off=False, stalled=False),
+        lambda simulator: _set_camera(simulator, off=True, stalled=False),
+        lambda simulator: _set_camera(simulator, off=False, stalled=False),
     ),
     Fault(
         "camera_stalled",
         "the camera sends no new picture",
-        lambda rig: _set_camera(rig, off=False, stalled=True),
-        lambda rig: _set_camera(rig, off=False, stalled=False),
+        lambda simulator: _set_camera(simulator, off=False, stalled=True),
+        lambda simulator: _set_camera(simulator, off=False, stalled=False),
     ),
 )
