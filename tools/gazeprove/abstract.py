@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 from dataclasses import dataclass, field
 from itertools import pairwise
-from operator import attrgetter
+from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING, Any
 
 from gazeboard.core import ages, limits
@@ -67,9 +67,12 @@ class Named(Safety):
         def __setattr__(self, name: str, value: Any) -> None: ...
 
     def fields(self) -> dict[str, Any]:
-        """All of them as they are now."""
-        words = self._words
-        return {**self.__dict__, **{name: words[at] for name, at in _WORDS.items()}}
+        """What a state consists of, as it is now."""
+        return dict(zip(FIELDS, self.values(), strict=True))
+
+    def values(self) -> tuple[Any, ...]:
+        """The same without the names."""
+        return (*_plain_values(self), *_word_values(self._words))
 
 
 def _word(at: int) -> property:
@@ -149,6 +152,7 @@ FORGOTTEN: dict[str, Any] = {
 State = tuple[Any, ...]
 _AT = {name: k for k, name in enumerate(FIELDS)}
 _plain_values = attrgetter(*_PLAIN)
+_word_values = itemgetter(*_WORDS_AT)
 _motion_values = attrgetter(*MOTION_FIELDS)
 
 
@@ -194,35 +198,45 @@ class Core:
     relay_follows: bool  # the contact always does what the enable line says
     tick: Tick = field(init=False)
     _known: dict[tuple[Any, ...], State] = field(default_factory=dict)  # what was abstracted
+    _state: State | None = None  # what was loaded last, and how
+    _attributes: dict[str, Any] = field(default_factory=dict)
+    _prepared: Any = None
 
     def __post_init__(self) -> None:
         self.tick = self.around.tick(self.safety, self.motion)
 
     def load(self, state: State, passed: tuple[str, ...]) -> None:
         """Become `state`, with time passed to the end of the class in the counters `passed`."""
-        attributes, words = self.safety.__dict__, self.safety._words
-        attributes.update(zip(_PLAIN, state, strict=False))
-        attributes.update(FORGOTTEN)
+        if state is not self._state:
+            self._prepare(state)
+        words = self.safety._words
+        self.safety.__dict__.update(self._attributes)
+        words[:] = self._prepared
+        motion = self.motion
+        motion.stop()
+        motion._edge, motion._elapsed_ms, motion.state = state[len(FIELDS) :]
+        for name in passed:
+            if name == "_elapsed_ms":
+                motion._elapsed_ms = _ELAPSED[self.safety._verb][1][motion._elapsed_ms]
+            else:
+                words[_WORDS[name]] = HIGHEST[name][state[_AT[name]]]
+
+    def _prepare(self, state: State) -> None:
+        """What is the same in every tick from this state."""
+        self._state = state
+        self._attributes = {**dict(zip(_PLAIN, state, strict=False)), **FORGOTTEN}
+        words = self._prepared = self.safety._words[:]
         for at in _COMPARED:
             words[at] = 0
         for at, value in zip(_WORDS_AT, state[len(_PLAIN) :], strict=False):
             words[at] = value
-        if self.safety.state != codes.DISARMED:
+        if get(state, "state") != codes.DISARMED:
             # Not known: if this tick does not set them back to 0, they may be anything.
             words[ages.IDLE] = words[ages.NEUTRAL] = 1
-        for name in passed:
-            if name != "_elapsed_ms":
-                words[_WORDS[name]] = HIGHEST[name][state[_AT[name]]]
-        motion = self.motion
-        motion.stop()
-        motion._edge, motion._elapsed_ms, motion.state = state[len(FIELDS) :]
-        if "_elapsed_ms" in passed:
-            motion._elapsed_ms = _ELAPSED[attributes["_verb"]][1][motion._elapsed_ms]
 
     def read(self) -> State:
         """The abstraction of what the objects are now."""
-        safety = (*_plain_values(self.safety), *map(self.safety._words.__getitem__, _WORDS_AT))
-        motion = _motion_values(self.motion)
+        safety, motion = self.safety.values(), _motion_values(self.motion)
         found = self._known.get((safety, motion))
         if found is None:
             found = self._known[safety, motion] = self._abstracted(safety, motion)
@@ -277,9 +291,9 @@ def get(state: State, name: str) -> Any:
 
 
 @functools.lru_cache(maxsize=4)
-def passable(state: State) -> tuple[str, ...]:
-    """The counters that are not at the end of their class yet."""
-    return tuple(name for name in PASSING if can_pass(state, name))
+def passable(state: State) -> tuple[tuple[int, str], ...]:
+    """The counters that are not at the end of their class yet, with their places in PASSING."""
+    return tuple((at, name) for at, name in enumerate(PASSING) if can_pass(state, name))
 
 
 def can_pass(state: State, name: str) -> bool:
@@ -288,6 +302,7 @@ def can_pass(state: State, name: str) -> bool:
     return HIGHEST[name][low] not in (low, _TOP)
 
 
+@functools.lru_cache(maxsize=4)
 def step_can_pass(state: State) -> bool:
     """The same of the time a step has taken."""
     table = _ELAPSED.get(state[_AT["_verb"]])

@@ -51,23 +51,23 @@ def tick(
         new_session=strikes("session") or abstract.get(state, "_session_count") == 0,
     )
     commanded = pick(2) == 1
-    passing = {
-        "_host_age_ms": mute,
-        "_service_age_ms": stalled,
-        "_clearance_age_ms": blind,
-        "_heading_age_ms": lost,
-        "_arming_ms": before == codes.ARMING,
-        "_closed_ms": facts.contact and (before != codes.ARMED or not scope.relay_fitted),
-        "_open_ms": not facts.contact and not core.relay_follows,
-        "_off_ms": not enable and not core.relay_follows,
-        "_steady_ms": not facts.late,
-        "_button_ms": facts.button,
-        "ttl_ms": not commanded,
-        "_idle_ms": before == codes.DISARMED or facts.new_session,
-        "_neutral_ms": before == codes.DISARMED or facts.new_session,
-    }
-    passable = abstract.passable(state)
-    passed = [name for name in passable if passing[name] and pick(2)]
+    settled = before == codes.DISARMED or facts.new_session
+    passing = (  # in the order of PASSING
+        mute,
+        stalled,
+        blind,
+        lost,
+        before == codes.ARMING,
+        facts.contact and (before != codes.ARMED or not scope.relay_fitted),
+        not facts.contact and not core.relay_follows,
+        not enable and not core.relay_follows,
+        not facts.late,
+        facts.button,
+        not commanded,
+        settled,
+        settled,
+    )
+    passed = [name for at, name in abstract.passable(state) if passing[at] and pick(2)]
     if abstract.step_can_pass(state) and pick(2):
         passed.append("_elapsed_ms")
     core.load(state, tuple(passed))

@@ -104,14 +104,15 @@ class LazyInputs:
     _known: dict[str, tuple[Any, ...]]  # what an input may be in this scope, once asked
 
     def __getattr__(self, name: str) -> Any:
-        known = self._known
+        read = self.__dict__
+        known = read["_known"]
         values = known.get(name)
         if values is None:
             values = self._values(name)
             if name not in _EACH_TIME:
                 known[name] = values
-        value = values[self._choices.pick(len(values))] if len(values) > 1 else values[0]
-        self.__dict__[name] = value
+        size = len(values)
+        value = read[name] = values[read["_choices"].pick(size)] if size > 1 else values[0]
         return value
 
     def _values(self, name: str) -> tuple[Any, ...]:

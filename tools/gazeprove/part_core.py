@@ -17,7 +17,7 @@ def enumeration(quick: bool, note: Note) -> Part:
     """Explore every scope; hold random runs of the concrete core against each."""
     figures = dict.fromkeys(("scopes", "states", "transitions", "random_ticks", "moving_ticks"), 0)
     short: list[str] = []
-    ticks = 5_000 if quick else 30_000
+    ticks = 5_000 if quick else 50_000
     wanted = [(scope, number, ticks) for number, scope in enumerate(scopes(quick))]
     with pool(quick) as processes:
         for name, counted, broken in processes.imap_unordered(_explore, wanted):
