@@ -11,15 +11,16 @@ from gazechair.board.state import BoardId, BoardState, BoardStats
 from gazechair.config.configuration import Config, DriverConfig
 from gazechair.driving.control import Control
 from gazelink import codes
+from gazesim.board_limits import LIMITS
 
-QUIET = BoardState(0, 0, 0, 0, 0, 0, 90.0, 170, 171, 0, 0, 0, 0.0)
+QUIET = BoardState(0, 0, 0, 0, 0, 0, 90.0, 0, 12, 0, 0, 0, 0.0)
 
 
 class FakeLink:
     def __init__(self) -> None:
         self.now: BoardState | None = QUIET
         self.statistics: BoardStats | None = None
-        self.who: BoardId | None = BoardId("fake", "0.1.0", False, 1, 2)
+        self.who: BoardId | None = BoardId("fake", "0.2.0", False, 1, 2, LIMITS)
         self.said: list[tuple[Any, ...]] = []
 
     def command(self, command: Command) -> None:

@@ -23,6 +23,7 @@ from wsproto.events import CloseConnection
 import gazesetup
 from gazechair.people.profiles import ProfileRefused, Profiles, fields
 from gazechair.web.minify import lean
+from gazelink import codes
 
 WEB = gazesetup.ROOT / "web"
 PATIENCE_S = 30.0
@@ -35,6 +36,9 @@ WELCOME = {
     "insecure": False,
     "backward": False,
     "heartbeat_ms": 50,
+    "token_ms": 500,
+    "command_ttl_ms": 300,
+    "latched": [name for _, name, _, latched in codes.FAULTS if latched],
 }
 ARMED = {
     "k": "state",
@@ -52,7 +56,7 @@ ARMED = {
     "you": True,
     "edge": 0,
     "heading_deg": 0.0,
-    "wipers": [170, 170],
+    "output_permille": [0, 0],
     "cap_permille": 1000,
     "bypass_ms": 0,
     "call": False,

@@ -12,7 +12,7 @@ from gazesim.bank import Bank
 from gazesim.cable import Cable
 from gazesim.emulated_board import EmulatedBoard
 from gazesim.world import World
-from livehost import STOP, LiveHost
+from livehost import NEUTRAL_OUTPUT, STOP, LiveHost
 
 # Wall time a condition may take: the emulation keeps up with real time, but machines stall.
 LIMIT_S = 120.0
@@ -190,10 +190,10 @@ class EmulatedLiveBoard(LiveBoard):
         def moving() -> bool:
             if self.host.safety != codes.ARMED:
                 self.arm()
-            if self.host.wipers == NEUTRAL and self.host.state["override"]:
+            if self.host.output == NEUTRAL_OUTPUT and self.host.state["override"]:
                 self.host.hold(verb, self.new_edge())
                 self.run_ms(60)
-            return self.host.wipers != NEUTRAL
+            return self.host.output != NEUTRAL_OUTPUT
 
         self.arm()
         self.host.hold(verb, self.new_edge())

@@ -15,6 +15,7 @@ SPEAK_MS = 20
 SPEAK_S = 0.2  # wall time, for a board that tells no time
 HELLO_S = 0.2
 ORDER_REPEATS = 10
+NEUTRAL_OUTPUT = (0, 0)  # as STATE tells it, permille
 STOP = (codes.STOP, codes.CONTINUOUS, 0, codes.DRIVER, 0, 0, 0, 1000, 0)
 
 
@@ -75,11 +76,11 @@ class LiveHost:
         return int(self.state["status"]) & 0x0F if self.state else -1
 
     @property
-    def wipers(self) -> tuple[int, int]:
-        """Linear and turn wipers as the board tells them; (0, 0) while it has said nothing."""
+    def output(self) -> tuple[int, int]:
+        """Linear and turn output as the board tells them, permille; neutral until it has."""
         if not self.state:
-            return (0, 0)
-        return self.state["linear_wiper"], self.state["turn_wiper"]
+            return NEUTRAL_OUTPUT
+        return self.state["linear_permille"], self.state["turn_permille"]
 
     def has_fault(self, bit: int) -> bool:
         """Whether the newest state has that fault."""

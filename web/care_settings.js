@@ -3,8 +3,6 @@
 import { sureButton } from "./sure.js";
 
 const JSON_TYPE = { "Content-Type": "application/json" };
-/** The chair's speed profiles by number, as the chair itself shows them. */
-const SPEEDS = ["1.2", "2.1", "3.1", "4.1", "5.1"];
 /** How numbers are shown: by the end of their name, [unit, how many of it are one shown]. */
 const UNITS = [
   ["_ms", "s", 1000],
@@ -85,7 +83,7 @@ export class ChairSettings {
 
   #show(settings) {
     const rows = Object.entries(settings).map(([name, field]) => {
-      const choices = name === "profile" && SPEEDS.map((speed, at) => [at, speed]);
+      const choices = field.choices?.map((word, value) => [value, word]);
       return row(this.#strings, name, choices ? { choices } : field, field.value, async (value) => {
         const body = JSON.stringify({ set: { [name]: Number(value) } });
         // Refused: what is in force is shown again.

@@ -24,11 +24,6 @@ const TICK_MS = 25;
 const RESET_HOLD_MS = 2000;
 /** Until the host has told the cap back, a moved slider keeps its place. */
 const CAP_SETTLES_MS = 1000;
-/** Messages that only a reset clears. */
-const LATCHED = [
-  "wiper", "tick_exception", "emergency", "watchdog_boots", "disobeys", "relay_unexpected",
-  "storage",
-];
 const TABS = ["drive", "settings", "pairing"];
 
 const strings = await loadStrings(chosenLanguage(location.search, navigator.language));
@@ -56,6 +51,7 @@ const chair = new ChairSettings(byId("chair"), strings, refuse);
 const pairing = new Pairing(byId("invite"), byId("devices"), strings, refuse);
 
 let state = null; // the host's newest state
+let latched = []; // messages that only a reset clears
 let edge = 0;
 let capMovedMs = -Infinity;
 
@@ -97,6 +93,7 @@ const receivers = {
   welcome(welcome) {
     setData("role", welcome.role);
     setData("insecure", welcome.insecure);
+    latched = welcome.latched;
     for (const part of [joystick, bypass]) part.setHeartbeat(welcome.heartbeat_ms);
   },
   state(news, now) {
@@ -107,7 +104,7 @@ const receivers = {
     setData("call", news.coming ? "coming" : news.call);
     setText("call-title", strings.label(news.coming ? "care_coming" : "care_call"));
     setText("answer", strings.label(news.coming ? "care_there" : "care_answer"));
-    setData("latched", news.level === "error" && LATCHED.includes(news.message));
+    setData("latched", news.level === "error" && latched.includes(news.message));
     facts.update(news, null, now);
     line.update(news);
     tell(now);

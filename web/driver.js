@@ -135,7 +135,7 @@ const socket = new ControlSocket({
 
 const receivers = {
   welcome(welcome) {
-    targets.setHeartbeat(welcome.heartbeat_ms);
+    targets.setTimes(welcome.heartbeat_ms, welcome.command_ttl_ms);
     setData("backward", welcome.backward);
     setData("insecure", welcome.insecure);
     measure();

@@ -3,10 +3,8 @@
 import { setText } from "./dom.js";
 
 const AGE_EVERY_MS = 1000;
-const NEUTRAL = 170; // wiper counts
-const FULL = 84;
-/** Wipers this near to neutral move nothing. */
-const REST = 3;
+/** An output nearer to neutral moves nothing. */
+const REST_PERMILLE = 36;
 const TURN_WINDOW_MS = 400;
 /** What this page asks, beside the words for what the chair does. */
 const ARROWS = { forward: "↑", backward: "↓", left: "←", right: "→" };
@@ -49,26 +47,26 @@ export class Facts {
   }
 
   /** Which way the joystick is pushed: a name of a drive target, or "none". */
-  #moving({ motion, wipers }) {
-    if (motion === "stopped" || wipers === null) return "none";
-    const [linear, turn] = wipers.map((count) => count - NEUTRAL);
-    if (Math.max(Math.abs(linear), Math.abs(turn)) < REST) return "none";
+  #moving({ motion, output_permille: output }) {
+    if (motion === "stopped" || output === null) return "none";
+    const [linear, turn] = output;
+    if (Math.max(Math.abs(linear), Math.abs(turn)) < REST_PERMILLE) return "none";
     if (Math.abs(turn) > Math.abs(linear)) return turn > 0 ? "left" : "right";
     return linear > 0 ? "forward" : "backward";
   }
 
   /** Speed has no sensor: the push of the joystick, and for turns what the heading does. */
-  #estimate({ motion, wipers, heading_deg: heading }, now) {
+  #estimate({ motion, output_permille: output, heading_deg: heading }, now) {
     this.#headings = this.#headings.filter(([at]) => now - at < 2 * TURN_WINDOW_MS);
     if (heading !== null) this.#headings.push([now, heading]);
-    if (motion === "stopped" || wipers === null) return "";
+    if (motion === "stopped" || output === null) return "";
     const [from] = this.#headings;
     if (motion === "turn" && heading !== null && now - from[0] >= TURN_WINDOW_MS) {
       const turned = ((heading - from[1] + 540) % 360) - 180;
       const rate = Math.round(turned / ((now - from[0]) / 1000) / 5) * 5;
       return ` ± ${Math.abs(rate)}°/s`;
     }
-    const push = Math.max(...wipers.map((count) => Math.abs(count - NEUTRAL))) / FULL;
+    const push = Math.max(...output.map(Math.abs)) / 1000;
     return ` ± ${Math.round(push * 20) * 5} %`;
   }
 }

@@ -8,8 +8,6 @@ export const MENU_FACTOR = 2;
 export const isMenu = (name) => name === "back" || name.startsWith("tile-");
 /** Every button: after the page has changed, none acts by gaze before the gaze was on none. */
 export const ALL = "*";
-/** The board's time-to-live of a command, ms: a proof of holding is worth this much. */
-export const COMMAND_TTL_MS = 300;
 /** A step is said again for this long, so that one lost message does not lose the step. */
 export const STEP_REPEAT_MS = 150;
 /** After a stop the gaze must be off every drive target for this long. */

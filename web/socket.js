@@ -9,8 +9,6 @@ const LOST_MS = 500;
 const SILENCE_MS = 2000;
 /** More than this waiting to be sent: only stops are added to it. */
 const BACKLOG_BYTES = 512;
-/** A token older than this proves nothing to the host. */
-const TOKEN_MS = 500;
 
 /** Messages that always go out, whatever waits before them. */
 const ALWAYS = ["stop", "disarm", "emergency"];
@@ -26,7 +24,9 @@ const PAIR = "/pair";
 export class ControlSocket {
   #wire;
   #on;
-  #tokens = []; // {token, at}: those of the last 500 ms that were delayed less than all later ones
+  /** A token older than this proves nothing to the host, which says so. */
+  #tokenMs = 0;
+  #tokens = []; // {token, at}: those of that time that were delayed less than all later ones
   #heardMs = 0;
   #beatAtMs = 0;
   #alive = false;
@@ -82,7 +82,7 @@ export class ControlSocket {
     this.#heardMs = performance.now();
     if (message.k === "welcome") {
       this.#welcomed = true;
-      this.stops = 0;
+      this.#tokenMs = message.token_ms;
     }
     if (message.token !== undefined) this.#keep(message.token, this.#heardMs);
     this.#on.message(message);
@@ -101,11 +101,12 @@ export class ControlSocket {
   }
 
   #forget(now) {
-    while (this.#tokens.length > 0 && now - this.#tokens[0].at > TOKEN_MS) this.#tokens.shift();
+    while (this.#tokens.length > 0 && now - this.#tokens[0].at > this.#tokenMs) this.#tokens.shift();
   }
 
   #close(code) {
     this.#tokens.length = 0;
+    this.stops = 0;
     this.#setAlive(false);
     if (code === REVOKED) location.assign(PAIR);
     else if (!this.#welcomed) this.#askWhoWeAre();

@@ -1,6 +1,6 @@
 // The driver's intent as a pure state machine: hover, dwell, leave, press. Time is injected.
 
-import { ALL, COMMAND_TTL_MS, MENU_FACTOR, REST_MS, STEP_REPEAT_MS } from "./intent_times.js";
+import { ALL, MENU_FACTOR, REST_MS, STEP_REPEAT_MS } from "./intent_times.js";
 import { isDrive, isMenu, TAP_MS } from "./intent_times.js";
 
 /**
@@ -22,6 +22,7 @@ export class Targets {
   #graceMs = 200;
   #staleMs = 500;
   #heartbeatMs = 50;
+  #ttlMs = Infinity;
   #freshMs = 200;
   #edge = 0;
   #under = undefined; // target under the pointer, null: none, undefined: not known
@@ -37,9 +38,13 @@ export class Targets {
     this.#on = on;
   }
 
-  /** How often a held command is said, ms. */
-  setHeartbeat(ms) {
-    this.#heartbeatMs = ms;
+  /**
+   * How often a held command is said, and how long the board lets it live, ms; null while that is
+   * not known: it may be long.
+   */
+  setTimes(heartbeatMs, ttlMs) {
+    this.#heartbeatMs = heartbeatMs;
+    this.#ttlMs = ttlMs ?? Infinity;
     this.#fresh();
   }
 
@@ -266,7 +271,7 @@ export class Targets {
 
   #fresh() {
     // Heartbeats end early, so that the board's time-to-live runs out when the pointer is stale.
-    this.#freshMs = Math.max(this.#heartbeatMs, this.#staleMs - COMMAND_TTL_MS);
+    this.#freshMs = Math.max(this.#heartbeatMs, this.#staleMs - this.#ttlMs);
   }
 
   #needRest(at) {

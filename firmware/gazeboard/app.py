@@ -85,6 +85,7 @@ class App:
         if neutral != self._neutral:
             self._neutral = neutral
             self.safety.neutral_moved()
+            self.telemetry.forget()
         self._imu.tilt.limit_q4_deg = s.tilt_limit_q4_deg
         self.obstacles.configure(s)
         self.link.outgoing.tell_zone(self.obstacles.zone)

@@ -128,9 +128,10 @@ STATE = Message(
     "state",
     DOWN,
     # status: state in the low nibble, motion in the high. decisions: 2 bits per direction.
-    # heading_q4_deg: 1/16 degree, 0..5759, counter-clockwise positive.
+    # heading_q4_deg: 1/16 degree, 0..5759, counter-clockwise positive. linear_ and turn_permille:
+    # the outputs, of full deflection, forward and left positive; 0 at the stored neutral only.
     "status:B override:B arm_reason:B first_fault:B faults:I heading_q4_deg:H "
-    "linear_wiper:B turn_wiper:B edge:B decisions:B",
+    "linear_permille:h turn_permille:h edge:B decisions:B",
 )
 STATS = Message(
     0x21,
@@ -151,6 +152,17 @@ SETTING_REPLY = Message(0x23, "setting_reply", DOWN, "request:B index:B value:H 
 # session, after each change of the settings, and periodically.
 ZONE = Message(0x24, "zone", DOWN, "direction:B points:48s")
 
+# What a host needs of the limits compiled into the board (gazeboard/core/limits.py): follows each
+# NONCE; until then the host has no session. command_ttl_ms: a command or bypass lives no longer.
+# clearance_old_ms: obstacle data of that age counts as none. wiper_*: counts, at the window's ends
+# and from neutral to full deflection.
+LIMITS = Message(
+    0x25,
+    "limits",
+    DOWN,
+    "command_ttl_ms:H clearance_old_ms:H wiper_min:B wiper_max:B wiper_span:B",
+)
+
 MESSAGES = (
     HELLO,
     FAULT,
@@ -168,6 +180,7 @@ MESSAGES = (
     PONG,
     SETTING_REPLY,
     ZONE,
+    LIMITS,
 )
 BY_TYPE = {m.type_id: m for m in MESSAGES}
 

@@ -8,19 +8,20 @@ import random
 import pytest
 
 from gazelink import codes, frame, messages
-from liveboard import NEUTRAL, EmulatedLiveBoard, LiveBoard
+from liveboard import EmulatedLiveBoard, LiveBoard
+from livehost import NEUTRAL_OUTPUT
 
 pytestmark = pytest.mark.m7
 
 
 def neutral_throughout(board: LiveBoard, since: int = 0) -> None:
-    """No state the board ever told since had a wiper out of neutral."""
-    moved = [s for ticks, s in board.host.states if ticks >= since and wipers(s) != NEUTRAL]
+    """No state the board ever told since had an output other than neutral."""
+    moved = [s for ticks, s in board.host.states if ticks >= since and output(s) != NEUTRAL_OUTPUT]
     assert not moved, moved[:3]
 
 
-def wipers(state: dict[str, int]) -> tuple[int, int]:
-    return state["linear_wiper"], state["turn_wiper"]
+def output(state: dict[str, int]) -> tuple[int, int]:
+    return state["linear_permille"], state["turn_permille"]
 
 
 def test_greets_with_its_name_version_and_table(board: LiveBoard) -> None:

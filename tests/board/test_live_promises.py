@@ -14,7 +14,7 @@ from gazeboard.boards import pins
 from gazeboard.io import joystick
 from gazelink import codes, messages
 from liveboard import NEUTRAL, EmulatedLiveBoard
-from livehost import STOP
+from livehost import NEUTRAL_OUTPUT, STOP
 
 pytestmark = pytest.mark.m7
 
@@ -22,11 +22,11 @@ STATE_MS = 10  # a state may be that much older than the moment it is asked abou
 
 
 def moved_after(board: EmulatedLiveBoard, ticks: int) -> list[tuple[int, dict[str, int]]]:
-    """States told at `ticks` or later with a wiper out of neutral."""
+    """States told at `ticks` or later with an output other than neutral."""
     return [
         (at, s)
         for at, s in board.host.states
-        if at >= ticks and (s["linear_wiper"], s["turn_wiper"]) != NEUTRAL
+        if at >= ticks and (s["linear_permille"], s["turn_permille"]) != NEUTRAL_OUTPUT
     ]
 
 
@@ -113,7 +113,7 @@ def test_p6_obstacle_ahead_stops_and_says_so(emulated: EmulatedLiveBoard) -> Non
     emulated.host.blocked = 1 << codes.DIR_FORWARD
     host = emulated.host
     emulated.until(lambda: host.state["override"] == codes.OBSTACLE_FORWARD, "the override")
-    assert host.wipers == NEUTRAL
+    assert host.output == NEUTRAL_OUTPUT
     host.blocked = 0
     emulated.run_ms(200)
     assert emulated.real_wipers == NEUTRAL, "the same press never moves again (P14)"
@@ -142,7 +142,7 @@ def test_p12_replayed_frames_never_move(emulated: EmulatedLiveBoard) -> None:
     recorded = bytes(emulated.host.sent)
     emulated.host.command = STOP
     emulated.until(lambda: emulated.real_wipers == NEUTRAL, "neutral after stop")
-    emulated.until(lambda: emulated.host.wipers == NEUTRAL, "telling so")
+    emulated.until(lambda: emulated.host.output == NEUTRAL_OUTPUT, "telling so")
     told_at = emulated.host.ticks
     for _ in range(50):
         emulated.host.raw(recorded)

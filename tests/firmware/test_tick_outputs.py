@@ -72,6 +72,20 @@ def test_wiper_counts_are_proportional_and_within_the_window() -> None:
             assert joystick.counts(permille, neutral) == wanted
 
 
+def test_the_deflection_told_is_the_least_that_gives_the_count() -> None:
+    """So it names the count exactly, never more than was asked for, and 0 at neutral only."""
+    for neutral in range(150, 191):
+        told = {}
+        for asked in range(-1000, 1001):
+            count = joystick.counts(asked, neutral)
+            permille = told.setdefault(count, joystick.permille(count, neutral))
+            assert abs(permille) <= abs(asked)
+            assert (permille == 0) == (count == neutral)
+            assert joystick.counts(permille, neutral) == count
+        assert sorted(told.values()) == [told[count] for count in sorted(told)]
+        assert len(set(told.values())) == len(told)
+
+
 class _Bus:
     def __init__(self) -> None:
         self.wipers = {0x00: 0, 0x80: 0}
@@ -108,7 +122,7 @@ def test_a_captured_state_is_what_the_board_found() -> None:
     """All fields against struct's own packing; due on a grid of its period."""
     rng = random.Random(21)
     safety = SimpleNamespace()
-    stick = SimpleNamespace()
+    stick = SimpleNamespace(neutral_linear=170, neutral_turn=151)
     obstacles = SimpleNamespace()
     telemetry = Telemetry(safety, stick, obstacles)
     ticks = due = 0
@@ -133,16 +147,16 @@ def test_a_captured_state_is_what_the_board_found() -> None:
         assert telemetry.waits()
         assert telemetry.take(body) == ticks & 0xFFFF
         old = safety.faults & (1 << codes.OBSTACLE_DATA_OLD)
-        assert body[HEADER_SIZE : HEADER_SIZE + 14] == struct.pack(
-            "<BBBBIHBBBB",
+        assert body[HEADER_SIZE : HEADER_SIZE + 16] == struct.pack(
+            "<BBBBIHhhBB",
             safety.state | motion << 4,
             safety.override,
             safety.arm_reason,
             safety.first_fault,
             safety.faults,
             heading_q4,
-            stick.linear_wiper,
-            stick.turn_wiper,
+            joystick.permille(stick.linear_wiper, stick.neutral_linear),
+            joystick.permille(stick.turn_wiper, stick.neutral_turn),
             safety.edge or safety.spent_edge,
             0xFF if old else obstacles.decisions,
         )

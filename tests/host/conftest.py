@@ -8,12 +8,14 @@ import select
 import threading
 import tty
 from collections.abc import Callable, Iterator
+from dataclasses import astuple
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from gazelink import VERSION, codes, frame, messages
+from gazesim.board_limits import LIMITS
 
 BOOT = 0x0B07
 
@@ -27,6 +29,7 @@ class FakeBoard:
         self.schema_hash = frame.schema_hash()
         self.stamp_ms = 1000
         self.flags = 0
+        self.limits = LIMITS
         self.status = codes.DISARMED
         self.heard: list[tuple[str, dict[str, Any]]] = []
         self.stamps: list[int] = []
@@ -52,9 +55,11 @@ class FakeBoard:
         values = (self.session, self.nonce, self._keys.epoch)
         return self._frame(messages.NONCE, values)
 
+    def limits_frame(self) -> bytes:
+        return self._frame(messages.LIMITS, astuple(self.limits))
+
     def state(self, **changes: int) -> bytes:
         values = dict.fromkeys(messages.STATE.names, 0) | {"status": self.status}
-        values |= {"linear_wiper": 170, "turn_wiper": 170}
         return self._frame(messages.STATE, tuple((values | changes).values()))
 
     def stats(self, **changes: int) -> bytes:
@@ -94,7 +99,7 @@ class FakeBoard:
                     self.session = fields["session"]
                     self.nonce = bytes([self.nonce[0] + 1 & 0xFF, *self.nonce[1:]])
                     self._keys.begin(self.session, self.boot, self.nonce, 0, self.stamp_ms)
-                return self.hello() + self.nonce_frame()
+                return self.hello() + self.nonce_frame() + self.limits_frame()
             return self.hello()
         if message is messages.PING:
             return self._frame(messages.PONG, (fields["token_low"], fields["token_high"]))

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from gazeboard.io.joystick import permille
 from gazechair.base.health import OK, HealthRegistry
 from gazechair.board.board_commands import Bypass, Clearance, Command
 from gazechair.board.protocol import Event, LinkProtocol, SessionBegun, SessionEnded
@@ -165,7 +166,7 @@ def test_a_press_moves_the_wipers_within_3_ms_and_a_release_ends_it(chain: Chain
     assert chain.wipers()[0] > 170
     seen = chain.look()
     assert (seen["motion"], seen["edge"], seen["simulated"]) == ("forward", 1, True)
-    assert seen["wipers"] == list(chain.wipers())
+    assert seen["output_permille"] == [permille(count, 170) for count in chain.wipers()]
     chain.let_go()
     assert chain.until(chain.neutral, 3) <= 3
 

@@ -242,7 +242,7 @@ def test_a_viewer_has_no_controls(page, host, artefact):
 
 LOOKS = {
     "watching": {"simulated": True},
-    "driving": {"you": True, "owner": "caretaker", "motion": "drive", "wipers": [200, 170]},
+    "driving": {"you": True, "owner": "caretaker", "motion": "drive", "output_permille": [358, 0]},
     "override": {
         "override": "obstacle_forward",
         "decisions": {"forward": "blocked", "left": "slow", "right": "free", "backward": "unknown"},

@@ -293,7 +293,12 @@ def test_simulation_stays_where_it_is_whatever_else_is_said(tablet, driver, host
     driver.state(simulated=True)
     before = tablet.evaluate(place)
     host.welcome["insecure"] = True
-    for news in (OFF, TAKEN, {"relay_checked": False}, {"motion": "backward", "wipers": [90, 90]}):
+    for news in (
+        OFF,
+        TAKEN,
+        {"relay_checked": False},
+        {"motion": "backward", "output_permille": [-953, -953]},
+    ):
         driver.state(**news)
         assert tablet.evaluate(place) == before
         assert tablet.locator(".simulation").is_visible()

@@ -107,7 +107,7 @@ def test_contrast_and_mirroring_are_seen_at_once(menu, host, look, artefact):
         you=True,
         owner="driver",
         motion="turn",
-        wipers=[170, 230],
+        output_permille=[0, 715],
         decisions={"forward": "slow", "left": "free", "right": "blocked", "backward": "unknown"},
         clearance={"forward": 1.24, "left": 95.0, "right": 0.0, "backward": None},
     )

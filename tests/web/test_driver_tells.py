@@ -249,5 +249,5 @@ def test_nothing_in_the_page_is_touched_when_nothing_changed(driver):
         "document, {subtree: true, childList: true, attributes: true, characterData: true}); }"
     )
     for heading in range(8):
-        driver.state(heading_deg=float(heading), wipers=[170, 170 + heading])
+        driver.state(heading_deg=float(heading), output_permille=[0, 12 * heading])
     assert driver.page.evaluate("touched.length") == 0

@@ -35,8 +35,8 @@ NEWS = [
     {"coming": False, "heard": False},
     {"state": "arming", "owner": "driver", "you": True},
     MINE,
-    {"motion": "turn", "heading_deg": 12.0, "wipers": [170, 240]},
-    {"motion": "backward", "wipers": [90, 170]},
+    {"motion": "turn", "heading_deg": 12.0, "output_permille": [0, 834]},
+    {"motion": "backward", "output_permille": [-953, 0]},
     {
         "decisions": dict(zip(DRIVE, ("blocked", "slow", "free", "unknown"), strict=True)),
         "clearance": {"forward": 12.3, "backward": None, "left": 175.0, "right": 0.0},

@@ -17,6 +17,7 @@ async (steps) => {
   }
   on.stop = () => said.push([Math.round(now), "stop"]);
   const targets = new Targets(on);
+  targets.setTimes(50, 300);
   for (const [at, call, ...rest] of steps) targets[call](...rest, (now = at));
   return said;
 }

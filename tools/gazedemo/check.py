@@ -7,11 +7,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from gazeboard.core.limits import WIPER_NEUTRAL
 from gazedemo.browser import Driver, open_page
 from gazedemo.sim_control import SimControl
 from gazedemo.stack import Stack
 
-NEUTRAL = (170, 170)
+NEUTRAL = (WIPER_NEUTRAL, WIPER_NEUTRAL)
 _HOST_SILENT_MS = 100.0  # promise P2; the cable's last bytes are still in transit when it is pulled
 _SIM_STEP_MS = 5.0  # what the simulator's own look at the wipers may add
 _TRIES = 4

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import gazesetup
+from gazeboard.core.limits import WIPER_NEUTRAL
 from gazechair.base import health as h
 from gazechair.base.health import Health
 from gazechair.board.board_commands import Clearance, Command
@@ -30,7 +31,7 @@ _PINGS_QUICK = 300
 _REPLUGS = 200
 _REPLUGS_QUICK = 20
 _READY_S = 20.0
-_NEUTRAL = (170, 170)
+_NEUTRAL = (WIPER_NEUTRAL, WIPER_NEUTRAL)
 _FRAME = 14  # bytes of a PING and of a PONG
 _SEED = 20261121
 

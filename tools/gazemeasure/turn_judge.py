@@ -16,12 +16,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from gazeboard.core.limits import WIPER_NEUTRAL
+
 WITHIN_DEG = 1.0
 UNDER_DPS = 1.0
 FOR_MS = 1000
 _SWINGS = 2
 _CASTERS_DEG = 15.0
-NEUTRAL = 170
 
 Floats = NDArray[np.float64]
 
@@ -82,7 +83,7 @@ def judge(turn: Turn) -> Verdict:
         end_error_deg=float(abs(error[-1])),
         oscillates=bool(oscillates),
         unstable=bool(growing) or float(np.abs(error).max()) > 1.5 * step + _CASTERS_DEG,
-        stands=bool(turn.count[-1] == NEUTRAL and abs(turn.rate_dps[-1]) < UNDER_DPS),
+        stands=bool(turn.count[-1] == WIPER_NEUTRAL and abs(turn.rate_dps[-1]) < UNDER_DPS),
         left_again=bool(at is not None and outside[at:].any()),
         counts=(int(turn.count.min()), int(turn.count.max())),
     )
@@ -127,7 +128,7 @@ def _flips(error: Floats, count: NDArray[np.int16]) -> int:
     inside = np.flatnonzero(np.abs(error) <= WITHIN_DEG)
     if len(inside) == 0:
         return 0
-    sides = np.sign(count[inside[0] :].astype(np.int32) - NEUTRAL)
+    sides = np.sign(count[inside[0] :].astype(np.int32) - WIPER_NEUTRAL)
     starts = np.flatnonzero(np.diff(sides, prepend=0) != 0)
     flips, last, free, begun = 0, 0, False, 0
     for side in sides[starts]:

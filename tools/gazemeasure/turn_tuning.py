@@ -6,12 +6,15 @@ import random
 from collections.abc import Iterator
 from typing import Any
 
+from gazeboard.core.limits import WIPER_NEUTRAL
+from gazeboard.io.joystick import permille
 from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.procedure import Procedure
 from gazechair.service.tune.recording import Recording, Sample
 from gazelink import codes
 from gazemeasure.turn_board import BoardMotion
 from gazemeasure.turn_run import Bench
+from gazesim.board_limits import LIMITS
 from gazesim.chair import Chair, Parameters
 from gazesim.imu_model import Imu
 
@@ -31,7 +34,7 @@ def record(chair: Chair, imu: Imu, settings: Any, profile: str, seed: int = 1) -
     """The procedure's recordings; `seed` draws when pulses begin. TuneError when it gives up."""
     board = BoardMotion(settings)
     bench = Bench(chair, imu, board)
-    procedure = Procedure(TurnNumbers.default(profile))
+    procedure = Procedure(TurnNumbers.default(profile), WIPER_NEUTRAL, LIMITS)
     held = None
     waits = waits_ms(seed)
     wait_ms = 0
@@ -45,7 +48,8 @@ def record(chair: Chair, imu: Imu, settings: Any, profile: str, seed: int = 1) -
         if bench.now_ms > _LIMIT_MS:
             raise AssertionError("the procedure does not end")
         reason = 0 if board.running else board.end_reason
-        procedure.sample(Sample(bench.now_ms, imu.heading_q4 / 16, board.count, reason))
+        out = permille(board.count, WIPER_NEUTRAL)
+        procedure.sample(Sample(bench.now_ms, imu.heading_q4 / 16, out, reason))
         bench.forget()
         if procedure.wanted is not held:
             held = procedure.wanted

@@ -111,9 +111,15 @@ class Oracle(Facts):
         past = self.past.get(at) if self.paced else None
         if past is None:
             return
-        said = (fields["linear_wiper"], fields["turn_wiper"])
-        if not past.failed and said != (past.linear, past.turn):
-            raise Violation("telemetry", f"says wipers {said} at {past.linear} {past.turn}")
+        said = (fields["linear_permille"], fields["turn_permille"])
+        neutrals = [self.rules.neutral]
+        if self.enabled_at < 0:
+            neutrals += self.rules.asked  # being set
+        if not past.failed and not any(
+            said == (_permille(past.linear - linear), _permille(past.turn - turn))
+            for linear, turn in neutrals
+        ):
+            raise Violation("telemetry", f"says {said} permille at {past.linear} {past.turn}")
         disarmed = fields["status"] & 15 == codes.DISARMED
         if disarmed and past.rising:
             raise Violation("telemetry", "says disarmed while the enable line goes on")
@@ -346,6 +352,12 @@ class Oracle(Facts):
         )
         if wrong:
             raise Violation("P13", f"{codes.VERBS[verb]} moves {linear} {turn}")
+
+
+def _permille(counts: int) -> int:
+    """Of full deflection, as told: the least that moves a wiper so far."""
+    least = -(-abs(counts) * 1000 // _SPAN)
+    return least if counts > 0 else -least
 
 
 def _counts(permille: int) -> int:

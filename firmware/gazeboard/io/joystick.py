@@ -25,6 +25,14 @@ def counts(permille, neutral):
     return value if value <= limits.WIPER_MAX else limits.WIPER_MAX
 
 
+def permille(count, neutral):
+    # The least deflection that gives this count: 0 at neutral only.
+    off = count - neutral
+    if off >= 0:
+        return (off * 1000 + limits.WIPER_SPAN - 1) // limits.WIPER_SPAN
+    return -((-off * 1000 + limits.WIPER_SPAN - 1) // limits.WIPER_SPAN)
+
+
 class Joystick:
     def __init__(self, i2c):
         self._i2c = i2c
@@ -38,8 +46,8 @@ class Joystick:
     # The stored centre of both channels; only while disarmed.
     @micropython.native
     def set_neutral(self, linear_count, turn_count):
-        self._neutral_linear = linear_count
-        self._neutral_turn = turn_count
+        self.neutral_linear = linear_count
+        self.neutral_turn = turn_count
         self._let_go_linear[1] = linear_count
         self._let_go_turn[1] = turn_count
         self._aim(0, 0)
@@ -47,8 +55,8 @@ class Joystick:
     # What to write from now on.
     @micropython.native
     def _aim(self, linear_permille, turn_permille):
-        linear = self._neutral_linear
-        turn = self._neutral_turn
+        linear = self.neutral_linear
+        turn = self.neutral_turn
         self._linear_permille = linear_permille
         self._turn_permille = turn_permille
         neutral = linear_permille == 0 and turn_permille == 0  # on both

@@ -1,10 +1,11 @@
-# What the board sends: greeting, answers, state, statistics and zone, one frame at a time.
+# What the board sends: greeting, limits, answers, state, statistics and zone, one frame at a time.
 #
 # What is due is a flag or a time, never a queue, so a host that reads slowly gets the newest state,
 # not old ones. Never blocks; no allocation after construction.
 
 import struct
 
+from gazeboard.core import limits
 from gazelink import VERSION, codes, frame, messages
 
 _FRAMES_PER_POLL = 3
@@ -64,6 +65,7 @@ class Outgoing:
         self._zone_at = 0
         self._greet = False
         self._nonce_due = False
+        self._limits_due = False
         self._pong = False
         self._answered = False
         self._maintenance_answered = False
@@ -75,6 +77,17 @@ class Outgoing:
         )
         self.maintenance_key = bytearray(messages.MAINTENANCE.size)
         messages.MAINTENANCE.pack(self.maintenance_key, (messages.MAINTENANCE_KEY, 0, 0))
+        self._limits = bytearray(messages.LIMITS.size)
+        messages.LIMITS.pack(
+            self._limits,
+            (
+                limits.COMMAND_TTL_MS,
+                limits.CLEARANCE_OLD_MS,
+                limits.WIPER_MIN,
+                limits.WIPER_MAX,
+                limits.WIPER_SPAN,
+            ),
+        )
         self._token = bytearray(4)
         self._answer_request = 0  # a newer request may come before the line is free
         self._answer_index = 0
@@ -94,6 +107,7 @@ class Outgoing:
     # The next hello is due at once.
     def end_session(self):
         self._session = 0
+        self._limits_due = False
         self._hello_at = (self._outbox.ticks - _HELLO_MS) & 0x3FFFFFFF
 
     # The token in buf returns.
@@ -146,7 +160,11 @@ class Outgoing:
             self._send_hello()
         elif self._nonce_due:
             self._nonce_due = False
+            self._limits_due = True
             self._send_nonce()
+        elif self._limits_due:
+            self._limits_due = False
+            self._send_limits()
         elif self._maintenance_answered:
             self._maintenance_answered = False
             self._send_maintenance()
@@ -174,8 +192,7 @@ class Outgoing:
 
     def _send_hello(self):
         body = self._encoder.body
-        for k in range(messages.HEADER_SIZE, messages.HELLO.size):
-            body[k] = self.hello[k]
+        self._put(self.hello)
         flags = _SIMULATED_FLAG if self._simulated else 0
         if self._safety.state != codes.DISARMED:
             flags |= _ARMED_FLAG
@@ -194,6 +211,10 @@ class Outgoing:
             body[_EPOCH + k] = (keys.epoch >> (8 * k)) & 0xFF
         self._wire_end = self._encoder.finish(messages.NONCE, keys.clock_ms)
         self._wire_at = 0
+
+    def _send_limits(self):
+        self._put(self._limits)
+        self._send(messages.LIMITS)
 
     def _send_stats(self, s):
         o = self._outbox
@@ -258,6 +279,12 @@ class Outgoing:
         body[_ACCEPTED] = 1 if self._maintenance else 0
         body[_REASON] = codes.NO_REASON if self._maintenance else codes.MAINTENANCE_WHILE_ARMED
         self._send(messages.MAINTENANCE)
+
+    # A payload that never changes.
+    def _put(self, packed):
+        body = self._encoder.body
+        for k in range(messages.HEADER_SIZE, len(packed)):
+            body[k] = packed[k]
 
     def _send(self, message):
         self._wire_end = self._encoder.finish(message, self._outbox.ticks & 0xFFFF)

@@ -1,8 +1,10 @@
 # STATE frames: the tick captures them, the service loop sends them.
 #
-# The tick captures one when it is due; the service loop sends it when the line is free. No
-# allocation; the tick writes `head` last, only the service loop moves `tail`.
+# The tick captures one when it is due, with the wipers' counts; the service loop sends it, with the
+# deflection they mean, when the line is free. No allocation; the tick writes `head` last, only the
+# service loop moves `tail`.
 
+from gazeboard.io.joystick import permille
 from gazelink import codes
 from gazelink.const import const
 from gazelink.messages import HEADER_SIZE, STATE
@@ -12,10 +14,11 @@ PERIOD_MS = 10  # unless the host requests another, 1..100
 _SLOTS = const(32)  # at a frame a millisecond: longer than a collection of garbage takes
 _SLOT = const(16)
 _ALL_UNKNOWN = const(255)  # codes.UNKNOWN in all four fields
-_PAYLOAD = STATE.size - HEADER_SIZE
 _NEWEST_ONLY_MS = 5  # a period of this or more: what waited is skipped, the newest goes
-assert _PAYLOAD + 2 <= _SLOT
-assert STATE.format == "<BBBBIHBBBB"  # capture() writes these fields
+assert STATE.format == "<BBBBIHhhBB"  # capture() and take() write these fields
+_LINEAR_AT = const(10)  # in a slot: a count
+_TURN_AT = const(11)
+_TOLD_AT = STATE.offsets["linear_permille"]
 
 
 class Telemetry:
@@ -85,8 +88,17 @@ class Telemetry:
             self._tail = (head - 1) & 0xFF
         b = self._slots
         at = (self._tail & (_SLOTS - 1)) * _SLOT
-        for k in range(_PAYLOAD):
+        for k in range(_LINEAR_AT):
             body[HEADER_SIZE + k] = b[at + k]
+        stick = self._joystick
+        linear = permille(b[at + _LINEAR_AT], stick.neutral_linear)
+        turn = permille(b[at + _TURN_AT], stick.neutral_turn)
+        body[_TOLD_AT] = linear & 0xFF
+        body[_TOLD_AT + 1] = (linear >> 8) & 0xFF
+        body[_TOLD_AT + 2] = turn & 0xFF
+        body[_TOLD_AT + 3] = (turn >> 8) & 0xFF
+        body[_TOLD_AT + 4] = b[at + 12]
+        body[_TOLD_AT + 5] = b[at + 13]
         stamp_ms = b[at + 14] | (b[at + 15] << 8)
         self._tail = (self._tail + 1) & 0xFF
         return stamp_ms
@@ -94,4 +106,8 @@ class Telemetry:
     # A new session: nothing of the old one is sent, the period is the usual one.
     def restart(self):
         self.period_ms = PERIOD_MS
+        self.forget()
+
+    # What waits was captured under another neutral, or for another host.
+    def forget(self):
         self._tail = self._head

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 from gazechair.board.protocol import SettingReply
 from gazechair.board.state import BoardState
 from gazelink import codes
-from gazelink.settings_table import TABLE, index_of
+from gazelink.settings_table import PROFILES, TABLE, index_of
 
 # How fast and how far. What keeps people safe (margins, limits, relay) is not for a phone.
 ALLOWED = (
@@ -48,7 +48,10 @@ class CaretakerSettings:
         self._lock = threading.Lock()
 
     def read(self) -> dict[str, Any]:
-        """{name: {"value", "low", "high", "default"}}. Raises SettingsRefused."""
+        """{name: {"value", "low", "high", "default"}}, where each value has a name also "choices".
+
+        Raises SettingsRefused.
+        """
         with self._lock:
             return self._read()
 
@@ -69,11 +72,13 @@ class CaretakerSettings:
             return self._read()
 
     def _read(self) -> dict[str, Any]:
-        found = {}
+        found: dict[str, dict[str, Any]] = {}
         for name in ALLOWED:
             _, default, low, high = TABLE[index_of(name)]
             value = self._ask(codes.SETTING_GET, index_of(name))
             found[name] = {"value": value, "low": low, "high": high, "default": default}
+            if name == "profile":
+                found[name]["choices"] = PROFILES
         return found
 
     def _ask(self, request: int, index: int = 0, value: int = 0) -> int:

@@ -10,7 +10,7 @@ from typing import Any
 from gazechair.board.board_commands import STOP_COMMAND, Bypass, Clearance, Command
 from gazechair.board.orders import Orders
 from gazechair.board.relay import RelayQuestion
-from gazechair.board.state import BoardId, BoardState, BoardStats
+from gazechair.board.state import BoardId, BoardLimits, BoardState, BoardStats
 from gazechair.board.zone import NOT_KNOWN, BoardZone, ZoneHeard
 from gazelink import VERSION, codes, frame, messages
 
@@ -18,7 +18,6 @@ HELLO_PERIOD_S = 0.2
 COMMAND_PERIOD_S = 0.02
 CLEARANCE_PERIOD_S = 0.05
 RESYNC_S = 1.0  # a session without a received frame for this long is restarted
-TTL_MS = 300
 _U16 = 65535
 _ROLE_BOARD = 1
 _FLAG_SIMULATED = 1
@@ -104,7 +103,7 @@ class LinkProtocol:
         self._decoder.session = self._keys
         self._encoder.session = self._keys
         self._nonce = b""
-        self._greeted: BoardId | None = None  # has echoed our HELLO; its nonce has not arrived yet
+        self._greeted: tuple[str, str, bool, int] | None = None  # echoes our HELLO
         self._board: BoardId | None = None
         self._stamp_ms = 0
         self._heard_s = 0.0
@@ -195,13 +194,15 @@ class LinkProtocol:
             out += self._frame(messages.ORDER, (order.action, order.number, order.owner))
         if now_s >= self._command_due_s:
             self._command_due_s = now_s + COMMAND_PERIOD_S
-            out += self._frame(messages.COMMAND, self._command.fields(now_s, TTL_MS))
+            ttl_ms = self._board.limits.command_ttl_ms
+            out += self._frame(messages.COMMAND, self._command.fields(now_s, ttl_ms))
         if self._clearance is not None and now_s >= self._clearance_due_s:
             self._clearance_due_s = now_s + CLEARANCE_PERIOD_S
             out += self._frame(messages.CLEARANCE, self._clearance.fields(now_s))
         if self._bypass is not None and now_s >= self._bypass_due_s:
             self._bypass_due_s = now_s + CLEARANCE_PERIOD_S
-            out += self._frame(messages.BYPASS, self._bypass.fields(now_s, TTL_MS))
+            ttl_ms = self._board.limits.command_ttl_ms
+            out += self._frame(messages.BYPASS, self._bypass.fields(now_s, ttl_ms))
             if now_s >= self._bypass.ttl_deadline_s:
                 self._bypass = None
         if self._ping_wanted:
@@ -277,6 +278,9 @@ class LinkProtocol:
                 self._last_words = fields["reason"]
             events.append(FaultText(reason, _text(fields["detail"])))
             return
+        if message is messages.LIMITS and self._board is None:
+            self._limits_heard(message.unpack(buf), now_s, events)
+            return
         if self._board is None or message.plain:
             return
         self._heard_s = now_s
@@ -329,7 +333,7 @@ class LinkProtocol:
         if fields["session"] != self._session:
             return  # not yet an answer to our HELLO
         simulated = bool(fields["flags"] & _FLAG_SIMULATED)
-        self._greeted = BoardId(name, version, simulated, fields["boot"], self._session)
+        self._greeted = (name, version, simulated, fields["boot"])
 
     def _nonce_heard(self, fields: dict[str, Any], now_s: float, events: list[Event]) -> None:
         if fields["session"] != self._session:
@@ -341,13 +345,18 @@ class LinkProtocol:
             return
         if self._greeted is None:
             return
+        self._nonce = fields["nonce"]
+        stamp_ms = frame.u16(self._decoder.buf, messages.STAMP_AT)
+        self._keys.begin(self._session, self._greeted[-1], self._nonce, fields["epoch"], stamp_ms)
+
+    def _limits_heard(self, fields: dict[str, int], now_s: float, events: list[Event]) -> None:
+        # The session begins here, so that nothing is sent by any limits but this board's own.
+        assert self._greeted is not None  # the frame is of this session
         self._last_words = codes.NO_REASON
         self._clears = False
-        self._board = self._greeted
-        self._nonce = fields["nonce"]
-        self._stamp_ms = frame.u16(self._decoder.buf, messages.STAMP_AT)
-        boot, epoch = self._board.boot, fields["epoch"]
-        self._keys.begin(self._session, boot, self._nonce, epoch, self._stamp_ms)
+        self._board = BoardId(*self._greeted, self._session, BoardLimits(**fields))
+        self._keys.advance(frame.u16(self._decoder.buf, messages.STAMP_AT))
+        self._stamp_ms = self._keys.clock_ms
         self._heard_s = now_s
         self._command_due_s = now_s
         self._clearance_due_s = now_s
@@ -367,8 +376,8 @@ class LinkProtocol:
             first_fault=fields["first_fault"],
             faults=fields["faults"],
             heading_deg=fields["heading_q4_deg"] / 16,
-            linear_wiper=fields["linear_wiper"],
-            turn_wiper=fields["turn_wiper"],
+            linear_permille=fields["linear_permille"],
+            turn_permille=fields["turn_permille"],
             edge=fields["edge"],
             decisions=fields["decisions"],
             board_ms=self._stamp_ms,

@@ -8,6 +8,17 @@ from gazelink import codes
 
 
 @dataclass(frozen=True)
+class BoardLimits:
+    """What is compiled into the board, by the names of its LIMITS frame."""
+
+    command_ttl_ms: int
+    clearance_old_ms: int
+    wiper_min: int
+    wiper_max: int
+    wiper_span: int
+
+
+@dataclass(frozen=True)
 class BoardId:
     """Who answered the handshake."""
 
@@ -19,6 +30,7 @@ class BoardId:
     """Drawn by the board at each reset, 0..65535."""
     session: int
     """Chosen by this host, 1..65535."""
+    limits: BoardLimits
 
 
 @dataclass(frozen=True)
@@ -39,8 +51,10 @@ class BoardState:
     """Bit set, bits of codes.FAULTS."""
     heading_deg: float
     """0..360, counter-clockwise positive; meaningless while a heading fault is set."""
-    linear_wiper: int
-    turn_wiper: int
+    linear_permille: int
+    """What the board puts out, of full deflection: forward positive, 0 = neutral."""
+    turn_permille: int
+    """The same, left positive."""
     edge: int
     """Edge of the command the board last accepted, 1..255; 0 = none yet."""
     decisions: int

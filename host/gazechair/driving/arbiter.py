@@ -34,9 +34,6 @@ from gazelink import codes
 
 LOOK_S = 0.025  # time acts at least so often: see tick()
 _TO_WHEELS_S = 0.005  # from here through the line and a tick of the board
-PAGE_SILENT_S = (
-    0.3 - LOOK_S - _TO_WHEELS_S
-)  # so that a step ends within 300 ms of its page's silence
 THERE_S = 3.0  # a message from a caretaker's page this recently: a call would reach somebody
 COMING_S = 600.0  # a caretaker who answered has come by then, or must be called again
 ARM_ANSWER_S = 1.0  # an order to arm that the board has not followed by then has failed
@@ -62,6 +59,8 @@ class Arbiter:
         """`last_edge`: board edges continue from here, 0..255; `first_token`: first token."""
         self.cap_permille = 1000
         """The highest permitted output, 50..1000."""
+        self.ttl_s = 0.0
+        """How long a command lives, as the board said; until it has, nothing moves."""
         self.call = False
         """The driver has asked for help, and no caretaker has answered yet."""
         self._coming_till_s: float | None = None
@@ -77,7 +76,7 @@ class Arbiter:
         self._board_edge = 0
         self._orders: list[tuple[int, int]] = []
         self.page_silent = False
-        """No message from the owner has arrived for PAGE_SILENT_S."""
+        """No message from the owner has arrived for page_silent_s."""
 
     # Results
 
@@ -127,6 +126,11 @@ class Arbiter:
     def issue_token(self, now_s: float) -> int:
         """A token that is valid for 250 ms; see gazechair.driving.tokens."""
         return self._freshness.token(now_s)
+
+    @property
+    def page_silent_s(self) -> float:
+        """An owner who is silent for longer is stopped: their step ends when a command would."""
+        return self.ttl_s - LOOK_S - _TO_WHEELS_S
 
     # What goes in
 
@@ -233,7 +237,7 @@ class Arbiter:
                 self._press.stop()
                 self._owner = None
         owner = None if self._owner is None else self._clients[self._owner]
-        self.page_silent = owner is not None and now_s - owner.heard_s > PAGE_SILENT_S
+        self.page_silent = owner is not None and now_s - owner.heard_s > self.page_silent_s
         if self.page_silent:
             self._press.stop()
         self._press.tick(now_s)
@@ -261,7 +265,7 @@ class Arbiter:
             return self._refuse_once(what, page, "not_connected")
         if self._state != codes.ARMED:
             return self._refuse_once(what, page, "not_armed")
-        deadline_s = self._freshness.deadline_s(wish.proof, now_s)
+        deadline_s = self._freshness.proven_s(wish.proof, now_s) + self.ttl_s
         if new:
             self._press.begin(client, wish, page.role, deadline_s, self._board_edge)
         elif not self._press.refresh(wish, deadline_s):
@@ -303,7 +307,7 @@ class Arbiter:
     ) -> Refusal | None:
         if not self._freshness.fresh(wish.proof, now_s):
             return Refusal("bypass", "stale_token", "the bypass was too long on its way")
-        deadline_s = self._freshness.deadline_s(wish.proof, now_s)
+        deadline_s = self._freshness.proven_s(wish.proof, now_s) + self.ttl_s
         if self._bypass.hold(client, wish.edge, deadline_s) or page.bypass_told == wish.edge:
             return None
         page.bypass_told = wish.edge

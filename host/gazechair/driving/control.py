@@ -11,12 +11,12 @@ from typing import Any, Protocol
 from gazechair.base.health import HealthRegistry
 from gazechair.base.latest_value import Clock
 from gazechair.board.board_commands import STOP_COMMAND, Bypass, Clearance, Command
-from gazechair.board.state import BoardId, BoardState, BoardStats
+from gazechair.board.state import BoardId, BoardLimits, BoardState, BoardStats
 from gazechair.config.configuration import Config
 from gazechair.driving import error_handler
 from gazechair.driving.arbiter import LOOK_S, Arbiter
 from gazechair.driving.driver_port import Message
-from gazechair.driving.messages import STOP, BadMessage, parse
+from gazechair.driving.messages import MAX_SINCE_MS, STOP, BadMessage, parse
 from gazechair.driving.refusal import Refusal
 from gazechair.driving.shown_state import board_key, board_words
 from gazechair.driving.speed_cap_store import KeptCap
@@ -69,6 +69,7 @@ class Control:
         self._stop_seen = StopSeen()
         self._errors = error_handler.ErrorHandler()
         self._verdict = error_handler.Verdict("ok", "ok")
+        self._limits: BoardLimits | None = None  # as the board last said
         self._sent = STOP_COMMAND
         self._sent_bypass: Bypass | None = None
         self._clearance: Clearance | None = None
@@ -115,12 +116,16 @@ class Control:
             self._refresh(now_s)
 
     def welcome(self, client: int) -> Message:
+        limits = self._limits
         return {
             "k": "welcome",
             "role": self._role(client),
             "simulated": self._simulated(),
             "backward": self._config.driver.backward,
             "heartbeat_ms": HEARTBEAT_MS,
+            "token_ms": MAX_SINCE_MS,
+            "command_ttl_ms": limits.command_ttl_ms if limits else None,
+            "latched": [name for _, name, _, latched in codes.FAULTS if latched],
         }
 
     def receive(self, client: int, message: Message) -> list[Message]:
@@ -150,7 +155,7 @@ class Control:
                 "k": "state",
                 "token": self._arbiter.issue_token(now_s),
                 **board_words(state),
-                **shown(self._clearance, now_s),
+                **shown(self._clearance, now_s, self._clearance_old_s()),
                 "level": self._verdict.level,
                 "message": self._verdict.message,
                 **{name: parts[name].state for name in ("board", "lidar", "camera")},
@@ -158,7 +163,7 @@ class Control:
                 "you": self._arbiter.owner == client,
                 "edge": self._arbiter.page_edge(client),
                 "heading_deg": state.heading_deg if state and state.heading_known else None,
-                "wipers": [state.linear_wiper, state.turn_wiper] if state else None,
+                "output_permille": [state.linear_permille, state.turn_permille] if state else None,
                 "cap_permille": self._arbiter.cap_permille,
                 "call": self._arbiter.call,
                 "coming": self._arbiter.coming(now_s),
@@ -203,6 +208,9 @@ class Control:
         if state is not None:
             self._stop_seen.board(state.motion_name == "stopped", state.received_s)
         board = self._link.board()
+        if board is not None and board.limits != self._limits:
+            self._limits = board.limits
+            self._arbiter.ttl_s = board.limits.command_ttl_ms / 1000
         self._arbiter.board(
             0 if board is None or state is None else board.session,
             codes.DISARMED if state is None else state.state,
@@ -229,6 +237,7 @@ class Control:
             self._profiles.revision,
             self._arbiter.bypass is None,
             self._simulated(),
+            self._limits,
         )
         if shown != self._shown:
             self._shown = shown
@@ -263,6 +272,9 @@ class Control:
     def _role(self, client: int) -> str:
         with self._lock:
             return self._arbiter.role(client)
+
+    def _clearance_old_s(self) -> float:
+        return self._limits.clearance_old_ms / 1000 if self._limits else 0.0
 
     def _bypass_ms(self) -> int:
         # The board counts it down and sends it once a second.

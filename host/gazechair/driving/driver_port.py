@@ -19,7 +19,7 @@ class DriverPort(Protocol):
         ...
 
     def welcome(self, client: int) -> Message:
-        """The {"k": "welcome", ...} object with which a connection begins."""
+        """The {"k": "welcome", ...} object: begins a connection, sent again when it changes."""
         ...
 
     def receive(self, client: int, message: Message) -> list[Message]:
@@ -41,7 +41,7 @@ class DriverPort(Protocol):
     def wait_change(self, timeout_s: float, last_version: int) -> int:
         """Wait until the state's version differs from `last_version` or the time is up; returns it.
 
-        The version changes with everything in the state but token, heading and wipers.
+        The version changes with everything in the state but token, heading and output.
         """
         ...
 

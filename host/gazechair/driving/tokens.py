@@ -18,7 +18,6 @@ take `down` ms to the page, stay there for `since`, and let the answer take `up`
 from __future__ import annotations
 
 VALID_S = 0.25
-TTL_S = 0.3
 _CLOCKS_DIFFER_MS = 2  # a page's clock may be this far ahead after 500 ms
 
 
@@ -39,7 +38,7 @@ class Freshness:
             return False
         return -_CLOCKS_DIFFER_MS <= self.token(now_s) - proof <= VALID_S * 1000
 
-    def deadline_s(self, proof: int, now_s: float) -> float:
-        """When what was proven by `proof` has to end."""
+    def proven_s(self, proof: int, now_s: float) -> float:
+        """The moment that `proof` stands for, never later than `now_s`."""
         age_ms = max(0, self.token(now_s) - proof)
-        return now_s + TTL_S - age_ms / 1000
+        return now_s - age_ms / 1000

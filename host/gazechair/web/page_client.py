@@ -155,8 +155,7 @@ class PageClient:
 
     def _send_all(self) -> None:
         try:
-            welcome = self._port.welcome(self.id)
-            self._send({**welcome, "name": self.device.name, "insecure": self._insecure})
+            welcome = self._welcome({})
             token_s = state_s = refusal_s = -1.0
             while True:
                 with self._wake:
@@ -187,6 +186,7 @@ class PageClient:
                 for reply in refusals:
                     self._send(reply)
                 if send_state:
+                    welcome = self._welcome(welcome)
                     self._send(self._port.snapshot(self.id))
                 elif send_token:
                     self._send({"k": "token", "token": self._port.token()})
@@ -194,6 +194,13 @@ class PageClient:
             self._ws.hang_up()  # wakes the receiving side, which ends the client
         except OSError:
             self._ws.hang_up()  # the receiving side ends the client
+
+    def _welcome(self, told: Message) -> Message:
+        # What the page must know, sent when it differs from what it was told; returns it.
+        welcome = self._port.welcome(self.id)
+        if welcome != told:
+            self._send({**welcome, "name": self.device.name, "insecure": self._insecure})
+        return welcome
 
     def _farewell(self, ending: Ending) -> None:
         if ending.code is not None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from gazechair.board.board_commands import Clearance, Command
+from gazechair.board.board_commands import Bypass, Clearance, Command
 from gazelink import codes
 
 FORWARD = Command(codes.FORWARD, codes.CONTINUOUS, 7, codes.DRIVER, 100.3)
@@ -59,6 +60,17 @@ def test_time_to_live_never_exceeds_300_ms(joined: Any) -> None:
     joined.protocol.command(Command(codes.LEFT, codes.STEP, 1, codes.DRIVER, 200.0), 100.0)
     joined.turn()
     assert joined.board.take("command")[0]["ttl_ms"] == 300
+
+
+def test_nor_what_this_board_says_it_may_live(line: Any) -> None:
+    line.board.limits = replace(line.board.limits, command_ttl_ms=120)
+    line.turn()
+    line.protocol.command(Command(codes.LEFT, codes.STEP, 1, codes.DRIVER, 200.0), 100.0)
+    line.protocol.bypass(Bypass(1, 200.0), 100.0)
+    line.board.heard.clear()
+    line.turn()
+    sent = dict(line.board.heard)
+    assert (sent["command"]["ttl_ms"], sent["bypass"]["ttl_ms"]) == (120, 120)
 
 
 def test_every_frame_up_carries_the_newest_stamp_heard(joined: Any) -> None:

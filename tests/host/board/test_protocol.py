@@ -21,6 +21,7 @@ from gazechair.board.protocol import (
 )
 from gazechair.board.state import BoardState, BoardStats
 from gazelink import codes, frame, messages
+from gazesim.board_limits import LIMITS
 
 FORWARD = Command(codes.FORWARD, codes.CONTINUOUS, 7, codes.DRIVER, 100.3)
 
@@ -60,13 +61,19 @@ def test_no_session_before_the_boards_nonce(line: Any) -> None:
     line.board.session ^= 1
     assert line.say(line.board.nonce_frame()) == []
     line.board.session ^= 1
-    assert kinds(line.say(line.board.nonce_frame())) == [SessionBegun]
+    assert line.say(line.board.nonce_frame()) == []
+    assert line.say(line.board.state()) == []
+    assert line.protocol.board is None
+    assert line.protocol.poll(line.now_s + 0.1) == b""  # nor until it knows the board's limits
+    assert kinds(line.say(line.board.limits_frame())) == [SessionBegun]
+    assert line.protocol.board.limits == LIMITS
 
 
 def test_a_nonce_before_its_hello_waits_for_the_next_hello(line: Any) -> None:
     line.board.receive(line.protocol.poll(line.now_s))
     assert line.say(line.board.nonce_frame()) == []
-    assert kinds(line.say(line.board.hello() + line.board.nonce_frame())) == [SessionBegun]
+    rest = line.board.nonce_frame() + line.board.limits_frame()
+    assert kinds(line.say(line.board.hello() + rest)) == [SessionBegun]
 
 
 def test_a_session_begun_anew_by_the_board_is_begun_anew_by_the_host(joined: Any) -> None:
@@ -163,8 +170,8 @@ def test_state_is_decoded(joined: Any) -> None:
         arm_reason=codes.FAULT_REASON + codes.TILT,
         faults=1 << codes.HEADING_JUMP,
         heading_q4_deg=90 * 16 + 8,
-        linear_wiper=171,
-        turn_wiper=254,
+        linear_permille=12,
+        turn_permille=-1000,
         edge=9,
         decisions=codes.BLOCKED << 2 | codes.UNKNOWN << 4 | codes.SLOW << 6,
     )
@@ -173,7 +180,7 @@ def test_state_is_decoded(joined: Any) -> None:
     assert (state.state_name, state.motion_name) == ("armed", "turn")
     assert (state.override_name, state.arm_reason_name) == ("obstacle_left", "tilt")
     assert (state.heading_deg, state.heading_known) == (90.5, False)
-    assert (state.linear_wiper, state.turn_wiper, state.edge) == (171, 254, 9)
+    assert (state.linear_permille, state.turn_permille, state.edge) == (12, -1000, 9)
     assert state.decision_names == {
         "forward": "free",
         "backward": "blocked",

@@ -10,6 +10,7 @@ from gazechair.driving.arbiter import Arbiter
 from gazechair.driving.messages import Arm, Beat, Drive, Take
 from gazechair.driving.refusal import Refusal
 from gazelink import codes
+from gazesim.board_limits import LIMITS
 
 
 class Scene:
@@ -18,6 +19,7 @@ class Scene:
     def __init__(self) -> None:
         self.now_s = 50.0
         self.arbiter = Arbiter(last_edge=10)
+        self.arbiter.ttl_s = LIMITS.command_ttl_ms / 1000
         self.state = codes.DISARMED
         self.session = 7
         self.board()

@@ -6,7 +6,6 @@ from typing import Any
 
 import pytest
 
-from gazechair.driving.arbiter import PAGE_SILENT_S
 from gazechair.driving.messages import DISARM, EMERGENCY, STOP, Beat
 from gazelink import codes
 
@@ -141,7 +140,7 @@ def test_a_step_goes_on_without_being_refreshed(armed: Any) -> None:
 @pytest.mark.parametrize("mode", [codes.STEP, codes.CONTINUOUS])
 def test_a_silent_page_is_stopped_steps_too(armed: Any, mode: int) -> None:
     armed.drive(1, mode=mode)
-    armed.wait(PAGE_SILENT_S - 0.01, beating=False)
+    armed.wait(armed.arbiter.page_silent_s - 0.01, beating=False)
     assert armed.verb == codes.FORWARD
     armed.wait(0.02, beating=False)
     assert armed.verb == codes.STOP

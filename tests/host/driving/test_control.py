@@ -9,7 +9,10 @@ import pytest
 from controlrig import Rig
 from gazechair.board.board_commands import Clearance
 from gazechair.board.state import BoardId
+from gazechair.config.configuration import Config
+from gazechair.driving.control import Control
 from gazelink import codes
+from gazesim.board_limits import LIMITS
 
 
 @pytest.fixture
@@ -30,7 +33,35 @@ def test_welcome_tells_how_the_page_is_to_behave(rig: Rig) -> None:
         "simulated": False,
         "backward": False,
         "heartbeat_ms": 25,
+        "token_ms": 500,
+        "command_ttl_ms": 300,
+        "latched": [
+            *("wiper", "tick_exception", "emergency", "watchdog_boots", "disobeys"),
+            *("relay_unexpected", "storage"),
+        ],
     }
+
+
+def test_until_a_board_has_told_its_limits_nothing_is_assumed_of_them(rig: Rig) -> None:
+    """And a page that waits is told when it has; one that left is what counts still."""
+    link = rig.link
+    fresh = Control(Config(), link, rig.parts, clock=lambda: rig.now_s)
+    who, link.who = link.who, None
+    fresh.update()
+    page = fresh.connect("driver")
+    fresh.clearance(Clearance(0, codes.REAL, rig.now_s))
+    rig.now_s += 0.001
+    assert fresh.welcome(page)["command_ttl_ms"] is None
+    assert set(fresh.snapshot(page)["view"].values()) == {"blind"}
+    version = fresh.wait_change(0.0, -1)
+    link.who = who
+    fresh.update()
+    assert fresh.wait_change(0.0, version) != version
+    assert fresh.welcome(page)["command_ttl_ms"] == 300
+    assert set(fresh.snapshot(page)["view"].values()) == {"seen"}
+    link.who = link.now = None
+    fresh.update()
+    assert fresh.welcome(page)["command_ttl_ms"] == 300
 
 
 def test_the_configured_driver_is_the_first_profile(rig: Rig) -> None:
@@ -87,7 +118,7 @@ def test_snapshot_has_every_key_of_the_protocol(rig: Rig) -> None:
         "you": False,
         "edge": 0,
         "heading_deg": 90.0,
-        "wipers": [170, 171],
+        "output_permille": [0, 12],
         "clearance": dict.fromkeys(("forward", "backward", "left", "right")),
         "view": dict.fromkeys(("forward", "backward", "left", "right"), "blind"),
         "cap_permille": 1000,
@@ -108,7 +139,7 @@ def test_without_a_board_the_snapshot_says_so(rig: Rig) -> None:
     state = rig.look()
     assert (state["state"], state["arm_reason"]) == ("disarmed", "not_connected")
     assert set(state["decisions"].values()) == {"unknown"}
-    assert (state["heading_deg"], state["wipers"]) == (None, None)
+    assert (state["heading_deg"], state["output_permille"]) == (None, None)
     assert state["relay_checked"] is True  # nothing drives: one message is enough
     assert (state["board"], state["level"], state["message"]) == ("lost", "error", "board_lost")
 
@@ -192,9 +223,9 @@ def test_a_silent_page_is_stopped_and_shown(armed: Rig) -> None:
     assert (state["level"], state["message"]) == ("warning", "page_silent")
 
 
-def test_versions_change_with_what_is_shown_but_not_with_wipers(rig: Rig) -> None:
+def test_versions_change_with_what_is_shown_but_not_with_the_output(rig: Rig) -> None:
     version = rig.control.wait_change(0, -1)
-    rig.board(linear_wiper=200, heading_deg=10.0, board_ms=77)
+    rig.board(linear_permille=360, heading_deg=10.0, board_ms=77)
     assert rig.control.wait_change(0, version) == version
     rig.board(override=codes.OBSTACLE_LEFT)
     after = rig.control.wait_change(0, version)
@@ -223,7 +254,7 @@ def test_scans_go_straight_to_the_link_and_mark_simulation(rig: Rig) -> None:
 
 
 def test_a_simulated_board_is_marked(rig: Rig) -> None:
-    rig.link.who = BoardId("fake", "0.1.0", True, 1, 2)
+    rig.link.who = BoardId("fake", "0.2.0", True, 1, 2, LIMITS)
     assert rig.look()["simulated"] is True
 
 

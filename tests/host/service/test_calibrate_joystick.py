@@ -16,7 +16,7 @@ STORED = (168, 171)
 
 
 class MemoryBoard:
-    """A disarmed board whose wipers follow its settings."""
+    """A disarmed board whose outputs follow its settings."""
 
     def __init__(self) -> None:
         self.values = [row[1] for row in TABLE]
@@ -37,9 +37,9 @@ class MemoryBoard:
     def state(self) -> BoardState | None:
         if not self.connected:
             return None
-        wipers = self.counts if self.follows else (170, 170)
+        output = (0, 0) if self.follows else (24, -12)
         now_s = time.monotonic()
-        return BoardState(self.safety, 0, 0, 0, 0, self.faults, 0.0, *wipers, 0, 0, 0, now_s)
+        return BoardState(self.safety, 0, 0, 0, 0, self.faults, 0.0, *output, 0, 0, 0, now_s)
 
     def all(self) -> list[int]:
         return list(self.values)
@@ -180,7 +180,7 @@ def test_a_register_that_does_not_read_back_ends_it(board: MemoryBoard) -> None:
 
 def test_wipers_that_stand_elsewhere_end_it(board: MemoryBoard) -> None:
     board.follows = False
-    with pytest.raises(CalibrateError, match=r"the wipers stand at \[170, 170\]"):
+    with pytest.raises(CalibrateError, match=r"puts out \[24, -12\] permille"):
         run(board, "unplugged")
     assert board.counts == STORED
 

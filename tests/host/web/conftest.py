@@ -36,6 +36,7 @@ class FakePort:
         self.gone: list[int] = []
         self.version = 1
         self.level = "ok"
+        self.ttl_ms: int | None = None
         self.clients = 0
         self.roles: list[str] = []
 
@@ -51,7 +52,8 @@ class FakePort:
             self.changed.notify_all()
 
     def welcome(self, client: int) -> dict[str, Any]:
-        return {"k": "welcome", "role": "driver", "client": client}
+        role = {"k": "welcome", "role": "driver", "client": client}
+        return {**role, "command_ttl_ms": self.ttl_ms}
 
     def receive(self, client: int, message: dict[str, Any]) -> list[dict[str, Any]]:
         with self.changed:
@@ -102,7 +104,7 @@ class FakeBoard:
     def state(self) -> BoardState | None:
         if not self.connected:
             return None
-        return BoardState(codes.ARMED if self.armed else 0, *[0] * 5, 0.0, 170, 170, 0, 0, 0, 0.0)
+        return BoardState(codes.ARMED if self.armed else 0, *[0] * 5, 0.0, 0, 0, 0, 0, 0, 0.0)
 
     def setting(
         self, request: int, index: int = 0, value: int = 0, timeout_s: float = 1.0

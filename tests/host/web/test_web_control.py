@@ -36,6 +36,18 @@ def test_a_change_is_told(port: Any, open_page: Any) -> None:
         pass
 
 
+def test_a_welcome_that_changed_is_sent_again_before_the_state(port: Any, open_page: Any) -> None:
+    """The board may come, with its limits, after the page."""
+    page = open_page()
+    assert page.next_of("welcome")["command_ttl_ms"] is None
+    page.next_of("state")
+    port.ttl_ms = 300
+    port.set_level("error")
+    again = page.next_of("welcome")
+    assert (again["command_ttl_ms"], again["name"]) == (300, "a driver")
+    assert page.next()["k"] == "state"
+
+
 def test_messages_reach_the_driver_port_with_their_client(port: Any, open_page: Any) -> None:
     first, second = open_page(), open_page()
     first.next_of("welcome")

@@ -8,16 +8,14 @@ from gazechair.board.board_commands import Clearance
 from gazelink import codes
 from gazelink.messages import CLEAR_FAR
 
-OLD_S = 0.3
 
-
-def shown(clearance: Clearance | None, now_s: float) -> dict[str, Any]:
+def shown(clearance: Clearance | None, now_s: float, old_s: float) -> dict[str, Any]:
     """`clearance`: metres forward and backward, degrees left and right, null for nothing in range
     or nothing known; `view`: "seen", "blind" (would be seen) or "unseen" (never is), by direction.
 
-    None, or data older than OLD_S, is blind everywhere.
+    None, or data older than `old_s`, is blind everywhere.
     """
-    if clearance is None or now_s - clearance.acquired_s > OLD_S:
+    if clearance is None or now_s - clearance.acquired_s > old_s:
         blind = dict.fromkeys(codes.DIRECTIONS, "blind")
         return {"clearance": dict.fromkeys(codes.DIRECTIONS), "view": blind}
     ways = (

@@ -10,7 +10,8 @@ from gazechair.service.bench.bus import Bus, answers
 ADDRESSES = (0x2C, 0x2D, 0x2E, 0x2F)  # AD5282 data sheet: by its pins AD1 and AD0
 WIPERS = ("linear", "turn")
 _INSTRUCTIONS = (0x00, 0x80)
-LOWEST, NEUTRAL, HIGHEST = 85, 170, 254  # counts: 5 V, about 6 V, 7 V at the DB9
+LOWEST, NEUTRAL, HIGHEST = 85, 170, 254  # counts: 5 V, about 6 V, 7 V at the DB9; as the
+# board's limits, of which none is there to ask: a test compares
 _SWEEP = (*range(NEUTRAL, HIGHEST, 12), HIGHEST, NEUTRAL, *range(LOWEST, NEUTRAL, 12), NEUTRAL)
 
 

@@ -132,20 +132,20 @@ class JoystickCalibration:
         end_s = since_s + _READ_BACK_S
         while True:
             state = self._state()
-            wipers = [state.linear_wiper, state.turn_wiper]
+            output = [state.linear_permille, state.turn_permille]
             if state.received_s >= since_s:
                 self._check_read_back(state)
-                if wipers == self._counts:
+                if output == [0, 0]:
                     break
             if time.monotonic() > end_s:
                 raise CalibrateError(
-                    f"the wipers stand at {wipers}, not at neutral {self._counts}; check that"
-                    " nothing drives the board"
+                    f"the board puts out {output} permille, not neutral {self._counts}; check that"
+                    " nothing drives it"
                 )
             time.sleep(_POLL_S)
         self._say(
             f"{_CHANNELS[channel][1]}: neutral {self._counts[channel]}, the register reads back"
-            f" {wipers[channel]} (a register, not a voltage: trust the meter)"
+            f" {self._counts[channel]} (a register, not a voltage: trust the meter)"
         )
 
     def _answer(self) -> str:

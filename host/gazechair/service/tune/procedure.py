@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gazechair.service.bench import pot
+from gazechair.board.state import BoardLimits
 from gazechair.service.tune.errors import TuneError
 from gazechair.service.tune.model import angle_deg
 from gazechair.service.tune.numbers import TurnNumbers, scaled
@@ -19,7 +19,6 @@ CUT_DEG = 22.0  # a pulse is cut short when the chair would coast further from t
 FAR_DEG = 45.0  # further the tuning is given up
 MOST_MS = 10_000  # all pulses together
 PULSE_MS = (150, 1500)
-SPAN_COUNTS = 84  # of the wiper, at full deflection
 # (deflection permille, left positive; target heading, degrees from the start)
 _PROBES = ((600, 4), (-600, 0))
 _SWEEPS = (
@@ -49,11 +48,13 @@ class Procedure:
     """`sample()` receives the board's data, every 10 ms or so; `wanted` is then the pulse to keep
     active (None: stop), `pulses` its number; `done` when everything is recorded."""
 
-    def __init__(self, believed: TurnNumbers, neutral_count: int = 170) -> None:
+    def __init__(self, believed: TurnNumbers, neutral_count: int, limits: BoardLimits) -> None:
+        """`neutral_count`: the turn channel's, as stored on the board with these `limits`."""
         self.wanted: Pulse | None = None
         self.done = False
         self.recordings: list[Recording] = []
         self._neutral = neutral_count
+        self._limits = limits
         self._believed = believed
         self._factor = {1: 1.0, -1: 1.0}
         self._plan = list(PULSES)
@@ -76,7 +77,7 @@ class Procedure:
             self._since_ms = s.ms
             self._start_deg = s.heading_deg
         self._past.append(s)
-        moves = s.turn_count != self._neutral
+        moves = s.turn_permille != 0
         if self._state == _REST:
             self._rest(s)
         elif self._state == _PUSH:
@@ -201,7 +202,7 @@ class Procedure:
         if earliest_ms > latest_ms + _TICKS_MS:  # it was cut short
             on_ms = past[began].ms - gaps[0] / 2
             pulse_ms = past[ended].ms - gaps[1] / 2 - on_ms
-        count = past[(began + ended) // 2].turn_count
+        count = round(self._count(past[(began + ended) // 2].turn_permille))
         if abs(count - self._count(self._pulse.turn_permille)) > _COUNTS:
             raise TuneError(
                 "the board turns slower than asked for: something is near the chair, or its"
@@ -220,15 +221,16 @@ class Procedure:
 
     def _count(self, permille: int) -> float:
         """Where the board puts the wiper for that deflection, within the chair's window."""
-        count = self._neutral + permille / 1000 * SPAN_COUNTS
-        return max(pot.LOWEST, min(pot.HIGHEST, count))
+        count = self._neutral + permille / 1000 * self._limits.wiper_span
+        return max(self._limits.wiper_min, min(self._limits.wiper_max, count))
 
     def _deflection(self, count: float) -> float:
         """Of the joystick at that count, -1..1, left positive."""
-        middle = 0.5 * (pot.LOWEST + pot.HIGHEST)
+        highest = self._limits.wiper_max
+        middle = 0.5 * (self._limits.wiper_min + highest)
         # A stored neutral is a whole count: the middle, when it is the nearest one to it.
         centre = middle if abs(self._neutral - middle) <= 0.5 else float(self._neutral)
-        return max(-1.0, min(1.0, (count - centre) / (pot.HIGHEST - middle)))
+        return max(-1.0, min(1.0, (count - centre) / (highest - middle)))
 
     def _learn(self, recording: Recording) -> None:
         """How much further than expected it turned, and whether it responds at all."""

@@ -28,8 +28,8 @@ class Sample:
     """The board's clock, counted on over its wraps."""
     heading_deg: float
     """Counted on over full turns, left positive."""
-    turn_count: int
-    """The turn wiper."""
+    turn_permille: int
+    """The turn output."""
     override: int
     """Why the board overrules the command (codes), 0: it does not."""
 

@@ -7,14 +7,13 @@ from dataclasses import replace
 from typing import Protocol
 
 from gazechair.board.board_commands import STOP_COMMAND, Command
-from gazechair.board.state import BoardState
+from gazechair.board.state import BoardId, BoardState
 from gazechair.service.tune.errors import TuneError
 from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.procedure import Procedure
 from gazechair.service.tune.recording import Pulse, Recording, Sample
 from gazelink import codes
 
-HOLD_S = 0.3  # a pulse whose holder died ends within this
 _POLL_S = 0.002
 _ARM_S = 3.0
 _LAST_WORDS_S = 0.25  # orders are repeated this long
@@ -32,6 +31,9 @@ class Link(Protocol):
 
     def state(self) -> BoardState | None:
         """The newest state, None while there is no board."""
+
+    def board(self) -> BoardId | None:
+        """The board and its limits, None while there is none."""
 
 
 class Runner:
@@ -52,6 +54,7 @@ class Runner:
         self._aborted = aborted
         self._say = say
         self._edge = 0
+        self._ttl_s = 0.0
         self._last: BoardState | None = None
         self._ms = 0
         self._heading_deg = 0.0
@@ -59,7 +62,11 @@ class Runner:
     def run(self, believed: TurnNumbers, neutral_count: int) -> list[Recording]:
         """Record all pulses. TuneError with the reason when it ends early; however it ends, the
         chair is stopped and driving is off."""
-        procedure = Procedure(believed, neutral_count)
+        board = self._link.board()
+        if board is None:
+            raise _gone()
+        self._ttl_s = board.limits.command_ttl_ms / 1000
+        procedure = Procedure(believed, neutral_count, board.limits)
         try:
             self._arm()
             self._follow(procedure)
@@ -124,7 +131,7 @@ class Runner:
         )
 
     def _held(self, command: Command) -> Command:
-        return replace(command, ttl_deadline_s=self._clock() + HOLD_S)
+        return replace(command, ttl_deadline_s=self._clock() + self._ttl_s)
 
     def _sample(self, state: BoardState) -> Sample:
         """The state with clock and heading counted on over their wraps."""
@@ -135,18 +142,22 @@ class Runner:
         self._last = state
         # A value left from an earlier press does not apply to this one.
         override = state.override if state.edge == self._edge else codes.NO_REASON
-        return Sample(self._ms, self._heading_deg, state.turn_wiper, override)
+        return Sample(self._ms, self._heading_deg, state.turn_permille, override)
 
     def _state(self) -> BoardState:
         state = self._link.state()
         if state is None:
-            raise TuneError("the board is gone; check its cable and repeat")
+            raise _gone()
         return state
 
     def _pause(self) -> None:
         if self._aborted():
             raise TuneError("stopped; nothing was changed")
         self._wait(_POLL_S)
+
+
+def _gone() -> TuneError:
+    return TuneError("the board is gone; check its cable and repeat")
 
 
 def _words(pulse: Pulse) -> str:

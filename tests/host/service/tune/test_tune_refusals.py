@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gazeboard.io.joystick import permille as told
 from gazechair.service.tune.errors import TuneError
 from gazechair.service.tune.identify import Fit, identify
 from gazechair.service.tune.judge import fits_profile, judge
@@ -14,6 +15,7 @@ from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.procedure import Procedure
 from gazechair.service.tune.recording import Pulse, Recording, Sample
 from gazelink import codes
+from gazesim.board_limits import LIMITS
 
 NEUTRAL = 170
 BELIEVED = TurnNumbers.default("3.1")
@@ -55,17 +57,17 @@ class Script:
                 count = self.neutral
             reason = codes.OBSTACLE_LEFT if self.ms > self.override_after_ms and permille else 0
             seen = self.heading_deg + self._random.normal(0.0, self.noise_deg)
-            procedure.sample(Sample(self.ms, seen, count, reason))
+            procedure.sample(Sample(self.ms, seen, told(count, self.neutral), reason))
 
 
 def refused(script: Script) -> str:
     with pytest.raises(TuneError) as caught:
-        script.run(Procedure(BELIEVED))
+        script.run(Procedure(BELIEVED, NEUTRAL, LIMITS))
     return str(caught.value)
 
 
 def test_a_good_chair_is_recorded_whole() -> None:
-    procedure = Procedure(BELIEVED)
+    procedure = Procedure(BELIEVED, NEUTRAL, LIMITS)
     Script().run(procedure)
     assert procedure.done
     assert procedure.wanted is None
@@ -75,7 +77,7 @@ def test_a_good_chair_is_recorded_whole() -> None:
 @pytest.mark.parametrize("neutral", [150, 160, 180, 190])
 def test_a_joystick_whose_neutral_is_another_count_is_no_slower_board(neutral: int) -> None:
     """To one side the wiper comes to the end of its window before 84 counts."""
-    script, procedure = Script(), Procedure(BELIEVED, neutral)
+    script, procedure = Script(), Procedure(BELIEVED, neutral, LIMITS)
     script.neutral = neutral
     script.run(procedure)
     assert procedure.done
@@ -172,7 +174,7 @@ def test_another_profile_than_named_is_refused_with_the_one_that_fits(
     ],
 )
 def test_turns_that_no_two_pulses_agree_on_are_refused(factors: tuple[float, ...]) -> None:
-    procedure = Procedure(BELIEVED)
+    procedure = Procedure(BELIEVED, NEUTRAL, LIMITS)
     Script().run(procedure)
     torn = [
         replace(r, heading_deg=r.heading_deg * factor)
