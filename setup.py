@@ -24,7 +24,7 @@ class BuildWithCommit(build_py):
         git = ["git", "describe", "--always", "--abbrev=12", "--dirty", "--match="]
         commit = subprocess.run(git, capture_output=True, text=True, check=False).stdout.strip()
         if commit:
-            (Path(self.build_lib) / "gazechair" / "commit.txt").write_text(commit + "\n")
+            (Path(self.build_lib) / "gazechair" / "base" / "commit.txt").write_text(commit + "\n")
 
 
 setup(packages=packages, package_dir=package_dir, cmdclass={"build_py": BuildWithCommit})

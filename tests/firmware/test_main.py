@@ -12,7 +12,7 @@ from gazeboard.io import bootlog
 from gazelink import codes
 from gazesim.board_rig import Rig
 
-_MAIN = Path(__file__).resolve().parents[2] / "firmware" / "main.py"
+_MAIN = Path(__file__).resolve().parents[2] / "firmware" / "gazeboard" / "main.py"
 
 
 @pytest.mark.parametrize(

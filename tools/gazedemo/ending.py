@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import signal
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 _ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _AGAIN_S = 0.2
+_AT_ONCE_S = 0.1  # a terminal and a parent may each send one: the second comes while we end
+
+_raised_at = 0.0
 
 
 def listen() -> None:
@@ -37,5 +41,8 @@ def later() -> Iterator[None]:
 
 
 def _interrupt(*_: object) -> None:
+    global _raised_at
     signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
-    raise KeyboardInterrupt
+    before, _raised_at = _raised_at, time.monotonic()
+    if _raised_at - before > _AT_ONCE_S:
+        raise KeyboardInterrupt

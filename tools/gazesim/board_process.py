@@ -10,6 +10,8 @@ import sys
 from pathlib import Path
 from typing import BinaryIO
 
+import gazeboard
+import gazelink
 from gazeboard.boards import bank_layout as layout
 from gazesetup.family import dies_with_me
 from gazesim.bank import Bank
@@ -18,7 +20,6 @@ from gazesim.cabled_board import CabledBoard
 
 CPYTHON = "cpython"
 _HANG = 2  # host flag
-_ROOT = Path(__file__).resolve().parents[2]
 
 
 class BoardProcess(CabledBoard):
@@ -38,14 +39,14 @@ class BoardProcess(CabledBoard):
     def _launch(self, line: socket.socket, log: BinaryIO) -> subprocess.Popen[bytes]:
         self._bank.set_u32(layout.HOST_FLAGS_AT, 0)
         cpython = self._interpreter == CPYTHON
-        sources = os.pathsep.join(str(_ROOT / part) for part in ("protocol", "firmware"))
+        packages = [str(Path(part.__path__[0]).parent) for part in (gazelink, gazeboard)]
         environment: dict[str, str] = dict(os.environ)
         environment["GAZEBOARD_BANK"] = str(self._bank_path)
         environment["GAZEBOARD_STATE"] = str(self._folder)
-        environment["PYTHONPATH" if cpython else "MICROPYPATH"] = sources
+        environment["PYTHONPATH" if cpython else "MICROPYPATH"] = os.pathsep.join(packages)
         program = sys.executable if cpython else self._interpreter
         return subprocess.Popen(
-            [program, str(_ROOT / "firmware" / "main.py")],
+            [program, "-m", "gazeboard.main"],
             stdin=line.fileno(),
             stdout=line.fileno(),
             stderr=log,

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
+import gazeboard
 from gazeboard.app import App
 from gazeboard.boards import bank_layout as layout
 from gazeboard.boards import pins
@@ -17,7 +18,7 @@ from gazesim.bank import Bank
 from gazesim.board_rig import Clock, Files
 from gazesim.usb_line import BoardEnd, UsbLine
 
-_MAIN = Path(__file__).resolve().parents[2] / "firmware" / "main.py"
+_MAIN = Path(gazeboard.__path__[0]) / "main.py"
 WATCHDOG_MS = 500  # as teensy40.py starts it
 BOOT_MS = 300  # a Teensy's way from reset to main.py
 WATCHDOG_CAUSE = 3

@@ -19,6 +19,7 @@ from gazechair.service.flash.errors import FlashError
 
 BASE = "/flash"
 MAIN = f"{BASE}/main.py"
+_MAIN_SOURCE = "gazeboard/main.py"
 PREFIX = "fw-"  # of the folders' names
 _PACKAGES = ("gazelink", "gazeboard")
 # What only a PC runs.
@@ -77,17 +78,14 @@ def find_sources() -> Sources:
     for package in _PACKAGES:
         spec = importlib.util.find_spec(package)
         if spec is None or spec.origin is None:
-            raise FlashError(f"the firmware's package {package} is not installed; use a checkout")
+            raise FlashError(f"the firmware's package {package} is not installed; install gazechair again")
         root = Path(spec.origin).parent.parent
         for file in sorted((root / package).rglob("*.py")):
             path = file.relative_to(root).as_posix()
-            if path not in _PC_ONLY:
+            if path not in (*_PC_ONLY, _MAIN_SOURCE):
                 files[path] = file
     assert root is not None
-    main = root / "main.py"
-    if not main.is_file():
-        raise FlashError(f"the firmware's main.py is not in {root}; flash from a checkout")
-    return Sources(files, main)
+    return Sources(files, root / _MAIN_SOURCE)
 
 
 def build(sources: Sources, compile_file: Compile | None) -> Tree:
