@@ -17,7 +17,7 @@ STOREYS: tuple[tuple[str, ...], ...] = (
     ("gazemeasure", "gazeprove", "gazehouse"),
     ("gazedemo", "gazetwin"),
     ("gazesim",),
-    ("gazechair.cli", "main"),
+    ("gazechair.cli", "gazeboard.main"),
     ("gazechair.daemon", "gazechair.service"),
     ("gazechair.web", "gazeboard.app"),
     ("gazechair.driving", "gazeboard.boards"),

@@ -18,7 +18,6 @@ _COLOURS = {
     "gazechair": "#cfe3f7",
     "gazeboard": "#f9dcc4",
     "gazelink": "#d8ecd2",
-    "main": "#f9dcc4",
 }
 _OTHER = "#e8e4ef"
 
