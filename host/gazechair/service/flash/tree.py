@@ -78,7 +78,7 @@ def find_sources() -> Sources:
     for package in _PACKAGES:
         spec = importlib.util.find_spec(package)
         if spec is None or spec.origin is None:
-            raise FlashError(f"the firmware's package {package} is not installed; install gazechair again")
+            raise FlashError(f"the firmware ({package}) is not installed; install gazechair again")
         root = Path(spec.origin).parent.parent
         for file in sorted((root / package).rglob("*.py")):
             path = file.relative_to(root).as_posix()
