@@ -9,17 +9,16 @@ from typing import Any
 
 from gazechair.board.serial_port import PortError, SerialPort
 from gazelink import codes, frame, messages
-from gazesim.board_rig import clearance
+from gazesim.small_host import STOP, SmallHost, clearance
 
 SPEAK_MS = 20
 SPEAK_S = 0.2  # wall time, for a board that tells no time
 HELLO_S = 0.2
 ORDER_REPEATS = 10
 NEUTRAL_OUTPUT = (0, 0)  # as STATE tells it, permille
-STOP = (codes.STOP, codes.CONTINUOUS, 0, codes.DRIVER, 0, 0, 0, 1000, 0)
 
 
-class LiveHost:
+class LiveHost(SmallHost):
     """Handshakes anew whenever it has to; `poll` does all the work and never blocks.
 
     Times are `ticks`: the board's own clock, its stamps made continuous. While `talking`, it
@@ -41,29 +40,28 @@ class LiveHost:
         self.faults: list[dict[str, Any]] = []
         self.maintenance: dict[str, Any] | None = None
         self.heard = bytearray()  # every byte, the last few thousand
-        self.sent = bytearray()  # the last frame with a motion in it
+        self.sent = b""  # the last frame with a motion in it
         self.ticks = 0
-        self.session = 0
-        self.in_session = False
-        self._boot = 0
         self._sessions = int.from_bytes(os.urandom(1), "little")
         self._port: SerialPort | None = None
         self._orders: list[tuple[tuple[int, int, int], int]] = []
-        self._order_number = 0
-        self._stamp = 0
         self._speak_at_s = 0.0
         self._speak_at = 0
         self._hello_at_s = 0.0
-        self._new_session()
+        super().__init__(self._next_session())
 
-    def _new_session(self) -> None:
+    def _next_session(self) -> int:
         self._sessions = (self._sessions + 1) & 0xFF
-        self.session = 0x4700 | self._sessions
-        self.in_session = False
-        self.keys = frame.Session()
-        self.encoder = frame.Encoder()
-        self.decoder = frame.Decoder()
-        self.encoder.session = self.decoder.session = self.keys
+        return 0x4700 | self._sessions
+
+    def lost(self) -> None:
+        """The session is over: another one, please."""
+        self.renew(self._next_session())
+
+    @property
+    def in_session(self) -> bool:
+        """The board and this host agree on a session."""
+        return bool(self.keys.live)
 
     @property
     def state(self) -> dict[str, Any]:
@@ -92,16 +90,12 @@ class LiveHost:
 
     def order(self, action: int, owner: int = codes.DRIVER) -> None:
         """Give an order, repeated as against loss."""
-        self._order_number = self._order_number % 255 + 1
-        self._orders.append(((action, self._order_number, owner), ORDER_REPEATS))
+        self._orders.append((self.next_order(action, owner), ORDER_REPEATS))
 
-    def send(self, message: messages.Message, values: tuple[Any, ...]) -> bytes:
-        """Send one frame now; returns its bytes."""
-        message.pack(self.encoder.body, values)
-        n = self.encoder.finish(message, self._stamp)
-        data = bytes(self.encoder.wire[:n])
-        self.raw(data)
-        return data
+    def put(self, buf: bytearray, n: int) -> None:
+        """Send a frame now."""
+        self._last = bytes(buf[:n])
+        self.raw(self._last)
 
     def raw(self, data: bytes) -> None:
         """Send bytes as they are; lost when the port is closed or the board does not take them."""
@@ -119,7 +113,7 @@ class LiveHost:
         if self._port is not None:
             self._port.close()
             self._port = None
-        self._new_session()
+        self.lost()
 
     def poll(self) -> None:
         """Open the port if need be, hear what came, say what is due."""
@@ -152,21 +146,11 @@ class LiveHost:
             return
         self.heard += data
         del self.heard[:-8192]
-        for byte in data:
-            if self.decoder.feed(byte):
-                self._hear(self.decoder.buf)
+        self.hear(data, len(data))
 
-    def _hear(self, buf: bytearray) -> None:
-        kind = buf[messages.TYPE_AT]
-        if kind == messages.HELLO.type_id:
-            self._hear_hello(messages.HELLO.unpack(buf))
-            return
-        stamp = frame.u16(buf, messages.STAMP_AT)
-        if kind == messages.NONCE.type_id:
-            self._hear_nonce(messages.NONCE.unpack(buf), stamp)
-        self.keys.advance(stamp)
-        self.ticks += (stamp - self._stamp) & 0xFFFF
-        self._stamp = stamp
+    def received(self, kind: int, buf: bytearray) -> None:
+        """A frame of the board's."""
+        self.ticks += self.passed_ms
         if kind == messages.STATE.type_id:
             self.states.append((self.ticks, messages.STATE.unpack(buf)))
         elif kind == messages.STATS.type_id:
@@ -178,19 +162,11 @@ class LiveHost:
         elif kind == messages.MAINTENANCE.type_id:
             self.maintenance = messages.MAINTENANCE.unpack(buf)
 
-    def _hear_hello(self, hello: dict[str, Any]) -> None:
-        if hello["role"] != 1:
-            return
-        self.hellos.append(hello)
-        if hello["session"] == self.session:
-            self._boot = hello["boot"]
-        elif self.in_session:
-            self._new_session()
-
-    def _hear_nonce(self, begun: dict[str, Any], stamp: int) -> None:
-        if begun["session"] == self.session and not self.in_session:
-            self.keys.begin(self.session, self._boot, begun["nonce"], begun["epoch"], stamp)
-            self.in_session = True
+    def greeted(self, hello: dict[str, Any]) -> None:
+        """The board's HELLO, or an echo of ours by something that is no board."""
+        if hello["role"] == 1:
+            self.hellos.append(hello)
+            super().greeted(hello)
 
     def _speak(self, now_s: float) -> None:
         if not self.talking:
@@ -198,23 +174,18 @@ class LiveHost:
         if not self.in_session:
             if now_s - self._hello_at_s >= HELLO_S:
                 self._hello_at_s = now_s
-                self.say_hello()
+                self.say_hello(schema=frame.schema_hash() ^ self.wrong_schema)
             return
         if self.ticks - self._speak_at < SPEAK_MS and now_s - self._speak_at_s < SPEAK_S:
             return
         self._speak_at = self.ticks
         self._speak_at_s = now_s
-        data = self.send(messages.COMMAND, self.command)
+        self.send(messages.COMMAND, self.command)
         if self.command[0] != codes.STOP:
-            self.sent = bytearray(data)
+            self.sent = self._last
         self.send(messages.CLEARANCE, clearance(self.blocked, self.source, 5))
         if self._orders:
             values, left = self._orders.pop(0)
             self.send(messages.ORDER, values)
             if left > 1:
                 self._orders.insert(0, (values, left - 1))
-
-    def say_hello(self) -> None:
-        """Ask for a session, with the right table of messages or, `wrong_schema`, another one."""
-        schema = frame.schema_hash() ^ (1 if self.wrong_schema else 0)
-        self.send(messages.HELLO, (0, 0, schema, self.session, 0, 0, 1, 0, b"tests"))

@@ -6,8 +6,9 @@ from typing import Any
 
 import pytest
 
-from e2e.lockstep import NEUTRAL, Lockstep
+from e2e.lockstep import Lockstep
 from e2e.page import Page
+from gazesim.chair_rig import NEUTRAL
 
 
 class Caretaker:

@@ -11,7 +11,7 @@ from e2e.host import Host
 from e2e.lockstep import Lockstep
 from gazeboard.core import limits
 from gazelink import codes, frame, messages
-from gazesim.board_rig import clearance
+from gazesim.small_host import clearance
 from promises import END_TO_END, kept, measured
 
 

@@ -1,18 +1,16 @@
 # The heading sensor's calibration is kept on the board and given back at every start.
 
 from gazeboard.boards import bank_layout as at
-from gazelink import codes, messages
+from gazelink import codes
 from gazesim.board_rig import IMU, REGS, Rig
+from promiserig import ask
 
 CALIBRATION = IMU + REGS + 0x35
 OFFSETS = IMU + REGS + 0x55
 
 
-def ask(rig):
-    rig.reply = None
-    rig.send(messages.SETTING, (codes.SETTING_SAVE_HEADING, 0, 0))
-    rig.until(lambda: rig.reply is not None, 5)
-    return rig.reply["refused"]
+def save(rig):
+    return ask(rig, codes.SETTING_SAVE_HEADING)[1]
 
 
 def calibrated_rig():
@@ -26,7 +24,7 @@ def calibrated_rig():
 
 def test_offsets_are_stored_and_given_back_after_a_power_cut():
     rig = calibrated_rig()
-    assert ask(rig) == codes.NO_REASON
+    assert save(rig) == codes.NO_REASON
     rig.run(300)
     assert "heading_offsets" in rig.files.texts
     for k in range(22):
@@ -40,7 +38,7 @@ def test_offsets_are_stored_and_given_back_after_a_power_cut():
 
 def test_saving_does_not_disturb_driving_afterwards():
     rig = calibrated_rig()
-    assert ask(rig) == codes.NO_REASON
+    assert save(rig) == codes.NO_REASON
     rig.run(1500)
     rig.arm()
     rig.press(codes.LEFT)
@@ -50,12 +48,12 @@ def test_saving_does_not_disturb_driving_afterwards():
 def test_refused_while_armed_or_not_calibrated():
     rig = calibrated_rig()
     rig.arm()
-    assert ask(rig) == codes.SETTING_WHILE_ARMED
+    assert save(rig) == codes.SETTING_WHILE_ARMED
     rig.give(codes.DISARM)
     rig.run(50)
     rig.bank[CALIBRATION] = 0x0F  # the accelerometer alone
     rig.run(1500)
-    assert ask(rig) == codes.SENSOR_NOT_CALIBRATED
+    assert save(rig) == codes.SENSOR_NOT_CALIBRATED
     assert "heading_offsets" not in rig.files.texts
 
 
@@ -69,7 +67,7 @@ def test_damaged_offsets_are_not_used():
 
 def test_the_sensor_is_back_in_fusion_mode():
     rig = calibrated_rig()
-    assert ask(rig) == codes.NO_REASON
+    assert save(rig) == codes.NO_REASON
     rig.run(300)
     assert rig.bank[IMU + REGS + 0x3D] == 8
     assert rig.bank[IMU + at.SLOT_WSEQ] > 0

@@ -3,7 +3,8 @@
 from boardtest import raises
 from gazeboard.core import ages, limits
 from gazelink import codes, messages
-from gazesim.board_rig import Files, Rig
+from gazesim.board_rig import Rig
+from gazesim.lockstep import Files
 from promiserig import armed, stays_still_until_pressed_anew
 
 

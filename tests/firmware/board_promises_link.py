@@ -2,7 +2,8 @@
 
 from gazeboard.core import ages, limits
 from gazelink import codes, frame, messages
-from gazesim.board_rig import Rig, clearance
+from gazesim.board_rig import Rig
+from gazesim.small_host import clearance
 from promiserig import armed, stays_still_until_pressed_anew
 from promises import CORE, kept, measured
 

@@ -3,7 +3,8 @@
 
 from gazeboard.core import limits
 from gazelink import codes, messages
-from gazesim.board_rig import NEUTRAL, Rig, clearance
+from gazesim.board_rig import NEUTRAL, Rig
+from gazesim.small_host import clearance
 from promiserig import armed, stays_still_until_pressed_anew
 from promises import CORE, measured
 

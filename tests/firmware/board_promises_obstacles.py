@@ -2,7 +2,8 @@
 
 from gazeboard.core import limits
 from gazelink import arcs, codes, messages
-from gazesim.board_rig import FAR, NEUTRAL, Rig
+from gazesim.board_rig import NEUTRAL, Rig
+from gazesim.small_host import FAR
 from promiserig import stays_still_until_pressed_anew
 from promises import CORE, kept, measured
 

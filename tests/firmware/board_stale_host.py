@@ -2,7 +2,8 @@
 
 from gazeboard.core import limits
 from gazelink import codes, messages
-from gazesim.board_rig import Rig, clearance
+from gazesim.board_rig import Rig
+from gazesim.small_host import clearance
 
 
 def test_frames_with_an_old_stamp_do_not_count_as_a_living_host():

@@ -8,9 +8,9 @@ from fakeflash import Flash, PowerCut, files_on, real
 from gazeboard.io import bootlog, storage
 from gazeboard.io.settings import Settings
 from gazeboard.io.storage import UNREADABLE, Files, sealed
-from gazelink import codes, messages
+from gazelink import codes
 from gazesim.board_rig import Rig
-from promiserig import armed, fault, toggles
+from promiserig import armed, ask, fault, toggles
 from promises import CORE, kept
 
 NAMES = ("settings.json", "emergency", "watchdog_boots", "heading_offsets")
@@ -352,10 +352,7 @@ def test_whatever_the_flash_raises_the_service_loop_goes_on():
 
             files.store = files.remove = refuse
             press_emergency(rig)
-            rig.reply = None
-            rig.send(messages.SETTING, (codes.SETTING_SAVE, 0, 0))
-            rig.until(lambda: rig.reply is not None, 5)
-            assert rig.reply["refused"] == codes.SETTING_NOT_STORED
+            assert ask(rig, codes.SETTING_SAVE)[1] == codes.SETTING_NOT_STORED
             rig.app._imu.offsets_new = True
             rig.run(500)
             assert fault(rig, codes.STORAGE)

@@ -2,9 +2,10 @@
 
 import struct
 
-from gazelink import codes, messages, zone
+from gazelink import codes, zone
 from gazelink.settings_table import TABLE, index_of
 from gazesim.board_rig import Rig
+from promiserig import ask
 
 SLUGGISH = (("p5_1_brake_mm_s2", 200), ("reaction_ms", 1000))
 
@@ -23,10 +24,7 @@ def connected(rig):
 
 
 def put(rig, name, value):
-    rig.reply = None
-    rig.send(messages.SETTING, (codes.SETTING_SET, index_of(name), value))
-    rig.until(lambda: rig.reply is not None, 50)
-    assert rig.reply["refused"] == codes.NO_REASON
+    assert ask(rig, codes.SETTING_SET, index_of(name), value)[1] == codes.NO_REASON
 
 
 # By the promise's words, in floats: d = v t + v^2 / 2a + margin, of the worst profile.

@@ -6,7 +6,7 @@ from gazeboard.app import App
 from gazeboard.boards.virtual import VirtualBoard
 from gazelink import codes, frame, messages
 from gazesim.bank import Bank
-from gazesim.board_rig import clearance
+from gazesim.small_host import clearance
 from gazesim.world import World
 
 

@@ -8,103 +8,35 @@ import pytest
 
 from gazeboard.io.joystick import permille
 from gazechair.base.health import OK, HealthRegistry
-from gazechair.board.board_commands import Bypass, Clearance, Command
-from gazechair.board.protocol import Event, LinkProtocol, SessionBegun, SessionEnded
-from gazechair.board.state import BoardId, BoardState, BoardStats
+from gazechair.board.board_commands import Clearance
 from gazechair.config.configuration import Config
 from gazechair.driving.control import Control
 from gazelink import codes
-from gazesim.board_rig import Rig
+from gazesim.chair_rig import ChairRig
+from gazesim.lockstep_link import LockstepLink
 
 
-class LockstepLink:
-    """BoardLink without thread and port: bytes go to the firmware within the same millisecond."""
-
-    def __init__(self, rig: Chain) -> None:
-        self._rig = rig
-        self.protocol = LinkProtocol()
-        self.protocol.opened(rig.now_s)
-        self.plugged = True
-        self.sessions = 0
-        self._state: BoardState | None = None
-        self._stats: BoardStats | None = None
-
-    def command(self, command: Command) -> None:
-        self.protocol.command(command, self._rig.now_s)
-        self.pump()
-
-    def order(self, action: int, owner: int) -> None:
-        self.protocol.order(action, owner, self._rig.now_s)
-        self.pump()
-
-    def clearance(self, clearance: Clearance) -> None:
-        self.protocol.clearance(clearance, self._rig.now_s)
-        self.pump()
-
-    def bypass(self, bypass: Bypass | None) -> None:
-        self.protocol.bypass(bypass, self._rig.now_s)
-        self.pump()
-
-    def state(self) -> BoardState | None:
-        return self._state
-
-    def stats(self) -> BoardStats | None:
-        return self._stats
-
-    def board(self) -> BoardId | None:
-        return self.protocol.board
-
-    def pump(self) -> None:
-        data = self.protocol.poll(self._rig.now_s)
-        if self.plugged:
-            self._rig.wire.push(data, len(data))
-
-    def heard(self, data: bytes) -> list[Event]:
-        now_s = self._rig.now_s
-        events = self.protocol.feed(data if self.plugged else b"", now_s)
-        events += self.protocol.check(now_s)
-        for event in events:
-            if isinstance(event, BoardState):
-                self._state = event
-            elif isinstance(event, BoardStats):
-                self._stats = event
-            elif isinstance(event, SessionEnded):
-                self._state = None
-            elif isinstance(event, SessionBegun):
-                self.sessions += 1
-        return events
-
-
-class Chain(Rig):
-    """The firmware's rig with the real host in place of its small one, and a page on top."""
+class Chain(ChairRig):
+    """The chair with control and link of the real host, a page on top, and made-up lidars."""
 
     def __init__(self) -> None:
-        self.link: LockstepLink | None = None
         super().__init__()
-        self.host_alive = False  # the rig's own small host
-        self.link = LockstepLink(self)
-        parts = HealthRegistry(lambda: self.now_s)
+        self.link = LockstepLink(self.cable, self.now_s, iter(range(7, 99)).__next__)
+        parts = HealthRegistry(self.now_s)
         for name in ("board", "lidar", "camera"):
             parts.part(name).set(OK)
-        self.control = Control(Config(), self.link, parts, clock=lambda: self.now_s)
+        self.control = Control(Config(), self.link, parts, clock=self.now_s)
         self.page = self.control.connect("driver")
         self.page_alive = True
         self.scanning = True
+        self.blocked = 0
         self.held: tuple[str, str, int] | None = None
         self.refusals: list[str] = []
 
-    @property
-    def now_s(self) -> float:
-        return float(self.clock.now_us) / 1e6
-
-    def listen(self) -> None:
-        if self.link is None:
-            return
-        self.link.heard(bytes(self.wire.sent[: self.wire.count]))
-        self.wire.count = 0
-        self.link.pump()
+    def host_ms(self) -> None:
+        self.link.one_ms()
         if self.scanning and self.now_ms % 100 == 0:
-            self.control.clearance(Clearance(self.blocked, codes.SIMULATED, self.now_s - 0.03))
+            self.control.clearance(Clearance(self.blocked, codes.SIMULATED, self.now_s() - 0.03))
         if self.now_ms % 25 == 0:
             self.control.update()
         if self.page_alive and self.now_ms % 100 == 0:
@@ -252,16 +184,14 @@ def test_a_lidar_gone_silent_blocks_by_its_age(driving: Chain) -> None:
 def test_a_pulled_cable_stops_and_plugging_back_drives_only_when_armed_anew(
     driving: Chain,
 ) -> None:
-    link = driving.link
-    assert link is not None
-    link.plugged = False
+    driving.cable.pull()
     assert driving.until(driving.neutral, 100) <= 100
     driving.run(1500)
     assert driving.look()["arm_reason"] == "not_connected"
     assert driving.app.safety.state == codes.DISARMED
-    link.plugged = True
+    driving.cable.plug()
     driving.run(1000)
-    assert link.sessions == 2
+    assert driving.link.sessions == 2
     assert driving.neutral()
     driving.ready()
     driving.run(500)  # still holding the old press
@@ -272,13 +202,11 @@ def test_a_pulled_cable_stops_and_plugging_back_drives_only_when_armed_anew(
 
 
 def test_a_board_reset_while_driving_begins_a_new_session_disarmed(driving: Chain) -> None:
-    driving.boot()
+    driving.board.boot()
     for _ in range(2500):
         driving.one_ms()
         assert driving.neutral()
-    link = driving.link
-    assert link is not None
-    assert link.sessions == 2
+    assert driving.link.sessions == 2
     assert driving.look()["state"] == "disarmed"
     driving.ready()
     driving.hold_button("forward", 2)

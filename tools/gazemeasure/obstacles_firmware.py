@@ -15,8 +15,9 @@ from gazelink import codes
 from gazelink.settings_table import PROFILES
 from gazemeasure.obstacles_eyes import FRONT
 from gazemeasure.obstacles_run import MOVING_M_S, Outcome, fastest
-from gazemeasure.turn_app import WholeChair
+from gazesim.chair_rig import LinkedChair
 from gazesim.random_rooms import Task, task
+from gazesim.rooms import Room
 
 _LIMIT_MS = 25_000
 _GATHER_MS = 5
@@ -52,41 +53,39 @@ class Eyes:
         return Clearance(source=scan.source, acquired_s=scan.acquired_s, **self._evaluate((view,)))
 
 
+class _SeeingChair(LinkedChair):
+    """Its host sees by the lidar, some ms late."""
+
+    def __init__(self, room: Room, profile: str) -> None:
+        super().__init__(room, profile)
+        self.owner = codes.DRIVER
+        self.sees = False
+        self.world.lidar.receive(_DENSE)
+        self._eyes = Eyes(StopZone(self.app.obstacles.zone))
+        self._pending: list[tuple[int, Clearance]] = []
+
+    def one_ms(self) -> None:
+        """One step, and what its scan has shown."""
+        super().one_ms()
+        said = self._eyes.step(self.scanned, self.now_ms)
+        if said is not None:
+            self._pending.append((self.now_ms + _LATE_MS, said))
+        if self._pending and self._pending[0][0] <= self.now_ms:
+            self.link.clearance(self._pending.pop(0)[1])
+
+
 def firmware_run(seed: int) -> Outcome:
     """One run forward, with the prototype's one lidar, at the board's own settings."""
     profile = PROFILES[seed % len(PROFILES)]
     wanted = _forward(_KINDS[seed % len(_KINDS)], seed)
-    chair = WholeChair(profile, wanted.room)
-    chair.owner = codes.DRIVER
-    chair.sees = False
-    chair.world.lidar.receive(_DENSE)
-    eyes, outcome = Eyes(StopZone(chair.app.obstacles.zone)), Outcome()
-    pending: list[tuple[int, Clearance]] = []
-    asked_ms = 0
-
-    def one_ms() -> None:
-        chair.one_ms()
-        said = eyes.step(chair.scanned, chair.now_ms)
-        if said is not None:
-            pending.append((chair.now_ms + _LATE_MS, said))
-        if pending and pending[0][0] <= chair.now_ms:
-            chair.tell(pending.pop(0)[1])
-
-    while chair.app.safety.state != codes.ARMED:
-        one_ms()
-        if chair.app.safety.arm_reason == codes.NO_REASON and chair.now_ms % 200 == 0:
-            chair.order(codes.ARM, chair.owner)
-        if chair.now_ms > _LIMIT_MS:
-            raise RuntimeError(
-                f"run {seed}: not armed: {codes.reason_name(chair.app.safety.arm_reason)}"
-            )
-    for _ in range(300):
-        one_ms()
+    chair, outcome = _SeeingChair(wanted.room, profile), Outcome()
+    chair.arm()
+    chair.run(300)
     start_m = (chair.world.chair.x_m, chair.world.chair.y_m)
-    begun_ms = asked_ms = chair.now_ms
+    begun_ms = chair.now_ms
     chair.press(codes.FORWARD, codes.CONTINUOUS)
     while chair.now_ms < begun_ms + _LIMIT_MS:
-        one_ms()
+        chair.one_ms()
         truth = chair.world.chair
         if chair.now_ms % _CHECK_MS == 0:
             gap_m = wanted.room.clearance_m(truth.x_m, truth.y_m, truth.heading_deg)
@@ -98,7 +97,7 @@ def firmware_run(seed: int) -> Outcome:
         if math.hypot(truth.x_m - start_m[0], truth.y_m - start_m[1]) >= wanted.goal:
             outcome.arrived = True
             break
-        if chair.now_ms > asked_ms + 300 and fastest(truth) == 0.0:
+        if chair.now_ms > begun_ms + 300 and fastest(truth) == 0.0:
             outcome.stopped = True
             break
     outcome.took_s = (chair.now_ms - begun_ms) / 1000.0

@@ -5,39 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from gazeboard.app import App
-from gazeboard.boards import bank_layout as layout
-from gazeboard.boards.virtual import VirtualBoard
 from gazeboard.core.limits import WIPER_NEUTRAL
+from gazeboard.core.motion import Motion
 from gazeboard.core.shared import Inputs
 from gazeboard.io.joystick import counts
-from gazeboard.io.settings import FILE as SETTINGS_FILE
 from gazeboard.io.settings import Settings
+from gazeboard.turning.turn import turn_controller
 from gazelink import codes
 
-_BANK_SIZE = layout.SLOTS_AT + 2 * 128 * layout.SLOT_SIZE
 _FREE = [1000] * 4  # no obstacle caps anything
-_BOOT = 0x0B07
-
-
-class _NoSerial:
-    """A line without a listener."""
-
-    def read_byte(self) -> int:
-        return -1
-
-    def write_some(self, buf: bytes, start: int, end: int) -> int:
-        return end
-
-
-class _StoredSettings:
-    """The board's files: one, its settings."""
-
-    def __init__(self, text: str) -> None:
-        self._text = text
-
-    def load(self, name: str) -> str | None:
-        return self._text if name == SETTINGS_FILE else None
 
 
 def settings_with(values: Mapping[str, int]) -> Any:
@@ -55,15 +31,7 @@ class BoardMotion:
     """
 
     def __init__(self, settings: Any) -> None:
-        board = VirtualBoard(
-            bytearray(_BANK_SIZE),
-            _NoSerial(),
-            _StoredSettings(settings.text()),
-            _BOOT,
-            lambda: 0,
-            lambda a, b: a - b,
-        )
-        self.motion = App(board).motion
+        self.motion: Any = Motion(settings, turn_controller(settings))
         self.inputs = Inputs()
         self.inputs.cap_permille = 1000
         self.running = False

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 
 from gazeboard.core import limits
 from gazelink import codes
-from gazemeasure.turn_app import WholeChair
+from gazesim.chair_rig import LinkedChair
 
-_NEUTRAL = (limits.WIPER_NEUTRAL, limits.WIPER_NEUTRAL)
 MOMENTS_MS = (250, 60, 480)  # from the press until it is cut short
 _WAIT_MS = 700  # the slowest cause takes 500 ms
 _STAYS_MS = 1000
@@ -39,40 +38,40 @@ class Stops:
     highest: int = 0
 
 
-def _set(name: str, value: object) -> Callable[[WholeChair], None]:
+def _set(name: str, value: object) -> Callable[[LinkedChair], None]:
     return lambda chair: setattr(chair, name, value)
 
 
-def _fault(name: str) -> Callable[[WholeChair], None]:
+def _fault(name: str) -> Callable[[LinkedChair], None]:
     return lambda chair: chair.world.faults.inject(name)
 
 
-def _order(action: int, owner: int) -> Callable[[WholeChair], None]:
-    return lambda chair: chair.order(action, owner)
+def _order(action: int, owner: int) -> Callable[[LinkedChair], None]:
+    return lambda chair: chair.link.order(action, owner)
 
 
-def _raise(chair: WholeChair) -> None:
+def _raise(chair: LinkedChair) -> None:
     def broken(*_: object) -> None:
         raise RuntimeError("injected")
 
     chair.app.motion.step = broken
 
 
-def _stall(chair: WholeChair) -> None:
-    chair.now_ms += 30  # the tick's own clock jumps
+def _stall(chair: LinkedChair) -> None:
+    chair.board.clock.now_us += 30_000  # the tick's own clock jumps
 
 
-CAUSES: dict[str, Callable[[WholeChair], None]] = {
-    "stop": WholeChair.release,
+CAUSES: dict[str, Callable[[LinkedChair], None]] = {
+    "stop": LinkedChair.release,
     "hold not proven": _set("holds", False),
-    "host silent": _set("speaks", False),
+    "host silent": lambda chair: setattr(chair.link, "alive", False),
     "obstacle": _set("blocked", _LEFT | _RIGHT),
     "no obstacle data": _set("sees", False),
     "disarm": _order(codes.DISARM, codes.CARETAKER),
     "emergency message": _order(codes.EMERGENCY_STOP, codes.DRIVER),
     "another owner": _order(codes.ARM, codes.DRIVER),
-    "another host": WholeChair.reconnect,
-    "service loop hangs": _set("serves", False),
+    "another host": lambda chair: chair.link.protocol.opened(chair.now_s()),
+    "service loop hangs": lambda chair: setattr(chair.board, "blocked", True),
     "tick raises": _raise,
     "tick stalls": _stall,
     "relay opens": _fault("relay_stuck_open"),
@@ -95,7 +94,8 @@ def stop_paths(moment_ms: int, only_one_motion: bool) -> Stops:
         motions = _MOTIONS[number % 3 :][:1] if only_one_motion else _MOTIONS
         for mode, permille, pulse_ms in motions:
             if mode != codes.STEP or name not in _STEP_GOES_ON:
-                chair = WholeChair()
+                chair = LinkedChair()
+                chair.board.watchdog = False  # the firmware alone must end it
                 chair.arm()
                 chair.press(
                     codes.RIGHT if mode == codes.TUNE else codes.LEFT, mode, permille, pulse_ms
@@ -117,9 +117,9 @@ def together(parts: Sequence[Stops]) -> Stops:
 
 
 def _path(
-    chair: WholeChair,
+    chair: LinkedChair,
     stops: Stops,
-    strike: Callable[[WholeChair], None],
+    strike: Callable[[LinkedChair], None],
     moment_ms: int,
     is_stop: bool,
 ) -> None:
@@ -142,10 +142,10 @@ def _path(
         _tick(chair, stops)
 
 
-def _tick(chair: WholeChair, stops: Stops) -> None:
+def _tick(chair: LinkedChair, stops: Stops) -> None:
     chair.one_ms()
     safety = chair.app.safety
-    if not safety.permitted and safety.enable and chair.wipers != _NEUTRAL:
+    if not safety.permitted and safety.enable and not chair.neutral():
         stops.not_neutral += 1
     if chair.app.joystick.linear_wiper != limits.WIPER_NEUTRAL:
         stops.not_neutral += 1  # turning never drives

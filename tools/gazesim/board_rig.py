@@ -1,14 +1,14 @@
-# A lockstep rig for firmware tests on CPython and MicroPython: the whole App on a virtual board
-# over a register bank in memory, a virtual clock, a scripted sensor and a small honest host. No
-# wall clock.
+# The whole firmware in virtual time with scripted devices and a small honest host. Runs on
+# MicroPython too.
 
 import struct
 
 from gazeboard.app import App
 from gazeboard.boards import bank_layout as at
 from gazeboard.boards import pins
-from gazeboard.boards.virtual import VirtualBoard
-from gazelink import arcs, codes, frame, messages
+from gazelink import arcs, codes, messages
+from gazesim.lockstep import Clock, Files, LockstepBoard, Steps
+from gazesim.small_host import FAR, SmallHost, clearance
 
 _BANK_SIZE = at.SLOTS_AT + 2 * 128 * at.SLOT_SIZE
 SESSION = 0x1234
@@ -17,27 +17,6 @@ POT = at.SLOTS_AT + 0x2C * at.SLOT_SIZE
 IMU = at.SLOTS_AT + (128 + 0x28) * at.SLOT_SIZE
 REGS = at.SLOT_REGS
 NEUTRAL = 170
-
-
-FAR = messages.CLEAR_FAR
-
-
-# Values of a CLEARANCE frame: what is blocked, and nothing else within range unless said.
-def clearance(
-    blocked, source, age_ms, distances=(FAR, FAR, FAR, FAR), unseen=0, ways=arcs.ALL_FAR, views=0
-):
-    return (blocked, unseen, source) + tuple(distances) + (age_ms, views, bytes(ways))
-
-
-class Clock:
-    def __init__(self, start_us=0):
-        self.now_us = start_us
-
-    def ticks_us(self):
-        return self.now_us & 0x3FFFFFFF
-
-    def ticks_diff(self, a, b):
-        return ((a - b + 0x20000000) & 0x3FFFFFFF) - 0x20000000
 
 
 class Wire:
@@ -73,34 +52,11 @@ class Wire:
         self._tail = self._head
 
 
-class Files:
-    def __init__(self):
-        self.texts = {}
-
-    def load(self, name):
-        return self.texts.get(name)
-
-    def store(self, name, text):
-        self.texts[name] = text
-
-    def remove(self, name):
-        self.texts.pop(name, None)
-
-
-class _Board(VirtualBoard):
-    # Draws the same numbers each time, and allocates nothing.
-    drawn = 0
-
-    def draw_nonce(self, nonce):
-        _Board.drawn += 1
-        for k in range(4):
-            nonce[k] = (_Board.drawn * (37 + k)) & 0xFF
-
-
-class Rig:
+class Rig(Steps, SmallHost):
     # bank, clock, wire, app and a host that talks every 20 ms while `host_alive`.
 
     def __init__(self, start_us=0, files=None, relay_fitted=True):
+        SmallHost.__init__(self, SESSION)
         self.bank = bytearray(_BANK_SIZE)
         self.clock = Clock(start_us)
         self.wire = Wire()
@@ -113,12 +69,6 @@ class Rig:
         self._enable_edges = -1
         self._quiet_ms = 1000
         self._imu_noise = 0
-        self.encoder = frame.Encoder()
-        self.decoder = frame.Decoder()
-        self.keys = frame.Session()
-        self.encoder.session = self.keys
-        self.decoder.session = self.keys
-        self._greeted_boot = 0  # of the board that echoed our HELLO
         self.host_alive = True
         self.service_alive = True
         self.lidar_alive = True
@@ -132,9 +82,7 @@ class Rig:
         self.command = (codes.STOP, codes.STEP, 0, codes.DRIVER, 0, 0)
         self.hold = False  # the command's time-to-live is refreshed with each frame
         self.order = None
-        self._order_number = 0
         self._order_left = 0
-        self.stamp = 0
         self.now_ms = 0
         self.state = {}
         self.states = 0
@@ -143,9 +91,7 @@ class Rig:
         self.boot()
 
     def boot(self):
-        self.board = _Board(
-            self.bank, self.wire, self.files, BOOT, self.clock.ticks_us, self.clock.ticks_diff
-        )
+        self.board = LockstepBoard(self.bank, self.wire, self.files, BOOT, self.clock)
         self.app = App(self.board)
         self.keys.end()
 
@@ -164,10 +110,6 @@ class Rig:
         self.bank[offset + at.PIN_HOST_LEVEL] = level
 
     # -- running ---------------------------------------------------------------------------------
-
-    def run(self, ms):
-        for _ in range(ms):
-            self.one_ms()
 
     def one_ms(self):
         self.now_ms += 1
@@ -231,47 +173,24 @@ class Rig:
         )
         self.send(messages.CLEARANCE, values)
 
-    def say_hello(self, session=SESSION):
-        values = (0, 0, frame.schema_hash(), session, 0, 0, 1, 0, b"rig")
-        self.send(messages.HELLO, values)
-
-    def send(self, message, values):
-        message.pack(self.encoder.body, values)
-        n = self.encoder.finish(message, self.stamp)
-        self.wire.push(self.encoder.wire, n)
+    def put(self, buf, n):
+        self.wire.push(buf, n)
 
     def give(self, action, owner=codes.DRIVER):
-        self._order_number += 1
-        self.order = (action, self._order_number, owner)
+        self.order = self.next_order(action, owner)
         self._order_left = 5
 
     def listen(self):
-        for k in range(self.wire.count):
-            if self.decoder.feed(self.wire.sent[k]):
-                self._heard()
+        self.hear(self.wire.sent, self.wire.count)
         self.wire.count = 0
 
-    def _heard(self):
-        buf = self.decoder.buf
-        self.stamp = frame.u16(buf, messages.STAMP_AT)
-        self.keys.advance(self.stamp)
-        if buf[0] == messages.HELLO.type_id:
-            hello = messages.HELLO.unpack(buf)
-            self._greeted_boot = hello["boot"]
-            if hello["session"] == 0:
-                self.keys.end()
-        elif buf[0] == messages.NONCE.type_id:
-            begun = messages.NONCE.unpack(buf)
-            if not self.keys.live:
-                nonce, epoch = begun["nonce"], begun["epoch"]
-                boot = self._greeted_boot
-                self.keys.begin(begun["session"], boot, nonce, epoch, self.stamp)
-        elif buf[0] == messages.STATE.type_id:
+    def received(self, kind, buf):
+        if kind == messages.STATE.type_id:
             self.state = messages.STATE.unpack(buf)
             self.states += 1
-        elif buf[0] == messages.SETTING_REPLY.type_id:
+        elif kind == messages.SETTING_REPLY.type_id:
             self.reply = messages.SETTING_REPLY.unpack(buf)
-        elif buf[0] == messages.ZONE.type_id:
+        elif kind == messages.ZONE.type_id:
             told = messages.ZONE.unpack(buf)
             self.zones[told["direction"]] = told["points"]
 
@@ -303,14 +222,6 @@ class Rig:
         self.press(verb)
         self.run(60)
         assert not self.neutral(), self.why()
-
-    # ms until `condition` holds, at most `limit_ms`.
-    def until(self, condition, limit_ms):
-        for ms in range(limit_ms + 1):
-            if condition():
-                return ms
-            self.one_ms()
-        raise AssertionError("not within %d ms: %s" % (limit_ms, self.why()))
 
     def why(self):
         s = self.app.safety

@@ -8,6 +8,7 @@ from gazeboard.core.shared import Inputs
 from gazeboard.core.tick import PERIOD_US, Tick
 from gazeboard.io.settings import Settings
 from gazelink import arcs, codes, messages
+from gazesim.lockstep import Steps
 
 CLOSES_MS = 3  # the contact follows the enable line
 OPENS_MS = 15
@@ -69,7 +70,7 @@ class Clock:
     late = False
 
 
-class Core:
+class Core(Steps):
     # Everything is well until a test says otherwise: `host`, `service`, `lidar` and `imu` live,
     # writes are `verified`, the contact follows the enable line unless `contact` is set.
 
@@ -109,6 +110,9 @@ class Core:
             return self.contact
         return self._on_ms >= CLOSES_MS or 0 < self._off_ms < OPENS_MS
 
+    def one_ms(self):
+        self.tick()
+
     def tick(self):
         i = self.i
         if self.host:
@@ -130,18 +134,6 @@ class Core:
         self.toggled = self.toggled and self.safety.enable
         self._on_ms = self._on_ms + 1 if self.toggled else 0
         self._off_ms = 0 if self.toggled else self._off_ms + 1
-
-    def run(self, ms):
-        for _ in range(ms):
-            self.tick()
-
-    # Ticks until `condition` holds, at most `limit_ms`.
-    def until(self, condition, limit_ms):
-        for ms in range(limit_ms + 1):
-            if condition():
-                return ms
-            self.tick()
-        raise AssertionError(f"not within {limit_ms} ticks: {self.why()}")
 
     # -- what people do ----------------------------------------------------------------------------
 

@@ -21,6 +21,7 @@ class LockstepLink:
         self._line = line
         self._clock = clock
         self.protocol = LinkProtocol(draw)
+        self.alive = True  # False: its host has died
         self._unsent = b""
         self._open = False
         self._search_in_ms = 1
@@ -61,6 +62,8 @@ class LockstepLink:
 
     def one_ms(self) -> None:
         """What BoardLink's thread does when it wakes."""
+        if not self.alive:
+            return
         if not self._open:
             self._search_in_ms -= 1
             if self._search_in_ms <= 0 and self._line.plugged:
@@ -98,7 +101,7 @@ class LockstepLink:
         self._search_in_ms = _SEARCH_MS
 
     def _flush(self) -> None:
-        if not self._open or not self._line.plugged:
+        if not self.alive or not self._open or not self._line.plugged:
             return
         if not self._unsent:
             self._unsent = self.protocol.poll(self._clock())

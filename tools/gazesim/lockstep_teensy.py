@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import random
 import runpy
 from pathlib import Path
 from typing import Any
 from unittest import mock
 
 import gazeboard
-from gazeboard.app import App
 from gazeboard.boards import bank_layout as layout
 from gazeboard.boards import pins
-from gazeboard.boards.virtual import VirtualBoard
 from gazeboard.io import bootlog
 from gazesim.bank import Bank
-from gazesim.board_rig import Clock, Files
+from gazesim.lockstep import Clock, Files, LockstepBoard
 from gazesim.usb_line import BoardEnd, UsbLine
 
 _MAIN = Path(gazeboard.__path__[0]) / "main.py"
@@ -24,19 +21,6 @@ BOOT_MS = 300  # a Teensy's way from reset to main.py
 WATCHDOG_CAUSE = 3
 SERVICES_PER_MS = 2
 _ENABLE_AT = layout.PINS_AT + pins.ENABLE * layout.PIN_SIZE
-
-
-class _Held(VirtualBoard):
-    """A board whose main loop is turned by the test."""
-
-    running: App | None = None
-    _drawn = random.Random(1)
-
-    def draw_nonce(self, nonce: bytearray) -> None:
-        nonce[0:4] = self._drawn.randbytes(4)
-
-    def run(self, app: App) -> None:
-        self.running = app
 
 
 class Teensy:
@@ -48,6 +32,7 @@ class Teensy:
         self.files = Files()
         self.serial = BoardEnd(line)
         self.hung = False  # stands still with interrupts off
+        self.watchdog = True
         self.blocked = False  # its service loop waits for something, the tick goes on
         self.boots = 0
         self.watchdog_bites = 0
@@ -62,20 +47,13 @@ class Teensy:
     @property
     def app(self) -> Any:
         """The firmware's App."""
-        return None if self.board is None else self.board.running
+        return None if self.board is None else self.board.app
 
     def boot(self) -> None:
         """Run main.py, as after any reset."""
         self.boots += 1
-        held: Any = _Held
-        self.board = held(
-            self.bank.buffer,
-            self.serial,
-            self.files,
-            0x0B00 + self.boots,
-            self.clock.ticks_us,
-            self.clock.ticks_diff,
-        )
+        boot_id = 0x0B00 + self.boots
+        self.board = LockstepBoard(self.bank.buffer, self.serial, self.files, boot_id, self.clock)
         with (
             mock.patch("gazeboard.boards.virtual.from_environment", return_value=self.board),
             # Once: it would wait for an answer, and no time passes meanwhile.
@@ -126,17 +104,17 @@ class Teensy:
             self.serial.flush()  # its last words, before the REPL
         self._watch()
 
-    def _service(self, app: App) -> None:
+    def _service(self, app: Any) -> None:
         try:
             app.service()
         except Exception:
             # teensy40.run's last acts; the watchdog is left to bite.
             self.board.enable_pin(0)
             app.shut_down()
-            self.board.running = None
+            self.board.app = None
 
     def _watch(self) -> None:
-        if not self._watched:
+        if not (self.watchdog and self._watched):
             return
         feeds = self.bank.u32(layout.WDT_FEEDS_AT)
         self._unfed_ms = 0 if feeds != self._feeds else self._unfed_ms + 1

@@ -21,33 +21,33 @@ SENSOR_S = 0.015  # the twin's heading sensor is that late, and a telemetry samp
 def run(rig: TuneRig, abort_at_ms: int = 1 << 30) -> list[Recording]:
     """One run; somebody presses a key at that time."""
     runner = Runner(
-        rig.link, rig.now_s, rig.wait, lambda: rig.lockstep.now_ms >= abort_at_ms, lambda line: None
+        rig.link, rig.now_s, rig.wait, lambda: rig.now_ms >= abort_at_ms, lambda line: None
     )
     return runner.run(TurnNumbers.default("3.1"), NEUTRAL)
 
 
 def assert_ended(rig: TuneRig) -> None:
     """Neutral and disarmed, and so it stays."""
-    assert rig.lockstep.neutral(), rig.lockstep.why()
-    rig.lockstep.comes_to_rest()
+    assert rig.neutral(), rig.why()
+    rig.comes_to_rest()
     rig.wait(0.5)
-    assert rig.lockstep.neutral()
-    assert not rig.lockstep.armed()
+    assert rig.neutral()
+    assert not rig.armed()
 
 
 def test_the_chair_is_found_as_it_is() -> None:
     rig = TuneRig("3.1")
-    began_ms = rig.lockstep.now_ms
+    began_ms = rig.now_ms
     recordings = run(rig)
-    assert rig.lockstep.now_ms - began_ms < 40_000
+    assert rig.now_ms - began_ms < 40_000
     assert sum(r.pulse_s for r in recordings) <= 10.0
     assert rig.farthest_deg < 25.0
     assert_ended(rig)
-    assert abs(rig.lockstep.world.chair.heading_deg - rig.start_deg) < 8.0  # back again
+    assert abs(rig.world.chair.heading_deg - rig.start_deg) < 8.0  # back again
     fit = identify(recordings, TurnNumbers.default("3.1"))
     judge(recordings, fit)
     fits_profile(fit.numbers, "3.1")
-    true, found = truth(rig.lockstep.world.chair.parameters), fit.numbers
+    true, found = truth(rig.world.chair.parameters), fit.numbers
     assert found.left_dps == pytest.approx(true.left_dps, rel=0.05)
     # The board's full deflection is 84 counts, of the 85 that the chair knows to the right.
     assert found.right_dps == pytest.approx(true.right_dps * 84 / 85, rel=0.05)
@@ -62,7 +62,7 @@ def test_the_chair_is_found_as_it_is() -> None:
 @pytest.mark.parametrize("after_ms", [20, 120, 900, 1200, 2900, 3300, 6000, 7300])
 def test_any_key_stops_it_at_once(after_ms: int) -> None:
     rig = TuneRig("3.1")
-    pressed_ms = rig.lockstep.now_ms + after_ms
+    pressed_ms = rig.now_ms + after_ms
     with pytest.raises(TuneError, match="stopped; nothing was changed"):
         run(rig, pressed_ms)
     assert_ended(rig)
@@ -71,7 +71,7 @@ def test_any_key_stops_it_at_once(after_ms: int) -> None:
 @pytest.mark.parametrize("after_ms", [20, 900, 1200, 3300, 7300])
 def test_a_tool_that_dies_stops_it_too(after_ms: int) -> None:
     rig = TuneRig("3.1")
-    rig.dies_at_ms = rig.lockstep.now_ms + after_ms
+    rig.dies_at_ms = rig.now_ms + after_ms
     with pytest.raises(TuneError, match=r"fallen silent|does not arm"):
         run(rig)
     assert rig.moved_after_death_ms <= 300  # the hold's time to live; the host's silence is sooner
@@ -80,7 +80,7 @@ def test_a_tool_that_dies_stops_it_too(after_ms: int) -> None:
 
 def test_an_obstacle_ends_it_with_its_reason() -> None:
     rig = TuneRig("3.1")
-    rig.blocked_at_ms = rig.lockstep.now_ms + 1200
+    rig.blocked_at_ms = rig.now_ms + 1200
     with pytest.raises(TuneError, match="the board stopped the pulse: obstacle_"):
         run(rig)
     assert_ended(rig)
@@ -88,7 +88,7 @@ def test_an_obstacle_ends_it_with_its_reason() -> None:
 
 def test_without_obstacle_data_nothing_moves() -> None:
     rig = TuneRig("3.1")
-    rig.seeing = False
+    rig.sees = False
     rig.wait(0.5)
     with pytest.raises(TuneError, match="not ready: obstacle_data_old"):
         run(rig)
@@ -100,7 +100,7 @@ def test_without_obstacle_data_nothing_moves() -> None:
 )
 def test_every_fault_of_the_board_ends_it_with_its_reason(fault: str, reason: str) -> None:
     rig = TuneRig("3.1")
-    rig.fault = (rig.lockstep.now_ms + 1150, fault)
+    rig.strikes = (rig.now_ms + 1150, fault)
     with pytest.raises(TuneError, match=reason):
         run(rig)
     assert_ended(rig)
