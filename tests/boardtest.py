@@ -11,9 +11,6 @@ ON_MICROPYTHON = sys.implementation.name == "micropython"
 if ON_MICROPYTHON:
     import micropython
 
-# Small integers of the 32-bit board reach from -2**30 to 2**30 - 1.
-ON_32_BIT = ON_MICROPYTHON and sys.maxsize < 1 << 32
-
 
 def no_allocation(call, times=3):
     # Assert that call() allocates nothing, on MicroPython. Elsewhere only call it.

@@ -5,9 +5,7 @@ import pytest
 from gazesim.profiles import PROFILES, identified, least_sticky
 from gazetwin.clues import CLUES, match
 from gazetwin.experiment import Trace
-from gazetwin.fit import BOUNDS, axis, search
 from gazetwin.prototype import FITTED, MILLISECOND, PUBLISHED, READINGS, Gains, Prototype, Reading
-from gazetwin.tables import holds_around
 
 
 @pytest.mark.parametrize("chair", [identified, least_sticky])
@@ -64,19 +62,3 @@ def test_what_is_read_from_a_turn():
     assert trace.settled_s(0.1) == float("inf")
     assert trace.swings(0.0, 1.0) == 2
     assert Trace(10.0, [0.0] * 10).first_crossing_s() == float("inf")
-
-
-def test_a_search_stays_within_its_bounds_and_keeps_the_order():
-    low, high = axis((0.0,) * len(BOUNDS)), axis((1.0,) * len(BOUNDS))
-    for name, (least, most) in BOUNDS.items():
-        assert getattr(low, name) == pytest.approx(least)
-        assert getattr(high, name) == pytest.approx(most)
-    tried = search(FITTED, 0.5)
-    costs = [candidate.match.cost for candidate in tried]
-    assert costs == sorted(costs)
-
-
-def test_the_stretch_in_which_all_clues_hold_ends_where_one_fails():
-    points = [(1.0, 0.0), (2.0, 3.0), (3.0, 0.0), (4.0, 0.0), (5.0, 1.0), (6.0, 0.0)]
-    assert holds_around(points, 3.5) == (3.0, 4.0)
-    assert holds_around(points, 2.0) == (2.0, 2.0)

@@ -41,11 +41,10 @@ def test_a_long_line_is_thinned_and_keeps_its_end(tmp_path):
     assert float(points[-1].split(",")[0]) > 0.9 * svg.WIDTH
 
 
-def test_dots_are_dots_and_plots_stand_below_each_other(tmp_path):
-    one = Plot("one", "x", "y", [Line("l", [0, 1, 2], [1, 1, 1], dots=True)])
+def test_plots_stand_below_each_other(tmp_path):
+    one = Plot("one", "x", "y", [Line("l", [0, 1, 2], [1, 1, 1])])
     root = drawn(tmp_path, one, one)
     assert float(root.get("height")) == 2 * svg.HEIGHT
-    assert len(list(root.iter(f"{NS}circle"))) == 2 * (3 + 1)  # and one in the legend
 
 
 def test_a_plot_of_nothing_is_refused_by_its_title(tmp_path):

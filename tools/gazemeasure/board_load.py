@@ -147,7 +147,6 @@ class Measured:
         self._sensed_at = -100
         self._edge = 0
         self._number = 0
-        self._ok = 0
         self._junk = []
         self.reached = 0  # bit set of override codes seen
         self.moved = 0

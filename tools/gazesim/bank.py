@@ -183,11 +183,6 @@ class Slot:
         return self._bank.u32(self.at + layout.SLOT_WSEQ)
 
     @property
-    def rseq(self) -> int:
-        """Reads done by the board."""
-        return self._bank.u32(self.at + layout.SLOT_RSEQ)
-
-    @property
     def shut_down(self) -> int:
         """AD5282: bit 0 RDAC1, bit 1 RDAC2 shut down."""
         return self._buffer[self.at + layout.SLOT_SD]

@@ -47,8 +47,8 @@ def _parameters(forward: float, backward: float, left: float, right: float) -> P
 PROFILES = {name: _parameters(*speeds) for name, speeds in SPEEDS_KM_H.items()}
 
 
-# Chairs that match the first prototype's published turns, found by python -m gazetwin --fit
-# (see docs/turning-lab.md): two chairs that meet every published clue.
+# Two chairs that meet every clue of the first prototype's published turns, found by a search (see
+# docs/turning-lab.md).
 _LEAST_STICKY = {
     "dead_time_s": 0.2016,
     "deadband": 0.1149,

@@ -63,14 +63,6 @@ class Trace:
                 side = now
         return count
 
-    def stands_from_s(self) -> float:
-        """From when on the heading stayed as it is at the end."""
-        end = self.headings_deg[-1]
-        for k in range(len(self.headings_deg) - 1, -1, -1):
-            if abs(self.headings_deg[k] - end) > 0.01:
-                return (k + 1) * SAMPLE_MS / 1000
-        return 0.0
-
 
 def run(
     turn: Axis,

@@ -1,8 +1,7 @@
-"""Plots the chair for docs/turning-lab.md: both experiments and the cost over each number."""
+"""Plots the chair for docs/turning-lab.md: both experiments, and B under each reading."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from gazesim.chair_axis import Axis
@@ -60,19 +59,4 @@ def readings(folder: Path, turn: Axis) -> Path:
     plot.band = (ANGLE_DEG - 1.0, ANGLE_DEG + 1.0)
     path = folder / "chair-readings.svg"
     write(path, [plot])
-    return path
-
-
-def costs(folder: Path, found: dict[str, list[tuple[float, float]]], turn: Axis) -> Path:
-    """The cost while one number of the twin changes, a plot each; the file written."""
-    plots = []
-    for name, points in found.items():
-        xs: Sequence[float] = [value for value, _ in points]
-        ys: Sequence[float] = [min(cost, 20.0) for _, cost in points]
-        plot = Plot(f"cost over {name}", name, "cost (0: every clue holds)", [])
-        plot.lines.append(Line("one number changed", xs, ys, dots=True))
-        plot.marks.append(Mark(getattr(turn, name), 0.0, "the twin"))
-        plots.append(plot)
-    path = folder / "chair-costs.svg"
-    write(path, plots)
     return path

@@ -1,4 +1,4 @@
-"""Line plots as small SVG files: axes, lines, dots, marks, a legend; readable on light and dark."""
+"""Line plots as small SVG files: axes, lines, marks, a legend; readable on light and dark."""
 
 from __future__ import annotations
 
@@ -25,12 +25,11 @@ text{font:12px sans-serif;fill:#222}.title{font-size:14px;font-weight:bold}
 
 @dataclass(frozen=True)
 class Line:
-    """One curve; `dots` draws its points instead of joining them."""
+    """One curve."""
 
     name: str
     xs: Sequence[float]
     ys: Sequence[float]
-    dots: bool = False
 
 
 @dataclass(frozen=True)
@@ -106,7 +105,7 @@ class Plot:
                 for x, y in zip(line.xs, line.ys, strict=True)
                 if x_low <= x <= x_high and y_low <= y <= y_high
             ]
-            out.append(_curve(shown, k, line.dots))
+            out.append(_curve(shown, k))
             out.append(_legend(line, k))
         for mark in self.marks:
             x, y = at_x(mark.x), at_y(mark.y)
@@ -147,12 +146,8 @@ def _ticks(low: float, high: float) -> list[float]:
     return [round(k * step, 10) for k in range(first, last + 1)]
 
 
-def _curve(points: list[tuple[float, float]], k: int, dots: bool) -> str:
+def _curve(points: list[tuple[float, float]], k: int) -> str:
     colour = _COLOURS[k % len(_COLOURS)]
-    if dots:
-        return "".join(
-            f'<circle cx="{x:.1f}" cy="{y:.1f}" r="2.2" fill="{colour}"/>' for x, y in points
-        )
     every = max(1, math.ceil(len(points) / _MOST_POINTS))
     kept = points[:-1:every] + points[-1:]
     way = " ".join(f"{x:.1f},{y:.1f}" for x, y in kept)
@@ -163,11 +158,6 @@ def _curve(points: list[tuple[float, float]], k: int, dots: bool) -> str:
 def _legend(line: Line, k: int) -> str:
     x, y = WIDTH - _RIGHT - 210, _TOP + 14 + 16 * k
     colour = _COLOURS[k % len(_COLOURS)]
-    if line.dots:
-        key = f'<circle cx="{x + 12}" cy="{y - 4}" r="3" fill="{colour}"/>'
-    else:
-        dash = _DASHES[k % len(_DASHES)]
-        key = (
-            f'<path class="line" stroke="{colour}" stroke-dasharray="{dash}" d="M{x} {y - 4}h24"/>'
-        )
+    dash = _DASHES[k % len(_DASHES)]
+    key = f'<path class="line" stroke="{colour}" stroke-dasharray="{dash}" d="M{x} {y - 4}h24"/>'
     return f'{key}<text x="{x + 30}" y="{y}">{escape(line.name)}</text>'
