@@ -103,10 +103,17 @@ def test_an_old_number_does_not_refresh_a_running_press():
 
 
 def test_any_number_may_be_the_first():
-    for number in (0, 1, 127, 128, 129, 254, 255):
+    for number in (1, 127, 128, 129, 254, 255):
         held = Held()
-        held.turn()  # nothing said yet is not number 0
+        held.turn()
+        assert held.turn(0) == 0  # as with the driver's presses: 0 is none
         assert held.turn(number) == MOST_MS
+        assert held.turn(0) == MOST_MS - PERIOD_MS
+        while held.turn():
+            pass
+        held.rest(1000)
+        assert held.turn(0) == 0
+        assert held.turn(number) == 0
 
 
 def test_a_press_that_began_disarmed_or_was_disarmed_never_counts():

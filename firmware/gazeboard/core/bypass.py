@@ -4,16 +4,16 @@
 # new time. Pure: integers only, no clock, no allocation.
 
 from gazeboard.core import limits
+from gazeboard.core.safety import ahead
 from gazelink.const import const
 from gazelink.native import micropython
 
-_ANY = const(-1)  # the next number is a new press, whatever it is
 _EARLY_MS = const(32)  # turns of obstacles: until each direction has taken notice
 
 
 class Bypass:
     def __init__(self):
-        self._number = _ANY
+        self._number = 0  # the newest press, 0: none yet
         self._count = 0
         self._session_count = 0
         self._ttl_ms = 0
@@ -29,7 +29,7 @@ class Bypass:
     def step(self, i, armed, elapsed_ms):
         if i.session_count != self._session_count:
             self._session_count = i.session_count
-            self._number = _ANY
+            self._number = 0
             self._ttl_ms = 0
         if self.left_ms > 0:
             self.left_ms = max(0, self.left_ms - elapsed_ms)
@@ -55,7 +55,7 @@ class Bypass:
     @micropython.native
     def _heard(self, number, ttl_ms):
         if number != self._number:
-            if self._number != _ANY and (number - self._number) & 0xFF > 127:
+            if number == 0 or not ahead(number, self._number):
                 return
             self._number = number
             if self.left_ms == 0 and self._pause_ms <= 0:

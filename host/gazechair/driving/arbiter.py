@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from gazechair.board.board_commands import Bypass, Command
-from gazechair.driving.bypass import BypassButton
 from gazechair.driving.messages import (
     DISARM,
     EMERGENCY,
@@ -27,7 +26,7 @@ from gazechair.driving.messages import (
     PageMessage,
     Take,
 )
-from gazechair.driving.press import CurrentPress
+from gazechair.driving.press import DrivingPress, Presses
 from gazechair.driving.refusal import Refusal
 from gazechair.driving.tokens import Freshness
 from gazelink import codes
@@ -47,8 +46,7 @@ class _Client:
     role: int  # as owner: codes.DRIVER, ...
     role_name: str
     heard_s: float
-    last_edge: int = 0  # newest seen, moved or not
-    told: set[str] = field(default_factory=set)  # refusals already sent about that edge
+    told: set[str] = field(default_factory=set)  # refusals already sent about its newest press
     bypass_told: int = 0  # edge of a bypass already refused
 
 
@@ -65,10 +63,10 @@ class Arbiter:
         """The driver has asked for help, and no caretaker has answered yet."""
         self._coming_till_s: float | None = None
         self._freshness = Freshness(first_token)
-        self._bypass = BypassButton(last_edge)
+        self._bypass = Presses(last_edge)
         self._clients: dict[int, _Client] = {}
         self._next_client = 1
-        self._press = CurrentPress(last_edge)
+        self._press = DrivingPress(last_edge)
         self._owner: int | None = None
         self._arm_asked_s: float | None = None
         self._state = codes.DISARMED
@@ -88,7 +86,8 @@ class Arbiter:
     @property
     def bypass(self) -> Bypass | None:
         """The caretaker's bypass button as sent to the board, None: not pressed."""
-        return self._bypass.held
+        press = self._bypass.now
+        return Bypass(press.number, press.deadline_s) if press and press.alive else None
 
     def take_orders(self) -> list[tuple[int, int]]:
         """New (action, owner) orders since the last call, in order."""
@@ -143,8 +142,7 @@ class Arbiter:
 
     def disconnect(self, client: int, now_s: float) -> None:
         """A page has closed. When it drove: stop and disarm."""
-        if self._press.of(client):
-            self._press.stop()
+        self._press.gone(client)
         if client == self._owner:
             self._order(codes.DISARM, client)
             self._owner = None
@@ -170,11 +168,11 @@ class Arbiter:
         if isinstance(message, Call):
             return self._call(page, message, now_s)
         if message is STOP:
-            self._press.stop()
+            self._press.drop()
         elif message is DISARM:
             self._disarm(client)
         elif message is EMERGENCY:
-            self._press.stop()
+            self._press.drop()
             self._order(codes.EMERGENCY_STOP, client)
             self._owner = None
         elif message is RELEASE:
@@ -209,7 +207,7 @@ class Arbiter:
         elif isinstance(message, HoldBypass):
             return self._hold_bypass(client, page, message, now_s)
         elif message is END_BYPASS:
-            self._bypass.let_go(client)
+            self._bypass.release(client)
         else:
             self._order(codes.RESET_FAULTS, client)
         return None
@@ -218,7 +216,7 @@ class Arbiter:
         """What the board is now: session (0 = none), codes.DISARMED.., edge it last accepted."""
         if session != self._session:
             self._session = session
-            self._press.stop()
+            self._press.drop()
         was, self._state = self._state, state
         self._board_edge = edge
         if was == codes.ARMED != state:
@@ -234,12 +232,12 @@ class Arbiter:
         if self._arm_asked_s is not None and now_s - self._arm_asked_s > ARM_ANSWER_S:
             self._arm_asked_s = None
             if self._state == codes.DISARMED:
-                self._press.stop()
+                self._press.drop()
                 self._owner = None
         owner = None if self._owner is None else self._clients[self._owner]
         self.page_silent = owner is not None and now_s - owner.heard_s > self.page_silent_s
         if self.page_silent:
-            self._press.stop()
+            self._press.drop()
         self._press.tick(now_s)
 
     def _heard(self, client: int, page: _Client, now_s: float) -> None:
@@ -254,30 +252,29 @@ class Arbiter:
         if not self._freshness.fresh(wish.proof, now_s):
             return Refusal(what, "stale_token", "the command was too long on its way")
         self._heard(client, page, now_s)
-        new = wish.edge > page.last_edge
+        new = self._press.is_new(client, wish.edge)
         if new:
-            page.last_edge = wish.edge
             page.told.clear()
         if client != self._owner:
             reason = "not_armed" if self._owner is None else "not_owner"
-            return self._refuse_once(what, page, reason)
+            return self._refuse_once(what, page, wish.edge, reason)
         if self._session == 0:
-            return self._refuse_once(what, page, "not_connected")
+            return self._refuse_once(what, page, wish.edge, "not_connected")
         if self._state != codes.ARMED:
-            return self._refuse_once(what, page, "not_armed")
+            return self._refuse_once(what, page, wish.edge, "not_armed")
         deadline_s = self._freshness.proven_s(wish.proof, now_s) + self.ttl_s
         if new:
-            self._press.begin(client, wish, page.role, deadline_s, self._board_edge)
-        elif not self._press.refresh(wish, deadline_s):
-            return self._refuse_once(what, page, "needs_new_command")
+            self._press.drive(client, wish, page.role, deadline_s, self._board_edge)
+        elif not self._press.drive_on(client, wish, deadline_s):
+            return self._refuse_once(what, page, wish.edge, "needs_new_command")
         return None
 
-    def _refuse_once(self, what: str, page: _Client, reason: str) -> Refusal | None:
+    def _refuse_once(self, what: str, page: _Client, edge: int, reason: str) -> Refusal | None:
         # A pressed button repeats all the time; one refusal per press is enough.
         if reason in page.told:
             return None
         page.told.add(reason)
-        return Refusal(what, reason, f"press {page.last_edge} does not move the chair: {reason}")
+        return Refusal(what, reason, f"press {edge} does not move the chair: {reason}")
 
     def _arm(self, client: int, page: _Client, wish: Arm, now_s: float) -> Refusal | None:
         if not self._freshness.fresh(wish.proof, now_s):
@@ -296,7 +293,7 @@ class Arbiter:
         self._heard(client, page, now_s)
         if self._session == 0:
             return Refusal(what, "not_connected", "the board is not connected")
-        self._press.stop()
+        self._press.drop()
         self._owner = client
         self._arm_asked_s = now_s
         self._order(codes.ARM, client)
@@ -308,14 +305,17 @@ class Arbiter:
         if not self._freshness.fresh(wish.proof, now_s):
             return Refusal("bypass", "stale_token", "the bypass was too long on its way")
         deadline_s = self._freshness.proven_s(wish.proof, now_s) + self.ttl_s
-        if self._bypass.hold(client, wish.edge, deadline_s) or page.bypass_told == wish.edge:
+        if self._bypass.is_new(client, wish.edge):
+            self._bypass.begin(client, wish.edge, deadline_s)
+            return None
+        if self._bypass.refresh(client, wish.edge, deadline_s) or page.bypass_told == wish.edge:
             return None
         page.bypass_told = wish.edge
         detail = "this press of the bypass has ended; release and press again"
         return Refusal("bypass", "needs_new_command", detail)
 
     def _disarm(self, client: int) -> None:
-        self._press.stop()
+        self._press.drop()
         self._order(codes.DISARM, client)
         self._owner = None
 

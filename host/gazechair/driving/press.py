@@ -1,4 +1,4 @@
-"""The press that moves the chair: its board edge, its time to live, its end. Pure."""
+"""Presses: numbered for the board, alive while proven, never back once they have ended. Pure."""
 
 from __future__ import annotations
 
@@ -9,88 +9,121 @@ from gazechair.driving.messages import Drive
 
 
 @dataclass(frozen=True)
-class _Press:
+class Press:
+    """One press, as the board is told of it."""
+
     client: int
     page_edge: int
-    command: Command
-    alive: bool  # may still be refreshed
+    number: int
+    """The board's edge, 1..255."""
+    deadline_s: float
+    """When it ends unless proven again."""
+    alive: bool = True
 
 
-class CurrentPress:
-    """At most one. All times are monotonic seconds."""
+class Presses:
+    """Presses of one button or of all that drive, at most one at a time; times are monotonic s.
 
-    def __init__(self, last_edge: int) -> None:
-        """`last_edge`: board edges continue from here, 0..255."""
-        self._last_edge = last_edge
-        self._press: _Press | None = None
+    One that ended, by whatever, never comes back: only a higher edge of its page is a new one.
+    """
+
+    def __init__(self, last_number: int) -> None:
+        """`last_number`: the board's numbers continue from here, 0..255; random at each start."""
+        self._last_number = last_number
+        self._newest: dict[int, int] = {}  # edge of each client, whether it began or not
+        self.now: Press | None = None
+        """The newest, dead or alive; None: the board must hear of none."""
+
+    def is_new(self, client: int, edge: int) -> bool:
+        """True for the first message of a press: the caller begins it, or never."""
+        if edge <= self._newest.get(client, 0):
+            return False
+        self._newest[client] = edge
+        return True
+
+    def begin(self, client: int, edge: int, deadline_s: float, board_number: int = 0) -> None:
+        """A new press; `board_number`: the one the board last took, perhaps of another host."""
+        number = self._last_number % 255 + 1  # 0 is none
+        if number == board_number:
+            number = number % 255 + 1
+        self._last_number = number
+        self.now = Press(client, edge, number, deadline_s)
+
+    def refresh(self, client: int, edge: int, deadline_s: float) -> bool:
+        """It is still pressed, proven until `deadline_s`; False when that press has ended."""
+        press = self.now
+        if press is None or not press.alive or (press.client, press.page_edge) != (client, edge):
+            return False
+        self.now = replace(press, deadline_s=max(press.deadline_s, deadline_s))
+        return True
+
+    def end(self) -> None:
+        """It is over, but stays the newest."""
+        if self.now is not None and self.now.alive:
+            self.now = replace(self.now, deadline_s=0.0, alive=False)
+
+    def drop(self) -> None:
+        """It is over, and the board must hear so."""
+        self.now = None
+
+    def release(self, client: int) -> None:
+        """This client does not press any more; another's press stays."""
+        if self.now is not None and self.now.client == client:
+            self.drop()
+
+    def gone(self, client: int) -> None:
+        """This client has left."""
+        self.release(client)
+        self._newest.pop(client, None)
+
+    def tick(self, now_s: float) -> None:
+        """Let time act."""
+        if self.now is not None and now_s >= self.now.deadline_s:
+            self.end()
+
+
+class DrivingPress(Presses):
+    """The press that moves the chair, and its command."""
+
+    def __init__(self, last_number: int) -> None:
+        super().__init__(last_number)
+        self._command = STOP_COMMAND
         self._pages_edge = (0, 0, 0)  # board edge, client, page edge: to answer in page edges
 
     @property
     def command(self) -> Command:
-        """What the board receives."""
-        return STOP_COMMAND if self._press is None else self._press.command
+        """What the board receives.
 
-    def of(self, client: int) -> bool:
-        """True if the press is this client's."""
-        return self._press is not None and self._press.client == client
+        That of a press that ended stays, without time to live: a step may finish, and the board
+        continues to explain why it overruled this press until the page releases it.
+        """
+        if self.now is None:
+            return STOP_COMMAND
+        return replace(self._command, edge=self.now.number, ttl_deadline_s=self.now.deadline_s)
 
     def page_edge(self, client: int, board_edge: int) -> int:
         """The page's own edge of the press that the board calls `board_edge`, 0 for none."""
         edge, of_client, page_edge = self._pages_edge
         return page_edge if client == of_client and board_edge == edge != 0 else 0
 
-    def begin(
+    def drive(
         self, client: int, wish: Drive, role: int, deadline_s: float, board_edge: int
     ) -> None:
         """A new press; `board_edge` is the edge the board last took."""
-        edge = self._last_edge % 255 + 1
-        if edge == board_edge:
-            edge = edge % 255 + 1  # the board knows it from another host's life
-        self._last_edge = edge
-        command = Command(
-            wish.verb,
-            wish.mode,
-            edge,
-            role,
-            deadline_s,
-            wish.linear_permille,
-            wish.turn_permille,
+        self.begin(client, wish.edge, deadline_s, board_edge)
+        self._command = Command(
+            wish.verb, wish.mode, 0, role, 0.0, wish.linear_permille, wish.turn_permille
         )
-        self._press = _Press(client, wish.edge, command, alive=True)
-        self._pages_edge = (edge, client, wish.edge)
+        self._pages_edge = (self._last_number, client, wish.edge)
 
-    def refresh(self, wish: Drive, deadline_s: float) -> bool:
+    def drive_on(self, client: int, wish: Drive, deadline_s: float) -> bool:
         """The owner keeps pressing; False when that press has ended. A changed motion ends it."""
-        press = self._press
-        if press is None or press.page_edge != wish.edge or not press.alive:
+        if not self.refresh(client, wish.edge, deadline_s):
             return False
-        if (press.command.verb, press.command.mode) != (wish.verb, wish.mode):
-            self.stop()
+        if (self._command.verb, self._command.mode) != (wish.verb, wish.mode):
+            self.drop()
             return False
-        command = replace(
-            press.command,
-            ttl_deadline_s=max(press.command.ttl_deadline_s, deadline_s),
-            linear_permille=wish.linear_permille,
-            turn_permille=wish.turn_permille,
+        self._command = replace(
+            self._command, linear_permille=wish.linear_permille, turn_permille=wish.turn_permille
         )
-        self._press = replace(press, command=command)
         return True
-
-    def stop(self) -> None:
-        """The board must receive a stop."""
-        self._press = None
-
-    def end(self) -> None:
-        """The press is not active any more, but stays the last command.
-
-        Without time to live: a step may finish, and the board continues to explain why it
-        overruled this press until the page releases it.
-        """
-        if self._press is not None and self._press.alive:
-            command = replace(self._press.command, ttl_deadline_s=0.0)
-            self._press = replace(self._press, command=command, alive=False)
-
-    def tick(self, now_s: float) -> None:
-        """Let time act."""
-        if self._press is not None and now_s >= self._press.command.ttl_deadline_s:
-            self.end()
