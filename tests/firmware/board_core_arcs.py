@@ -48,7 +48,7 @@ def test_a_command_is_judged_in_its_tick():
         assert (stick.linear, stick.turn) == (300, 200)
 
 
-def test_one_axis_alone_is_not_judged():
+def test_a_command_of_one_axis_is_not_judged_as_an_arc():
     for linear, turn in ((1000, 0), (-1000, 0), (0, 1000), (0, -1000)):
         stick = Stick(linear, turn)
         for quadrant in range(4):
@@ -74,7 +74,7 @@ def test_a_new_clearance_too_near_blocks_in_its_tick():
         assert trial.blocked()
 
 
-def test_the_way_counts_at_the_turn_it_takes_to_stop():
+def test_the_free_distance_counts_in_the_row_of_the_stopping_turn():
     # What the chair turns and travels until it stands, from the ways; the first row that holds it.
     for linear, turn in ((300, 100), (300, 400), (1000, 1000), (500, 150)):
         stick = Stick(linear, turn)
@@ -112,7 +112,7 @@ def test_slowed_down_both_axes_keep_their_proportion():
         assert len(seen) > 4
 
 
-def test_more_only_after_300_ms_of_a_better_view():
+def test_more_is_allowed_only_after_300_ms_of_a_better_view():
     stick = Stick(600, 300)
     stick.quadrant(0, 35)
     stick.run(100)
@@ -148,7 +148,7 @@ def test_holding_the_heading_is_no_arc():
         assert not stick.blocked()
 
 
-def test_blind_blocks_and_unseen_creeps():
+def test_a_blind_arc_blocks_and_an_unseen_one_allows_creep():
     for quadrant in range(4):
         for at in range(4):
             linear, turn = QUADRANTS[at]
@@ -163,7 +163,7 @@ def test_blind_blocks_and_unseen_creeps():
             assert (unseen.caps()[0] < abs(linear)) == (quadrant == at)
 
 
-def test_a_bypass_creeps_once_it_is_slow():
+def test_a_bypass_allows_creep_once_the_chair_is_slow():
     stick = Stick(600, 300)
     stick.quadrant(0, 0)
     stick.run(40)
@@ -194,7 +194,7 @@ def test_settings_and_cap_limit_what_is_judged():
     assert stick.caps() == (600, 500)
 
 
-def test_a_clearance_in_every_tick_keeps_no_turn_of_the_arcs_waiting():
+def test_a_clearance_in_every_tick_delays_no_evaluation_of_the_arcs():
     slowed = 0
     for units in range(0, 200, 8):
         left = []

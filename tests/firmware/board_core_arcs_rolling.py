@@ -33,7 +33,7 @@ def test_a_stick_pulled_back_needs_the_front_and_the_rear():
         assert stick.blocked()
 
 
-def test_what_rolls_on_counts_with_the_next_command():
+def test_a_motion_that_continues_counts_with_the_next_command():
     # Straight on while the chair still turns left, and a turn while it still rolls.
     for first, then, verb in (
         ((0, 1000), (1000, 0), codes.FORWARD),
@@ -71,7 +71,7 @@ def test_a_bypass_waits_while_the_chair_is_faster_than_creep():
         assert not stick.blocked(), (linear, turn)
 
 
-def test_a_stick_that_is_turned_about_is_as_fast_as_both_sides_leave():
+def test_a_reversed_stick_is_as_fast_as_both_sides_allow():
     for linear, turn in ((100, 400), (-100, 400)):
         levels = []
         for way in range(60, -1, -1):

@@ -31,7 +31,7 @@ class Held:
             assert self.turn() == 0
 
 
-def test_nothing_said_is_no_bypass():
+def test_without_a_frame_there_is_no_bypass():
     held = Held()
     assert [held.turn() for _ in range(5)] == [0] * 5
 
@@ -49,7 +49,7 @@ def test_a_press_lasts_20_s_and_never_comes_back():
     assert held.turn(8) == MOST_MS  # a new press
 
 
-def test_it_ends_when_it_is_no_longer_said():
+def test_it_ends_when_its_frames_stop():
     for ttl_ms, lasts_ms in ((300, 268), (60000, 268), (100, 68), (41, 9), (40, 8), (33, 1)):
         held = Held()
         assert held.turn(1, ttl_ms) == MOST_MS
@@ -63,14 +63,14 @@ def test_it_ends_when_it_is_no_longer_said():
         assert Held().turn(1, ttl_ms) == 0
 
 
-def test_held_on_it_goes_on_and_its_time_runs():
+def test_refreshed_it_continues_and_its_time_runs():
     held = Held()
     held.turn(1)
     for turn in range(1, 100):
         assert held.turn(1 if turn % 10 == 0 else None) == MOST_MS - turn * PERIOD_MS
 
 
-def test_letting_go_ends_it():
+def test_releasing_the_button_ends_it():
     held = Held()
     held.turn(1)
     assert held.turn(1, 0) == 0
@@ -234,7 +234,7 @@ def counts_after(turns, elapsed_ms):
     return held.bypass.left_ms == MOST_MS
 
 
-def test_the_pause_is_as_long_as_said_to_the_millisecond():
+def test_the_pause_ends_in_its_millisecond():
     assert not counts_after(124, 8)
     assert counts_after(125, 8)
     assert not counts_after(111, 9)

@@ -58,7 +58,7 @@ def of_each():
             yield verb, mode, direction, sign, asked
 
 
-def test_the_settings_are_the_most():
+def test_no_output_exceeds_the_settings():
     for verb, mode, _, sign, asked in of_each():
         assert output(verb, mode, asked=asked) == sign * MOST, (verb, mode)
 
@@ -93,7 +93,7 @@ def test_arcs_cap_their_axis():
                 assert output(verb, mode, arcs=arcs, asked=asked) == sign * wanted, (verb, cap)
 
 
-def test_the_least_of_all_counts():
+def test_the_lowest_of_all_caps_counts():
     for verb, mode, direction, sign, asked in of_each():
         for least in range(3):
             limits = [300, 300, 300]

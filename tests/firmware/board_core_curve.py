@@ -104,7 +104,7 @@ def test_one_axis_of_a_stick_is_limited_in_its_own_direction():
                     assert got == ((0, expected) if turns else (expected, 0))
 
 
-def test_each_kind_of_turn_has_its_own_most():
+def test_each_kind_of_turn_has_its_own_limit():
     for verb, mode, most in (
         (codes.LEFT, codes.STEP, STEP_TURN),
         (codes.LEFT, codes.TUNE, STEP_TURN),
@@ -126,7 +126,7 @@ def test_each_kind_of_turn_has_its_own_most():
                 assert motion.turn_permille == sign * wanted, (verb, mode)
 
 
-def test_a_turn_that_is_held_is_limited_to_either_side():
+def test_a_continuous_turn_is_limited_to_either_side():
     for held, direction in ((1, codes.DIR_LEFT), (-1, codes.DIR_RIGHT), (70, 2), (-70, 3)):
         for other in (2, 3):
             motion, i = motion_of(codes.FORWARD, codes.CONTINUOUS)
@@ -137,7 +137,7 @@ def test_a_turn_that_is_held_is_limited_to_either_side():
             assert motion.turn_permille == (0 if other == direction else held)
 
 
-def test_a_heading_that_is_lost_is_held_no_more():
+def test_a_lost_heading_is_no_longer_kept():
     motion, i = motion_of(codes.FORWARD, codes.CONTINUOUS)
     motion._turn.held = 70
     motion.step(i, 0, [1000] * 4)

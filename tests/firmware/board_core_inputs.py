@@ -184,7 +184,7 @@ def test_data_of_a_simulation_never_moves_a_real_board():
         core.drive()
 
 
-def test_decisions_tell_what_is_blocked():
+def test_decisions_report_what_is_blocked():
     core = Core()
     core.i.tilted = True  # says nothing about obstacles
     for blocked in range(16):

@@ -51,7 +51,7 @@ def test_what_is_blocked_refuses_what_needs_it_and_nothing_else():
             assert judged(core, verb, linear, turn, blocked) == reason, (verb, linear, turn)
 
 
-def test_what_cannot_creep_there_is_said_of_its_own_direction():
+def test_the_reason_names_the_direction_in_which_creep_is_too_fast():
     core = Core()
     core.arm()
     for verb, linear, turn, needs, _ in PRESSES:
@@ -65,7 +65,7 @@ def test_what_cannot_creep_there_is_said_of_its_own_direction():
                 assert judged(core, verb, linear, turn, 1 << at | creeps << 4) == reason
 
 
-def test_an_arc_that_is_not_free_is_told_as_where_it_leads():
+def test_the_reason_of_a_blocked_arc_names_the_side_it_leads_to():
     core = Core()
     core.arm()
     for verb, linear, turn, needs, told in PRESSES:
@@ -76,7 +76,7 @@ def test_an_arc_that_is_not_free_is_told_as_where_it_leads():
             assert judged(core, verb, linear, turn, ARC_BLOCKED | blocked) == said
 
 
-def test_a_press_held_on_is_judged_as_it_was_when_new():
+def test_a_press_kept_active_is_judged_like_a_new_one():
     core = Core()
     core.arm()
     for verb, linear, turn, needs, _ in PRESSES:

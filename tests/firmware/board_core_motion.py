@@ -16,7 +16,7 @@ def test_it_starts_at_rest():
     assert motion.end_reason == codes.NO_REASON
 
 
-def test_every_verb_has_its_output_and_word():
+def test_every_verb_has_its_output_and_state():
     for mode in (codes.STEP, codes.CONTINUOUS):
         for verb, expected, word in (
             (codes.FORWARD, (600, 0), codes.MOVING_FORWARD),
@@ -46,7 +46,7 @@ def test_outputs_stay_within_the_settings():
         assert outputs(motion) == (0, 1000 if out > 0 else -1000)
 
 
-def test_a_held_motion_has_no_end_of_its_own():
+def test_a_continuous_motion_has_no_end_of_its_own():
     for verb in ALL:
         motion, i = begun(verb, codes.CONTINUOUS, 100, 100)
         for _ in range(1000):
@@ -70,7 +70,7 @@ def test_no_turn_into_a_blocked_side():
                     assert motion.turn_permille == (0 if blocked & against else free)
 
 
-def test_not_by_the_smallest_output():
+def test_no_turn_into_a_blocked_side_by_the_smallest_output():
     for turn in (-1, 1):
         motion, i = begun(codes.DRIVE, codes.CONTINUOUS, 0, turn)
         motion.step(i, 0, CAPS)
@@ -146,7 +146,7 @@ def test_an_axis_that_is_not_asked_for_is_neutral():
     assert outputs(motion) == (0, -500)
 
 
-def test_what_is_put_out_is_followed():
+def test_the_turn_controller_follows_what_is_put_out():
     motion, i = begun(codes.LEFT, codes.STEP)
     motion._turn.out = 9999
     motion.step(i, 0, CAPS)
@@ -158,7 +158,7 @@ def test_what_is_put_out_is_followed():
     assert motion._turn.followed == 0
 
 
-def test_a_held_motion_is_at_its_output_at_once():
+def test_a_continuous_motion_has_its_output_at_once():
     motion, i = begun(codes.FORWARD, codes.CONTINUOUS)
     motion._settings.step_ramp_ms = 50
     motion.step(i, 0, CAPS)

@@ -72,7 +72,7 @@ def test_turning_while_it_drives_straight_on_trips():
         assert limits.OBEY_MS < watched.run(1000, FULL_Q4, 0, linear) <= limits.OBEY_MS + 30
 
 
-def test_turning_as_told_is_obedience():
+def test_turning_as_commanded_is_obedience():
     for turn in (1000, 500, 300, -300, -1000):
         for linear in (0, 600):
             watched = Watched()
@@ -95,7 +95,7 @@ def test_coasting_is_obedience():
     assert ms <= 1000
 
 
-def test_what_is_short_or_goes_to_and_fro_is_no_disobedience():
+def test_a_short_or_alternating_turn_is_no_disobedience():
     watched = Watched()
     for _ in range(40):
         assert watched.run(490, 1500) is None  # a bump

@@ -171,7 +171,7 @@ def test_it_falls_from_full_to_nothing_within_its_time():
         assert Obedience(settings)._words[FALL_AT] == fall_q4
 
 
-def test_what_was_held_before_it_was_disarmed_counts_no_more():
+def test_no_allowance_of_before_a_disarming_counts():
     # Disarmed for a sample while a full turn is held: a rate above the limit is wrong at once.
     for sign in (1, -1):
         inputs = Inputs()
@@ -221,7 +221,7 @@ def test_what_a_turn_asks_for_is_rounded_to_the_right():
             assert trips == over
 
 
-def test_what_it_rested_before_it_was_disarmed_counts_no_more():
+def test_no_rest_of_before_a_disarming_counts():
     inputs = Inputs()
     watch = Obedience(Settings())
     trips = []

@@ -8,7 +8,7 @@ from gazelink.messages import CLEAR_FAR
 from obstaclerig import TURN_MS, Eyes, outputs
 
 
-def test_before_anything_was_seen_every_way_is_blocked():
+def test_every_direction_is_blocked_before_the_first_clearance():
     eyes = Eyes(clear=False)
     assert (eyes.o.blocked, eyes.o.decisions, eyes.o.caps) == (15, 0xAA, [0, 0, 0, 0])
     eyes.run(limits.CLEAR_MS - TURN_MS)
@@ -17,7 +17,7 @@ def test_before_anything_was_seen_every_way_is_blocked():
     assert (eyes.o.blocked, eyes.o.decisions, eyes.o.caps) == (0, 0, [1000] * 4)
 
 
-def test_at_rest_each_level_of_a_way_has_its_cap():
+def test_at_rest_each_level_of_a_direction_has_its_cap():
     for trusted in (False, True):
         for direction in range(4):
             eyes = Eyes()
@@ -53,7 +53,7 @@ def test_a_fall_over_many_levels_is_at_once():
         assert eyes.decision(direction) == codes.BLOCKED
 
 
-def test_the_faster_the_longer_the_way_to_stop():
+def test_the_stopping_distance_grows_with_the_speed():
     for direction in range(4):
         for permille in range(250, 1001, 50):
             eyes = Eyes()
@@ -108,7 +108,7 @@ def test_the_highest_output_since_the_last_turn_counts():
             assert sum([eyes.way(d).speed for d in range(4)]) == eyes.way(direction).speed
 
 
-def test_the_speed_that_is_told():
+def test_the_reported_speed_is_the_bound_in_the_direction_of_travel():
     eyes = Eyes()
     eyes.linear = 600
     eyes.run(20)
@@ -244,7 +244,7 @@ def test_a_fast_chair_stays_blocked_by_what_a_slow_one_might_pass():
             assert way.level == -1 if level < 0 else way.level > 0
 
 
-def test_the_smallest_output_counts():
+def test_the_smallest_output_counts_in_its_own_direction():
     for direction in range(4):
         eyes = Eyes()
         outputs(eyes, direction, 1)
@@ -252,7 +252,7 @@ def test_the_smallest_output_counts():
         assert [eyes.way(d).speed for d in range(4)] == [int(d == direction) for d in range(4)]
 
 
-def test_from_blocked_to_creep():
+def test_a_blocked_direction_opens_to_creep_first():
     for direction in range(4):
         eyes = Eyes()
         s = eyes.stopping(direction)
@@ -263,7 +263,7 @@ def test_from_blocked_to_creep():
         assert eyes.way(direction).level == 0
 
 
-def test_a_trusted_profile_creeps_as_itself():
+def test_a_trusted_profile_creeps_by_its_own_numbers():
     # 120 mm/s of the 361 of 3.1, which turns like the selected 2.1, or of the fastest one's 556.
     for trusted, permille in ((True, 332), (False, 215)):
         settings = Settings()
@@ -275,7 +275,7 @@ def test_a_trusted_profile_creeps_as_itself():
         assert eyes.o.caps[0] == permille
 
 
-def test_a_way_that_is_only_open_to_creep_is_blocked_when_that_would_be_too_fast():
+def test_a_direction_open_to_creep_only_is_blocked_where_creep_is_too_fast():
     # What starts this chair straight on, 330 permille, is 264 mm/s of what it may be.
     settings = Settings()
     settings.p3_1_deadband_permille = 300

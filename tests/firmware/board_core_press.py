@@ -49,7 +49,7 @@ def test_p3_a_proportional_command_lives_by_its_time_whatever_its_mode():
         assert refused(core, codes.COMMAND_EXPIRED)
 
 
-def test_a_step_runs_to_its_end_by_itself_and_says_nothing():
+def test_a_step_runs_to_its_end_by_itself_without_a_reason():
     for verb in (codes.FORWARD, codes.BACKWARD):
         core = Core()
         core.arm()
@@ -64,7 +64,7 @@ def test_a_step_runs_to_its_end_by_itself_and_says_nothing():
         assert refused(core, codes.NO_REASON)
 
 
-def test_a_step_that_reaches_its_time_limit_says_so():
+def test_a_step_that_reaches_its_time_limit_reports_it():
     core = Core()
     core.arm()
     core.press(codes.LEFT, codes.STEP, 10, 0)

@@ -66,7 +66,7 @@ STORY = (
 )
 
 
-def test_the_right_is_felt_and_judged_as_the_left_is():
+def test_the_right_is_judged_as_the_left_is():
     seen = []
     for trusted, sluggish in ((False, False), (True, False), (False, True), (True, True)):
         left = Side(False)
@@ -86,7 +86,7 @@ def test_the_right_is_felt_and_judged_as_the_left_is():
     assert seen[0] != seen[1]
 
 
-def test_a_side_that_cannot_creep_says_so_of_itself():
+def test_a_side_that_cannot_creep_is_reported_as_itself():
     # So fast a turn has no creep below what starts it.
     for at, rates in ((2, (1060, 80)), (3, (80, 1060))):
         settings = one_sided(*rates)
@@ -126,7 +126,7 @@ class Spy:
         self.blocks += 1
 
 
-def test_the_arcs_are_told_whose_numbers_count():
+def test_the_arcs_use_the_profile_whose_numbers_count():
     for trusted, told in ((False, 0), (True, 4)):
         eyes = Eyes()
         eyes.trusted = trusted
@@ -136,7 +136,7 @@ def test_the_arcs_are_told_whose_numbers_count():
         assert all(said == (told, 0) for said in eyes.o.arcs.told)
 
 
-def test_the_arcs_feel_each_way_once_in_a_round():
+def test_the_arcs_update_each_direction_once_in_a_round():
     eyes = Eyes()
     eyes.o.arcs = Spy()
     eyes.frames = False
@@ -175,7 +175,7 @@ def test_an_arc_too_near_is_blocked_in_the_tick_that_sees_it():
         assert (eyes.o.blocked & ARC_BLOCKED != 0) is (blocks == 1)
 
 
-def test_other_settings_are_the_arcs_too():
+def test_new_settings_count_for_the_arcs_too():
     settings = one_sided(*RATES)
     o = Obstacles(Settings())
     before = list(o.arcs._numbers)

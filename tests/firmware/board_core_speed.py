@@ -127,7 +127,7 @@ def test_an_output_of_nothing_keeps_it_at_nothing():
     assert run(bound, Chair(), 0, 20) == [0] * 20
 
 
-def test_another_chair_is_believed_at_once_upwards_only():
+def test_faster_numbers_count_at_once_and_slower_ones_do_not():
     slow = Chair(full=200)
     bound = SpeedBound(PERIOD_MS)
     run(bound, slow, 1000, 10)
@@ -135,7 +135,7 @@ def test_another_chair_is_believed_at_once_upwards_only():
     assert bound.update(slow, 1000) == 900
 
 
-def test_a_peak_that_comes_again_forgets_what_was_below_it():
+def test_a_repeated_peak_forgets_what_was_below_it():
     chair = Chair(dead_ms=80, tail_ms=0, brake=200000)
     plain = SpeedBound(PERIOD_MS)
     dented = SpeedBound(PERIOD_MS)
@@ -145,7 +145,7 @@ def test_a_peak_that_comes_again_forgets_what_was_below_it():
     assert run(dented, chair, 0, 100) == run(plain, chair, 0, 100)
 
 
-def test_a_pulse_below_the_peak_is_on_its_way_too():
+def test_a_pulse_below_the_peak_counts_after_the_peak():
     chair = Chair(dead_ms=40, tail_ms=0, brake=200000)  # follows at once
     bound = SpeedBound(PERIOD_MS)
     assert run(bound, chair, 1000, 1) + run(bound, chair, 0, 9) == [1000] * 7 + [0] * 3
@@ -160,7 +160,7 @@ def test_the_dead_time_is_over_with_its_last_millisecond():
     assert run(bound, chair, 1000, 1) + run(bound, chair, 0, 9) == [1000] * 6 + [0] * 4
 
 
-def test_the_brake_is_as_told():
+def test_the_brake_is_that_of_the_settings():
     chair = Chair(full=2400, dead_ms=24, tail_ms=0, brake=9600)  # 76.8 units in a turn
     bound = SpeedBound(PERIOD_MS)
     seen = run(bound, chair, 1000, 1) + run(bound, chair, 0, 30)

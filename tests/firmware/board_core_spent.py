@@ -64,7 +64,7 @@ def test_a_new_sessions_presses_are_numbered_anew_even_in_its_first_tick():
     assert pressed(core, 101)
 
 
-def test_a_press_that_a_session_ends_says_so_while_none_is_asked_for():
+def test_a_press_ended_by_a_session_reports_it_while_none_is_requested():
     core = Core()
     core.drive()
     core.i.session_count += 1
@@ -87,7 +87,7 @@ def test_a_command_whose_time_has_run_out_stays_so():
     assert refused(core, codes.COMMAND_EXPIRED)
 
 
-def test_letting_go_is_neutral_in_its_tick_and_stays_so():
+def test_a_release_is_neutral_in_its_tick_and_stays_so():
     for mode in (codes.STEP, codes.CONTINUOUS):
         for verb in range(codes.FORWARD, codes.DRIVE + 1):
             core = Core()
@@ -104,7 +104,7 @@ def test_letting_go_is_neutral_in_its_tick_and_stays_so():
                 assert core.safety.override == codes.NO_REASON
 
 
-def test_what_moves_says_nothing_and_neither_does_a_stop():
+def test_a_motion_has_no_reason_and_neither_has_a_stop():
     core = Core()
     core.arm()
     core.i.clearance_blocked = 1
@@ -144,7 +144,7 @@ def test_neutral_is_proven_for_a_minute_at_most():
         assert core.safety._words[ages.NEUTRAL] == after
 
 
-def test_a_contact_is_judged_anew_when_it_is_said_again_that_none_is_fitted():
+def test_a_contact_is_judged_anew_when_it_is_set_again_as_not_fitted():
     core = Core(relay_fitted=False)
     core.contact = False
     core.run(limits.RELAY_RELEASE_MS)
@@ -215,7 +215,7 @@ def test_a_heading_that_was_lost_before_the_press_takes_nothing_from_it():
     assert core.motion.turn_permille == 100
 
 
-def test_the_sensors_word_sets_no_other_fault_than_a_headings():
+def test_the_sensor_sets_no_other_fault_than_a_headings():
     core = Core()
     core.i.heading_faults = -1
     core.run(3)

@@ -33,7 +33,7 @@ def test_p4_a_turn_that_never_arrives_ends_at_its_limit():
         assert motion.end_reason == codes.TIME_LIMIT
 
 
-def test_two_seconds_before_its_limit_a_turn_is_told_to_settle_once():
+def test_two_seconds_before_its_limit_a_turn_is_asked_once_to_settle():
     for verb in TURNS:
         motion, i = begun(verb, codes.STEP)
         motion._settings.step_turn_limit_ms = 2700
@@ -45,7 +45,7 @@ def test_two_seconds_before_its_limit_a_turn_is_told_to_settle_once():
         assert told == [700]
 
 
-def test_a_turn_that_arrives_has_ended_as_asked():
+def test_a_turn_that_arrives_ends_without_a_reason():
     for verb in TURNS:
         motion, i = begun(verb, codes.STEP)
         motion.end_reason = codes.TIME_LIMIT
@@ -69,14 +69,19 @@ def test_a_turn_that_misses_its_setpoint_ends_as_if_late():
 
 
 def test_a_step_turn_starts_from_the_present_heading():
-    for verb, setpoint in ((codes.LEFT, 1160), (codes.RIGHT, 840)):
+    for verb, heading, setpoint in (
+        (codes.LEFT, 1000, 1160),
+        (codes.LEFT, 5700, 5860),
+        (codes.RIGHT, 1000, 840),
+        (codes.RIGHT, 100, -60),
+    ):
         motion, i = begun(verb, codes.STEP)
-        i.heading_q4 = 1000
+        i.heading_q4 = heading
         i.rate_q4 = 7
         i.heading_count = 3
         motion.step(i, 0, CAPS)
         assert motion._turn.setpoint_q4 == setpoint
-        assert motion._turn.seen == (1000, 7, 3)
+        assert motion._turn.seen == (heading, 7, 3)
         i.heading_q4 = 1100
         i.rate_q4 = 8
         i.heading_count = 4
@@ -96,7 +101,7 @@ def arrived(motion, i, heading_q4):
     i.edge += 1
 
 
-def test_what_a_step_turn_leaves_does_not_add_up():
+def test_the_errors_of_step_turns_do_not_add_up():
     for verb, sign in ((codes.LEFT, 1), (codes.RIGHT, -1)):
         for rest_q4, counted in ((0, True), (9, True), (-32, True), (32, True), (33, False)):
             motion, i = begun(verb, codes.STEP)
@@ -158,7 +163,7 @@ def test_a_step_straight_on_begins_and_ends_gently():
 # -- a tuning pulse --------------------------------------------------------------------------------
 
 
-def test_a_pulse_puts_out_what_it_says_for_as_long_as_it_says():
+def test_a_pulse_has_its_commanded_output_for_its_commanded_time():
     for verb, sign in ((codes.LEFT, 1), (codes.RIGHT, -1)):
         motion, i = begun(verb, codes.TUNE)
         i.turn_permille = 250

@@ -29,7 +29,7 @@ def row(settings, name):
     return settings.of_profile(name)
 
 
-def test_levels():
+def test_there_are_16_levels():
     assert LEVELS == 16
 
 
@@ -38,7 +38,7 @@ def test_levels():
 ALIKE = ((0,), (1, 2), (1, 2, 3, 4), (1, 2, 3, 4), (1, 2, 3, 4))
 
 
-def test_of_a_trusted_profile_those_count_that_turn_alike():
+def test_with_a_trusted_profile_only_those_that_turn_alike_count():
     for profile, alike in enumerate(ALIKE):
         # Worse rows than anything was seen to have: they count, the others' do not.
         for other in range(len(PROFILES)):
@@ -58,7 +58,7 @@ def test_of_a_trusted_profile_those_count_that_turn_alike():
                     assert stopping.brake == 16 * (90 if counts else 150)
 
 
-def test_rows_that_say_otherwise_do_not_hide_who_turns_alike():
+def test_changed_rows_do_not_hide_profiles_that_turn_alike():
     # As seen, 4.1 and 5.1 turn like 3.1, whatever their rows say; and 2.1 does if its row says so.
     rows = dict.fromkeys(
         [f"p{n}_1_{side}_q4_dps" for n in (4, 5) for side in ("left", "right")], 80
@@ -77,7 +77,7 @@ def test_rows_that_say_otherwise_do_not_hide_who_turns_alike():
         assert Stopping(settings, codes.DIR_FORWARD, True).full == full, deadband
 
 
-def test_no_row_makes_the_chair_tamer_than_it_was_seen_to_be():
+def test_no_row_makes_the_chair_stop_sooner_than_observed():
     lowest = Settings()
     tamest = Settings()
     for name, _default, low, high in TABLE:
@@ -95,7 +95,7 @@ def test_no_row_makes_the_chair_tamer_than_it_was_seen_to_be():
             assert Stopping(settings, codes.DIR_FORWARD, True).full >= SEEN[0][profile]
 
 
-def test_else_the_fastest_of_all_with_the_weakest_brake():
+def test_without_trust_the_fastest_of_all_counts_with_the_weakest_brake():
     settings = changed(
         p1_2_dead_time_ms=300,
         p2_1_lag_ms=700,
@@ -116,7 +116,7 @@ def test_the_reaction_time_is_at_least_what_the_chair_takes():
         assert Stopping(settings, codes.DIR_FORWARD, True).time_ms == time_ms
 
 
-def test_the_way_to_stop():
+def test_the_stopping_distance_is_that_of_the_formula():
     for direction, margin in ((codes.DIR_FORWARD, 100), (codes.DIR_LEFT, 48)):
         s = Stopping(changed(profile=3), direction, True)
         for speed in range(0, 901, 20):
@@ -127,7 +127,7 @@ def test_the_way_to_stop():
     assert Stopping(changed(stop_margin_q4_deg=99), codes.DIR_RIGHT, True).stop(0) == 99
 
 
-def test_slowing_begins_a_second_of_the_speed_before_the_way_to_stop():
+def test_slowing_begins_a_second_of_travel_before_the_stopping_distance():
     for direction in range(4):
         for trusted in (False, True):
             s = Stopping(Settings(), direction, trusted)
@@ -145,7 +145,7 @@ def test_slowing_begins_a_second_of_the_speed_before_the_way_to_stop():
             assert abs(most - s.permille[LEVELS - 1] - steps[0]) <= 1
 
 
-def test_more_way_never_allows_less_and_far_allows_all_for_any_settings():
+def test_more_distance_never_allows_less_and_far_allows_all_for_any_settings():
     lowest = Settings()
     highest = Settings()
     for name, _default, low, high in TABLE:
@@ -261,7 +261,7 @@ def test_turning_counts_the_higher_of_its_two_outputs():
         assert s.begin[LEVELS] == s.stop(s.speed(700)) + s.speed(700)
 
 
-def test_without_a_relay_every_way_is_slow():
+def test_without_a_relay_every_direction_is_slow():
     sticky = Stopping(changed(relay_fitted=0), codes.DIR_LEFT, False)
     assert sticky.permille == [307] * (LEVELS + 1)  # what moves it at all
     tried = Stopping(changed(relay_fitted=0, profile=0), codes.DIR_LEFT, False)
@@ -300,7 +300,7 @@ def alike(rate, deadband, others):
     return min(others) <= most and max(others) >= rate * 5 // 8
 
 
-def test_who_turns_alike_to_a_sixteenth_of_a_degree():
+def test_profiles_turn_alike_to_a_sixteenth_of_a_degree():
     # Only the rates at which it changes.
     seen = (SEEN[2][4], SEEN[3][4])
 

@@ -104,7 +104,7 @@ def test_before_the_first_tick_nothing_is_put_out():
     assert PERIOD_US == 1000
 
 
-def test_each_part_in_its_order_and_what_it_is_told():
+def test_each_part_is_called_in_its_order_with_its_values():
     for armed in (True, False):
         parts, tick = made()
         parts.state = codes.ARMED if armed else codes.ARMING
@@ -133,7 +133,7 @@ def test_without_permission_motion_stops():
     assert (tick.linear_permille, tick.turn_permille) == (0, 0)
 
 
-def test_a_motion_that_has_ended_is_told_to_safety():
+def test_a_motion_that_has_ended_is_reported_to_safety():
     parts, tick = made()
     parts.ended = True
     decided(tick)
@@ -176,7 +176,7 @@ def test_the_clock_is_asked_when_a_tick_is_late_or_time_is_owed():
         assert "missed" not in [what[0] for what in parts.told]
 
 
-def test_a_late_tick_is_told_to_safety():
+def test_a_late_tick_is_reported_to_safety():
     parts, tick = made()
     parts.late = True
     decided(tick)
@@ -184,7 +184,7 @@ def test_a_late_tick_is_told_to_safety():
     assert parts.told[1][-1] is True
 
 
-def test_the_enable_line_is_toggled_while_safety_says_so():
+def test_the_enable_line_is_toggled_while_safety_permits_it():
     parts, tick = made()
     levels = [tick.written(True, "neutral") for _ in range(4)]
     assert levels == [1, 0, 1, 0]

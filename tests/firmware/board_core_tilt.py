@@ -140,7 +140,7 @@ def test_a_single_spike_leaves_level_ground_level_and_two_do_not():
         assert tilt.unknown is not known
 
 
-def test_unseen_it_moves_so_long_and_stands_so_long():
+def test_without_a_sensor_the_tilt_is_unknown_after_some_motion_or_rest():
     assert unknown_after(level(), True) == limits.TILT_UNSEEN_MS - FOUND_MS
     assert unknown_after(level(), False) == limits.TILT_FORGOTTEN_MS - FOUND_MS
     # What it moved before it stood is kept.
@@ -152,7 +152,7 @@ def test_unseen_it_moves_so_long_and_stands_so_long():
     assert unknown_after(tilt, True) == limits.TILT_UNSEEN_MS - FOUND_MS - 4000
 
 
-def test_seen_or_disarmed_there_is_nothing_to_bound():
+def test_with_a_sensor_or_disarmed_the_tilt_never_becomes_unknown():
     for lost, armed in ((False, True), (True, False), (False, False)):
         for moving in (True, False):
             tilt = level()

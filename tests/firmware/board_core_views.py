@@ -120,7 +120,7 @@ def test_a_clearance_in_every_tick_keeps_nothing_waiting():
     assert eyes.decision(0) == codes.BLOCKED
 
 
-def test_looking_often_does_not_lengthen_a_bypass():
+def test_frequent_clearances_do_not_lengthen_a_bypass():
     eyes = Eyes()
     eyes.set(0)
     eyes.run(40)

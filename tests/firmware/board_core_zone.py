@@ -52,7 +52,7 @@ def test_stopping_is_that_of_a_chair_that_may_be_in_any_profile():
                 assert stop_ms == slow.time_ms + speed * 1000 // slow.brake
 
 
-def test_told_is_what_permits_the_speed_even_where_the_profile_is_trusted():
+def test_the_reported_distance_permits_the_speed_where_the_profile_is_trusted_too():
     for values in ({}, MIXED, FAST):
         settings = changed(values)
         for direction in range(4):
@@ -67,7 +67,7 @@ def test_told_is_what_permits_the_speed_even_where_the_profile_is_trusted():
                 assert way == max(creeps, quick.stop(speed) + ahead)
 
 
-def test_what_is_told_lets_the_board_permit_that_speed_and_no_more():
+def test_at_the_reported_distance_the_board_permits_that_speed_and_no_more():
     # Whatever the settings: the outputs that the told way permits are no faster.
     for changes in ({}, {"p5_1_brake_mm_s2": 200}, {"reaction_ms": 1000, "p1_2_lag_ms": 800}):
         settings = Settings()

@@ -90,7 +90,7 @@ def test_a_change_that_is_not_saved_ends_with_the_session():
     assert rig.neutral()
 
 
-def test_what_flash_refused_is_not_in_force_for_driving():
+def test_a_neutral_that_the_flash_refused_does_not_arm():
     rig = connected()
 
     def full(name, text):
@@ -124,7 +124,7 @@ def test_damaged_settings_need_a_save_whatever_else_is_asked():
     assert reason(rig) == codes.NO_REASON
 
 
-def test_not_while_armed():
+def test_no_neutral_is_changed_while_armed():
     rig = Rig()
     rig.arm()
     assert ask(rig, codes.SETTING_SET_NEUTRAL, LINEAR, 172) == (170, codes.SETTING_WHILE_ARMED)

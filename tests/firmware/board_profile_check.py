@@ -35,13 +35,13 @@ class Turning:
         return self.check.agreed
 
 
-def test_it_believes_nothing_at_first_and_nothing_at_rest():
+def test_it_trusts_nothing_at_first_and_nothing_at_rest():
     turning = Turning(2, 2)
     assert not turning.check.agreed
     assert not turning.run(0, 5000)
 
 
-def test_steady_turning_as_the_profile_says_is_believed():
+def test_steady_turning_as_the_profile_predicts_is_trusted():
     for profile in range(5):
         for permille in (500, -1000):
             turning = Turning(profile, profile)
@@ -50,21 +50,21 @@ def test_steady_turning_as_the_profile_says_is_believed():
             assert turning.run(0, 1000), "rest contradicts nothing"
 
 
-def test_another_profile_is_never_believed():
+def test_another_profile_is_never_trusted():
     for believed, real, permille in ((0, 2, 500), (1, 3, -1000), (4, 0, -500), (3, 1, 1000)):
         turning = Turning(believed, real)
         for _ in range(20):
             assert not turning.run(permille, 100), (believed, real)
 
 
-def test_ramps_alone_say_nothing():
+def test_ramps_alone_confirm_nothing():
     turning = Turning(4, 4)
     for _ in range(4):
         turning.run(1000, 250)
         assert not turning.run(0, 1000)
 
 
-def test_what_was_believed_is_contradicted_by_a_change_of_profile():
+def test_a_change_of_profile_contradicts_a_trusted_one():
     turning = Turning(1, 1)
     assert turning.run(500, 2500)
     settings = Settings()

@@ -77,7 +77,7 @@ def test_a_host_that_stops_reading_delays_nothing():
     stays_still_until_pressed_anew(rig)
 
 
-def test_raises_is_used_for_refusals():
+def test_no_command_can_be_sent_before_a_session():
     # A first command before any HELLO is garbage to the board; the host's own encoder refuses it.
     rig = Rig()
     assert "no session" in raises(

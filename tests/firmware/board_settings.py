@@ -57,7 +57,7 @@ def test_refusals_say_why_and_change_nothing():
     assert rig.app.link.incoming.bad == bad + 1
 
 
-def test_a_full_flash_is_said():
+def test_a_full_flash_is_reported():
     rig = connected()
 
     def full(name, text):
@@ -94,7 +94,7 @@ def test_telemetry_comes_as_often_as_asked():
     assert rig.app.link.incoming.bad == bad + 2
 
 
-def test_a_relay_contact_counts_from_the_moment_it_is_said_to_be_fitted():
+def test_a_relay_contact_counts_from_the_moment_it_is_set_as_fitted():
     rig = connected()
     fitted = index_of("relay_fitted")
     rig.relay_works = False

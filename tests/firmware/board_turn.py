@@ -103,7 +103,7 @@ def test_a_chair_that_nobody_has_tuned_sets_out_back_once_at_most():
             assert bench.turn.arrived or bench.turn.missed
 
 
-def test_told_to_settle_it_begins_no_more_corrections_and_says_what_it_is():
+def test_asked_to_settle_it_begins_no_more_corrections_and_reports_its_result():
     for left_q4_dps, at_ms in ((510, 0), (510, 2500), (350, 0)):
         bench = Bench(2, {"left_q4_dps": left_q4_dps, "right_q4_dps": left_q4_dps, "lag_ms": 600})
         bench.turn.start(20 * 16, 0)

@@ -12,7 +12,7 @@ from gazelink.settings_table import TABLE
 from turnbench import Bench, settings_of
 
 
-def test_how_often_it_may_set_out_back():
+def test_it_sets_out_backwards_a_few_times_at_most():
     for tuned in (0, 1):
         turn = Bench(2, tuned=tuned).turn
         for returns in range(5):
@@ -68,7 +68,7 @@ def test_casters_stay_where_the_wheels_have_not_turned():
     assert casters.swing_q8(-(8 << 8)) == ahead_q8
 
 
-def test_what_the_model_creeps_while_the_chair_stands_counts_alike_both_ways():
+def test_model_rotation_during_standstill_counts_alike_in_both_directions():
     for side in (1, -1):
         turn = Bench().turn
         turn.start(160, 0)
@@ -80,7 +80,7 @@ def test_what_the_model_creeps_while_the_chair_stands_counts_alike_both_ways():
         assert turn._idle_q16 == side * 70000
 
 
-def test_how_the_casters_lie_is_told_in_spite_of_a_slope():
+def test_the_casters_position_is_learned_in_spite_of_a_slope():
     # Turning right at 20 degrees/s; they lie as after a left turn, and the floor turns it left.
     for lay_left in (True, False):
         casters = Casters(-160, 376)  # 10 degrees against the turn over 23.5
@@ -94,7 +94,7 @@ def test_how_the_casters_lie_is_told_in_spite_of_a_slope():
         assert ahead_q8 > 512 if lay_left else ahead_q8 == 0
 
 
-def test_the_plan_says_where_a_stop_ends():
+def test_the_plan_predicts_where_a_stop_ends():
     # Full deflection for a while, then counter-deflection for as long as the plan says.
     settings = settings_of(2, {})
     for go_ms in (100, 300, 900):

@@ -1,12 +1,10 @@
-# The firmware's parts one by one: controllers, turn, motion, heading, joystick, settings, shared
-# data.
+# The firmware's parts one by one: controllers, angles, heading, joystick, settings, shared data.
 
 from boardtest import no_allocation, raises
 from gazeboard.boards import bank_layout as at
 from gazeboard.boards.bank_devices import BankI2C
 from gazeboard.core import limits
 from gazeboard.core.angle import wrapped
-from gazeboard.core.motion import Motion
 from gazeboard.core.shared import Inbox, Inputs
 from gazeboard.io.heading import HeadingMonitor
 from gazeboard.io.joystick import Joystick, counts
@@ -66,7 +64,7 @@ def test_products_stay_within_31_bits():
                 no_allocation(lambda: pid.update(error, rate, 10))
 
 
-# -- turn ------------------------------------------------------------------------------------------
+# -- angles ----------------------------------------------------------------------------------------
 
 
 def test_wrapped_is_the_shorter_way():
@@ -75,86 +73,6 @@ def test_wrapped_is_the_shorter_way():
     assert wrapped(2879) == 2879
     assert wrapped(2881) == -2879
     assert wrapped(-160) == -160
-
-
-# -- motion ----------------------------------------------------------------------------------------
-
-
-CAPS = (1000, 1000, 1000, 1000)
-
-
-class NeverThere:
-    arrived = False
-    missed = False
-    setpoint = None
-
-    def start(self, setpoint_q4, count):
-        self.setpoint = setpoint_q4
-
-    def update(self, heading_q4, rate_q4, count):
-        return 300 if wrapped(self.setpoint - heading_q4) > 0 else -300
-
-    def follow(self, turn_permille):
-        self.followed = turn_permille
-
-    def keep(self, heading_q4):
-        self.setpoint = heading_q4
-
-    def hold(self, heading_q4, rate_q4):
-        return 0
-
-
-def moving(verb, mode=codes.CONTINUOUS, linear=0, turn=0):
-    i = Inputs()
-    i.cap_permille = 1000
-    i.verb = verb
-    i.mode = mode
-    i.edge = 1
-    i.linear_permille = linear
-    i.turn_permille = turn
-    motion = Motion(Settings(), NeverThere())
-    motion.step(i, 0, CAPS)
-    return motion, i
-
-
-def test_each_verb_moves_its_own_way():
-    for verb, linear, turn, state in (
-        (codes.FORWARD, 600, 0, codes.MOVING_FORWARD),
-        (codes.BACKWARD, -600, 0, codes.MOVING_BACKWARD),
-        (codes.LEFT, 0, 500, codes.TURNING),
-        (codes.RIGHT, 0, -500, codes.TURNING),
-    ):
-        motion, _ = moving(verb)
-        assert (motion.linear_permille, motion.turn_permille, motion.state) == (linear, turn, state)
-
-
-def test_drive_is_proportional_and_clamped_to_the_settings():
-    motion, _ = moving(codes.DRIVE, codes.CONTINUOUS, 250, -120)
-    assert (motion.linear_permille, motion.turn_permille) == (250, -120)
-    motion, _ = moving(codes.DRIVE, codes.CONTINUOUS, 1000, -1000)
-    assert (motion.linear_permille, motion.turn_permille) == (600, -500)
-
-
-def test_a_step_turn_starts_from_the_present_heading():
-    for verb, heading, setpoint in ((codes.LEFT, 5700, 5860), (codes.RIGHT, 100, -60)):
-        i = Inputs()
-        i.cap_permille = 1000
-        i.verb = verb
-        i.edge = 3
-        i.heading_q4 = heading
-        turn = NeverThere()
-        Motion(Settings(), turn).step(i, 0, CAPS)
-        assert turn.setpoint == setpoint
-
-
-def test_stop_forgets_the_setpoint():
-    motion, i = moving(codes.LEFT, codes.STEP)
-    motion.stop()
-    assert (motion.linear_permille, motion.turn_permille) == (0, 0)
-    assert motion.state == codes.STOPPED
-    i.heading_q4 = 1600
-    motion.step(i, 0, CAPS)
-    assert motion._turn.setpoint == 1760
 
 
 # -- heading ---------------------------------------------------------------------------------------

@@ -32,7 +32,7 @@ def far_mm(speed, reaction_s, brake, margin):
     return speed * reaction_s + speed * speed / (2.0 * brake) + margin
 
 
-def test_each_session_is_told_all_directions_at_once():
+def test_each_session_receives_all_directions_at_once():
     rig = Rig()
     connected(rig)
     begun = rig.app.outbox.ticks
@@ -68,7 +68,7 @@ def test_the_first_points_are_standing_and_creep():
     assert way == stop
 
 
-def test_a_change_of_the_settings_is_told_at_once():
+def test_a_change_of_the_settings_is_sent_at_once():
     rig = Rig()
     connected(rig)
     before = [told(rig, direction) for direction in range(4)]
@@ -83,7 +83,7 @@ def test_a_change_of_the_settings_is_told_at_once():
         assert told(rig, direction)[zone.FULL][1] > before[direction][zone.FULL][1]
 
 
-def test_no_setting_makes_it_tamer_than_the_chair_was_seen_to_be():
+def test_no_setting_makes_it_stop_sooner_than_the_observed_chair():
     rig = Rig()
     connected(rig)
     before = [told(rig, direction) for direction in range(4)]
@@ -97,7 +97,7 @@ def test_no_setting_makes_it_tamer_than_the_chair_was_seen_to_be():
             assert now[0] >= then[0] and now[1] >= then[1] and now[2] >= then[2]
 
 
-def test_a_lost_one_comes_again_within_a_second():
+def test_a_lost_frame_is_sent_again_within_a_second():
     rig = Rig()
     connected(rig)
     rig.run(100)

@@ -24,7 +24,7 @@ def _within(value: int, limit: int) -> int:
     return max(-limit, min(limit, value))
 
 
-def test_outputs_stay_within_settings_cap_and_free_ways() -> None:
+def test_outputs_stay_within_settings_cap_and_free_directions() -> None:
     """Motion's limits against two clamps, one after the other, on random commands."""
     rng = random.Random(19)
     settings = Settings()
@@ -72,7 +72,7 @@ def test_wiper_counts_are_proportional_and_within_the_window() -> None:
             assert joystick.counts(permille, neutral) == wanted
 
 
-def test_the_deflection_told_is_the_least_that_gives_the_count() -> None:
+def test_the_reported_deflection_is_the_least_that_gives_the_count() -> None:
     """So it names the count exactly, never more than was asked for, and 0 at neutral only."""
     for neutral in range(150, 191):
         told = {}

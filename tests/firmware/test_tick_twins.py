@@ -97,7 +97,7 @@ def test_speed_bounds() -> None:
             assert words.update(stopping, permille) == plain.update(stopping, permille)
 
 
-def test_levels_of_a_way() -> None:
+def test_levels_of_a_direction() -> None:
     """At every distance, also just beside those at which a level begins."""
     roll = random.Random(2)
     stoppings = _stoppings()
