@@ -45,6 +45,12 @@ BLOCKED = 2
 UNKNOWN = 3  # no fresh obstacle data: counts as blocked
 DECISIONS = ("free", "slow", "blocked", "unknown")
 
+# Of HELLO: who says it, and bits of the board's flags.
+ROLE_HOST = 0
+ROLE_BOARD = 1
+FLAG_SIMULATED = 1
+FLAG_ARMED = 2
+
 # Owners: who drives. 0 is none; only the owner's motion commands count, anyone's stop does.
 NOBODY = 0
 DRIVER = 1

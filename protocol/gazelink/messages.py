@@ -62,7 +62,7 @@ HELLO = Message(
     0x01,
     "hello",
     BOTH,
-    # role: 0 host, 1 board. flags (from the board): bit 0 simulated, bit 1 armed.
+    # role, and the board's flags: codes.ROLE_*, codes.FLAG_*.
     # session: chosen by the host, echoed by the board, 0 = none yet. boot: drawn by the board at
     # reset.
     "role:B flags:B schema_hash:I session:H boot:H major:B minor:B patch:B name:16s",

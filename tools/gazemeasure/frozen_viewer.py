@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import os
 import socket
-from types import TracebackType
 
 _LIMIT_S = 10.0
 _HANDSHAKE = (
@@ -34,11 +33,6 @@ class FrozenViewer:
     def __enter__(self) -> FrozenViewer:
         return self
 
-    def __exit__(
-        self,
-        _type: type[BaseException] | None,
-        _error: BaseException | None,
-        _trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         for connection in self._sockets:
             connection.close()

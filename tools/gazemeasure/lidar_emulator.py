@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import select
+import subprocess
 import sys
 import time
 
@@ -35,6 +36,19 @@ def room(angles: Array) -> Array:
     for leg_deg in (15.0, 75.0, 290.0, 345.0):
         metres[np.abs(degrees - leg_deg) < 0.8] = 1.2
     return np.asarray(metres)
+
+
+def started(path: str) -> subprocess.Popen[str]:
+    """It in a process of its own, once its port is there; communicate() ends it."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "gazemeasure.lidar_emulator", path],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    process.stdout.readline()
+    return process
 
 
 class Emulator:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -14,7 +12,7 @@ from pathlib import Path
 from gazechair.config.configuration import LidarConfig
 from gazechair.sensing.lidar.child import Pipeline
 from gazemeasure import lidar_damage
-from gazemeasure.lidar_emulator import MASK
+from gazemeasure.lidar_emulator import MASK, started
 from gazemeasure.report import Report, percentile
 from gazemeasure.stalls import StallProbe
 
@@ -92,16 +90,9 @@ def _run(seconds: float, busy: bool) -> Live:
     load = threading.Thread(target=_spin, args=(stopping,), name="busy", daemon=True)
     with tempfile.TemporaryDirectory() as folder, StallProbe() as probe:
         path = str(Path(folder) / "lidar")
-        emulator = subprocess.Popen(
-            [sys.executable, "-m", "gazemeasure.lidar_emulator", path],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
+        emulator = started(path)
         pipeline = Pipeline((LidarConfig(kind="s2", port=path, mask=MASK),), None)
         try:
-            assert emulator.stdout is not None
-            emulator.stdout.readline()
             pipeline.start()
             seen_s, resyncs, restarts = _watch(pipeline, seconds, load if busy else None)
         finally:

@@ -6,8 +6,6 @@ import contextlib
 import json
 import os
 import pty
-import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -20,7 +18,7 @@ from gazechair.board.board_commands import Clearance
 from gazechair.config.configuration import FootprintConfig, LidarConfig
 from gazechair.sensing.lidar import LidarService
 from gazelink import frame, messages
-from gazemeasure.lidar_emulator import MASK
+from gazemeasure.lidar_emulator import MASK, started
 from gazemeasure.report import Report, percentile
 from gazemeasure.stalls import StallProbe
 from gazesim.zone import told_by
@@ -53,12 +51,7 @@ def _measure(seconds: float) -> tuple[list[float], int]:
         _line() as line,
     ):
         path = str(Path(folder) / "lidar")
-        emulator = subprocess.Popen(
-            [sys.executable, "-m", "gazemeasure.lidar_emulator", path],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
+        emulator = started(path)
 
         def publish(clearance: Clearance) -> None:
             messages.CLEARANCE.pack(encoder.body, clearance.fields(time.monotonic()))
@@ -75,8 +68,6 @@ def _measure(seconds: float) -> tuple[list[float], int]:
             Health("lidar"),
         )
         try:
-            assert emulator.stdout is not None
-            emulator.stdout.readline()
             service.zone(told_by())
             service.start()
             end_s = time.monotonic() + _START_S

@@ -10,7 +10,6 @@ import struct
 import threading
 import time
 from collections import deque
-from types import TracebackType
 from typing import Any
 
 from gazemeasure import hostile
@@ -68,12 +67,7 @@ class RawDriver:
             thread.start()
         return self
 
-    def __exit__(
-        self,
-        _kind: type[BaseException] | None,
-        _error: BaseException | None,
-        _trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self._stopping.set()
         with contextlib.suppress(OSError):
             self._line.shutdown(socket.SHUT_RDWR)

@@ -11,7 +11,6 @@ import contextlib
 import socket
 import threading
 from dataclasses import dataclass, field
-from types import TracebackType
 
 _PACKET = 1460  # bytes that go at once, so that connections take turns
 _BUFFER = 64 * 1024
@@ -75,12 +74,7 @@ class Shaper:
             raise RuntimeError("the shaper does not start")
         return self
 
-    def __exit__(
-        self,
-        _type: type[BaseException] | None,
-        _error: BaseException | None,
-        _trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         assert self._loop is not None
         assert self._stop is not None
         self._loop.call_soon_threadsafe(self._stop.set)

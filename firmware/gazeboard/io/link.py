@@ -14,7 +14,6 @@ from gazelink.frame import u16
 
 _RX_PER_POLL = 96  # bytes: the slice stays short, and four times the traffic still fits
 _ANY_SEQ = -1
-_HOST = 0
 
 _ROLE = messages.HELLO.offsets["role"]
 _SCHEMA = messages.HELLO.offsets["schema_hash"]
@@ -103,7 +102,7 @@ class Link:
         return True
 
     def _on_hello(self, buf):
-        if buf[_ROLE] != _HOST:
+        if buf[_ROLE] != codes.ROLE_HOST:
             return
         session = u16(buf, _SESSION)
         for k in range(4):

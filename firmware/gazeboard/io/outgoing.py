@@ -13,9 +13,6 @@ _HELLO_MS = 200
 _STATS_MS = 200
 _ZONE_MS = 250  # one direction each time: a lost one is repeated within a second
 _NAME_SIZE = 16
-_BOARD = 1
-_SIMULATED_FLAG = 1
-_ARMED_FLAG = 2
 
 
 def _at(message, field):
@@ -73,7 +70,8 @@ class Outgoing:
         self.hello = bytearray(messages.HELLO.size)
         name = board.name.encode()[:_NAME_SIZE]
         messages.HELLO.pack(
-            self.hello, (_BOARD, 0, frame.schema_hash(), 0, board.boot_id) + VERSION + (name,)
+            self.hello,
+            (codes.ROLE_BOARD, 0, frame.schema_hash(), 0, board.boot_id) + VERSION + (name,),
         )
         self.maintenance_key = bytearray(messages.MAINTENANCE.size)
         messages.MAINTENANCE.pack(self.maintenance_key, (messages.MAINTENANCE_KEY, 0, 0))
@@ -193,9 +191,9 @@ class Outgoing:
     def _send_hello(self):
         body = self._encoder.body
         self._put(self.hello)
-        flags = _SIMULATED_FLAG if self._simulated else 0
+        flags = codes.FLAG_SIMULATED if self._simulated else 0
         if self._safety.state != codes.DISARMED:
-            flags |= _ARMED_FLAG
+            flags |= codes.FLAG_ARMED
         body[_FLAGS] = flags
         body[_SESSION] = self._session & 0xFF
         body[_SESSION + 1] = self._session >> 8

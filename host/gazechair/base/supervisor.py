@@ -292,3 +292,24 @@ def _end(process: subprocess.Popen[bytes]) -> None:
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait(5.0)
+
+
+class Supervised:
+    """A part of the daemon whose work a child process does."""
+
+    _supervisor: Supervisor | None = None  # None: not started, or not configured
+
+    @property
+    def restarts(self) -> int:
+        """How often the child process had to be started again."""
+        return self._supervisor.restarts if self._supervisor else 0
+
+    @property
+    def pid(self) -> int | None:
+        """Process id of the child, None while there is none."""
+        return self._supervisor.pid if self._supervisor else None
+
+    def stop(self) -> None:
+        """End the child process and its thread."""
+        if self._supervisor is not None:
+            self._supervisor.stop()

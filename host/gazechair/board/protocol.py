@@ -19,8 +19,6 @@ COMMAND_PERIOD_S = 0.02
 CLEARANCE_PERIOD_S = 0.05
 RESYNC_S = 1.0  # a session without a received frame for this long is restarted
 _U16 = 65535
-_ROLE_BOARD = 1
-_FLAG_SIMULATED = 1
 _NAME = b"gazechair"
 
 
@@ -242,7 +240,7 @@ class LinkProtocol:
         return self._frame(messages.MAINTENANCE, values)
 
     def _hello(self) -> bytes:
-        values = (0, 0, frame.schema_hash(), self._session, 0, *VERSION, _NAME)
+        values = (codes.ROLE_HOST, 0, frame.schema_hash(), self._session, 0, *VERSION, _NAME)
         return self._frame(messages.HELLO, values)
 
     def _frame(self, message: messages.Message, values: tuple[object, ...]) -> bytes:
@@ -309,7 +307,7 @@ class LinkProtocol:
                 self._ping_sent_s = None
 
     def _hello_heard(self, fields: dict[str, int], now_s: float, events: list[Event]) -> None:
-        if fields["role"] != _ROLE_BOARD:
+        if fields["role"] != codes.ROLE_BOARD:
             return  # our own words, echoed by a foreign device
         name = _text(fields["name"])
         version = f"{fields['major']}.{fields['minor']}.{fields['patch']}"
@@ -332,7 +330,7 @@ class LinkProtocol:
             return
         if fields["session"] != self._session:
             return  # not yet an answer to our HELLO
-        simulated = bool(fields["flags"] & _FLAG_SIMULATED)
+        simulated = bool(fields["flags"] & codes.FLAG_SIMULATED)
         self._greeted = (name, version, simulated, fields["boot"])
 
     def _nonce_heard(self, fields: dict[str, Any], now_s: float, events: list[Event]) -> None:

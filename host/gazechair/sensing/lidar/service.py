@@ -8,7 +8,7 @@ from dataclasses import asdict
 
 from gazechair.base import health as states
 from gazechair.base.health import Health
-from gazechair.base.supervisor import Status, Supervisor
+from gazechair.base.supervisor import Status, Supervised, Supervisor
 from gazechair.board.board_commands import Clearance
 from gazechair.board.zone import NOT_KNOWN, BoardZone
 from gazechair.config.configuration import FootprintConfig, LidarConfig
@@ -22,7 +22,7 @@ _DAMAGED_SHARE = 0.02
 Publish = Callable[[Clearance], None]
 
 
-class LidarService:
+class LidarService(Supervised):
     """Runs the lidars and publishes the clearance with each renewed scan.
 
     Without new data it publishes nothing: the age of the last clearance keeps growing.
@@ -43,18 +43,7 @@ class LidarService:
         self._published_s: float | None = None
         self._verdict = _Steady()
         self.report: Report | None = None
-        self._supervisor: Supervisor | None = None
         self._zone = said(NOT_KNOWN)
-
-    @property
-    def restarts(self) -> int:
-        """How often the child process had to be started again."""
-        return self._supervisor.restarts if self._supervisor else 0
-
-    @property
-    def pid(self) -> int | None:
-        """Process id of the child, None while there is none."""
-        return self._supervisor.pid if self._supervisor else None
 
     def start(self) -> None:
         """Start the child process; with kind "off" only report that in the health."""
@@ -81,11 +70,6 @@ class LidarService:
         self._zone = said(zone)
         if self._supervisor is not None:
             self._supervisor.tell(self._zone)
-
-    def stop(self) -> None:
-        """Stop the lidars' motors, their process and its thread."""
-        if self._supervisor is not None:
-            self._supervisor.stop()
 
     def describe(self) -> str:
         """What the lidars deliver at this moment, in one line."""

@@ -15,8 +15,6 @@ _LISTEN_S = 0.6  # a firmware without a session sends its hello five times a sec
 _ASK_S = 0.25
 _HELLO_S = 3.0
 _RETRY_S = 0.2
-_HOST, _BOARD = 0, 1
-_SIMULATED_FLAG, _ARMED_FLAG = 1, 2
 
 
 @dataclass(frozen=True)
@@ -63,7 +61,7 @@ class Greeter:
 
         Raises FlashError when the port vanishes.
         """
-        values = (_HOST, 0, frame.schema_hash(), 0, 0, *VERSION, b"gazechair flash")
+        values = (codes.ROLE_HOST, 0, frame.schema_hash(), 0, 0, *VERSION, b"gazechair flash")
         heard = self._ask(messages.HELLO, values, timeout_s, listen_s=_LISTEN_S)
         if heard is None:
             return None
@@ -71,8 +69,8 @@ class Greeter:
             heard["name"].rstrip(b"\0").decode("ascii", "replace"),
             f"{heard['major']}.{heard['minor']}.{heard['patch']}",
             heard["schema_hash"],
-            bool(heard["flags"] & _SIMULATED_FLAG),
-            bool(heard["flags"] & _ARMED_FLAG),
+            bool(heard["flags"] & codes.FLAG_SIMULATED),
+            bool(heard["flags"] & codes.FLAG_ARMED),
             heard["boot"],
         )
 
@@ -127,7 +125,7 @@ class Greeter:
                 self.fault = detail.rstrip(b"\0").decode("ascii", "replace")
             elif kind == wanted.type_id:
                 said = wanted.unpack(buf)
-                if kind != messages.HELLO.type_id or said["role"] == _BOARD:
+                if kind != messages.HELLO.type_id or said["role"] == codes.ROLE_BOARD:
                     heard = said
         return heard
 
