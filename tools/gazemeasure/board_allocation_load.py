@@ -32,13 +32,7 @@ class Locked:
 
     def ms(self):
         rig = self.rig
-        rig.now_ms += 1
-        rig.clock.now_us += 1000
-        rig._relay()
-        if rig.now_ms % 10 == 0:
-            rig._sense()
-        if rig.host_alive and rig.now_ms % 20 == 0:
-            rig.speak()
+        rig.world_ms()
         app = rig.app
         app._gc_at = app.outbox.ticks  # collecting is planned, and not what is measured
         # The locked heap refuses every allocation but a raised exception, which comes from the
@@ -86,6 +80,7 @@ def fuzzed(n):
     # Random bytes, and real frames with one byte spoilt; counters must account for every frame.
     rig = Rig()
     rig.arm()
+    rig.host_alive = False
     link = rig.app.link
     seed = 12345
     exceptions = 0
@@ -111,11 +106,7 @@ def fuzzed(n):
             noise[count] = 0
         try:
             rig.wire.push(noise, 64)
-            rig.now_ms += 1
-            rig.clock.now_us += 1000
-            rig._relay()
-            if rig.now_ms % 10 == 0:
-                rig._sense()
+            rig.world_ms()
             rig.board.tick(rig.app)
             rig.app.service()
             rig.listen()

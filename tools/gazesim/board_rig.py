@@ -55,7 +55,7 @@ class Wire:
 class Rig(Steps, SmallHost):
     # bank, clock, wire, app and a host that talks every 20 ms while `host_alive`.
 
-    def __init__(self, start_us=0, files=None, relay_fitted=True):
+    def __init__(self, start_us=0, files=None):
         SmallHost.__init__(self, SESSION)
         self.bank = bytearray(_BANK_SIZE)
         self.clock = Clock(start_us)
@@ -112,6 +112,15 @@ class Rig(Steps, SmallHost):
     # -- running ---------------------------------------------------------------------------------
 
     def one_ms(self):
+        self.world_ms()
+        self.board.tick(self.app)
+        if self.service_alive:
+            self.app.service()
+            self.app.service()
+        self.listen()
+
+    # What happens around the board before its tick.
+    def world_ms(self):
         self.now_ms += 1
         self.clock.now_us += 1000
         self._relay()
@@ -119,11 +128,6 @@ class Rig(Steps, SmallHost):
             self._sense()
         if self.host_alive and self.now_ms % 20 == 0:
             self.speak()
-        self.board.tick(self.app)
-        if self.service_alive:
-            self.app.service()
-            self.app.service()
-        self.listen()
 
     # The relay: closed while the enable line toggles, open 15 ms after it stopped.
     def _relay(self):
