@@ -7,12 +7,10 @@ import socket
 import struct
 import tempfile
 import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import pytest
 from flask import Flask, Response, jsonify, request, send_from_directory
 from flask_sock import Sock
 from PIL import Image, ImageDraw
@@ -24,9 +22,9 @@ import gazesetup
 from gazechair.people.profiles import ProfileRefused, Profiles, fields
 from gazechair.web.minify import lean
 from gazelink import codes
+from patience import PATIENCE_S, wait_until
 
 WEB = gazesetup.ROOT / "web"
-PATIENCE_S = 30.0
 STOP_POLL_S = 0.02
 WELCOME = {
     "k": "welcome",
@@ -62,16 +60,6 @@ ARMED = {
     "call": False,
     "simulated": False,
 }
-
-
-def wait_until(condition: Callable[[], Any], what: str) -> Any:
-    """The condition's first true value; the test fails when it does not come."""
-    deadline = time.monotonic() + PATIENCE_S
-    while time.monotonic() < deadline:
-        if value := condition():
-            return value
-        time.sleep(0.005)
-    pytest.fail(f"waited {PATIENCE_S:.0f} s in vain for {what}")
 
 
 def picture(width: int = 1280, height: int = 720, shade: int = 0) -> bytes:

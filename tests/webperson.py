@@ -9,7 +9,8 @@ from typing import Any
 from playwright.sync_api import Page
 
 import gazesetup
-from fakehost import FakeHost, wait_until
+from fakehost import FakeHost
+from patience import wait_until
 
 DEVICE = {"id": "3fa2b1", "role": "driver", "name": "tablet", "created": 0, "last_used": 0}
 PHONE = {**DEVICE, "id": "9c01aa", "role": "caretaker", "name": "phone", "you": True}

@@ -11,18 +11,9 @@ import serial
 
 from gazesim.cable import Cable
 from gazesim.pty_port import PtyPort
+from patience import wait_until
 
 GENEROUS_S = 20.0
-
-
-def until(condition, what="condition"):
-    """Wait for a condition that is sure to come; returns what it gave."""
-    end_s = time.monotonic() + GENEROUS_S
-    while time.monotonic() < end_s:
-        if got := condition():
-            return got
-        time.sleep(0.005)
-    raise AssertionError(f"{what} did not come within {GENEROUS_S} s")
 
 
 def open_raw(path):
@@ -57,11 +48,11 @@ def test_a_port_is_raw_both_ways(tmp_path):
     port.plug()
     host = open_raw(tmp_path / "port")
     every = bytes(range(256))
-    until(port.host_open)
+    wait_until(port.host_open)
     assert port.write(every) == 256
-    assert until(lambda: read_some(host)) == every
+    assert wait_until(lambda: read_some(host)) == every
     os.write(host, every)
-    assert until(port.read) == every
+    assert wait_until(port.read) == every
     os.close(host)
     port.unplug()
 
@@ -72,11 +63,11 @@ def test_what_nobody_listens_to_is_lost(tmp_path):
     assert not port.host_open()
     assert port.write(b"lost") == 4
     host = open_raw(tmp_path / "port")
-    until(port.host_open)
+    wait_until(port.host_open)
     port.write(b"heard")
-    assert until(lambda: read_some(host)) == b"heard"
+    assert wait_until(lambda: read_some(host)) == b"heard"
     os.close(host)
-    until(lambda: not port.host_open())
+    wait_until(lambda: not port.host_open())
     port.unplug()
 
 
@@ -84,7 +75,7 @@ def test_a_host_that_does_not_read_holds_up_the_writer(tmp_path):
     port = PtyPort(tmp_path / "port")
     port.plug()
     host = open_raw(tmp_path / "port")
-    until(port.host_open)
+    wait_until(port.host_open)
     written = 0
     while (count := port.write(bytes(4096))) and written < 1 << 20:
         written += count
@@ -96,18 +87,18 @@ def test_a_host_that_does_not_read_holds_up_the_writer(tmp_path):
 def test_bytes_go_through_the_cable_both_ways(line):
     cable, board = line
     host = open_raw(cable.port.path)
-    until(cable.host_open)
+    wait_until(cable.host_open)
     os.write(host, b"\x00up\x03\xff")
     assert board.recv(100) == b"\x00up\x03\xff"
     board.sendall(b"\x00down\x11\x13")
-    assert until(lambda: read_some(host)) == b"\x00down\x11\x13"
+    assert wait_until(lambda: read_some(host)) == b"\x00down\x11\x13"
     os.close(host)
 
 
 def test_pulled_the_host_gets_an_error_and_plugged_the_path_is_back(line):
     cable, board = line
     host = open_raw(cable.port.path)
-    until(cable.host_open)
+    wait_until(cable.host_open)
     cable.pull()
     assert not cable.port.path.exists()
 
@@ -119,7 +110,7 @@ def test_pulled_the_host_gets_an_error_and_plugged_the_path_is_back(line):
         except OSError as error:
             return error.errno == errno.EIO
 
-    until(broken, "an error at the host")
+    wait_until(broken, "an error at the host")
     os.close(host)
     cable.plug()
     host = open_raw(cable.port.path)
@@ -133,7 +124,7 @@ def test_pyserial_opens_it(line):
     with serial.Serial(str(cable.port.path), 115200, timeout=GENEROUS_S, exclusive=True) as port:
         port.write(b"hello")
         assert board.recv(100) == b"hello"
-        until(cable.host_open)
+        wait_until(cable.host_open)
         board.sendall(b"board")
         assert port.read(5) == b"board"
 
@@ -166,7 +157,7 @@ def test_dropped_corrupt_and_doubled_bytes(line):
     assert board.recv(100) == b"aabb"
     cable.set_damage(drop=1.0)
     os.write(host, b"gone")
-    until(lambda: cable.to_board.wait_s(0.0) is None)
+    wait_until(lambda: cable.to_board.wait_s(0.0) is None)
     time.sleep(0.05)  # nothing to wait for: what is dropped does not come
     cable.set_damage()
     os.write(host, b"back")
@@ -198,7 +189,7 @@ def test_a_terminal_can_be_the_board(tmp_path):
     cable.start()
     host = open_raw(cable.port.path)
     os.write(host, b"\x03raw\r")
-    assert until(lambda: os.read(master, 100)) == b"\x03raw\r"
+    assert wait_until(lambda: os.read(master, 100)) == b"\x03raw\r"
     cable.stop()
     for end in (master, slave, fd, host):
         os.close(end)

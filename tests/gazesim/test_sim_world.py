@@ -2,165 +2,62 @@
 
 import pytest
 
-from gazeboard.app import App
-from gazeboard.boards.virtual import VirtualBoard
-from gazelink import codes, frame, messages
+from gazelink import codes
 from gazesim.bank import Bank
-from gazesim.small_host import clearance
+from gazesim.chair_rig import LinkedChair
 from gazesim.world import World
 
 
-class Wire:
-    """The serial line inside one process."""
-
-    def __init__(self):
-        self.to_board = bytearray()
-        self.to_host = bytearray()
-
-    def read_byte(self):
-        return self.to_board.pop(0) if self.to_board else -1
-
-    def write_some(self, buf, start, end):
-        self.to_host += buf[start:end]
-        return end
-
-
-class Files:
-    """The board's files, in memory."""
-
-    def load(self, name):
-        return None
-
-    def store(self, name, text):
-        pass
-
-    def remove(self, name):
-        pass
-
-
-class Lockstep:
-    """World, firmware and a small host, all moved on by `run`."""
-
-    def __init__(self, room="open", profile="3.1", seed=1):
-        self.bank = Bank.in_memory()
-        self.world = World(self.bank, room, profile, seed)
-        self.wire = Wire()
-        self.now_us = 0
-        self.board = VirtualBoard(
-            self.bank.buffer, self.wire, Files(), 7, lambda: self.now_us, lambda a, b: a - b
-        )
-        self.app = App(self.board)
-        self.encoder, self.decoder = frame.Encoder(), frame.Decoder()
-        self.encoder.session = self.decoder.session = self.keys = frame.Session()
-        self.ticking = True
-        self.command = (codes.STOP, codes.STEP, 0)
-        self.order = 0
-        self.stamp = 0
-        self.trace = []
-
-    def run(self, ms):
-        for _ in range(ms):
-            self.now_us += 1000
-            if self.now_us % 20000 == 0:
-                self.speak()
-            if self.ticking:
-                self.board.tick(self.app)
-                self.app.service()
-                self.app.service()
-            self.listen()
-            self.world.step(0.001)
-            self.trace.append((*self.world.pose, *self.world.wipers, self.world.relay.closed))
-
-    def speak(self):
-        if not self.keys.live:
-            self.send(messages.HELLO, (0, 0, frame.schema_hash(), 99, 0, 0, 1, 0, b"test"))
-            return
-        verb, mode, edge = self.command
-        ttl_ms = 300 if verb else 0
-        self.send(messages.COMMAND, (verb, mode, edge, codes.DRIVER, ttl_ms, 0, 0, 1000, 0))
-        self.send(messages.CLEARANCE, clearance(0, codes.SIMULATED, 5))
-        if self.order:
-            self.send(messages.ORDER, (codes.ARM, self.order, codes.DRIVER))
-
-    def send(self, message, values):
-        message.pack(self.encoder.body, values)
-        count = self.encoder.finish(message, self.stamp)
-        self.wire.to_board += self.encoder.wire[:count]
-
-    def listen(self):
-        for byte in self.wire.to_host:
-            if not self.decoder.feed(byte):
-                continue
-            heard = self.decoder.buf
-            self.stamp = frame.u16(heard, messages.STAMP_AT)
-            if heard[0] == messages.HELLO.type_id:
-                boot = messages.HELLO.unpack(heard)["boot"]
-            elif heard[0] == messages.NONCE.type_id and not self.keys.live:
-                begun = messages.NONCE.unpack(heard)
-                self.keys.begin(99, boot, begun["nonce"], begun["epoch"], self.stamp)
-            self.keys.advance(self.stamp)
-        self.wire.to_host.clear()
-
-    def arm(self):
-        self.run(1500)
-        self.order = 1
-        self.run(600)
-        assert self.app.safety.state == codes.ARMED, self.app.safety.arm_reason
-
-    def press(self, verb, mode=codes.CONTINUOUS):
-        self.command = (verb, mode, self.command[2] + 1)
-
-    def release(self):
-        self.command = (codes.STOP, codes.STEP, self.command[2])
-
-
 def test_the_firmware_arms_through_the_simulated_relay_and_drives():
-    lock = Lockstep()
-    assert not lock.world.relay.closed
-    lock.arm()
-    truth = lock.world.truth()
+    chair = LinkedChair()
+    assert not chair.world.relay.closed
+    chair.arm()
+    truth = chair.world.truth()
     assert truth["relay_closed"]
     assert truth["joystick"] == "ok"
-    lock.press(codes.FORWARD)
-    lock.run(1000)
-    assert lock.world.truth()["x_m"] > 0.05
-    lock.release()
-    lock.run(1500)
-    assert lock.world.wipers == (170, 170)
-    assert lock.world.truth()["speed_m_s"] == 0.0
+    chair.press(codes.FORWARD)
+    chair.run(1000)
+    assert chair.world.truth()["x_m"] > 0.05
+    chair.release()
+    chair.run(1500)
+    assert chair.world.wipers == (170, 170)
+    assert chair.world.truth()["speed_m_s"] == 0.0
 
 
 def test_left_turns_counter_clockwise():
-    lock = Lockstep()
-    lock.arm()
-    lock.press(codes.LEFT)
-    lock.run(1000)
-    assert lock.world.truth()["heading_deg"] > 5.0
+    chair = LinkedChair()
+    chair.arm()
+    chair.press(codes.LEFT)
+    chair.run(1000)
+    assert chair.world.truth()["heading_deg"] > 5.0
 
 
 def test_a_hanging_board_stops_the_chair_by_the_relay():
-    lock = Lockstep()
-    lock.arm()
-    lock.press(codes.FORWARD)
-    lock.run(1500)
-    lock.ticking = False
-    lock.run(20)
-    assert not lock.world.relay.closed
-    assert lock.world.wipers != (170, 170)  # the pot holds its last value
-    lock.run(2000)
-    assert lock.world.truth()["speed_m_s"] == 0.0
+    chair = LinkedChair()
+    chair.arm()
+    chair.press(codes.FORWARD)
+    chair.run(1500)
+    chair.board.watchdog = False
+    chair.board.hung = True
+    chair.run(20)
+    assert not chair.world.relay.closed
+    assert chair.world.wipers != (170, 170)  # the pot holds its last value
+    chair.run(2000)
+    assert chair.world.truth()["speed_m_s"] == 0.0
 
 
 def test_equal_seeds_give_equal_traces():
     traces = []
     for seed in (3, 3, 4):
-        lock = Lockstep("living", seed=seed)
-        lock.arm()
-        lock.press(codes.LEFT)
-        lock.run(800)
-        lock.press(codes.FORWARD)
-        lock.run(800)
-        traces.append(lock.trace)
+        chair = LinkedChair("living", seed=seed)
+        chair.arm()
+        trace = []
+        for verb in (codes.LEFT, codes.FORWARD):
+            chair.press(verb)
+            for _ in range(800):
+                chair.one_ms()
+                trace.append((*chair.world.pose, *chair.world.wipers, chair.world.relay.closed))
+        traces.append(trace)
     assert traces[0] == traces[1]
     assert traces[0] != traces[2]
 
@@ -181,15 +78,15 @@ def test_equal_seeds_give_equal_traces():
     ],
 )
 def test_the_firmware_sees_the_fault_that_was_injected(fault, bit):
-    lock = Lockstep()
-    lock.arm()
-    lock.press(codes.FORWARD if bit in (codes.WIPER, codes.EMERGENCY) else codes.LEFT)
-    lock.run(400)
-    lock.world.faults.inject(fault)
+    chair = LinkedChair()
+    chair.arm()
+    chair.press(codes.FORWARD if bit in (codes.WIPER, codes.EMERGENCY) else codes.LEFT)
+    chair.run(400)
+    chair.world.faults.inject(fault)
     seen = 0
     for _ in range(40):
-        lock.run(10)
-        seen |= lock.app.safety.faults
+        chair.run(10)
+        seen |= chair.app.safety.faults
     assert seen >> bit & 1, f"{seen:#x}"
 
 

@@ -13,17 +13,9 @@ import pytest
 
 import gazesetup
 from gazelink import frame, messages
+from patience import wait_until
 
 GENEROUS_S = 60.0
-
-
-def until(condition, what):
-    end_s = time.monotonic() + GENEROUS_S
-    while time.monotonic() < end_s:
-        if got := condition():
-            return got
-        time.sleep(0.02)
-    raise AssertionError(f"{what} did not come within {GENEROUS_S} s")
 
 
 def start(folder, *arguments):
@@ -94,7 +86,7 @@ def board_says_hello(path):
         return any(decoder.feed(byte) and decoder.buf[0] == messages.HELLO.type_id for byte in data)
 
     try:
-        return until(hello, "HELLO")
+        return wait_until(hello, "HELLO")
     finally:
         os.close(fd)
 
@@ -111,7 +103,7 @@ def test_the_board_runs_and_its_wipers_are_neutral(simulator):
     assert truth["room"] == "wall"
     assert truth["wipers"] == [170, 170]
     assert truth["relay_closed"] is False
-    assert until(lambda: simulator.do("truth")["tick_ms"] > truth["tick_ms"], "a tick")
+    assert wait_until(lambda: simulator.do("truth")["tick_ms"] > truth["tick_ms"], "a tick")
     assert board_says_hello(simulator.ready["board"])
 
 
@@ -136,7 +128,7 @@ def test_the_cable_pulled_and_plugged(simulator):
 def test_a_board_reset_boots_again_and_its_port_comes_back(simulator):
     boots = simulator.do("truth")["boot_count"]
     assert simulator.do("inject", fault="board_reset") == {"ok": True}
-    until(lambda: simulator.do("truth")["boot_count"] == boots + 1, "a boot")
+    wait_until(lambda: simulator.do("truth")["boot_count"] == boots + 1, "a boot")
     assert board_says_hello(simulator.ready["board"])
 
 
@@ -145,7 +137,7 @@ def test_a_board_without_power_and_with_it_again(simulator):
     simulator.do("inject", fault="board_off")
     assert not os.path.lexists(simulator.ready["board"])
     simulator.do("clear", fault="board_off")
-    until(lambda: simulator.do("truth")["boot_count"] == boots + 1, "a boot")
+    wait_until(lambda: simulator.do("truth")["boot_count"] == boots + 1, "a boot")
     assert board_says_hello(simulator.ready["board"])
 
 
@@ -156,7 +148,7 @@ def test_a_hanging_board_stands_still_and_goes_on(simulator):
     time.sleep(0.1)
     assert simulator.do("truth")["tick_ms"] == stood
     simulator.do("clear", fault="board_hang")
-    until(lambda: simulator.do("truth")["tick_ms"] > stood, "a tick")
+    wait_until(lambda: simulator.do("truth")["tick_ms"] > stood, "a tick")
 
 
 def test_the_lidar_unplugged_and_plugged(simulator):
@@ -225,7 +217,7 @@ def test_killed_it_takes_the_board_along(tmp_path):
             return True
         return stat.rpartition(")")[2].split()[0] == "Z"
 
-    until(gone, "the board's end")
+    wait_until(gone, "the board's end")
     running.hang_up()
 
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,16 +17,9 @@ from gazechair.sensing.lidar import LidarService
 from gazechair.web import WebError
 from gazedemo.pairing import cookie
 from gazelink import codes
+from patience import wait_until
 
 PATIENCE_S = 30
-
-
-def until(condition: Callable[[], Any], what: str) -> Any:
-    deadline_s = time.monotonic() + PATIENCE_S
-    while not (found := condition()):
-        assert time.monotonic() < deadline_s, f"waited in vain until {what}"
-        time.sleep(0.005)
-    return found
 
 
 def read_config(port: Path) -> configuration.Config:
@@ -77,43 +69,43 @@ def page(daemon: Daemon, cable: Any) -> Iterator[Page]:
 
 
 def test_a_page_arms_drives_and_stops_through_all_parts(cable: Any, page: Page) -> None:
-    until(lambda: page.saw(board="ok", state="disarmed"), "the board is seen")
+    wait_until(lambda: page.saw(board="ok", state="disarmed"), "the board is seen")
     page.say(k="arm", token=page.state["token"])
-    until(lambda: cable.heard("order"), "the order to arm arrives")
+    wait_until(lambda: cable.heard("order"), "the order to arm arrives")
     cable.state = {"status": codes.ARMED}
-    until(lambda: page.saw(state="armed", you=True), "the page sees it armed")
+    wait_until(lambda: page.saw(state="armed", you=True), "the page sees it armed")
     token = page.state["token"]
     page.say(k="cmd", verb="left", mode="step", edge=1, token=token)
-    until(
+    wait_until(
         lambda: any(row["verb"] == codes.LEFT for row in cable.heard("command")),
         "the command arrives",
     )
     page.say(k="stop")
-    until(lambda: cable.heard("command")[-1]["verb"] == codes.STOP, "the stop arrives")
+    wait_until(lambda: cable.heard("command")[-1]["verb"] == codes.STOP, "the stop arrives")
 
 
 def test_a_pulled_cable_is_told_to_the_page_and_found_again(cable: Any, page: Page) -> None:
-    until(lambda: page.saw(board="ok"), "the board is seen")
+    wait_until(lambda: page.saw(board="ok"), "the board is seen")
     cable.pull()
-    until(
+    wait_until(
         lambda: page.saw(board="lost", level="error", arm_reason="not_connected"),
         "the loss is seen",
     )
     cable.plug()
-    until(lambda: page.saw(board="ok"), "the board is seen again")
+    wait_until(lambda: page.saw(board="ok"), "the board is seen again")
 
 
 def test_without_a_lidar_the_page_is_told(page: Page) -> None:
-    until(lambda: page.saw(board="ok", lidar="lost", message="lidar_lost"), "it is told")
+    wait_until(lambda: page.saw(board="ok", lidar="lost", message="lidar_lost"), "it is told")
 
 
 def test_stopping_disarms_the_board_and_leaves_no_thread(cable: Any) -> None:
     before = set(threading.enumerate())
     daemon = Daemon(read_config(cable.path))
     daemon.start()
-    until(lambda: daemon.link.state() is not None, "the board is found")
+    wait_until(lambda: daemon.link.state() is not None, "the board is found")
     daemon.stop()
-    until(
+    wait_until(
         lambda: any(row["action"] == codes.DISARM for row in cable.heard("order")),
         "the order to disarm arrives",
     )

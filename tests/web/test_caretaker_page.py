@@ -4,7 +4,8 @@ from itertools import pairwise
 
 import pytest
 
-from fakehost import picture, wait_until
+from fakehost import picture
+from patience import wait_until
 from webperson import CARETAKER, Driver
 
 pytestmark = pytest.mark.browser

@@ -3,8 +3,9 @@
 import pytest
 
 import gazesetup
-from fakehost import picture, wait_until
+from fakehost import picture
 from gazedemo.browser import OPTIONS
+from patience import wait_until
 from webperson import Driver
 
 pytestmark = pytest.mark.browser

@@ -2,7 +2,8 @@
 
 import pytest
 
-from fakehost import FakeHost, picture, wait_until
+from fakehost import FakeHost, picture
+from patience import wait_until
 
 pytestmark = pytest.mark.browser
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from fakehost import wait_until
+from patience import wait_until
 
 pytestmark = pytest.mark.browser
 

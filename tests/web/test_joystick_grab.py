@@ -2,7 +2,7 @@
 
 import pytest
 
-from fakehost import wait_until
+from patience import wait_until
 from webperson import CARETAKER, Driver
 
 pytestmark = pytest.mark.browser

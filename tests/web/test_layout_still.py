@@ -5,8 +5,9 @@ import json
 import pytest
 
 import gazesetup
-from fakehost import picture, wait_until
+from fakehost import picture
 from layoutshift import WATCH, take
+from patience import wait_until
 from webperson import CARETAKER, Driver
 
 pytestmark = pytest.mark.browser

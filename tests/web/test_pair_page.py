@@ -2,7 +2,8 @@
 
 import pytest
 
-from fakehost import FakeHost, wait_until
+from fakehost import FakeHost
+from patience import wait_until
 
 pytestmark = pytest.mark.browser
 

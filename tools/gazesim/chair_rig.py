@@ -27,10 +27,12 @@ _CLEARANCE_MS = 50
 class ChairRig(Steps):
     """All but a host. Times are milliseconds of the board's own ticks."""
 
-    def __init__(self, room: str | Room = "open", profile: str = "3.1", start_us: int = 0) -> None:
+    def __init__(
+        self, room: str | Room = "open", profile: str = "3.1", seed: int = 1, start_us: int = 0
+    ) -> None:
         self.now_ms = 0
         self.bank = Bank.in_memory()
-        self.world = World(self.bank, room, profile)
+        self.world = World(self.bank, room, profile, seed)
         self.cable = UsbLine()
         self.board = Teensy(self.bank, self.cable, start_us)
         self.scanned = b""  # what the lidar sent in the last step
@@ -118,8 +120,8 @@ class ChairRig(Steps):
 class LinkedChair(ChairRig):
     """With the host's link, and somebody who keeps a press active; faults are public."""
 
-    def __init__(self, room: str | Room = "open", profile: str = "3.1") -> None:
-        super().__init__(room, profile)
+    def __init__(self, room: str | Room = "open", profile: str = "3.1", seed: int = 1) -> None:
+        super().__init__(room, profile, seed)
         self.link = LockstepLink(self.cable, self.now_s, iter(range(7, 9999)).__next__)
         self.holds = True  # False: no more proof that the press is active
         self.sees = True  # False: no more clearance, except by the link
@@ -136,7 +138,9 @@ class LinkedChair(ChairRig):
         if self.sees and self.now_ms % _CLEARANCE_MS == 0:
             self.link.clearance(Clearance(self.blocked, codes.SIMULATED, now_s - 0.02))
 
-    def press(self, verb: int, mode: int, turn_permille: int = 0, pulse_ms: int = 0) -> None:
+    def press(
+        self, verb: int, mode: int = codes.CONTINUOUS, turn_permille: int = 0, pulse_ms: int = 0
+    ) -> None:
         """Begin a press and keep it active."""
         edge = self._command.edge % 255 + 1
         self._command = Command(
