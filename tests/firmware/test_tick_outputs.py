@@ -28,7 +28,7 @@ def test_outputs_stay_within_settings_cap_and_free_directions() -> None:
     """Motion's limits against two clamps, one after the other, on random commands."""
     rng = random.Random(19)
     settings = Settings()
-    motion = Motion(settings, SimpleNamespace())
+    motion = Motion(settings, SimpleNamespace(follow=None))
     for _ in range(_TRIES):
         for name in ("linear", "turn", "step_turn", "hold"):
             setattr(settings, f"{name}_permille", rng.choice((0, 50, rng.randint(0, 1000))))

@@ -27,6 +27,7 @@ class Motion:
     def __init__(self, settings, turn):
         self._settings = settings
         self._turn = turn
+        self._follow = turn.follow  # in every tick: found once
         # What makes a chair creep straight on that may be the fastest.
         self._creep_forward = Stopping(settings, codes.DIR_FORWARD, False).permille[0]
         self._creep_backward = Stopping(settings, codes.DIR_BACKWARD, False).permille[0]
@@ -45,7 +46,7 @@ class Motion:
     @micropython.native
     def stop(self):
         self._halt()
-        self._turn.follow(0)
+        self._follow(0)
 
     @micropython.native
     def _halt(self):
@@ -82,7 +83,7 @@ class Motion:
         if faults and faults & codes.TILT_LOST:
             linear = self.linear_permille
             self.linear_permille = max(-self._creep_backward, min(self._creep_forward, linear))
-        self._turn.follow(self.turn_permille)
+        self._follow(self.turn_permille)
 
     # Within the settings, the command's cap and what obstacles permit.
     @micropython.native
@@ -140,8 +141,12 @@ class Motion:
     def _limit_both(self, i, caps, arcs):
         s = self._settings
         cap = i.cap_permille
-        linear = _clamped(self.linear_permille, min(cap, s.linear_permille))
-        turn = _clamped(self.turn_permille, min(cap, s.turn_permille))
+        most = min(cap, s.linear_permille)
+        linear = self.linear_permille
+        linear = _clamped(linear, most)
+        most = min(cap, s.turn_permille)
+        turn = self.turn_permille
+        turn = _clamped(turn, most)
         most_linear = caps[codes.DIR_FORWARD if linear > 0 else codes.DIR_BACKWARD]
         most_turn = caps[codes.DIR_LEFT if turn > 0 else codes.DIR_RIGHT]
         if arcs is not None:
@@ -270,4 +275,4 @@ def _share(value, part, whole):
 
 @micropython.native
 def _clamped(value, limit):
-    return max(-limit, min(limit, value))
+    return limit if value > limit else -limit if value < -limit else value

@@ -25,7 +25,9 @@ _WRONG_MS = const(5)
 _SIGN = const(6)
 _FULL_Q4 = const(7)
 _FALL_Q4 = const(8)
-_WORDS = const(9)
+_COUNT = const(9)  # of heading samples, and what is left of the wait after one
+_WAIT = const(10)
+_WORDS = const(11)
 _WIPER_BAD = const(2)
 _WIPER_GOOD = const(3)
 
@@ -34,8 +36,6 @@ class Obedience:
     # settings: a Settings; configure() again whenever they change.
 
     def __init__(self, settings):
-        self._count = 0
-        self._wait = 0
         self._words = array("i", [0] * _WORDS)
         self.wiper_debt = 0
         self.configure(settings)
@@ -54,29 +54,26 @@ class Obedience:
 
     # After the motion's tick; `i` is an Inputs, the outputs are those of this tick. True: it
     # disobeys.
-    @micropython.native
-    def step(self, i, linear_permille, turn_permille, armed):
-        if self._wait == 0:
-            if i.heading_count != self._count:
-                self._count = i.heading_count
-                self._wait = _AFTER_TICKS
+    @micropython.viper
+    def step(self, i, linear_permille: int, turn_permille: int, armed: int) -> bool:
+        w = ptr32(self._words)
+        if w[_WAIT] == 0:
+            count = int(i.heading_count)
+            if count != w[_COUNT]:
+                w[_COUNT] = count
+                w[_WAIT] = _AFTER_TICKS
             return False
-        self._wait -= 1
-        if self._wait:
+        w[_WAIT] -= 1
+        if w[_WAIT]:
             return False
         if armed:
-            return self._judge(i, linear_permille, turn_permille) != 0
-        self._forget()
+            return int(self._judge(i, linear_permille, turn_permille)) != 0
+        # Nothing reaches the chair: whoever turns it does so by hand.
+        w[_LEFT_Q4] = 0
+        w[_RIGHT_Q4] = 0
+        w[_REST_MS] = 0
+        w[_WRONG_MS] = 0
         return False
-
-    # Nothing reaches the chair: whoever turns it does so by hand.
-    @micropython.native
-    def _forget(self):
-        words = self._words
-        words[_LEFT_Q4] = 0
-        words[_RIGHT_Q4] = 0
-        words[_REST_MS] = 0
-        words[_WRONG_MS] = 0
 
     # A sample: first how fast the chair may be turning in each sense, as the output asks for and
     # for a while as one before did; then whether it turns faster, and has for too long.

@@ -31,7 +31,7 @@ class ProfileCheck:
         self._steady_ms = 0
         self._agrees_ms = 0
         self._contradicts_ms = 0
-        self._left_ms = 0  # until trust lapses for want of a turn that confirms it
+        self._left_ms = 0  # until trust lapses for want of a turn that confirms it; 0: none
         self._stood_ms = 0
         self._stuck_ms = 0
         self.agreed = False
@@ -42,7 +42,7 @@ class ProfileCheck:
     # After the motion's tick; `i` is an Inputs, the outputs are those of this tick.
     @micropython.native
     def step(self, i, linear_permille, turn_permille):
-        if self.agreed or self.sluggish:
+        if self._left_ms:
             self._lapse(linear_permille, turn_permille)
         wait = self._wait
         if wait == 0:
@@ -113,15 +113,19 @@ class ProfileCheck:
         else:
             self._stood_ms = 0
         self._left_ms -= 1
-        if self._left_ms <= 0 or self._stood_ms >= limits.TRUST_STANDING_MS:
-            self.agreed = False
-            self.sluggish = False
+        if self._left_ms == 0 or self._stood_ms >= limits.TRUST_STANDING_MS:
+            self._distrust()
             self._agrees_ms = 0
+
+    @micropython.native
+    def _distrust(self):
+        self.agreed = False
+        self.sluggish = False
+        self._left_ms = 0
 
     @micropython.native
     def _contradict(self):
         self._agrees_ms = 0
         self._contradicts_ms = min(self._contradicts_ms + _SAMPLE_MS, _CONTRADICTS_MS)
         if self._contradicts_ms >= _CONTRADICTS_MS:
-            self.agreed = False
-            self.sluggish = False
+            self._distrust()

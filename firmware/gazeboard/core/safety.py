@@ -6,7 +6,7 @@
 
 from gazeboard.core import ages, limits
 from gazelink import codes
-from gazelink.native import micropython
+from gazelink.native import micropython, ptr32
 
 # Every fault makes neutral, except those that only refuse some directions; and every fault that
 # makes neutral ends the armed state at once, except those that may pass.
@@ -64,6 +64,7 @@ class Safety:
         self._quiet = False  # spent_edge ended as asked: nothing to explain
         self.ages = ages.Ages()
         self._words = words = self.ages.words
+        self._counted = (self.ages.count, self.ages.faults)
         words[ages.STANDING] = boot_faults & ~ages.LATCHED
         words[ages.SIMULATED] = simulated_board
         words[ages.RELAY_FITTED] = relay_fitted
@@ -82,13 +83,13 @@ class Safety:
     # what the pins say now; `late` is true when the time since the last tick exceeded the limit.
     @micropython.native
     def step(self, i, blocked, relay_closed, emergency_open, button_pressed, late):
-        counted = self.ages
+        count, find_faults = self._counted
         missed_ms = self.missed_ms
         if missed_ms:
             self.missed_ms = 0
         # Every order has a counter of its own: none takes another's place. An order to arm or to
         # reset that comes with a new session belongs to the old one.
-        news = counted.count(i, relay_closed, button_pressed, late, self.enable, missed_ms)
+        news = count(i, relay_closed, button_pressed, late, self.enable, missed_ms)
         reset = False
         if news:
             if news & ages.SESSION:
@@ -98,7 +99,7 @@ class Safety:
             if news & ages.EMERGENCY:
                 emergency_open = True
         old = self.faults
-        faults = counted.faults(i, old, self.state, emergency_open, reset)
+        faults = find_faults(i, old, self.state, emergency_open, reset)
         self.faults = faults
         if faults:
             if old == 0:
@@ -133,15 +134,13 @@ class Safety:
         return self.enable
 
     # Something has lasted a tick longer, or not at all.
-    @micropython.native
-    def _last(self, at, lasts):
-        words = self._words
-        ms = 0
-        if lasts:
-            ms = words[at]
-            if ms < limits.AGE_MAX_MS:
-                ms += 1
-        words[at] = ms
+    @micropython.viper
+    def _last(self, at: int, lasts: int):
+        w = ptr32(self._words)
+        if lasts == 0:
+            w[at] = 0
+        elif w[at] < int(limits.AGE_MAX_MS):
+            w[at] += 1
 
     # An exception in the tick: enable off, latched.
     @micropython.native
@@ -268,7 +267,8 @@ class Safety:
 
     @micropython.native
     def _judge_command(self, i, stopped):
-        stops = i.verb == codes.STOP
+        verb = i.verb
+        stops = verb == codes.STOP
         if stopped or stops:
             self._end_press(codes.NO_REASON)
         if stopped:
@@ -277,21 +277,21 @@ class Safety:
             self.permitted = False
             self.override = codes.NO_REASON
             return
-        reason = self._why_not_move(i)
+        edge = i.edge
+        reason = self._why_not_move(i, verb, edge)
         if reason == codes.NO_REASON:
             self.permitted = True
-            edge = i.edge
             if edge != self.edge:
                 self.spent_edge = self.edge or self.spent_edge
                 self.edge = edge
-                self._verb = i.verb
+                self._verb = verb
                 self._mode = i.mode
             self.override = codes.NO_REASON
             return
         self.permitted = False
         self._end_press(reason)
-        if i.edge != self.spent_edge:
-            self._spend(i.edge)
+        if edge != self.spent_edge:
+            self._spend(edge)
             self.override = reason
             self._quiet = False
         elif self.override == codes.NO_REASON and not self._quiet:
@@ -299,7 +299,7 @@ class Safety:
             self.override = reason
 
     @micropython.native
-    def _why_not_move(self, i):
+    def _why_not_move(self, i, verb, edge):
         if self.state != codes.ARMED:
             return codes.NOT_ARMED
         if i.owner != self.owner:
@@ -308,8 +308,6 @@ class Safety:
         if faults and faults & _NEUTRAL:
             return fault_reason(faults & _NEUTRAL)
         # Only the press that moves it, and presses newer than all before.
-        edge = i.edge
-        verb = i.verb
         running = edge == self.edge
         if edge == 0 or (not running and not ahead(edge, self.edge or self.spent_edge)):
             return codes.NEEDS_NEW_COMMAND
@@ -319,7 +317,7 @@ class Safety:
             # A step ends by itself; a proportional command never does, whatever its mode says.
             if not running or i.mode != codes.STEP or verb == codes.DRIVE:
                 return codes.COMMAND_EXPIRED
-        if running and verb != codes.DRIVE and not faults and not self.blocked:
+        if running and not faults and not self.blocked and not self._straight:
             return codes.NO_REASON  # most ticks of a motion: none of what follows can say more
         if verb == codes.FORWARD:
             reason = self._why_not_linear(1)

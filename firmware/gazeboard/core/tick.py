@@ -21,6 +21,7 @@ class Tick:
         self.obedience = obedience
         self.profile_check = profile_check
         self.clock = clock
+        self._used = (safety, obstacles, obedience, clock)  # found at once in each tick
         self.linear_permille = 0  # what the wipers are to be written for
         self.turn_permille = 0
         self.enable_level = 0  # of the enable line: it changes each tick while the relay may close
@@ -30,11 +31,9 @@ class Tick:
     # `i` is an Inputs; elapsed_us: since the tick before; the contacts are what the pins say now.
     @micropython.native
     def decide(self, i, elapsed_us, relay_closed, emergency_open, button_pressed):
-        safety = self.safety
+        safety, obstacles, obedience, clock = self._used
         motion = self.motion
-        obstacles = self.obstacles
         profile_check = self.profile_check
-        clock = self.clock
         missed_ms = 0
         if clock.owes or not 0 <= elapsed_us <= limits.TICK_ON_TIME_US:
             missed_ms = clock.step(elapsed_us)
@@ -62,7 +61,7 @@ class Tick:
         linear_permille = motion.linear_permille
         turn_permille = motion.turn_permille
         profile_check.step(i, linear_permille, turn_permille)
-        if self.obedience.step(i, linear_permille, turn_permille, safety.state == codes.ARMED):
+        if obedience.step(i, linear_permille, turn_permille, safety.state == codes.ARMED):
             safety.trip(codes.DISOBEYS)
             motion.stop()
             linear_permille = motion.linear_permille
@@ -74,8 +73,7 @@ class Tick:
     # level of the enable line.
     @micropython.native
     def written(self, verified, neutral):
-        safety = self.safety
-        obedience = self.obedience
+        safety, _, obedience, _ = self._used
         if (not verified or obedience.wiper_debt) and obedience.wipers_written(verified):
             safety.trip(codes.WIPER)
         if safety.wipers_written(verified, neutral):

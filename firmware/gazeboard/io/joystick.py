@@ -6,23 +6,25 @@
 
 from gazeboard.core import limits
 from gazelink.const import const
-from gazelink.native import micropython
+from gazelink.native import micropython, ptr8
 
 ADDRESS = const(0x2C)
 _RDAC1 = const(0x00)  # linear
 _RDAC2 = const(0x80)  # turn
 
 
-@micropython.native
-def counts(permille, neutral):
+@micropython.viper
+def counts(permille: int, neutral: int) -> int:
     # Wiper count of a deflection of -1000..1000, never outside the chair's window.
     if permille >= 0:
-        value = neutral + permille * limits.WIPER_SPAN // 1000
+        value = neutral + permille * int(limits.WIPER_SPAN) // 1000
     else:
-        value = neutral - -permille * limits.WIPER_SPAN // 1000
-    if value < limits.WIPER_MIN:
-        return limits.WIPER_MIN
-    return value if value <= limits.WIPER_MAX else limits.WIPER_MAX
+        value = neutral - (0 - permille) * int(limits.WIPER_SPAN) // 1000
+    if value < int(limits.WIPER_MIN):
+        value = int(limits.WIPER_MIN)
+    elif value > int(limits.WIPER_MAX):
+        value = int(limits.WIPER_MAX)
+    return value
 
 
 def permille(count, neutral):
@@ -53,21 +55,24 @@ class Joystick:
         self._aim(0, 0)
 
     # What to write from now on.
-    @micropython.native
-    def _aim(self, linear_permille, turn_permille):
-        linear = self.neutral_linear
-        turn = self.neutral_turn
+    @micropython.viper
+    def _aim(self, linear_permille: int, turn_permille: int):
+        linear = int(self.neutral_linear)
+        turn = int(self.neutral_turn)
         self._linear_permille = linear_permille
         self._turn_permille = turn_permille
-        neutral = linear_permille == 0 and turn_permille == 0  # on both
-        self.neutral = neutral
-        if not neutral:
-            linear = counts(linear_permille, linear)
-            turn = counts(turn_permille, turn)
+        if linear_permille or turn_permille:
+            self.neutral = False
+            linear = int(counts(linear_permille, linear))
+            turn = int(counts(turn_permille, turn))
+        else:
+            self.neutral = True  # on both
         self.linear_wiper = linear
         self.turn_wiper = turn
-        self._linear_out[1] = linear
-        self._turn_out[1] = turn
+        out = ptr8(self._linear_out)
+        out[1] = linear
+        out = ptr8(self._turn_out)
+        out[1] = turn
 
     # Write both and read both back; True: verified. A bus error or a wrong value is False at once,
     # so that a stuck bus costs one time-out a tick, not four.
@@ -78,13 +83,15 @@ class Joystick:
         i2c = self._i2c
         back = self._in
         try:
-            i2c.writeto(ADDRESS, self._linear_out)
+            out = self._linear_out
+            i2c.writeto(ADDRESS, out)
             i2c.readfrom_into(ADDRESS, back)
-            if back[0] != self.linear_wiper:
+            if back[0] != out[1]:
                 return False
-            i2c.writeto(ADDRESS, self._turn_out)
+            out = self._turn_out
+            i2c.writeto(ADDRESS, out)
             i2c.readfrom_into(ADDRESS, back)
-            return back[0] == self.turn_wiper
+            return back[0] == out[1]
         except OSError:
             return False
 

@@ -23,6 +23,10 @@ _WAY = const(4)
 _PER_WAY = const(5)
 _SWING = const(6)  # first word of (1 - cos) / 2, 1/16384
 _BELIEVED = const(264)  # _LOW or _HIGH, or neither
+_MARKS = const(265)  # _LOW and _HIGH at mark()
+_WATCHED = const(267)  # beside_q8 at watch()
+_TURNED = const(268)  # where the casters had turned the chair to then, from either end
+_WORDS = const(270)
 _CELLS = const(256)
 
 _EITHER = const(2)
@@ -40,11 +44,9 @@ class Casters:
         words += [
             int(8192 * (1.0 - math.cos(math.pi * k / _CELLS)) + 0.5) for k in range(_CELLS + 1)
         ]
-        self._words = array.array("i", words + words[-1:] + [_EITHER])
+        words += words[-1:] + [_EITHER]
+        self._words = array.array("i", words + [0] * (_WORDS - len(words)))
         self.any = size_q4 != 0
-        self._turned_q8 = 0
-        self._low_q8 = 0
-        self._high_q8 = 0
         self.mark()
 
     # The wheels have turned to `angle_q16`.
@@ -74,18 +76,18 @@ class Casters:
             k += 1
 
     # The present position; skip() restores it.
-    @micropython.native
+    @micropython.viper
     def mark(self):
-        self._low_mark = self._words[_LOW]
-        self._high_mark = self._words[_HIGH]
+        w = ptr32(self._words)
+        w[_MARKS] = w[_LOW]
+        w[_MARKS + 1] = w[_HIGH]
 
     # The wheels have not turned since mark(), though the model's have, to `angle_q16`.
-    @micropython.native
-    def skip(self, angle_q16):
-        w = self._words
-        if self.any:
-            w[_LOW] = self._low_mark
-            w[_HIGH] = self._high_mark
+    @micropython.viper
+    def skip(self, angle_q16: int):
+        w = ptr32(self._words)
+        w[_LOW] = w[_MARKS]
+        w[_HIGH] = w[_MARKS + 1]
         w[_SEEN] = angle_q16
 
     # What they add over the next `way_q8` of the wheels, both in 1/256 degree, left positive.
@@ -129,39 +131,51 @@ class Casters:
 
     # From here on the heading is compared; beside_q8: its deviation from the wheels' angle. The
     # position assumed until now counts as certain.
-    @micropython.native
-    def watch(self, beside_q8):
-        w = self._words
+    @micropython.viper
+    def watch(self, beside_q8: int):
+        w = ptr32(self._words)
         believed = w[_BELIEVED]
         if believed != _EITHER:
-            w[_LOW] = w[_HIGH] = w[believed]
+            where = w[believed]
+            w[_LOW] = where
+            w[_HIGH] = where
             w[_BELIEVED] = _EITHER
-        self.mark()
-        self._turned_q8 = beside_q8
-        self._low_q8 = self._turned(_LOW)
-        self._high_q8 = self._turned(_HIGH)
+        w[_MARKS] = w[_LOW]
+        w[_MARKS + 1] = w[_HIGH]
+        w[_WATCHED] = beside_q8
+        w[_TURNED] = int(self._turned(_LOW))
+        w[_TURNED + 1] = int(self._turned(_HIGH))
 
     # The heading deviates from the wheels' angle by beside_q8 now: which end explains it? Returns
     # the part since watch() that the casters do not explain.
-    @micropython.native
-    def learn(self, beside_q8):
-        by_q8 = beside_q8 - self._turned_q8
-        low_q8 = by_q8 - self._turned(_LOW) + self._low_q8
-        high_q8 = by_q8 - self._turned(_HIGH) + self._high_q8
-        if -_SURE_Q8 < low_q8 - high_q8 < _SURE_Q8:
-            if self._words[_LOW] != self._words[_HIGH]:
-                self._words[_BELIEVED] = _EITHER
+    @micropython.viper
+    def learn(self, beside_q8: int) -> int:
+        w = ptr32(self._words)
+        by_q8 = beside_q8 - w[_WATCHED]
+        low_q8 = by_q8 - int(self._turned(_LOW)) + w[_TURNED]
+        high_q8 = by_q8 - int(self._turned(_HIGH)) + w[_TURNED + 1]
+        apart_q8 = low_q8 - high_q8
+        if apart_q8 < _SURE_Q8 and apart_q8 + _SURE_Q8 > 0:
+            if w[_LOW] != w[_HIGH]:
+                w[_BELIEVED] = _EITHER
             return (low_q8 + high_q8) >> 1
-        w = self._words
-        doubt_q8 = abs(low_q8) - abs(high_q8)
-        if doubt_q8 < 0:
-            w[_BELIEVED] = _LOW
-            if doubt_q8 < -_CERTAIN_Q8:
-                w[_HIGH] = w[_LOW]
-                self._high_q8 = self._low_q8
-            return low_q8
-        w[_BELIEVED] = _HIGH
-        if doubt_q8 > _CERTAIN_Q8:
-            w[_LOW] = w[_HIGH]
-            self._low_q8 = self._high_q8
-        return high_q8
+        # How much worse the right's end explains it.
+        worse_q8 = low_q8
+        if worse_q8 < 0:
+            worse_q8 = 0 - worse_q8
+        if high_q8 < 0:
+            worse_q8 += high_q8
+        else:
+            worse_q8 -= high_q8
+        believed = _HIGH
+        rest_q8 = high_q8
+        if worse_q8 < 0:
+            worse_q8 = 0 - worse_q8
+            believed = _LOW
+            rest_q8 = low_q8
+        w[_BELIEVED] = believed
+        if worse_q8 > _CERTAIN_Q8:
+            other = _HIGH + _LOW - believed
+            w[other] = w[believed]
+            w[_TURNED + other] = w[_TURNED + believed]
+        return rest_q8

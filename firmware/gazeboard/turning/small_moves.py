@@ -4,61 +4,86 @@
 # meanwhile. The intended and the actual effect of the last one limit how long the next one to that
 # side lasts. Integers, no allocation.
 
+from array import array
+
 from gazelink.const import const
-from gazelink.native import micropython
+from gazelink.native import micropython, ptr32
 
 _LONGER_MS = const(30)
 _ENDLESS_MS = const(9999)
 
+# Indices of the words:
+_BOUNDED = const(0)  # the last move was one of these
+_CAREFUL = const(1)  # the newest judged move had far too much effect
+_SIDE = const(2)  # of the last move
+_ASKED_Q8 = const(3)
+_MS = const(4)
+_LOW_MS = const(5)
+_HIGH_MS = const(6)
+_WORDS = const(7)
+
 
 class SmallMoves:
-    # careful: the newest judged move had far too much effect; the correction back aims at half.
-
     def __init__(self):
+        self._words = array("i", [0] * _WORDS)
         self.start()
 
     # A turn begins.
-    @micropython.native
+    @micropython.viper
     def start(self):
-        self.careful = False
-        self._bounded = False  # the last move was one of these
-        self._side = 0  # of the last move
-        self._asked_q8 = 0
-        self._ms = 0
-        self._low_ms = 0
-        self._high_ms = _ENDLESS_MS
+        w = ptr32(self._words)
+        at = 0
+        while at < _HIGH_MS:
+            w[at] = 0
+            at += 1
+        w[_HIGH_MS] = _ENDLESS_MS
 
     # A move begins, left_q8 from there, to `side` (1: left). bounded: it is small and from rest.
-    @micropython.native
-    def begin(self, left_q8, side, bounded):
-        last = self._side
-        if self._bounded:
-            asked_q8 = self._asked_q8 * last
+    @micropython.viper
+    def begin(self, left_q8: int, side: int, bounded: int):
+        w = ptr32(self._words)
+        last = w[_SIDE]
+        if w[_BOUNDED]:
+            asked_q8 = w[_ASKED_Q8] * last
             done_q8 = asked_q8 - left_q8 * last
-            self.careful = done_q8 > asked_q8 + (asked_q8 >> 1)
-            if self.careful:
-                self._high_ms = min(self._high_ms, self._ms)
+            w[_CAREFUL] = 0
+            if done_q8 > asked_q8 + (asked_q8 >> 1):
+                w[_CAREFUL] = 1
+                if w[_HIGH_MS] > w[_MS]:
+                    w[_HIGH_MS] = w[_MS]
             elif done_q8 < asked_q8 >> 1:
-                self._low_ms = max(self._low_ms, self._ms)
+                if w[_LOW_MS] < w[_MS]:
+                    w[_LOW_MS] = w[_MS]
         if side != last:
-            self._side = side
-            self._low_ms = 0
-            self._high_ms = _ENDLESS_MS
-        self._bounded = bounded
-        self._asked_q8 = left_q8
-        self._ms = 0
+            w[_SIDE] = side
+            w[_LOW_MS] = 0
+            w[_HIGH_MS] = _ENDLESS_MS
+        w[_BOUNDED] = bounded
+        w[_ASKED_Q8] = left_q8
+        w[_MS] = 0
+
+    # What a move has to do of what is left: half of it after one with far too much effect.
+    @micropython.viper
+    def aim_q8(self, left_q8: int) -> int:
+        w = ptr32(self._words)
+        if w[_CAREFUL]:
+            left_q8 >>= 1
+        return left_q8
 
     # A tick of a move: whether it ends now. as_planned: by the model.
-    @micropython.native
-    def ends(self, as_planned):
-        if not self._bounded:
-            return as_planned
-        ms = self._ms + 1
-        self._ms = ms
-        low_ms = self._low_ms
+    @micropython.viper
+    def ends(self, as_planned: int) -> bool:
+        w = ptr32(self._words)
+        if w[_BOUNDED] == 0:
+            return as_planned != 0
+        ms = w[_MS] + 1
+        w[_MS] = ms
+        low_ms = w[_LOW_MS]
         if low_ms:
             if ms < low_ms + _LONGER_MS:
-                as_planned = False
+                as_planned = 0
             elif ms >= low_ms + 3 * _LONGER_MS:
-                as_planned = True
-        return as_planned or ms + (_LONGER_MS >> 1) >= self._high_ms
+                as_planned = 1
+        if ms + (_LONGER_MS >> 1) >= w[_HIGH_MS]:
+            as_planned = 1
+        return as_planned != 0

@@ -67,6 +67,9 @@ class TurnController:
         self.model = model
         self._casters = casters
         self._slope = Slope(model)
+        # What each tick uses, found at once; None for casters that add nothing.
+        self._followed = (model.step, casters.advance if casters.any else None)
+        self._looked_at = (model.state, casters if casters.any else None, self._slope)
         self._small = SmallMoves()
         self._left = left
         self._right = right
@@ -100,10 +103,10 @@ class TurnController:
     # One ms of output, whatever the motion.
     @micropython.native
     def follow(self, turn_permille):
-        angle_q16 = self.model.step(turn_permille)
-        casters = self._casters
-        if casters.any:
-            casters.advance(angle_q16)
+        step, advance = self._followed
+        angle_q16 = step(turn_permille)
+        if advance is not None:
+            advance(angle_q16)
 
     # count: of heading samples. The turn begins some ms later, so that no tick has too much to do.
     @micropython.native
@@ -227,8 +230,7 @@ class TurnController:
         elif phase == _GO:
             aim_q8 = self._left_q8 * self._sign
             if self._gentle:
-                if self._small.careful:
-                    aim_q8 >>= 1
+                aim_q8 = self._small.aim_q8(aim_q8)
                 if self._small.ends(aim_q8 <= self._turns_q8(False)):
                     self._phase = _COAST
                     self._out = 0
@@ -315,11 +317,11 @@ class TurnController:
     @micropython.native
     def _turns_q8(self, counters):
         side = self._sign
-        way_q8 = self._plan.ahead_q8(self.model.state, self._seen_q16, side, counters)
+        state, casters, slope = self._looked_at
+        way_q8 = self._plan.ahead_q8(state, self._seen_q16, side, counters)
         self._way_q8 = way_q8
-        if self._casters.any:
-            way_q8 += side * self._casters.swing_q8(side * way_q8)
-        slope = self._slope
+        if casters is not None:
+            way_q8 += side * casters.swing_q8(side * way_q8)
         slides_q8 = slope.slides_braked_q8 if counters else slope.slides_q8
         return (way_q8 * self._gain_q8 >> 8) + side * slides_q8
 

@@ -63,8 +63,12 @@ def _shortened(
         text = replaced(text, spans)
     if not aliases:
         return text
+    # Names that a module has first are found first: the comment in line 1 makes room for these.
+    first, *others = text.rstrip("\n").split("\n")
+    if first.startswith("#"):
+        first = " = ".join([*aliases, "None"])
     lines = [f"{name} = {method}" for name, method in aliases.items()]
-    return "\n".join([text.rstrip("\n"), *lines, ""])
+    return "\n".join([first, *others, *lines, ""])
 
 
 # -- methods -----------------------------------------------------------------------------------
