@@ -8,12 +8,13 @@ from typing import Any
 from gazeboard.core.limits import WIPER_NEUTRAL
 from gazeboard.core.motion import Motion
 from gazeboard.core.shared import Inputs
-from gazeboard.io.joystick import counts
+from gazeboard.io import joystick
 from gazeboard.io.settings import Settings
 from gazeboard.turning.turn import turn_controller
 from gazelink import codes
 
 _FREE = [1000] * 4  # no obstacle caps anything
+_counts: Any = joystick.counts  # mypy has no types for what the board compiles
 
 
 def settings_with(values: Mapping[str, int]) -> Any:
@@ -75,7 +76,7 @@ class BoardMotion:
         else:
             motion.stop()
         if motion.turn_permille or motion.linear_permille:
-            self.count = counts(motion.turn_permille, WIPER_NEUTRAL)
-            self.linear_count = counts(motion.linear_permille, WIPER_NEUTRAL)
+            self.count = _counts(motion.turn_permille, WIPER_NEUTRAL)
+            self.linear_count = _counts(motion.linear_permille, WIPER_NEUTRAL)
         else:
             self.count = self.linear_count = WIPER_NEUTRAL

@@ -75,7 +75,7 @@ def test_the_short_form_does_the_same_on_the_same_lines() -> None:
 def test_the_names_of_methods_take_the_place_of_the_first_comment() -> None:
     """A module finds the names that it has first in fewer steps."""
     short = shorten("# Ages.\n" + SOURCE)
-    assert short.startswith("_Ages_less = _Ages_half = None\nfrom gazelink.native")
+    assert short.startswith("_Ages_half = _Ages_less = None\nfrom gazelink.native")
     assert run(short)["_Ages_less"] is not None
     assert shorten(SOURCE).startswith("from gazelink.native")
 
