@@ -7,9 +7,11 @@
 # confirms a slow profile, the board assumes the fastest one. The confirmation expires soon: the
 # driver can turn the chair's own knob whenever it stands, and even while it drives.
 
+from array import array
+
 from gazeboard.core import limits
 from gazelink.const import const
-from gazelink.native import micropython
+from gazelink.native import micropython, ptr32
 
 _SAMPLE_MS = const(10)
 _AFTER_TICKS = const(4)  # a new sample's tick and the three after it have enough to do
@@ -20,13 +22,17 @@ _TURNS_Q10 = const(6144)  # 6 degrees/s: slower turning says little
 _FASTER_Q10 = const(8192)  # and anything this much faster than half as much again contradicts
 
 
+# Indices of the words:
+_COUNT = const(0)  # of heading samples, and what is left of the wait after one
+_WAIT = const(1)
+
+
 class ProfileCheck:
     # model: the ChairModel of the selected profile, stepped by the motion.
 
     def __init__(self, model):
         self._model = model
-        self._count = -1
-        self._wait = 0
+        self._words = array("i", [-1, 0])
         self._model_q10 = 0  # its rate at the sample
         self._steady_ms = 0
         self._agrees_ms = 0
@@ -40,17 +46,19 @@ class ProfileCheck:
         self.sluggish = False
 
     # After the motion's tick; `i` is an Inputs, the outputs are those of this tick.
-    @micropython.native
-    def step(self, i, linear_permille, turn_permille):
-        if self._left_ms:
+    @micropython.viper
+    def step(self, i, linear_permille: int, turn_permille: int):
+        w = ptr32(self._words)
+        if int(self._left_ms):
             self._lapse(linear_permille, turn_permille)
-        wait = self._wait
+        wait = w[_WAIT]
         if wait == 0:
-            if i.heading_count != self._count:
-                self._count = i.heading_count
-                self._wait = _AFTER_TICKS
+            count = int(i.heading_count)
+            if count != w[_COUNT]:
+                w[_COUNT] = count
+                w[_WAIT] = _AFTER_TICKS
             return
-        self._wait = wait - 1
+        w[_WAIT] = wait - 1
         if wait == _AFTER_TICKS:
             self._model_q10 = self._model.seen_rate()
         if wait > 1:

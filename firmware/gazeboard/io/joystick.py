@@ -40,7 +40,7 @@ class Joystick:
         self._i2c = i2c
         self._linear_out = bytearray((_RDAC1, 0))
         self._turn_out = bytearray((_RDAC2, 0))
-        self._in = bytearray(1)
+        self._bus = (i2c, self._linear_out, self._turn_out, bytearray(1))  # found at once
         self._let_go_linear = bytearray((_RDAC1, 0))
         self._let_go_turn = bytearray((_RDAC2, 0))
         self.set_neutral(limits.WIPER_NEUTRAL, limits.WIPER_NEUTRAL)
@@ -80,18 +80,15 @@ class Joystick:
     def write(self, linear_permille, turn_permille):
         if linear_permille != self._linear_permille or turn_permille != self._turn_permille:
             self._aim(linear_permille, turn_permille)
-        i2c = self._i2c
-        back = self._in
+        i2c, linear_out, turn_out, back = self._bus
         try:
-            out = self._linear_out
-            i2c.writeto(ADDRESS, out)
+            i2c.writeto(ADDRESS, linear_out)
             i2c.readfrom_into(ADDRESS, back)
-            if back[0] != out[1]:
+            if back[0] != linear_out[1]:
                 return False
-            out = self._turn_out
-            i2c.writeto(ADDRESS, out)
+            i2c.writeto(ADDRESS, turn_out)
             i2c.readfrom_into(ADDRESS, back)
-            return back[0] == out[1]
+            return back[0] == turn_out[1]
         except OSError:
             return False
 

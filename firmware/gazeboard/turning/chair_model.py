@@ -22,15 +22,16 @@ _ANGLE_REST = const(5)
 _HEAD = const(6)
 _OUT = const(7)  # the output that requested it, permille
 
-# Indices of the numbers.
-_DEADBAND = const(0)
-_LEFT = const(1)  # speed per permille beyond the deadband, q16
-_RIGHT = const(2)
-_ACCELERATE = const(3)  # q16 a ms
-_BRAKE = const(4)
-_FOLLOW = const(5)  # share of the difference that the lag lets through in a ms, 1/65536
-_BREAKAWAY = const(6)  # a ramp below this leaves a standing chair standing, q16
-_DEAD_MS = const(7)
+# Then the numbers.
+_DEADBAND = const(8)
+_LEFT = const(9)  # speed per permille beyond the deadband, q16
+_RIGHT = const(10)
+_ACCELERATE = const(11)  # q16 a ms
+_BRAKE = const(12)
+_FOLLOW = const(13)  # share of the difference that the lag lets through in a ms, 1/65536
+_BREAKAWAY = const(14)  # a ramp below this leaves a standing chair standing, q16
+_DEAD_MS = const(15)
+_PAST = const(16)  # then angle and rate of each ms, in a ring
 
 _STILL = const(512)  # half a degree/s, q10
 _PAST_MS = const(512)  # a power of two, above the longest dead time
@@ -46,60 +47,55 @@ class ChairModel:
         deadband = of("deadband_permille")
         self.dead_ms = of("dead_time_ms")
         self.lag_ms = of("lag_ms")
-        self._numbers = array.array(
-            "i",
-            [
-                deadband,
-                (of("left_q4_dps") << 12) // (1000 - deadband),
-                (of("right_q4_dps") << 12) // (1000 - deadband),
-                (of("accelerate_dps2") << 16) // 1000,
-                (of("brake_dps2") << 16) // 1000,
-                (2 << 16) // (2 * self.lag_ms + 1),  # 1 - exp(-1 / lag) within 0.03 %
-                of("breakaway_q4_dps") << 12,
-                self.dead_ms,
-            ],
-        )
-        self.state = array.array("i", [0] * 8)
-        self._past = array.array("i", [0] * (2 * _PAST_MS))
+        numbers = [
+            deadband,
+            (of("left_q4_dps") << 12) // (1000 - deadband),
+            (of("right_q4_dps") << 12) // (1000 - deadband),
+            (of("accelerate_dps2") << 16) // 1000,
+            (of("brake_dps2") << 16) // 1000,
+            (2 << 16) // (2 * self.lag_ms + 1),  # 1 - exp(-1 / lag) within 0.03 %
+            of("breakaway_q4_dps") << 12,
+            self.dead_ms,
+        ]
+        self.state = array.array("i", [0] * _DEADBAND + numbers + [0] * (2 * _PAST_MS))
 
     # One ms of `permille`, left positive, -1000..1000. Returns the angle that is seen now, q16.
     @micropython.viper
     def step(self, permille: int) -> int:
         s = ptr32(self.state)
-        n = ptr32(self._numbers)
         if permille != s[_OUT]:
             s[_OUT] = permille
             asked = 0
-            if permille > n[_DEADBAND]:
-                asked = (permille - n[_DEADBAND]) * n[_LEFT]
-            elif permille + n[_DEADBAND] < 0:
-                asked = (permille + n[_DEADBAND]) * n[_RIGHT]
+            if permille > s[_DEADBAND]:
+                asked = (permille - s[_DEADBAND]) * s[_LEFT]
+            elif permille + s[_DEADBAND] < 0:
+                asked = (permille + s[_DEADBAND]) * s[_RIGHT]
             s[_ASKED] = asked
         ramp = s[_RAMP]
         wanted = s[_ASKED]
         if wanted != ramp:
             # Faster: in the same sense and more; anything else brakes.
-            change = n[_BRAKE]
+            change = s[_BRAKE]
             if wanted > ramp:
                 if ramp >= 0:
-                    change = n[_ACCELERATE]
+                    change = s[_ACCELERATE]
                 ramp += change
                 if ramp > wanted:
                     ramp = wanted
             else:
                 if ramp <= 0:
-                    change = n[_ACCELERATE]
+                    change = s[_ACCELERATE]
                 ramp -= change
                 if ramp < wanted:
                     ramp = wanted
             s[_RAMP] = ramp
         # At most 300 degrees/s apart: 307200 * 3277 < 2**30. What the shift drops is kept.
         before = s[_RATE]
-        rest = ((ramp >> 6) - before) * n[_FOLLOW] + s[_RATE_REST]
+        rest = ((ramp >> 6) - before) * s[_FOLLOW] + s[_RATE_REST]
         rate = before + (rest >> 16)
         s[_RATE_REST] = rest & 0xFFFF
         # It sticks where it stands, or turns round, below what would break it loose.
-        if ramp < n[_BREAKAWAY] and ramp + n[_BREAKAWAY] > 0:
+        if ramp < s[_BREAKAWAY] and ramp + s[_BREAKAWAY] > 0:
             if before == 0 or (before > 0 and rate < 0) or (before < 0 and rate > 0):
                 rate = 0
                 s[_RATE_REST] = 0
@@ -116,21 +112,22 @@ class ChairModel:
         elif angle + _HALF_TURN < 0:
             angle += _TURN
         s[_ANGLE] = angle
-        past = ptr32(self._past)
         head = (s[_HEAD] + 2) & (2 * _PAST_MS - 1)
         s[_HEAD] = head
-        past[head] = angle
-        past[head + 1] = rate
-        return past[(head - 2 * n[_DEAD_MS]) & (2 * _PAST_MS - 1)]
+        s[_PAST + head] = angle
+        s[_PAST + head + 1] = rate
+        return s[_PAST + ((head - 2 * s[_DEAD_MS]) & (2 * _PAST_MS - 1))]
 
     # Angle (q16) and rate (q10) that the newest heading sample shows.
-    @micropython.native
-    def seen_angle(self):
-        return self._past[(self.state[_HEAD] - 2 * self.dead_ms) & (2 * _PAST_MS - 1)]
+    @micropython.viper
+    def seen_angle(self) -> int:
+        s = ptr32(self.state)
+        return s[_PAST + ((s[_HEAD] - 2 * s[_DEAD_MS]) & (2 * _PAST_MS - 1))]
 
-    @micropython.native
-    def seen_rate(self):
-        return self._past[((self.state[_HEAD] - 2 * self.dead_ms) & (2 * _PAST_MS - 1)) + 1]
+    @micropython.viper
+    def seen_rate(self) -> int:
+        s = ptr32(self.state)
+        return s[_PAST + 1 + ((s[_HEAD] - 2 * s[_DEAD_MS]) & (2 * _PAST_MS - 1))]
 
     # No more motion is requested, and the chair's ramp is back at zero.
     @micropython.native
@@ -145,19 +142,25 @@ class ChairModel:
     @micropython.viper
     def halt(self):
         s = ptr32(self.state)
-        past = ptr32(self._past)
         s[_RATE] = 0
         s[_RATE_REST] = 0
         angle = s[_ANGLE]
         k = 0
         while k < 2 * _PAST_MS:
-            past[k] = angle
-            past[k + 1] = 0
+            s[_PAST + k] = angle
+            s[_PAST + k + 1] = 0
             k += 2
 
     # It turns as fast as requested, within an eighth: ramp and lag are over.
-    @micropython.native
-    def steady(self):
-        asked_q10 = self.state[_ASKED] >> 6
-        off_q10 = abs(asked_q10 - self.state[_RATE])
-        return asked_q10 != 0 and off_q10 <= abs(asked_q10) >> 3
+    @micropython.viper
+    def steady(self) -> bool:
+        s = ptr32(self.state)
+        asked_q10 = s[_ASKED] >> 6
+        rate_q10 = s[_RATE]
+        if asked_q10 < 0:
+            asked_q10 = 0 - asked_q10
+            rate_q10 = 0 - rate_q10
+        off_q10 = asked_q10 - rate_q10
+        if off_q10 < 0:
+            off_q10 = 0 - off_q10
+        return asked_q10 != 0 and off_q10 <= asked_q10 >> 3
