@@ -28,7 +28,7 @@ _BAND_Q4 = const(48)
 _PERIOD_MS = const(8)
 _BLOCKED = const(-1)
 _FULL = const(1000)
-_ROLLS_MM_S = const(20)  # slower, its way is in the margins
+_ROLLS_MM_S = const(20)  # the margins cover what is slower
 _TURNS_Q4_DPS = const(48)
 
 # The state and the numbers are arrays: machine words for viper. Of each direction, as Way says:
@@ -110,10 +110,7 @@ class Arcs:
             return
         self._ask(i, trusted)
         self._weigh(i, age_ms)
-        if bypass and self._slow(trusted):
-            self._permit(1)
-        else:
-            self._permit(0)
+        self._permit(bypass and self._slow(trusted))
 
     # A clearance has come that is nearer than it takes to stop.
     @micropython.native
@@ -144,9 +141,9 @@ class Arcs:
         s[_WANTED] = wanted
         return 1
 
-    # Finds the directions in which the chair may move: asked for, or rolling on. Returns 1 when
-    # both axes are among them. A command of one axis is as straight, or as much on the spot, as
-    # holding the heading leaves it.
+    # Finds the directions in which the chair may move: commanded, or rolling on. Returns 1 when
+    # both axes are among them. A command of one axis counts as straight, or on the spot, within
+    # what holding the heading may turn.
     @micropython.viper
     def _rolling(self, trusted: int) -> int:
         s = ptr32(self.state)
@@ -183,7 +180,7 @@ class Arcs:
             s[_BETTER_MS] = 0
         return 1
 
-    # What the command asks for, the least of it, and which rows count.
+    # The command's outputs, the least of them, and which rows of the clearance count.
     @micropython.viper
     def _ask(self, i, trusted: int):
         s = ptr32(self.state)
@@ -192,12 +189,8 @@ class Arcs:
         verb = int(i.verb)
         linear = 0
         turn = 0
-        along = 0
-        aside = 2
-        if key & 3 == 2:
-            along = 1
-        if key & 12 == 8:
-            aside = 3
+        along = int(key & 3 == 2)
+        aside = 2 + int(key & 12 == 8)
         if verb == _DRIVE:
             linear = int(i.linear_permille)
             turn = int(i.turn_permille)
@@ -222,18 +215,17 @@ class Arcs:
             linear = cap
         if turn > cap:
             turn = cap
+        s[_OTHER_AT] = -1
         if key & 3 == 3 or key & 12 == 12:
             s[_AT] = _BOTH_AT
             if key & 3 == 2:
                 s[_AT] = _BOTH_AT + _BOTH_ROWS
-            s[_OTHER_AT] = -1
             if key & 3 == 3:
                 s[_OTHER_AT] = _BOTH_AT + _BOTH_ROWS
             s[_COUNT] = _BOTH_ROWS
             s[_TURNS_AT] = _ROWS
         else:
             s[_AT] = _ROWS * (along + 2 * (aside - 2))
-            s[_OTHER_AT] = -1
             s[_COUNT] = _ROWS
             s[_TURNS_AT] = 0
         along = _STOPPING_AT + _OF_STOPPING * (along + trusted)
@@ -307,7 +299,7 @@ class Arcs:
                 at += 1
         return near
 
-    # The level that the clearance leaves: down at once, up after CLEAR_MS of a better view.
+    # The level that the clearance permits: down at once, up after CLEAR_MS of a better view.
     @micropython.viper
     def _weigh(self, i, age_ms: int):
         s = ptr32(self.state)
@@ -345,7 +337,7 @@ class Arcs:
                 q4 += _STEPS
             mm = n[mm]
             q4 = n[q4]
-            # What is not asked for rolls on.
+            # An axis that is not commanded rolls on.
             if s[_LINEAR] == 0:
                 mm = s[_STOP_MM]
             if s[_TURN] == 0:
@@ -395,18 +387,14 @@ class Arcs:
     def _permit(self, bypass):
         s = self.state
         level = 0 if bypass else s[_LEVEL]
-        # At creep that is no output at all nothing would say why it stands.
-        if level < 0 or (level == 0 and s[_LINEAR_LEAST] == 0 and s[_TURN_LEAST] == 0):
-            self.blocked = True
-            self.linear_cap = 0
-            self.turn_cap = 0
-        elif level == _LEVELS:
-            self.blocked = False
-            self.linear_cap = s[_LINEAR]
-            self.turn_cap = s[_TURN]
+        linear = s[_LINEAR_LEAST]
+        turn = s[_TURN_LEAST]
+        # Blocked, too, where creep is no output at all: else the chair would stand for no reason.
+        self.blocked = level < 0 or (level == 0 and linear == 0 and turn == 0)
+        if self.blocked:
+            linear = turn = 0
         else:
-            self.blocked = False
-            least = s[_LINEAR_LEAST]
-            self.linear_cap = least + ((s[_LINEAR] - least) * level >> 4)
-            least = s[_TURN_LEAST]
-            self.turn_cap = least + ((s[_TURN] - least) * level >> 4)
+            linear += (s[_LINEAR] - linear) * level >> 4
+            turn += (s[_TURN] - turn) * level >> 4
+        self.linear_cap = linear
+        self.turn_cap = turn
