@@ -28,7 +28,7 @@ def test_outputs_stay_within_settings_cap_and_free_directions() -> None:
     """Motion's limits against two clamps, one after the other, on random commands."""
     rng = random.Random(19)
     settings = Settings()
-    motion = Motion(settings, SimpleNamespace(follow=None))
+    motion = Motion(settings, SimpleNamespace(follow=None, update=None, hold=None))
     for _ in range(_TRIES):
         for name in ("linear", "turn", "step_turn", "hold"):
             setattr(settings, f"{name}_permille", rng.choice((0, 50, rng.randint(0, 1000))))
@@ -46,7 +46,7 @@ def test_outputs_stay_within_settings_cap_and_free_directions() -> None:
             turn = 0  # both at once share what is free: tests/firmware/board_core_arcs.py
         motion.linear_permille = linear
         motion.turn_permille = turn
-        motion._limit(i, blocked, caps, None)
+        motion._limit(i, i.verb, blocked, caps, None)
 
         stepwise = i.mode != codes.CONTINUOUS and i.verb != codes.DRIVE
         most = settings.step_turn_permille if stepwise else settings.turn_permille

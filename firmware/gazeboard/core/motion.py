@@ -27,7 +27,9 @@ class Motion:
     def __init__(self, settings, turn):
         self._settings = settings
         self._turn = turn
-        self._follow = turn.follow  # in every tick: found once
+        self._follow = turn.follow  # in each tick: found once
+        self._turned = turn.update
+        self._held = turn.hold
         # What makes a chair creep straight on that may be the fastest.
         self._creep_forward = Stopping(settings, codes.DIR_FORWARD, False).permille[0]
         self._creep_backward = Stopping(settings, codes.DIR_BACKWARD, False).permille[0]
@@ -65,7 +67,6 @@ class Motion:
             self._begin(i)
         verb = i.verb
         mode = i.mode
-        self.ended = False
         self.linear_permille = 0
         self.turn_permille = 0
         if verb == codes.DRIVE:
@@ -79,7 +80,7 @@ class Motion:
             self._pulse(i)
         if self.state == codes.MOVING_FORWARD and mode != codes.TUNE:
             self._keep_straight(i, faults)
-        self._limit(i, blocked, caps, arcs)
+        self._limit(i, verb, blocked, caps, arcs)
         if faults and faults & codes.TILT_LOST:
             linear = self.linear_permille
             self.linear_permille = max(-self._creep_backward, min(self._creep_forward, linear))
@@ -87,11 +88,11 @@ class Motion:
 
     # Within the settings, the command's cap and what obstacles permit.
     @micropython.native
-    def _limit(self, i, blocked, caps, arcs):
+    def _limit(self, i, verb, blocked, caps, arcs):
         s = self._settings
         cap = i.cap_permille
         linear = self.linear_permille
-        if linear and i.verb == codes.DRIVE and self.turn_permille:
+        if linear and verb == codes.DRIVE and self.turn_permille:
             self._limit_both(i, caps, arcs)
             return
         if linear:
@@ -110,9 +111,9 @@ class Motion:
         turn = self.turn_permille
         if turn == 0:
             return
-        if i.verb == codes.FORWARD:
+        if verb == codes.FORWARD:
             most = s.hold_permille
-        elif i.mode != codes.CONTINUOUS and i.verb != codes.DRIVE:
+        elif i.mode != codes.CONTINUOUS and verb != codes.DRIVE:
             most = s.step_turn_permille
         else:
             most = s.turn_permille
@@ -168,6 +169,7 @@ class Motion:
     @micropython.native
     def _begin(self, i):
         self._edge = i.edge
+        self.ended = False
         self._elapsed_ms = 0
         self._heading_q4 = i.heading_q4
         self.state = _WORD[i.verb]
@@ -218,7 +220,7 @@ class Motion:
         limit_ms = self._settings.step_turn_limit_ms
         if elapsed_ms + _LAST_MOVE_MS == limit_ms:
             turn.settle()
-        self.turn_permille = turn.update(i.heading_q4, i.rate_q4, i.heading_count)
+        self.turn_permille = self._turned(i.heading_q4, i.rate_q4, i.heading_count)
         if turn.arrived:
             self._arrived = True
             self._end(codes.NO_REASON)
@@ -238,7 +240,7 @@ class Motion:
     @micropython.native
     def _keep_straight(self, i, faults):
         if faults & codes.HEADING_FAULTS == 0:
-            self.turn_permille = self._turn.hold(i.heading_q4, i.rate_q4)
+            self.turn_permille = self._held(i.heading_q4, i.rate_q4)
 
     # One open-loop pulse, at most TUNE_PULSE_MAX_MS long and tune_angle wide.
     @micropython.native

@@ -17,11 +17,8 @@ class Tick:
     def __init__(self, safety, motion, obstacles, obedience, profile_check, clock):
         self.safety = safety
         self.motion = motion
-        self.obstacles = obstacles
-        self.obedience = obedience
         self.profile_check = profile_check
-        self.clock = clock
-        self._used = (safety, obstacles, obedience, clock)  # found at once in each tick
+        self._parts = (safety, obstacles, obedience, clock)  # found at once in each tick
         self.linear_permille = 0  # what the wipers are to be written for
         self.turn_permille = 0
         self.enable_level = 0  # of the enable line: it changes each tick while the relay may close
@@ -31,7 +28,7 @@ class Tick:
     # `i` is an Inputs; elapsed_us: since the tick before; the contacts are what the pins say now.
     @micropython.native
     def decide(self, i, elapsed_us, relay_closed, emergency_open, button_pressed):
-        safety, obstacles, obedience, clock = self._used
+        safety, obstacles, obedience, clock = self._parts
         motion = self.motion
         profile_check = self.profile_check
         missed_ms = 0
@@ -73,7 +70,7 @@ class Tick:
     # level of the enable line.
     @micropython.native
     def written(self, verified, neutral):
-        safety, _, obedience, _ = self._used
+        safety, _, obedience, _ = self._parts
         if (not verified or obedience.wiper_debt) and obedience.wipers_written(verified):
             safety.trip(codes.WIPER)
         if safety.wipers_written(verified, neutral):

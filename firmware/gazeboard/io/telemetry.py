@@ -23,10 +23,9 @@ _TOLD_AT = STATE.offsets["linear_permille"]
 
 class Telemetry:
     def __init__(self, safety, joystick, obstacles):
-        self._safety = safety
         self._joystick = joystick
-        self._obstacles = obstacles
         self._slots = bytearray(_SLOTS * _SLOT)
+        self._captured = (safety, joystick, obstacles, self._slots)  # found at once in the tick
         self._head = 0
         self._tail = 0
         self._due = 0
@@ -47,16 +46,15 @@ class Telemetry:
         if (head - int(self._tail)) & 0xFF >= _SLOTS:
             self.dropped = (int(self.dropped) + 1) & 0xFFFF
             return
-        s = self._safety
-        joystick = self._joystick
+        s, joystick, obstacles, slots = self._captured
         faults = int(s.faults)
         edge = int(s.edge)
         if edge == 0:
             edge = int(s.spent_edge)
         decisions = _ALL_UNKNOWN
         if faults & (1 << int(codes.OBSTACLE_DATA_OLD)) == 0:
-            decisions = int(self._obstacles.decisions)
-        b = ptr8(self._slots)
+            decisions = int(obstacles.decisions)
+        b = ptr8(slots)
         at = (head & (_SLOTS - 1)) * _SLOT
         b[at] = int(s.state) | (motion << 4)
         b[at + 1] = int(s.override)

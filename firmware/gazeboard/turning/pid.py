@@ -38,7 +38,9 @@ class FeedbackController:
     # rate_q4 is the measured rate of the controlled value (not of the error), dt_ms 0..10.
     @micropython.native
     def update(self, error_q4, rate_q4, dt_ms):
-        out = scaled(self.kp_q4 * error_q4) - scaled(self.kd_q4 * rate_q4)
+        proportional = self.kp_q4 * error_q4
+        damping = self.kd_q4 * rate_q4
+        out = scaled(proportional) - scaled(damping)
         if self.ki_q4:
             integral = self._integral + self.ki_q4 * error_q4 * dt_ms
             integral = max(-_INTEGRAL_MAX, min(_INTEGRAL_MAX, integral))
@@ -47,7 +49,9 @@ class FeedbackController:
             if -OUTPUT_MAX < out + term < OUTPUT_MAX or (term > 0) != (error_q4 > 0):
                 self._integral = integral
             out += self._integral // _INTEGRAL_UNIT
-        return max(-OUTPUT_MAX, min(OUTPUT_MAX, out))
+        if out > OUTPUT_MAX:
+            return OUTPUT_MAX
+        return out if out > -OUTPUT_MAX else -OUTPUT_MAX
 
 
 class P(FeedbackController):

@@ -73,7 +73,7 @@ class TurnController:
         self._small = SmallMoves()
         self._left = left
         self._right = right
-        self._hold = hold
+        self._hold_update = hold.update
         self._deadband = deadband
         self._holds = False
         self._held_q4 = -1  # for which heading and rate `_held` is
@@ -173,7 +173,7 @@ class TurnController:
             return self._held
         self._held_q4 = heading_q4
         self._held_rate_q4 = rate_q4
-        out = self._hold.update(wrapped(self._setpoint_q4 - heading_q4), rate_q4, 1)
+        out = self._hold_update(wrapped(self._setpoint_q4 - heading_q4), rate_q4, 1)
         size = abs(out)
         if size < (_HOLD_OFF if self._holds else _HOLD_ON):
             self._holds = False
