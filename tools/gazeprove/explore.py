@@ -40,7 +40,7 @@ def explore(scope: Scope, note: Callable[[str], None] = lambda text: None) -> Ex
     order = [first]
     back: defaultdict[int, set[int]] = defaultdict(set)  # by ticks in which all is well
     goals: set[int] = set()
-    safety, motion = core.safety, core.motion
+    safety = core.safety
     number = 0
     while number < len(order) and len(found.broken) < 10:
         state = order[number]
@@ -49,17 +49,7 @@ def explore(scope: Scope, note: Callable[[str], None] = lambda text: None) -> Ex
             was: dict[str, object] = {}
             facts = tick(core, state, scope, inputs, choices, was)
             found.transitions += 1
-            after = After(
-                was,
-                core,
-                inputs.__dict__,
-                facts,
-                motion.linear_permille,
-                motion.turn_permille,
-                scope.relay_fitted,
-                scope.simulated,
-                motion.linear_permille != 0 or motion.turn_permille != 0,
-            )
+            after = After.of(was, core, inputs.__dict__, facts, scope)
             for invariant in INVARIANTS:
                 if not invariant(after):
                     found.broken.append(_story(invariant.__name__, state, after))

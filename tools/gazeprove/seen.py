@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from gazelink import codes
 from gazeprove.abstract import Core
 from gazeprove.around import Facts
+from gazeprove.inputs import Scope
 
 
 def bits(*faults: int) -> int:
@@ -26,6 +27,16 @@ class After(NamedTuple):
     fitted: bool
     simulated: bool
     moving: bool  # a wiper was written that is not neutral
+
+    @classmethod
+    def of(
+        cls, was: dict[str, Any], core: Core, read: dict[str, Any], facts: Facts, scope: Scope
+    ) -> After:
+        """The tick that `core` has just made."""
+        linear, turn = core.motion.linear_permille, core.motion.turn_permille
+        fitted, simulated = scope.relay_fitted, scope.simulated
+        moving = linear != 0 or turn != 0
+        return cls(was, core, read, facts, linear, turn, fitted, simulated, moving)
 
     @property
     def reset(self) -> bool:

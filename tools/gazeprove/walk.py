@@ -214,18 +214,7 @@ class Walk:
         for bit in (1, 2, 4, 8):
             blocked.known[bit] = read["clearance_blocked"] & bit
         read["clearance_blocked"] = blocked
-        motion, scope = self._core.motion, self._scope
-        return After(
-            was,
-            self._core,
-            read,
-            facts,
-            motion.linear_permille,
-            motion.turn_permille,
-            scope.relay_fitted,
-            scope.simulated,
-            motion.linear_permille != 0 or motion.turn_permille != 0,
-        )
+        return After.of(was, self._core, read, facts, self._scope)
 
 
 class _RandomChoices(Choices):
