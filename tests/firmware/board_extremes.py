@@ -1,7 +1,7 @@
 # Any gyro value with any legal settings: the tick stays within its tables and within the integers
 # that need no memory. On 32-bit MicroPython with the heap locked, as in the timer's interrupt.
 
-from boardtest import ON_MICROPYTHON
+from boardtest import HAS_NATIVE
 from gazeboard.core import limits
 from gazeboard.io.settings import Settings
 from gazeboard.turning.chair_model import ChairModel
@@ -11,7 +11,7 @@ from gazelink.settings_table import TABLE
 from gazesim.board_rig import Rig
 from promiserig import fault
 
-if ON_MICROPYTHON:
+if HAS_NATIVE:
     import micropython
 
 _NEUTRAL = ("neutral_linear_count", "neutral_turn_count")
@@ -51,12 +51,12 @@ def locked(rig):
     tick = rig.app.tick
 
     def ticked(_app):
-        if ON_MICROPYTHON:
+        if HAS_NATIVE:
             micropython.heap_lock()
         try:
             tick()
         finally:
-            if ON_MICROPYTHON:
+            if HAS_NATIVE:
                 micropython.heap_unlock()
 
     rig.board.tick = ticked
@@ -122,7 +122,7 @@ class Watched(list):
 
 
 def test_stop_plans_read_their_own_table_however_uneven_the_sides_are():
-    if ON_MICROPYTHON:
+    if HAS_NATIVE:
         return  # viper reads memory: watched where it reads lists
     from gazeboard.turning.stop_plan import _CELLS, _COUNTER, _DECAY
 

@@ -1,6 +1,6 @@
 # The tests' own tools: what no_allocation() and raises() must catch.
 
-from boardtest import ON_MICROPYTHON, no_allocation, raises
+from boardtest import HAS_NATIVE, no_allocation, raises
 
 _buffer = bytearray(8)
 
@@ -30,7 +30,7 @@ def test_plain_arithmetic_on_a_buffer_passes():
 
 def test_every_kind_of_allocation_is_caught():
     for call in (_make_list, _make_float, _raise):
-        if ON_MICROPYTHON:
+        if HAS_NATIVE:
             assert "allocates" in raises(AssertionError, no_allocation, call)
         else:
             no_allocation(call)

@@ -6,6 +6,7 @@ from gazesetup.packages import ensure_chromium, ensure_qemu
 from gazesetup.paths import LOCAL, ROOT, source_environment
 from gazesetup.progress import NotAvailable, note, say
 from gazesetup.venv import ensure_venv, enter_venv, run_module
+from gazesetup.wasm import ensure_wasm
 
 __all__ = [
     "LOCAL",
@@ -16,6 +17,7 @@ __all__ = [
     "ensure_micropython",
     "ensure_qemu",
     "ensure_venv",
+    "ensure_wasm",
     "enter_venv",
     "find_m7",
     "note",

@@ -145,22 +145,18 @@ class VirtualBoard:
 
 if sys.implementation.name == "micropython":
     from time import sleep_us, ticks_diff, ticks_us
-
-    from gazeboard.boards.stdio import StdioSerial
-    from gazeboard.boards.unix_micropython import getenv, map_file
 else:
-    from gazeboard.boards.unix_cpython import (
-        StdioSerial,
-        getenv,
-        map_file,
-        sleep_us,
-        ticks_diff,
-        ticks_us,
-    )
+    from gazeboard.boards.unix_cpython import sleep_us, ticks_diff, ticks_us
 
 
 def from_environment():
     # The process's board; raises ValueError with the reason when the environment is not usable.
+    # Only a process needs these: a MicroPython without ffi runs the lockstep.
+    if sys.implementation.name == "micropython":
+        from gazeboard.boards.stdio import StdioSerial
+        from gazeboard.boards.unix_micropython import getenv, map_file
+    else:
+        from gazeboard.boards.unix_cpython import StdioSerial, getenv, map_file
     path = getenv("GAZEBOARD_BANK")
     folder = getenv("GAZEBOARD_STATE")
     if not path or not folder:
