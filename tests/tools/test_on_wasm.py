@@ -1,7 +1,8 @@
-"""Every board_*.py on MicroPython's WebAssembly build: the next release, and the plain form of viper.
+"""Every board_*.py on MicroPython's WebAssembly build: a newer release, the plain form of viper.
 
 That form has no machine words: what a viper function computes must fit 31 bits without them, and be
-the same. What it allocates is no matter there (tests/boardtest.py).
+the same. What it allocates is no matter there (tests/boardtest.py). Those of the whole firmware
+take minutes there: `tools/test tests/tools/test_on_wasm.py` runs them too.
 """
 
 import subprocess
@@ -13,7 +14,10 @@ import gazesetup
 from gazesetup.paths import SOURCE_ROOTS
 from onmicropython import LIMIT_S, TESTS
 
-FILES = sorted(TESTS.glob("*/board_*.py"))
+FILES = [
+    pytest.param(file, marks=[pytest.mark.long] if "board_rig" in file.read_text() else [])
+    for file in sorted(TESTS.glob("*/board_*.py"))
+]
 ROOTS = [gazesetup.ROOT / name for name in SOURCE_ROOTS if name != "host"]
 
 
