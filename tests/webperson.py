@@ -81,12 +81,13 @@ class Driver:
         wait_until(lambda: self.page.evaluate("spied.token") >= token, "a state to arrive")
 
     def advance(self, ms: int, look: str | tuple[float, float] | None = None) -> None:
-        """Lets `ms` pass; with `look` the pointer keeps trembling there."""
+        """Lets `ms` pass; with `look` the pointer keeps trembling where that is now."""
+        spot = None if look is None else self.spot(look)
         for step in range(0, ms, 25):
             if step % 100 == 0:
                 self.state()
-            if look is not None:
-                self.look(look)
+            if spot is not None:
+                self._tremble(*spot)
             self.run_for(min(25, ms - step))
 
     def spot(self, where: str | tuple[float, float]) -> tuple[float, float]:
@@ -101,7 +102,9 @@ class Driver:
 
     def look(self, where: str | tuple[float, float]) -> None:
         """One pointer event there; a gaze trembles, so no two are at the same place."""
-        x, y = self.spot(where)
+        self._tremble(*self.spot(where))
+
+    def _tremble(self, x: float, y: float) -> None:
         self._wiggle ^= 1
         self.page.mouse.move(x + 3 * self._wiggle, y)
 

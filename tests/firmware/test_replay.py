@@ -17,6 +17,9 @@ from gazelink import codes, messages
 from gazesim.board_rig import Rig
 from promises import CORE, kept
 
+# Minutes of the board's life are kept for all of them, by one process.
+pytestmark = pytest.mark.xdist_group("replay")
+
 ROUND_MS = 65536
 DRIVE_MS = 3500
 _ENABLE = at.PINS_AT + pins.ENABLE * at.PIN_SIZE + at.PIN_OUT_COUNT

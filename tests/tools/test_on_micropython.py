@@ -1,4 +1,8 @@
-"""Every board_*.py once more, under MicroPython: one process a file."""
+"""Every board_*.py once more, under MicroPython: one process a file.
+
+Those of the firmware run there as they are flashed (tests/host/service/test_flash_calls.py);
+`tools/test tests/tools/test_on_micropython.py` runs them as they are written, too.
+"""
 
 import os
 from pathlib import Path
@@ -8,7 +12,10 @@ import pytest
 import gazesetup
 from onmicropython import TESTS, assert_passes
 
-FILES = sorted(TESTS.glob("*/board_*.py"))
+FILES = [
+    pytest.param(file, marks=[pytest.mark.long] if file.parent.name == "firmware" else [])
+    for file in sorted(TESTS.glob("*/board_*.py"))
+]
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: f"{file.parent.name}/{file.stem}")
