@@ -147,6 +147,6 @@ def _replace_module(module: str, mutant: Mutant) -> None:
 
 
 def _is_of_the_tests(name: str, module: ModuleType) -> bool:
-    """A suite, what suites share, or the virtual chair they drive: each may hold the true module."""
+    """A suite, what suites share, or the virtual chair they drive: each may hold the original."""
     file = getattr(module, "__file__", None) or ""
     return file.startswith(f"{TESTS.parent}/") or name.partition(".")[0] == "gazesim"
