@@ -63,7 +63,7 @@ PLANTED = (
         "elif age_ms > limits.FRAME_STALE_MS:\n            self.late",
         "elif False:\n            self.late",
     ),
-    Planted("output not limited", _MOTION, "self._limit(i, blocked, caps, arcs)\n", "pass\n"),
+    Planted("output not limited", _MOTION, "self._limit(i, verb, blocked, caps, arcs)\n", "pass\n"),
     Planted(
         "host silent later", _LIMITS, "HOST_SILENT_MS = const(100)", "HOST_SILENT_MS = const(140)"
     ),

@@ -117,11 +117,13 @@ def motion_only_by_a_live_press(a: After) -> bool:
     if edge == 0:
         return False
     if edge != a.was["edge"]:
+        # The newest before it is what was spent, or what a stop in this tick spends: only numbers
+        # within half the circle are ahead or behind, so the one counts or the other.
         newest = a.was["edge"] or a.was["spent_edge"]
         stop = a.read.get("stop_edge", 0) if a.facts.stopped else 0
-        if newest and not _ahead(stop, newest):
-            stop = 0  # a stop of an older press: half the numbers are ahead of it, half behind
-        return all(old == 0 or _ahead(edge, old) for old in (newest, stop))
+        if stop and (newest == 0 or _ahead(stop, newest)):
+            newest = stop
+        return newest == 0 or _ahead(edge, newest)
     same = a.read.get("verb") == a.was["_verb"] and a.read.get("mode") == a.was["_mode"]
     return same and not a.facts.stopped and not a.handed_over
 
