@@ -92,7 +92,7 @@ export class ControlSocket {
   /** The first of #tokens is always the one that was delayed least. */
   #keep(token, at) {
     this.#forget(at);
-    while (this.#tokens.length > 0) {
+    while (this.#tokens.length) {
       const last = this.#tokens[this.#tokens.length - 1];
       if (token - at < last.token - last.at) break;
       this.#tokens.pop();
@@ -101,7 +101,8 @@ export class ControlSocket {
   }
 
   #forget(now) {
-    while (this.#tokens.length > 0 && now - this.#tokens[0].at > this.#tokenMs) this.#tokens.shift();
+    const kept = this.#tokens;
+    while (kept.length && now - kept[0].at > this.#tokenMs) kept.shift();
   }
 
   #close(code) {

@@ -1,7 +1,7 @@
 // The driver's intent as a pure state machine: hover, dwell, leave, press. Time is injected.
 
-import { ALL, MENU_FACTOR, REST_MS, STEP_REPEAT_MS } from "./intent_times.js";
-import { isDrive, isMenu, TAP_MS } from "./intent_times.js";
+import { ALL, isDrive, isMenu, MENU_FACTOR, REST_MS } from "./intent_times.js";
+import { STEP_REPEAT_MS, TAP_MS } from "./intent_times.js";
 
 /**
  * Turns pointer, touch and key events into commands.
@@ -74,10 +74,7 @@ export class Targets {
     this.#under = target;
     this.#rest(target, at);
     if (target === null || ![target, ALL].includes(this.#spent)) this.#spent = null;
-    if (target === "stop") {
-      if (entered) this.stop(at, true);
-      return;
-    }
+    if (target === "stop") return entered && this.stop(at, true);
     if (this.#hold) this.#hoverWhileHolding(target, at);
     else this.#hoverIdle(target, at);
     this.#show();

@@ -77,9 +77,8 @@ class Bench:
 
 
 @pytest.fixture
-def bench(emulated: EmulatedLiveBoard, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+def bench(emulated: EmulatedLiveBoard) -> Iterator[Bench]:
     """Time passes in the background."""
-    monkeypatch.setattr(heading, "_STORE_S", 0.5)
     emulated.connect()
     emulated.start_background()
     try:
@@ -109,7 +108,10 @@ def test_a_calibrated_sensor_is_kept_by_the_firmware_itself(bench: Bench) -> Non
     assert len(stored.splitlines()[0]) == 2 * 22, "the offsets of the sensor in hex, not the older"
 
 
-def test_a_firmware_that_refuses_keeps_the_older_one(bench: Bench) -> None:
+def test_a_firmware_that_refuses_keeps_the_older_one(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(heading, "_STORE_S", 0.5)
     bench.in_repl(lambda repl: repl.write(heading.STORED, OLDER))
     bench.sensor_says(CALIBRATED)
 
