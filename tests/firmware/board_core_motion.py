@@ -211,16 +211,104 @@ def test_without_the_tilt_it_creeps_backwards_and_in_steps_too():
         assert linear > 200
 
 
+# A drive with the stick straight ahead, its heading held: 1000.
+def driven(linear=300):
+    motion, i = begun(codes.DRIVE, codes.CONTINUOUS, linear, 0)
+    motion._turn.held = 70
+    i.heading_q4 = 1000
+    motion.step(i, 0, CAPS)
+    assert outputs(motion) == (linear, 0)
+    i.heading_q4 = 1001
+    motion.step(i, 0, CAPS)
+    assert outputs(motion) == (linear, 70)
+    assert motion._turn.kept_q4 == 1000
+    assert motion._turn.held_at == (1001, i.rate_q4)
+    return motion, i
+
+
+def test_a_stick_straight_ahead_keeps_the_heading_once_the_chair_hardly_turns():
+    motion, i = begun(codes.DRIVE, codes.CONTINUOUS, 300, 0)
+    motion._turn.held = 70
+    for rate_q4 in (161, 160, -160, -161):
+        i.rate_q4 = rate_q4
+        for _ in range(2):
+            motion.step(i, 0, CAPS)
+            assert outputs(motion) == (300, 0)
+            assert motion._turn.kept_q4 is None
+    for rate_q4 in (159, -159):
+        motion, i = begun(codes.DRIVE, codes.CONTINUOUS, 1, 0)
+        motion._turn.held = 70
+        i.rate_q4 = rate_q4
+        motion.step(i, 0, CAPS)
+        assert outputs(motion) == (1, 0)
+        i.rate_q4 = 900  # held now, however fast somebody turns it
+        motion.step(i, 0, CAPS)
+        assert outputs(motion) == (1, 70)
+
+
+def test_what_holds_a_straight_drive_is_limited_as_going_forward_is():
+    for held, out in ((9999, 150), (-9999, -150)):
+        motion, i = driven()
+        motion._turn.held = held
+        motion.step(i, 0, CAPS)
+        assert outputs(motion) == (300, out)
+        assert motion._turn.followed == out
+        i.cap_permille = 40
+        motion.step(i, 0, CAPS)
+        assert outputs(motion) == (40, 40 if out > 0 else -40)
+        i.cap_permille = 1000
+        motion.step(i, LEFT_BIT if out > 0 else RIGHT_BIT, CAPS)
+        assert outputs(motion) == (300, 0)
+        for fault in range(len(codes.FAULTS)):
+            heading = (1 << fault) & codes.HEADING_FAULTS
+            motion.step(i, 0, CAPS, 1 << fault)
+            assert motion.turn_permille == (0 if heading else out)
+
+
+def test_a_drive_that_turned_or_went_back_keeps_the_heading_it_has_then():
+    for linear, turn in ((300, 1), (300, -1), (0, 0), (-1, 0), (0, 5)):
+        motion, i = driven()
+        i.linear_permille = linear
+        i.turn_permille = turn
+        i.heading_q4 = 1100
+        motion.step(i, 0, CAPS)
+        assert outputs(motion) == (linear, turn)
+        i.linear_permille = 300
+        i.turn_permille = 0
+        i.heading_q4 = 1200
+        motion.step(i, 0, CAPS)
+        assert outputs(motion) == (300, 0)
+        motion.step(i, 0, CAPS)
+        assert outputs(motion) == (300, 70)
+        assert motion._turn.kept_q4 == 1200
+
+
+def test_a_new_drive_keeps_its_own_heading():
+    for stops in (False, True):
+        motion, i = driven()
+        if stops:
+            motion.stop()
+        else:
+            i.edge = 2
+        i.heading_q4 = 1300
+        motion.step(i, 0, CAPS)
+        assert outputs(motion) == (300, 0)
+        assert motion._turn.kept_q4 == 1300
+
+
 def test_no_other_motion_holds_the_heading():
-    for verb, mode in (
-        (codes.BACKWARD, codes.STEP),
-        (codes.BACKWARD, codes.CONTINUOUS),
-        (codes.DRIVE, codes.CONTINUOUS),
-        (codes.FORWARD, codes.TUNE),
+    for verb, mode, linear, turn in (
+        (codes.BACKWARD, codes.STEP, 100, 0),
+        (codes.BACKWARD, codes.CONTINUOUS, 100, 0),
+        (codes.DRIVE, codes.CONTINUOUS, -100, 0),
+        (codes.DRIVE, codes.CONTINUOUS, 0, 0),
+        (codes.DRIVE, codes.CONTINUOUS, 100, 50),
+        (codes.FORWARD, codes.TUNE, 100, 0),
     ):
-        motion, i = begun(verb, mode, 100, 0)
+        motion, i = begun(verb, mode, linear, turn)
         motion._turn.held = 70
         i.pulse_ms = 100
-        motion.step(i, 0, CAPS)
-        assert motion.linear_permille
-        assert motion.turn_permille == 0
+        for _ in range(3):
+            motion.step(i, 0, CAPS)
+            assert motion.linear_permille or not linear
+            assert motion.turn_permille == turn

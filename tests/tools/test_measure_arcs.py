@@ -6,12 +6,15 @@ import math
 
 import pytest
 
+from gazelink import codes
 from gazelink.settings_table import PROFILES, profile_row
 from gazemeasure.obstacles_arcs import ArcRun, ArcTask, Hold, arc_trial, attack_trial
 from gazemeasure.obstacles_attack import KINDS, AttackedChair, attack, attacked_chair, in_view
 from gazemeasure.obstacles_eyes import CORNERS, FRONT
+from gazemeasure.obstacles_run import fastest
 from gazemeasure.turn_board import settings_with
 from gazesim.chair import HALF_WIDTH_M
+from gazesim.rooms import Room, box
 
 
 def settings_of(profile: str):
@@ -31,6 +34,55 @@ def test_p5_an_attack_hits_by_the_hand_alone_and_not_with_the_rule(seed: int) ->
     ours = attack_trial(seed, profile)
     assert ours.attack == what.kind
     assert not ours.ours.touched
+
+
+# 9915: backwards beside a post, its wheels uneven; the straight path was free.
+def test_p5_a_chair_that_drifts_does_not_scrape_along() -> None:
+    assert not arc_trial(9915).ours.touched
+
+
+def straight_beside(thing: str, linear: int, gap_m: float, even: str, side: int) -> ArcRun:
+    """The hand holds the stick straight for 3 s, a post or a wall beside the chair."""
+    profile = "3.1"
+    x = 0.6 if linear > 0 else 0.2
+    y = side * (HALF_WIDTH_M + gap_m + 0.03)
+    h = 6.0
+    walls = ((-h, -h, h, -h), (h, -h, h, h), (h, h, -h, h), (-h, h, -h, -h))
+    if thing == "wall":
+        y = side * (HALF_WIDTH_M + gap_m)
+        room = Room("wall", (*walls, (-4.0, y, 4.0, y)), (), start=(0.0, 0.0, 0.0))
+    else:
+        post = box(x, y, 0.06, 0.06, 0.0, 1.0, "wood")
+        room = Room("post", walls, (post,), start=(0.0, 0.0, 0.0))
+    hold = Hold(3.0, codes.DRIVE, linear, 0, True)
+    chair = AttackedChair(
+        profile, "exact" if even == "both" else "uneven", settings_of(profile), even == "left"
+    )
+    return ArcRun(ArcTask(room, (hold,), False), profile, 1, body=chair)
+
+
+@pytest.mark.parametrize(
+    ("linear", "gap_m"),
+    [(way, gap_m) for way in (1000, 300) for gap_m in (0.015, 0.03, 0.05)]
+    + [(way, gap_m) for way in (-1000, -300) for gap_m in (0.008, 0.02, 0.05)],
+)
+@pytest.mark.parametrize("even", ["left", "right"])
+@pytest.mark.parametrize("thing", ["post", "wall"])
+def test_p5_uneven_wheels_straight_beside(thing: str, linear: int, gap_m: float, even: str) -> None:
+    for side in (1, -1):
+        run = straight_beside(thing, linear, gap_m, even, side)
+        assert not run().touched
+        assert fastest(run.chair) < 0.05
+
+
+@pytest.mark.parametrize("linear", [1000, -1000])
+@pytest.mark.parametrize(("thing", "gap_m"), [("post", 0.025), ("post", 0.05), ("wall", 0.05)])
+def test_an_even_chair_gets_away_from_what_is_close_beside(
+    thing: str, gap_m: float, linear: int
+) -> None:
+    run = straight_beside(thing, linear, gap_m, "both", 1)
+    assert not run().touched
+    assert abs(run.chair.x_m) > 0.15
 
 
 @pytest.mark.parametrize("seed", range(2 * len(KINDS)))

@@ -139,7 +139,7 @@ _WORDS_TOO = (*COUNTERS, "_session_count", "_contact")
 FIELDS = (*_PLAIN, *_WORDS_TOO)
 _WORDS_AT = tuple(_WORDS[name] for name in _WORDS_TOO)
 _COMPARED = tuple(at for name, at in _WORDS.items() if name.endswith("_count"))
-MOTION_FIELDS = ("_edge", "_elapsed_ms", "state")
+MOTION_FIELDS = ("_edge", "_elapsed_ms", "state", "_drives_straight")
 # What the core overwrites in every tick before it reads it; with the counters of the inputs, which
 # it only compares.
 FORGOTTEN: dict[str, Any] = {
@@ -214,7 +214,7 @@ class Core:
         words[:] = self._prepared
         motion = self.motion
         motion.stop()
-        motion._edge, motion._elapsed_ms, motion.state = state[len(FIELDS) :]
+        motion.__dict__.update(zip(MOTION_FIELDS, state[len(FIELDS) :], strict=True))
         for name in passed:
             if name == "_elapsed_ms":
                 motion._elapsed_ms = _ELAPSED[self.safety._verb][1][motion._elapsed_ms]

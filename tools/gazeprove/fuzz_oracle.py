@@ -335,8 +335,11 @@ class Oracle(Facts):
         stepping = mode != codes.CONTINUOUS and verb != codes.DRIVE
         cap = fields["cap_permille"]
         most_turn = rules.step_turn_permille if stepping else rules.turn_permille
-        if verb in (codes.FORWARD, codes.BACKWARD):
+        straight = verb == codes.DRIVE and fields["turn_permille"] == 0
+        if verb == codes.FORWARD or (straight and fields["linear_permille"] > 0):
             most_turn = rules.hold_permille
+        elif verb == codes.BACKWARD or straight:
+            most_turn = 0
         if abs(linear) > _counts(min(cap, rules.linear_permille)):
             raise Violation("P4", f"linear {linear} beyond what settings and command allow")
         if abs(turn) > _counts(min(cap, most_turn)):

@@ -139,9 +139,11 @@ def motion_goes_as_asked(a: After) -> bool:
     if abs(a.linear) > settings.linear_permille or abs(a.turn) > turn_limit:
         return False
     if verb == codes.DRIVE:
-        return bool(
-            a.linear * a.read["linear_permille"] >= 0 and a.turn * a.read["turn_permille"] >= 0
-        )
+        linear, turn = a.read["linear_permille"], a.read["turn_permille"]
+        if turn == 0:
+            held = settings.hold_permille if linear > 0 else 0
+            return abs(a.turn) <= held and a.linear * linear >= 0
+        return bool(a.linear * linear >= 0 and a.turn * turn >= 0)
     if verb in (codes.FORWARD, codes.BACKWARD):
         held = settings.hold_permille if verb == codes.FORWARD else 0
         return abs(a.turn) <= held and (a.linear > 0) == (verb == codes.FORWARD)

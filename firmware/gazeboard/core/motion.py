@@ -18,6 +18,9 @@ _WORD = (
     codes.DRIVING,
 )
 _NEAR_Q4 = 32  # 2 degrees
+_STRAIGHT_Q4_DPS = (
+    160  # slower than 10 degrees/s: a chair whose stick has left the turn may be held
+)
 _LAST_MOVE_MS = 2000  # before a step turn's time is up: a correction takes as long
 
 
@@ -38,6 +41,7 @@ class Motion:
         self._heading_q4 = 0  # at the beginning of the motion
         self._setpoint_q4 = 0  # of the newest step turn
         self._arrived = False  # there, and no other motion since
+        self._drives_straight = False  # a heading is held while the stick points straight ahead
         self.linear_permille = 0
         self.turn_permille = 0
         self.state = codes.STOPPED
@@ -53,6 +57,7 @@ class Motion:
     @micropython.native
     def _halt(self):
         self._edge = 0
+        self._drives_straight = False
         self.linear_permille = 0
         self.turn_permille = 0
         self.state = codes.STOPPED
@@ -70,8 +75,7 @@ class Motion:
         self.linear_permille = 0
         self.turn_permille = 0
         if verb == codes.DRIVE:
-            self.linear_permille = i.linear_permille
-            self.turn_permille = i.turn_permille
+            self._drive(i, faults)
         elif mode == codes.CONTINUOUS:
             self._hold(verb)
         elif mode == codes.STEP:
@@ -92,7 +96,7 @@ class Motion:
         s = self._settings
         cap = i.cap_permille
         linear = self.linear_permille
-        if linear and verb == codes.DRIVE and self.turn_permille:
+        if linear and verb == codes.DRIVE and i.turn_permille:
             self._limit_both(i, caps, arcs)
             return
         if linear:
@@ -111,7 +115,7 @@ class Motion:
         turn = self.turn_permille
         if turn == 0:
             return
-        if verb == codes.FORWARD:
+        if verb == codes.FORWARD or (verb == codes.DRIVE and linear):
             most = s.hold_permille
         elif i.mode != codes.CONTINUOUS and verb != codes.DRIVE:
             most = s.step_turn_permille
@@ -183,6 +187,7 @@ class Motion:
                 self._turn.start(self._setpoint_q4, i.heading_count)
         if i.verb == codes.FORWARD:
             self._turn.keep(i.heading_q4)
+        self._drives_straight = False
         self._arrived = False
 
     # Where a step turn counts from: the heading, or the setpoint at which the step before arrived
@@ -203,6 +208,21 @@ class Motion:
             self.turn_permille = self._settings.turn_permille
         else:
             self.turn_permille = -self._settings.turn_permille
+
+    # A stick that points straight ahead holds the heading, too, once the chair hardly turns.
+    @micropython.native
+    def _drive(self, i, faults):
+        linear = i.linear_permille
+        turn = i.turn_permille
+        self.linear_permille = linear
+        self.turn_permille = turn
+        if turn or linear <= 0:
+            self._drives_straight = False
+        elif self._drives_straight:
+            self._keep_straight(i, faults)
+        elif -_STRAIGHT_Q4_DPS < i.rate_q4 < _STRAIGHT_Q4_DPS:
+            self._drives_straight = True
+            self._turn.keep(i.heading_q4)
 
     # Counted in steps only: a held motion may last longer than a small integer can count.
     @micropython.native
@@ -235,7 +255,7 @@ class Motion:
         if ms < ramp_ms:
             self.linear_permille = self.linear_permille * ms // ramp_ms
 
-    # The heading of the press is kept while going forward. Not backwards: which way a chair turns
+    # The heading is kept while going forward. Not backwards: which way a chair turns
     # then for the same joystick is not known. Without a heading it goes on unheld.
     @micropython.native
     def _keep_straight(self, i, faults):

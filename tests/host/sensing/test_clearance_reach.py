@@ -13,6 +13,7 @@ from gazechair.base.footprint import Footprint
 from gazechair.sensing.clearance.evaluate import Evaluator
 from gazechair.sensing.clearance.reach import FREE, LidarReach
 from gazechair.sensing.clearance.surface import noise_m, surfaces
+from gazechair.sensing.clearance.sweeps import BEND_PER_M
 from gazechair.sensing.lidar.blind import BLIND, MASKED, SEEN
 from gazechair.sensing.lidar.scan import ChairView
 from gazelink import codes
@@ -240,3 +241,52 @@ def test_what_is_said_never_exceeds_what_is_seen(ways: list[float]) -> None:
         assert said_mm <= seen_mm
         assert said_mm >= min(seen_mm, max(before_mm, seen_mm - 40.0)) - 1.001
         before_mm = said_mm
+
+
+# -- bends -----------------------------------------------------------------------------------------
+
+
+def beside(gap_m: float, x: float = 0.3) -> ChairView:
+    """A post so far beside the chair, seen by a lidar at its front corner; else nothing near."""
+    y = 0.375 + gap_m
+    post = np.column_stack((np.linspace(x - 0.02, x + 0.02, 9), np.full(9, y)))
+    return ChairView(np.concatenate((post, points(hall()))), OPEN, ORIGIN, 1.0, codes.SIMULATED)
+
+
+def test_backward_beside_an_obstacle_the_path_may_bend() -> None:
+    margin_m = 0.1
+    for gap_m in (0.025, 0.03):
+        # Aside after d: 0.2 per metre * (0.3 m * d + d * d / 2); an edge may be 1 cm nearer.
+        bend_m = math.sqrt(0.09 + 2.0 * (gap_m - 0.01) / BEND_PER_M) - 0.3
+        ways = reach_of(CHAIR).update(beside(gap_m))
+        assert ways[B] == pytest.approx(bend_m + margin_m, abs=0.05)
+        assert ways[F] > 2.0  # the board holds the heading
+    assert reach_of(CHAIR).update(beside(0.15))[B] > 2.0
+
+
+def test_forward_an_obstacle_within_the_side_margin_leaves_creep() -> None:
+    creeps_m = float(ZONE.of(F).told[1])  # type: ignore[union-attr]
+    for gap_m in (0.0, 0.005, 0.018):
+        for x in (-0.4, 0.0, 0.6):
+            told = reach_of(CHAIR).update(beside(gap_m, x))[F]
+            # The board wants 6 cm more before it goes on, and the evaluation keeps 4 cm back.
+            assert creeps_m + 0.10 < told < creeps_m + 0.12
+    assert reach_of(CHAIR).update(beside(0.03))[F] > 2.0
+
+
+def test_a_bend_longer_than_stopping_takes_limits_nothing() -> None:
+    most_m = float(ZONE.of(B).told.max())  # type: ignore[union-attr]
+    for gap_m in np.linspace(0.01, 0.4, 40):
+        told = reach_of(CHAIR).update(beside(float(gap_m)))[B]
+        assert told <= most_m or told > 2.5
+
+
+def test_until_the_board_has_said_how_it_stops_a_bend_has_no_margin() -> None:
+    with_margin = reach_of(CHAIR).update(beside(0.03))[B]
+    assert LidarReach(CHAIR).update(beside(0.03))[B] == pytest.approx(with_margin - 0.1)
+
+
+def test_a_single_beam_beside_the_chair_bends_the_path_too() -> None:
+    alone = np.array([[0.3, 0.395]])
+    view = ChairView(np.concatenate((alone, points(hall()))), OPEN, ORIGIN, 1.0, codes.SIMULATED)
+    assert reach_of(CHAIR).update(view)[B] < 0.4

@@ -10,7 +10,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from gazechair.base.footprint import Footprint, Margins, distance_m, inside
-from gazechair.sensing.clearance.sweeps import HEADING_TOLERANCE_DEG, RANGE_M, Sweeps
+from gazechair.sensing.clearance.sweeps import (
+    BEND_PER_M,
+    HEADING_TOLERANCE_DEG,
+    RANGE_M,
+    Sweeps,
+)
 from gazelink import codes
 
 F, B, L, R = codes.DIR_FORWARD, codes.DIR_BACKWARD, codes.DIR_LEFT, codes.DIR_RIGHT
@@ -95,6 +100,57 @@ def test_a_point_outside_is_touched_where_the_moved_polygon_meets_it(
         touching = [footprint.contains(moved(x, y, direction, ways, h)) for h in every]
         near = [grazed.contains(moved(x, y, direction, ways, h)) for h in every]
         assert np.any(touching) or np.any(near)
+
+
+def back_along_bend(x: float, y: float, side: float, ways: np.ndarray) -> np.ndarray:
+    """Where a fixed point is, seen from a chair after each of `ways` back along a bend."""
+    angles = -side * BEND_PER_M * ways  # the chair's heading
+    # The chair is on a circle whose middle is at its side.
+    chair_x = np.sin(angles) * side / BEND_PER_M
+    chair_y = (1.0 - np.cos(angles)) * side / BEND_PER_M
+    c, s = np.cos(angles), np.sin(angles)
+    dx, dy = x - chair_x, y - chair_y
+    return np.column_stack((c * dx + s * dy, c * dy - s * dx))
+
+
+@pytest.mark.parametrize("footprint", [CHAIR, FORKED], ids=["box", "forked"])
+@given(
+    place=st.tuples(st.floats(-1.5, 1.5), st.floats(-0.6, 0.6)),
+    range_m=st.floats(0.1, 1.5),
+)
+@settings(max_examples=80, deadline=None)
+def test_a_path_that_bends_backward_takes_the_body_there(
+    footprint: Footprint, place: tuple[float, float], range_m: float
+) -> None:
+    x, y = place
+    here = np.array([[x, y]])
+    gap_m = float(distance_m(footprint.body, here)[0])
+    assume(not inside(footprint.body, here)[0] and gap_m > 0.002)
+    found = float(Sweeps(footprint).bent(here, range_m)[0])
+    ways = np.arange(0.0, range_m, STEP_M)
+    nearer = y - float(np.sign(y)) * min(0.01, gap_m - 0.001)
+    touches = np.logical_or(
+        *(inside(footprint.body, back_along_bend(x, nearer, s, ways)) for s in (1.0, -1.0))
+    )
+    stepped = float(ways[touches.argmax()]) if touches.any() else math.inf
+    assert found <= stepped + 1e-6
+    if found < stepped - STEP_M - 1e-6:  # only grazed: near the outline there
+        at = [back_along_bend(x, nearer, s, np.array([found])) for s in (1.0, -1.0)]
+        assert min(distance_m(footprint.body, place)[0] for place in at) < 1e-4
+    assert math.isinf(found) or found <= range_m
+
+
+def test_a_path_that_bends_backward_in_figures() -> None:
+    sweeps = Sweeps(CHAIR)
+    # 3 cm beside, 0.4 m ahead of the axle; 1 cm of it may be less: 0.02 m / (0.2 per m * 0.4 m).
+    assert sweeps.bent(np.array([[0.40, 0.405]]), 1.0)[0] == pytest.approx(0.25, abs=0.06)
+    assert sweeps.bent(np.array([[0.40, -0.405]]), 1.0)[0] == pytest.approx(0.25, abs=0.06)
+    assert np.isinf(sweeps.bent(np.array([[0.64, 0.40]]), 1.0))  # the corner is past it soon
+    # Beside the axle nothing swings yet; a wall 15 cm beside is reached after a metre.
+    assert np.isinf(sweeps.bent(np.array([[0.0, 0.40]]), 0.2))
+    wall = np.column_stack((np.linspace(-3, 3, 601), np.full(601, 0.525)))
+    assert np.isinf(sweeps.bent(wall, 0.8)).all()
+    assert sweeps.bent(wall, 1.5).min() < 1.3
 
 
 @given(place=places, direction=st.sampled_from([F, B, L, R]))

@@ -20,9 +20,12 @@ from gazechair.sensing.clearance.sweeps import Sweeps
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 from gazechair.sensing.lidar.scan import ChairView
 from gazelink import arcs, codes
+from gazelink.zone import CREEP
 
 _SAME_PLACE_M = 0.25  # within a turn of the lidar the chair moves and turns by about as much
 _TURN_S = (0.06, 0.35)  # another turn, and not one of long ago
+
+_AGAIN_M = 0.11  # that the board needs more before it goes on (BAND_MM), and what a clearance plays
 
 Reach = tuple[float, float, float, float]
 """Metres forward and backward, degrees left and right; inf = free as far as is seen."""
@@ -51,6 +54,12 @@ class LidarReach:
     def use(self, zone: StopZone) -> None:
         """What stopping takes from now on."""
         self._zone = zone
+        backward = zone.of(codes.DIR_BACKWARD)
+        self._margin_m = 0.0 if backward is None else backward.margin
+        forward = zone.of(codes.DIR_FORWARD)
+        self._creeps_m = 0.0 if forward is None else float(forward.told[CREEP]) + _AGAIN_M
+        # A bend that is longer limits nothing.
+        self._bend_m = math.inf if backward is None else float(backward.told.max())
         self._arc_zone = 1000.0 * zone.far[: codes.DIR_LEFT].max() / arcs.UNIT_MM
         for direction, standing in self._standing.items():
             standing.approach = Approach(zone.of(direction))
@@ -70,6 +79,10 @@ class LidarReach:
         far = contacts[doubted]
         contacts[doubted] = np.where(far > self._zone.far, np.inf, far)
         least = contacts.min(axis=0)
+        least[codes.DIR_BACKWARD] = min(least[codes.DIR_BACKWARD], self._bent(seen, doubted))
+        if self._sweeps.alongside(seen.points_m).any():
+            # Closer than a held heading may be off at speed; whoever stands there gets away.
+            least[codes.DIR_FORWARD] = min(least[codes.DIR_FORWARD], self._creeps_m)
         if self._movers is None:
             self._movers = Movers(view.origin_m)
             self._movers.zone = self._zone
@@ -85,6 +98,14 @@ class LidarReach:
             least = np.minimum(least, contacts.min(axis=0))
             self.arcs = np.minimum(self.arcs, self._arcs.least(coming, contacts))
         return (float(least[0]), float(least[1]), float(least[2]), float(least[3]))
+
+    def _bent(self, seen: Surfaces, doubted: NDArray[np.int64]) -> float:
+        # Beside the body, so the board's margin behind it is not needed as well.
+        ways = self._sweeps.bent(seen.points_m, self._bend_m) + self._margin_m
+        far = ways[doubted]
+        ways[doubted] = np.where(far > self._zone.far[codes.DIR_BACKWARD], np.inf, far)
+        least = float(ways.min())
+        return math.inf if least > self._bend_m else least
 
     def _persons(self, seen: Surfaces) -> list[NDArray[np.int64]]:
         # Only what is straight ahead: a door post beside the path is as wide as a leg.

@@ -24,8 +24,12 @@ RANGE_M = 6.0
 """Straight distances longer than this count as free."""
 HEADING_TOLERANCE_DEG = 1.0
 """The real path may differ from straight ahead by this: veer, casters, a heading that swings.
-For obstacles already alongside the side margin covers that."""
+For obstacles already alongside the side margin covers that, and backward `Sweeps.bent`."""
+BEND_PER_M = 0.2
+"""Radians a metre by which a path meant to be straight may bend: wheels that differ by a tenth."""
 
+_SEEN_M = 0.01  # an edge may be so much nearer than its smoothed points are
+_APART_M = 0.001
 _FULL_TURN = 2.0 * math.pi
 _PROBE_M = 0.005
 _PROBE_RAD = 0.01
@@ -41,7 +45,8 @@ class Sweeps:
         self._footprint = footprint
         grown = [_sides(part) for part in footprint.parts]
         self._sides = np.concatenate(grown)
-        self._every = np.concatenate((self._sides, _sides(footprint.body)))
+        self._bare = _sides(footprint.body)
+        self._every = np.concatenate((self._sides, self._bare))
         self._spread = math.tan(math.radians(HEADING_TOLERANCE_DEG))
         every = np.concatenate(footprint.parts)
         self._ends_m = {sign: float((sign * every[:, 0]).max()) for sign in (1.0, -1.0)}
@@ -77,6 +82,48 @@ class Sweeps:
         if len(within):
             found[within] = self._from_within(points_m[within])
         return found
+
+    def bent(self, points_m: FloatArray, range_m: float) -> FloatArray:
+        """(N,): metres backward until a bending path takes the bare body there.
+
+        Whichever side it bends to; inf = never within `range_m`, or within the body already.
+        Forward the board holds the heading.
+        """
+        found = np.full(len(points_m), np.inf)
+        reach_m = self._footprint.reach_m
+        range_m = min(range_m, RANGE_M)
+        swing_m = BEND_PER_M * range_m * (0.5 * range_m + reach_m) + _SEEN_M
+        near = np.abs(points_m[:, 1]) <= self._footprint.half_width_m + swing_m
+        near &= np.abs(points_m[:, 0]) <= reach_m + range_m
+        chosen = np.flatnonzero(near)
+        chosen = chosen[~inside(self._footprint.body, points_m[chosen])]
+        nearest = points_m[chosen]
+        gap_m = np.maximum(distance_m(self._footprint.body, nearest) - _APART_M, 0.0)
+        nearest = np.column_stack(
+            (nearest[:, 0], nearest[:, 1] - np.sign(nearest[:, 1]) * np.minimum(gap_m, _SEEN_M))
+        )
+        radius_m = 1.0 / BEND_PER_M
+        for side in (1.0, -1.0):
+            # About the middle of the bend, the body's points and the obstacle's.
+            middle = np.array((0.0, side * radius_m))
+            points = nearest - middle
+            own = np.arctan2(points[:, 1], points[:, 0])[:, None]
+            crossings = _circle_crossings(points, self._bare - np.tile(middle, 2))
+            turns = np.nan_to_num(side * (crossings - own) % _FULL_TURN, nan=np.inf).min(axis=1)
+            found[chosen] = np.minimum(found[chosen], radius_m * turns)
+        found[found > range_m] = np.inf
+        return found
+
+    def alongside(self, points_m: FloatArray) -> BoolArray:
+        """Which of the (N, 2) points are within the side margin: neither ahead nor behind."""
+        body = self._footprint.body
+        low, high = body[:, 0].min(), body[:, 0].max()
+        found = (points_m[:, 0] > low) & (points_m[:, 0] < high)
+        found &= np.abs(points_m[:, 1]) <= self._footprint.half_width_m
+        chosen = np.flatnonzero(found)
+        near = points_m[chosen]
+        found[chosen] = self._footprint.contains(near) & ~inside(body, near)
+        return np.asarray(found)
 
     def _straight(self, points: FloatArray, sign: float) -> FloatArray:
         nearest = np.full(len(points), np.inf)
