@@ -9,7 +9,7 @@ import sys
 import time
 from typing import Any
 
-from gazeprove import record
+from gazeprove import faster, record
 from gazeprove.parts import PARTS
 from gazesetup import note, say
 
@@ -56,7 +56,7 @@ def _run(name: str, quick: bool) -> tuple[dict[str, Any], list[str]]:
     files = record.files_of(name)
     started, used = time.monotonic(), _processor_s()
     with say(name):
-        found, short = PARTS[name](quick, note)
+        found, short = faster.run(name, quick, note)
     figures = {
         **found,
         "seconds": round(time.monotonic() - started, 1),

@@ -67,7 +67,8 @@ def live(seed: int, kept: frozenset[int] | None = None, log: bool = False) -> Ou
 
 def fuzz(ticks: int, first: int, processes: int) -> Iterator[Outcome]:
     """Lives from seed `first` on until so many ticks were run, as they end."""
-    with multiprocessing.get_context("fork").Pool(processes, gc.freeze) as pool:
+    freeze = getattr(gc, "freeze", None)  # PyPy's has none
+    with multiprocessing.get_context("fork").Pool(processes, freeze) as pool:
         for outcome in pool.imap_unordered(live, itertools.count(first)):
             yield outcome
             ticks -= outcome.ticks

@@ -5,6 +5,7 @@ from gazesetup.micropython import MicroPython, ensure_micropython
 from gazesetup.packages import ensure_chromium, ensure_qemu
 from gazesetup.paths import LOCAL, ROOT, source_environment
 from gazesetup.progress import NotAvailable, note, say
+from gazesetup.pypy import ensure_pypy
 from gazesetup.venv import ensure_venv, enter_venv, run_module
 from gazesetup.wasm import ensure_wasm
 
@@ -15,6 +16,7 @@ __all__ = [
     "NotAvailable",
     "ensure_chromium",
     "ensure_micropython",
+    "ensure_pypy",
     "ensure_qemu",
     "ensure_venv",
     "ensure_wasm",

@@ -3,31 +3,38 @@
 from __future__ import annotations
 
 import os
-import platform
 import shutil
 import subprocess
 from pathlib import Path
 from typing import NamedTuple
 
-from gazesetup import apt
+from gazesetup import private
 from gazesetup.paths import LOCAL
-from gazesetup.progress import NotAvailable, note, say
-from gazesetup.venv import locked
+from gazesetup.progress import NotAvailable, note
 
-SUITE = "trixie"
-ARCH = "i386"
-PACKAGES = ("micropython", "libc6", "libffi8", "libmbedcrypto16", "libmbedtls21", "libmbedx509-7")
+_DEBIAN = private.Private(
+    name="micropython",
+    what="32-bit MicroPython",
+    program="micropython",
+    suite="trixie",
+    arch="i386",
+    libraries="i386-linux-gnu",
+    loader="ld-linux.so.2",
+    machines=("x86_64", "i686"),
+    packages=(
+        "micropython",
+        "libc6",
+        "libffi8",
+        "libmbedcrypto16",
+        "libmbedtls21",
+        "libmbedx509-7",
+    ),
+)
 CHECK_S = 30.0
 CHECK = (
     "import sys; print(sys.implementation.name, '.'.join(str(n) for n in"
     " sys.implementation.version[:3]), 32 if sys.maxsize < 1 << 32 else 64)"
 )
-# Its own loader and libraries: the machine needs neither i386 packages nor a C library as new.
-WRAPPER = """#!/bin/sh
-here=${0%/*}
-lib=$here/root/usr/lib/i386-linux-gnu
-exec "$lib/ld-linux.so.2" --library-path "$lib" "$here/root/usr/bin/micropython" "$@"
-"""
 
 
 class MicroPython(NamedTuple):
@@ -87,35 +94,4 @@ def check(path: Path, whence: str) -> MicroPython:
 
 def _unpacked(local: Path) -> MicroPython:
     """Debian's 32-bit package in .local/micropython, fetched when it is not there or broken."""
-    folder = local / "micropython"
-    wrapper = folder / "micropython"
-    whence = f"Debian's, in {folder.name}"
-    with locked(local):
-        if wrapper.exists():
-            try:
-                return check(wrapper, whence)
-            except NotAvailable as error:
-                note(f"{error}: fetching it again")
-        if platform.machine() not in ("x86_64", "i686"):
-            raise NotAvailable(f"Debian's {ARCH} package does not run on {platform.machine()}")
-        archives = apt.debian_archives()
-        if not archives:
-            raise NotAvailable("this machine's apt sources name no Debian archive")
-        with say(f"unpacking 32-bit MicroPython (Debian {SUITE}, {ARCH}) privately"):
-            _fetch(archives, folder)
-            wrapper.write_text(WRAPPER)
-            wrapper.chmod(0o755)
-            return check(wrapper, whence)
-
-
-def _fetch(archives: list[apt.Source], folder: Path) -> None:
-    failures = []
-    for archive in archives:
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir(parents=True)
-        try:
-            apt.unpack(archive, SUITE, ARCH, PACKAGES, folder / "root")
-            return
-        except NotAvailable as error:
-            failures.append(f"{archive.uri}: {error}")
-    raise NotAvailable("; ".join(failures))
+    return private.ensure(_DEBIAN, lambda path: check(path, "Debian's, in micropython"), local)

@@ -9,37 +9,33 @@ from gazelink import arcs, codes, messages
 from gazelink.frame import i16, u16
 
 
-def _at(message, field):
-    return message.offsets[field]
-
-
-_VERB = _at(messages.COMMAND, "verb")
-_MODE = _at(messages.COMMAND, "mode")
-_EDGE = _at(messages.COMMAND, "edge")
-_OWNER = _at(messages.COMMAND, "owner")
-_TTL = _at(messages.COMMAND, "ttl_ms")
-_LINEAR = _at(messages.COMMAND, "linear_permille")
-_TURN = _at(messages.COMMAND, "turn_permille")
-_CAP = _at(messages.COMMAND, "cap_permille")
-_PULSE = _at(messages.COMMAND, "pulse_ms")
-_ACTION = _at(messages.ORDER, "action")
-_NUMBER = _at(messages.ORDER, "number")
-_ORDER_OWNER = _at(messages.ORDER, "owner")
-_BLOCKED = _at(messages.CLEARANCE, "blocked")
-_UNSEEN = _at(messages.CLEARANCE, "unseen")
-_SOURCE = _at(messages.CLEARANCE, "source")
-_FORWARD_MM = _at(messages.CLEARANCE, "forward_mm")
-_BACKWARD_MM = _at(messages.CLEARANCE, "backward_mm")
-_LEFT_Q4 = _at(messages.CLEARANCE, "left_q4_deg")
-_RIGHT_Q4 = _at(messages.CLEARANCE, "right_q4_deg")
-_AGE = _at(messages.CLEARANCE, "age_ms")
-_ARC_VIEWS = _at(messages.CLEARANCE, "arc_views")
-_ARCS = _at(messages.CLEARANCE, "arcs")
-_BYPASS_NUMBER = _at(messages.BYPASS, "number")
-_BYPASS_TTL = _at(messages.BYPASS, "ttl_ms")
-_REQUEST = _at(messages.SETTING, "request")
-_INDEX = _at(messages.SETTING, "index")
-_VALUE = _at(messages.SETTING, "value")
+_VERB = messages.COMMAND.offsets["verb"]
+_MODE = messages.COMMAND.offsets["mode"]
+_EDGE = messages.COMMAND.offsets["edge"]
+_OWNER = messages.COMMAND.offsets["owner"]
+_TTL = messages.COMMAND.offsets["ttl_ms"]
+_LINEAR = messages.COMMAND.offsets["linear_permille"]
+_TURN = messages.COMMAND.offsets["turn_permille"]
+_CAP = messages.COMMAND.offsets["cap_permille"]
+_PULSE = messages.COMMAND.offsets["pulse_ms"]
+_ACTION = messages.ORDER.offsets["action"]
+_NUMBER = messages.ORDER.offsets["number"]
+_ORDER_OWNER = messages.ORDER.offsets["owner"]
+_BLOCKED = messages.CLEARANCE.offsets["blocked"]
+_UNSEEN = messages.CLEARANCE.offsets["unseen"]
+_SOURCE = messages.CLEARANCE.offsets["source"]
+_FORWARD_MM = messages.CLEARANCE.offsets["forward_mm"]
+_BACKWARD_MM = messages.CLEARANCE.offsets["backward_mm"]
+_LEFT_Q4 = messages.CLEARANCE.offsets["left_q4_deg"]
+_RIGHT_Q4 = messages.CLEARANCE.offsets["right_q4_deg"]
+_AGE = messages.CLEARANCE.offsets["age_ms"]
+_ARC_VIEWS = messages.CLEARANCE.offsets["arc_views"]
+_ARCS = messages.CLEARANCE.offsets["arcs"]
+_BYPASS_NUMBER = messages.BYPASS.offsets["number"]
+_BYPASS_TTL = messages.BYPASS.offsets["ttl_ms"]
+_REQUEST = messages.SETTING.offsets["request"]
+_INDEX = messages.SETTING.offsets["index"]
+_VALUE = messages.SETTING.offsets["value"]
 
 
 class Incoming:

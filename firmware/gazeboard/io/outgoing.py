@@ -15,25 +15,21 @@ _ZONE_MS = 250  # one direction each time: a lost one is repeated within a secon
 _NAME_SIZE = 16
 
 
-def _at(message, field):
-    return message.offsets[field]
-
-
-_FLAGS = _at(messages.HELLO, "flags")
-_SESSION = _at(messages.HELLO, "session")
-_NONCE_SESSION = _at(messages.NONCE, "session")
-_NONCE = _at(messages.NONCE, "nonce")
-_EPOCH = _at(messages.NONCE, "epoch")
-_TOKEN = _at(messages.PING, "token_low")
-_REQUEST = _at(messages.SETTING_REPLY, "request")
-_INDEX = _at(messages.SETTING_REPLY, "index")
-_VALUE = _at(messages.SETTING_REPLY, "value")
-_REFUSED = _at(messages.SETTING_REPLY, "refused")
-_KEY = _at(messages.MAINTENANCE, "key")
-_ACCEPTED = _at(messages.MAINTENANCE, "accepted")
-_REASON = _at(messages.MAINTENANCE, "reason")
-_ZONE_DIRECTION = _at(messages.ZONE, "direction")
-_ZONE_POINTS = _at(messages.ZONE, "points")
+_FLAGS = messages.HELLO.offsets["flags"]
+_SESSION = messages.HELLO.offsets["session"]
+_NONCE_SESSION = messages.NONCE.offsets["session"]
+_NONCE = messages.NONCE.offsets["nonce"]
+_EPOCH = messages.NONCE.offsets["epoch"]
+_TOKEN = messages.PING.offsets["token_low"]
+_REQUEST = messages.SETTING_REPLY.offsets["request"]
+_INDEX = messages.SETTING_REPLY.offsets["index"]
+_VALUE = messages.SETTING_REPLY.offsets["value"]
+_REFUSED = messages.SETTING_REPLY.offsets["refused"]
+_KEY = messages.MAINTENANCE.offsets["key"]
+_ACCEPTED = messages.MAINTENANCE.offsets["accepted"]
+_REASON = messages.MAINTENANCE.offsets["reason"]
+_ZONE_DIRECTION = messages.ZONE.offsets["direction"]
+_ZONE_POINTS = messages.ZONE.offsets["points"]
 
 
 class Outgoing:

@@ -1,0 +1,78 @@
+"""A program of another Debian suite, unpacked privately with its own loader and libraries."""
+
+from __future__ import annotations
+
+import platform
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+from gazesetup import apt
+from gazesetup.paths import LOCAL
+from gazesetup.progress import NotAvailable, note, say
+from gazesetup.venv import locked
+
+Found = TypeVar("Found")
+
+_WRAPPER = """#!/bin/sh
+here=${{0%/*}}
+lib=$here/root/usr/lib/{libraries}
+exec "$lib/{loader}" --library-path "$lib" "$here/root/usr/bin/{program}" "$@"
+"""
+
+
+@dataclass(frozen=True)
+class Private:
+    """Neither packages of that architecture nor a C library as new are needed on the machine."""
+
+    name: str  # of its folder in .local and of the program there
+    what: str
+    program: str  # in /usr/bin
+    suite: str
+    arch: str
+    libraries: str  # the folder of that architecture's libraries in /usr/lib, and their loader
+    loader: str
+    machines: tuple[str, ...]  # that can run it
+    packages: tuple[str, ...]
+
+
+def ensure(wanted: Private, check: Callable[[Path], Found], local: Path = LOCAL) -> Found:
+    """`check` of the program in .local, fetched when it is not there or `check` refuses it.
+
+    `check` runs it and raises NotAvailable; so does this, with the reason.
+    """
+    folder = local / wanted.name
+    wrapper = folder / wanted.name
+    with locked(local):
+        if wrapper.exists():
+            try:
+                return check(wrapper)
+            except NotAvailable as error:
+                note(f"{error}: fetching it again")
+        if platform.machine() not in wanted.machines:
+            raise NotAvailable(
+                f"Debian's {wanted.arch} package does not run on {platform.machine()}"
+            )
+        archives = apt.debian_archives()
+        if not archives:
+            raise NotAvailable("this machine's apt sources name no Debian archive")
+        with say(f"unpacking {wanted.what} (Debian {wanted.suite}, {wanted.arch}) privately"):
+            _fetch(wanted, archives, folder)
+            wrapper.write_text(_WRAPPER.format(**vars(wanted)))
+            wrapper.chmod(0o755)
+            return check(wrapper)
+
+
+def _fetch(wanted: Private, archives: list[apt.Source], folder: Path) -> None:
+    failures = []
+    for archive in archives:
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        try:
+            apt.unpack(archive, wanted.suite, wanted.arch, wanted.packages, folder / "root")
+            return
+        except NotAvailable as error:
+            failures.append(f"{archive.uri}: {error}")
+    raise NotAvailable("; ".join(failures))

@@ -1,0 +1,61 @@
+"""Finds PyPy, which runs long pure Python several times as fast."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+from gazesetup import private
+from gazesetup.paths import LOCAL
+from gazesetup.progress import NotAvailable
+
+_PYPY = private.Private(
+    name="pypy3",
+    what="PyPy",
+    program="pypy3.11",
+    suite="trixie",
+    arch="amd64",
+    libraries="x86_64-linux-gnu",
+    loader="ld-linux-x86-64.so.2",
+    machines=("x86_64",),
+    packages=(
+        "pypy3",
+        "pypy3-lib",
+        "libc6",
+        "libbz2-1.0",
+        "libexpat1",
+        "libffi8",
+        "libgcc-s1",
+        "libncursesw6",
+        "libstdc++6",
+        "libtinfo6",
+        "zlib1g",
+    ),
+)
+_CHECK_S = 30.0
+_CHECK = "import multiprocessing, sys; print(sys.implementation.name, sys.version_info >= (3, 10))"
+
+
+def ensure_pypy(*, local: Path = LOCAL) -> Path:
+    """PyPy as Debian builds it, unpacked in .local/pypy3.
+
+    Raises NotAvailable with the reason.
+    """
+    return private.ensure(_PYPY, _checked, local)
+
+
+def _checked(path: Path) -> Path:
+    try:
+        result = subprocess.run(
+            [path, "-c", _CHECK],
+            capture_output=True,
+            text=True,
+            timeout=_CHECK_S,
+            stdin=subprocess.DEVNULL,
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise NotAvailable(f"{path} does not run ({error})") from error
+    if result.stdout.split() != ["pypy", "True"]:
+        said = (result.stderr or result.stdout).strip().splitlines()
+        raise NotAvailable(f"{path} is no PyPy 3.10 ({said[-1] if said else 'it said nothing'})")
+    return path
