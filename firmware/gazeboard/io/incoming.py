@@ -8,7 +8,6 @@ from gazeboard.core.safety import ahead
 from gazelink import arcs, codes, messages
 from gazelink.frame import i16, u16
 
-
 _VERB = messages.COMMAND.offsets["verb"]
 _MODE = messages.COMMAND.offsets["mode"]
 _EDGE = messages.COMMAND.offsets["edge"]
