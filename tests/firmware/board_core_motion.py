@@ -182,6 +182,15 @@ def test_going_forward_keeps_the_heading_of_the_press():
             assert outputs(motion) == (600, 0)
 
 
+def test_holding_is_limited_before_the_chair_moves_too():
+    for held, out in ((9999, 150), (-9999, -150)):
+        motion, i = begun(codes.FORWARD, codes.STEP)
+        motion._settings.step_ramp_ms = 1000
+        motion._turn.held = held
+        motion.step(i, 0, CAPS)
+        assert outputs(motion) == (0, out)
+
+
 def test_without_a_heading_it_goes_forward_unheld_and_without_the_tilt_it_creeps():
     creep = 120 * 1000 // 556  # of the fastest profile
     for fault in range(len(codes.FAULTS)):

@@ -42,6 +42,8 @@ def test_outputs_stay_within_settings_cap_and_free_directions() -> None:
         linear, turn = (rng.choice((0, rng.randint(-1000, 1000))) for _ in range(2))
         if i.verb == codes.DRIVE and rng.randint(0, 1):
             linear = 0
+        if i.verb in (codes.LEFT, codes.RIGHT):
+            linear = 0
         motion.linear_permille = linear
         motion.turn_permille = turn
         i.turn_permille = turn if linear == 0 else 0  # a drive's; else what holds its heading
@@ -49,7 +51,7 @@ def test_outputs_stay_within_settings_cap_and_free_directions() -> None:
 
         stepwise = i.mode != codes.CONTINUOUS and i.verb != codes.DRIVE
         most = settings.step_turn_permille if stepwise else settings.turn_permille
-        if i.verb == codes.FORWARD or (i.verb == codes.DRIVE and linear):
+        if i.verb == codes.FORWARD or linear:
             most = settings.hold_permille
         linear = _within(linear, min(i.cap_permille, settings.linear_permille))
         linear = max(-caps[codes.DIR_BACKWARD], min(caps[codes.DIR_FORWARD], linear))

@@ -266,6 +266,7 @@ def _renamed(values: list[Any], motion: list[Any]) -> State:
         values[_AT["_mode"]] = codes.STEP
     if not running or values[_AT["_verb"]] != codes.DRIVE:
         values[_AT["_straight"]] = False  # only a drive that goes on reads it
+        motion[3] = False  # nor this
     if motion[0] and motion[0] == running:
         motion[0] = values[_AT["edge"]]
     elif motion[0]:

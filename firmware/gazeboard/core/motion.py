@@ -57,7 +57,6 @@ class Motion:
     @micropython.native
     def _halt(self):
         self._edge = 0
-        self._drives_straight = False
         self.linear_permille = 0
         self.turn_permille = 0
         self.state = codes.STOPPED
@@ -115,7 +114,7 @@ class Motion:
         turn = self.turn_permille
         if turn == 0:
             return
-        if verb == codes.FORWARD or (verb == codes.DRIVE and linear):
+        if verb == codes.FORWARD or linear:
             most = s.hold_permille
         elif i.mode != codes.CONTINUOUS and verb != codes.DRIVE:
             most = s.step_turn_permille
