@@ -17,6 +17,7 @@ from gazechair.driving.control import Control
 from gazechair.driving.speed_cap_store import KeptCap
 from gazechair.people.profiles import Profiles, house_fields
 from gazechair.picture.camera import CameraService
+from gazechair.plugins.service import Plugins
 from gazechair.sensing.lidar import LidarService
 from gazechair.web.access import FrontDoor
 
@@ -31,7 +32,7 @@ class _Part(Protocol):
 
 
 class Daemon:
-    """The whole host in one process; lidar and camera add a child process each."""
+    """The whole host in one process; lidar, camera and each plug-in add a child process."""
 
     def __init__(self, config: Config) -> None:
         self._config = config
@@ -59,6 +60,7 @@ class Daemon:
             profiles=Profiles(folder, house_fields(config)),
             kept_cap=KeptCap(folder),
         )
+        self._plugins = Plugins(config.plugins, self.control, self.parts)
         self._web = FrontDoor(
             config, self.control, self._camera.latest(), CaretakerSettings(self.link)
         )
@@ -93,6 +95,7 @@ class Daemon:
             (self._camera, self.parts.part("camera")),
         ):
             _start(part, health)
+        self._plugins.start(_start)
 
     def stop(self) -> None:
         """Stop the chair and disarm it, then end every part, thread and child process."""
@@ -100,6 +103,7 @@ class Daemon:
             return
         self._running = False
         self._web.stop()
+        self._plugins.stop()
         self.control.stop()
         time.sleep(_LAST_WORDS_S)
         self._lidar.stop()

@@ -15,11 +15,11 @@ from gazesetup.paths import ROOT, SOURCE_ROOTS
 # Every room above those that it may import from, one line a storey: top to bottom.
 STOREYS: tuple[tuple[str, ...], ...] = (
     ("gazemeasure", "gazeprove", "gazehouse"),
-    ("gazedemo", "gazetwin"),
+    ("gazedemo", "gazetwin", "gazecontract"),
     ("gazesim",),
     ("gazechair.cli", "gazeboard.main"),
     ("gazechair.daemon", "gazechair.service"),
-    ("gazechair.web", "gazeboard.app"),
+    ("gazechair.web", "gazechair.plugins", "gazeboard.app"),
     ("gazechair.driving", "gazeboard.boards"),
     ("gazechair.people", "gazechair.sensing", "gazechair.picture", "gazeboard.io"),
     ("gazechair.board", "gazechair.config", "gazeboard.turning"),

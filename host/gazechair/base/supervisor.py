@@ -2,7 +2,7 @@
 
 A child writes records to its standard output: length of what follows (u32, little-endian), kind
 (one byte), payload. Kind "S" is a status, JSON {"state", "reason", "detail"}; kind "D" is the
-newest value. The parent keeps only the newest.
+newest value, of which the parent keeps only the newest; kind "F" are facts about the child itself.
 
 A child may also read: messages arrive as lines on its standard input, and only the newest
 counts. The parent never waits for a child that does not read.
@@ -25,9 +25,13 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from gazechair.base.rate_limit import RateLimit
+
 STATUS = b"S"
 DATA = b"D"
+FACTS = b"F"
 MAX_RECORD = 1 << 20
+_STATUS_COST = 20  # records: each may become a line of the log
 _HEADER = struct.Struct("<I")
 _PR_SET_PDEATHSIG = 1
 
@@ -44,10 +48,11 @@ class Status:
 
 
 class RecordReader:
-    """Cuts a child's byte stream into records."""
+    """Cuts a child's byte stream into records of at most `longest` bytes."""
 
-    def __init__(self) -> None:
+    def __init__(self, longest: int = MAX_RECORD) -> None:
         self._buffer = bytearray()
+        self._longest = longest
 
     def feed(self, data: bytes) -> list[tuple[bytes, bytes]]:
         """The whole records in `data` and what came before it, as (kind, payload).
@@ -58,7 +63,7 @@ class RecordReader:
         records = []
         while len(self._buffer) >= _HEADER.size:
             (length,) = _HEADER.unpack_from(self._buffer)
-            if not 1 <= length <= MAX_RECORD:
+            if not 1 <= length <= self._longest:
                 raise ValueError(f"record of {length} bytes")
             end = _HEADER.size + length
             if len(self._buffer) < end:
@@ -84,6 +89,10 @@ class RecordWriter:
         text = json.dumps({"state": state, "reason": reason, "detail": detail})
         self._write(STATUS + text.encode())
 
+    def facts(self, payload: bytes) -> None:
+        """Send what the parent must know of this child itself."""
+        self._write(FACTS + payload)
+
     def _write(self, body: bytes) -> None:
         left = memoryview(_HEADER.pack(len(body)) + body)
         while left:
@@ -106,8 +115,10 @@ class Supervisor:
     """Runs `python -m module argument` for as long as it is started.
 
     `on_data` gets the newest value, `on_status` every change, both on the supervisor's thread. A
-    child that sends nothing for `silent_s` (`start_s` before its first value) is killed; one that
-    ended is restarted after 0.25 s, doubling up to 4 s until it delivers for 10 s.
+    child that sends nothing for `silent_s` (`start_s` before its first value) is killed, and so is
+    one whose value `on_data` refuses by a ValueError, or that sends more than `records_per_s`; one
+    that ended is restarted after 0.25 s, doubling up to `longest_pause_s` until it
+    delivers for 10 s.
     """
 
     def __init__(
@@ -121,9 +132,22 @@ class Supervisor:
         silent_s: float = 2.0,
         start_s: float = 10.0,
         listens: bool = False,
+        name: str = "",
+        longest: int = MAX_RECORD,
+        records_per_s: float = 0.0,
+        on_facts: Callable[[bytes], None] = lambda _facts: None,
+        longest_pause_s: float = 4.0,
+        nice: int = 0,
     ) -> None:
+        """`name`: of the child in statuses; `longest` record of it in bytes; `records_per_s` 0:
+        no limit; `on_facts` gets every record of facts; `nice`: how far the child gives way."""
         self._command = [sys.executable, "-m", module, argument]
-        self._name = module.removesuffix(".child")
+        self._name = name or module.removesuffix(".child")
+        self._longest = longest
+        self._records_per_s = records_per_s
+        self._on_facts = on_facts
+        self._longest_pause_s = longest_pause_s
+        self._nice = nice
         self._on_data = on_data
         self._on_status = on_status
         self._lost_reason = lost_reason
@@ -131,7 +155,9 @@ class Supervisor:
         self._start_s = start_s
         self._listens = listens
         self._word: bytes | None = None  # the newest, for a child that listens
-        self._stop_fds = os.pipe()
+        self._wake_fds = os.pipe()
+        os.set_blocking(self._wake_fds[1], False)
+        self._lock = threading.Lock()  # nobody writes to a closed pipe
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
         self._process: subprocess.Popen[bytes] | None = None
@@ -149,22 +175,30 @@ class Supervisor:
 
     def tell(self, word: bytes) -> None:
         """The newest word to a child that listens, and to each one after it: one line of at most
-        select.PIPE_BUF bytes. It goes out with the child's next record; never waits."""
+        select.PIPE_BUF bytes. It goes out at once, or when the child has read; never waits."""
         assert self._listens
         assert len(word) < select.PIPE_BUF
         assert b"\n" not in word
         self._word = word + b"\n"
+        self._wake()
 
     def stop(self, timeout_s: float = 5.0) -> None:
         """End the child (SIGTERM, after 1 s SIGKILL) and the thread. Safe to call twice."""
         if self._stopping.is_set():
             return
         self._stopping.set()
-        os.write(self._stop_fds[1], b".")
+        self._wake()
         if self._thread.is_alive():
             self._thread.join(timeout_s)
-        for fd in self._stop_fds:
-            os.close(fd)
+        with self._lock:
+            for fd in self._wake_fds:
+                os.close(fd)
+            self._wake_fds = (-1, -1)
+
+    def _wake(self) -> None:
+        with self._lock, contextlib.suppress(BlockingIOError):  # full: it is awake already
+            if self._wake_fds[1] >= 0:
+                os.write(self._wake_fds[1], b".")
 
     def _run(self) -> None:
         pause_s = 0.25
@@ -186,18 +220,21 @@ class Supervisor:
                 pause_s = 0.25
             if self._stopping.wait(pause_s):
                 break
-            pause_s = min(pause_s * 2, 4.0)
+            pause_s = min(pause_s * 2, self._longest_pause_s)
             self.restarts += 1
 
     def _spawn(self) -> subprocess.Popen[bytes]:
         # The child sees the packages we see, however they got on our path.
         environment = dict(os.environ, PYTHONPATH=os.pathsep.join(p for p in sys.path if p))
-        return subprocess.Popen(
+        process = subprocess.Popen(
             self._command,
             stdin=subprocess.PIPE if self._listens else subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             env=environment,
         )
+        if self._nice:
+            os.setpriority(os.PRIO_PROCESS, process.pid, self._nice)
+        return process
 
     def _watch(self, process: subprocess.Popen[bytes]) -> bool:
         """Until the child ends, hangs or must stop; True when it delivered a value."""
@@ -207,7 +244,8 @@ class Supervisor:
         if process.stdin is not None:
             os.set_blocking(process.stdin.fileno(), False)
         told: bytes | None = None
-        reader = RecordReader()
+        reader = RecordReader(self._longest)
+        limit = RateLimit(self._records_per_s, self._records_per_s)
         delivered = False
         explained = False
         deadline_s = time.monotonic() + self._start_s
@@ -216,24 +254,32 @@ class Supervisor:
             if word is not told and _say_to(process, word):
                 told = word
             left_s = deadline_s - time.monotonic()
-            ready = select.select([fd, self._stop_fds[0]], [], [], max(0.0, left_s))[0]
+            ready = select.select([fd, self._wake_fds[0]], [], [], max(0.0, left_s))[0]
+            if self._wake_fds[0] in ready:
+                os.read(self._wake_fds[0], 64)
             if fd in ready:
                 newest = None
                 try:
-                    data, ended = _drain(fd)
-                    for kind, payload in reader.feed(data):
+                    data, ended = _drain(fd, 2 * self._longest)
+                    records = reader.feed(data)
+                    cost = sum(1 if kind == DATA else _STATUS_COST for kind, _ in records)
+                    if self._records_per_s and not limit.allow(time.monotonic(), cost):
+                        raise ValueError(f"more than {self._records_per_s:g} records a second")
+                    for kind, payload in records:
                         if kind == DATA:
                             newest = payload
+                        elif kind == FACTS:
+                            self._on_facts(payload)
                         else:
                             explained = self._pass_on(payload)
+                    if newest is not None:
+                        delivered = True
+                        explained = False
+                        deadline_s = time.monotonic() + self._silent_s
+                        self._on_data(newest)
                 except ValueError as error:
                     self._say("lost", f"{self._name} sent nonsense: {error}")
                     return delivered
-                if newest is not None:
-                    delivered = True
-                    explained = False
-                    deadline_s = time.monotonic() + self._silent_s
-                    self._on_data(newest)
                 if ended:
                     if not explained:
                         self._say("lost", f"{self._name} ended unexpectedly; starting it again")
@@ -245,20 +291,24 @@ class Supervisor:
 
     def _pass_on(self, payload: bytes) -> bool:
         fields = json.loads(payload)
-        self._on_status(Status(fields["state"], fields["reason"], fields["detail"]))
-        return bool(fields["state"] == "lost")
+        try:
+            status = Status(*(str(fields[key]) for key in ("state", "reason", "detail")))
+        except (KeyError, TypeError):
+            raise ValueError("a status without state, reason or detail") from None
+        self._on_status(status)
+        return status.state == "lost"
 
     def _say(self, state: str, detail: str) -> None:
         self._on_status(Status(state, self._lost_reason, detail))
 
 
-def _drain(fd: int) -> tuple[bytes, bool]:
-    """All bytes there are, and whether the other end is closed."""
+def _drain(fd: int, most: int) -> tuple[bytes, bool]:
+    """All bytes there are, up to some `most`, and whether the other end is closed."""
     pieces: list[bytes] = []
     size = 0
-    while size < 2 * MAX_RECORD:
+    while size < most:
         try:
-            piece = os.read(fd, 1 << 16)
+            piece = os.read(fd, min(most, 1 << 16))
         except BlockingIOError:
             return b"".join(pieces), False
         if not piece:

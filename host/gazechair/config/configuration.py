@@ -5,28 +5,25 @@ from __future__ import annotations
 import ipaddress
 import re
 import sys
-from dataclasses import Field, dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, NoReturn
 
 from gazechair.base.footprint import DEFAULT_CORNERS
-from gazechair.config import combinations, rules
-from gazechair.config.rules import Kind, Refused, choice, flag, integer, number, text, word
+from gazechair.config import combinations, plugin_tables, rules, tables
+from gazechair.config.plugin_tables import PluginConfig
+from gazechair.config.rules import choice, flag, integer, number, text, word
+from gazechair.config.tables import BadSetting
+from gazechair.config.tables import setting as _setting
 
 if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
 
-T = TypeVar("T")
-
 
 class ConfigError(Exception):
     """A file that is refused. Its text is one line: file, line, reason, what to do."""
-
-
-def _setting(default: T, kind: Kind, meaning: str) -> T:
-    return field(default=default, metadata={"kind": kind, "meaning": meaning})
 
 
 @dataclass(frozen=True)
@@ -155,6 +152,8 @@ class Config:
     web: WebConfig = field(default_factory=WebConfig)
     driver: DriverConfig = field(default_factory=DriverConfig)
     footprint: FootprintConfig = field(default_factory=FootprintConfig)
+    plugins: tuple[PluginConfig, ...] = ()
+    """Inputs and modes that are switched on, each by a table of its own."""
 
 
 # Sections of which there may be several, as [[name]].
@@ -194,9 +193,18 @@ def parse(content: str, name: str = "configuration") -> Config:
         document = tomllib.loads(content)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(_broken_toml(content, name, str(error))) from None
-    known = ", ".join(SECTIONS)
+    known = ", ".join((*SECTIONS, *plugin_tables.KINDS))
     sections: dict[str, Any] = {}
+    plugins: list[PluginConfig] = []
     for section, values in document.items():
+        if section in plugin_tables.KINDS:
+            try:
+                plugins += plugin_tables.parse(section, values, content, name)
+            except BadSetting as refused:
+                if refused.key:
+                    raise ConfigError(refused.reason) from None
+                _refuse(content, name, section, None, refused.reason)
+            continue
         if section not in SECTIONS:
             _refuse(content, name, section, None, f"is no section; there are {known}")
         tables = values if section in SEVERAL and isinstance(values, list) else [values]
@@ -204,24 +212,17 @@ def parse(content: str, name: str = "configuration") -> Config:
             _refuse(content, name, section, None, f"is a section: write it as [{section}]")
         read = [_section(content, name, section, at, table) for at, table in enumerate(tables)]
         sections[section] = tuple(read) if section in SEVERAL else read[0]
-    config = Config(**sections)
+    config = Config(**sections, plugins=tuple(plugins))
     for rule in combinations.broken(config):
         _refuse(content, name, rule.section, rule.key, rule.reason, rule.at)
     return config
 
 
 def _section(content: str, name: str, section: str, at: int, values: dict[str, Any]) -> object:
-    settings_here = {f.name: f for f in fields(SECTIONS[section])}
-    checked = {}
-    for key, value in values.items():
-        if key not in settings_here:
-            known = ", ".join(settings_here)
-            _refuse(content, name, section, key, f"is no setting; [{section}] has {known}", at)
-        try:
-            checked[key] = _kind(settings_here[key]).check(value)
-        except Refused as refusal:
-            _refuse(content, name, section, key, str(refusal), at)
-    return SECTIONS[section](**checked)
+    try:
+        return tables.read(SECTIONS[section], values, f"[{section}]")
+    except BadSetting as refused:
+        _refuse(content, name, section, refused.key, refused.reason, at)
 
 
 def uses_tls(web: WebConfig) -> bool:
@@ -242,25 +243,15 @@ def is_loopback(host: str) -> bool:
 def annotated_default() -> str:
     """A configuration file with every setting at its default, its range and its meaning."""
     lines = ["# Configuration of gazechair. Every line shows a default and may be left out."]
-    for section, kind in SECTIONS.items():
-        lines += ["", *_comment(kind.__doc__ or ""), f"[{section}]"]
-        for setting in fields(kind):
-            lines.append(f"# {setting.metadata['meaning']} ({_kind(setting).describe})")
-            lines.append(f"{setting.name} = {rules.to_toml(setting.default)}")
+    for section, table in SECTIONS.items():
+        lines += ["", *tables.described(table, section)]
+    lines += ["", "# Inputs and modes: [input.NAME], [mode.NAME]; `gazechair plugin list`."]
     return "\n".join(lines) + "\n"
-
-
-def _comment(text: str) -> list[str]:
-    return [f"# {line.strip()}".rstrip() for line in text.strip().splitlines()]
-
-
-def _kind(setting: Field[Any]) -> Kind:
-    return cast(Kind, setting.metadata["kind"])
 
 
 def _refuse(
     content: str, name: str, section: str, key: str | None, reason: str, at: int = 0
-) -> None:
+) -> NoReturn:
     # `at`: in which of several tables of that section.
     what = section if key is None else f"{section}.{key}"
     raise ConfigError(f"{name}:{rules.line_of(content, section, key, at)}: {what} {reason}")

@@ -2,8 +2,9 @@
 
 Times are monotonic seconds. One page owns the chair at a time; a stop from any driver or caretaker
 takes effect at once (a viewer changes nothing). The caretaker may take over at any time, a driver
-only when there is no owner. A press (edge) that has ended, for any reason, never moves the chair
-again: its person must press again.
+only when there is no owner. An input (a plug-in) never owns the chair: it drives beside the page
+of its person, while that page owns it. A press (edge) that has ended, for any reason, never moves
+the chair again: its person must press again.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from gazechair.driving.messages import (
     DISARM,
     EMERGENCY,
     END_BYPASS,
+    LET_GO,
     RELEASE,
     STOP,
     Arm,
@@ -25,6 +27,7 @@ from gazechair.driving.messages import (
     HoldBypass,
     PageMessage,
     Take,
+    UseMode,
 )
 from gazechair.driving.press import DrivingPress, Presses
 from gazechair.driving.refusal import Refusal
@@ -35,6 +38,7 @@ LOOK_S = 0.025  # time acts at least so often: see tick()
 _TO_WHEELS_S = 0.005  # from here through the line and a tick of the board
 THERE_S = 3.0  # a message from a caretaker's page this recently: a call would reach somebody
 COMING_S = 600.0  # a caretaker who answered has come by then, or must be called again
+MODE_ANSWER_S = 0.3  # a mode that was pressed has said how to drive by then, or the press ends
 ARM_ANSWER_S = 1.0  # an order to arm that the board has not followed by then has failed
 
 # A viewer can never own the chair.
@@ -46,6 +50,7 @@ class _Client:
     role: int  # as owner: codes.DRIVER, ...
     role_name: str
     heard_s: float
+    beside: bool = False  # an input, not a page
     told: set[str] = field(default_factory=set)  # refusals already sent about its newest press
     bypass_told: int = 0  # edge of a bypass already refused
 
@@ -67,6 +72,7 @@ class Arbiter:
         self._clients: dict[int, _Client] = {}
         self._next_client = 1
         self._press = DrivingPress(last_edge)
+        self._mode_press = 0
         self._owner: int | None = None
         self._arm_asked_s: float | None = None
         self._state = codes.DISARMED
@@ -122,6 +128,14 @@ class Arbiter:
         pages = self._clients.values()
         return any(p.role == codes.CARETAKER and now_s - p.heard_s <= THERE_S for p in pages)
 
+    @property
+    def mode_press(self) -> tuple[str, int]:
+        """The mode that somebody presses now, and which press that is; "" for none."""
+        press = self._press.now
+        if press is None or not press.alive:
+            return "", self._mode_press
+        return self._press.mode, self._mode_press
+
     def issue_token(self, now_s: float) -> int:
         """A token that is valid for 250 ms; see gazechair.driving.tokens."""
         return self._freshness.token(now_s)
@@ -133,11 +147,11 @@ class Arbiter:
 
     # What goes in
 
-    def connect(self, role: str, now_s: float) -> int:
-        """A page of `role` has connected; its client id. Raises KeyError on an unknown role."""
+    def connect(self, role: str, now_s: float, beside: bool = False) -> int:
+        """A page of `role`, or an input (`beside`); its client id. KeyError: an unknown role."""
         client = self._next_client
         self._next_client += 1
-        self._clients[client] = _Client(ROLES[role], role, now_s)
+        self._clients[client] = _Client(ROLES[role], role, now_s, beside)
         return client
 
     def disconnect(self, client: int, now_s: float) -> None:
@@ -157,11 +171,11 @@ class Arbiter:
         self.tick(now_s)
         if isinstance(message, Beat):
             if self._freshness.fresh(message.proof, now_s):
-                self._heard(client, page, now_s)
+                self._heard(client, page, now_s, message.proof)
             return None
         if page.role == codes.NOBODY:
             return Refusal("message", "not_allowed", "this device may only watch")
-        if isinstance(message, Drive):
+        if isinstance(message, Drive | UseMode):
             return self._drive(client, page, message, now_s)
         if isinstance(message, Arm):
             return self._arm(client, page, message, now_s)
@@ -169,6 +183,8 @@ class Arbiter:
             return self._call(page, message, now_s)
         if message is STOP:
             self._press.drop()
+        elif message is LET_GO:
+            self._press.release(client)
         elif message is DISARM:
             self._disarm(client)
         elif message is EMERGENCY:
@@ -236,38 +252,81 @@ class Arbiter:
                 self._owner = None
         owner = None if self._owner is None else self._clients[self._owner]
         self.page_silent = owner is not None and now_s - owner.heard_s > self.page_silent_s
-        if self.page_silent:
+        if self.page_silent or self._input_silent(now_s):
             self._press.drop()
         self._press.tick(now_s)
 
-    def _heard(self, client: int, page: _Client, now_s: float) -> None:
+    def _input_silent(self, now_s: float) -> bool:
+        # A step that an input began outlives its proof, as a page's does, but not its input.
+        press = self._press.now
+        client = None if press is None else self._clients.get(press.client)
+        return client is not None and client.beside and now_s - client.heard_s > self.page_silent_s
+
+    def _heard(self, client: int, page: _Client, now_s: float, proof: int | None) -> None:
+        # An input that repeats one old moment has not lived since.
         page.heard_s = now_s
+        if page.beside and proof is not None:
+            page.heard_s = self._freshness.proven_s(proof, now_s)
         if client == self._owner:
             self.page_silent = False
 
     # Driving
 
-    def _drive(self, client: int, page: _Client, wish: Drive, now_s: float) -> Refusal | None:
-        what = "drive" if wish.verb == codes.DRIVE else "cmd"
+    def mode_says(
+        self, mode: str, number: int, wish: tuple[int, int] | None, till_s: float, now_s: float
+    ) -> None:
+        """How `mode` would drive in its press `number`: (linear, turn), None: not any more.
+
+        `till_s`: how long that lives. Without a live press on this mode it means nothing.
+        """
+        self.tick(now_s)
+        if self.mode_press != (mode, number):
+            return
+        if wish is None:
+            self._press.end()
+        elif now_s < till_s:
+            self._press.steer(*wish, min(till_s, now_s + self.ttl_s))
+
+    def _may_drive(self, client: int, page: _Client) -> bool:
+        # The owner's page, and the inputs of that page's person.
+        return client == self._owner or (page.beside and page.role == self.owner_code)
+
+    def _drive(
+        self, client: int, page: _Client, wish: Drive | UseMode, now_s: float
+    ) -> Refusal | None:
+        what = "cmd" if isinstance(wish, Drive) and wish.verb != codes.DRIVE else "drive"
         if not self._freshness.fresh(wish.proof, now_s):
             return Refusal(what, "stale_token", "the command was too long on its way")
-        self._heard(client, page, now_s)
+        self._heard(client, page, now_s, wish.proof)
         new = self._press.is_new(client, wish.edge)
         if new:
             page.told.clear()
-        if client != self._owner:
+        if not self._may_drive(client, page):
             reason = "not_armed" if self._owner is None else "not_owner"
             return self._refuse_once(what, page, wish.edge, reason)
         if self._session == 0:
             return self._refuse_once(what, page, wish.edge, "not_connected")
         if self._state != codes.ARMED:
             return self._refuse_once(what, page, wish.edge, "not_armed")
-        deadline_s = self._freshness.proven_s(wish.proof, now_s) + self.ttl_s
-        if new:
+        deadline_s = self._freshness.proven_s(wish.proof, now_s) + min(self.ttl_s, wish.life_s)
+        if isinstance(wish, UseMode):
+            alive = self._drive_by(client, page, wish, deadline_s, new, now_s)
+        elif new:
+            alive = True
             self._press.drive(client, wish, page.role, deadline_s, self._board_edge)
-        elif not self._press.drive_on(client, wish, deadline_s):
-            return self._refuse_once(what, page, wish.edge, "needs_new_command")
-        return None
+        else:
+            alive = self._press.drive_on(client, wish, deadline_s)
+        return None if alive else self._refuse_once(what, page, wish.edge, "needs_new_command")
+
+    def _drive_by(
+        self, client: int, page: _Client, wish: UseMode, deadline_s: float, new: bool, now_s: float
+    ) -> bool:
+        if not new:
+            return self._press.drive_by_on(client, wish, deadline_s)
+        answer_s = now_s + MODE_ANSWER_S
+        self._press.drive_by(client, wish, page.role, deadline_s, self._board_edge, answer_s)
+        self._mode_press += 1
+        return True
 
     def _refuse_once(self, what: str, page: _Client, edge: int, reason: str) -> Refusal | None:
         # A pressed button repeats all the time; one refusal per press is enough.
@@ -277,6 +336,8 @@ class Arbiter:
         return Refusal(what, reason, f"press {edge} does not move the chair: {reason}")
 
     def _arm(self, client: int, page: _Client, wish: Arm, now_s: float) -> Refusal | None:
+        if page.beside:
+            return Refusal("arm", "not_allowed", "an input drives beside its person's page")
         if not self._freshness.fresh(wish.proof, now_s):
             return Refusal("arm", "stale_token", "the wish to drive was too long on its way")
         if self._owner not in (None, client):
@@ -284,13 +345,15 @@ class Arbiter:
         return self._own("arm", client, page, now_s)
 
     def _take(self, client: int, page: _Client, wish: Take, now_s: float) -> Refusal | None:
+        if page.beside:
+            return Refusal("take", "not_allowed", "an input drives beside its person's page")
         if not self._freshness.fresh(wish.proof, now_s):
             return Refusal("take", "stale_token", "the wish to take over was too long on its way")
         return self._own("take", client, page, now_s)
 
     def _own(self, what: str, client: int, page: _Client, now_s: float) -> Refusal | None:
         # Armed, the board hands over: it stops, and waits for the new owner's own press.
-        self._heard(client, page, now_s)
+        self._heard(client, page, now_s, None)
         if self._session == 0:
             return Refusal(what, "not_connected", "the board is not connected")
         self._press.drop()

@@ -6,6 +6,7 @@ import secrets
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from gazechair.base.health import HealthRegistry
@@ -16,7 +17,7 @@ from gazechair.config.configuration import Config
 from gazechair.driving import error_handler
 from gazechair.driving.arbiter import LOOK_S, Arbiter
 from gazechair.driving.driver_port import Message
-from gazechair.driving.messages import MAX_SINCE_MS, STOP, BadMessage, parse
+from gazechair.driving.messages import MAX_SINCE_MS, STOP, BadMessage, PageMessage, UseMode, parse
 from gazechair.driving.refusal import Refusal
 from gazechair.driving.shown_state import board_key, board_words
 from gazechair.driving.speed_cap_store import KeptCap
@@ -38,6 +39,26 @@ class Link(Protocol):
     def state(self) -> BoardState | None: ...
     def stats(self) -> BoardStats | None: ...
     def board(self) -> BoardId | None: ...
+
+
+@dataclass(frozen=True)
+class World:
+    """What modes may know: who presses which, the board's word, and the clearance."""
+
+    mode: str
+    """The mode that is pressed, "" for none."""
+    press: int
+    """The number of its newest press."""
+    state_s: float
+    """When the board's state arrived, monotonic; 0: never."""
+    armed: bool
+    heading_deg: float | None
+    acquired_s: float
+    """When the clearance was acquired, monotonic; 0: never."""
+    clearance: dict[str, float | None]
+    """Metres forward and backward, degrees left and right; None: nothing in range, not known."""
+    view: dict[str, str]
+    """By direction: "seen", "blind" (would be seen), "unseen" (never is)."""
 
 
 class Control:
@@ -73,6 +94,7 @@ class Control:
         self._sent = STOP_COMMAND
         self._sent_bypass: Bypass | None = None
         self._clearance: Clearance | None = None
+        self._tiles: dict[str, Message] = {}  # of each mode that can be chosen
         self._shown: tuple[Any, ...] = ()
         self._version = 0
         self._stopping = threading.Event()
@@ -96,6 +118,69 @@ class Control:
         """The clearance from the newest scans, to be sent to the board."""
         self._link.clearance(clearance)
         self._clearance = clearance
+
+    def join(self, role: str) -> int:
+        """An input of a driver or a caretaker joins; its client id, for act() and disconnect()."""
+        with self._lock:
+            return self._arbiter.connect(role, self._clock(), beside=True)
+
+    def proof(self, born_s: float) -> int:
+        """What stands for the moment `born_s` in a message to act()."""
+        return self._arbiter.issue_token(born_s)
+
+    def act(self, client: int, meaning: PageMessage) -> Refusal | None:
+        """Act on what a page or an input says; a refusal if it was not followed."""
+        with self._lock:
+            now_s = self._clock()
+            self._hear_board(now_s)  # what the page has seen, the arbiter must know
+            was_permille = self._arbiter.cap_permille
+            if isinstance(meaning, UseMode) and meaning.mode not in self._tiles:
+                refusal: Refusal | None = Refusal("drive", "no_answer", f"no mode {meaning.mode}")
+            else:
+                refusal = self._arbiter.receive(client, meaning, now_s)
+            if meaning is STOP:
+                self._stop_seen.said(client, now_s)
+            cap_permille = self._arbiter.cap_permille
+            self._tell_board()
+        if cap_permille != was_permille:
+            self._kept_cap.keep(cap_permille)  # a disk may be slow: no lock is held
+        return refusal
+
+    def offer_mode(self, mode: str, tile: Message | None) -> None:
+        """`mode` can be chosen from now on, under this tile of the page; None: not any more."""
+        with self._lock:
+            now_s = self._clock()
+            if tile is None:
+                self._tiles.pop(mode, None)
+                self._arbiter.mode_says(mode, self._arbiter.mode_press[1], None, 0.0, now_s)
+            else:
+                self._tiles[mode] = tile
+            self._refresh(now_s)
+
+    def mode_says(
+        self, mode: str, number: int, wish: tuple[int, int] | None, till_s: float
+    ) -> None:
+        """How `mode` would drive in its press `number`; see Arbiter.mode_says."""
+        with self._lock:
+            now_s = self._clock()
+            self._hear_board(now_s)
+            self._arbiter.mode_says(mode, number, wish, till_s, now_s)
+            self._tell_board()
+
+    def world(self) -> World:
+        """What modes may know at this moment."""
+        with self._lock:
+            mode, press = self._arbiter.mode_press
+        state, clearance = self._link.state(), self._clearance
+        return World(
+            mode,
+            press,
+            0.0 if state is None else state.received_s,
+            state is not None and state.state == codes.ARMED,
+            state.heading_deg if state and state.heading_known else None,
+            0.0 if clearance is None else clearance.acquired_s,
+            **shown(clearance, self._clock(), self._clearance_old_s()),
+        )
 
     def update(self) -> None:
         """Something about the board or a part's health has changed."""
@@ -126,6 +211,7 @@ class Control:
             "token_ms": MAX_SINCE_MS,
             "command_ttl_ms": limits.command_ttl_ms if limits else None,
             "latched": [name for _, name, _, latched in codes.FAULTS if latched],
+            "modes": [{"mode": name, **tile} for name, tile in sorted(self._tiles.items())],
         }
 
     def receive(self, client: int, message: Message) -> list[Message]:
@@ -133,17 +219,7 @@ class Control:
             meaning = parse(message)
         except BadMessage as error:
             return [_refused(Refusal("message", "bad_message", str(error)))]
-        with self._lock:
-            now_s = self._clock()
-            self._hear_board(now_s)  # what the page has seen, the arbiter must know
-            was_permille = self._arbiter.cap_permille
-            refusal = self._arbiter.receive(client, meaning, now_s)
-            if meaning is STOP:
-                self._stop_seen.said(client, now_s)
-            cap_permille = self._arbiter.cap_permille
-            self._tell_board()
-        if cap_permille != was_permille:
-            self._kept_cap.keep(cap_permille)  # a disk may be slow: no lock is held
+        refusal = self.act(client, meaning)
         return [] if refusal is None else [_refused(refusal)]
 
     def snapshot(self, client: int) -> Message:
@@ -238,6 +314,7 @@ class Control:
             self._arbiter.bypass is None,
             self._simulated(),
             self._limits,
+            tuple(self._tiles),
         )
         if shown != self._shown:
             self._shown = shown

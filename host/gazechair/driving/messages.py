@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,6 +35,18 @@ class Drive:
     """-1000..1000, forward positive; of codes.DRIVE."""
     turn_permille: int = 0
     """-1000..1000, left positive; of codes.DRIVE."""
+    life_s: float = math.inf
+    """How long its producer lets it live from its proof on; never longer than the board does."""
+
+
+@dataclass(frozen=True)
+class UseMode:
+    """A press on a mode, repeated while active: the mode says how to drive meanwhile."""
+
+    mode: str
+    edge: int
+    proof: int
+    life_s: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -93,9 +107,11 @@ RESET = Plain("reset")
 RELEASE = Plain("release")
 END_BYPASS = Plain("bypass")
 _PLAIN = {plain.kind: plain for plain in (STOP, DISARM, EMERGENCY, RESET, RELEASE)}
-_OTHERS = ("cmd", "drive", "arm", "take", "hb", "cap", "call", "bypass")
+# What only an input says: its person let go. A page says stop.
+LET_GO = Plain("let_go")
+_OTHERS = ("cmd", "drive", "mode", "arm", "take", "hb", "cap", "call", "bypass")
 
-PageMessage = Drive | Arm | Take | Beat | Cap | Call | HoldBypass | Plain
+PageMessage = Drive | UseMode | Arm | Take | Beat | Cap | Call | HoldBypass | Plain
 
 
 def parse(message: dict[str, Any]) -> PageMessage:
@@ -125,6 +141,11 @@ def parse(message: dict[str, Any]) -> PageMessage:
             _integer(message, "linear", -1000, 1000),
             _integer(message, "turn", -1000, 1000),
         )
+    if kind == "mode":
+        name = message.get("mode")
+        if not isinstance(name, str) or not re.fullmatch(r"[\w-]{1,20}", name):
+            raise BadMessage('mode: "mode" must be the name of a mode')
+        return UseMode(name, _integer(message, "edge", 1, MAX_EDGE), _proof(message))
     if kind == "cap":
         return Cap(_integer(message, "permille", LOWEST_CAP_PERMILLE, 1000))
     if kind == "call":

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from gazechair.board.board_commands import STOP_COMMAND, Command
-from gazechair.driving.messages import Drive
+from gazechair.driving.messages import Drive, UseMode
+from gazelink import codes
 
 
 @dataclass(frozen=True)
@@ -89,6 +90,9 @@ class DrivingPress(Presses):
         super().__init__(last_number)
         self._command = STOP_COMMAND
         self._pages_edge = (0, 0, 0)  # board edge, client, page edge: to answer in page edges
+        self.mode = ""
+        """The mode that this press is on, "" for none."""
+        self._mode_till_s = 0.0  # what the mode said last lives until then
 
     @property
     def command(self) -> Command:
@@ -97,9 +101,12 @@ class DrivingPress(Presses):
         That of a press that ended stays, without time to live: a step may finish, and the board
         continues to explain why it overruled this press until the page releases it.
         """
-        if self.now is None:
+        if self.now is None or self._command.verb == codes.STOP:
             return STOP_COMMAND
-        return replace(self._command, edge=self.now.number, ttl_deadline_s=self.now.deadline_s)
+        deadline_s = self.now.deadline_s
+        if self.mode:
+            deadline_s = min(deadline_s, self._mode_till_s)
+        return replace(self._command, edge=self.now.number, ttl_deadline_s=deadline_s)
 
     def page_edge(self, client: int, board_edge: int) -> int:
         """The page's own edge of the press that the board calls `board_edge`, 0 for none."""
@@ -111,16 +118,56 @@ class DrivingPress(Presses):
     ) -> None:
         """A new press; `board_edge` is the edge the board last took."""
         self.begin(client, wish.edge, deadline_s, board_edge)
+        self.mode = ""
         self._command = Command(
             wish.verb, wish.mode, 0, role, 0.0, wish.linear_permille, wish.turn_permille
         )
         self._pages_edge = (self._last_number, client, wish.edge)
 
+    def drive_by(
+        self,
+        client: int,
+        wish: UseMode,
+        role: int,
+        deadline_s: float,
+        board_edge: int,
+        answer_s: float,
+    ) -> None:
+        """A new press on a mode, which must have answered by `answer_s`; the chair stands."""
+        self.begin(client, wish.edge, deadline_s, board_edge)
+        self.mode = wish.mode
+        self._mode_till_s = answer_s
+        self._command = replace(STOP_COMMAND, owner=role)
+        self._pages_edge = (self._last_number, client, wish.edge)
+
+    def drive_by_on(self, client: int, wish: UseMode, deadline_s: float) -> bool:
+        """The owner keeps pressing the mode; False when that press has ended."""
+        if self.refresh(client, wish.edge, deadline_s) and self.mode == wish.mode:
+            return True
+        self.release(client)
+        return False
+
+    def steer(self, linear_permille: int, turn_permille: int, till_s: float) -> None:
+        """What the mode of the live press says."""
+        self._mode_till_s = till_s
+        self._command = replace(
+            self._command,
+            verb=codes.DRIVE,
+            linear_permille=linear_permille,
+            turn_permille=turn_permille,
+        )
+
+    def tick(self, now_s: float) -> None:
+        """Let time act, upon what the mode said, too."""
+        if self.mode and now_s >= self._mode_till_s:
+            self.end()
+        super().tick(now_s)
+
     def drive_on(self, client: int, wish: Drive, deadline_s: float) -> bool:
         """The owner keeps pressing; False when that press has ended. A changed motion ends it."""
         if not self.refresh(client, wish.edge, deadline_s):
             return False
-        if (self._command.verb, self._command.mode) != (wish.verb, wish.mode):
+        if self.mode or (self._command.verb, self._command.mode) != (wish.verb, wish.mode):
             self.drop()
             return False
         self._command = replace(

@@ -15,6 +15,7 @@ from gazechair.base import health as h
 from gazechair.board import ports
 from gazechair.config import configuration
 from gazechair.config.configuration import Config, ConfigError
+from gazechair.plugins.describe import examine as examine_plugin
 from gazechair.service import doctor_devices
 
 OK = "OK"
@@ -50,7 +51,7 @@ def examine(config_path: Path | None) -> list[Finding]:
         return [*findings, Finding(FAIL, "configuration", str(error), "correct that line")]
     name = "all defaults" if config_path is None else str(config_path)
     findings.append(Finding(OK, "configuration", name))
-    return [*findings, *_devices(config), *_tools()]
+    return [*findings, *_devices(config), *_plugins(config), *_tools()]
 
 
 def failed(findings: list[Finding]) -> bool:
@@ -106,6 +107,16 @@ def _devices(config: Config) -> Iterator[Finding]:
             # The detail ends in what to do.
             level = WARN if answer.state == h.DEGRADED or name == "camera" else FAIL
             yield Finding(level, name, answer.detail or f"{answer.state}, no answer")
+
+
+def _plugins(config: Config) -> Iterator[Finding]:
+    for plugin in config.plugins:
+        told = examine_plugin(plugin)
+        what = f"{plugin.kind} {plugin.name}"
+        if told.wrong:
+            yield Finding(FAIL, what, told.wrong, "gazechair plugin list shows what is installed")
+        else:
+            yield Finding(OK, what, told.about)
 
 
 def _tools() -> Iterator[Finding]:

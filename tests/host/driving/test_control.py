@@ -35,6 +35,7 @@ def test_welcome_tells_how_the_page_is_to_behave(rig: Rig) -> None:
         "heartbeat_ms": 25,
         "token_ms": 500,
         "command_ttl_ms": 300,
+        "modes": [],
         "latched": [
             *("wiper", "tick_exception", "emergency", "watchdog_boots", "disobeys"),
             *("relay_unexpected", "storage"),

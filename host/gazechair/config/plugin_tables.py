@@ -1,0 +1,84 @@
+"""The tables [input.NAME] and [mode.NAME]: each switches a plug-in on and has its settings."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from gazechair.config.rules import choice, word
+from gazechair.config.tables import BadSetting, read, setting
+
+KINDS = ("input", "mode")
+WHO = ("driver", "caretaker")
+_PERSON = "person"
+
+
+@dataclass(frozen=True)
+class PluginConfig:
+    """One plug-in that is switched on. Its own rules judge `settings`, when it is started."""
+
+    kind: str
+    """One of KINDS."""
+    name: str
+    person: str = "driver"
+    """Whose input it is; a mode is whoever's chooses it."""
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    lines: Mapping[str, str] = field(default_factory=dict)
+    """Where each setting stands, as "file:line"; of "", the table."""
+
+    @property
+    def title(self) -> str:
+        """As in the file: "input.gamepad"."""
+        return f"{self.kind}.{self.name}"
+
+    def refusal(self, key: str, reason: str) -> str:
+        """One line on a setting that is refused: where, which and why."""
+        return f"{self.lines.get(key, self.lines.get('', ''))}: {self.title}.{key} {reason}"
+
+
+@dataclass(frozen=True)
+class _Name:
+    name: str = setting("", word(), "")
+
+
+@dataclass(frozen=True)
+class _Ours:
+    person: str = setting("driver", choice(*WHO), "whose device it is")
+
+
+def parse(kind: str, values: object, content: str, file: str) -> tuple[PluginConfig, ...]:
+    """All tables of `kind` in a file's `content`. Raises BadSetting; its key is "" or a name."""
+    if not isinstance(values, dict) or not all(isinstance(v, dict) for v in values.values()):
+        raise BadSetting("", f"has a table for each plug-in: write it as [{kind}.NAME]")
+    found = []
+    for name, table in values.items():
+        try:
+            read(_Name, {"name": name}, "")
+        except BadSetting as refused:
+            raise BadSetting("", refused.reason) from None
+        lines = _lines(content, file, kind, name)
+        own = {key: value for key, value in table.items() if key != _PERSON or kind != "input"}
+        ours = {key: value for key, value in table.items() if key not in own}
+        one = PluginConfig(kind, name, settings=own, lines=lines)
+        try:
+            person = read(_Ours, ours, one.title).person
+        except BadSetting as refused:
+            raise BadSetting(name, one.refusal(refused.key, refused.reason)) from None
+        found.append(PluginConfig(kind, name, person, own, lines))
+    return tuple(found)
+
+
+def _lines(content: str, file: str, kind: str, name: str) -> dict[str, str]:
+    found: dict[str, str] = {"": f"{file}:1"}
+    inside = False
+    header = re.compile(rf"\s*\[\s*[\"']?{kind}[\"']?\s*\.\s*[\"']?{re.escape(name)}[\"']?\s*\]")
+    for number, line in enumerate(content.splitlines(), 1):
+        if line.lstrip().startswith("["):
+            inside = header.match(line) is not None
+            if inside:
+                found[""] = f"{file}:{number}"
+        elif inside and (key := re.match(r"\s*[\"']?([\w-]+)[\"']?\s*[=.]", line)):
+            found[key.group(1)] = f"{file}:{number}"
+    return found

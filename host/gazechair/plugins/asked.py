@@ -1,0 +1,87 @@
+"""Asks a plug-in once, in its own process: an intent or a way to drive becomes a value."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping
+from typing import Any
+
+from gazechair.config import tables
+from gazechair.plugins.contract import NOTHING, Input, Intent, Mode, World, drive
+from gazechair.plugins.exchange import WORLD_OLD_S, Facts, Value
+
+# A step is said that long, like a page's: one that is overtaken at once is not lost.
+_STEP_SAID_S = 0.15
+_KINDS: dict[str, type[Input] | type[Mode]] = {"input": Input, "mode": Mode}
+
+
+def load(kind: str, entry: str) -> type[Input] | type[Mode]:
+    """The class behind an entry point; whatever its import raises."""
+    module, _, path = entry.partition(":")
+    found: Any = importlib.import_module(module)
+    for name in path.split("."):
+        found = getattr(found, name)
+    if not (isinstance(found, type) and issubclass(found, _KINDS[kind])):
+        raise TypeError(f"{entry} is no {_KINDS[kind].__name__} of gazechair.plugins")
+    return found
+
+
+def build(plugin: type[Any], title: str, settings: Mapping[str, Any]) -> Any:
+    """An instance under these settings. Raises tables.BadSetting, contract.Unusable."""
+    return plugin(tables.read(plugin.Settings, settings, f"[{title}]"))
+
+
+def facts(plugin: type[Any]) -> Facts:
+    """What it says of itself."""
+    about = (plugin.__doc__ or "").strip().partition("\n")[0]
+    return Facts(about[:200], plugin.icon[:4], {"nl": plugin.nl[:20], "en": plugin.en[:20]})
+
+
+class AskedInput:
+    """Numbers the presses of an input."""
+
+    def __init__(self, plugin: Input) -> None:
+        self._plugin = plugin
+        self._sensed = NOTHING
+        self._said = NOTHING
+        self._said_till_s = 0.0
+        self._press = 0
+        self._stops = 0
+
+    def ask(self, now_s: float) -> Value:
+        """What its person wants."""
+        intent = self._plugin.sense(now_s)
+        if not isinstance(intent, Intent):
+            raise TypeError(f"sense() returned {intent!r}, which is no Intent")
+        was, self._sensed = self._sensed, intent
+        if intent.moves and (intent.do, intent.what) != (was.do, was.what):
+            self._press += 1
+            self._said_till_s = now_s + _STEP_SAID_S
+        if intent.do == "stop" != was.do:
+            self._stops += 1
+        if not (intent == NOTHING and self._said.do == "step" and now_s < self._said_till_s):
+            self._said = intent
+        return Value(now_s, self._press, self._said, self._stops, str(self._plugin.trouble()))
+
+
+class AskedMode:
+    """Asks a mode how to drive in each world it is told of."""
+
+    def __init__(self, plugin: Mode) -> None:
+        self._plugin = plugin
+        self._press = 0
+        self._since_s = 0.0
+
+    def ask(self, word: Mapping[str, Any], now_s: float) -> Value:
+        """`word` as World.word() of the daemon makes it: press 0 when nobody presses it."""
+        press, state_s = int(word["press"]), float(word["state_s"])
+        trouble = str(self._plugin.trouble())
+        if press != self._press:
+            self._press, self._since_s = press, now_s
+        if press == 0 or now_s - state_s > WORLD_OLD_S:
+            return Value(now_s, 0, NOTHING, 0, trouble)
+        pressed_s = now_s - self._since_s
+        world = World(word["heading_deg"], word["clearance"], word["view"], pressed_s)
+        wish = self._plugin.drive(world)
+        intent = NOTHING if wish is None else drive(*wish)
+        return Value(min(state_s, now_s), press, intent, 0, trouble)

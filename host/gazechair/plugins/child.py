@@ -1,0 +1,126 @@
+"""A plug-in's process: imports it here and nowhere else, asks it, and says what it answers."""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import sys
+import time
+from typing import Any
+
+from gazechair.base.supervisor import RecordWriter, enter_child
+from gazechair.config.tables import BadSetting, described
+from gazechair.plugins import asked
+from gazechair.plugins.contract import Input, Unusable
+
+LOST = "plugin_lost"
+SETTING = "plugin_setting"
+STARTING = "plugin_starting"
+_LEAST_S = 0.004  # between two values: an input that is always readable does not flood
+_IDLE_S = 0.25
+_RATES_HZ = (4.0, 100.0)
+_CHUNK = 1 << 16
+_LINE = 300
+
+
+def main() -> int:
+    """Entry of `python -m gazechair.plugins.child JSON`: kind, name, entry, settings, how.
+
+    `how`: "serve" the daemon; "paced", a step for each line with a time, for `plugin check`;
+    "describe": only say what it is.
+    """
+    argument = json.loads(sys.argv[1])
+    out = enter_child()
+    words = os.dup(0)  # a plug-in that reads its standard input finds nothing there
+    with open(os.devnull, "rb") as nothing:
+        os.dup2(nothing.fileno(), 0)
+    out.status("starting", STARTING, "starting")
+    try:
+        serve(argument, out, words)
+        return 0
+    except BrokenPipeError:
+        return 0
+    except BadSetting as refused:
+        out.status("lost", SETTING, str(refused)[:_LINE])
+    except Unusable as error:
+        out.status("lost", LOST, str(error)[:_LINE])
+    except Exception as error:  # code from outside: whatever it raises, its line is all we need
+        sys.excepthook(type(error), error, error.__traceback__)
+        line = f"{type(error).__name__}: {error}".partition("\n")[0]
+        out.status("lost", LOST, line[:_LINE])
+    return 1
+
+
+def serve(argument: dict[str, Any], out: RecordWriter, words: int) -> None:
+    """Until the parent closes the pipe, or the plug-in raises."""
+    kind, how = argument["kind"], argument["how"]
+    title = f"{kind}.{argument['name']}"
+    found: Any = asked.load(kind, argument["entry"])
+    out.facts(asked.facts(found).pack())
+    if how == "describe":
+        facts = {"table": list(described(found.Settings, title)), "rehearsal": found.rehearsal}
+        out.data(json.dumps(facts).encode())
+        return
+    plugin = asked.build(found, title, argument["settings"])
+    if how == "paced":
+        _pace(plugin, out, words)
+    elif isinstance(plugin, Input):
+        _serve_input(plugin, out)
+    else:
+        _serve_mode(plugin, out, words)
+
+
+def _period_s(plugin: Any) -> float:
+    return 1.0 / max(_RATES_HZ[0], min(float(plugin.rate_hz), _RATES_HZ[1]))
+
+
+def _serve_input(plugin: Input, out: RecordWriter) -> None:
+    one = asked.AskedInput(plugin)
+    period_s = _period_s(plugin)
+    while True:
+        now_s = time.monotonic()
+        out.data(one.ask(now_s).pack())
+        fd = plugin.fileno()
+        time.sleep(_LEAST_S if fd >= 0 else 0.0)
+        left_s = max(0.0, now_s + period_s - time.monotonic())
+        select.select([fd] if fd >= 0 else [], [], [], left_s)
+
+
+def _serve_mode(plugin: Any, out: RecordWriter, words: int) -> None:
+    one = asked.AskedMode(plugin)
+    word: dict[str, Any] = {"press": 0, "state_s": 0.0}
+    os.set_blocking(words, False)
+    lines = b""
+    while True:
+        out.data(one.ask(word, time.monotonic()).pack())
+        word = {"press": 0, "state_s": 0.0}
+        if words not in select.select([words], [], [], _IDLE_S)[0]:
+            continue
+        while True:  # all that waits: only the newest line counts
+            try:
+                chunk = os.read(words, _CHUNK)
+            except BlockingIOError:
+                break
+            if not chunk:
+                return
+            lines += chunk
+        *whole, lines = lines.split(b"\n")
+        if whole:
+            word = json.loads(whole[-1])
+
+
+def _pace(plugin: Any, out: RecordWriter, words: int) -> None:
+    one: Any = asked.AskedInput(plugin) if isinstance(plugin, Input) else asked.AskedMode(plugin)
+    with open(words, "rb") as lines:
+        for line in lines:
+            word = json.loads(line)
+            if isinstance(plugin, Input):
+                value = one.ask(word["now_s"])
+            else:
+                value = one.ask(word, word["now_s"])
+            out.data(value.pack())
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,133 @@
+"""The contract with the author of a plug-in: an input, a mode, intents, and the sensed world.
+
+A plug-in is a class, found by an entry point of the group `gazechair.inputs` or `gazechair.modes`,
+and runs in a child process of its own. docs/extending.md builds one of each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+DIRECTIONS = ("forward", "backward", "left", "right")
+OUTPUT_MAX = 1000
+
+
+class Unusable(Exception):
+    """Raised by a plug-in that cannot work now: one plain line, what is missing and what to do."""
+
+
+@dataclass(frozen=True)
+class Intent:
+    """What a person wants at this moment. Made by hold(), step(), drive(), choose()."""
+
+    do: str
+    """ "nothing", "stop", "hold", "step", "drive" or "choose"."""
+    what: str = ""
+    """The direction of a hold or a step; the mode that is chosen."""
+    linear_permille: int = 0
+    turn_permille: int = 0
+
+    @property
+    def moves(self) -> bool:
+        """A press: neither nothing nor stop."""
+        return self.do not in ("nothing", "stop")
+
+
+NOTHING = Intent("nothing")
+"""The person lets go: what this input pressed ends."""
+STOP = Intent("stop")
+"""Stop now, whoever drives; nothing moves until this input has sensed NOTHING."""
+
+
+def hold(direction: str) -> Intent:
+    """Drive in that direction for as long as this is sensed."""
+    return _known(Intent("hold", direction))
+
+
+def step(direction: str) -> Intent:
+    """One step in that direction; it ends by itself. A next one needs NOTHING in between."""
+    return _known(Intent("step", direction))
+
+
+def drive(linear_permille: int, turn_permille: int) -> Intent:
+    """Proportional, -1000..1000 each: forward and left are positive."""
+    for value in (linear_permille, turn_permille):
+        if type(value) is not int or abs(value) > OUTPUT_MAX:
+            raise ValueError(f"a whole number -{OUTPUT_MAX}..{OUTPUT_MAX}, not {value!r}")
+    return Intent("drive", "", linear_permille, turn_permille)
+
+
+def choose(mode: str) -> Intent:
+    """Press the mode of that name, for as long as this is sensed."""
+    return Intent("choose", mode)
+
+
+def _known(intent: Intent) -> Intent:
+    if intent.what not in DIRECTIONS:
+        raise ValueError(f"one of {', '.join(DIRECTIONS)}, not {intent.what!r}")
+    return intent
+
+
+@dataclass(frozen=True)
+class World:
+    """What is sensed while somebody presses a mode; at most 150 ms old, or the mode is not asked.
+
+    Distances are in metres forward and backward, in degrees left and right.
+    """
+
+    heading_deg: float | None
+    """Counter-clockwise; None: not known."""
+    clearance: Mapping[str, float | None]
+    """By direction, until the chair's outline touches something; None: nothing in range."""
+    view: Mapping[str, str]
+    """By direction: "seen", "blind" (not at this moment) or "unseen" (never)."""
+    pressed_s: float
+    """For how long this press has lasted; 0 when the mode is asked for the first time."""
+
+
+@dataclass(frozen=True)
+class NoSettings:
+    """No settings."""
+
+
+class _Plugin:
+    Settings: ClassVar[type[Any]] = NoSettings
+    """A frozen dataclass of setting()s: the plug-in's table in the configuration."""
+    icon: ClassVar[str] = "●"
+    nl: ClassVar[str] = ""
+    en: ClassVar[str] = ""
+    """Its name on the page, in Dutch and in English."""
+    rate_hz: ClassVar[float] = 50.0
+    """How often it is asked, 4..100."""
+    rehearsal: ClassVar[Mapping[str, Any]] = {}
+    """Settings with which it moves the chair without its device, for `gazechair plugin check`."""
+
+    def __init__(self, settings: Any) -> None:
+        """`settings`: an instance of Settings. May raise Unusable."""
+        self.settings = settings
+
+    def trouble(self) -> str:
+        """What is wrong at this moment, one plain line for page and log; "" for nothing."""
+        return ""
+
+
+class Input(_Plugin):
+    """A person's device: says what they want. The first line of its docstring describes it."""
+
+    def sense(self, now_s: float) -> Intent:
+        """What the person wants at this moment, by monotonic `now_s`. Must return at once."""
+        raise NotImplementedError
+
+    def fileno(self) -> int:
+        """A file descriptor: sense() is called at once when it can be read. -1: there is none."""
+        return -1
+
+
+class Mode(_Plugin):
+    """A way of driving: says how to drive while somebody presses it. Its docstring describes it."""
+
+    def drive(self, world: World) -> tuple[int, int] | None:
+        """(linear, turn) in permille, as drive(); None: this press has come to its end."""
+        raise NotImplementedError

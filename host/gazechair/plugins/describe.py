@@ -1,0 +1,80 @@
+"""What a plug-in says of itself, asked in a process of its own; the daemon is not involved."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from gazechair.base.supervisor import DATA, FACTS, RecordReader
+from gazechair.config.plugin_tables import PluginConfig
+from gazechair.plugins.child import SETTING
+from gazechair.plugins.exchange import unpack_facts
+from gazechair.plugins.found import Found, find
+
+_PATIENCE_S = 20.0
+_SAID = 1 << 16
+
+
+@dataclass(frozen=True)
+class Description:
+    """One plug-in, or what is wrong with it."""
+
+    about: str = ""
+    table: tuple[str, ...] = ()
+    """Its table of the configuration with all defaults, as lines."""
+    wrong: str = ""
+    """One plain line; "" when nothing is."""
+    setting: bool = False
+    """`wrong` begins with the setting that is refused."""
+
+
+def describe(found: Found, settings: Mapping[str, Any] | None = None) -> Description:
+    """Import it, and build it when there are `settings`, in a child process that ends."""
+    how = "describe" if settings is None else "paced"
+    argument = {**vars(found), "settings": dict(settings or {}), "how": how}
+    environment = dict(os.environ, PYTHONPATH=os.pathsep.join(p for p in sys.path if p))
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "gazechair.plugins.child", json.dumps(argument)],
+            input=b"",
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env=environment,
+            timeout=_PATIENCE_S,
+        )
+    except subprocess.TimeoutExpired:
+        return Description(wrong=f"did not answer within {_PATIENCE_S:g} s")
+    about, wrong, refused = "", "", False
+    table: tuple[str, ...] = ()
+    try:
+        for kind, payload in RecordReader(_SAID).feed(done.stdout):
+            if kind == FACTS:
+                about = unpack_facts(payload).about
+            elif kind == DATA:
+                table = tuple(str(line) for line in json.loads(payload)["table"])
+            else:
+                said = json.loads(payload)
+                wrong = str(said["detail"]) if said["state"] == "lost" else ""
+                refused = said["reason"] == SETTING
+    except (ValueError, KeyError, TypeError) as error:
+        wrong = f"sent nonsense: {error}"
+    if done.returncode != 0 and not wrong:
+        wrong = "its process ended without a word"
+    return Description(about, table, wrong, refused)
+
+
+def examine(config: PluginConfig) -> Description:
+    """One that is switched on, under its settings."""
+    try:
+        found = find(config.kind, config.name)
+    except LookupError as error:
+        return Description(wrong=f"{config.lines.get('', '')}: {error}")
+    told = describe(found, config.settings)
+    if not told.setting:
+        return told
+    return Description(told.about, told.table, config.refusal(*told.wrong.split(" ", 1)))

@@ -1,0 +1,103 @@
+"""What a plug-in's process and the daemon say to each other: small JSON, each value with its birth.
+
+Up, a value: who says what, when it was sensed, and how long that may live. Down, a word: the world.
+Everything that arrives is checked before anything acts on it.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from gazechair.plugins.contract import DIRECTIONS, OUTPUT_MAX, Intent
+
+LONGEST = 4096
+"""Bytes of a record."""
+LIFE_S = 0.25
+"""How long a value moves the chair after it was sensed; below the 300 ms of promise P3."""
+WORLD_OLD_S = 0.15
+"""A mode is not asked about a world that is older."""
+RECORDS_PER_S = 400.0
+"""A plug-in that says more floods."""
+_MAX_COUNT = 1 << 31
+_DOES = ("nothing", "stop", "hold", "step", "drive", "choose")
+
+
+class BadValue(ValueError):
+    """A value that no honest plug-in sends; one plain line."""
+
+
+@dataclass(frozen=True)
+class Value:
+    """What a plug-in says."""
+
+    born_s: float
+    """When it was sensed, monotonic."""
+    press: int
+    """Of an input: counts its presses. Of a mode: the press that it answers."""
+    intent: Intent
+    """Of a mode: drive, or nothing when it has come to its end."""
+    stops: int = 0
+    """Counts the stops of an input: none is lost when a newer value overtakes it."""
+    trouble: str = ""
+
+    def pack(self) -> bytes:
+        """As sent."""
+        i = self.intent
+        out = (i.linear_permille, i.turn_permille)
+        fields = (self.born_s, self.press, i.do, i.what, *out, self.stops, self.trouble[:80])
+        return json.dumps(fields).encode()
+
+
+def unpack(payload: bytes) -> Value:
+    """The value in a record. Raises BadValue."""
+    try:
+        fields = json.loads(payload)
+        born_s, press, do, what, linear, turn, stops, trouble = fields
+    except (ValueError, TypeError, RecursionError):
+        raise BadValue("no value") from None
+    if type(born_s) is not float or not math.isfinite(born_s):
+        raise BadValue("a value without its time")
+    for count in (press, stops):
+        if type(count) is not int or not 0 <= count <= _MAX_COUNT:
+            raise BadValue("a count that is no whole number")
+    for output in (linear, turn):
+        if type(output) is not int or abs(output) > OUTPUT_MAX:
+            raise BadValue(f"an output that is not within -{OUTPUT_MAX}..{OUTPUT_MAX}")
+    if do not in _DOES or not isinstance(what, str) or not isinstance(trouble, str):
+        raise BadValue("an intent that there is not")
+    if do in ("hold", "step") and what not in DIRECTIONS:
+        raise BadValue("a direction that there is not")
+    return Value(born_s, press, Intent(do, what, linear, turn), stops, plain(trouble, 200))
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What a plug-in says of itself, once."""
+
+    about: str
+    icon: str
+    names: dict[str, str]
+
+    def pack(self) -> bytes:
+        """As sent."""
+        return json.dumps(asdict(self)).encode()
+
+
+def unpack_facts(payload: bytes) -> Facts:
+    """The facts in a record, cut to what fits on a tile. Raises BadValue."""
+    try:
+        fields = json.loads(payload)
+        names = {plain(k, 2): plain(v, 20) for k, v in list(fields["names"].items())[:20]}
+        return Facts(plain(fields["about"], 200), plain(fields["icon"], 4), names)
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        raise BadValue("no facts") from None
+
+
+def plain(text: Any, longest: int) -> str:
+    """A text on one line, without anything that cannot be printed."""
+    if not isinstance(text, str):
+        raise TypeError
+    return "".join(c if c.isprintable() else " " for c in text[:longest])

@@ -1,0 +1,131 @@
+"""Judges what a plug-in says, and passes it to Control. Pure: time comes with each call.
+
+A value counts only while it is fresh, in order and from no later than now; nothing here is queued.
+What an honest plug-in cannot send raises BadValue: its process is ended, and with it its motion.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from gazechair.base.latest_value import Clock
+from gazechair.driving.messages import LET_GO, STOP, Beat, Drive, PageMessage, UseMode
+from gazechair.driving.refusal import Refusal
+from gazechair.driving.tokens import VALID_S
+from gazechair.plugins.contract import DIRECTIONS, Intent
+from gazechair.plugins.exchange import LIFE_S, BadValue, Value, unpack
+from gazelink import codes
+
+_AHEAD_S = 0.002  # one clock serves all processes: what is later is made up
+_LATE_S = 1.0  # values that are too old for that long are no accident
+_VERBS = {name: codes.VERBS.index(name) for name in DIRECTIONS}
+
+
+class Port(Protocol):
+    """What a producer needs of Control."""
+
+    def join(self, role: str) -> int: ...
+    def disconnect(self, client: int) -> None: ...
+    def proof(self, born_s: float) -> int: ...
+    def act(self, client: int, meaning: PageMessage) -> Refusal | None: ...
+    def mode_says(
+        self, mode: str, number: int, wish: tuple[int, int] | None, till_s: float
+    ) -> None: ...
+
+
+class _Times:
+    """Which values count, by their birth."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._newest_s = 0.0
+        self._late_since_s: float | None = None
+
+    def fresh(self, born_s: float) -> bool:
+        """Whether a value of that birth counts. Raises BadValue for one that is a lie."""
+        now_s = self._clock()
+        if born_s > now_s + _AHEAD_S:
+            raise BadValue(f"a value from {born_s - now_s:.3g} s in the future")
+        if born_s < self._newest_s:
+            return False
+        self._newest_s = born_s
+        if now_s - born_s <= VALID_S:
+            self._late_since_s = None
+            return True
+        if self._late_since_s is None:
+            self._late_since_s = now_s
+        if now_s - self._late_since_s > _LATE_S:
+            raise BadValue(f"only values that are {now_s - born_s:.3g} s old")
+        return False
+
+
+class InputProducer:
+    """One life of an input's process: a client of the arbiter, beside its person's page."""
+
+    def __init__(self, port: Port, person: str, clock: Clock) -> None:
+        self._port = port
+        self._times = _Times(clock)
+        self._client = port.join(person)
+        self._stops = 0
+        self._said = Intent("stop")
+        # Nothing moves before the person has let go once: not what was held when this began, nor
+        # what was held through a stop.
+        self._rested = False
+        self.refused = ""
+        """Why the newest press does not move the chair, a key of the string tables."""
+
+    def take(self, payload: bytes) -> Value:
+        """Act on a value; raises BadValue."""
+        value = unpack(payload)
+        if not self._times.fresh(value.born_s):
+            return value
+        was, self._said = self._said, value.intent
+        proof = self._port.proof(value.born_s)
+        self._port.act(self._client, Beat(proof))
+        if value.stops != self._stops or value.intent.do == "stop" != was.do:
+            self._stops = value.stops
+            self._rested = False
+            self._port.act(self._client, STOP)
+        if value.intent.do == "nothing":
+            self._rested = True
+            if was.do not in ("nothing", "step"):
+                self._port.act(self._client, LET_GO)
+        elif value.intent.moves and self._rested:
+            refusal = self._port.act(self._client, _meaning(value, proof))
+            self.refused = "" if refusal is None else refusal.reason
+        return value
+
+    def end(self) -> None:
+        """Its process has ended, or is about to be: so has what it pressed."""
+        self._port.disconnect(self._client)
+
+
+class ModeProducer:
+    """One life of a mode's process."""
+
+    def __init__(self, port: Port, name: str, clock: Clock) -> None:
+        self._port = port
+        self._name = name
+        self._times = _Times(clock)
+
+    def take(self, payload: bytes) -> Value:
+        """Act on a value; raises BadValue."""
+        value = unpack(payload)
+        if value.intent.do not in ("nothing", "drive"):
+            raise BadValue("an intent that is no mode's")
+        if self._times.fresh(value.born_s) and value.press:
+            i = value.intent
+            wish = (i.linear_permille, i.turn_permille) if i.do == "drive" else None
+            self._port.mode_says(self._name, value.press, wish, value.born_s + LIFE_S)
+        return value
+
+
+def _meaning(value: Value, proof: int) -> Drive | UseMode:
+    i, edge = value.intent, value.press + 1
+    if i.do == "choose":
+        return UseMode(i.what, edge, proof, LIFE_S)
+    if i.do == "drive":
+        out = (i.linear_permille, i.turn_permille)
+        return Drive(codes.DRIVE, codes.CONTINUOUS, edge, proof, *out, LIFE_S)
+    mode = codes.STEP if i.do == "step" else codes.CONTINUOUS
+    return Drive(_VERBS[i.what], mode, edge, proof, 0, 0, LIFE_S)

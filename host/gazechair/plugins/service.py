@@ -1,0 +1,215 @@
+"""The plug-ins' part in the daemon: runs those that are switched on, each in a child process."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import asdict
+from typing import Any, Protocol
+
+from gazechair.base import health as states
+from gazechair.base.health import Health, HealthRegistry
+from gazechair.base.latest_value import Clock
+from gazechair.base.supervisor import Status, Supervised, Supervisor
+from gazechair.config.plugin_tables import PluginConfig
+from gazechair.driving.control import World
+from gazechair.plugins import producer
+from gazechair.plugins.child import LOST, SETTING
+from gazechair.plugins.exchange import LONGEST, RECORDS_PER_S, Facts, Value, unpack_facts
+from gazechair.plugins.found import find
+
+_SILENT_S = 1.0
+_NICE = 5  # one that computes does not take the processor from those who stop the chair
+_LONGEST_PAUSE_S = 30.0
+_HEALTH_S = 0.5
+_LOOK_S = 0.004  # while a mode is pressed
+_IDLE_LOOK_S = 0.02
+_WORLD_PERIOD_S = 0.018  # 50 a second, and never late for one
+
+
+class Port(producer.Port, Protocol):
+    """What plug-ins need of Control."""
+
+    def offer_mode(self, mode: str, tile: dict[str, Any] | None) -> None: ...
+    def world(self) -> World: ...
+
+
+class Plugin(Supervised):
+    """One plug-in that is switched on."""
+
+    def __init__(self, config: PluginConfig, port: Port, health: Health, clock: Clock) -> None:
+        self.config = config
+        self._port = port
+        self.health = health
+        self._clock = clock
+        self._life: producer.InputProducer | producer.ModeProducer | None = None
+        self._facts = Facts("", "", {})
+        self._told_s = 0.0
+
+    def start(self) -> None:
+        """Start its process; one that is not installed is only a health state."""
+        config = self.config
+        try:
+            found = find(config.kind, config.name)
+        except LookupError as error:
+            self.health.set(states.LOST, LOST, f"{config.lines.get('', '')}: {error}")
+            return
+        argument = {
+            "kind": config.kind,
+            "name": config.name,
+            "entry": found.entry,
+            "settings": config.settings,
+            "how": "serve",
+        }
+        self._supervisor = Supervisor(
+            "gazechair.plugins.child",
+            json.dumps(argument),
+            self._on_data,
+            self._on_status,
+            lost_reason=LOST,
+            silent_s=_SILENT_S,
+            listens=config.kind == "mode",
+            name=self.health.name,
+            longest=LONGEST,
+            records_per_s=RECORDS_PER_S,
+            on_facts=self._on_facts,
+            longest_pause_s=_LONGEST_PAUSE_S,
+            nice=_NICE,
+        )
+        self._supervisor.start()
+
+    def stop(self) -> None:
+        """End its process, and what it moves."""
+        super().stop()
+        self._end()
+
+    def tell(self, word: bytes) -> None:
+        """The newest world, to a mode."""
+        if self._supervisor is not None:
+            self._supervisor.tell(word)
+
+    def _on_facts(self, payload: bytes) -> None:
+        self._facts = unpack_facts(payload)
+
+    def _on_data(self, payload: bytes) -> None:
+        if self._life is None:
+            self._life = self._begin()
+        try:
+            value = self._life.take(payload)
+        except ValueError:
+            self._end()
+            raise
+        self._tell(value)
+
+    def _begin(self) -> producer.InputProducer | producer.ModeProducer:
+        if self.config.kind == "input":
+            return producer.InputProducer(self._port, self.config.person, self._clock)
+        tile = asdict(self._facts)
+        del tile["about"]
+        self._port.offer_mode(self.config.name, tile)
+        return producer.ModeProducer(self._port, self.config.name, self._clock)
+
+    def _end(self) -> None:
+        life, self._life = self._life, None
+        if isinstance(life, producer.InputProducer):
+            life.end()
+        elif life is not None:
+            self._port.offer_mode(self.config.name, None)
+
+    def _tell(self, value: Value) -> None:
+        now_s = self._clock()
+        if now_s < self._told_s + _HEALTH_S and self.health.state in (states.OK, states.DEGRADED):
+            return  # one that cannot decide fills no log
+        self._told_s = now_s
+        if value.trouble:
+            self.health.set(states.DEGRADED, "plugin_trouble", value.trouble)
+        else:
+            self.health.set(states.OK)
+
+    def _on_status(self, status: Status) -> None:
+        if status.state == states.LOST:
+            self._end()
+            detail = status.detail
+            if status.reason == SETTING:
+                detail = self.config.refusal(*detail.split(" ", 1))
+            self.health.set(states.LOST, LOST, detail)
+        elif self.health.state != states.LOST:
+            self.health.set(states.STARTING, status.reason, status.detail)
+
+
+class Plugins:
+    """All plug-ins that are switched on."""
+
+    def __init__(
+        self,
+        configs: tuple[PluginConfig, ...],
+        port: Port,
+        parts: HealthRegistry,
+        clock: Clock = time.monotonic,
+    ) -> None:
+        self.running = {
+            config.title: Plugin(config, port, parts.part(f"{config.kind} {config.name}"), clock)
+            for config in configs
+        }
+        self._modes = {p.config.name: p for p in self.running.values() if p.config.kind == "mode"}
+        self._port = port
+        self._clock = clock
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._tell_modes, name="modes", daemon=True)
+
+    def start(self, start: Callable[[Plugin, Health], None]) -> None:
+        """Start each of them by `start`, which turns a failure into its health."""
+        for plugin in self.running.values():
+            start(plugin, plugin.health)
+        if self._modes:
+            self._thread.start()
+
+    def stop(self) -> None:
+        """End all processes and threads."""
+        self._stopping.set()
+        if self._thread.is_alive():
+            self._thread.join(5.0)
+        for plugin in self.running.values():
+            plugin.stop()
+
+    def _tell_modes(self) -> None:
+        teller = WorldTeller()
+        pause_s = _IDLE_LOOK_S
+        while not self._stopping.wait(pause_s):
+            world = self._port.world()
+            word = teller.word(world, self._clock())
+            if word is not None and world.mode in self._modes:
+                self._modes[world.mode].tell(word)
+            pause_s = _LOOK_S if world.mode else _IDLE_LOOK_S
+
+
+class WorldTeller:
+    """What the mode that is pressed is told, and when: each new state of the board, 50 a second."""
+
+    def __init__(self) -> None:
+        self._told_s = 0.0
+        self._state_s = 0.0
+
+    def word(self, world: World, now_s: float) -> bytes | None:
+        """The next word; None: nothing to say now."""
+        if not world.mode or world.state_s == self._state_s:
+            return None
+        if now_s - self._told_s < _WORLD_PERIOD_S:
+            return None
+        self._told_s, self._state_s = now_s, world.state_s
+        return word_of(world)
+
+
+def word_of(world: World) -> bytes:
+    """The world as a mode's process is told."""
+    return json.dumps(
+        {
+            "press": world.press,
+            "state_s": world.state_s,
+            "heading_deg": world.heading_deg,
+            "clearance": world.clearance,
+            "view": world.view,
+        }
+    ).encode()
