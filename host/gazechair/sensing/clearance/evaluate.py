@@ -59,7 +59,7 @@ class Evaluator:
         self._held = [_held(*values) for values in zip(self._held, least, _PLAY, strict=True)]
         forward_m, backward_m, left_deg, right_deg = self._held
         states = [view.states for view in views]
-        blind, unseen = self._view.judge(states)
+        blind, unseen, arc_views = self._view.judge(states)
         now = np.array([lidar.arcs for lidar in self._lidars]).min(axis=0)
         after_play = np.where(now == arcs.FAR, now, np.maximum(now, _ARC_PLAY) - _ARC_PLAY)
         grown = np.maximum(self._held_arcs, after_play)
@@ -71,7 +71,7 @@ class Evaluator:
             "backward_mm": _on_wire(1000.0 * backward_m),
             "left_q4_deg": _on_wire(16.0 * left_deg),
             "right_q4_deg": _on_wire(16.0 * right_deg),
-            "arc_views": self._view.judge_arcs(states),
+            "arc_views": arc_views,
             "arcs": self._held_arcs.tolist(),
         }
 

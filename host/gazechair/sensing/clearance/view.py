@@ -52,18 +52,22 @@ class SweepView:
             swept = (ways <= units) & (ways < arcs.FAR)
             self._arc_bins.append(_bins(self._cells[swept], self._origins_m))
 
-    def judge_arcs(self, states: Sequence[States]) -> int:
-        """As `judge`, a bit per quadrant: blind in the low nibble, unseen in the high one."""
-        blind, unseen = _dark(self._arc_bins, states)
-        return blind | unseen << arcs.QUADRANTS
+        self._judged: tuple[bytes | None, tuple[int, int, int]] = (None, (0, 0, 0))
 
-    def judge(self, states: Sequence[States]) -> tuple[int, int]:
-        """(blind, unseen): a bit per direction, from each lidar's 360 states (SEEN, BLIND, MASKED).
+    def judge(self, states: Sequence[States]) -> tuple[int, int, int]:
+        """(blind, unseen, arc views) from each lidar's 360 states (SEEN, BLIND, MASKED).
 
-        A place that any lidar sees is seen. Blind: the sweep enters a place that would be seen if a
-        lidar were not blind there. Unseen: it enters a place that no lidar ever sees.
+        Blind and unseen have a bit per direction. A place that any lidar sees is seen. Blind: the
+        sweep enters a place that would be seen if a lidar were not blind there. Unseen: it enters a
+        place that no lidar ever sees. Arc views: the same with a bit per quadrant, blind in the low
+        nibble, unseen in the high one.
         """
-        return _dark(self._bins, states)
+        same = b"".join(one.tobytes() for one in states)
+        if same != self._judged[0]:  # else nothing has changed since the last view
+            blind, unseen = _dark(self._arc_bins, states)
+            both = blind | unseen << arcs.QUADRANTS
+            self._judged = (same, (*_dark(self._bins, states), both))
+        return self._judged[1]
 
 
 def _bins(swept_m: FloatArray, origins_m: Sequence[tuple[float, float]]) -> NDArray[np.int64]:
