@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from gazechair.plugins.found import Found
+from gazechair.plugins.found import Found, find
 from gazecontract import command, paced, template
 from gazecontract.contract import Contract, Row
 
@@ -28,6 +28,10 @@ def test_an_input_that_steps_keeps_the_contract() -> None:
     rows = check("input", "metronome", "pluginsamples:Metronome", how="step")
     assert broken(rows) == []
     assert len(rows) == RULES
+
+
+def test_the_gamepad_keeps_it() -> None:
+    assert broken(list(Contract(find("input", "gamepad")).rows())) == []
 
 
 def test_a_new_package_keeps_it_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
