@@ -30,7 +30,7 @@ HOWS = ("drive", "hold", "step", "raise", "none", "hang", "die")
 
 
 class Metronome(Input):
-    """Presses for 1 s in every 2 s."""
+    """Presses for 0.6 s in every 1.2 s."""
 
     @dataclass(frozen=True)
     class Settings:
@@ -55,7 +55,7 @@ class Metronome(Input):
                 time.sleep(60)
             if how == "die":
                 os._exit(3)
-        if now_s % 2.0 < 1.0:
+        if now_s % 1.2 < 0.6:
             return NOTHING
         if how == "step":
             return step("left")

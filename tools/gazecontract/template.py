@@ -30,7 +30,7 @@ from gazechair.plugins import NOTHING, Input, drive, integer, setting
 
 
 class {title}(Input):
-    """Drives forward for one second in every two: a template."""
+    """Drives forward for 0.6 s in every 1.2 s: a template."""
 
     @dataclass(frozen=True)
     class Settings:
@@ -43,7 +43,7 @@ class {title}(Input):
     rehearsal = {{"linear": 300}}
 
     def sense(self, now_s):
-        if now_s % 2.0 < 1.0 or self.settings.linear == 0:
+        if now_s % 1.2 < 0.6 or self.settings.linear == 0:
             return NOTHING
         return drive(self.settings.linear, 0)
 '''

@@ -25,6 +25,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--room", default="living", help="room of the simulator (default: living)")
     parser.add_argument("--profile", default="3.1", help="the chair's speed profile (default: 3.1)")
     parser.add_argument("--port", type=int, default=_PORT, help=f"of the page (default: {_PORT})")
+    parser.add_argument("--config", type=Path, metavar="FILE", help="inputs and modes to switch on")
     parser.add_argument(
         "--artefacts",
         type=Path,

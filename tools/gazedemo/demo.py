@@ -28,7 +28,7 @@ def demo(arguments: argparse.Namespace) -> int:
         if arguments.check:
             return _check(arguments)
         return _show(arguments)
-    except (gazesetup.NotAvailable, StackError) as error:
+    except (gazesetup.NotAvailable, StackError, OSError) as error:
         print(f"tools/demo: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
@@ -51,7 +51,9 @@ def _interpreter() -> str:
 
 
 def _show(arguments: argparse.Namespace) -> int:
-    with Stack(_interpreter(), arguments.room, arguments.profile, arguments.port) as stack:
+    more = arguments.config.read_text("utf-8") if arguments.config else ""
+    room, profile, port = arguments.room, arguments.profile, arguments.port
+    with Stack(_interpreter(), room, profile, port, more_config=more) as stack:
         address = stack.invitation()
         print(
             f"\nThe driver's page: {address}\n"

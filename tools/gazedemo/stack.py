@@ -56,7 +56,8 @@ class Stack:
     only its folder: its processes end with the thread that entered it.
 
     `interpreter` is a MicroPython's path or "cpython"; `port` 0 takes any free one; `camera_url` ""
-    shows what the simulated camera sees. Logs and ports live in `folder`, which goes at the end.
+    shows what the simulated camera sees; `more_config` follows the host's configuration. Logs and
+    ports live in `folder`, which goes at the end.
     """
 
     def __init__(
@@ -66,12 +67,14 @@ class Stack:
         profile: str = "3.1",
         port: int = 0,
         camera_url: str = "",
+        more_config: str = "",
     ) -> None:
         self._interpreter = interpreter
         self._room = room
         self._profile = profile
         self._port = port or _free_port()
         self._camera_url = camera_url
+        self._more_config = more_config
         # Short: a unix socket's path must stay under 108 bytes, wherever the checkout is.
         self.folder = Path(tempfile.mkdtemp(prefix="gazechair-"))
         self._cookie = ""
@@ -145,7 +148,8 @@ class Stack:
             config = self.folder / "gazechair.toml"
             paths = self.paths | ({"camera": self._camera_url} if self._camera_url else {})
             text = CHAIR_CONFIG + _HOST_CONFIG
-            config.write_text(text.format(port=self._port, state=self.state_folder, **paths))
+            text = text.format(port=self._port, state=self.state_folder, **paths)
+            config.write_text(text + self._more_config, "utf-8")
             self._spawn("host", ["-m", "gazechair", "run", "--config", str(config)])
             self._wait_for_parts()
 

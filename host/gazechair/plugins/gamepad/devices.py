@@ -97,7 +97,7 @@ class PipePad:
 
 
 class RehearsalPad(PipePad):
-    """A stick that is pushed forward for 1 s in every 2."""
+    """A stick that is pushed forward for 0.6 s in every 1.2 s."""
 
     def __init__(self) -> None:
         pass
@@ -108,7 +108,7 @@ class RehearsalPad(PipePad):
 
     def read(self, now_s: float) -> bytes:
         """Where the stick is now."""
-        value = _WIDE[0] if now_s % 2.0 >= 1.0 else 0
+        value = _WIDE[0] if now_s % 1.2 >= 0.6 else 0
         return event(ABS, Y, value, now_s) + event(SYN, REPORT, 0, now_s)
 
     def close(self) -> None:
