@@ -26,7 +26,7 @@ const RESET_HOLD_MS = 2000;
 const CAP_SETTLES_MS = 1000;
 const TABS = ["drive", "settings", "pairing"];
 
-const strings = await loadStrings(chosenLanguage(location.search, navigator.language));
+const strings = await loadStrings(chosenLanguage(location.search, navigator.language), "care");
 const body = document.body;
 
 document.documentElement.lang = strings.language;

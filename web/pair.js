@@ -7,7 +7,7 @@ const SECOND_MS = 1000;
 const ANSWER_MS = 8000;
 
 const language = chosenLanguage(location.search, navigator.language);
-const strings = await loadStrings(language);
+const strings = await loadStrings(language, "care");
 const byId = (id) => document.getElementById(id);
 
 document.documentElement.lang = strings.language;

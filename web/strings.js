@@ -62,16 +62,27 @@ export class Strings {
   }
 }
 
-/** Loads a language (Dutch when there is no such file), trying again until the host answers. */
-export async function loadStrings(language) {
+/**
+ * Loads a language, Dutch when there is no such file. `more` names a second file of labels, for a
+ * page that says more than the driver's ("care": nl-care.json).
+ */
+export async function loadStrings(language, more) {
+  const table = await load(language);
+  if (table === null) return loadStrings(HOME, more);
+  if (more) Object.assign(table.labels, (await load(`${language}-${more}`))?.labels);
+  return new Strings(language, table);
+}
+
+/** A file of texts, trying again until the host answers; null when there is none but Dutch. */
+async function load(name) {
   for (;;) {
     try {
-      const answer = await fetch(`/strings/${language}.json`);
-      if (answer.ok) return new Strings(language, await answer.json());
-      console.warn(`strings/${language}.json: the host answered ${answer.status}`);
-      if (answer.status === 404 && language !== HOME) return loadStrings(HOME);
+      const answer = await fetch(`/strings/${name}.json`);
+      if (answer.ok) return await answer.json();
+      console.warn(`strings/${name}.json: the host answered ${answer.status}`);
+      if (answer.status === 404 && name !== HOME) return null;
     } catch (error) {
-      console.warn(`strings/${language}.json: ${error.message}`);
+      console.warn(`strings/${name}.json: ${error.message}`);
     }
     await new Promise((resume) => setTimeout(resume, RETRY_MS));
   }

@@ -28,7 +28,13 @@ PAGES = sorted(WEB.glob("*.html"))
 
 
 def table(language: str) -> dict:
+    """The driver's page's texts."""
     return json.loads((WEB / "strings" / f"{language}.json").read_text("utf-8"))
+
+
+def care_labels(language: str) -> dict:
+    """The labels that only the caretaker's and the pairing page need."""
+    return table(f"{language}-care")["labels"]
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -50,6 +56,14 @@ def test_both_languages_have_the_same_keys():
     dutch, english = (table(language) for language in LANGUAGES)
     assert list(dutch["labels"]) == list(english["labels"])
     assert list(dutch["messages"]) == list(english["messages"])
+    assert list(care_labels("nl")) == list(care_labels("en"))
+
+
+def test_a_label_has_one_place_and_the_drivers_page_needs_one_file():
+    own, others = set(table("nl")["labels"]), set(care_labels("nl"))
+    assert not own & others
+    text = "".join(path.read_text("utf-8") for path in files_of("index.html"))
+    assert [label for label in others if f'"{label}"' in text] == []
 
 
 def test_every_state_motion_owner_and_decision_has_a_label():
@@ -60,7 +74,7 @@ def test_every_state_motion_owner_and_decision_has_a_label():
 
 
 def test_every_label_named_in_the_page_exists_and_none_is_unused():
-    labels = set(table("nl")["labels"])
+    labels = {*table("nl")["labels"], *care_labels("nl")}
     text = "".join(path.read_text("utf-8") for path in [*PAGES, *MODULES])
     named = set(re.findall(r'data-label="(\w+)"', text))
     assert named <= labels
