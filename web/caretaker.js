@@ -5,6 +5,7 @@ import { Banner } from "./banner.js";
 import { ChairSettings, PersonSettings } from "./care_settings.js";
 import { byId, setData, setText } from "./dom.js";
 import { Facts } from "./facts.js";
+import { Gamepads } from "./gamepad.js";
 import { Held } from "./held.js";
 import { Joystick } from "./joystick.js";
 import { ObstacleLine } from "./line.js";
@@ -71,6 +72,17 @@ const joystick = new Joystick(byId("pad"), byId("knob"), {
   },
   stop: () => socket.send("stop"),
 });
+
+const gamepads = new Gamepads({
+  lean: (place, fresh) => joystick.lean(place, fresh),
+  letGo: () => joystick.unlean(),
+  stop,
+});
+/** Only a page that is seen and has its person drives. */
+function lookAtGamepads() {
+  const ready = joystick.enabled && !document.hidden && document.hasFocus();
+  gamepads.look([...(navigator.getGamepads?.() ?? [])], ready);
+}
 
 let bypassEdge = 0;
 const bypass = new Held(byId("bypass"), {
@@ -193,6 +205,7 @@ addEventListener("keydown", (event) => {
 });
 addEventListener("blur", leave);
 addEventListener("pagehide", leave);
+addEventListener("gamepaddisconnected", () => gamepads.look([], false));
 document.addEventListener("freeze", leave);
 document.addEventListener("visibilitychange", () => document.hidden && leave());
 addEventListener("contextmenu", (event) => event.preventDefault());
@@ -202,6 +215,7 @@ setInterval(() => {
   const now = performance.now();
   if (clock.jumped(now, Date.now())) leave();
   socket.tick(now);
+  lookAtGamepads();
   joystick.tick(now);
   bypass.tick(now);
   reset.tick(now);

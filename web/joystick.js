@@ -1,4 +1,5 @@
-// An on-screen joystick: proportional, springs back, drives only while touched or a key is pressed.
+// An on-screen joystick: proportional, springs back, drives only while touched or a key is pressed,
+// or while its other hand, a gamepad's stick, leans.
 
 /** Nearer to the middle than this share nothing moves. */
 const DEAD = 0.1;
@@ -28,6 +29,7 @@ export class Joystick {
   #pointer = null;
   #grab = null; // where the pad lay when it was grabbed: {x, y} of its middle, radius (px)
   #keys = new Set();
+  #leaning = false;
   #now = null; // {linear, turn} while pressed
   #sendAt = 0;
 
@@ -52,10 +54,28 @@ export class Joystick {
     this.#heartbeatMs = ms;
   }
 
+  /**
+   * A stick beside the pad leans to {x, y}, -1..1 right and down, dead zone and curve applied;
+   * `fresh` begins a press. False: that press does not live, or another hand has the joystick.
+   */
+  lean({ x, y }, fresh) {
+    if (!this.enabled || fresh === this.#leaning || (fresh && this.#now !== null)) return false;
+    this.#leaning = true;
+    this.#push({ linear: Math.round(-1000 * y), turn: Math.round(-1000 * x) }, fresh);
+    this.#show(x, y);
+    return true;
+  }
+
+  /** That stick was let go, or is gone. */
+  unlean() {
+    if (this.#leaning) this.end();
+  }
+
   /** Springs back. */
   end() {
     if (this.#now === null) return;
     this.#now = this.#pointer = null;
+    this.#leaning = false;
     this.#keys.clear();
     this.#show(0, 0);
     this.#on.stop();
@@ -97,7 +117,7 @@ export class Joystick {
     const typing = event.target.closest?.("input, select, textarea");
     if (!KEYS[event.key] || typing || event.ctrlKey || event.altKey || event.metaKey) return;
     event.preventDefault();
-    if (event.repeat || !this.enabled || this.#pointer !== null) return;
+    if (event.repeat || !this.enabled || this.#pointer !== null || this.#leaning) return;
     if (!down && !this.#keys.has(event.key)) return;
     const fresh = this.#now === null;
     if (down) this.#keys.add(event.key);
