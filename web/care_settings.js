@@ -136,7 +136,7 @@ export class PersonSettings {
       if (name === "id") continue;
       const field = { ...this.#profiles.field(name) };
       if (field.choices) {
-        field.choices = field.choices.map((choice) => [choice, this.#word(choice)]);
+        field.choices = field.choices.map((choice) => [choice, this.#word(name, choice)]);
       }
       const save = (changed) => this.#change({ save: { id: mine.id, [name]: changed } });
       rows.push(row(this.#strings, name, field, value, save));
@@ -152,7 +152,8 @@ export class PersonSettings {
     this.#root.replaceChildren(...rows, buttons);
   }
 
-  #word(choice) {
-    return this.#strings.label(choice) ?? this.#strings.label(`look_${choice}`) ?? choice;
+  #word(name, choice) {
+    const keys = [`${name}_${choice}`, choice, `look_${choice}`];
+    return keys.map((key) => this.#strings.label(key)).find(Boolean) ?? choice;
   }
 }

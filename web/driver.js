@@ -21,6 +21,7 @@ import { chosenLanguage, loadStrings, message } from "./strings.js";
 import { Targets } from "./targets.js";
 import { Tones } from "./tones.js";
 import { keepAwake } from "./wakelock.js";
+import { Eyes, Scanning } from "./wanted.js";
 import { AutoOff, ClockWatch } from "./watch.js";
 
 const TICK_MS = 25;
@@ -45,8 +46,9 @@ const menu = new Menu(strings, profiles, {
     setData("practice", practice.on);
     open("drive");
   },
-  eyes: testEyes,
+  eyes: () => eyes.begin(),
   closed: () => open("drive"),
+  shown: () => measure(),
 });
 addRings();
 
@@ -64,9 +66,9 @@ const picture = new Picture(byId("picture"), (age) => setData("picture", age));
 const autoOff = new AutoOff();
 const clock = new ClockWatch();
 const stopSeen = new StopSeen(strings);
+const eyes = new Eyes(strings, { open, judged });
 
 let state = null; // the host's newest state
-let eyes = null; // the eye test, once requested
 let told = { kind: "none" }; // the sentence that the page shows
 let asked = null; // the active verb
 let clicksAlone = 0;
@@ -122,6 +124,11 @@ const targets = new Targets({
     if (holding === null) ended();
     showChosen(dwelling, holding, dwellMs);
   },
+});
+
+const scan = new Scanning(targets, hits, {
+  moving: () => targets.holding || (!practice.on && (state?.motion ?? "stopped") !== "stopped"),
+  used: () => autoOff.used(performance.now()),
 });
 
 const socket = new ControlSocket({
@@ -210,13 +217,14 @@ function setMode(mode) {
 /** Shows "drive", "menu" or "eyes"; whatever was held ends. */
 function open(view) {
   targets.replaced(performance.now());
-  eyes?.stop();
+  eyes.stop();
   setData("view", view);
   measure();
 }
 
 /** Driving goes off: nobody is known to be before the page, or nobody used it. */
 function switchOff() {
+  scan.cancel(performance.now());
   practice.armed = false;
   autoOff.used(performance.now()); // reported once
   if (state?.you) socket.send("disarm");
@@ -249,7 +257,8 @@ function applyProfile() {
     return location.reload();
   }
   targets.configure(mine);
-  autoOff.configure(mine.auto_off_s);
+  autoOff.configure(mine);
+  hint.scans = mine.scan !== "off";
   tones.on = mine.tones;
   setData("tones", mine.tones);
   setData("contrast", mine.contrast);
@@ -257,16 +266,7 @@ function applyProfile() {
   setMode(mine.mode);
   if (body.dataset.view === "menu") menu.show();
   measure();
-}
-
-/** The eye test is fetched when it is wanted: it is no load for the page that drives. */
-async function testEyes() {
-  open("eyes");
-  const left = (s) => setText("eyes-left", s === null ? strings.label("eyes_begin") : `${s} s`);
-  const loaded = await import("./eyes.js").catch(() => null);
-  if (!loaded) return open("menu");
-  eyes ??= new loaded.EyeTest(left, judged);
-  if (body.dataset.view === "eyes") eyes.open(performance.now());
+  scan.configure(mine);
 }
 
 /** The eye test is over: proposes, and takes over when the driver chooses so. */
@@ -294,6 +294,6 @@ setInterval(() => {
   targets.tick(now);
   if (targets.holding) autoOff.used(now);
   else if (autoOff.leftMs(now) <= 0) switchOff();
-  for (const part of [socket, picture, banner, stopSeen, eyes]) part?.tick(now);
+  for (const part of [socket, picture, banner, stopSeen, eyes, scan]) part.tick(now);
   facts.ages(socket.alive ? socket.ageMs(now) : null, picture.ageMs(now), now);
 }, TICK_MS);

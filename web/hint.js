@@ -7,6 +7,8 @@ const ARMING_MS = 600;
 
 /** How to begin, or what is still in the way. */
 export class Hint {
+  /** The driver chooses by scanning. */
+  scans = false;
   #strings;
   #refused;
   #askedMs = null;
@@ -30,7 +32,7 @@ export class Hint {
 
   /** `key`: the sentence; `state` and `armReason` as the host tells them. */
   update(key, state, armReason, now) {
-    this.#show(key);
+    this.#show(key === "ready" && this.scans ? "ready_scan" : key);
     if (this.#askedMs === null) return;
     if (state === "armed") this.#askedMs = null;
     if (state !== "disarmed" || now - this.#askedMs < ARMING_MS) return;
@@ -41,7 +43,7 @@ export class Hint {
   #show(key) {
     if (key === undefined || key === this.#shown) return;
     this.#shown = key;
-    const title = this.#strings.label(key === "ready" ? "hint_ready" : "hint_waiting");
+    const title = this.#strings.label(key.startsWith("ready") ? "hint_ready" : "hint_waiting");
     message(document.getElementById("hint"), title, this.#strings.message(key));
   }
 }

@@ -32,6 +32,11 @@ export class HitMap {
     }
   }
 
+  /** Whether a target of this name is shown. */
+  has(name) {
+    return this.#areas.has(name);
+  }
+
   /** Name of the target at (x, y), null for none. `current` keeps its point a little longer. */
   at(x, y, current) {
     const stop = this.#areas.get("stop");

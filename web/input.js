@@ -53,6 +53,7 @@ export function listen(targets, hits, { shown, away, pressed }) {
 
   addEventListener("pointermove", (event) => {
     const at = stampOf(event);
+    if (event.defaultPrevented) return; // looking does nothing for who scans without it
     if (event.buttons !== 0) return targets.drag(find(event), source(event), at);
     // The browser repeats a pointer that stands still: no proof of anyone looking.
     if (event.clientX === last.x && event.clientY === last.y) return;
@@ -61,7 +62,7 @@ export function listen(targets, hits, { shown, away, pressed }) {
     targets.hover(find(event), at);
   });
   addEventListener("pointerdown", (event) => {
-    if (event.button !== 0) return;
+    if (event.button !== 0 || event.defaultPrevented) return; // prevented: it was the switch
     const at = stampOf(event);
     // Keeps the release ours when the pointer leaves the window with the button down.
     document.body.setPointerCapture(event.pointerId);
@@ -86,7 +87,7 @@ export function listen(targets, hits, { shown, away, pressed }) {
     event.key === "Enter" ? (event.target.closest?.(".target")?.id ?? "arm") : KEYS[event.key];
   addEventListener("keydown", (event) => {
     const name = named(event);
-    if (!name || event.ctrlKey || event.altKey || event.metaKey) return;
+    if (!name || event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey) return;
     event.preventDefault();
     if (event.repeat || !shown(name)) return;
     targets.press(name, `key ${event.key}`, stampOf(event));

@@ -6,7 +6,8 @@ const LOOKS = ["normal", "high", "night"];
 /**
  * Shows up to five tiles and "Terug"; each tile is a target as any other.
  *
- * `on` receives changed({field: value}), practice(), eyes(), choose(id), closed().
+ * `on` receives changed({field: value}), practice(), eyes(), choose(id), closed(), and
+ * shown() when other tiles are shown.
  */
 export class Menu {
   #strings;
@@ -47,6 +48,7 @@ export class Menu {
       element.children[1].textContent = label;
       element.children[2].textContent = value;
     }
+    this.#on.shown();
   }
 
   /** A tile (1..5) was chosen. */

@@ -15,7 +15,7 @@ export class Targets {
   mode = "continuous";
   #on;
   /** Gaze starts a drive target only while the chair is armed; a press always asks the board. */
-  #armed = false;
+  armed = false;
   #dwellMs = 600;
   #steerMs = 200;
   #buttonMs = 1000;
@@ -38,10 +38,7 @@ export class Targets {
     this.#on = on;
   }
 
-  /**
-   * How often a held command is said, and how long the board lets it live, ms; null while that is
-   * not known: it may be long.
-   */
+  /** How often a held command is said, how long the board lets it live, ms; null: perhaps long. */
   setTimes(heartbeatMs, ttlMs) {
     this.#heartbeatMs = heartbeatMs;
     this.#ttlMs = ttlMs ?? Infinity;
@@ -100,6 +97,11 @@ export class Targets {
     this.#show();
   }
 
+  /** The contact of a held switch is open, perhaps only for a bounce: nothing proves the press. */
+  doubt(source, open, at) {
+    if (this.#hold?.source === source) this.#hold.leftAt = open ? at : null;
+  }
+
   /** The button, finger or key was released. */
   release(source, at) {
     const pressed = this.#pressed;
@@ -137,8 +139,8 @@ export class Targets {
 
   /** The chair became armed for this page, or no longer is: then every hold ends. */
   setArmed(armed, at) {
-    if (armed === this.#armed) return;
-    this.#armed = armed;
+    if (armed === this.armed) return;
+    this.armed = armed;
     if (!armed && this.#hold) this.stop(at);
   }
 
@@ -200,7 +202,7 @@ export class Targets {
 
   #mayDwell(target) {
     if (target === null || [target, ALL].includes(this.#spent)) return false;
-    return !isDrive(target) || (this.#armed && !this.#restNeeded);
+    return !isDrive(target) || (this.armed && !this.#restNeeded);
   }
 
   #finishDwell(now) {
@@ -243,17 +245,15 @@ export class Targets {
     if (gaze && hold.mode === "continuous" && this.#gazeOver(now)) return this.#letGo(now);
     if (now < hold.sendAt) return;
     hold.sendAt = Math.max(hold.sendAt + this.#heartbeatMs, now);
-    const wanted =
-      hold.mode === "step"
-        ? now - hold.since < STEP_REPEAT_MS
-        : !gaze || (hold.leftAt === null && now - hold.provenAt < this.#freshMs);
+    const proven = hold.leftAt === null && (!gaze || now - hold.provenAt < this.#freshMs);
+    const wanted = hold.mode === "step" ? now - hold.since < STEP_REPEAT_MS : proven;
     if (wanted) this.#on.drive(hold.target, hold.mode, hold.edge);
   }
 
   #tickDwell(now) {
     const dwell = this.#dwell;
     const left = dwell.leftAt !== null && now - dwell.leftAt >= this.#graceMs;
-    const gone = isDrive(dwell.target) && !this.#armed;
+    const gone = isDrive(dwell.target) && !this.armed;
     if (left || gone || now - dwell.movedAt >= this.#staleMs) this.#dwell = null;
     else this.#finishDwell(now);
   }

@@ -3,6 +3,9 @@
 /** The page stood still, or a clock jumped, by more than this: the tablet slept. */
 const JUMP_MS = 1000;
 
+/** Every target lit once, one by one, with some to spare. */
+const SCAN_STEPS = 9;
+
 /** Tells of gaps in the page's time, by its own clock and by the time of day. */
 export class ClockWatch {
   #last = null; // {now, day}
@@ -21,9 +24,9 @@ export class AutoOff {
   #limitMs = 15_000;
   #usedMs = 0;
 
-  /** `seconds` of not being used. */
-  configure(seconds) {
-    this.#limitMs = seconds * 1000;
+  /** Takes a person's own time; whoever scans has time to have every target lit. */
+  configure({ auto_off_s, scan, scan_ms }) {
+    this.#limitMs = Math.max(auto_off_s * 1000, scan === "off" ? 0 : SCAN_STEPS * scan_ms);
   }
 
   /** Driving is used now, or is off. */

@@ -21,6 +21,7 @@ HOST_KEYS += ["lidar_damaged"]
 HOST_KEYS += ["not_owner", "stale_token", "bad_message", "too_fast", "not_allowed", "not_paired"]
 HOST_KEYS += ["wrong_code", "too_many_guesses"]
 PAGE_KEYS = ["link_lost", "unknown", "ready", "tap", "clicks", "code_missing", "no_answer"]
+PAGE_KEYS += ["ready_scan"]
 HOST_KEYS += ["profile_unknown", "profile_value", "profile_last", "profile_full"]
 HOST_KEYS += ["profile_not_stored"]
 MODULES = sorted(WEB.glob("*.js"))
@@ -83,7 +84,9 @@ def test_every_label_named_in_the_page_exists_and_none_is_unused():
         name for name in labels if name.startswith(("motion_", "owner_", "menu_", "look_", "stop_"))
     }
     built |= {label for label in labels if label.startswith("role_")}
-    built |= {*fields(["nl"], {}), *caretaker_settings.ALLOWED}
+    table_of_fields = fields(["nl"], {})
+    built |= {*table_of_fields, *caretaker_settings.ALLOWED}
+    built |= {f"{name}_{word}" for name, field in table_of_fields.items() for word in field.choices}
     in_code = {label for label in labels if f'"{label}"' in text}
     assert labels - named - built - in_code == set()
 

@@ -1,7 +1,8 @@
 """The fields of a profile: one table with limits, and the check of every value.
 
 The limits and defaults are those of other gaze-driving projects (Eyedrivomatic, Microsoft's gaze
-library, Tobii): starting points, to be adjusted with the person.
+library, Tobii), for scanning those of Saltillo's and Tobii Dynavox's switch settings and of
+docs/scanning.md: starting points, to be adjusted with the person.
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ from typing import Any
 Profile = dict[str, Any]
 
 MOST_NAME = 40
+# What a switch interface sends: a key, or a button of the pointer ("click": a touch, too).
+_SWITCHES = ("space", "enter", "tab", "f8", "click", "right_click")
 
 
 class ProfileRefused(ValueError):
@@ -76,6 +79,13 @@ def fields(languages: Sequence[str], house: Mapping[str, Any]) -> dict[str, Fiel
         "pointer_stale_ms": Field(500, 300, 1000, 100),
         "growth_percent": Field(20, 0, 20, 5),
         "auto_off_s": Field(15, 10, 20, 1),
+        "scan": Field("off", choices=("off", "rows", "single")),
+        "scan_switch": Field("space", choices=_SWITCHES),
+        "scan_ms": Field(1500, 500, 4000, 100),
+        "scan_accept_ms": Field(50, 0, 1000, 50),
+        "scan_debounce_ms": Field(40, 0, 100, 10),
+        "scan_lockout_ms": Field(300, 0, 2000, 100),
+        "scan_gaze": Field(True),
         "contrast": Field("normal", choices=("normal", "high", "night")),
         "mirrored": Field(False),
         "tones": Field(True),

@@ -1,0 +1,458 @@
+"""Driving with one switch by scanning, in a real Chromium against a stand-in for the host."""
+
+import pytest
+
+from layoutshift import WATCH, take
+from patience import wait_until
+from webperson import Driver
+
+pytestmark = pytest.mark.browser
+
+OFF = {"state": "disarmed", "you": False, "owner": "nobody"}
+ROWS = {"scan": "rows", "scan_ms": 1000}
+MOVES = {"motion": "forward", "output_permille": [500, 0]}
+DIRECTIONS = ["forward", "left", "right"]
+LIT = "() => [...document.querySelectorAll('.lit')].map(e => e.id)"
+
+
+class Scanner(Driver):
+    """A person with one switch before the page."""
+
+    key = " "
+
+    def advance(self, ms, look=None):
+        """As a Driver's, in fewer calls of the browser where nobody looks."""
+        if look is not None:
+            super().advance(ms, look)
+        while look is None and ms > 0:
+            self.state()
+            self.run_for(min(200, ms))
+            ms -= 200
+
+    def lit(self):
+        return self.page.evaluate(LIT)
+
+    def down(self):
+        self.page.keyboard.down(self.key)
+
+    def up(self):
+        self.page.keyboard.up(self.key)
+
+    def press(self, ms=100):
+        self.down()
+        self.advance(ms)
+        self.up()
+        self.advance(50)
+
+    def wait_for(self, *names):
+        """Waits until these are lit and have been seen, and until a press counts again."""
+        self.advance(350)
+        for _ in range(100):
+            if self.lit() == list(names):
+                return self.advance(75)
+            self.advance(100)
+        raise AssertionError(f"{names} are never lit, but {self.lit()}")
+
+    def choose(self, *way):
+        """Presses when each of these is lit, the last of which stays pressed."""
+        for step in way[:-1]:
+            self.wait_for(*step)
+            self.press()
+        self.wait_for(*way[-1])
+        self.down()
+        self.advance(100)
+
+    def said(self):
+        """What moved or stopped since the last call, without repetitions."""
+        kinds = [(m["k"], m.get("verb"), m.get("edge")) for m in self.heard("cmd", "stop")]
+        self.forget()
+        return [kind for n, kind in enumerate(kinds) if n == 0 or kinds[n - 1] != kind]
+
+
+def opened(page, host, **wishes):
+    host.profiles.change({"save": {"id": "1", **ROWS, **wishes}}, True)
+    person = Scanner(page, host)
+    person.open()
+    wait_until(person.lit, "the scan")
+    person.forget()
+    return person
+
+
+@pytest.fixture
+def scanner(page, host):
+    """Armed, and this page drives; the switch is the space bar."""
+    return opened(page, host)
+
+
+def test_it_is_off_until_a_profile_asks_for_it_and_then_needs_no_reload(driver, host):
+    driver.advance(2000)
+    assert driver.page.evaluate(LIT) == []
+    driver.page.keyboard.press(" ")
+    assert driver.heard("stop")
+    driver.state(**OFF)
+    host.profiles.change({"save": {"id": "1", **ROWS}}, True)
+    driver.state()
+    wait_until(lambda: driver.page.evaluate(LIT) == ["stop"], "the scan")
+    host.profiles.change({"save": {"id": "1", "scan": "off"}}, True)
+    driver.state()
+    wait_until(lambda: driver.page.evaluate(LIT) == [], "its end")
+
+
+def test_a_held_switch_drives_until_it_is_let_go(scanner, artefact):
+    assert scanner.lit() == ["stop"]
+    scanner.wait_for(*DIRECTIONS)
+    artefact("driver-scan-row")
+    scanner.press()
+    scanner.wait_for("left")
+    artefact("driver-scan-one")
+    scanner.forget()
+    scanner.down()
+    scanner.advance(1000)
+    assert 18 <= len(scanner.heard("cmd")) <= 20
+    assert scanner.said() == [("cmd", "left", 1)]
+    scanner.up()
+    scanner.advance(75)
+    assert scanner.said() == [("stop", None, None)]
+    scanner.advance(5000)
+    assert scanner.said() == []
+
+
+def test_nothing_is_said_to_be_held_while_the_contact_is_open(scanner):
+    scanner.choose(DIRECTIONS, ["forward"])
+    scanner.forget()
+    for _ in range(5):  # bounces of 25 ms
+        scanner.up()
+        scanner.run_for(25)
+        scanner.down()
+        scanner.advance(75)
+    assert scanner.said() == [("cmd", "forward", 1)]
+    scanner.up()
+    scanner.run_for(25)
+    assert scanner.heard("cmd") == []
+
+
+def test_a_press_starts_a_step_and_the_next_press_stops(scanner, host):
+    scanner.page.locator("#mode").click()
+    scanner.choose(DIRECTIONS, ["left"])
+    scanner.up()
+    scanner.advance(200)
+    assert scanner.said()[-1] == ("cmd", "left", 1)
+    scanner.down()  # the board has not said yet that it moves
+    assert scanner.said() == [("stop", None, None)]
+    scanner.advance(1000)
+    scanner.up()
+    scanner.advance(1000)
+    scanner.choose(DIRECTIONS, ["forward"])
+    scanner.up()
+    scanner.advance(300)
+    scanner.state(**MOVES)
+    scanner.advance(1000)
+    scanner.forget()
+    assert scanner.lit() == ["stop"]
+    scanner.down()
+    assert scanner.said() == [("stop", None, None)]
+
+
+def test_any_press_stops_a_chair_that_others_move(scanner):
+    scanner.state(you=False, owner="caretaker", **MOVES)
+    scanner.advance(1000)
+    assert scanner.lit() == ["stop"]
+    scanner.down()
+    assert scanner.said() == [("stop", None, None)]
+    scanner.advance(3000)
+    scanner.up()
+    assert scanner.said() == []
+
+
+def test_gaze_drives_and_the_switch_stops_it(scanner):
+    scanner.hover("forward")
+    scanner.advance(100, look="forward")
+    assert scanner.said()[-1][:2] == ("cmd", "forward")
+    scanner.down()
+    assert scanner.said()[-1] == ("stop", None, None)
+    scanner.advance(1000, look="forward")
+    assert scanner.said() == []
+
+
+def test_the_switch_drives_and_a_look_at_stop_stops_it_for_good(scanner):
+    scanner.choose(DIRECTIONS, ["forward"])
+    scanner.advance(300, look="left")
+    assert scanner.said()[-1][:2] == ("cmd", "forward")
+    scanner.look("stop")
+    assert scanner.said()[-1] == ("stop", None, None)
+    scanner.advance(2000)
+    assert scanner.said() == []
+
+
+def test_looking_can_be_off_beside_it_and_a_finger_works(page, host):
+    scanner = opened(page, host, scan_gaze=False)
+    scanner.hover("forward")
+    scanner.advance(1500, look="forward")
+    scanner.look("stop")
+    assert scanner.said() == []
+    scanner.page.mouse.down()
+    assert scanner.said() == [("stop", None, None)]
+
+
+def test_key_repeats_are_no_press_and_the_scan_waits_meanwhile(scanner):
+    scanner.choose(DIRECTIONS)
+    for _ in range(40):
+        scanner.down()  # Playwright sends a repeat of a key that is down
+        scanner.advance(50)
+    assert scanner.lit() == ["forward"]
+    assert scanner.said() == []
+
+
+def test_a_switch_that_is_held_while_the_page_loads_chooses_nothing(scanner):
+    scanner.down()
+    scanner.open()
+    wait_until(scanner.lit, "the scan")
+    scanner.forget()
+    for _ in range(60):
+        scanner.down()
+        scanner.advance(50)
+    assert scanner.said() == []
+    scanner.up()
+    scanner.wait_for(*DIRECTIONS)
+    scanner.press()
+    assert scanner.lit() == ["forward"]
+
+
+LOSSES = {
+    "blur": "dispatchEvent(new Event('blur'))",
+    "pagehide": "dispatchEvent(new Event('pagehide'))",
+    "freeze": "document.dispatchEvent(new Event('freeze'))",
+    "hidden": "Object.defineProperty(document, 'hidden', {value: true, configurable: true});"
+    "document.dispatchEvent(new Event('visibilitychange'))",
+}
+
+
+def test_a_page_without_its_person_ends_everything(scanner):
+    for how, event in LOSSES.items():
+        scanner.choose(DIRECTIONS, ["forward"])
+        assert scanner.said()[-1][0] == "cmd", how
+        scanner.page.evaluate(event)
+        assert scanner.heard("disarm"), how
+        assert scanner.said() == [("stop", None, None)], how
+        scanner.advance(3000)
+        assert scanner.said() == [], how
+        scanner.up()
+        scanner.wait_for(*DIRECTIONS)
+        scanner.down()
+        scanner.page.evaluate(event)  # before it counts
+        scanner.forget()
+        scanner.advance(1000)
+        scanner.up()
+        assert scanner.said() == [], how
+
+
+def test_a_link_lost_mid_press_ends_it_and_only_stop_is_left(scanner):
+    scanner.choose(DIRECTIONS, ["forward"])
+    scanner.forget()
+    scanner.run_for(700)
+    assert scanner.said()[-1] == ("stop", None, None)
+    assert scanner.lit() == ["stop"]
+    scanner.run_for(1000)
+    assert scanner.lit() == ["stop"]
+    scanner.connect()
+    scanner.advance(3000)
+    assert scanner.said() == []
+    scanner.up()
+    scanner.wait_for(*DIRECTIONS)
+    scanner.forget()
+    scanner.down()
+    scanner.run_for(25)
+    scanner.run_for(700)  # lost before it counts: the row is not chosen
+    scanner.connect()
+    assert scanner.lit() == ["stop"]
+
+
+def test_while_driving_is_off_no_direction_is_offered(scanner):
+    scanner.state(**OFF)
+    seen = []
+    for _ in range(50):
+        scanner.advance(100)
+        seen += [scanner.lit()] if scanner.lit() not in seen else []
+    assert seen == [["stop"], ["arm"], ["menu"], ["help"]]
+    assert "gele rand" in scanner.text("#hint")
+    scanner.wait_for("arm")
+    scanner.press()
+    assert len(scanner.heard("arm")) == 1
+
+
+def test_the_menu_is_reached_and_left_and_every_tile_can_be_chosen(scanner, host, artefact):
+    scanner.state(**OFF)
+    scanner.wait_for("menu")
+    scanner.press()
+    scanner.wait_for("tile-1", "tile-2", "tile-3")
+    scanner.advance(1000)
+    scanner.wait_for("tile-4", "tile-5", "back")
+    artefact("driver-scan-menu")
+    scanner.press()
+    scanner.wait_for("tile-4")
+    scanner.press()  # looks: four tiles
+    scanner.wait_for("tile-4", "back")
+    scanner.press()
+    scanner.wait_for("back")
+    scanner.press()
+    scanner.wait_for("tile-4", "tile-5", "back")
+    scanner.press()
+    scanner.wait_for("back")
+    scanner.press()
+    assert scanner.data("view") == "drive"
+
+
+def test_a_tile_that_was_not_shown_can_be_looked_at_again(driver, host):
+    driver.state(**OFF)
+    for name in ("menu", "tile-4", "tile-1", "back"):  # looks, another contrast, back
+        driver.page.locator(f"#{name}").click()
+        driver.page.wait_for_timeout(50)
+        driver.state()
+    driver.advance(400, look=(0.5, 0.5))
+    driver.forget()
+    host.posted.clear()
+    driver.advance(2500, look="tile-5")
+    wait_until(lambda: host.posted, "the next person")
+
+
+def test_practice_by_scanning_sends_nothing(scanner):
+    scanner.state(**OFF)
+    scanner.wait_for("menu")
+    scanner.press()
+    scanner.wait_for("tile-1", "tile-2", "tile-3")
+    scanner.press()
+    scanner.wait_for("tile-1")
+    scanner.press()
+    scanner.wait_for("arm")
+    scanner.press()
+    scanner.forget()
+    scanner.choose(DIRECTIONS, ["right"])
+    scanner.advance(500)
+    scanner.up()
+    scanner.advance(100)
+    assert "Rechts 1" in scanner.text("#score")
+    assert scanner.heard("cmd", "arm") == []
+
+
+def test_a_profile_changed_elsewhere_waits_until_driving_is_off(scanner, host):
+    scanner.choose(DIRECTIONS, ["forward"])
+    wish = {"save": {"id": "1", "scan": "single", "scan_switch": "enter", "scan_ms": 2000}}
+    host.profiles.change(wish, True)
+    scanner.advance(500)
+    assert scanner.said()[-1][:2] == ("cmd", "forward")
+    scanner.up()
+    scanner.advance(100)
+    scanner.state(**OFF)
+    scanner.page.wait_for_timeout(100)
+    scanner.key = "Enter"
+    scanner.state(state="armed", you=True, owner="driver")
+    scanner.choose(["forward"])
+    assert scanner.said()[-1] == ("cmd", "forward", 2)
+
+
+def test_every_key_that_can_be_the_switch_does_nothing_else(page, host):
+    scanner = opened(page, host)
+    for name, key in {"enter": "Enter", "tab": "Tab", "f8": "F8", "space": " "}.items():
+        scanner.state(**OFF)
+        host.profiles.change({"save": {"id": "1", "scan_switch": name}}, True)
+        scanner.state()
+        page.wait_for_timeout(50)
+        scanner.key = key
+        scanner.state(state="armed", you=True, owner="driver")
+        scanner.forget()
+        scanner.choose(DIRECTIONS, ["forward"])
+        scanner.up()
+        scanner.advance(100)
+        assert [kind for kind, *_ in scanner.said()] == ["cmd", "stop"], name
+        assert page.evaluate("document.activeElement === document.body"), name
+        assert scanner.heard("disarm") == [], name
+
+
+def test_a_button_is_the_switch_and_two_fingers_are_one(page, host):
+    scanner = opened(page, host, scan_switch="click")
+    session = page.context.new_cdp_session(page)
+
+    def touch(kind, *points):
+        dots = [{"x": x, "y": 300 + 50 * x, "id": x} for x in points]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": dots})
+
+    scanner.wait_for(*DIRECTIONS)
+    touch("touchStart", 1)
+    scanner.advance(100)
+    touch("touchStart", 1, 2)
+    scanner.advance(100)
+    touch("touchEnd", 2)
+    scanner.advance(100)
+    touch("touchEnd")
+    assert scanner.said() == []
+    scanner.wait_for("forward")
+    touch("touchStart", 1)
+    scanner.advance(300)
+    assert scanner.said() == [("cmd", "forward", 1)]
+    touch("touchStart", 1, 2)  # a press while the chair moves
+    assert scanner.said() == [("stop", None, None)]
+    scanner.advance(500)
+    touch("touchEnd", 2)
+    scanner.advance(500)
+    assert scanner.said() == []
+    touch("touchEnd")
+    scanner.look("stop")
+    scanner.forget()
+    scanner.page.mouse.down()  # on STOP itself
+    assert scanner.said() == [("stop", None, None)]
+
+
+def test_a_second_mouse_button_hides_no_release(page, host):
+    scanner = opened(page, host, scan_switch="click")
+    page.mouse.move(*scanner.spot((0.5, 0.6)))
+    scanner.wait_for(*DIRECTIONS)
+    page.mouse.down()
+    scanner.advance(100)
+    page.mouse.up()
+    scanner.wait_for("forward")
+    page.mouse.down()
+    scanner.advance(200)
+    page.mouse.down(button="right")
+    page.mouse.up(button="left")
+    scanner.advance(100)
+    assert scanner.said()[-1] == ("stop", None, None)
+
+
+def test_driving_stays_on_long_enough_for_a_slow_scan(page, host):
+    scanner = opened(page, host, scan="single", scan_ms=4000, auto_off_s=10)
+    scanner.advance(30_000)
+    assert scanner.heard("disarm") == []
+    scanner.advance(8_000)
+    assert scanner.heard("disarm")
+
+
+def test_the_light_moves_nothing_else_and_is_seen(page, host, artefact):
+    page.add_init_script(WATCH)
+    page.set_viewport_size({"width": 1280, "height": 800})
+    host.state.update(OFF)
+    scanner = opened(page, host, contrast="high")
+    take(page)
+    for _ in range(8):
+        scanner.advance(500)
+        assert take(page) == []
+    artefact("driver-scan-off")
+    scanner.state(state="armed", you=True, owner="driver")
+    scanner.choose(DIRECTIONS, ["right"])
+    scanner.advance(500)
+    artefact("driver-scan-holds")
+    assert take(page) == []
+    wide = page.evaluate(
+        "parseFloat(getComputedStyle(document.querySelector('#stop.lit')).outlineWidth)"
+    )
+    assert wide >= 8
+
+
+def test_scanning_that_cannot_be_fetched_is_asked_for_again(page, host):
+    page.route("**/switch_scan.js", lambda route: route.abort())
+    host.profiles.change({"save": {"id": "1", **ROWS}}, True)
+    scanner = Scanner(page, host)
+    scanner.open()
+    scanner.advance(3000)
+    assert scanner.lit() == []
+    page.unroute("**/switch_scan.js")
+    scanner.wait_until(lambda: scanner.advance(500) or scanner.lit(), "the scan")
