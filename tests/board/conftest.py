@@ -23,6 +23,24 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             item.add_marker(pytest.mark.skip(reason="needs faults that only an emulation has"))
 
 
+@pytest.fixture(scope="session", autouse=True)
+def built_once() -> Iterator[None]:
+    """The same sources are compiled once for all tests: that takes longer than copying them."""
+    build = tree.build
+    known: dict[tuple[object, ...], tree.Tree] = {}
+
+    def remembered(sources: tree.Sources, compile_file: tree.Compile | None) -> tree.Tree:
+        texts = tuple((path, file.read_bytes()) for path, file in sources.files.items())
+        key = (texts, sources.main.read_bytes(), compile_file is None)
+        if key not in known:
+            known[key] = build(sources, compile_file)
+        return known[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(tree, "build", remembered)
+        yield
+
+
 @pytest.fixture(scope="session")
 def firmware_sources(tmp_path_factory: pytest.TempPathFactory) -> tree.Sources:
     """A copy of this checkout's firmware."""

@@ -160,8 +160,16 @@ class PowerCut(FlashError):
     """The board died in the middle."""
 
 
+# Before the first and after the last nothing else can happen than between them: when named.
 @pytest.mark.parametrize(
-    "moment", ["write 1", "write 28", "rename 1", "before reset", "main half written"]
+    "moment",
+    [
+        pytest.param("write 1", marks=pytest.mark.long),
+        "write 28",
+        "main half written",
+        "rename 1",
+        pytest.param("before reset", marks=pytest.mark.long),
+    ],
 )
 def test_power_cut_half_way_leaves_a_board_that_boots(
     factory_new: EmulatedLiveBoard, moment: str

@@ -2,7 +2,8 @@
 
 That form has no machine words: what a viper function computes must fit 31 bits without them, and be
 the same. What it allocates is no matter there (tests/boardtest.py). Those of the whole firmware
-take minutes there: `tools/test tests/tools/test_on_wasm.py` runs them too.
+and the longest of the core take minutes there: `tools/test tests/tools/test_on_wasm.py` runs them
+too.
 """
 
 import subprocess
@@ -14,10 +15,14 @@ import gazesetup
 from gazesetup.paths import SOURCE_ROOTS
 from onmicropython import LIMIT_S, TESTS
 
-FILES = [
-    pytest.param(file, marks=[pytest.mark.long] if "board_rig" in file.read_text() else [])
-    for file in sorted(TESTS.glob("*/board_*.py"))
-]
+LONG = ("board_core_board", "board_core_directions", "board_core_owner")
+
+
+def marks(file: Path) -> list[pytest.MarkDecorator]:
+    return [pytest.mark.long] if file.stem in LONG or "board_rig" in file.read_text() else []
+
+
+FILES = [pytest.param(file, marks=marks(file)) for file in sorted(TESTS.glob("*/board_*.py"))]
 ROOTS = [gazesetup.ROOT / name for name in SOURCE_ROOTS if name != "host"]
 
 
