@@ -1,8 +1,8 @@
 # Ages of the safety core's inputs, durations of conditions, and the faults that follow from them.
 # Counted in ticks of 1 ms, saturating. Pure: no clock, no allocation, integers.
 #
-# All of it is in one array, machine words for viper: as attributes, each of these would take the
-# tick a hundred instructions to read.
+# All are in one array of machine words for viper: as attributes, each would cost the tick a hundred
+# instructions to read.
 
 from array import array
 
@@ -63,16 +63,16 @@ PRESSED = const(64)  # the button at the chair, for long enough
 
 
 class Ages:
-    # Nothing was ever heard. A button pressed at boot is stuck: no reset.
+    # At boot nothing has been received. A button that is pressed at boot is stuck: no reset.
 
     def __init__(self):
         self.words = w = array("i", [0] * _WORDS)
         for at in (HOST, SERVICE, CLEARANCE, HEADING, STEADY, BUTTON):
             w[at] = limits.AGE_MAX_MS
 
-    # One tick. `i` is an Inputs; missed_ms passed without a tick before: they are in every age,
-    # those that begin now included, and in no time for which something has to be proven. Returns
-    # which orders are new, in bits.
+    # One tick. `i` is an Inputs; missed_ms passed without a tick before it: they count in every
+    # age, also in those that begin now, but in no duration that proves something. Returns which
+    # orders are new, in bits.
     @micropython.viper
     def count(
         self, i, relay_closed: int, button_pressed: int, late: int, on: int, missed_ms: int
@@ -200,7 +200,7 @@ class Ages:
             faults |= 1 << int(codes.EMERGENCY)
         # The relay's contact.
         if w[RELAY_FITTED] == 0:
-            # None is said to be fitted: then no contact moves.
+            # The settings say that none is fitted, so no contact may move.
             if w[OPEN] >= int(limits.RELAY_RELEASE_MS):
                 w[CONTACT] |= 1
             elif w[CLOSED] >= int(limits.RELAY_RELEASE_MS):
@@ -216,6 +216,6 @@ class Ages:
         elif w[CLOSED] >= int(limits.RELAY_STUCK_MS) and w[OFF] >= int(limits.RELAY_STUCK_MS):
             faults |= 1 << int(codes.RELAY_STUCK)
         elif w[OPEN] < int(limits.RELAY_CLEAR_MS) or w[OFF] < int(limits.RELAY_CLEAR_MS):
-            # Stands until the contact has been open, as it should be now, for a while.
+            # Remains until the contact has been open, as it should be, for a while.
             faults |= old & (1 << int(codes.RELAY_OPEN) | 1 << int(codes.RELAY_STUCK))
         return faults

@@ -1,7 +1,7 @@
 # The caretaker's bypass: permits creep past an obstacle while the button is pressed.
 #
-# At most for BYPASS_MAX_MS. Then comes a pause, whatever the host sends: new press numbers give no
-# new time. Pure: integers only, no clock, no allocation.
+# It lasts BYPASS_MAX_MS at most. A pause follows, whatever the host sends: a new press number gives
+# no more time. Pure: integers only, no clock, no allocation.
 
 from gazeboard.core import limits
 from gazeboard.core.safety import ahead

@@ -131,16 +131,16 @@ class Motion:
             turn = most
         elif turn < -most:
             turn = -most
-        # A controller's correction may point the other way than the command: it only goes where it
-        # is free.
+        # A controller's correction may oppose the command's direction: it must not enter a blocked
+        # one.
         if (turn > 0 and blocked & (1 << codes.DIR_LEFT)) or (
             turn < 0 and blocked & (1 << codes.DIR_RIGHT)
         ):
             turn = 0
         self.turn_permille = turn
 
-    # What obstacles take from one axis is taken from the other in proportion: the driver's curve
-    # stays.
+    # What obstacles take from one axis is taken from the other in proportion, so that the driver's
+    # curve stays the same.
     @micropython.native
     def _limit_both(self, i, caps, arcs):
         s = self._settings
@@ -189,8 +189,8 @@ class Motion:
         self._drives_straight = False
         self._arrived = False
 
-    # Where a step turn counts from: the heading, or the setpoint at which the step before arrived
-    # and the chair still stands, so that what each leaves does not add up.
+    # Where a step turn begins: at the heading, or at the setpoint that the step before reached and
+    # where the chair still stands, so that small errors do not add up.
     @micropython.native
     def _from_q4(self, heading_q4):
         if self._arrived and -_NEAR_Q4 <= wrapped(self._setpoint_q4 - heading_q4) <= _NEAR_Q4:
@@ -223,7 +223,7 @@ class Motion:
             self._drives_straight = True
             self._turn.keep(i.heading_q4)
 
-    # Counted in steps only: a held motion may last longer than a small integer can count.
+    # Time is counted in steps only: a held motion may last longer than a small integer can count.
     @micropython.native
     def _step_on(self, i, verb):
         elapsed_ms = self._elapsed_ms + 1
@@ -246,7 +246,7 @@ class Motion:
         elif turn.missed or elapsed_ms > limit_ms:
             self._end(codes.TIME_LIMIT)
 
-    # A step straight on begins and ends gently, within its time.
+    # A step straight ahead begins and ends gently, within its time.
     @micropython.native
     def _smooth(self):
         ramp_ms = self._settings.step_ramp_ms
@@ -254,8 +254,8 @@ class Motion:
         if ms < ramp_ms:
             self.linear_permille = self.linear_permille * ms // ramp_ms
 
-    # The heading is kept while going forward. Not backwards: which way a chair turns
-    # then for the same joystick is not known. Without a heading it goes on unheld.
+    # The heading is held while going forward, not backward: which way a chair turns then for the
+    # same joystick is not known. Without a heading the chair goes on unheld.
     @micropython.native
     def _keep_straight(self, i, faults):
         if faults & codes.HEADING_FAULTS == 0:

@@ -2,8 +2,8 @@
 #
 # Pure: a step per heading sample, no allocation, integers only. Only the turn has a sensor. With a
 # stuck wiper, relay or joystick interface the chair continues to turn at neutral, or turns against
-# the command. Other causes (casters, a slope, a bump, a person's spasm) are slow, short, or go to
-# and fro.
+# the command. Other causes (casters, a slope, a bump, a person's spasm) are slow, short, or change
+# direction.
 
 from array import array
 
@@ -40,8 +40,8 @@ class Obedience:
         self.wiper_debt = 0
         self.configure(settings)
 
-    # Not in the tick. Any profile may be selected on the chair's own knob; a quarter above its rate
-    # for a fresh battery and an even floor.
+    # Not in the tick. Any profile may be selected with the chair's own knob; a fresh battery and an
+    # even floor may add a quarter to its rate.
     def configure(self, settings):
         fastest = 0
         for profile in range(len(PROFILES)):
@@ -52,8 +52,8 @@ class Obedience:
         self._words[_FULL_Q4] = self._full_q4
         self._words[_FALL_Q4] = self._full_q4 * _SAMPLE_MS // limits.OBEY_FALL_MS
 
-    # After the motion's tick; `i` is an Inputs, the outputs are those of this tick. True: it
-    # disobeys.
+    # After the motion's tick; `i` is an Inputs, the outputs are those of this tick. True: the chair
+    # does not obey.
     @micropython.viper
     def step(self, i, linear_permille: int, turn_permille: int, armed: int) -> bool:
         w = ptr32(self._words)
@@ -68,19 +68,19 @@ class Obedience:
             return False
         if armed:
             return int(self._judge(i, linear_permille, turn_permille)) != 0
-        # Nothing reaches the chair: whoever turns it does so by hand.
+        # Nothing reaches the chair: it is turned by hand.
         w[_LEFT_Q4] = 0
         w[_RIGHT_Q4] = 0
         w[_REST_MS] = 0
         w[_WRONG_MS] = 0
         return False
 
-    # A sample: first how fast the chair may be turning in each sense, as the output asks for and
-    # for a while as one before did; then whether it turns faster, and has for too long.
+    # One sample. First the rate that each side permits: that of the output, and for a while that of
+    # earlier outputs. Then whether the chair turns faster, and for too long.
     @micropython.viper
     def _judge(self, i, linear_permille: int, turn_permille: int) -> int:
         w = ptr32(self._words)
-        # Towards the right, as a floor: nothing negative is divided.
+        # To the right rounded down, without dividing a negative number.
         asked_q4 = turn_permille * w[_FULL_Q4]
         if asked_q4 < 0:
             asked_q4 = 0 - (_FULL_PERMILLE - 1 - asked_q4) // _FULL_PERMILLE
@@ -132,8 +132,8 @@ class Obedience:
         w[_WRONG_MS] = 0
         return 1
 
-    # After each write that was not verified, and while there is a debt. True: two writes of three
-    # have failed for a second, though never three in a row.
+    # After each write that was not verified, and while there is a debt. True: for a second two of
+    # three writes have failed, though never three in a row.
     @micropython.native
     def wipers_written(self, verified):
         if verified:

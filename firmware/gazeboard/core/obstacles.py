@@ -100,7 +100,7 @@ class Way:
                     self.level = level
                 self._better_ms = better_ms
 
-    # A clearance has come that is nearer than it takes to stop.
+    # A new clearance is shorter than the stopping distance.
     @micropython.native
     def block(self):
         self.level = _BLOCKED
@@ -143,7 +143,7 @@ class Obstacles:
         self._make_tables(settings)
         self.arcs = Arcs(settings, self._stopping)
 
-    # Not in the tick: makes the tables anew.
+    # Not in the tick: makes new tables.
     def configure(self, settings):
         self._make_tables(settings)
         self.arcs.configure(settings, self._stopping)
@@ -160,7 +160,7 @@ class Obstacles:
             for direction in range(4)
         ]
 
-    # That many ms passed without a tick.
+    # `ms` passed without a tick.
     @micropython.native
     def missed(self, ms):
         self._extra_ms += ms
@@ -184,7 +184,7 @@ class Obstacles:
         if judges:
             self._judge_arcs(i, trusted)
         if judges or looks:
-            # Work enough for one tick, but news in each tick must not keep the rest waiting.
+            # Enough work for one tick; but new data in every tick must not delay the rest.
             self._looked = not self._looked
             if self._looked:
                 self._extra_ms += 1
@@ -220,7 +220,7 @@ class Obstacles:
             arcs.feel(_RIGHT, way)
             most[_RIGHT] = 0
 
-    # What was put out in a tick.
+    # Records the outputs of a tick.
     @micropython.viper
     def _put_out(self, linear_permille: int, turn_permille: int):
         most = ptr32(self._most)
@@ -247,7 +247,7 @@ class Obstacles:
         else:
             self.blocked &= ~ARC_BLOCKED
 
-    # A new clearance: what it forbids counts in this tick.
+    # A new clearance: what it forbids is blocked in this tick.
     @micropython.native
     def _look(self, i):
         near = i.clearance_blocked & _ALL_BLOCKED

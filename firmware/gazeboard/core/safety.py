@@ -8,8 +8,8 @@ from gazeboard.core import ages, limits
 from gazelink import codes
 from gazelink.native import micropython, ptr32
 
-# Every fault makes neutral, except those that only refuse some directions; and every fault that
-# makes neutral ends the armed state at once, except those that may pass.
+# Every fault sets the outputs to neutral, except those that only refuse some directions. Every
+# fault that does so also disarms at once, except those that may pass.
 _WARNING = codes.HEADING_FAULTS | (1 << codes.OBSTACLE_DATA_OLD)
 _PASSING = (
     (1 << codes.HOST_SILENT)
@@ -70,12 +70,12 @@ class Safety:
         words[ages.RELAY_FITTED] = relay_fitted
         self._wiper_bad = 0
 
-    # Whether a contact tells what the relay does; only while disarmed.
+    # Whether a contact reports the relay's position. Only while disarmed.
     def set_relay_fitted(self, fitted):
         self._words[ages.RELAY_FITTED] = fitted
         self._words[ages.CONTACT] = 0
 
-    # The joystick's neutral is another count now: it is proven anew. Only while disarmed.
+    # The joystick's neutral has another count now, so it must be proven again. Only while disarmed.
     def neutral_moved(self):
         self._words[ages.NEUTRAL] = 0
 
@@ -87,8 +87,8 @@ class Safety:
         missed_ms = self.missed_ms
         if missed_ms:
             self.missed_ms = 0
-        # Every order has a counter of its own: none takes another's place. An order to arm or to
-        # reset that comes with a new session belongs to the old one.
+        # Every order has its own counter, so that none replaces another. An order to arm or to
+        # reset that arrives together with a new session belongs to the old session.
         news = count(i, relay_closed, button_pressed, late, self.enable, missed_ms)
         reset = False
         if news:
@@ -133,7 +133,7 @@ class Safety:
         self._last(ages.NEUTRAL, neutral)
         return self.enable
 
-    # Something has lasted a tick longer, or not at all.
+    # A duration: one tick longer if the condition holds, else 0.
     @micropython.viper
     def _last(self, at: int, lasts: int):
         w = ptr32(self._words)
@@ -142,7 +142,7 @@ class Safety:
         elif w[at] < int(limits.AGE_MAX_MS):
             w[at] += 1
 
-    # An exception in the tick: enable off, latched.
+    # An exception was raised in the tick: enable off, latched fault.
     @micropython.native
     def tick_raised(self):
         self.trip(codes.TICK_EXCEPTION)
@@ -154,7 +154,7 @@ class Safety:
         self._end_press(reason)
         self._quiet = reason == codes.NO_REASON
 
-    # Enable off, and a fault that latches: by what is found out after step().
+    # Enable off and a latched fault, for what is detected after step().
     @micropython.native
     def trip(self, fault):
         if self.faults == 0:
@@ -180,16 +180,16 @@ class Safety:
             self.override = reason
             self._quiet = False
 
-    # Another host, or the same one again: nothing of the old life may go on, and its presses are
-    # numbered anew.
+    # A new session, of this host or another: nothing of the old session may continue, and presses
+    # are numbered from the start.
     @micropython.native
     def _begin_session(self):
         self._end_press(codes.NOT_CONNECTED)
         self.spent_edge = 0
         self._disarm()
 
-    # The last of `arms` orders was `owner`'s; several at once may have gone to and fro. `reset`:
-    # faults are reset in this very tick, and whoever asked to arm has not seen them gone.
+    # The last of `arms` orders was `owner`'s; several may have arrived at once. `reset`: the faults
+    # are reset in this same tick, so whoever asked to arm has not seen them cleared.
     @micropython.native
     def _arm(self, owner, arms, reset):
         if owner != codes.DRIVER and owner != codes.CARETAKER:
@@ -205,7 +205,7 @@ class Safety:
             self.first_fault = codes.NO_REASON
             self._words[ages.ARMING] = 0
 
-    # What stands against arming now; NO_REASON: ready.
+    # Why arming is refused now; NO_REASON: ready.
     @micropython.native
     def _why_not_arm(self):
         words = self._words
@@ -244,7 +244,7 @@ class Safety:
         self.enable = state != codes.DISARMED
         self.arm_reason = self._why_not_arm() if state == codes.DISARMED else codes.NO_REASON
 
-    # Silent or stalled for so long that it disarms. Both are faults long before.
+    # Silent or stalled for so long that it disarms. Both are faults long before that.
     @micropython.native
     def _lost(self):
         words = self._words
@@ -259,7 +259,7 @@ class Safety:
             return self._words[ages.CLOSED] >= limits.RELAY_HOLD_MS
         return self._words[ages.ARMING] >= limits.RELAY_HOLD_MS
 
-    # That press and all before it never move the chair any more.
+    # This press and all before it never move the chair again.
     @micropython.native
     def _spend(self, edge):
         if edge and ahead(edge, self.spent_edge):
@@ -379,7 +379,7 @@ class Safety:
         return codes.OBSTACLE_FORWARD + direction
 
 
-# What an arc that is not free is told as: the side to which it leads, or a single axis' direction.
+# How a blocked arc is reported: as the side to which it leads, or as the single axis' direction.
 @micropython.native
 def _arc_direction(i):
     if i.verb != codes.DRIVE:

@@ -113,7 +113,7 @@ class Inbox:
     def touch(self):
         self._dirty = True
 
-    # The service loop lives: one atomic store each, without a copy.
+    # Signs of life of the service loop: one atomic store each, without a copy.
     def beat(self):
         count = (self.back.service_count + 1) & 0xFFFF
         self.back.service_count = count

@@ -1,7 +1,7 @@
 # Checks the pace of the ticks against the microsecond clock.
 #
-# Ages are counted in ticks; ticks that come too rarely must neither slow them down nor go
-# unnoticed. Pure: integers only.
+# Ages are counted in ticks, so ticks that come too rarely would slow them down unnoticed. Pure:
+# integers only.
 
 from gazeboard.core import limits
 from gazelink.native import micropython
@@ -18,8 +18,8 @@ class TickClock:
         self._owed_us = 0  # passed and not yet counted, below a millisecond
 
     # A tick comes elapsed_us after the one before. Returns the whole milliseconds that passed
-    # without a tick since then; ticks in quick succession afterwards do not take them back, because
-    # an age that began in between knows nothing of them.
+    # without a tick since then. Ticks in quick succession afterwards do not take them back, because
+    # an age that began in between does not contain them.
     @micropython.native
     def step(self, elapsed_us):
         if elapsed_us < 0 or elapsed_us > _LONG_US:

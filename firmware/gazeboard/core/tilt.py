@@ -28,7 +28,7 @@ class Tilt:
         self._moved_ms = 0
 
     # A sample of both angles, dt_ms after the one before. trusted: the sensor works as it should.
-    # A slope is believed from anyone; level ground only from a trusted sensor.
+    # A slope is believed from any sensor, level ground only from a trusted one.
     def feed(self, roll_q4_deg, pitch_q4_deg, dt_ms, trusted):
         angle_q4_deg = max(abs(roll_q4_deg), abs(pitch_q4_deg))
         if angle_q4_deg > self.limit_q4_deg:
@@ -49,7 +49,7 @@ class Tilt:
         elif trusted:
             self._level_ms = min(self._level_ms + dt_ms, _LEVEL_MS)
 
-    # Time goes on, by the tick's own count. lost: the sensor cannot be read or believed; moving: a
+    # One tick passes. lost: the sensor cannot be read or believed; moving: a
     # motion is permitted; armed: else there is nothing to bound.
     def watch(self, elapsed_ms, lost, moving, armed):
         if not lost or not armed:
@@ -60,7 +60,7 @@ class Tilt:
         self._unseen_ms = min(self._unseen_ms + elapsed_ms, limits.AGE_MAX_MS)
         if moving:
             self._moved_ms = min(self._moved_ms + elapsed_ms, limits.AGE_MAX_MS)
-        # Found out that late at most; the rest is until the wheels are told.
+        # The latest moment of detection; the rest is left for the output.
         found_ms = limits.HEADING_OLD_MS + limits.MARGIN_MS
         if (
             self._level_ms < _LEVEL_ENOUGH_MS
