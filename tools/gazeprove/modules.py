@@ -10,23 +10,22 @@ _FIRMWARE = ROOT / "firmware"
 TESTS = ROOT / "tests" / "firmware"
 
 # name -> as Python imports it
-MODULES = {
-    name: f"gazeboard.core.{name}"
-    for name in (
-        "tick",
-        "safety",
-        "ages",
-        "motion",
-        "obstacles",
-        "speed",
-        "stopping",
-        "bypass",
-        "obedience",
-        "zone",
-        "tilt",
-        "tick_clock",
-    )
-}
+_CORE = (
+    "tick",
+    "safety",
+    "ages",
+    "motion",
+    "obstacles",
+    "speed",
+    "stopping",
+    "bypass",
+    "obedience",
+    "profile_check",
+    "zone",
+    "tilt",
+    "tick_clock",
+)
+MODULES = {name: f"gazeboard.core.{name}" for name in _CORE}
 # Tests that a mutant must not survive: each calls the modules themselves, none a whole board.
 SUITES = (
     *sorted(path.stem for path in TESTS.glob("board_core_*.py")),

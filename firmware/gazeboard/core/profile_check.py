@@ -70,7 +70,7 @@ class ProfileCheck:
         model = self._model
         rate_q4 = i.rate_q4
         faulty = i.heading_faults
-        size = turn_permille if turn_permille >= 0 else -turn_permille
+        size = abs(turn_permille)
         steady_ms = 0
         if size >= limits.TELLING_PERMILLE and model.steady():
             steady_ms = min(self._steady_ms + _SAMPLE_MS, 1000)
@@ -123,13 +123,13 @@ class ProfileCheck:
         self._left_ms -= 1
         if self._left_ms == 0 or self._stood_ms >= limits.TRUST_STANDING_MS:
             self._distrust()
-            self._agrees_ms = 0
 
     @micropython.native
     def _distrust(self):
         self.agreed = False
         self.sluggish = False
         self._left_ms = 0
+        self._agrees_ms = 0
 
     @micropython.native
     def _contradict(self):
