@@ -115,6 +115,11 @@ class Arbiter:
         page = self._clients.get(client)
         return "viewer" if page is None else page.role_name
 
+    def beside(self, client: int) -> bool:
+        """It is an input, not a page."""
+        page = self._clients.get(client)
+        return page is not None and page.beside
+
     def page_edge(self, client: int) -> int:
         """The page's own edge of the press the board last took from it, 0 for none."""
         return self._press.page_edge(client, self._board_edge)

@@ -138,7 +138,7 @@ class Control:
                 refusal: Refusal | None = Refusal("drive", "no_answer", f"no mode {meaning.mode}")
             else:
                 refusal = self._arbiter.receive(client, meaning, now_s)
-            if meaning is STOP:
+            if meaning is STOP and not self._arbiter.beside(client):
                 self._stop_seen.said(client, now_s)
             cap_permille = self._arbiter.cap_permille
             self._tell_board()

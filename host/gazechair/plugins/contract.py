@@ -38,7 +38,7 @@ class Intent:
 NOTHING = Intent("nothing")
 """The person lets go: what this input pressed ends."""
 STOP = Intent("stop")
-"""Stop now, whoever drives; nothing moves until this input has sensed NOTHING."""
+"""Nobody drives while this is sensed; afterwards this input must first sense NOTHING."""
 
 
 def hold(direction: str) -> Intent:

@@ -82,7 +82,7 @@ class InputProducer:
         was, self._said = self._said, value.intent
         proof = self._port.proof(value.born_s)
         self._port.act(self._client, Beat(proof))
-        if value.stops != self._stops or value.intent.do == "stop" != was.do:
+        if value.stops != self._stops or value.intent.do == "stop":
             self._stops = value.stops
             self._rested = False
             self._port.act(self._client, STOP)

@@ -1,0 +1,105 @@
+"""The fuzzer of producers: the code keeps the promises, and planted mistakes are found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from gazechair.driving.arbiter import Arbiter
+from gazechair.driving.control import Control
+from gazechair.driving.press import DrivingPress, Presses
+from gazechair.plugins import producer
+from gazecontract.fuzz import fuzz
+from gazecontract.fuzz_oracle import Violation
+
+
+def test_nothing_that_is_said_moves_the_chair_against_the_promises() -> None:
+    said, judged = fuzz(12_000)
+    assert said >= 12_000
+    assert judged > 400
+
+
+def _times_do_not_matter(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(producer._Times, "fresh", lambda _self, _born_s: True)
+
+
+def _future_is_taken(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(producer, "_AHEAD_S", 1e9)
+
+
+_ALWAYS = property(lambda _self: True, lambda _self, _value: None)
+
+
+def _rest_is_not_needed(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(producer.InputProducer, "_rested", _ALWAYS, raising=False)
+
+
+def _ended_presses_come_back(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(Presses, "end", lambda _self: None)
+
+
+def _letting_go_is_not_heard(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(producer, "LET_GO", producer.Beat(None))
+
+
+def _a_stop_is_not_heard(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(producer, "STOP", producer.Beat(None))
+
+
+def _anyone_drives(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(Arbiter, "_may_drive", lambda _self, _client, _page: True)
+
+
+def _a_mode_lives_for_ever(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(producer, "LIFE_S", 9.0)
+    steer = DrivingPress.steer
+    patch.setattr(DrivingPress, "steer", lambda self, a, b, till_s: steer(self, a, b, till_s + 9.0))
+
+
+def _a_lost_mode_drives_on(patch: pytest.MonkeyPatch) -> None:
+    offer = Control.offer_mode
+
+    def keep(self: Control, mode: str, tile: Any) -> None:
+        if tile is not None:
+            offer(self, mode, tile)
+
+    patch.setattr(Control, "offer_mode", keep)
+
+
+def _another_press_is_answered(patch: pytest.MonkeyPatch) -> None:
+    says = Arbiter.mode_says
+
+    def any_press(self: Arbiter, mode: str, _number: int, *rest: Any) -> None:
+        says(self, *self.mode_press, *rest)
+
+    patch.setattr(Arbiter, "mode_says", any_press)
+
+
+def _a_life_that_ends_drives_on(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(producer.InputProducer, "end", lambda _self: None)
+
+
+MISTAKES: tuple[Callable[[pytest.MonkeyPatch], None], ...] = (
+    _times_do_not_matter,
+    _future_is_taken,
+    _rest_is_not_needed,
+    _ended_presses_come_back,
+    _letting_go_is_not_heard,
+    _a_stop_is_not_heard,
+    _anyone_drives,
+    _a_mode_lives_for_ever,
+    _a_lost_mode_drives_on,
+    _another_press_is_answered,
+    _a_life_that_ends_drives_on,
+)
+
+
+@pytest.mark.parametrize("mistake", MISTAKES, ids=lambda mistake: mistake.__name__.strip("_"))
+def test_a_mistake_is_found(
+    mistake: Callable[[pytest.MonkeyPatch], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mistake(monkeypatch)
+    with pytest.raises(Violation, match="seed"):
+        fuzz(60_000)
