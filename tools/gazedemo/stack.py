@@ -56,8 +56,9 @@ class Stack:
     only its folder: its processes end with the thread that entered it.
 
     `interpreter` is a MicroPython's path or "cpython"; `port` 0 takes any free one; `camera_url` ""
-    shows what the simulated camera sees; `more_config` follows the host's configuration. Logs and
-    ports live in `folder`, which goes at the end.
+    shows what the simulated camera sees; `more_config` follows the host's configuration, and
+    `packages` is one more folder of packages. Logs and ports live in `folder`, which goes at the
+    end.
     """
 
     def __init__(
@@ -68,6 +69,7 @@ class Stack:
         port: int = 0,
         camera_url: str = "",
         more_config: str = "",
+        packages: str = "",
     ) -> None:
         self._interpreter = interpreter
         self._room = room
@@ -75,6 +77,7 @@ class Stack:
         self._port = port or _free_port()
         self._camera_url = camera_url
         self._more_config = more_config
+        self._packages = packages
         # Short: a unix socket's path must stay under 108 bytes, wherever the checkout is.
         self.folder = Path(tempfile.mkdtemp(prefix="gazechair-"))
         self._cookie = ""
@@ -154,13 +157,16 @@ class Stack:
             self._wait_for_parts()
 
     def _spawn(self, name: str, words: list[str], stdout: int | None = None) -> None:
+        env = gazesetup.source_environment()
+        if self._packages:
+            env["PYTHONPATH"] += os.pathsep + self._packages
         with ending.later(), open(self.folder / f"{name}.log", "wb") as log:
             self._processes[name] = subprocess.Popen(
                 [sys.executable, *words],
                 stdin=subprocess.DEVNULL,
                 stdout=stdout if stdout is not None else log,
                 stderr=log,
-                env=gazesetup.source_environment(),
+                env=env,
                 cwd=gazesetup.ROOT,
                 start_new_session=True,  # Ctrl-C is for us; we end them in order
                 preexec_fn=dies_with_me(signal.SIGTERM),
@@ -191,7 +197,7 @@ class Stack:
                 missing = ", ".join(
                     f"{name} {part['state']}"
                     for name, part in parts.items()
-                    if part["state"] != "ok"
+                    if part["state"] != "ok" and not name.startswith(("input ", "mode "))
                 )
                 if not missing:
                     return

@@ -16,6 +16,10 @@ BENCHMARKS = {
         "past things and people: ours, the first prototype's rule",
     ),
     "page": ("gazemeasure.page", "the page on a bad network, the host under floods"),
+    "plugins": (
+        "gazemeasure.plugins",
+        "inputs and modes: gamepad and mode to the wipers, bad ones, twenty of them, a fuzzer",
+    ),
     "tick": ("gazemeasure.tick", "the hard tick: allocation, instructions, jitter, telemetry"),
     "turn": ("gazemeasure.turn", "turns: ours, the first prototype, a plain PID, the optimum"),
 }

@@ -55,6 +55,8 @@ class RawDriver:
         self._tokens: deque[tuple[int, float]] = deque(maxlen=50)  # token, time of arrival
         self._edge = 0
         self._held = False
+        self.button: dict[str, Any] = {"k": "cmd", "verb": "forward", "mode": "continuous"}
+        """What a press says."""
         self._stopping = threading.Event()
         self.state: dict[str, Any] = {}
         self._threads = [
@@ -90,7 +92,7 @@ class RawDriver:
             self._stopping.wait(1.0)
 
     def press(self) -> float:
-        """A new press of forward, active from now on; when it was sent (CLOCK_MONOTONIC)."""
+        """A new press of its button, active from now on; when it was sent (CLOCK_MONOTONIC)."""
         with self._lock:
             self._edge += 1
             self._held = True
@@ -107,7 +109,7 @@ class RawDriver:
         return now_s
 
     def _hold(self) -> None:
-        self._say({"k": "cmd", "verb": "forward", "mode": "continuous", "edge": self._edge})
+        self._say({**self.button, "edge": self._edge})
 
     def _say(self, message: dict[str, Any], fresh: bool = True) -> None:
         if fresh:

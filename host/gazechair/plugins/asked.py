@@ -81,7 +81,7 @@ class AskedMode:
         if press == 0 or now_s - state_s > WORLD_OLD_S:
             return Value(now_s, 0, NOTHING, 0, trouble)
         pressed_s = now_s - self._since_s
-        world = World(word["heading_deg"], word["clearance"], word["view"], pressed_s)
+        world = World(word["heading_deg"], word["clearance"], word["view"], state_s, pressed_s)
         wish = self._plugin.drive(world)
         intent = NOTHING if wish is None else drive(*wish)
         return Value(min(state_s, now_s), press, intent, 0, trouble)

@@ -83,6 +83,8 @@ class World:
     """By direction, until the chair's outline touches something; None: nothing in range."""
     view: Mapping[str, str]
     """By direction: "seen", "blind" (not at this moment) or "unseen" (never)."""
+    born_s: float
+    """When the board said so, monotonic."""
     pressed_s: float
     """For how long this press has lasted; 0 when the mode is asked for the first time."""
 

@@ -22,7 +22,9 @@ from gazechair.plugins.found import find
 
 _SILENT_S = 1.0
 _NICE = 5  # one that computes does not take the processor from those who stop the chair
-_LONGEST_PAUSE_S = 30.0
+_LONGEST_PAUSE_S = 10.0
+_OTHERS_S = 5.0  # board, lidar and camera come first, for so long
+_START_S = 2.0  # the next one starts then at the latest
 _HEALTH_S = 0.5
 _LOOK_S = 0.004  # while a mode is pressed
 _IDLE_LOOK_S = 0.02
@@ -149,6 +151,7 @@ class Plugins:
         parts: HealthRegistry,
         clock: Clock = time.monotonic,
     ) -> None:
+        self._others = [parts.part(name) for name in parts.states()]
         self.running = {
             config.title: Plugin(config, port, parts.part(f"{config.kind} {config.name}"), clock)
             for config in configs
@@ -157,20 +160,43 @@ class Plugins:
         self._port = port
         self._clock = clock
         self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._tell_modes, name="modes", daemon=True)
+        self._threads = [threading.Thread(target=self._tell_modes, name="modes", daemon=True)]
 
     def start(self, start: Callable[[Plugin, Health], None]) -> None:
         """Start each of them by `start`, which turns a failure into its health."""
+        if not self._modes:
+            self._threads.clear()
+        if self.running:
+            starter = threading.Thread(
+                target=self._start, args=(start,), name="plugin-starts", daemon=True
+            )
+            self._threads.append(starter)
+        for thread in self._threads:
+            thread.start()
+
+    def _start(self, start: Callable[[Plugin, Health], None]) -> None:
+        # One after another: twenty processes that begin at once would hold up everybody else.
+        if not self._wait(self._others, _OTHERS_S):
+            return
         for plugin in self.running.values():
             start(plugin, plugin.health)
-        if self._modes:
-            self._thread.start()
+            if not self._wait([plugin.health], _START_S):
+                return
+
+    def _wait(self, parts: list[Health], limit_s: float) -> bool:
+        """Until none of them is starting, at most so long; False when all is to stop."""
+        end_s = self._clock() + limit_s
+        while any(part.state == states.STARTING for part in parts) and self._clock() < end_s:
+            if self._stopping.wait(_IDLE_LOOK_S):
+                return False
+        return True
 
     def stop(self) -> None:
         """End all processes and threads."""
         self._stopping.set()
-        if self._thread.is_alive():
-            self._thread.join(5.0)
+        for thread in self._threads:
+            if thread.is_alive():
+                thread.join(5.0)
         for plugin in self.running.values():
             plugin.stop()
 
