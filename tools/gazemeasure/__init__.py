@@ -20,6 +20,7 @@ BENCHMARKS = {
         "gazemeasure.plugins",
         "inputs and modes: gamepad and mode to the wipers, bad ones, twenty of them, a fuzzer",
     ),
+    "scanning": ("gazemeasure.scanning", "through a door with one switch, beside gaze"),
     "tick": ("gazemeasure.tick", "the hard tick: allocation, instructions, jitter, telemetry"),
     "turn": ("gazemeasure.turn", "turns: ours, the first prototype, a plain PID, the optimum"),
 }

@@ -53,7 +53,7 @@ class Eyes:
         return Clearance(source=scan.source, acquired_s=scan.acquired_s, **self._evaluate((view,)))
 
 
-class _SeeingChair(LinkedChair):
+class SeeingChair(LinkedChair):
     """Its host sees by the lidar, some ms late."""
 
     def __init__(self, room: Room, profile: str) -> None:
@@ -78,7 +78,7 @@ def firmware_run(seed: int) -> Outcome:
     """One run forward, with the prototype's one lidar, at the board's own settings."""
     profile = PROFILES[seed % len(PROFILES)]
     wanted = _forward(_KINDS[seed % len(_KINDS)], seed)
-    chair, outcome = _SeeingChair(wanted.room, profile), Outcome()
+    chair, outcome = SeeingChair(wanted.room, profile), Outcome()
     chair.arm()
     chair.run(300)
     start_m = (chair.world.chair.x_m, chair.world.chair.y_m)

@@ -128,6 +128,7 @@ class LinkedChair(ChairRig):
         self.blocked = 0
         self.owner = codes.CARETAKER
         self._command = STOP_COMMAND
+        self._edge = 0
 
     def host_ms(self) -> None:
         """The link, the press, and what the lidars see."""
@@ -142,9 +143,9 @@ class LinkedChair(ChairRig):
         self, verb: int, mode: int = codes.CONTINUOUS, turn_permille: int = 0, pulse_ms: int = 0
     ) -> None:
         """Begin a press and keep it active."""
-        edge = self._command.edge % 255 + 1
+        self._edge = self._edge % 255 + 1
         self._command = Command(
-            verb, mode, edge, self.owner, 0.0, turn_permille=turn_permille, pulse_ms=pulse_ms
+            verb, mode, self._edge, self.owner, 0.0, turn_permille=turn_permille, pulse_ms=pulse_ms
         )
 
     def release(self) -> None:

@@ -1,0 +1,228 @@
+"""People who drive through a door in the benchmark `scanning`: by one switch, by gaze.
+
+The switch: a scan time of 1.5 s suits a person whose presses come 0.65 of it after the light, and
+it is about their mean plus two standard deviations (Simpson, Koester, LoPresti: Selecting an
+appropriate scan rate: the ".65 rule", Assistive Technology 19(2), 2007, doi
+10.1080/10400435.2007.10131865): mean 0.975 s, standard deviation 0.26 s. So one press in forty
+comes too late and takes the next choice, which the person then undoes. The same times to let go.
+Gaze: an estimate, 0.2 s for the eyes to start and 0.15 s to decide.
+Driving forward, both know their own delay and the chair's, and let go so much earlier. How long
+they hold a turn they decide beforehand, with a standard deviation of 15 % of it (an estimate).
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import Protocol
+
+from gazesim import chair as twin
+
+SCAN_S = 1.5
+_PRESS_S, _PRESS_SD_S = 0.65 * SCAN_S, 0.35 * SCAN_S / 2
+_LOOK_S, _LOOK_SD_S = 0.35, 0.1
+_LEAVE_S = 0.2  # grace after looking away
+_COAST_S = 0.2  # the chair's own delay
+_TURN_DEG_S, _TURN_SD, _SHORTEST_S = 9.5, 0.15, 0.35  # a held turn, as learnt
+_TAP_S = 0.25
+_NOTHING_S, _AWAY_S = 1.5, 0.8  # a look that fills no ring: away for so long, and again
+_APPROACH_DEG = 20.0
+_ON_AXIS_M = 0.02
+_OFF_AXIS_M = 0.05
+_STRAIGHT_M = 0.15  # nearer to the door nobody crosses over any more
+
+Event = list[str | None]
+
+
+class Pose(Protocol):
+    """Where the chair is and how it moves."""
+
+    x_m: float
+    y_m: float
+    heading_deg: float
+    speed_m_s: float
+    yaw_rate_deg_s: float
+
+
+class Way:
+    """What to do next: to the door's axis at 20 degrees, along it through the door."""
+
+    def __init__(self, wall_m: float, tolerance_deg: float) -> None:
+        """`tolerance_deg`: a smaller error of the heading is left as it is."""
+        self._wall_m = wall_m
+        self._tolerance_deg = tolerance_deg
+        self._side = 0.0  # of the axis, while on the way to it
+        self._pose: Pose | None = None
+
+    def see(self, pose: Pose) -> None:
+        """Look where the chair is."""
+        self._pose = pose
+
+    @property
+    def turn_deg(self) -> float:
+        """How far to turn, left positive."""
+        assert self._pose is not None
+        return -_APPROACH_DEG * self._side - self._pose.heading_deg
+
+    def wanted(self, moving: str | None, lead_s: float) -> str | None:
+        """The motion wanted `lead_s` from now, None for none; `moving`: that of now."""
+        if moving in ("left", "right"):
+            return moving
+        pose = self._pose
+        assert pose is not None
+        sine = math.sin(math.radians(pose.heading_deg))
+        aside_m = pose.y_m + pose.speed_m_s * lead_s * sine
+        before_m = -self._wall_m / 2 - twin.FRONT_M - pose.x_m
+        if self._side and (aside_m * self._side < _ON_AXIS_M or before_m < _STRAIGHT_M):
+            self._side = 0.0
+            if moving == "forward":
+                return None
+        elif not self._side and abs(aside_m) > _OFF_AXIS_M and before_m > 2 * _STRAIGHT_M:
+            self._side = math.copysign(1.0, aside_m)
+        if moving or abs(self.turn_deg) <= self._tolerance_deg:
+            return "forward"
+        return "left" if self.turn_deg > 0 else "right"
+
+
+class Person:
+    """What a person with a device does; times are seconds since the start."""
+
+    mean_s, sd_s, more_s = 0.0, 0.0, 0.0
+
+    def __init__(self, seed: int, holds: bool) -> None:
+        """`holds`: drives while holding; else by steps."""
+        self._random = random.Random(seed)
+        self._holds = holds
+        self.presses = 0
+        self._moving: str | None = None  # as the person knows by having begun it
+        self._edge = 0
+        self._since_s = 0.0
+        self._until_s = 0.0  # the present turn is meant to be held
+
+    def tick(self, now_s: float, way: Way, moves: bool) -> list[Event]:
+        """The events of this moment; `moves`: the page says that the chair moves."""
+        raise NotImplementedError
+
+    def sees(self, lit: list[str], now_s: float) -> None:
+        """What is lit."""
+
+    def hears(self, what: str, edge: int, now_s: float, way: Way) -> None:
+        """What the page has commanded: the person hears its tone and sees it."""
+        if what == "stop":
+            self._moving = None
+        elif edge > self._edge:
+            self._edge, self._moving = edge, what
+            wrong = (what == "left") != (way.turn_deg > 0)
+            hold_s = 0.0 if wrong else abs(way.turn_deg) / _TURN_DEG_S
+            self._until_s = now_s + max(_SHORTEST_S, hold_s * self._random.gauss(1.0, _TURN_SD))
+
+    def _wanted(self, way: Way) -> str | None:
+        return way.wanted(self._moving, self.mean_s + self.more_s + _COAST_S)
+
+    def _turned(self, now_s: float) -> bool:
+        """A held turn has lasted as long as it was meant to."""
+        turns = self._holds and self._moving in ("left", "right")
+        return turns and now_s >= self._until_s - self.more_s
+
+    def _delay_s(self) -> float:
+        return max(0.15, self._random.gauss(self.mean_s, self.sd_s))
+
+    def _step_over(self, now_s: float, moves: bool) -> None:
+        # A step ends by itself: seen when it has moved and stands again, or never began.
+        if moves:
+            self._since_s = now_s
+        elif self._moving and not self._holds and now_s - self._since_s > 0.5:
+            self._moving = None
+
+
+class Switcher(Person):
+    """Presses the space bar when what is wanted is lit."""
+
+    mean_s, sd_s, more_s = _PRESS_S, _PRESS_SD_S, 0.04
+
+    def __init__(self, seed: int, holds: bool) -> None:
+        super().__init__(seed, holds)
+        self._lit: list[str] = []
+        self._fresh = False  # newly lit, not judged yet
+        self._press_s: float | None = None
+        self._release_s: float | None = None
+        self._down = False
+
+    def sees(self, lit: list[str], now_s: float) -> None:
+        """A light at another place is a new chance."""
+        self._fresh = self._fresh or lit != self._lit
+        self._lit = lit
+
+    def tick(self, now_s: float, way: Way, moves: bool) -> list[Event]:
+        """Press or release."""
+        self._step_over(now_s, moves)
+        if self._down:
+            if self._turned(now_s):
+                self._release_s = now_s
+            elif self._release_s is None and self._held_enough(way):
+                self._release_s = now_s + self._delay_s()
+            if self._release_s is None or now_s < self._release_s:
+                return []
+            self._down, self._release_s = False, None
+            return [["keyup", None]]
+        if self._press_s is None and self._decides(way, moves):
+            self._press_s = now_s + self._delay_s()
+        if self._press_s is None or now_s < self._press_s:
+            return []
+        self._press_s, self._down = None, True
+        self._since_s = now_s
+        self.presses += 1
+        one = len(self._lit) == 1 and self._lit != ["stop"]
+        self._release_s = None if one and self._holds else now_s + _TAP_S
+        return [["keydown", None]]
+
+    def _held_enough(self, way: Way) -> bool:
+        return self._moving is not None and self._wanted(way) != self._moving
+
+    def _decides(self, way: Way, moves: bool) -> bool:
+        if self._moving:  # a step that has gone far enough
+            return self._moving == "forward" and self._wanted(way) != "forward"
+        fresh, self._fresh = self._fresh, False
+        return fresh and not moves and self._wanted(way) in self._lit
+
+
+class Gazer(Person):
+    """Looks at what is wanted."""
+
+    mean_s, sd_s, more_s = _LOOK_S, _LOOK_SD_S, _LEAVE_S
+
+    def __init__(self, seed: int, holds: bool) -> None:
+        super().__init__(seed, holds)
+        self._target: str | None = None  # looked at
+        self._next: tuple[float, str | None] | None = None
+        self._looked_s = self._away_s = 0.0
+
+    def hears(self, what: str, edge: int, now_s: float, way: Way) -> None:
+        """A dwell is a press."""
+        self.presses += edge > self._edge
+        super().hears(what, edge, now_s, way)
+
+    def tick(self, now_s: float, way: Way, moves: bool) -> list[Event]:
+        """Look there."""
+        self._step_over(now_s, moves)
+        goal = self._goal(way, moves)
+        if self._turned(now_s):
+            self._next = now_s, None
+        if self._target and self._moving is None and now_s - self._looked_s > _NOTHING_S:
+            self._looked_s, self._away_s = now_s, now_s + _AWAY_S
+        if now_s < self._away_s:
+            goal = None
+        if goal != self._target and self._next is None:
+            self._next = now_s + self._delay_s(), goal
+        if self._next is not None and now_s >= self._next[0]:
+            self._target, self._next = self._next[1], None
+            self._looked_s = now_s
+        return [["look", self._target]]
+
+    def _goal(self, way: Way, moves: bool) -> str | None:
+        wanted = self._wanted(way)
+        if self._moving is None:
+            return None if moves else wanted
+        if self._holds:
+            return wanted
+        return "stop" if self._moving == "forward" and wanted != "forward" else None
