@@ -127,7 +127,7 @@ const targets = new Targets({
 });
 
 const scan = new Scanning(targets, hits, {
-  moving: () => targets.holding || (!practice.on && (state?.motion ?? "stopped") !== "stopped"),
+  moving: () => targets.holding || (state !== null && state.motion !== "stopped"),
   used: () => autoOff.used(performance.now()),
 });
 
