@@ -29,11 +29,15 @@ def _future_is_taken(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(producer, "_AHEAD_S", 1e9)
 
 
-_ALWAYS = property(lambda _self: True, lambda _self, _value: None)
+_ALWAYS = property(lambda _self: 1e9, lambda _self, _value: None)
 
 
 def _rest_is_not_needed(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(producer.InputProducer, "_rested", _ALWAYS, raising=False)
+    patch.setattr(producer.InputProducer, "_rested_s", _ALWAYS, raising=False)
+
+
+def _a_flicker_undoes_a_stop(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(producer, "_REST_S", 0.0)
 
 
 def _ended_presses_come_back(patch: pytest.MonkeyPatch) -> None:
@@ -85,6 +89,7 @@ MISTAKES: tuple[Callable[[pytest.MonkeyPatch], None], ...] = (
     _times_do_not_matter,
     _future_is_taken,
     _rest_is_not_needed,
+    _a_flicker_undoes_a_stop,
     _ended_presses_come_back,
     _letting_go_is_not_heard,
     _a_stop_is_not_heard,

@@ -31,6 +31,8 @@ _ROLES = {"driver": codes.DRIVER, "caretaker": codes.CARETAKER, "viewer": codes.
 _MODES = ("ahead", "round")
 _VERBS = ("forward", "backward", "left", "right")
 _MODE_NAMES = ("step", "continuous")
+_INPUT_RESTS_S = 0.3
+_CHOICES = ("arm",) * 12 + ("take", "disarm", "emergency", "release")
 _RUN = 20_000  # messages of a run
 
 
@@ -79,7 +81,9 @@ class _Input:
     lives: int = 0
     press: int = 0
     stops: int = 0
-    rested: bool = False
+    rested_s: float = 0.0
+    nothing_s: float | None = None
+    began_s: float = 100.0
     born_s: float = 0.0
     intent: Intent = field(default_factory=lambda: NOTHING)
 
@@ -100,6 +104,7 @@ class Fuzz:
         self.oracle = Oracle()
         self.messages = 0
         self._session = 1
+        self._stopped_s = 0.0
         self._pages = [
             _Page(role, self._control.connect(role), f"page {n}")
             for n, role in enumerate(("driver", "driver", "caretaker", "viewer"))
@@ -115,8 +120,8 @@ class Fuzz:
             (30, self._input_speaks),
             (20, self._mode_speaks),
             (4, self._page_presses),
-            (4, self._input_changes),
-            (2, self._page_releases),
+            (2, self._input_changes),
+            (1, self._page_releases),
             (2, self._page_chooses),
             (1, self._plugin_misbehaves),
             (1, self._plugin_restarts),
@@ -132,8 +137,8 @@ class Fuzz:
         weights = [weight for weight, _ in self._acts]
         while self.messages < messages:
             self._pass(self._chance.choice((0.0, 0.0, 0.001, 0.005, 0.02, 0.06, 0.2)))
-            if self._chance.random() < 0.003:
-                self._pass(0.5)
+            if self._chance.random() < 0.04:
+                self._somebody_rests()
             for _, act in self._chance.choices(self._acts, weights, k=4):
                 act()
                 self._follow_orders()
@@ -145,9 +150,9 @@ class Fuzz:
             self._now_s += min(seconds, 0.02)
             seconds -= 0.02
             for page in self._pages:
-                if self._chance.random() < 0.8:
+                if self._chance.random() < 0.3:
                     self._beat(page)
-            if self._chance.random() < 0.8:
+            if self._chance.random() < 0.6:
                 self._speak_all()
             self._control.update()
             self._judge()
@@ -212,19 +217,26 @@ class Fuzz:
 
     def _page_releases(self) -> None:
         page = self._chance.choice(self._pages)
+        if page.held is None and self._chance.random() < 0.7:
+            return
         page.held = None
         if page.role != "viewer":
             self.oracle.stops()
+            self._stopped_s = self._now_s
         self._say(page, k="stop")
 
     def _page_chooses(self) -> None:
         page = self._chance.choice(self._pages)
-        what = self._chance.choice(("arm", "arm", "arm", "take", "disarm", "emergency", "release"))
+        what = self._chance.choice(_CHOICES)
+        if what == "arm" and self.oracle.armed and self._chance.random() < 0.9:
+            return
         if not self._say(page, k=what) or page.role == "viewer":
             return
         if what == "release" and page is not self._owner:
             return
         self.oracle.stops()
+        if what in ("disarm", "emergency"):
+            self._stopped_s = self._now_s
         self._own(page if what in ("arm", "take") else None)
 
     def _page_reconnects(self) -> None:
@@ -243,14 +255,13 @@ class Fuzz:
 
     # -- plug-ins --
 
-    def _input_changes(self) -> None:
-        one = self._chance.choice(self._inputs)
+    def _input_changes(self, which: _Input | None = None) -> None:
+        one = which or self._chance.choice(self._inputs)
         c = self._chance
         intent = c.choice(
             (
-                NOTHING,
-                NOTHING,
-                STOP,
+                *(NOTHING,) * (6 if one.intent.moves else 1),
+                STOP if c.random() < 0.2 else NOTHING,
                 hold(c.choice(_VERBS)),
                 step(c.choice(_VERBS)),
                 drive(c.randint(-1000, 1000), c.randint(-1000, 1000)),
@@ -261,6 +272,12 @@ class Fuzz:
         one.stops += intent == STOP != one.intent
         one.intent = intent
         self._value(one)
+
+    def _somebody_rests(self) -> None:
+        one = self._chance.choice(self._inputs)
+        one.intent = NOTHING
+        self._pass(self._chance.choice((0.28, 0.36)))
+        self._input_changes(one)
 
     def _input_speaks(self) -> None:
         late_s = self._chance.choice((0.0, 0.0, 0.0, 0.01, 0.2, 0.26))
@@ -283,23 +300,31 @@ class Fuzz:
         role = _ROLES[one.role]
         key: PressKey = (one.name, one.lives, one.press)
         if intent == STOP:
-            one.rested = False
             self.oracle.stops()
+            self._stopped_s = self._now_s
         elif intent == NOTHING:
-            one.rested = True
+            self._rest(one, birth_s)
             self.oracle.lets_go(one.name)
+            return
         else:
-            if not one.rested:
+            if one.rested_s <= max(one.began_s, self._stopped_s):
                 self.oracle.never(key)
             mode = intent.what if intent.do == "choose" else ""
             self.oracle.wants(key, role, None if mode else _meaning(intent), mode, birth_s)
+        one.nothing_s = None
+
+    def _rest(self, one: _Input, birth_s: float) -> None:
+        one.nothing_s = birth_s if one.nothing_s is None else one.nothing_s
+        if birth_s - max(one.nothing_s, one.began_s, self._stopped_s) >= _INPUT_RESTS_S:
+            one.rested_s = birth_s
 
     def _restart(self, one: _Input) -> None:
         self.oracle.ends_of(one.name)
         one.life.end()
         one.life = InputProducer(self._control, one.role, self._clock)
         one.lives += 1
-        one.rested, one.born_s = False, 0.0
+        one.rested_s, one.born_s, one.nothing_s = 0.0, 0.0, None
+        one.began_s = self._now_s
         if self._chance.random() < 0.5:
             one.press, one.stops = 0, 0
 

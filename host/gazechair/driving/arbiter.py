@@ -66,6 +66,8 @@ class Arbiter:
         """How long a command lives, as the board said; until it has, nothing moves."""
         self.call = False
         """The driver has asked for help, and no caretaker has answered yet."""
+        self.stopped_s = 0.0
+        """When anyone last said stop, of whatever kind."""
         self._coming_till_s: float | None = None
         self._freshness = Freshness(first_token)
         self._bypass = Presses(last_edge)
@@ -186,6 +188,8 @@ class Arbiter:
             return self._arm(client, page, message, now_s)
         if isinstance(message, Call):
             return self._call(page, message, now_s)
+        if message in (STOP, DISARM, EMERGENCY):
+            self.stopped_s = now_s
         if message is STOP:
             self._press.drop()
         elif message is LET_GO:

@@ -128,6 +128,10 @@ class Control:
         """What stands for the moment `born_s` in a message to act()."""
         return self._arbiter.issue_token(born_s)
 
+    def stopped_s(self) -> float:
+        """When anyone last said stop, of whatever kind, monotonic."""
+        return self._arbiter.stopped_s
+
     def act(self, client: int, meaning: PageMessage) -> Refusal | None:
         """Act on what a page or an input says; a refusal if it was not followed."""
         with self._lock:

@@ -36,9 +36,10 @@ class Intent:
 
 
 NOTHING = Intent("nothing")
-"""The person lets go: what this input pressed ends."""
+"""The person lets go: what this input pressed ends. After its start, and after anyone's stop,
+nothing moves before this was sensed for 0.3 s without a break."""
 STOP = Intent("stop")
-"""Nobody drives while this is sensed; afterwards this input must first sense NOTHING."""
+"""Nobody drives while this is sensed."""
 
 
 def hold(direction: str) -> Intent:

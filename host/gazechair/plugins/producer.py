@@ -17,6 +17,7 @@ from gazechair.plugins.exchange import LIFE_S, BadValue, Value, unpack
 from gazelink import codes
 
 _AHEAD_S = 0.002  # one clock serves all processes: what is later is made up
+_REST_S = 0.3  # as on the driver's page: a worn stick that flickers does not undo a stop
 _LATE_S = 1.0  # values that are too old for that long are no accident
 _VERBS = {name: codes.VERBS.index(name) for name in DIRECTIONS}
 
@@ -27,6 +28,7 @@ class Port(Protocol):
     def join(self, role: str) -> int: ...
     def disconnect(self, client: int) -> None: ...
     def proof(self, born_s: float) -> int: ...
+    def stopped_s(self) -> float: ...
     def act(self, client: int, meaning: PageMessage) -> Refusal | None: ...
     def mode_says(
         self, mode: str, number: int, wish: tuple[int, int] | None, till_s: float
@@ -68,9 +70,11 @@ class InputProducer:
         self._client = port.join(person)
         self._stops = 0
         self._said = Intent("stop")
-        # Nothing moves before the person has let go once: not what was held when this began, nor
-        # what was held through a stop.
-        self._rested = False
+        # Nothing moves before the person has let go for a moment: not what was held when this
+        # began, nor what was held through anyone's stop.
+        self._began_s = clock()
+        self._nothing_since_s: float | None = None
+        self._rested_s = 0.0  # when it last had rested long enough
         self.refused = ""
         """Why the newest press does not move the chair, a key of the string tables."""
 
@@ -84,16 +88,24 @@ class InputProducer:
         self._port.act(self._client, Beat(proof))
         if value.stops != self._stops or value.intent.do == "stop":
             self._stops = value.stops
-            self._rested = False
             self._port.act(self._client, STOP)
         if value.intent.do == "nothing":
-            self._rested = True
+            self._rest(value.born_s)
             if was.do not in ("nothing", "step"):
                 self._port.act(self._client, LET_GO)
-        elif value.intent.moves and self._rested:
+            return value
+        self._nothing_since_s = None
+        if value.intent.moves and self._rested_s > max(self._began_s, self._port.stopped_s()):
             refusal = self._port.act(self._client, _meaning(value, proof))
             self.refused = "" if refusal is None else refusal.reason
         return value
+
+    def _rest(self, now_s: float) -> None:
+        if self._nothing_since_s is None:
+            self._nothing_since_s = now_s
+        since_s = max(self._nothing_since_s, self._began_s, self._port.stopped_s())
+        if now_s - since_s >= _REST_S:
+            self._rested_s = now_s
 
     def end(self) -> None:
         """Its process has ended, or is about to be: so has what it pressed."""

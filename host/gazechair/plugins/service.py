@@ -137,7 +137,7 @@ class Plugin(Supervised):
             if status.reason == SETTING:
                 detail = self.config.refusal(*detail.split(" ", 1))
             self.health.set(states.LOST, LOST, detail)
-        elif self.health.state != states.LOST:
+        elif self._life is None and self.health.state != states.LOST:
             self.health.set(states.STARTING, status.reason, status.detail)
 
 

@@ -26,7 +26,7 @@ class Person:
         self.beats = True
         self.speaks = True
         self.wants = NOTHING
-        self.run(0.1)
+        self.run(0.4)
         self.rig.link.take()
 
     def want(self, intent: Intent, press: bool = True) -> None:
@@ -34,6 +34,11 @@ class Person:
         self.wants = intent
         self.press += press
         self.run(0.02)
+
+    def rest(self) -> None:
+        """Let go for long enough."""
+        self.want(NOTHING)
+        self.run(0.32)
 
     def say(self, ahead_s: float = 0.0) -> None:
         value = Value(self.rig.now_s + ahead_s, self.press, self.wants, self.stops)
@@ -85,7 +90,7 @@ def test_a_hold_lasts_as_long_as_it_is_sensed(person: Person) -> None:
     person.speaks = True
     person.run(0.5)
     assert person.command == STILL, "the press that ended came back"
-    person.want(NOTHING)
+    person.rest()
     person.want(hold("left"))
     assert person.command[0] == codes.LEFT
 
@@ -107,7 +112,7 @@ def test_what_is_pressed_at_the_start_or_through_a_stop_moves_nothing() -> None:
     person.want(hold("forward"))
     person.want(hold("left"))
     assert person.command == STILL
-    person.want(NOTHING)
+    person.rest()
     person.want(hold("forward"))
     assert person.command[0] == codes.FORWARD
     person.stops += 1
@@ -117,6 +122,25 @@ def test_what_is_pressed_at_the_start_or_through_a_stop_moves_nothing() -> None:
     assert person.command == STILL
 
 
+def test_a_stick_that_flickers_does_not_undo_anyones_stop(person: Person) -> None:
+    for stop in ("stop", "disarm"):
+        person.rest()
+        person.want(drive(300, 0))
+        assert person.command[0] == codes.DRIVE
+        person.rig.say(k=stop)
+        if stop == "disarm":
+            person.rig.board(state=codes.DISARMED)
+            person.rig.arm()
+        for _ in range(50):
+            for _ in range(14):
+                person.want(NOTHING)
+            person.want(drive(300, 0))
+            assert person.command == STILL
+    person.rest()
+    person.want(drive(300, 0))
+    assert person.command[0] == codes.DRIVE
+
+
 def test_its_stop_stops_anyone_and_so_does_the_pages(person: Person) -> None:
     person.rig.forward()
     assert person.command[0] == codes.FORWARD
@@ -124,8 +148,9 @@ def test_its_stop_stops_anyone_and_so_does_the_pages(person: Person) -> None:
     person.stops += 1
     person.run(0.02)
     assert person.command == STILL
-    person.want(NOTHING)
+    person.rest()
     person.want(hold("right"))
+    assert person.command[0] == codes.RIGHT
     person.rig.say(k="stop")
     person.run(0.2)
     assert person.command == STILL
