@@ -1,6 +1,7 @@
 # P21's rule once more, in other words, against the firmware's: at each heading sample of random
 # drives whose gyro lies at the limit or one above it, both trip or neither does.
 
+from dice import Dice
 from gazeboard.core import limits
 from gazeboard.core.obedience import Obedience
 from gazeboard.core.shared import Inputs
@@ -12,15 +13,6 @@ REST_AT, FALL_AT = 4, 8  # where Obedience keeps them
 FULL_Q4 = 910 * 5 // 4  # a quarter above the fastest row of all profiles
 FALL_Q4 = FULL_Q4 * SAMPLE_MS // limits.OBEY_FALL_MS
 OUTPUTS = (0, 0, 1000, -1000, 500, -500, 200, -200, 1, -1)
-
-
-class Dice:
-    def __init__(self, seed):
-        self.state = seed
-
-    def roll(self, n):
-        self.state = (self.state * 1103515245 + 12345) & 0x7FFFFFFF
-        return (self.state >> 12) % n
 
 
 class Sense:

@@ -16,6 +16,7 @@ _CORE = (
     "ages",
     "motion",
     "obstacles",
+    "arcs",
     "speed",
     "stopping",
     "bypass",

@@ -45,7 +45,7 @@ _LINEAR = const(20)  # what the command asks for, permille, and the least of it
 _LINEAR_LEAST = const(21)
 _TURN = const(22)
 _TURN_LEAST = const(23)
-_AT = const(24)  # the first row that counts, and the other side's or -1
+_AT = const(24)  # the first row that counts, and the other side's or 0
 _OTHER_AT = const(25)
 _COUNT = const(26)  # so many rows
 _TURNS_AT = const(27)  # and their turns, in the numbers
@@ -103,7 +103,7 @@ class Arcs:
     # All eight ms, and when the command changes. `trusted`: 4 or 0, as the Stoppings lie.
     @micropython.native
     def judge(self, i, trusted, age_ms, bypass):
-        if self._rolling(trusted) == 0:
+        if not self._rolling(trusted):
             self.blocked = False
             self.linear_cap = _FULL
             self.turn_cap = _FULL
@@ -149,10 +149,8 @@ class Arcs:
         s = ptr32(self.state)
         n = ptr32(self._numbers)
         wanted = s[_WANTED]
-        key = 0
-        if wanted > 7:
-            key = wanted >> 3
-        elif wanted:
+        key = wanted >> 3
+        if key == 0:
             key = (1 << wanted) >> 1 & 15
         if wanted:
             what = _ROLLS
@@ -176,8 +174,7 @@ class Arcs:
             return 0
         if key != s[_KEY]:
             s[_KEY] = key
-            s[_LEVEL] = _LEVELS + 1  # not judged yet
-            s[_BETTER_MS] = 0
+            s[_LEVEL] = _LEVELS  # not judged yet
         return 1
 
     # The command's outputs, the least of them, and which rows of the clearance count.
@@ -215,7 +212,7 @@ class Arcs:
             linear = cap
         if turn > cap:
             turn = cap
-        s[_OTHER_AT] = -1
+        s[_OTHER_AT] = 0
         if key & 3 == 3 or key & 12 == 12:
             s[_AT] = _BOTH_AT
             if key & 3 == 2:
@@ -288,15 +285,15 @@ class Arcs:
         near = 1
         if row < s[_COUNT] and ways[s[_AT] + row] * _UNIT_MM >= stop_mm:
             near = 0
-            if s[_OTHER_AT] >= 0 and ways[s[_OTHER_AT] + row] * _UNIT_MM < stop_mm:
+            if s[_OTHER_AT] and ways[s[_OTHER_AT] + row] * _UNIT_MM < stop_mm:
                 near = 1
-        views = int(i.clearance_arc_views)
-        if views & 15:
-            at = 0
-            while at < 4:
-                if views >> at & 1 and key >> (at & 1) & 1 and key >> (2 + (at >> 1)) & 1:
-                    near = 1
-                at += 1
+        views = int(i.clearance_arc_views) & 15
+        at = 0
+        while views:
+            if views & 1 and key >> (at & 1) & 1 and key >> (2 + (at >> 1)) & 1:
+                near = 1
+            views >>= 1
+            at += 1
         return near
 
     # The level that the clearance permits: down at once, up after CLEAR_MS of a better view.
@@ -346,7 +343,7 @@ class Arcs:
             while row < count and n[turns_at + row] < q4:
                 row += 1
             if row < count and ways[at + row] * _UNIT_MM >= mm:
-                if other_at < 0 or ways[other_at + row] * _UNIT_MM >= mm:
+                if other_at == 0 or ways[other_at + row] * _UNIT_MM >= mm:
                     if found < 0:
                         found = trial
                     mm += _BAND_MM
@@ -354,10 +351,10 @@ class Arcs:
                     while row < count and n[turns_at + row] < q4:
                         row += 1
                     if row < count and ways[at + row] * _UNIT_MM >= mm:
-                        if other_at < 0 or ways[other_at + row] * _UNIT_MM >= mm:
+                        if other_at == 0 or ways[other_at + row] * _UNIT_MM >= mm:
                             better = trial
             trial -= 1
-        if level > found or level > _LEVELS:
+        if level > found:
             level = found
             s[_BETTER_MS] = 0
         elif better > level:
