@@ -59,7 +59,7 @@ def as_q4(degrees):
 # How far at most until it stands, seen from where the clearance was measured.
 def from_there(ways, directions, age_ms):
     moved = max(ways[at].speed for at in directions) * age_ms
-    return max(ways[at].stop for at in directions) + moved // 1024 + moved // 32768 + 1
+    return max(ways[at].stop for at in directions) + moved // 1000 + 1
 
 
 class Rule:

@@ -272,11 +272,9 @@ class Arcs:
                     if moves > turning:
                         turning = moves
             at += 1
-        # A thousandth, a little more: 2400 * 60000 stays in 31 bits.
-        moved = speed * age_ms
-        stop_mm += (moved >> 10) + (moved >> 15) + 1
-        moved = turning * age_ms
-        stop_q4 += (moved >> 10) + (moved >> 15) + 1
+        # What it may have moved since, rounded up; 2400 * 60000 stays in 31 bits.
+        stop_mm += speed * age_ms // 1000 + 1
+        stop_q4 += turning * age_ms // 1000 + 1
         s[_STOP_MM] = stop_mm
         s[_STOP_Q4] = stop_q4
         row = 0
