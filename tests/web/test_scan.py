@@ -247,7 +247,7 @@ def test_a_choice_is_held_as_long_as_the_switch(tell):
 
 
 def test_a_short_touch_is_no_press(tell):
-    story = into_row(Story(acceptMs=300))
+    story = Story(rows=False, acceptMs=300).wait(1200)
     for _ in range(5):
         story.down().wait(250).up().wait(100)
     assert acts(tell(story)) == []
@@ -280,7 +280,7 @@ def test_trembling_after_a_press_does_not_choose_again(tell):
 
 
 def test_every_press_while_the_chair_moves_stops_at_once(tell):
-    story = into_row(Story(acceptMs=1000, lockoutMs=2000)).call("setMoving", True)
+    story = Story(acceptMs=1000, lockoutMs=2000).wait(1500).call("setMoving", True)
     story.down().wait(25).up().wait(50).down().wait(2000).up().wait(100)
     said = tell(story)
     assert acts(said) == [["stop"], ["stop"]]
@@ -288,13 +288,16 @@ def test_every_press_while_the_chair_moves_stops_at_once(tell):
 
 
 def test_a_press_that_waits_while_another_starts_the_chair_stops_it(tell):
-    story = into_row(Story(acceptMs=500)).down().wait(100).call("setMoving", True).wait(2000)
+    story = Story(rows=False, acceptMs=500).wait(1200).down().wait(100)
+    story.call("setMoving", True).wait(2000)
     assert acts(tell(story)) == [["stop"]]
 
 
 def test_a_second_closing_without_an_opening_ends_what_is_held(tell):
     story = into_row(Story()).down().wait(200).call("setMoving", True).wait(200).down().wait(200)
     assert acts(tell(story)) == [["press", "forward"], ["release"], ["stop"]]
+    story = Story(rows=False, acceptMs=500).wait(1200).down().wait(200).down().wait(2000)
+    assert acts(tell(story)) == []
 
 
 def test_a_press_means_what_could_be_seen(tell):
@@ -314,6 +317,9 @@ def test_a_press_that_is_told_late_means_nothing(tell):
     story.now += 900
     story.down(story.now - 900).up(story.now - 500).wait(100)
     assert acts(tell(story)) == []
+    held = into_row(Story())
+    held.now += 900
+    assert acts(tell(held.down(held.now - 900).wait(1000))) == []
     moving = into_row(Story()).call("setMoving", True)
     moving.now += 900
     assert acts(tell(moving.down(moving.now - 900))) == [["stop"]]
