@@ -41,6 +41,14 @@ def test_p5_a_chair_that_drifts_does_not_scrape_along() -> None:
     assert not arc_trial(9915).ours.touched
 
 
+# 4047: backwards with one lidar in front, a post beside the rear wheel.
+def test_what_no_lidar_looks_at_is_crept_into() -> None:
+    trial = arc_trial(4047)
+    assert trial.ours.touched
+    assert not trial.ours.collided
+    assert 0.0 < trial.unseen_m_s < 0.35
+
+
 def straight_beside(thing: str, linear: int, gap_m: float, even: str, side: int) -> ArcRun:
     """The hand holds the stick straight for 2.5 s, a post or a wall beside the chair."""
     profile = "3.1"

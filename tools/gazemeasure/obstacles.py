@@ -194,7 +194,7 @@ def _arcs(report: Report, trials: Sequence[ArcTrial]) -> None:
     attacks = [one for one in trials if one.attack]
     report.add("  of these attacks: things inside the arc, other physics", len(attacks), "")
     report.add("  collisions in attacks", sum(one.ours.collided for one in attacks), "", 0)
-    unseen = [one.unseen_m_s for one in attacks if one.unseen_m_s]
+    unseen = [one.unseen_m_s for one in trials if one.unseen_m_s]
     report.add("  touched where the one lidar never looks", len(unseen), "")
     report.add("    fastest part of the chair then", max(unseen, default=0.0), "m/s")
     alone = [one.free for one in trials if one.free is not None]

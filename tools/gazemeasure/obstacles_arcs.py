@@ -21,7 +21,7 @@ from gazeboard.turning.turn import turn_controller
 from gazechair.board.board_commands import Clearance
 from gazelink import codes
 from gazelink.settings_table import PROFILES
-from gazemeasure.obstacles_attack import Hold, attack, attacked_chair, in_view
+from gazemeasure.obstacles_attack import Hold, attack, attacked_chair, in_view, touched
 from gazemeasure.obstacles_eyes import CORNERS, FRONT, Eye, Ours
 from gazemeasure.obstacles_run import MOVING_M_S, Outcome, deliver, fastest
 from gazemeasure.turn_board import settings_with
@@ -296,9 +296,11 @@ def arc_trial(seed: int) -> ArcTrial:
     if seed // _IN_A_ROW % 2:
         return attack_trial(seed, profile)
     wanted = arc_task(seed)
-    ours = ArcRun(wanted, profile, seed, one_lidar=seed % 8 == 7)()
+    run = ArcRun(wanted, profile, seed, one_lidar=seed % 8 == 7)
+    ours = run()
+    unseen_m_s = _unseen_m_s(run, touched(wanted.room, run.chair), seed)
     free = ArcRun(wanted, profile, seed, ruled=False)() if wanted.steady else None
-    return ArcTrial(profile, ours, free)
+    return ArcTrial(profile, ours, free, unseen_m_s=unseen_m_s)
 
 
 def attack_trial(seed: int, profile: str) -> ArcTrial:
@@ -306,17 +308,16 @@ def attack_trial(seed: int, profile: str) -> ArcTrial:
     settings = settings_with({"profile": PROFILES.index(profile)})
     what = attack(seed, profile, settings)
     chair = attacked_chair(seed, profile, settings)
-    one_lidar = seed % 8 == 7
-    run = ArcRun(
-        ArcTask(what.room, what.hand, bool(seed % 2)),
-        profile,
-        seed,
-        body=chair,
-        one_lidar=one_lidar,
-    )
+    wanted = ArcTask(what.room, what.hand, bool(seed % 2))
+    run = ArcRun(wanted, profile, seed, body=chair, one_lidar=seed % 8 == 7)
     ours = run()
-    unseen_m_s = 0.0
-    if ours.touched and not in_view(FRONT if one_lidar else CORNERS, chair, what.points):
-        unseen_m_s = fastest(run.chair)
-        ours.collided = False
-    return ArcTrial(profile, ours, None, what.kind, unseen_m_s)
+    return ArcTrial(profile, ours, None, what.kind, _unseen_m_s(run, what.points, seed))
+
+
+def _unseen_m_s(run: ArcRun, points: tuple[tuple[float, float], ...], seed: int) -> float:
+    """How fast it touched what no lidar looks at, which is then no collision of the rule; or 0."""
+    mounts = FRONT if seed % 8 == 7 else CORNERS
+    if not (run.outcome.touched and points) or in_view(mounts, run.chair, points):
+        return 0.0
+    run.outcome.collided = False
+    return fastest(run.chair)

@@ -29,6 +29,7 @@ _FULL = 1000
 _HALL_M = 6.0
 _BESIDE_M = 0.25  # from the straight path
 _FREE_M = 0.015  # from the chair at the start
+_TOUCHING_M = 0.005
 _TRIES = 60
 _LOOK = 4  # steps between two poses of the path
 _UNEVEN = 0.9
@@ -247,6 +248,22 @@ def in_view(
             if np.abs(off_deg).min() <= 1.0:
                 return True
     return False
+
+
+def touched(room: Room, chair: Any) -> tuple[tuple[float, float], ...]:
+    """Points of the room that the chair touches, 1 cm apart along its walls and solids."""
+    sides = [*room.walls]
+    for solid in room.solids():
+        ends = (*solid.corners[1:], solid.corners[0])
+        sides += [(*a, *b) for a, b in zip(solid.corners, ends, strict=True)]
+    pose = np.array([(chair.x_m, chair.y_m, math.radians(chair.heading_deg))])
+    found = []
+    for x1, y1, x2, y2 in sides:
+        for share in np.linspace(0.0, 1.0, max(2, round(math.hypot(x2 - x1, y2 - y1) / 0.01))):
+            x, y = x1 + share * (x2 - x1), y1 + share * (y2 - y1)
+            if _gaps(pose, x, y)[0] < _TOUCHING_M:
+                found.append((x, y))
+    return tuple(found)
 
 
 def _placed(
