@@ -10,24 +10,20 @@ import argparse
 import json
 import random
 import sys
-from dataclasses import dataclass, field
+from dataclasses import replace
 from typing import Any
 from unittest import mock
 
 from gazechair.base.health import OK, HealthRegistry
-from gazechair.board.board_commands import STOP_COMMAND, Bypass, Clearance, Command
-from gazechair.board.state import BoardId, BoardState, BoardStats
 from gazechair.config.configuration import Config
 from gazechair.driving.control import Control
-from gazechair.plugins import NOTHING, STOP, Intent, choose, drive, hold, step
+from gazechair.plugins import NOTHING, STOP, choose, drive, hold, step
 from gazechair.plugins.exchange import BadValue, Value
 from gazechair.plugins.producer import InputProducer, ModeProducer
-from gazecontract.fuzz_oracle import Motion, Oracle, PressKey, Violation
+from gazecontract.fuzz_oracle import Oracle, PressKey, Violation
+from gazecontract.fuzz_speakers import ROLES, Device, Link, Page, meaning_of, motion_of
 from gazelink import codes
-from gazesim.board_limits import LIMITS
 
-_QUIET = BoardState(0, 0, 0, 0, 0, 0, 90.0, 0, 12, 0, 0, 0, 0.0)
-_ROLES = {"driver": codes.DRIVER, "caretaker": codes.CARETAKER, "viewer": codes.NOBODY}
 _MODES = ("ahead", "round")
 _VERBS = ("forward", "backward", "left", "right")
 _MODE_NAMES = ("step", "continuous")
@@ -36,65 +32,13 @@ _CHOICES = ("arm",) * 12 + ("take", "disarm", "emergency", "release")
 _RUN = 20_000  # messages of a run
 
 
-class _Link:
-    def __init__(self) -> None:
-        self.now = _QUIET
-        self.who: BoardId | None = BoardId("fuzz", "0", False, 1, 1, LIMITS)
-        self.sent = STOP_COMMAND
-        self.orders: list[int] = []
-
-    def command(self, command: Command) -> None:
-        self.sent = command
-
-    def order(self, action: int, owner: int) -> None:
-        self.orders.append(action)
-
-    def clearance(self, clearance: Clearance) -> None: ...
-
-    def bypass(self, bypass: Bypass | None) -> None: ...
-
-    def state(self) -> BoardState | None:
-        return self.now
-
-    def stats(self) -> BoardStats | None:
-        return None
-
-    def board(self) -> BoardId | None:
-        return self.who
-
-
-@dataclass
-class _Page:
-    role: str
-    client: int
-    name: str
-    life: int = 0
-    edge: int = 0
-    held: dict[str, Any] | None = None
-
-
-@dataclass
-class _Input:
-    role: str
-    name: str
-    life: InputProducer
-    lives: int = 0
-    press: int = 0
-    stops: int = 0
-    rested_s: float = 0.0
-    nothing_s: float | None = None
-    began_s: float = 100.0
-    born_s: float = 0.0
-    intent: Intent = field(default_factory=lambda: NOTHING)
-
-
 class Fuzz:
     """One run; `messages` counts what was said."""
 
     def __init__(self, seed: int) -> None:
         self._chance = random.Random(seed)
         self._now_s = 100.0
-        self._link = _Link()
+        self._link = Link()
         parts = HealthRegistry(self._clock)
         for name in ("board", "lidar", "camera"):
             parts.part(name).set(OK)
@@ -106,15 +50,15 @@ class Fuzz:
         self._session = 1
         self._stopped_s = 0.0
         self._pages = [
-            _Page(role, self._control.connect(role), f"page {n}")
+            Page(role, self._control.connect(role), f"page {n}")
             for n, role in enumerate(("driver", "driver", "caretaker", "viewer"))
         ]
         self._inputs = [
-            _Input(role, f"input {role}", InputProducer(self._control, role, self._clock))
+            Device(role, f"input {role}", InputProducer(self._control, role, self._clock))
             for role in ("driver", "caretaker")
         ]
         self._modes = {name: self._new_mode(name) for name in _MODES}
-        self._owner: _Page | None = None
+        self._owner: Page | None = None
         self._acts = [
             (30, self._page_speaks),
             (30, self._input_speaks),
@@ -169,14 +113,14 @@ class Fuzz:
 
     # -- pages --
 
-    def _say(self, page: _Page, late_s: float = 0.0, **message: Any) -> bool:
+    def _say(self, page: Page, late_s: float = 0.0, **message: Any) -> bool:
         """Whether it was taken."""
         self.messages += 1
         token = self._control.proof(self._now_s - late_s)
         return self._control.receive(page.client, {**message, "token": token}) == []
 
-    def _beat(self, page: _Page) -> None:
-        self.oracle.page_lives(_ROLES[page.role], self._now_s)
+    def _beat(self, page: Page) -> None:
+        self.oracle.page_lives(ROLES[page.role], self._now_s)
         self._say(page, k="hb")
 
     def _page_speaks(self) -> None:
@@ -184,15 +128,15 @@ class Fuzz:
         self._beat(page)
         self._repeat(page, self._chance.choice((0.0, 0.0, 0.0, 0.1, 0.2, 0.26, 1.0)))
 
-    def _repeat(self, page: _Page, late_s: float = 0.0) -> None:
+    def _repeat(self, page: Page, late_s: float = 0.0) -> None:
         if page.held is None:
             return
         birth_s = self._now_s - late_s
         if page.role != "viewer" and Oracle.fresh(birth_s, self._now_s):
             kind = page.held["k"]
-            motion = None if kind == "mode" else _motion(page.held)
+            motion = None if kind == "mode" else motion_of(page.held)
             key = (page.name, page.life, page.edge)
-            role = _ROLES[page.role]
+            role = ROLES[page.role]
             if page is not self._owner:
                 self.oracle.never(key)
             self.oracle.page_lives(role, self._now_s)
@@ -249,13 +193,13 @@ class Fuzz:
         page.client = self._control.connect(page.role)
         page.life, page.edge, page.held = page.life + 1, 0, None
 
-    def _own(self, page: _Page | None) -> None:
+    def _own(self, page: Page | None) -> None:
         self._owner = page
-        self.oracle.owner = codes.NOBODY if page is None else _ROLES[page.role]
+        self.oracle.owner = codes.NOBODY if page is None else ROLES[page.role]
 
     # -- plug-ins --
 
-    def _input_changes(self, which: _Input | None = None) -> None:
+    def _input_changes(self, which: Device | None = None) -> None:
         one = which or self._chance.choice(self._inputs)
         c = self._chance
         intent = c.choice(
@@ -283,7 +227,7 @@ class Fuzz:
         late_s = self._chance.choice((0.0, 0.0, 0.0, 0.01, 0.2, 0.26))
         self._value(self._chance.choice(self._inputs), late_s)
 
-    def _value(self, one: _Input, late_s: float = 0.0) -> None:
+    def _value(self, one: Device, late_s: float = 0.0) -> None:
         birth_s = self._now_s - late_s
         counts = Oracle.fresh(birth_s, self._now_s) and birth_s >= one.born_s
         if counts and late_s < 0.249:
@@ -295,9 +239,9 @@ class Fuzz:
         except BadValue:
             self._restart(one)  # only old ones for a second
 
-    def _tell(self, one: _Input, birth_s: float) -> None:
+    def _tell(self, one: Device, birth_s: float) -> None:
         intent = one.intent
-        role = _ROLES[one.role]
+        role = ROLES[one.role]
         key: PressKey = (one.name, one.lives, one.press)
         if intent == STOP:
             self.oracle.stops()
@@ -310,15 +254,15 @@ class Fuzz:
             if one.rested_s <= max(one.began_s, self._stopped_s):
                 self.oracle.never(key)
             mode = intent.what if intent.do == "choose" else ""
-            self.oracle.wants(key, role, None if mode else _meaning(intent), mode, birth_s)
+            self.oracle.wants(key, role, None if mode else meaning_of(intent), mode, birth_s)
         one.nothing_s = None
 
-    def _rest(self, one: _Input, birth_s: float) -> None:
+    def _rest(self, one: Device, birth_s: float) -> None:
         one.nothing_s = birth_s if one.nothing_s is None else one.nothing_s
         if birth_s - max(one.nothing_s, one.began_s, self._stopped_s) >= _INPUT_RESTS_S:
             one.rested_s = birth_s
 
-    def _restart(self, one: _Input) -> None:
+    def _restart(self, one: Device) -> None:
         self.oracle.ends_of(one.name)
         one.life.end()
         one.life = InputProducer(self._control, one.role, self._clock)
@@ -408,7 +352,7 @@ class Fuzz:
         if state != codes.ARMED:
             self.oracle.stops()
         self.oracle.armed = state == codes.ARMED
-        self._link.now = BoardState(*(state, *_fields(self._link.now)[1:]))
+        self._link.now = replace(self._link.now, state=state)
         self._control.update()
         if self._control._arbiter.owner is None:
             self._own(None)
@@ -419,32 +363,13 @@ class Fuzz:
             return
         self.oracle.stops()
         self._session += 1
-        self._link.who = BoardId("fuzz", "0", False, 1, self._session, LIMITS)
+        self._link.begin(self._session)
         self._control.update()
-
-
-def _fields(state: BoardState) -> tuple[Any, ...]:
-    return tuple(vars(state).values())
-
-
-def _motion(held: dict[str, Any]) -> Motion:
-    if held["k"] == "drive":
-        return codes.DRIVE, codes.CONTINUOUS, held["linear"], held["turn"]
-    return codes.VERBS.index(held["verb"]), codes.MODES.index(held["mode"]), 0, 0
-
-
-def _meaning(intent: Intent) -> Motion:
-    if intent.do == "drive":
-        out = (intent.linear_permille, intent.turn_permille)
-        return codes.DRIVE, codes.CONTINUOUS, *out
-    mode = codes.STEP if intent.do == "step" else codes.CONTINUOUS
-    return codes.VERBS.index(intent.what), mode, 0, 0
 
 
 def fuzz(messages: int, first_seed: int = 1) -> tuple[int, int]:
     """Runs until so many messages were said; how many, and motions judged. Raises Violation."""
-    said = judged = 0
-    seed = first_seed
+    said, judged, seed = 0, 0, first_seed
     while said < messages:
         run = Fuzz(seed)
         try:
