@@ -216,6 +216,7 @@ def test_an_old_clearance_counts_from_where_it_was_measured():
     ahead, aside = drive.ways[codes.DIR_FORWARD], drive.ways[codes.DIR_LEFT]
     for speed, age_ms in ((0, 60000), (0, 0), (20, 300), (18, 60000), (819, 40), (817, 40)) + (
         (700, 137),
+        (790, 100),  # a row's turn exactly, with nothing for stopping
         (819, 1000),
         (1200, 41),
         (1200, 109),
