@@ -85,3 +85,12 @@ def driver(page: Page, host: FakeHost) -> Driver:
     person = Driver(page, host)
     person.open()
     return person
+
+
+@pytest.fixture(scope="module")
+def plain_page(chromium, serve):
+    """A page that only serves to load a module from; nothing on it runs by itself."""
+    page = chromium.new_page()
+    page.goto(serve().url + "static/icon.svg")
+    yield page
+    page.close()

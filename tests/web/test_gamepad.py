@@ -57,14 +57,6 @@ def at(*pads, ready=True):
 MIDDLE, AHEAD, ASIDE = at(pad(0.05, -0.1)), at(pad(0, -1)), at(pad(-1, 0.1))
 
 
-@pytest.fixture(scope="module")
-def plain_page(chromium, serve):
-    page = chromium.new_page()
-    page.goto(serve().url + "static/icon.svg")
-    yield page
-    page.close()
-
-
 @pytest.fixture
 def tell(plain_page):
     """What is said in each step."""

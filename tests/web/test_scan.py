@@ -169,14 +169,6 @@ class Story:
         return self.down().wait(ms).up().wait(50)
 
 
-@pytest.fixture(scope="module")
-def plain_page(chromium, serve):
-    page = chromium.new_page()
-    page.goto(serve().url + "static/icon.svg")
-    yield page
-    page.close()
-
-
 @pytest.fixture
 def tell(plain_page):
     """Runs a story and returns what was said: [ms, kind, ...]."""

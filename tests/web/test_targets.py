@@ -63,15 +63,6 @@ class Story:
         return self.call("release", source)
 
 
-@pytest.fixture(scope="module")
-def plain_page(chromium, serve):
-    """A page that only serves to load the module from; nothing on it runs by itself."""
-    page = chromium.new_page()
-    page.goto(serve().url + "static/icon.svg")
-    yield page
-    page.close()
-
-
 @pytest.fixture
 def tell(plain_page):
     """Runs a story and returns what was said: [ms since its begin, kind, ...]."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
 from pathlib import Path
 from typing import NamedTuple
 
@@ -30,7 +29,6 @@ _DEBIAN = private.Private(
         "libmbedx509-7",
     ),
 )
-CHECK_S = 30.0
 CHECK = (
     "import sys; print(sys.implementation.name, '.'.join(str(n) for n in"
     " sys.implementation.version[:3]), 32 if sys.maxsize < 1 << 32 else 64)"
@@ -75,20 +73,10 @@ def ensure_micropython(*, local: Path = LOCAL) -> MicroPython:
 
 def check(path: Path, whence: str) -> MicroPython:
     """Run `path` and describe it. Raises NotAvailable when it is no working MicroPython."""
-    try:
-        result = subprocess.run(
-            [str(path), "-c", CHECK],
-            capture_output=True,
-            text=True,
-            timeout=CHECK_S,
-            stdin=subprocess.DEVNULL,
-        )
-    except (OSError, subprocess.TimeoutExpired) as error:
-        raise NotAvailable(f"{path} does not run ({error})") from error
+    result = private.ask(path, CHECK)
     words = result.stdout.split()
     if result.returncode != 0 or len(words) != 3 or words[0] != "micropython":
-        said = (result.stderr or result.stdout).strip().splitlines()
-        raise NotAvailable(f"{path} is no MicroPython ({said[-1] if said else 'it said nothing'})")
+        raise NotAvailable(f"{path} is no MicroPython ({private.last_words(result)})")
     return MicroPython(path, f"MicroPython {words[1]}, {words[2]}-bit, {whence}")
 
 

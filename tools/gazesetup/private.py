@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 import shutil
+import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,8 @@ from gazesetup.progress import NotAvailable, note, say
 from gazesetup.venv import locked
 
 Found = TypeVar("Found")
+
+_CHECK_S = 30.0
 
 _WRAPPER = """#!/bin/sh
 here=${{0%/*}}
@@ -63,6 +66,26 @@ def ensure(wanted: Private, check: Callable[[Path], Found], local: Path = LOCAL)
             wrapper.write_text(_WRAPPER.format(**vars(wanted)))
             wrapper.chmod(0o755)
             return check(wrapper)
+
+
+def ask(path: Path, code: str) -> subprocess.CompletedProcess[str]:
+    """What an interpreter at `path` answers to `-c code`. Raises NotAvailable: it does not run."""
+    try:
+        return subprocess.run(
+            [path, "-c", code],
+            capture_output=True,
+            text=True,
+            timeout=_CHECK_S,
+            stdin=subprocess.DEVNULL,
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise NotAvailable(f"{path} does not run ({error})") from error
+
+
+def last_words(result: subprocess.CompletedProcess[str]) -> str:
+    """The last line of an answer that was not the wanted one."""
+    said = (result.stderr or result.stdout).strip().splitlines()
+    return said[-1] if said else "it said nothing"
 
 
 def _fetch(wanted: Private, archives: list[apt.Source], folder: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 
 from gazesetup import private
@@ -32,7 +31,6 @@ _PYPY = private.Private(
         "zlib1g",
     ),
 )
-_CHECK_S = 30.0
 _CHECK = "import multiprocessing, sys; print(sys.implementation.name, sys.version_info >= (3, 10))"
 
 
@@ -45,17 +43,7 @@ def ensure_pypy(*, local: Path = LOCAL) -> Path:
 
 
 def _checked(path: Path) -> Path:
-    try:
-        result = subprocess.run(
-            [path, "-c", _CHECK],
-            capture_output=True,
-            text=True,
-            timeout=_CHECK_S,
-            stdin=subprocess.DEVNULL,
-        )
-    except (OSError, subprocess.TimeoutExpired) as error:
-        raise NotAvailable(f"{path} does not run ({error})") from error
+    result = private.ask(path, _CHECK)
     if result.stdout.split() != ["pypy", "True"]:
-        said = (result.stderr or result.stdout).strip().splitlines()
-        raise NotAvailable(f"{path} is no PyPy 3.10 ({said[-1] if said else 'it said nothing'})")
+        raise NotAvailable(f"{path} is no PyPy 3.10 ({private.last_words(result)})")
     return path
