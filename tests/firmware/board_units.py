@@ -1,6 +1,5 @@
-# The firmware's parts one by one: controllers, angles, heading, joystick, settings, shared data.
+# The firmware's parts one by one: angles, heading, joystick, settings, shared data.
 
-from boardtest import no_allocation, raises
 from gazeboard.boards import bank_layout as at
 from gazeboard.boards.bank_devices import BankI2C
 from gazeboard.core import limits
@@ -10,59 +9,9 @@ from gazeboard.io.heading import HeadingMonitor
 from gazeboard.io.joystick import Joystick, counts
 from gazeboard.io.settings import Settings
 from gazeboard.io.storage import sealed
-from gazeboard.turning.pid import OUTPUT_MAX, PD, PI, PID, P
 from gazelink import codes
 from gazelink.settings_table import NAMES, TABLE, index_of
 from gazesim.board_rig import POT, REGS
-
-# -- PID family ------------------------------------------------------------------------------------
-
-
-def test_p_is_proportional_and_odd():
-    p = P(320)  # 20 permille a degree
-    for degrees in range(-40, 41):
-        assert p.update(degrees * 16, 0, 1) == degrees * 20
-    assert p.update(2880, 0, 1) == OUTPUT_MAX
-    assert p.update(-2880, 0, 1) == -OUTPUT_MAX
-
-
-def test_pi_removes_what_p_leaves_and_reset_forgets():
-    pi = PI(160, 160)  # 10 permille a degree, 10 more a second
-    for _ in range(1000):
-        out = pi.update(160, 0, 1)
-    assert 195 <= out <= 205  # 10 degrees: 100 by P, 100 by I after one second
-    pi.reset()
-    assert pi.update(160, 0, 1) == 100
-
-
-def test_integral_does_not_wind_up():
-    pi = PI(3200, 3200)
-    for _ in range(100000):
-        pi.update(2880, 0, 1)
-    ms = 0
-    while pi.update(-16, 0, 1) > 0:
-        ms += 1
-        assert ms < 100
-
-
-def test_derivative_brakes():
-    pd = PD(320, 160)
-    assert pd.update(160, 0, 1) == 200
-    assert pd.update(160, 160, 1) == 100  # 10 degrees/s towards the setpoint: 10 permille each
-
-
-def test_gains_outside_their_range_are_refused():
-    for make in (lambda: PID(-1, 0, 0), lambda: PID(0, 3201, 0), lambda: PID(0, 0, 9999)):
-        assert "is outside 0..3200" in raises(ValueError, make)
-
-
-def test_products_stay_within_31_bits():
-    pid = PID(3200, 3200, 3200)
-    for error in (-2880, 2880):
-        for rate in (-32768, 32767):
-            for _ in range(3):
-                no_allocation(lambda: pid.update(error, rate, 10))
-
 
 # -- angles ----------------------------------------------------------------------------------------
 

@@ -26,12 +26,17 @@ _CORE = (
     "tilt",
     "tick_clock",
 )
-MODULES = {name: f"gazeboard.core.{name}" for name in _CORE}
+_TURNING = ("pid",)
+MODULES = {
+    **{name: f"gazeboard.core.{name}" for name in _CORE},
+    **{name: f"gazeboard.turning.{name}" for name in _TURNING},
+}
 # Tests that a mutant must not survive: each calls the modules themselves, none a whole board.
 SUITES = (
     *sorted(path.stem for path in TESTS.glob("board_core_*.py")),
     "board_profile_check",
     "board_tick_clock",
+    *sorted(path.stem for path in TESTS.glob("board_turning_*.py")),
     "test_tick_twins",
 )
 

@@ -1,4 +1,4 @@
-"""The parts that hold the core against its own tests: what they run, and what they cannot tell."""
+"""The parts that hold core and turning against their own tests: what these run and cannot tell."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Listed = dict[tuple[str, str], str]  # mutants known to be equivalent, and why
 
 
 def coverage(quick: bool, note: Note) -> Part:
-    """Statements and branches of the core that its own tests run."""
+    """Statements and branches of these modules that their own tests run."""
     ran = run_tests()
     run = ran.loading.union(*ran.by_test.values())
     figures: dict[str, Any] = {}
@@ -28,11 +28,11 @@ def coverage(quick: bool, note: Note) -> Part:
     missing = sorted({place for place in ran.places if place not in run}, key=str)
     figures["missing"] = len(missing)
     note(", ".join(f"{name} {value}" for name, value in figures.items()))
-    return figures, [f"{place} is not run by the core's tests" for place in missing]
+    return figures, [f"{place} is not run by their own tests" for place in missing]
 
 
 def mutation(quick: bool, note: Note) -> Part:
-    """Mutants of the core against its own tests; the quick form tries a sample of them."""
+    """Mutants of these modules against their own tests; the quick form tries a sample of them."""
     figures = dict.fromkeys(("mutants", "killed", "equivalent", "survived"), 0)
     short: list[str] = []
     listed_of = {module: equivalents.reasons(module) for module in MODULES}

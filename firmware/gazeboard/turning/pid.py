@@ -56,17 +56,17 @@ class FeedbackController:
 
 class P(FeedbackController):
     def __init__(self, kp_q4):
-        super().__init__(kp_q4, 0, 0)
+        FeedbackController.__init__(self, kp_q4, 0, 0)
 
 
 class PI(FeedbackController):
     def __init__(self, kp_q4, ki_q4):
-        super().__init__(kp_q4, ki_q4, 0)
+        FeedbackController.__init__(self, kp_q4, ki_q4, 0)
 
 
 class PD(FeedbackController):
     def __init__(self, kp_q4, kd_q4):
-        super().__init__(kp_q4, 0, kd_q4)
+        FeedbackController.__init__(self, kp_q4, 0, kd_q4)
 
 
 class PID(FeedbackController):
