@@ -18,9 +18,8 @@ _WORD = (
     codes.DRIVING,
 )
 _NEAR_Q4 = 32  # 2 degrees
-_STRAIGHT_Q4_DPS = (
-    160  # slower than 10 degrees/s: a chair whose stick has left the turn may be held
-)
+# Slower than 10 degrees/s: a chair whose stick has left the turn may be held.
+_STRAIGHT_Q4_DPS = 160
 _LAST_MOVE_MS = 2000  # before a step turn's time is up: a correction takes as long
 
 
