@@ -28,7 +28,7 @@ class Slope:
 
     # A sample. rest_q8: what neither the model nor the casters explain since the start, while the
     # model turned way_q4. The slope and a wrong gain share it by how likely either is to have done
-    # it (standard deviations 0.8 degrees/s, 6 %; noise 0.3 degrees).
+    # it (standard deviations 0.8 degrees/s, 6.4 %; noise 0.3 degrees).
     @micropython.native
     def learn(self, rest_q8, way_q4, rate_q10):
         if not -_MOVING_Q10 < rate_q10 < _MOVING_Q10:
