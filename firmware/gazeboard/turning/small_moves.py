@@ -10,7 +10,6 @@ from gazelink.const import const
 from gazelink.native import micropython, ptr32
 
 _LONGER_MS = const(30)
-_ENDLESS_MS = const(9999)
 
 # Indices of the words:
 _BOUNDED = const(0)  # the last move was one of these
@@ -19,24 +18,21 @@ _SIDE = const(2)  # of the last move
 _ASKED_Q8 = const(3)
 _MS = const(4)
 _LOW_MS = const(5)
-_HIGH_MS = const(6)
-_WORDS = const(7)
+_WORDS = const(6)
 
 
 class SmallMoves:
     def __init__(self):
         self._words = array("i", [0] * _WORDS)
-        self.start()
 
     # A turn begins.
     @micropython.viper
     def start(self):
         w = ptr32(self._words)
         at = 0
-        while at < _HIGH_MS:
+        while at < _WORDS:
             w[at] = 0
             at += 1
-        w[_HIGH_MS] = _ENDLESS_MS
 
     # A move begins, left_q8 from there, to `side` (1: left). bounded: it is small and from rest.
     @micropython.viper
@@ -49,15 +45,11 @@ class SmallMoves:
             w[_CAREFUL] = 0
             if done_q8 > asked_q8 + (asked_q8 >> 1):
                 w[_CAREFUL] = 1
-                if w[_HIGH_MS] > w[_MS]:
-                    w[_HIGH_MS] = w[_MS]
             elif done_q8 < asked_q8 >> 1:
-                if w[_LOW_MS] < w[_MS]:
-                    w[_LOW_MS] = w[_MS]
+                w[_LOW_MS] = w[_MS]
         if side != last:
             w[_SIDE] = side
             w[_LOW_MS] = 0
-            w[_HIGH_MS] = _ENDLESS_MS
         w[_BOUNDED] = bounded
         w[_ASKED_Q8] = left_q8
         w[_MS] = 0
@@ -84,6 +76,4 @@ class SmallMoves:
                 as_planned = 0
             elif ms >= low_ms + 3 * _LONGER_MS:
                 as_planned = 1
-        if ms + (_LONGER_MS >> 1) >= w[_HIGH_MS]:
-            as_planned = 1
         return as_planned != 0
