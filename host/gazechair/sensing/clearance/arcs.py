@@ -80,10 +80,7 @@ class ArcReach:
     def least(self, points_m: FloatArray, contacts: FloatArray) -> Bytes:
         """(arcs.SIZE,): the least of all points."""
         rows, held = self._find(points_m)
-        hit = np.zeros(len(self._rows), dtype=np.bool_)
-        hit[rows] = True
-        hit[_FAR] = True
-        least = self._rows[hit].min(axis=0)
+        least = self._rows[rows[rows != _FAR]].min(axis=0, initial=arcs.FAR)
         if len(held):
             least = np.minimum(least, _alone(contacts[held]).min(axis=0))
         return np.asarray(least, dtype=np.uint8)

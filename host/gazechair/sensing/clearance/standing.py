@@ -71,13 +71,13 @@ def like_persons(seen: Surfaces) -> list[NDArray[np.int64]]:
         return []
     apart = np.abs(np.diff(seen.ranges_m)) > max(_APART_M, _APART_SIGMA * seen.noise_m)
     apart |= np.diff(seen.bearings_rad) > _APART_RAD
-    things = np.split(np.arange(len(points_m)), np.flatnonzero(apart) + 1)
-    found = []
-    for thing in things:
-        across = points_m[thing[-1]] - points_m[thing[0]]
-        if len(thing) >= _LEAST_BEAMS and _WIDE_M[0] <= np.hypot(*across) <= _WIDE_M[1]:
-            found.append(thing)
-    return found
+    ends = np.append(np.flatnonzero(apart), len(points_m) - 1)
+    firsts = np.concatenate(([0], ends[:-1] + 1))
+    across = points_m[ends] - points_m[firsts]
+    wide_m = np.hypot(across[:, 0], across[:, 1])
+    wide = (wide_m >= _WIDE_M[0]) & (wide_m <= _WIDE_M[1])
+    found = np.flatnonzero(wide & (ends - firsts + 1 >= _LEAST_BEAMS))
+    return [np.arange(firsts[one], ends[one] + 1) for one in found]
 
 
 class Standing:

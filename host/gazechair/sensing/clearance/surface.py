@@ -49,7 +49,10 @@ def noise_m(ranges_m: FloatArray) -> float:
     if len(ranges_m) < 8:
         return 0.0
     bend = np.abs(ranges_m[2:] - 2.0 * ranges_m[1:-1] + ranges_m[:-2])
-    return 1.4826 * float(np.median(bend)) / math.sqrt(6.0)
+    middle = len(bend) // 2
+    lower, upper = np.partition(bend, (middle - 1, middle))[middle - 1 : middle + 1].tolist()
+    median = upper if len(bend) % 2 else (lower + upper) / 2.0
+    return 1.4826 * float(median) / math.sqrt(6.0)
 
 
 def surfaces(points_m: FloatArray, origin_m: tuple[float, float]) -> Surfaces:

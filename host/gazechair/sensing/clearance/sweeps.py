@@ -50,13 +50,7 @@ class Sweeps:
         self._spread = math.tan(math.radians(HEADING_TOLERANCE_DEG))
         every = np.concatenate(footprint.parts)
         self._ends_m = {sign: float((sign * every[:, 0]).max()) for sign in (1.0, -1.0)}
-        # Per direction: motion of the points (dx, dy), and the sides through which they can enter.
-        self._entries = {
-            sign: [
-                (dx, dy, self._sides[_facing(self._sides, dx, dy)]) for dx, dy in _headings(sign)
-            ]
-            for sign in (1.0, -1.0)
-        }
+        self._entries = {sign: _entries(self._sides, sign) for sign in (1.0, -1.0)}
 
     def contacts(self, points_m: FloatArray) -> FloatArray:
         """(N, 4) for the (N, 2) points in the chair's frame, columns codes.DIR_FORWARD ...
@@ -64,7 +58,7 @@ class Sweeps:
         Metres for forward and backward, degrees for left and right; inf = never within RANGE_M, or
         within a full turn.
         """
-        found = np.full((len(points_m), 4), np.inf)
+        found = np.full((4, len(points_m)), np.inf).T  # a motion's values side by side
         near = np.flatnonzero(np.hypot(points_m[:, 0], points_m[:, 1]) <= self._footprint.reach_m)
         within = near[self._footprint.contains(points_m[near])]
         out = np.ones(len(points_m), dtype=np.bool_)
@@ -94,7 +88,8 @@ class Sweeps:
         range_m = min(range_m, RANGE_M)
         swing_m = BEND_PER_M * range_m * (0.5 * range_m + reach_m) + _SEEN_M
         near = np.abs(points_m[:, 1]) <= self._footprint.half_width_m + swing_m
-        near &= np.abs(points_m[:, 0]) <= reach_m + range_m
+        # Nothing of the body moves ahead meanwhile.
+        near &= (points_m[:, 0] <= self._ends_m[1.0]) & (points_m[:, 0] >= -reach_m - range_m)
         chosen = np.flatnonzero(near)
         chosen = chosen[~inside(self._footprint.body, points_m[chosen])]
         nearest = points_m[chosen]
@@ -107,9 +102,9 @@ class Sweeps:
             # About the middle of the bend, the body's points and the obstacle's.
             middle = np.array((0.0, side * radius_m))
             points = nearest - middle
-            own = np.arctan2(points[:, 1], points[:, 0])[:, None]
+            own = np.arctan2(points[:, 1], points[:, 0])
             crossings = _circle_crossings(points, self._bare - np.tile(middle, 2))
-            turns = np.nan_to_num(side * (crossings - own) % _FULL_TURN, nan=np.inf).min(axis=1)
+            turns = _least(side * (crossings - own) % _FULL_TURN)
             found[chosen] = np.minimum(found[chosen], radius_m * turns)
         found[found > range_m] = np.inf
         return found
@@ -126,21 +121,21 @@ class Sweeps:
         return np.asarray(found)
 
     def _straight(self, points: FloatArray, sign: float) -> FloatArray:
-        nearest = np.full(len(points), np.inf)
-        ahead = sign * points[:, 0] > self._ends_m[sign]
-        for dx, dy, sides in self._entries[sign]:
-            chosen = ahead if dy else np.ones(len(points), dtype=np.bool_)
-            ways = _ray_crossings(points[chosen], sides, dx, dy).min(axis=1)
-            nearest[chosen] = np.minimum(nearest[chosen], ways)
+        if not len(points):
+            return np.zeros(0)
+        sides, dx, dy = self._entries[sign]
+        ways = _ray_crossings(points, sides, dx, dy)
+        beside = sign * points[:, 0] <= self._ends_m[sign]
+        ways[(dy != 0.0) & beside] = np.inf
+        nearest = ways.min(axis=0)
         nearest[nearest > RANGE_M] = np.inf
-        return nearest
+        return np.asarray(nearest)
 
     def _turns(self, points: FloatArray) -> FloatArray:
         # Columns left, right: when the chair turns left, the point's own angle decreases.
-        own = np.arctan2(points[:, 1], points[:, 0])[:, None]
+        own = np.arctan2(points[:, 1], points[:, 0])
         crossings = _circle_crossings(points, self._sides)
-        left = np.nan_to_num((own - crossings) % _FULL_TURN, nan=np.inf).min(axis=1)
-        right = np.nan_to_num((crossings - own) % _FULL_TURN, nan=np.inf).min(axis=1)
+        left, right = _least((own - crossings) % _FULL_TURN), _least((crossings - own) % _FULL_TURN)
         return np.column_stack((left, right))
 
     def _from_within(self, points: FloatArray) -> FloatArray:
@@ -150,7 +145,7 @@ class Sweeps:
             found[:, direction] = self._after_leaving(
                 points, ways, RANGE_M, _PROBE_M, _line(points, -sign)
             )
-        own = np.arctan2(points[:, 1], points[:, 0])[:, None]
+        own = np.arctan2(points[:, 1], points[:, 0])
         crossings = _circle_crossings(points, self._every)
         for direction, sign in ((codes.DIR_LEFT, 1.0), (codes.DIR_RIGHT, -1.0)):
             ways = np.nan_to_num(sign * (own - crossings) % _FULL_TURN, nan=np.inf)
@@ -164,7 +159,7 @@ class Sweeps:
     ) -> FloatArray:
         # Cut each path at its crossings; a piece between two cuts is entirely in or out.
         count = len(points)
-        cuts = np.sort(np.minimum(ways, end), axis=1)
+        cuts = np.sort(np.minimum(ways.T, end), axis=1)
         cuts = np.concatenate((np.zeros((count, 1)), cuts, np.full((count, 1), end)), axis=1)
         middles = path(0.5 * (cuts[:, :-1] + cuts[:, 1:])).reshape(-1, 2)
         shape = (count, cuts.shape[1] - 1)
@@ -185,9 +180,16 @@ class Sweeps:
         return np.where(deeper, 0.0, np.where(touches.any(axis=1), first, np.inf))
 
 
-def _headings(sign: float) -> list[tuple[float, float]]:
-    angles = [math.radians(k * HEADING_TOLERANCE_DEG) for k in (-1, 0, 1)]
-    return [(-sign * math.cos(angle), math.sin(angle)) for angle in angles]
+def _entries(sides: FloatArray, sign: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The sides through which the points can enter, and beside each their motion (dx, dy)."""
+    found, motions = [], []
+    for angle in (math.radians(k * HEADING_TOLERANCE_DEG) for k in (-1, 0, 1)):
+        dx, dy = -sign * math.cos(angle), math.sin(angle)
+        facing = sides[_facing(sides, dx, dy)]
+        found.append(facing)
+        motions += [(dx, dy)] * len(facing)
+    moved = np.array(motions)
+    return np.concatenate(found), moved[:, :1], moved[:, 1:]
 
 
 def _facing(sides: FloatArray, dx: float, dy: float) -> BoolArray:
@@ -217,14 +219,25 @@ def _circle(points: FloatArray, sign: float) -> Path:
     return at
 
 
-def _ray_crossings(points: FloatArray, sides: FloatArray, dx: float, dy: float) -> FloatArray:
-    """(N, S): the distance along (dx, dy) from each point to each side; inf = no crossing."""
-    ax, ay = sides[:, 0], sides[:, 1]
-    ex, ey = sides[:, 2] - ax, sides[:, 3] - ay
+def _least(turns: FloatArray) -> FloatArray:
+    """(N,): the least of each column, of those that there are; inf = none."""
+    least: FloatArray = np.fmin.reduce(turns, axis=0)
+    return np.where(np.isnan(least), np.inf, least)
+
+
+def _ray_crossings(
+    points: FloatArray, sides: FloatArray, dx: FloatArray | float, dy: FloatArray | float
+) -> FloatArray:
+    """(S, N): the distance along (dx, dy) from each point to each side; inf = no crossing.
+
+    `dx`, `dy`: one motion for all sides, or (S, 1).
+    """
+    ax, ay = sides[:, :1], sides[:, 1:2]
+    ex, ey = sides[:, 2:3] - ax, sides[:, 3:] - ay
     cross = dx * ey - dy * ex
     turned = np.abs(cross) > 1e-12
     inverse = np.where(turned, 1.0 / np.where(turned, cross, 1.0), 0.0)
-    rx, ry = ax - points[:, :1], ay - points[:, 1:]
+    rx, ry = ax - points[:, 0], ay - points[:, 1]
     way = (rx * ey - ry * ex) * inverse
     share = (rx * dy - ry * dx) * inverse
     crosses = turned & (way >= 0.0) & (share >= -1e-9) & (share <= 1.0 + 1e-9)
@@ -232,18 +245,15 @@ def _ray_crossings(points: FloatArray, sides: FloatArray, dx: float, dy: float) 
 
 
 def _circle_crossings(points: FloatArray, sides: FloatArray) -> FloatArray:
-    """(N, 2 S): angles (radians) at which each point's circle about the axle crosses each side."""
-    ax, ay = sides[:, 0], sides[:, 1]
-    ex, ey = sides[:, 2] - ax, sides[:, 3] - ay
-    squared = (points[:, 0] ** 2 + points[:, 1] ** 2)[:, None]
+    """(2 S, N): angles (radians) at which each point's circle about the axle crosses each side."""
+    ax, ay = sides[:, :1], sides[:, 1:2]
+    ex, ey = sides[:, 2:3] - ax, sides[:, 3:] - ay
+    squared = points[:, 0] ** 2 + points[:, 1] ** 2
     a = ex**2 + ey**2
     b = ax * ex + ay * ey
     root = b**2 - a * (ax**2 + ay**2 - squared)
     spread = np.sqrt(np.maximum(root, 0.0))
-    angles = []
-    for sign in (-1.0, 1.0):
-        share = (-b + sign * spread) / a
-        crosses = (root >= 0.0) & (share >= -1e-9) & (share <= 1.0 + 1e-9)
-        angle = np.arctan2(ay + share * ey, ax + share * ex)
-        angles.append(np.where(crosses, angle, np.nan))
-    return np.concatenate(angles, axis=1)
+    share = np.stack((-b - spread, -b + spread)) / a
+    crosses = (root >= 0.0) & (share >= -1e-9) & (share <= 1.0 + 1e-9)
+    angles = np.where(crosses, np.arctan2(ay + share * ey, ax + share * ex), np.nan)
+    return angles.reshape(2 * len(sides), len(points))

@@ -20,7 +20,7 @@ from gazelink import codes
 _READ_S = 0.05
 # Pauses after each quarter turn, of some 25 ms, then the last one again and again: few large pieces
 # are cheap to decode, and its end is not slept over.
-_GATHER_S = (0.010, 0.010, 0.002)
+_GATHER_S = (0.020, 0.002)
 _SILENT_S = 0.25  # without measurements: no scan counts any more
 _GIVE_UP_S = 0.5  # and then the device is reopened
 _FIRST_S = 5.0  # until the first measurements; the motor runs up meanwhile
