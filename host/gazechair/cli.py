@@ -16,6 +16,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 
 from gazechair.base.version import version
+from gazechair.blackbox import command as log_command
 from gazechair.config import configuration
 from gazechair.config.configuration import ConfigError
 from gazechair.service import lidar_cli
@@ -109,6 +110,7 @@ def _parser() -> argparse.ArgumentParser:
     tune.add_argument("--dry-run", action="store_true", help="only show what it finds")
     tune.set_defaults(act=_tune)
     lidar_cli.add(commands)
+    log_command.add(commands)
     config = commands.add_parser("config", help="print a configuration file with all defaults")
     config.set_defaults(act=_config)
     for added in sorted(entry_points(group=_COMMANDS), key=lambda entry: entry.name):

@@ -9,6 +9,7 @@ from typing import Protocol
 from gazechair.base import health as h
 from gazechair.base.health import Health, HealthRegistry
 from gazechair.base.state_folder import state_folder
+from gazechair.blackbox.recorder import BlackBox
 from gazechair.board import ports
 from gazechair.board.caretaker_settings import CaretakerSettings
 from gazechair.board.link import BoardLink
@@ -32,26 +33,31 @@ class _Part(Protocol):
 
 
 class Daemon:
-    """The whole host in one process; lidar, camera and each plug-in add a child process."""
+    """The whole host in one process; lidar, camera, log and each plug-in add a child process."""
 
     def __init__(self, config: Config) -> None:
         self._config = config
         self._running = False
         self.parts = HealthRegistry(on_change=self._changed)
+        folder = state_folder(config.web.state_folder)
+        self._log = BlackBox(
+            config.log, folder / "log", self.parts, lambda: self._camera.latest().entry()
+        )
         self.link = BoardLink(
             ports.finder(config.board.port, ports.BOARD),
             self.parts.part("board"),
             self._changed,
             on_zone=lambda zone: self._lidar.zone(zone),
+            witness=self._log.note,
         )
         self._lidar = LidarService(
             config.lidar,
             config.footprint,
             lambda clearance: self.control.clearance(clearance),
             self.parts.part("lidar"),
+            self._log.scan if config.log.record else None,
         )
         self._camera = CameraService(config.camera, self.parts.part("camera"))
-        folder = state_folder(config.web.state_folder)
         self.control = Control(
             config,
             self.link,
@@ -88,6 +94,8 @@ class Daemon:
         except Exception:
             self.stop()
             raise
+        if self._config.log.record:
+            _start(self._log, self.parts.part("log"))
         self.link.start()
         self.control.start()
         for part, health in (
@@ -109,6 +117,7 @@ class Daemon:
         self._lidar.stop()
         self._camera.stop()
         self.link.stop()
+        self._log.stop()
 
     def _changed(self) -> None:
         # Parts report while they are being built too.

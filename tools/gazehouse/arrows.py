@@ -19,7 +19,7 @@ STOREYS: tuple[tuple[str, ...], ...] = (
     ("gazesim",),
     ("gazechair.cli", "gazeboard.main"),
     ("gazechair.daemon", "gazechair.service"),
-    ("gazechair.web", "gazechair.plugins", "gazeboard.app"),
+    ("gazechair.web", "gazechair.plugins", "gazechair.blackbox", "gazeboard.app"),
     ("gazechair.driving", "gazeboard.boards"),
     ("gazechair.people", "gazechair.sensing", "gazechair.picture", "gazeboard.io"),
     ("gazechair.board", "gazechair.config", "gazeboard.turning"),

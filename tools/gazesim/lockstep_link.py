@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from gazechair.board.board_commands import Bypass, Clearance, Command
-from gazechair.board.protocol import FaultText, LinkProtocol, SessionBegun, SessionEnded
+from gazechair.board.protocol import FaultText, LinkProtocol, SessionBegun, SessionEnded, Witness
 from gazechair.board.state import BoardId, BoardState, BoardStats
 from gazechair.board.zone import NOT_KNOWN, BoardZone
 from gazesim.usb_line import UsbLine
@@ -17,10 +17,16 @@ _READ_SIZE = 1024
 class LockstepLink:
     """The host's BoardLink in virtual time: one port, nothing queued but an unsent frame."""
 
-    def __init__(self, line: UsbLine, clock: Callable[[], float], draw: Callable[[], int]) -> None:
+    def __init__(
+        self,
+        line: UsbLine,
+        clock: Callable[[], float],
+        draw: Callable[[], int],
+        witness: Witness = lambda _way, _now_s, _frame: None,
+    ) -> None:
         self._line = line
         self._clock = clock
-        self.protocol = LinkProtocol(draw)
+        self.protocol = LinkProtocol(draw, witness)
         self.alive = True  # False: its host has died
         self._unsent = b""
         self._open = False

@@ -138,9 +138,11 @@ class Supervisor:
         on_facts: Callable[[bytes], None] = lambda _facts: None,
         longest_pause_s: float = 4.0,
         nice: int = 0,
+        fds: tuple[int, ...] = (),
     ) -> None:
         """`name`: of the child in statuses; `longest` record of it in bytes; `records_per_s` 0:
-        no limit; `on_facts` gets every record of facts; `nice`: how far the child gives way."""
+        no limit; `on_facts` gets every record of facts; `nice`: how far the child gives way;
+        `fds`: open files that each child has too, under the same numbers."""
         self._command = [sys.executable, "-m", module, argument]
         self._name = name or module.removesuffix(".child")
         self._longest = longest
@@ -148,6 +150,7 @@ class Supervisor:
         self._on_facts = on_facts
         self._longest_pause_s = longest_pause_s
         self._nice = nice
+        self._fds = fds
         self._on_data = on_data
         self._on_status = on_status
         self._lost_reason = lost_reason
@@ -231,6 +234,7 @@ class Supervisor:
             stdin=subprocess.PIPE if self._listens else subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             env=environment,
+            pass_fds=self._fds,
         )
         if self._nice:
             os.setpriority(os.PRIO_PROCESS, process.pid, self._nice)

@@ -25,6 +25,8 @@ from gazechair.board.protocol import (
     SessionEnded,
     SettingReply,
     VersionDiffers,
+    Witness,
+    random_session,
 )
 from gazechair.board.serial_port import PortError, SerialPort
 from gazechair.board.state import BoardId, BoardState, BoardStats
@@ -51,10 +53,12 @@ class BoardLink:
         clock: Clock = time.monotonic,
         answer_s: float = ANSWER_S,
         on_zone: Callable[[BoardZone], None] = lambda _zone: None,
+        witness: Witness = lambda _way, _now_s, _frame: None,
     ) -> None:
         """`find_ports` lists the paths to try; `on_change` is called, from the link's own thread,
         after each STATE frame and each begin or end of a session. `answer_s` is for tests.
-        `on_zone` is called from that thread with how the board stops, whenever that changes."""
+        `on_zone` is called from that thread with how the board stops, whenever that changes.
+        `witness` sees every frame, with the link locked: it must not wait."""
         self.health = health
         self._find_ports = find_ports
         self._on_change = on_change
@@ -63,7 +67,7 @@ class BoardLink:
         self._judge = LinkJudge(answer_s)
         self._story = StateLog()
         self._lock = threading.Lock()
-        self._protocol = LinkProtocol()
+        self._protocol = LinkProtocol(random_session, witness)
         self._port: SerialPort | None = None
         self._unsent = b""
         self._unsent_since_s = 0.0

@@ -83,6 +83,10 @@ Event = (
 )
 
 
+# Gets each frame without its CRC: "up" or "down", when, its bytes.
+Witness = Callable[[str, float, bytes], None]
+
+
 def random_session() -> int:
     """A session id, 1..65535."""
     return secrets.randbelow(_U16) + 1
@@ -91,9 +95,15 @@ def random_session() -> int:
 class LinkProtocol:
     """One board on one port. Not thread-safe: the owner locks. Times are monotonic seconds."""
 
-    def __init__(self, draw_session: Callable[[], int] = random_session) -> None:
-        """`draw_session` gives session ids; it is called again until one is new."""
+    def __init__(
+        self,
+        draw_session: Callable[[], int] = random_session,
+        witness: Witness = lambda _way, _now_s, _frame: None,
+    ) -> None:
+        """`draw_session` gives session ids; it is called again until one is new. `witness` sees
+        every frame that is sent or accepted."""
         self._draw_session = draw_session
+        self._witness = witness
         self._decoder = frame.Decoder()
         self._encoder = frame.Encoder()
         self._session = 0
@@ -184,33 +194,35 @@ class LinkProtocol:
             if now_s < self._hello_due_s:
                 return b""
             self._hello_due_s = now_s + HELLO_PERIOD_S
-            return self._clear() + self._hello()
+            return self._clear(now_s) + self._hello(now_s)
         if now_s - self._heard_s > RESYNC_S:
             return b""  # the caller learns of it from check()
         out = b""
         for order in self._orders.due(now_s):
-            out += self._frame(messages.ORDER, (order.action, order.number, order.owner))
+            out += self._frame(now_s, messages.ORDER, (order.action, order.number, order.owner))
         if now_s >= self._command_due_s:
             self._command_due_s = now_s + COMMAND_PERIOD_S
             ttl_ms = self._board.limits.command_ttl_ms
-            out += self._frame(messages.COMMAND, self._command.fields(now_s, ttl_ms))
+            out += self._frame(now_s, messages.COMMAND, self._command.fields(now_s, ttl_ms))
         if self._clearance is not None and now_s >= self._clearance_due_s:
             self._clearance_due_s = now_s + CLEARANCE_PERIOD_S
-            out += self._frame(messages.CLEARANCE, self._clearance.fields(now_s))
+            out += self._frame(now_s, messages.CLEARANCE, self._clearance.fields(now_s))
         if self._bypass is not None and now_s >= self._bypass_due_s:
             self._bypass_due_s = now_s + CLEARANCE_PERIOD_S
             ttl_ms = self._board.limits.command_ttl_ms
-            out += self._frame(messages.BYPASS, self._bypass.fields(now_s, ttl_ms))
+            out += self._frame(now_s, messages.BYPASS, self._bypass.fields(now_s, ttl_ms))
             if now_s >= self._bypass.ttl_deadline_s:
                 self._bypass = None
         if self._ping_wanted:
             self._ping_wanted = False
             self._ping_token = (self._ping_token + 1) & 0xFFFFFFFF
             self._ping_sent_s = now_s
-            out += self._frame(messages.PING, (self._ping_token & _U16, self._ping_token >> 16))
+            out += self._frame(
+                now_s, messages.PING, (self._ping_token & _U16, self._ping_token >> 16)
+            )
         setting = self._setting or self._relay.due(now_s)  # the board answers one at a time
         if setting is not None:
-            out += self._frame(messages.SETTING, setting)
+            out += self._frame(now_s, messages.SETTING, setting)
             self._setting = None
         return out
 
@@ -230,22 +242,23 @@ class LinkProtocol:
             due = min(due, self._bypass_due_s)
         return due if self._clearance is None else min(due, self._clearance_due_s)
 
-    def _clear(self) -> bytes:
+    def _clear(self, now_s: float) -> bytes:
         # A board that sends its last message has no session; frozen messages still reach it.
         if not self._clears:
             return b""
         self._clears = False
         values = (messages.MAINTENANCE_KEY, 0, self._last_words)
         self._last_words = codes.NO_REASON
-        return self._frame(messages.MAINTENANCE, values)
+        return self._frame(now_s, messages.MAINTENANCE, values)
 
-    def _hello(self) -> bytes:
+    def _hello(self, now_s: float) -> bytes:
         values = (codes.ROLE_HOST, 0, frame.schema_hash(), self._session, 0, *VERSION, _NAME)
-        return self._frame(messages.HELLO, values)
+        return self._frame(now_s, messages.HELLO, values)
 
-    def _frame(self, message: messages.Message, values: tuple[object, ...]) -> bytes:
+    def _frame(self, now_s: float, message: messages.Message, values: tuple[object, ...]) -> bytes:
         message.pack(self._encoder.body, values)
         size = self._encoder.finish(message, self._stamp_ms)
+        self._witness("up", now_s, bytes(self._encoder.body[: message.size]))
         return bytes(self._encoder.wire[:size])
 
     # Bytes in
@@ -263,6 +276,7 @@ class LinkProtocol:
         message = messages.BY_TYPE[buf[messages.TYPE_AT]]
         if message.direction == messages.UP:
             return
+        self._witness("down", now_s, bytes(buf[: message.size]))
         if message is messages.HELLO:
             self._hello_heard(message.unpack(buf), now_s, events)
             return

@@ -143,6 +143,18 @@ class FootprintConfig:
 
 
 @dataclass(frozen=True)
+class LogConfig:
+    """The black box: what happened, in files of the state folder. Read docs/log.md."""
+
+    record: bool = _setting(True, flag(), "false = nothing is recorded")
+    keep_days: int = _setting(30, integer(1, 365), "older files are deleted")
+    max_mb: int = _setting(
+        4000, integer(50, 1000000), "of all files together; the oldest are deleted first"
+    )
+    pictures: bool = _setting(False, flag(), "true = a small picture of the camera each second")
+
+
+@dataclass(frozen=True)
 class Config:
     """Everything that can be configured, by section."""
 
@@ -152,6 +164,7 @@ class Config:
     web: WebConfig = field(default_factory=WebConfig)
     driver: DriverConfig = field(default_factory=DriverConfig)
     footprint: FootprintConfig = field(default_factory=FootprintConfig)
+    log: LogConfig = field(default_factory=LogConfig)
     plugins: tuple[PluginConfig, ...] = ()
     """Inputs and modes that are switched on, each by a table of its own."""
 
@@ -166,6 +179,7 @@ SECTIONS: dict[str, type[Any]] = {
     "web": WebConfig,
     "driver": DriverConfig,
     "footprint": FootprintConfig,
+    "log": LogConfig,
 }
 
 

@@ -9,6 +9,7 @@ import platform
 import shutil
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 from gazechair.base import health as h
@@ -51,7 +52,7 @@ def examine(config_path: Path | None) -> list[Finding]:
         return [*findings, Finding(FAIL, "configuration", str(error), "correct that line")]
     name = "all defaults" if config_path is None else str(config_path)
     findings.append(Finding(OK, "configuration", name))
-    return [*findings, *_devices(config), *_plugins(config), *_tools()]
+    return [*findings, *_devices(config), *_plugins(config), *_log(config), *_tools()]
 
 
 def failed(findings: list[Finding]) -> bool:
@@ -117,6 +118,16 @@ def _plugins(config: Config) -> Iterator[Finding]:
             yield Finding(FAIL, what, told.wrong, "gazechair plugin list shows what is installed")
         else:
             yield Finding(OK, what, told.about)
+
+
+def _log(config: Config) -> Iterator[Finding]:
+    if not config.log.record:
+        yield Finding(OK, "log", "off, as configured")
+    elif find_spec("mcap_ros2") is None:
+        yield Finding(WARN, "log", "nothing is recorded", "pip install 'gazechair[log]'")
+    else:
+        bounds = f"{config.log.keep_days} days, {config.log.max_mb} MB at most"
+        yield Finding(OK, "log", f"records; {bounds}")
 
 
 def _tools() -> Iterator[Finding]:

@@ -270,3 +270,28 @@ def test_a_message_for_the_board_is_ignored_by_the_host(joined: Any) -> None:
     messages.COMMAND.pack(encoder.body, (1, 1, 1, 1, 300, 0, 0, 1000, 0))
     size = encoder.finish(messages.COMMAND, 0)
     assert joined.say(bytes(encoder.wire[:size])) == []
+
+
+def test_a_witness_sees_every_frame_of_both_ways(new_line: Callable[[], Any]) -> None:
+    line = new_line()
+    seen: list[tuple[str, float, bytes]] = []
+    line.protocol._witness = lambda *frame: seen.append(frame)
+    line.turn()
+    line.protocol.command(FORWARD, line.now_s)
+    line.turn(100)
+    up = [body for way, _, body in seen if way == "up"]
+    down = [body for way, _, body in seen if way == "down"]
+    assert {body[messages.TYPE_AT] for body in up} >= {
+        messages.HELLO.type_id,
+        messages.COMMAND.type_id,
+    }
+    states = [body for body in down if body[messages.TYPE_AT] == messages.STATE.type_id]
+    assert len(states) == 1 + 10 + 1
+    assert len(states[0]) == messages.STATE.size
+    commands = [body for body in up if body[messages.TYPE_AT] == messages.COMMAND.type_id]
+    assert messages.COMMAND.unpack(commands[-1])["verb"] == codes.FORWARD
+    times_s = [at_s for _, at_s, _ in seen]
+    assert times_s == sorted(times_s)
+    count = len(seen)
+    line.say(b"\x05garbage\x00")
+    assert len(seen) == count

@@ -19,6 +19,7 @@ from gazechair.base import health as states
 from gazechair.base.supervisor import RecordWriter, enter_child
 from gazechair.config.configuration import FootprintConfig, LidarConfig
 from gazechair.sensing.clearance.evaluate import Evaluator, footprint_of
+from gazechair.sensing.lidar import recorded
 from gazechair.sensing.lidar.blind import BINS, BLIND, MASKED, SEEN, Blindness
 from gazechair.sensing.lidar.reader import Reader
 from gazechair.sensing.lidar.report import LOST, LidarReport, Report
@@ -164,9 +165,15 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
     )
     ear.start()
     pipeline.start()
+    due_s = 0.0
     try:
         while (name := pipeline.hanging()) is None:
             out.data(pipeline.step().pack())
+            if argument["record"] and time.monotonic() >= due_s:
+                due_s = time.monotonic() + recorded.PERIOD_S
+                for lidar in pipeline.lidars:
+                    if lidar.scan is not None:
+                        out.facts(recorded.pack(lidar.reader.config.name, lidar.scan))
     finally:
         pipeline.stop()
     out.status(states.LOST, LOST, f"{name} hangs; starting it again")

@@ -12,6 +12,7 @@ from gazechair.base.supervisor import Status, Supervised, Supervisor
 from gazechair.board.board_commands import Clearance
 from gazechair.board.zone import NOT_KNOWN, BoardZone
 from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.sensing.lidar.recorded import unpack
 from gazechair.sensing.lidar.report import DAMAGED, LOST, VIEW, LidarReport, Report
 from gazechair.sensing.lidar.told import said
 
@@ -20,6 +21,8 @@ _STEADY = 12
 _DAMAGED_SHARE = 0.02
 
 Publish = Callable[[Clearance], None]
+# Gets name, monotonic seconds and beams in mm: see recorded.
+Record = Callable[[str, float, bytes], None]
 
 
 class LidarService(Supervised):
@@ -34,12 +37,15 @@ class LidarService(Supervised):
         footprint: FootprintConfig,
         publish: Publish,
         health: Health,
+        record: Record | None = None,
     ) -> None:
-        """`publish` is called on the lidars' thread, some 40 times a second, and must not block."""
+        """`publish` is called on the lidars' thread, some 40 times a second, and must not block;
+        `record`, twice a second for each lidar, too."""
         self._configs = tuple(config for config in lidars if config.kind != "off")
         self._footprint = footprint
         self._publish = publish
         self._health = health
+        self._record = record
         self._published_s: float | None = None
         self._verdict = _Steady()
         self.report: Report | None = None
@@ -53,6 +59,7 @@ class LidarService(Supervised):
         argument = {
             "lidars": [asdict(config) for config in self._configs],
             "footprint": asdict(self._footprint),
+            "record": self._record is not None,
         }
         self._supervisor = Supervisor(
             "gazechair.sensing.lidar.child",
@@ -61,6 +68,7 @@ class LidarService(Supervised):
             self._on_status,
             lost_reason=LOST,
             listens=True,
+            on_facts=self._on_scan,
         )
         self._supervisor.tell(self._zone)
         self._supervisor.start()
@@ -90,6 +98,10 @@ class LidarService(Supervised):
                 self._publish(newest)
             self._published_s = report.acquired_s
         self._tell(report)
+
+    def _on_scan(self, payload: bytes) -> None:
+        if self._record is not None:
+            self._record(*unpack(payload))
 
     def _tell(self, report: Report) -> None:
         lost = [one for one in report.lidars if one.state != states.OK]

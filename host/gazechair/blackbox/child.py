@@ -1,0 +1,113 @@
+"""The log's own process: takes records from the daemon and writes them, whatever the disk does."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import json
+import signal
+import socket
+import sys
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from gazechair.base import health as states
+from gazechair.base.supervisor import RecordWriter, enter_child
+from gazechair.blackbox.ring import LONGEST, unpack
+from gazechair.blackbox.writer import LogFull, LogWriter
+
+SYNC_S = 1.0
+_RETRY_S = 10.0
+_LOOK_S = 0.1
+
+FULL = "log_full"
+REFUSED = "log_disk"
+
+
+class Keeper:
+    """Writes what comes, syncs each second, and says how it goes."""
+
+    def __init__(self, writer: LogWriter, out: RecordWriter) -> None:
+        self._writer = writer
+        self._out = out
+        self._synced_s = time.monotonic()
+        self._retry_s = 0.0
+        self._standing: tuple[str, ...] = ()
+        self.written = 0
+        self.lost = 0
+
+    def take(self, batch: bytes) -> None:
+        """A batch of records; lost while the disk refuses them."""
+        records = unpack(batch)
+        if time.monotonic() < self._retry_s:
+            self.lost += len(records)
+            return
+        done = 0
+        try:
+            for kind, at_ns, payload in records:
+                self._writer.write(kind, at_ns, payload)
+                done += 1
+        except OSError as error:
+            self._failed(error)
+        self.written += done
+        self.lost += len(records) - done
+
+    def due(self) -> None:
+        """Each second: to the disk, and a sign of life to the daemon."""
+        now_s = time.monotonic()
+        if now_s < self._synced_s + SYNC_S:
+            return
+        self._synced_s = now_s
+        if now_s >= self._retry_s:
+            try:
+                self._writer.sync()
+                self._say(states.OK, "ok", "")
+            except OSError as error:
+                self._failed(error)
+        figures = {"written": self.written, "refused_by_disk": self.lost}
+        self._out.data(json.dumps(figures).encode())
+
+    def _failed(self, error: OSError) -> None:
+        self._retry_s = time.monotonic() + _RETRY_S
+        self._writer.close()
+        reason = FULL if isinstance(error, LogFull) or error.errno == errno.ENOSPC else REFUSED
+        self._say(states.DEGRADED, reason, f"nothing is recorded: {error}")
+
+    def _say(self, *standing: str) -> None:
+        if standing != self._standing:
+            self._standing = standing
+            self._out.status(*standing)
+
+
+def run(argument: Mapping[str, Any], out: RecordWriter) -> None:
+    """Until the daemon ends us; what has arrived by then is written."""
+    writer = LogWriter(Path(argument["folder"]), argument["max_bytes"], argument["keep_s"])
+    keeper = Keeper(writer, out)
+    ended: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, _: ended.append(number))  # between two records
+    line = socket.socket(fileno=argument["fd"])
+    line.settimeout(_LOOK_S)
+    try:
+        while not ended:
+            with contextlib.suppress(TimeoutError):
+                keeper.take(line.recv(LONGEST))
+            keeper.due()
+        line.setblocking(False)
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                keeper.take(line.recv(LONGEST))
+    finally:
+        writer.close()
+
+
+def main() -> None:
+    """Entry of `python -m gazechair.blackbox.child JSON`: folder, bounds, file descriptor."""
+    out = enter_child()
+    with contextlib.suppress(BrokenPipeError):
+        run(json.loads(sys.argv[1]), out)
+
+
+if __name__ == "__main__":
+    main()

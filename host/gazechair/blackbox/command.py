@@ -1,0 +1,120 @@
+"""The commands `gazechair log list`, `show` and `export`."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from pathlib import Path
+from typing import Any
+
+from gazechair.base.state_folder import state_folder
+from gazechair.config import configuration
+
+_REFUSED = 2
+
+
+def add(commands: Any) -> None:
+    """Add them to argparse's subparsers `commands`."""
+    log = commands.add_parser("log", help="what the black box has kept")
+    acts = log.add_subparsers(title="commands", required=True, metavar="WHAT")
+    listed = acts.add_parser("list", help="the files: when, how long, how large")
+    shown = acts.add_parser("show", help="what happened, in words")
+    exported = acts.add_parser("export", help="all of it, as JSON lines or CSV, to the terminal")
+    exported.add_argument("--format", choices=("jsonl", "csv"), default="jsonl")
+    exported.add_argument("--topic", help="only this one, as /board/state")
+    for command in (listed, shown, exported):
+        command.add_argument(
+            "--config", type=Path, metavar="FILE", help="the configuration of gazechair run"
+        )
+    for command in (shown, exported):
+        command.add_argument(
+            "file", nargs="?", help="number, name or path of a file (default: the newest)"
+        )
+    listed.set_defaults(act=lambda options: _act(_list, options))
+    shown.set_defaults(act=lambda options: _act(_show, options))
+    exported.set_defaults(act=lambda options: _act(_export, options))
+
+
+class LogRefused(Exception):
+    """Why a command cannot do what it was asked for, in one line."""
+
+
+def chosen(folder: Path, wanted: str | None) -> Path:
+    """The file that is meant by a path, a name or a number; None: the newest of `folder`."""
+    from gazechair.blackbox.writer import files
+
+    if wanted is not None and Path(wanted).is_file():
+        return Path(wanted)
+    found = files(folder)
+    if wanted is not None:
+        number = wanted.zfill(6)
+        found = [path for path in found if wanted == path.name or path.name[:6] == number]
+    if not found:
+        what = "no file" if wanted is None else f"no file {wanted}"
+        raise LogRefused(f"{folder} has {what}; gazechair log list shows those there are")
+    return found[-1]
+
+
+def folder_of(options: argparse.Namespace) -> Path:
+    """Where the files of the configured host are."""
+    return state_folder(configuration.load(options.config).web.state_folder) / "log"
+
+
+def _act(act: Any, options: argparse.Namespace) -> int:
+    try:
+        importlib.import_module("mcap_ros2")
+    except ImportError:
+        return _refuse("the log needs an extra: pip install 'gazechair[log]'")
+    try:
+        act(options)
+        sys.stdout.flush()
+    except BrokenPipeError:  # as of `| head`
+        sys.stderr.close()
+    except (LogRefused, OSError) as error:
+        return _refuse(str(error))
+    return 0
+
+
+def _refuse(line: str) -> int:
+    print(f"gazechair log: {line}", file=sys.stderr)
+    return _REFUSED
+
+
+def _list(options: argparse.Namespace) -> None:
+    from gazechair.blackbox.reader import LogFile
+    from gazechair.blackbox.writer import files
+
+    folder = folder_of(options)
+    total = 0
+    for path in files(folder):
+        file = LogFile(path)
+        length_s = file.length_s()
+        size = path.stat().st_size
+        total += size
+        end = "" if file.whole else "  not finished"
+        print(f"{path.name}  {length_s:7.0f} s  {size / 1e6:8.1f} MB{end}")
+    print(f"{folder}: {total / 1e6:.1f} MB")
+
+
+def _show(options: argparse.Namespace) -> None:
+    from gazechair.blackbox.export import story
+    from gazechair.blackbox.reader import LogFile
+
+    for line in story(LogFile(chosen(folder_of(options), options.file)).lines()):
+        print(line)
+
+
+def _export(options: argparse.Namespace) -> None:
+    from gazechair.blackbox.export import as_csv, as_json_lines
+    from gazechair.blackbox.reader import LogFile
+
+    file = LogFile(chosen(folder_of(options), options.file))
+    wanted = options.topic
+    if options.format == "csv" and wanted is None:
+        raise LogRefused("a table is of one topic: --topic /board/state")
+    lines = (line for line in file.lines() if wanted in (None, line.topic))
+    if options.format == "csv":
+        as_csv(lines, sys.stdout)
+    else:
+        as_json_lines(lines, sys.stdout)

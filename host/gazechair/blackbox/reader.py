@@ -1,0 +1,94 @@
+"""Reads the log's files from front to end, so that one cut at any byte is readable up to there."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
+from mcap.records import Channel, Chunk, McapRecord, Message, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap_ros2.decoder import DecoderFactory
+from zstandard import ZstdError
+
+_LONGEST = 64 << 20  # bytes of a record; a damaged length asks for more
+_DAMAGED = (McapError, ZstdError, struct.error, ValueError, KeyError, MemoryError)
+
+
+@dataclass(frozen=True)
+class Line:
+    """One message of a file."""
+
+    at_ns: int
+    """Wall time."""
+    topic: str
+    type_name: str
+    data: bytes
+    """As CDR; decoded by `message`."""
+    schema: Schema
+    decoders: DecoderFactory
+
+    @property
+    def message(self) -> Any:
+        """Its fields, as attributes."""
+        decoder = self.decoders.decoder_for("cdr", self.schema)
+        assert decoder is not None
+        return decoder(self.data)
+
+
+class LogFile:
+    """One file, in the order in which it was written."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.whole = False
+        """After reading: it ends as a finished file does."""
+
+    def lines(self) -> Iterator[Line]:
+        """All messages up to the end, or the cut. Raises OSError only."""
+        schemas: dict[int, Schema] = {}
+        channels: dict[int, Channel] = {}
+        decoders = DecoderFactory()
+        for record in self._records():
+            if isinstance(record, Schema):
+                schemas[record.id] = record
+            elif isinstance(record, Channel):
+                channels[record.id] = record
+            elif isinstance(record, Message) and record.channel_id in channels:
+                channel = channels[record.channel_id]
+                schema = schemas[channel.schema_id]
+                yield Line(
+                    record.log_time, channel.topic, schema.name, record.data, schema, decoders
+                )
+
+    def length_s(self) -> float:
+        """From the first message to the last one; reads no more of a finished file than its end."""
+        with self.path.open("rb") as file:
+            try:
+                summary = make_reader(file).get_summary()
+            except _DAMAGED:
+                summary = None
+            if summary is not None and summary.statistics is not None:
+                self.whole = True
+                found = summary.statistics
+                return float(found.message_end_time - found.message_start_time) / 1e9
+        times_ns = [line.at_ns for line in self.lines()]
+        return (max(times_ns) - min(times_ns)) / 1e9 if times_ns else 0.0
+
+    def _records(self) -> Iterator[McapRecord]:
+        self.whole = False
+        with self.path.open("rb") as file:
+            stream = StreamReader(file, emit_chunks=True, record_size_limit=_LONGEST)
+            try:
+                for record in stream.records:
+                    if isinstance(record, Chunk):
+                        yield from breakup_chunk(record, validate_crc=True)
+                    else:
+                        yield record
+                self.whole = True
+            except _DAMAGED:
+                return

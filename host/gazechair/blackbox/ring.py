@@ -1,0 +1,62 @@
+"""Records on their way to the log's process: a bounded ring that never makes anybody wait."""
+
+from __future__ import annotations
+
+import logging
+import marshal
+import socket
+from collections import deque
+from typing import Any
+
+KEPT = 5000  # records: some 20 s of driving
+LONGEST = 1 << 17  # bytes of a batch
+_BATCH = 25  # records, so that packing them holds nobody up
+
+Record = tuple[str, int, Any]  # kind, monotonic ns, payload; see topics
+
+log = logging.getLogger(__name__)
+
+
+class Ring:
+    """Any thread puts records in; one hands them over. What finds it full is dropped, counted."""
+
+    def __init__(self) -> None:
+        self._records: deque[Record] = deque()
+        self.dropped = 0
+
+    def __len__(self) -> int:
+        return len(self._records)
+
+    def put(self, kind: str, at_s: float, payload: Any) -> None:
+        """One record, of plain values, at monotonic `at_s`. Takes a microsecond."""
+        if len(self._records) >= KEPT:
+            self.dropped += 1
+        else:
+            self._records.append((kind, int(at_s * 1e9), payload))
+
+    def hand_over(self, line: socket.socket) -> None:
+        """As much as the line takes at once: a socket that keeps messages whole and never waits."""
+        records = self._records
+        size = _BATCH
+        while records:
+            batch = marshal.dumps([records[at] for at in range(min(size, len(records)))])
+            if len(batch) > LONGEST and size > 1:
+                size = max(1, size // 4)
+                continue
+            try:
+                if len(batch) > LONGEST:
+                    self.dropped += 1
+                    log.debug("a record of %d bytes is too long for the log", len(batch))
+                else:
+                    line.send(batch)
+            except BlockingIOError:
+                return  # the process does not read: the next time
+            for _ in range(min(size, len(records))):
+                records.popleft()
+            size = _BATCH
+
+
+def unpack(batch: bytes) -> list[Record]:
+    """The records of a batch."""
+    records: list[Record] = marshal.loads(batch)
+    return records

@@ -1,0 +1,120 @@
+"""The topics of the log: which ROS message each kind of record becomes."""
+
+from __future__ import annotations
+
+import array
+import math
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from gazechair.base import health as h
+from gazechair.blackbox import ros
+from gazelink import messages
+
+# topic, ROS name, message
+Said = tuple[str, str, dict[str, Any]]
+
+_LEVELS = {h.OK: 0, h.STARTING: 1, h.DEGRADED: 1, h.LOST: 2}
+
+
+def _up(at_ns: int, frame: bytes) -> Iterator[Said]:
+    found = ros.from_frame(frame, at_ns)
+    if found is not None:
+        yield f"/host/{found[0].name}", ros.wire_type(found[0]), found[1]
+
+
+def _down(at_ns: int, frame: bytes) -> Iterator[Said]:
+    found = ros.from_frame(frame, at_ns)
+    if found is None:
+        return
+    message, fields = found
+    yield f"/board/{message.name}", ros.wire_type(message), fields
+    if message is messages.STATE:
+        # Shares of full deflection, as of a joystick: forward and left positive.
+        linear, turn = fields["linear_permille"] / 1000, fields["turn_permille"] / 1000
+        yield "/board/output", ros.TWIST, {"linear": _vector(x=linear), "angular": _vector(z=turn)}
+
+
+def _scan(at_ns: int, scan: tuple[str, bytes]) -> Iterator[Said]:
+    name, beams_mm = scan
+    ranges = [mm / 1000 if mm else math.inf for mm in array.array("H", beams_mm)]
+    step = 2 * math.pi / len(ranges)
+    yield (
+        f"/scan/{name}",
+        ros.SCAN,
+        {
+            "header": _header(at_ns, name),
+            "angle_min": -math.pi + step / 2,
+            "angle_max": math.pi - step / 2,
+            "angle_increment": step,
+            "time_increment": 0.0,
+            "scan_time": 0.0,
+            "range_min": 0.05,
+            "range_max": 65.0,
+            "ranges": ranges,
+            "intensities": [],
+        },
+    )
+
+
+def _health(at_ns: int, parts: list[tuple[str, str, str, str]]) -> Iterator[Said]:
+    status = [
+        _status(_LEVELS[state], name, reason, {"state": state, "detail": detail})
+        for name, state, reason, detail in parts
+    ]
+    yield "/health", ros.DIAGNOSTICS, {"header": _header(at_ns), "status": status}
+
+
+def _figures(at_ns: int, figures: dict[str, float]) -> Iterator[Said]:
+    status = [_status(0, "host", "", figures)]
+    yield "/latency", ros.DIAGNOSTICS, {"header": _header(at_ns), "status": status}
+
+
+def _picture(at_ns: int, jpeg: bytes) -> Iterator[Said]:
+    header = _header(at_ns, "camera")
+    yield "/picture", ros.PICTURE, {"header": header, "format": "jpeg", "data": jpeg}
+
+
+def _line(at_ns: int, line: tuple[int, str, str]) -> Iterator[Said]:
+    level, name, text = line
+    said = {"stamp": ros.stamp(at_ns), "level": level, "name": name, "msg": _text(text)}
+    yield "/rosout", ros.LINE, {**said, "file": "", "function": "", "line": 0}
+
+
+# {kind of record: what it becomes at a wall time in ns}
+_KINDS: dict[str, Callable[[int, Any], Iterator[Said]]] = {
+    "up": _up,
+    "down": _down,
+    "scan": _scan,
+    "health": _health,
+    "figures": _figures,
+    "picture": _picture,
+    "line": _line,
+}
+
+
+def said(kind: str, at_ns: int, payload: Any) -> Iterator[Said]:
+    """What a record of that kind becomes: any number of messages."""
+    return _KINDS[kind](at_ns, payload)
+
+
+def _status(level: int, name: str, message: str, values: dict[str, Any]) -> dict[str, Any]:
+    return {
+        "level": level,
+        "name": name,
+        "message": message,
+        "hardware_id": "",
+        "values": [{"key": key, "value": _text(str(value))} for key, value in values.items()],
+    }
+
+
+def _text(text: str) -> str:
+    return text.encode("utf-8", "replace").decode()  # the name of a file may be no text
+
+
+def _header(at_ns: int, frame_id: str = "") -> dict[str, Any]:
+    return {"stamp": ros.stamp(at_ns), "frame_id": frame_id}
+
+
+def _vector(x: float = 0.0, z: float = 0.0) -> dict[str, float]:
+    return {"x": x, "y": 0.0, "z": z}

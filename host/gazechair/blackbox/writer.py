@@ -1,0 +1,135 @@
+"""Writes the log: MCAP files in a folder, bounded in size and age, the oldest deleted first."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import re
+import shutil
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from mcap.records import Schema
+from mcap_ros2.writer import Writer
+
+from gazechair.blackbox import ros, topics
+
+NAME = re.compile(r"(\d{6})_.*\.mcap")
+FILE_S = 3600.0
+_FILES = 20  # that share the space, at least
+_CLOCK_S = 2.0  # a wall clock that was set by more begins another file
+_KEPT_FREE = 100 << 20  # bytes of the disk that are for others
+
+log = logging.getLogger(__name__)
+
+
+class LogFull(OSError):
+    """The disk has no space for the log, though nothing else of it is left to delete."""
+
+
+def files(folder: Path) -> list[Path]:
+    """The files of the log, the oldest first: by number, whatever the clock was."""
+    try:
+        return sorted(path for path in folder.iterdir() if NAME.fullmatch(path.name))
+    except FileNotFoundError:
+        return []
+
+
+class LogWriter:
+    """One process writes at a time. Every method but close() raises OSError for the disk."""
+
+    def __init__(
+        self,
+        folder: Path,
+        max_bytes: int,
+        keep_s: float,
+        wall_ns: Callable[[], int] = time.time_ns,
+        monotonic_ns: Callable[[], int] = time.monotonic_ns,
+        free_bytes: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
+    ) -> None:
+        """`max_bytes` in all; `keep_s`: how old a file becomes."""
+        self._folder = folder
+        self._max_bytes = max_bytes
+        self._keep_s = keep_s
+        self._wall_ns = wall_ns
+        self._monotonic_ns = monotonic_ns
+        self._free_bytes = free_bytes
+        self._file: BinaryIO | None = None
+        self._writer: Any = None
+        self._schemas: dict[str, Schema] = {}
+        self._offset_ns = 0  # from the monotonic clock to the wall's
+        self._begun_ns = 0
+        self.path: Path | None = None
+
+    def write(self, kind: str, at_ns: int, payload: Any) -> None:
+        """One record, at `at_ns` of the monotonic clock."""
+        if self._writer is None:
+            self._open()
+        wall_ns = max(0, at_ns + self._offset_ns)
+        for topic, name, message in topics.said(kind, wall_ns, payload):
+            if name not in self._schemas:
+                self._schemas[name] = self._writer.register_msgdef(name, ros.DEFINITIONS[name])
+            self._writer.write_message(topic, self._schemas[name], message, log_time=wall_ns)
+
+    def sync(self) -> None:
+        """All that was written is on the disk, and the log within its bounds."""
+        if self._file is not None:
+            self._writer._writer.flush()  # the chunk: mcap_ros2 has no flush of its own
+            self._file.flush()
+            os.fsync(self._file.fileno())
+            old_s = (self._monotonic_ns() - self._begun_ns) / 1e9 > FILE_S
+            full = self._file.tell() > self._max_bytes // _FILES
+            offset_ns = self._wall_ns() - self._monotonic_ns()
+            if old_s or full or abs(offset_ns - self._offset_ns) > _CLOCK_S * 1e9:
+                self.close()
+        self._trim()
+
+    def close(self) -> None:
+        """Finish the file; a disk that refuses leaves one that ends where it does."""
+        file, writer = self._file, self._writer
+        self._file = self._writer = self.path = None
+        self._schemas = {}
+        if file is None:
+            return
+        try:
+            writer.finish()
+            file.flush()
+            os.fsync(file.fileno())
+        except OSError as error:
+            log.warning("the log's file has no end: %s", error)
+        with contextlib.suppress(OSError):
+            file.close()
+
+    def _open(self) -> None:
+        self._folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        self._trim()
+        old = files(self._folder)
+        number = int(old[-1].name[:6]) + 1 if old else 1
+        moment = time.strftime("%Y-%m-%dT%H-%M-%S", time.localtime(self._wall_ns() / 1e9))
+        self.path = self._folder / f"{number % 1000000:06}_{moment}.mcap"
+        self._file = os.fdopen(
+            os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb"
+        )
+        self._begun_ns = self._monotonic_ns()
+        self._offset_ns = self._wall_ns() - self._begun_ns
+        self._writer = Writer(self._file)
+
+    def _trim(self) -> None:
+        if not self._folder.exists():
+            return
+        held = [(path, path.stat()) for path in files(self._folder)]
+        total = sum(state.st_size for _, state in held)
+        free = self._free_bytes(self._folder)
+        oldest_s = self._wall_ns() / 1e9 - self._keep_s
+        for path, state in held:
+            if path == self.path:
+                continue
+            if total > self._max_bytes or free < _KEPT_FREE or state.st_mtime < oldest_s:
+                path.unlink(missing_ok=True)
+                total -= state.st_size
+                free += state.st_size
+        if free < _KEPT_FREE:
+            raise LogFull("less than 100 MB of the disk are free")

@@ -1,0 +1,109 @@
+"""`gazechair log list`, `show` and `export`."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import shutil
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from gazechair import cli
+from gazechair.blackbox import command
+
+
+@pytest.fixture
+def config(tmp_path: Path, recorded: Path) -> list[str]:
+    """--config of a host with two files, the second cut by a power failure."""
+    folder = tmp_path / "state" / "log"
+    folder.mkdir(parents=True)
+    shutil.copy(recorded, folder / "000007_2026-09-21T14-13-20.mcap")
+    cut = recorded.read_bytes()[: recorded.stat().st_size * 2 // 3]
+    (folder / "000008_2026-09-21T15-13-20.mcap").write_bytes(cut)
+    file = tmp_path / "chair.toml"
+    file.write_text(f'[web]\nstate_folder = "{tmp_path}/state"\n')
+    return ["--config", str(file)]
+
+
+def test_list(config: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["log", "list", *config]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("000007_2026-09-21T14-13-20.mcap  ")
+    assert " 4 s" in lines[0]
+    assert lines[0].endswith("MB")
+    assert lines[1].endswith("not finished")
+    assert lines[2].endswith("MB")
+
+
+def test_show_says_what_happened_once(
+    config: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["log", "show", "7", *config]) == 0
+    said = [line[24:] for line in capsys.readouterr().out.splitlines()]
+    order = [
+        "order: arm by driver",
+        "board: armed, stopped, override none, faults none",
+        "board: armed, forward, override none, faults none",
+        "host: session ended: unplugged ?",
+        "board: armed, turn, override none, faults none",
+    ]
+    assert [line for line in said if line in order][:3] == order[:3]
+    assert set(order) <= set(said)
+    assert all(a != b for a, b in pairwise(said))
+    assert sum(line.startswith("command: forward continuous") for line in said) == 1
+
+
+def test_export(config: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["log", "export", *config]) == 0
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert len(lines) > 300
+    scan = next(line for line in lines if line["topic"] == "/scan/front")
+    assert scan["ranges"][:2] == [None, 1.0]
+    assert scan["type"] == "sensor_msgs/msg/LaserScan"
+    assert cli.main(["log", "export", "8", "--topic", "/board/state", *config]) == 0
+    cut = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert {line["topic"] for line in cut} == {"/board/state"}
+    table = ["log", "export", "8", "--format", "csv", "--topic", "/board/state", *config]
+    assert cli.main(table) == 0
+    rows = [*csv.DictReader(io.StringIO(capsys.readouterr().out))]
+    assert [int(row["faults"]) for row in rows] == [line["faults"] for line in cut]
+    assert rows[0]["stamp.sec"] == str(cut[0]["stamp"]["sec"])
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["show", "9"], "has no file 9"),
+        (["export", "no.mcap"], "has no file no.mcap"),
+        (["export", "--format", "csv"], "--topic /board/state"),
+    ],
+)
+def test_refusals_are_one_line(
+    config: list[str], capsys: pytest.CaptureFixture[str], words: list[str], says: str
+) -> None:
+    assert cli.main(["log", *words, *config]) == 2
+    said = capsys.readouterr().err
+    assert says in said
+    assert said.count("\n") == 1
+
+
+def test_nothing_was_recorded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "chair.toml"
+    file.write_text(f'[web]\nstate_folder = "{tmp_path}/none"\n')
+    assert cli.main(["log", "list", "--config", str(file)]) == 0
+    assert cli.main(["log", "show", "--config", str(file)]) == 2
+    assert "has no file" in capsys.readouterr().err
+
+
+def test_without_the_extra_it_says_what_to_install(
+    config: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def missing(_: str) -> None:
+        raise ImportError
+
+    monkeypatch.setattr(command.importlib, "import_module", missing)
+    assert cli.main(["log", "list", *config]) == 2
+    assert "pip install 'gazechair[log]'" in capsys.readouterr().err

@@ -1,0 +1,116 @@
+"""The log's own process: everything arrives, it may stop, hang or be killed, and nobody waits."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from gazechair.base.health import HealthRegistry
+from gazechair.base.latest_value import Latest
+from gazechair.blackbox import recorder
+from gazechair.blackbox.reader import LogFile
+from gazechair.blackbox.recorder import BlackBox
+from gazechair.blackbox.writer import files
+from gazechair.config.configuration import LogConfig
+from gazechair.picture.camera import Frame
+from gazelink import messages
+from patience import wait_until
+
+FRAME = bytearray(messages.COMMAND.size)
+FRAME[messages.TYPE_AT] = messages.COMMAND.type_id
+JPEG = b"\xff\xd8tiny\xff\xd9"  # of which nothing smaller can be made
+
+
+@pytest.fixture
+def parts() -> HealthRegistry:
+    return HealthRegistry()
+
+
+@pytest.fixture
+def box(tmp_path: Path, parts: HealthRegistry) -> Iterator[BlackBox]:
+    pictures: Latest[Frame] = Latest()
+    pictures.put(Frame(JPEG, time.monotonic()))
+    box = BlackBox(LogConfig(pictures=True), tmp_path, parts, pictures.entry)
+    box.start()
+    wait_until(lambda: parts.part("log").state == "ok")
+    yield box
+    box.stop()
+
+
+def topics(folder: Path) -> list[str]:
+    return [line.topic for path in files(folder) for line in LogFile(path).lines()]
+
+
+def test_what_is_noted_is_in_the_file_and_the_end_loses_nothing(
+    box: BlackBox, tmp_path: Path
+) -> None:
+    box.note("up", time.monotonic(), bytes(FRAME))
+    logging.getLogger("gazechair.somewhere").warning("it is %s", "odd")
+    logging.getLogger("elsewhere").warning("not ours")
+    logging.getLogger("gazechair.people.pairing.desk").warning("Anna's tablet: not ours either")
+    box.scan("front", time.monotonic(), bytes(1440))
+    for _ in range(400):
+        box.note("up", time.monotonic(), bytes(FRAME))
+    box.stop()
+    box.note("up", time.monotonic(), bytes(FRAME))
+    found = topics(tmp_path)
+    assert found.count("/host/command") == 401
+    assert {"/health", "/latency", "/rosout", "/scan/front", "/picture"} <= set(found)
+    said = [
+        line.message.msg for line in LogFile(files(tmp_path)[0]).lines() if line.topic == "/rosout"
+    ]
+    assert "it is odd" in said
+    assert not [text for text in said if "not ours" in text]
+    assert all(LogFile(path).length_s() >= 0 for path in files(tmp_path))
+
+
+def test_a_process_that_is_killed_is_started_again(
+    box: BlackBox, tmp_path: Path, parts: HealthRegistry
+) -> None:
+    pid = box.pid
+    assert pid
+    box.note("up", time.monotonic(), bytes(FRAME))
+    wait_until(lambda: "/host/command" in topics(tmp_path))
+    os.kill(pid, signal.SIGKILL)
+    wait_until(lambda: box.pid not in (None, pid))
+    wait_until(lambda: parts.part("log").state == "ok")
+    box.note("up", time.monotonic(), bytes(FRAME))
+    box.stop()
+    assert topics(tmp_path).count("/host/command") == 2
+    assert len(files(tmp_path)) == 2
+
+
+def test_a_process_that_hangs_is_told(box: BlackBox, tmp_path: Path, parts: HealthRegistry) -> None:
+    """As while the disk does not answer: what does not fit is dropped, told, and it goes on."""
+    pid = box.pid
+    assert pid
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        for _ in range(30_000):
+            box.note("up", time.monotonic(), bytes(FRAME))
+        wait_until(lambda: parts.part("log").reason == recorder.DROPPING)
+        assert "were dropped" in parts.part("log").detail
+    finally:
+        os.kill(pid, signal.SIGCONT)
+    wait_until(lambda: parts.part("log").state == "ok")
+    assert box.pid == pid
+    box.stop()
+    assert 5000 <= topics(tmp_path).count("/host/command") < 30_000
+
+
+def test_without_the_extra_health_says_what_to_install(
+    tmp_path: Path, parts: HealthRegistry, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recorder, "find_spec", lambda _: None)
+    box = BlackBox(LogConfig(), tmp_path, parts)
+    box.start()
+    box.note("up", 0.0, bytes(FRAME))
+    box.stop()
+    assert "pip install 'gazechair[log]'" in parts.part("log").detail
+    assert not files(tmp_path)
