@@ -139,7 +139,6 @@ class Casters:
             where = w[believed]
             w[_LOW] = where
             w[_HIGH] = where
-            w[_BELIEVED] = _EITHER
         w[_MARKS] = w[_LOW]
         w[_MARKS + 1] = w[_HIGH]
         w[_WATCHED] = beside_q8
