@@ -17,10 +17,12 @@ LOCAL = _CACHE / "gazechair" if _INSTALLED else ROOT / ".local"
 def source_environment() -> dict[str, str]:
     """This process's environment, with gazechair's packages on PYTHONPATH and MICROPYPATH.
 
-    MICROPYPATH has MicroPython's own frozen modules, too.
+    MICROPYPATH has MicroPython's own frozen modules, too. Numpy's helper threads, which wait by
+    spinning, are off.
     """
     folders = [_PACKAGES] if _INSTALLED else [ROOT / name for name in SOURCE_ROOTS]
     env = dict(os.environ)
     env["PYTHONPATH"] = os.pathsep.join(map(str, folders))
     env["MICROPYPATH"] = f":.frozen:{env['PYTHONPATH']}"
+    env.setdefault("OPENBLAS_NUM_THREADS", "1")
     return env

@@ -6,10 +6,6 @@ control socket. SIGTERM, SIGINT or the control socket's quit end it and everythi
 
 from __future__ import annotations
 
-import os
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: no helper threads that spin
-
 import argparse
 import json
 import signal
