@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import runpy
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -41,6 +42,8 @@ class Teensy:
         self._unfed_ms = 0
         self._feeds = 0
         self._watched = False
+        self.booted: Callable[[Any], None] = lambda _app: None
+        """Called with each App after the first, before it runs."""
         self.board: Any = None
         self.boot()
 
@@ -62,6 +65,8 @@ class Teensy:
             runpy.run_path(str(_MAIN))
         self._watched = self.app is not None
         self._unfed_ms = 0
+        if self.app is not None:
+            self.booted(self.app)
 
     def reset(self, cause: int = 5) -> None:
         """Everything stops, pins float; main.py runs again BOOT_MS later."""

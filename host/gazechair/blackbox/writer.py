@@ -70,9 +70,22 @@ class LogWriter:
             self._open()
         wall_ns = max(0, at_ns + self._offset_ns)
         for topic, name, message in topics.said(kind, wall_ns, payload):
-            if name not in self._schemas:
-                self._schemas[name] = self._writer.register_msgdef(name, ros.DEFINITIONS[name])
-            self._writer.write_message(topic, self._schemas[name], message, log_time=wall_ns)
+            self._say(wall_ns, topic, name, ros.DEFINITIONS[name], message)
+
+    def publish(
+        self, at_ns: int, topic: str, name: str, definition: str, message: dict[str, Any]
+    ) -> None:
+        """A message of somebody else's type, at `at_ns` of the monotonic clock."""
+        if self._writer is None:
+            self._open()
+        self._say(max(0, at_ns + self._offset_ns), topic, name, definition, message)
+
+    def _say(
+        self, wall_ns: int, topic: str, name: str, definition: str, message: dict[str, Any]
+    ) -> None:
+        if name not in self._schemas:
+            self._schemas[name] = self._writer.register_msgdef(name, definition)
+        self._writer.write_message(topic, self._schemas[name], message, log_time=wall_ns)
 
     def sync(self) -> None:
         """All that was written is on the disk, and the log within its bounds."""

@@ -23,7 +23,7 @@ def test_cut_at_random_bytes(drive: RecordedChair, recorded: Path, tmp_path: Pat
     """What was synced before the byte was written is read, to the last message."""
     whole = recorded.read_bytes()
     times = times_ms(recorded)
-    synced = sorted((size, ms) for ms, size in drive.sizes.items())
+    synced = [(0, -1), *sorted((size, ms) for ms, size in drive.sizes.items())]
     sizes = [size for size, _ in synced]
     cut_file = tmp_path / "cut.mcap"
     dice = random.Random(14)

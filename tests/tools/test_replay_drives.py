@@ -1,0 +1,239 @@
+"""Recorded drives replay with every decision the same; a changed limit is found at its tick."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from e2e.page import Page
+from gazeboard.core import limits
+from gazelink import codes
+from gazelink.settings_table import TABLE
+from gazereplay import as_test, command
+from gazereplay.replay import NoTrace, replay
+from recordedchair import RecordedChair
+
+
+def tour(chair: RecordedChair) -> None:
+    """As the demo's check drives: forward and leave, a step to the left, a wall."""
+    chair.drive(ms=600)
+    chair.page.release()
+    chair.run(700)
+    chair.page.press("left", "step")
+    chair.run(2000)
+    chair.page.release()
+    chair.run(100)
+    chair.page.press("forward")
+    chair.run(300)
+    chair.world.faults.inject("obstacle", ahead_m=1.6, left_m=0.0, size_m=0.2)
+    chair.until(lambda: chair.override() == "obstacle_forward", 4000)
+    chair.run(100)
+
+
+def cable(chair: RecordedChair) -> None:
+    """The cable is pulled while driving, and plugged in again."""
+    chair.drive(ms=300)
+    chair.cable.pull()
+    chair.run(700)
+    chair.cable.plug()
+    chair.run(200)
+    chair.page.release()
+    chair.arm()
+    chair.page.press("right")
+    chair.run(400)
+    assert chair.host is not None
+    assert chair.host.link.sessions == 2
+
+
+def stick(chair: RecordedChair) -> None:
+    """The caretaker takes over and drives arcs."""
+    chair.arm()
+    assert chair.host is not None
+    caretaker = Page(chair.host, "caretaker")
+    chair.watchers.append(lambda: caretaker.one_ms(chair.now_ms))
+    chair.run(60)
+    caretaker.take()
+    chair.run(300)
+    for linear, turn in ((300, 0), (300, 200), (500, -300), (0, 250), (-200, 0)):
+        caretaker.pull(linear, turn)
+        chair.run(300)
+    assert not chair.neutral()
+    caretaker.release()
+    chair.run(300)
+
+
+def sensors(chair: RecordedChair) -> None:
+    """Heading, joystick and lidar fail while driving; an emergency, and a reset of the board."""
+    chair.drive("left", ms=300)
+    chair.world.faults.inject("imu_freeze")
+    chair.run(200)
+    chair.world.faults.clear("imu_freeze")
+    chair.run(300)
+    chair.page.release()
+    chair.run(50)
+    chair.page.press("forward")
+    chair.run(300)
+    assert chair.host is not None
+    chair.host.lidar_child = False
+    chair.run(450)
+    chair.host.lidar_child = True
+    chair.run(300)
+    chair.world.faults.inject("wiper_nak")
+    chair.run(100)
+    chair.world.faults.clear("wiper_nak")
+    chair.page.release()
+    chair.board.reset()
+    chair.run(1000)
+
+
+def stalls(chair: RecordedChair) -> None:
+    """Service loop and tick stand still for a while."""
+    chair.drive(ms=300)
+    chair.board.blocked = True
+    chair.run(80)
+    chair.board.blocked = False
+    chair.run(300)
+    chair.page.release()
+    chair.run(50)
+    chair.page.press("forward")
+    chair.run(200)
+    chair.board.hung = True
+    chair.run(30)
+    chair.board.hung = False
+    chair.run(1000)
+
+
+def settings(chair: RecordedChair) -> None:
+    """A setting is changed, then the chair drives by it."""
+    chair.run(800)
+    assert chair.host is not None
+    index = next(at for at, row in enumerate(TABLE) if row[0] == "creep_mm_s")
+    chair.host.link.protocol.request_setting(codes.SETTING_SET, index, TABLE[index][2])
+    chair.run(100)
+    assert chair.app.settings.creep_mm_s == TABLE[index][2]
+    chair.drive(ms=300)
+    chair.world.faults.inject("obstacle", ahead_m=1.1, left_m=0.0, size_m=0.2)
+    chair.run(500)
+
+
+DRIVES = (tour, cable, stick, sensors, stalls, settings)
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Any], Path]:
+    """The file of a drive, recorded once."""
+    files: dict[Any, Path] = {}
+
+    def record(drive: Any) -> Path:
+        if drive not in files:
+            chair = RecordedChair(tmp_path_factory.mktemp(drive.__name__))
+            drive(chair)
+            files[drive] = chair.close()
+        return files[drive]
+
+    return record
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+def test_every_decision_is_the_same(drive: Any, recorded: Any) -> None:
+    result = replay(recorded(drive))
+    assert result.difference is None
+    assert result.ticks > 1500
+    assert result.armed > 300
+    assert result.decisions > 10
+    assert result.lives == (2 if drive is sensors else 1)
+
+
+@pytest.mark.parametrize(
+    ("drive", "limit", "value"),
+    [
+        (tour, "NEUTRAL_PROVEN_MS", 499),
+        (tour, "CREEP_MOST_MM_S", 160),
+        (sensors, "WIPER_TRIES", 4),
+        (cable, "HOST_SILENT_MS", 99),
+        (sensors, "CLEARANCE_OLD_MS", 299),
+        (stalls, "SERVICE_STALLED_MS", 49),
+        (stalls, "TICK_STEADY_MS", 499),
+    ],
+)
+def test_a_changed_limit_is_found_at_the_first_tick_it_changes(
+    drive: Any, limit: str, value: int, recorded: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = recorded(drive)
+    assert getattr(limits, limit) != value
+    monkeypatch.setattr(limits, limit, value)
+    found = replay(path).difference
+    assert found is not None
+    assert re.match(rf"tick {found.tick} of start 1: ", str(found))
+    assert replay(path).difference == found
+
+
+def command_line(words: list[str]) -> int:
+    """`gazechair` with these words, whatever is installed."""
+    parser = argparse.ArgumentParser()
+    command.add(parser.add_subparsers())
+    options = parser.parse_args(words)
+    return int(options.act(options))
+
+
+def test_the_command(recorded: Any, tmp_path: Path, capsys: Any, monkeypatch: Any) -> None:
+    path = str(recorded(cable))
+    assert command_line(["replay", path]) == 0
+    said = capsys.readouterr().out
+    assert "all decisions are the same" in said
+    monkeypatch.setattr(limits, "HOST_SILENT_MS", 120)
+    assert command_line(["replay", path]) == 1
+    said = capsys.readouterr().out
+    assert re.search(r"differs first at \d\d:\d\d:\d\d, tick \d+ of start 1: ", said)
+    assert "host_silent" in said
+
+
+def test_a_drive_becomes_a_test(
+    recorded: Any, tmp_path: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(as_test.keep, "__defaults__", (tmp_path / "drives",))
+    assert command_line(["replay", str(recorded(tour)), "--as-test", "tour"]) == 0
+    kept = tmp_path / "drives" / "tour.mcap"
+    assert str(kept) in capsys.readouterr().out
+    assert kept.stat().st_size < recorded(tour).stat().st_size
+    assert replay(kept) == replay(recorded(tour))
+    monkeypatch.setattr(limits, "CREEP_MOST_MM_S", 160)
+    assert replay(kept).difference == replay(recorded(tour)).difference is not None
+    monkeypatch.undo()
+    assert command_line(["replay", str(recorded(tour)), "--as-test", "../tour"]) == 2
+
+
+@pytest.mark.parametrize("kept", [0, *sorted(as_test.FOLDER.glob("*.mcap"))], ids=str)
+def test_kept_drives(kept: Path | int) -> None:
+    """Drives that somebody kept with `gazechair replay --as-test`; there may be none."""
+    assert not kept or replay(kept).difference is None  # type: ignore[arg-type]
+
+
+def test_a_cut_trace_is_played_up_to_the_cut(recorded: Any, tmp_path: Path) -> None:
+    whole = recorded(tour)
+    cut = tmp_path / "cut.mcap"
+    for share in (0.2, 0.4, 0.6):
+        cut.write_bytes(whole.read_bytes()[: int(whole.stat().st_size * share)])
+        result = replay(cut)
+        assert result.difference is None
+        assert 0 < result.ticks < replay(whole).ticks
+
+
+def test_a_log_without_a_trace_is_refused(tmp_path: Path, capsys: Any) -> None:
+    """As a board on a chair leaves it: it does not send its trace."""
+    from gazechair.blackbox.writer import LogWriter
+
+    writer = LogWriter(tmp_path, 10**8, 1e9)
+    writer.write("line", 0, (20, "gazechair", "text"))
+    writer.close()
+    (path,) = tmp_path.iterdir()
+    with pytest.raises(NoTrace):
+        replay(path)
+    assert command_line(["replay", str(path)]) == 2
+    assert "no trace" in capsys.readouterr().err
+    assert command_line(["replay", str(tmp_path / "none.mcap")]) == 2

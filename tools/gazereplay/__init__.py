@@ -1,0 +1,1 @@
+"""Replay: what a board took in each tick, recorded, through the real safety core once more."""

@@ -1,0 +1,34 @@
+"""A recorded drive as a regression test: the trace alone, without scans, pictures and words."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+from mcap.writer import Writer
+
+from gazechair.blackbox.reader import LogFile
+from gazereplay.replay import of_trace
+from gazesetup.paths import ROOT
+
+FOLDER = ROOT / "tests" / "drives"
+
+
+def keep(path: Path, name: str, folder: Path = FOLDER) -> Path:
+    """Copy the trace of the log at `path` to where the tests find it. Raises ValueError."""
+    if not re.fullmatch(r"[\w-]+", name):
+        raise ValueError(f"{name!r} is no name for a test: letters, digits, - and _")
+    folder.mkdir(exist_ok=True)
+    target = folder / f"{name}.mcap"
+    with target.open("wb") as file:
+        writer: Any = Writer(file)
+        writer.start(profile="ros2", library="gazechair")
+        channels: dict[str, int] = {}
+        for line in of_trace(LogFile(path).lines()):
+            if line.topic not in channels:
+                schema = writer.register_schema(line.type_name, "ros2msg", line.schema.data)
+                channels[line.topic] = writer.register_channel(line.topic, "cdr", schema)
+            writer.add_message(channels[line.topic], line.at_ns, line.data, line.at_ns)
+        writer.finish()
+    return target

@@ -1,0 +1,51 @@
+"""The command `gazechair replay FILE`."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+from typing import Any
+
+from gazechair.cli import refuse
+
+
+def add(commands: Any) -> None:
+    """Add it to argparse's subparsers `commands`."""
+    replay = commands.add_parser(
+        "replay", help="play a recorded drive through the safety core: is each decision the same?"
+    )
+    replay.add_argument("file", type=Path, help="a file of the log, with the board's trace")
+    replay.add_argument(
+        "--as-test", metavar="NAME", help="keep it as a test, in tests/drives of this checkout"
+    )
+    replay.set_defaults(act=_replay)
+
+
+def _replay(options: argparse.Namespace) -> int:
+    try:
+        from gazereplay import as_test
+        from gazereplay.replay import NoTrace, replay
+    except ImportError as error:
+        return refuse(f"replay needs an extra: pip install 'gazechair[log]' ({error})")
+    try:
+        result = replay(options.file)
+    except OSError as error:
+        return refuse(f"{options.file}: {error.strerror}")
+    except NoTrace as error:
+        return refuse(f"{options.file}: {error}")
+    print(
+        f"{result.ticks} ticks, {result.armed} of them driving; {result.decisions} decisions;"
+        f" {result.lives} start{'s' if result.lives > 1 else ''} of the board"
+    )
+    if result.difference is not None:
+        moment = time.strftime("%H:%M:%S", time.localtime(result.difference.at_ns // 10**9))
+        print(f"differs first at {moment}, {result.difference}")
+        return 1
+    print("all decisions are the same")
+    if options.as_test:
+        try:
+            print(f"kept as {as_test.keep(options.file, options.as_test)}")
+        except (OSError, ValueError) as error:
+            return refuse(str(error))
+    return 0
