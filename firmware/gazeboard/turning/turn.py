@@ -28,10 +28,7 @@ _START = const(3)
 
 _MOVES = const(4)  # the first and its corrections
 _MOVES_ALL = const(9)  # with those from rest
-# How often its pushes may change sides after the first counter-deflection. An untuned chair
-# comes back once when it went too far, and does not swing.
-_RETURNS = const(0)
-_RETURNS_TUNED = const(2)
+_RETURNS = const(2)  # how often a tuned chair's pushes may change sides after the first counter
 _ENOUGH = const(5)  # after so many, what is left of the sensor's error is borne
 _HOLD_ON = const(16)  # permille: half a degree with the usual gain
 _HOLD_OFF = const(6)
@@ -325,8 +322,8 @@ class TurnController:
         slides_q8 = slope.slides_braked_q8 if counters else slope.slides_q8
         return (way_q8 * self._gain_q8 >> 8) + side * slides_q8
 
-    # On to the same side always, and as the first counter-deflection went. Back only a few times,
-    # or when it is far off and tuned.
+    # On to the same side always, and as the first counter-deflection went. Back only when tuned, a
+    # few times or when it is far off: an untuned chair comes back once and does not swing.
     @micropython.native
     def _may_go(self, left_q8):
         if self._time_is_up:
@@ -334,8 +331,8 @@ class TurnController:
         if left_q8 > 0 or self._pushed != self._sign:
             return True
         if not self._tuned:
-            return self._returns < _RETURNS
-        return self._returns < _RETURNS_TUNED or left_q8 < -_NEAR_Q8
+            return False
+        return self._returns < _RETURNS or left_q8 < -_NEAR_Q8
 
     # Neutral output, a new sample: has it arrived, or is another move needed? A large one at once;
     # a small one from rest, when both the model and the sensor report it.
