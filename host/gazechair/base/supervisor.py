@@ -31,6 +31,7 @@ STATUS = b"S"
 DATA = b"D"
 FACTS = b"F"
 MAX_RECORD = 1 << 20
+_MOST_PATIENCE = 8
 _STATUS_COST = 20  # records: each may become a line of the log
 _HEADER = struct.Struct("<I")
 _PR_SET_PDEATHSIG = 1
@@ -118,7 +119,8 @@ class Supervisor:
     child that sends nothing for `silent_s` (`start_s` before its first value) is killed, and so is
     one whose value `on_data` refuses by a ValueError, or that sends more than `records_per_s`; one
     that ended is restarted after 0.25 s, doubling up to `longest_pause_s` until it
-    delivers for 10 s.
+    delivers for 10 s. Each one that ends before its first value gives the next one twice
+    `start_s`, up to 8 times: a machine that is too slow just now is not kept busy with starts.
     """
 
     def __init__(
@@ -205,6 +207,7 @@ class Supervisor:
 
     def _run(self) -> None:
         pause_s = 0.25
+        patience = 1
         while not self._stopping.is_set():
             started_s = time.monotonic()
             delivered = False
@@ -215,10 +218,11 @@ class Supervisor:
             else:
                 self._process = process
                 try:
-                    delivered = self._watch(process)
+                    delivered = self._watch(process, self._start_s * patience)
                 finally:
                     self._process = None
                     _end(process)
+                patience = 1 if delivered else min(2 * patience, _MOST_PATIENCE)
             if delivered and time.monotonic() - started_s > 10.0:
                 pause_s = 0.25
             if self._stopping.wait(pause_s):
@@ -240,7 +244,7 @@ class Supervisor:
             os.setpriority(os.PRIO_PROCESS, process.pid, self._nice)
         return process
 
-    def _watch(self, process: subprocess.Popen[bytes]) -> bool:
+    def _watch(self, process: subprocess.Popen[bytes], start_s: float) -> bool:
         """Until the child ends, hangs or must stop; True when it delivered a value."""
         assert process.stdout is not None
         fd = process.stdout.fileno()
@@ -252,7 +256,7 @@ class Supervisor:
         limit = RateLimit(self._records_per_s, self._records_per_s)
         delivered = False
         explained = False
-        deadline_s = time.monotonic() + self._start_s
+        deadline_s = time.monotonic() + start_s
         while not self._stopping.is_set():
             word = self._word
             if word is not told and _say_to(process, word):

@@ -180,6 +180,12 @@ def test_a_child_that_never_delivers_is_killed(watch: Callable[..., Watched]) ->
     assert "hangs" in child.statuses[0].detail
 
 
+def test_a_child_that_starts_too_slowly_is_given_more_time(watch: Callable[..., Watched]) -> None:
+    slow = watch("time.sleep(0.8)\nout.data(b'there')\ntime.sleep(60)", start_s=0.5)
+    slow.wait(lambda: slow.data == [b"there"])
+    assert 1 <= slow.supervisor.restarts <= 4
+
+
 def test_a_child_that_falls_silent_is_killed(watch: Callable[..., Watched]) -> None:
     child = watch("out.data(b'x'); time.sleep(99)", silent_s=0.3)
     child.wait(lambda: len(child.data) >= 2)

@@ -205,8 +205,9 @@ def test_a_revoked_device_is_sent_away_at_once(
     port: Any, desk: Any, visitor: Any, video: Any
 ) -> None:
     tablet, other = visitor("driver"), visitor("driver")
-    control, picture, neighbour = tablet.open(), tablet.open("/ws/video"), other.open()
-    control.next_of("state")
+    control, picture = tablet.open(), tablet.open("/ws/video")
+    control.next_of("state")  # its number is 1
+    neighbour = other.open()
     neighbour.next_of("state")
     desk.revoke(tablet.id)
     assert port.gone == [1]  # before revoke returned: what it commanded has stopped
