@@ -13,7 +13,7 @@ from gazeprove.parts import PARTS as ALL
 LIMIT_S = 600
 
 
-# Coverage and mutation share one run of the core's tests.
+# Coverage and mutation share one run of the modules' own tests.
 PARTS = (
     ("enumeration", "everything at once", "decisions"),
     ("coverage", "mutation"),

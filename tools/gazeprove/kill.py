@@ -1,4 +1,4 @@
-"""Runs the core's own tests against mutants of it, a forked process each."""
+"""Runs the modules' own tests against mutants of them, a forked process each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs the core's own tests once: how long each takes, and which statements it runs."""
+"""Runs the modules' own tests once: how long each takes, and which statements it runs."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def run_tests() -> Ran:
         found: Ran = pickle.load(pipe)
     os.waitpid(pid, 0)
     if found.failed:
-        raise RuntimeError(f"the core's tests fail without any mutant:\n{found.failed}")
+        raise RuntimeError(f"the modules' own tests fail without any mutant:\n{found.failed}")
     return found
 
 
