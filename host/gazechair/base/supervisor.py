@@ -100,9 +100,12 @@ class RecordWriter:
             left = left[os.write(self._fd, left) :]
 
 
-def enter_child() -> RecordWriter:
-    """First call in a child: die with the parent, end on SIGTERM, keep stdout for records alone."""
-    if sys.platform == "linux":
+def enter_child(outlives: bool = False) -> RecordWriter:
+    """First call in a child: die with the parent, end on SIGTERM, keep stdout for records alone.
+
+    `outlives`: it notices the parent's death by itself, and has something to finish.
+    """
+    if sys.platform == "linux" and not outlives:
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, which ends us

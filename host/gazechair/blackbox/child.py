@@ -82,7 +82,7 @@ class Keeper:
 
 
 def run(argument: Mapping[str, Any], out: RecordWriter) -> None:
-    """Until the daemon ends us; what has arrived by then is written."""
+    """Until the daemon ends us, or is no more; what has arrived by then is written."""
     writer = LogWriter(Path(argument["folder"]), argument["max_bytes"], argument["keep_s"])
     keeper = Keeper(writer, out)
     ended: list[int] = []
@@ -92,19 +92,21 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> None:
     try:
         while not ended:
             with contextlib.suppress(TimeoutError):
-                keeper.take(line.recv(LONGEST))
+                if not (batch := line.recv(LONGEST)):
+                    return  # the daemon was killed
+                keeper.take(batch)
             keeper.due()
         line.setblocking(False)
         with contextlib.suppress(BlockingIOError):
-            while True:
-                keeper.take(line.recv(LONGEST))
+            while batch := line.recv(LONGEST):
+                keeper.take(batch)
     finally:
         writer.close()
 
 
 def main() -> None:
     """Entry of `python -m gazechair.blackbox.child JSON`: folder, bounds, file descriptor."""
-    out = enter_child()
+    out = enter_child(outlives=True)
     with contextlib.suppress(BrokenPipeError):
         run(json.loads(sys.argv[1]), out)
 

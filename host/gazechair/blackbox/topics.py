@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import array
 import math
+import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -40,7 +41,7 @@ def _scan(at_ns: int, scan: tuple[str, bytes]) -> Iterator[Said]:
     ranges = [mm / 1000 if mm else math.inf for mm in array.array("H", beams_mm)]
     step = 2 * math.pi / len(ranges)
     yield (
-        f"/scan/{name}",
+        "/scan/" + re.sub(r"[^A-Za-z0-9_]", "_", name),  # as ROS wants it
         ros.SCAN,
         {
             "header": _header(at_ns, name),

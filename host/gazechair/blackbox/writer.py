@@ -20,6 +20,7 @@ from gazechair.blackbox import ros, topics
 NAME = re.compile(r"(\d{6})_.*\.mcap")
 FILE_S = 3600.0
 _FILES = 20  # that share the space, at least
+_MOST_FILES = 2000  # a daemon that is started over and over makes many small ones
 _CLOCK_S = 2.0  # a wall clock that was set by more begins another file
 _KEPT_FREE = 100 << 20  # bytes of the disk that are for others
 
@@ -89,6 +90,8 @@ class LogWriter:
 
     def sync(self) -> None:
         """All that was written is on the disk, and the log within its bounds."""
+        if self.path is not None and not self.path.exists():
+            self.close()  # somebody has deleted it
         if self._file is not None:
             self._writer._writer.flush()  # the chunk: mcap_ros2 has no flush of its own
             self._file.flush()
@@ -137,10 +140,12 @@ class LogWriter:
         total = sum(state.st_size for _, state in held)
         free = self._free_bytes(self._folder)
         oldest_s = self._wall_ns() / 1e9 - self._keep_s
-        for path, state in held:
+        for at, (path, state) in enumerate(held):
             if path == self.path:
                 continue
-            if total > self._max_bytes or free < _KEPT_FREE or state.st_mtime < oldest_s:
+            many = len(held) - at > _MOST_FILES
+            full = total > self._max_bytes or free < _KEPT_FREE
+            if many or full or state.st_mtime < oldest_s:
                 path.unlink(missing_ok=True)
                 total -= state.st_size
                 free += state.st_size

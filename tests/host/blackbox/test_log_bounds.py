@@ -116,6 +116,41 @@ def test_a_disk_that_others_fill_gets_the_oldest_then_nothing_is_written(tmp_pat
     assert len(files(tmp_path)) <= 1
 
 
+def test_many_small_files_are_bounded_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As of a host that is started over and over."""
+    monkeypatch.setattr(module, "_MOST_FILES", 5)
+    for _ in range(9):
+        disk = Disk(tmp_path)
+        disk.second()
+        disk.writer.close()
+    names = [path.name[:6] for path in files(tmp_path)]
+    assert names == ["000005", "000006", "000007", "000008", "000009"]
+
+
+def test_a_file_that_somebody_deletes_is_followed_by_another(tmp_path: Path) -> None:
+    disk = Disk(tmp_path)
+    disk.second()
+    for path in files(tmp_path):
+        path.unlink()
+    disk.second()
+    disk.second()
+    (path,) = files(tmp_path)
+    assert len([*LogFile(path).lines()]) == 1
+    path.unlink()
+    tmp_path.rmdir()
+    disk.second()
+    disk.second()
+    assert len(files(tmp_path)) == 1
+
+
+def test_only_its_user_may_read_it(tmp_path: Path) -> None:
+    disk = Disk(tmp_path / "log")
+    disk.second()
+    (path,) = files(tmp_path / "log")
+    assert path.stat().st_mode & 0o777 == 0o600
+    assert path.parent.stat().st_mode & 0o777 == 0o700
+
+
 def test_files_of_others_are_left_alone(tmp_path: Path) -> None:
     (tmp_path / "notes.mcap").write_bytes(bytes(3 * MB))
     disk = Disk(tmp_path, max_bytes=1 * MB)

@@ -116,6 +116,11 @@ def test_every_message_of_the_wire_goes_into_a_file_and_out(name: str, tmp_path:
         assert (bytes(got) if isinstance(value, bytes) else got) == value, field
 
 
+def test_a_topic_is_named_as_ros_wants_it() -> None:
+    ((topic, _, _),) = topics.said("scan", 0, ("left-rear", bytes(8)))
+    assert topic == "/scan/left_rear"
+
+
 def test_definitions_are_what_ros_takes() -> None:
     store = get_typestore(Stores.EMPTY)
     for name, text in ros.DEFINITIONS.items():

@@ -5,6 +5,8 @@ from __future__ import annotations
 import logging
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -102,6 +104,40 @@ def test_a_process_that_hangs_is_told(box: BlackBox, tmp_path: Path, parts: Heal
     assert box.pid == pid
     box.stop()
     assert 5000 <= topics(tmp_path).count("/host/command") < 30_000
+
+
+def test_the_last_moments_of_a_killed_daemon_are_kept(tmp_path: Path) -> None:
+    """The log's process lives on for as long as it takes to finish the file."""
+    program = f"""
+import time
+from pathlib import Path
+from gazechair.base.health import HealthRegistry
+from gazechair.blackbox.recorder import BlackBox
+from gazechair.config.configuration import LogConfig
+parts = HealthRegistry()
+box = BlackBox(LogConfig(), Path({str(tmp_path)!r}), parts)
+box.start()
+while parts.part("log").state != "ok":
+    time.sleep(0.01)
+for _ in range(100):
+    box.note("up", time.monotonic(), bytes.fromhex({FRAME.hex()!r}))
+while len(box._ring):
+    time.sleep(0.001)
+print(box.pid, flush=True)
+time.sleep(600)
+"""
+    daemon = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE)
+    try:
+        assert daemon.stdout is not None
+        child = int(daemon.stdout.readline())
+    finally:
+        daemon.kill()
+        daemon.wait()
+    wait_until(lambda: not Path(f"/proc/{child}").exists())
+    assert topics(tmp_path).count("/host/command") == 100
+    file = LogFile(files(tmp_path)[0])
+    assert [*file.lines()]
+    assert file.whole
 
 
 def test_without_the_extra_health_says_what_to_install(
