@@ -148,6 +148,18 @@ def test_a_missing_package_says_what_to_install(monkeypatch: pytest.MonkeyPatch)
     assert (finding.level, finding.do) == (FAIL, "pip install no-such-package")
 
 
+def test_the_doctor_says_whether_it_records(
+    devices: dict[str, HealthState], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert found(doctor.examine(None), "log").level == OK
+    monkeypatch.setattr(doctor, "find_spec", lambda _: None)
+    finding = found(doctor.examine(None), "log")
+    assert (finding.level, finding.do) == (WARN, "pip install 'gazechair[log]'")
+    file = tmp_path / "chair.toml"
+    file.write_text("[log]\nrecord = false\n")
+    assert found(doctor.examine(file), "log").found == "off, as configured"
+
+
 def test_the_text_has_a_line_for_each_finding() -> None:
     text = doctor.as_text([Finding(OK, "a", "1"), Finding(FAIL, "b", "2", "mend it")])
     assert text.splitlines() == ["OK    a: 1", "FAIL  b: 2 -> mend it"]

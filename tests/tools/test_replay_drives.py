@@ -14,7 +14,7 @@ from e2e.page import Page
 from gazeboard.core import limits
 from gazelink import codes
 from gazelink.settings_table import TABLE
-from gazereplay import as_test, command
+from gazereplay import as_test, command, trace
 from gazereplay.replay import NoTrace, replay
 from recordedchair import RecordedChair
 
@@ -222,6 +222,18 @@ def test_a_cut_trace_is_played_up_to_the_cut(recorded: Any, tmp_path: Path) -> N
         result = replay(cut)
         assert result.difference is None
         assert 0 < result.ticks < replay(whole).ticks
+
+
+def test_a_drive_of_an_older_version_is_replayed(
+    recorded: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What its trace lacks is 0, or not compared."""
+    path = recorded(cable)
+    monkeypatch.setattr(trace, "TAKEN", (*trace.TAKEN, "newer"))
+    monkeypatch.setattr(trace, "DECIDED", (*trace.DECIDED, "newer"))
+    decision = trace.decision
+    monkeypatch.setattr(trace, "decision", lambda *of: (*decision(*of), 1))
+    assert replay(path).difference is None
 
 
 def test_a_log_without_a_trace_is_refused(tmp_path: Path, capsys: Any) -> None:

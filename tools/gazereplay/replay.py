@@ -94,7 +94,7 @@ class Core:
             setattr(self.inputs, name, value)
         self.inputs.clearance_arcs = bytearray(taken.arcs)
 
-    def tick(self, taken: Taken) -> tuple[int, ...]:
+    def tick(self, taken: Taken) -> dict[str, int]:
         """One tick; what it decided."""
         i = self.inputs
         if taken.service_alive:
@@ -103,7 +103,7 @@ class Core:
         self._tick.decide(i, elapsed_us, bool(relay), bool(emergency), bool(button))
         before = self._tick.enable_level
         level = self._tick.written(bool(verified), bool(neutral))
-        return trace.decision(self._tick, level != before)
+        return dict(zip(trace.DECIDED, trace.decision(self._tick, level != before), strict=True))
 
 
 class Player:
@@ -114,7 +114,7 @@ class Player:
         self._core: Core | None = None
         self._tick = 0
         self._taken: Taken | None = None
-        self._decided: tuple[int, ...] = ()
+        self._decided: dict[str, int] = {}
         self._began_ns = 0
 
     def hear(self, line: Line) -> None:
@@ -137,7 +137,9 @@ class Player:
             self._taken = Taken.of(message)
             self._core.take(self._taken)
         elif line.topic == trace.DECISION:
-            self._decided = tuple(getattr(message, name) for name in trace.DECIDED)
+            # What an older version did not have is not compared.
+            names = [name for name in trace.DECIDED if hasattr(message, name)]
+            self._decided = {name: getattr(message, name) for name in names}
             self.result.decisions += 1
         elif line.topic == trace.ENDED:
             self._core = None
@@ -149,17 +151,13 @@ class Player:
             if self._taken is None:
                 raise NoTrace("the trace has no inputs of its first tick")
             now = core.tick(self._taken)
-            if now != self._decided:
-                recorded, played = (
-                    dict(zip(trace.DECIDED, decided, strict=True))
-                    for decided in (self._decided, now)
-                )
+            if any(now[name] != value for name, value in self._decided.items()):
                 at_ns = self._began_ns + self._tick * 10**6
-                result.difference = Difference(result.lives, self._tick, at_ns, recorded, played)
+                result.difference = Difference(result.lives, self._tick, at_ns, self._decided, now)
                 return
             self._tick += 1
             result.ticks += 1
-            result.armed += now[0] == codes.ARMED
+            result.armed += now["state"] == codes.ARMED
 
 
 def of_trace(lines: Iterable[Line]) -> Iterator[Line]:

@@ -82,10 +82,10 @@ class Taken:
 
     @classmethod
     def of(cls, message: Any) -> Taken:
-        """From a message."""
+        """From a message; what an older version did not have is 0."""
         return cls(
-            tuple(getattr(message, name) for name in AROUND),
-            tuple(getattr(message, name) for name in TAKEN),
+            tuple(getattr(message, name, 0) for name in AROUND),
+            tuple(getattr(message, name, 0) for name in TAKEN),
             bytes(message.arcs),
             bool(message.service_alive),
         )

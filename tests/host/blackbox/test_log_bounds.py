@@ -143,7 +143,7 @@ def test_a_file_that_somebody_deletes_is_followed_by_another(tmp_path: Path) -> 
     assert len(files(tmp_path)) == 1
 
 
-def test_only_its_user_may_read_it(tmp_path: Path) -> None:
+def test_only_its_user_may_read_the_log(tmp_path: Path) -> None:
     disk = Disk(tmp_path / "log")
     disk.second()
     (path,) = files(tmp_path / "log")
