@@ -26,7 +26,7 @@ def drive(ring: Ring | None) -> list[tuple[int, int]]:
             ring.put(way, at_s, frame)
             ring.hand_over(Hanging())  # type: ignore[arg-type]
 
-        chair.host.link.protocol._witness = witness
+        chair.host.link.protocol.witness = witness
     chair.drive(ms=400)
     chair.page.release()
     chair.run(300)

@@ -15,7 +15,9 @@ from gazeboard.core import limits
 from gazelink import codes
 from gazelink.settings_table import TABLE
 from gazereplay import as_test, command, trace
+from gazereplay.recording import Recording
 from gazereplay.replay import NoTrace, replay
+from gazesim.chair_rig import LinkedChair
 from recordedchair import RecordedChair
 
 
@@ -179,6 +181,27 @@ def command_line(words: list[str]) -> int:
     command.add(parser.add_subparsers())
     options = parser.parse_args(words)
     return int(options.act(options))
+
+
+def test_a_chair_without_pages_is_recorded_too(tmp_path: Path) -> None:
+    """As benchmarks drive it."""
+    chair = LinkedChair()
+    recording = Recording(chair, chair.link.protocol, tmp_path)
+
+    def drive(ms: int) -> None:
+        for _ in range(ms):
+            chair.one_ms()
+            recording.after_ms()
+
+    drive(1000)
+    chair.link.order(codes.ARM, codes.CARETAKER)
+    drive(200)
+    assert chair.armed()
+    chair.press(codes.LEFT, codes.STEP)
+    drive(1800)
+    result = replay(recording.close())
+    assert result.difference is None
+    assert (result.ticks, result.armed > 1800) == (3000, True)
 
 
 def test_the_command(recorded: Any, tmp_path: Path, capsys: Any, monkeypatch: Any) -> None:

@@ -103,7 +103,7 @@ class LinkProtocol:
         """`draw_session` gives session ids; it is called again until one is new. `witness` sees
         every frame that is sent or accepted."""
         self._draw_session = draw_session
-        self._witness = witness
+        self.witness = witness
         self._decoder = frame.Decoder()
         self._encoder = frame.Encoder()
         self._session = 0
@@ -258,7 +258,7 @@ class LinkProtocol:
     def _frame(self, now_s: float, message: messages.Message, values: tuple[object, ...]) -> bytes:
         message.pack(self._encoder.body, values)
         size = self._encoder.finish(message, self._stamp_ms)
-        self._witness("up", now_s, bytes(self._encoder.body[: message.size]))
+        self.witness("up", now_s, bytes(self._encoder.body[: message.size]))
         return bytes(self._encoder.wire[:size])
 
     # Bytes in
@@ -276,7 +276,7 @@ class LinkProtocol:
         message = messages.BY_TYPE[buf[messages.TYPE_AT]]
         if message.direction == messages.UP:
             return
-        self._witness("down", now_s, bytes(buf[: message.size]))
+        self.witness("down", now_s, bytes(buf[: message.size]))
         if message is messages.HELLO:
             self._hello_heard(message.unpack(buf), now_s, events)
             return

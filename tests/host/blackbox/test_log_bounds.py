@@ -15,7 +15,7 @@ from gazechair.blackbox.child import Keeper
 from gazechair.blackbox.reader import LogFile
 from gazechair.blackbox.ring import Ring
 from gazechair.blackbox.writer import FILE_S, LogFull, LogWriter, files
-from recordedchair import WALL_NS
+from gazereplay.recording import WALL_NS
 
 MB = 10**6
 

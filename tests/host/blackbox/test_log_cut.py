@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from gazechair.blackbox.reader import LogFile
-from recordedchair import WALL_NS, RecordedChair
+from gazereplay.recording import WALL_NS
+from recordedchair import RecordedChair
 
 CUTS = 1000
 

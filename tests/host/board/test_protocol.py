@@ -275,7 +275,7 @@ def test_a_message_for_the_board_is_ignored_by_the_host(joined: Any) -> None:
 def test_a_witness_sees_every_frame_of_both_ways(new_line: Callable[[], Any]) -> None:
     line = new_line()
     seen: list[tuple[str, float, bytes]] = []
-    line.protocol._witness = lambda *frame: seen.append(frame)
+    line.protocol.witness = lambda *frame: seen.append(frame)
     line.turn()
     line.protocol.command(FORWARD, line.now_s)
     line.turn(100)

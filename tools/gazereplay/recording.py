@@ -1,0 +1,64 @@
+"""Records a chair in virtual time as the log of its host, with the trace of its board."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from gazechair.blackbox.writer import LogWriter
+from gazechair.board.protocol import LinkProtocol
+from gazereplay import trace
+from gazereplay.tap import Tap
+from gazesim.chair_rig import ChairRig
+
+WALL_NS = 1_790_000_000 * 10**9  # when its clock begins
+_SYNC_MS = 1000
+
+
+class Recording:
+    """Attach it before the chair's first step, and call `after_ms` after each."""
+
+    def __init__(self, chair: ChairRig, protocol: LinkProtocol, folder: Path) -> None:
+        """`protocol`: the host's end of the line; `folder`: where the file goes."""
+        self._chair = chair
+        self._log = LogWriter(
+            folder,
+            max_bytes=10**9,
+            keep_s=1e9,
+            wall_ns=lambda: WALL_NS + chair.now_ms * 10**6,
+            monotonic_ns=lambda: chair.now_ms * 10**6,
+            free_bytes=lambda _: 10**10,
+        )
+        self.path = Path()
+        self._sees(protocol)
+        chair.board.booted = self._boots
+        self._boots(chair.app)
+
+    def note(self, kind: str, payload: Any) -> None:
+        """A record of the host now; see gazechair.blackbox.topics."""
+        self._log.write(kind, self._chair.now_ms * 10**6, payload)
+
+    def after_ms(self) -> bool:
+        """A step is over; True when all was synced."""
+        self.path = self._log.path or self.path
+        if self._chair.now_ms % _SYNC_MS:
+            return False
+        self._log.sync()
+        return True
+
+    def close(self) -> Path:
+        """Finish the file."""
+        self._tap.end("the recording ends")
+        self._log.close()
+        return self.path
+
+    def _sees(self, protocol: LinkProtocol) -> None:
+        protocol.witness = lambda way, at_s, frame: self._log.write(way, int(at_s * 1e9), frame)
+
+    def _boots(self, app: Any) -> None:
+        self._tap = Tap(app, self._say)
+
+    def _say(self, topic: str, fields: dict[str, Any]) -> None:
+        definition = trace.DEFINITIONS[topic][1]
+        at_ns = self._chair.now_ms * 10**6
+        self._log.publish(at_ns, topic, trace.type_name(topic), definition, fields)
