@@ -1,0 +1,1 @@
+"""Alerts: who is called, when, and whether somebody answered."""

@@ -1,0 +1,273 @@
+"""The book of alerts: repeated ones are one, routes follow each other until somebody answers. Pure.
+
+Times `now_s` are monotonic seconds, `wall_s` seconds since 1970 for people to read.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from gazechair.alerts.reasons import HELP, KINDS, REASONS, TEST
+
+OPEN, ACKNOWLEDGED, OVER = STATES = ("open", "acknowledged", "over")
+WAITING, TRYING, SENT, FAILED = ("waiting", "trying", "sent", "failed")
+
+MOST_ALERTS = 100  # kept, the oldest go first
+MOST_PER_MINUTE = 10  # deliveries over one route, attempts included
+AGAIN_S = 60.0  # what returns this soon is the same alert, and goes over a route at most this often
+ANSWER_S = 20.0  # an attempt without a result by then has failed
+RETRIES_S = (10.0, 20.0, 40.0, 60.0)  # the last one again and again
+_MINUTE_S = 60.0
+_NEVER_S = float("-inf")
+
+
+@dataclass(frozen=True)
+class Route:
+    """One of the ways to reach somebody."""
+
+    name: str
+    after_s: float = 0.0
+    """How long an alert has been open without an answer before this route is used."""
+    kinds: tuple[str, ...] = KINDS
+
+
+@dataclass
+class Delivery:
+    """An alert on one route."""
+
+    due_s: float
+    state: str = WAITING
+    detail: str = ""
+    """Why the newest attempt failed."""
+    attempts: int = 0
+    tried_s: float = _NEVER_S
+
+
+@dataclass
+class Alert:
+    """One alert, with all its repetitions."""
+
+    number: int
+    key: str
+    """Of reasons.REASONS and of the string tables."""
+    at: float
+    """Wall time."""
+    sentence: str = ""
+    """The driver's own."""
+    detail: str = ""
+    count: int = 1
+    state: str = OPEN
+    by: str = ""
+    """Who has acknowledged it."""
+    ended_s: float = _NEVER_S
+    deliveries: dict[str, Delivery] = field(default_factory=dict)
+
+    @property
+    def kind(self) -> str:
+        """One of KINDS."""
+        return REASONS[self.key].kind
+
+    def as_json(self) -> dict[str, Any]:
+        """For the diary and the page."""
+        return {
+            "number": self.number,
+            "key": self.key,
+            "kind": self.kind,
+            "at": round(self.at),
+            "sentence": self.sentence,
+            "detail": self.detail,
+            "count": self.count,
+            "state": self.state,
+            "by": self.by,
+            "deliveries": {
+                name: {"state": one.state, "detail": one.detail}
+                for name, one in self.deliveries.items()
+            },
+        }
+
+
+class Book:
+    """Not thread-safe: the owner locks."""
+
+    def __init__(self, routes: Iterable[Route]) -> None:
+        self._routes = {route.name: route for route in routes}
+        self._used: dict[str, deque[float]] = {name: deque() for name in self._routes}
+        self._alerts: list[Alert] = []
+        self._next = 1
+        self.revision = 0
+        """Changes with everything that as_json() shows."""
+
+    # Results
+
+    def as_json(self) -> list[dict[str, Any]]:
+        """Every alert, oldest first."""
+        return [alert.as_json() for alert in self._alerts]
+
+    def of(self, key: str) -> Alert | None:
+        """The newest alert for this reason."""
+        return next((alert for alert in reversed(self._alerts) if alert.key == key), None)
+
+    def find(self, number: int) -> Alert | None:
+        """The alert of that number."""
+        return next((alert for alert in self._alerts if alert.number == number), None)
+
+    def open_keys(self) -> set[str]:
+        """Reasons whose alert is not over."""
+        return {alert.key for alert in self._alerts if alert.state != OVER}
+
+    def due(self, now_s: float) -> list[tuple[Alert, Route]]:
+        """What must be sent now; each counts as being attempted until `result`."""
+        for alert, name, one in self._all():
+            if one.state == TRYING and now_s - one.tried_s > ANSWER_S:
+                self.result(alert.number, name, "no result of the attempt", now_s)
+        waiting = [
+            (alert, name, one)
+            for alert, name, one in self._all()
+            if one.state in (WAITING, FAILED) and now_s >= one.due_s and _live(alert, one)
+        ]
+        waiting.sort(key=lambda item: (item[2].attempts > 0, KINDS.index(item[0].kind)))
+        found = []
+        for alert, name, one in waiting:
+            if self._allowed(name, now_s):
+                one.state, one.tried_s = TRYING, now_s
+                one.attempts += 1
+                self.revision += 1
+                found.append((alert, self._routes[name]))
+        return found
+
+    # What goes in
+
+    def raise_(
+        self, key: str, now_s: float, wall_s: float, sentence: str = "", detail: str = ""
+    ) -> Alert:
+        """There is a reason to call somebody, again perhaps. KeyError: no reason of the table."""
+        alert = self.of(key)
+        if alert is None or (alert.state == OVER and now_s - alert.ended_s >= AGAIN_S):
+            return self._new(key, now_s, wall_s, sentence, detail)
+        alert.count += 1
+        self.revision += 1
+        # A person who asks again wants an answer again; a part that fails again is known.
+        if alert.state == OVER or (alert.state == ACKNOWLEDGED and alert.kind == HELP):
+            alert.state, alert.by, alert.ended_s = OPEN, "", _NEVER_S
+            alert.sentence, alert.detail = sentence, detail
+            for name, one in alert.deliveries.items():
+                if one.state == SENT:
+                    one.state, one.attempts = WAITING, 0
+                    due_s = now_s + self._routes[name].after_s
+                    one.due_s = max(due_s, one.tried_s + AGAIN_S)
+        elif alert.kind == TEST:
+            for one in alert.deliveries.values():
+                if one.state == FAILED:
+                    one.state, one.attempts, one.due_s = WAITING, 0, now_s
+        return alert
+
+    def end(self, key: str, now_s: float) -> None:
+        """The reason is gone."""
+        alert = self.of(key)
+        if alert is not None and alert.state != OVER:
+            alert.state, alert.ended_s = OVER, now_s
+            self.revision += 1
+
+    def acknowledge(self, number: int, by: str) -> bool:
+        """Somebody takes care of it; False: there is no such alert, or nothing to acknowledge."""
+        alert = self.find(number)
+        if alert is None or alert.state == OVER or (alert.by and alert.state == ACKNOWLEDGED):
+            return False
+        alert.state, alert.by = ACKNOWLEDGED, by
+        self.revision += 1
+        return True
+
+    def result(self, number: int, route: str, problem: str, now_s: float) -> None:
+        """An attempt has ended; `problem`: why it failed, "" when it was delivered."""
+        alert = self.find(number)
+        one = None if alert is None else alert.deliveries.get(route)
+        if one is None or one.state != TRYING:
+            return
+        one.state, one.detail = (FAILED, problem) if problem else (SENT, "")
+        one.due_s = now_s + RETRIES_S[min(one.attempts, len(RETRIES_S)) - 1]
+        self.revision += 1
+
+    def restore(self, rows: Iterable[Mapping[str, Any]], now_s: float, wall_s: float) -> None:
+        """Continue from as_json() of a host that has ended: what is open stays open.
+
+        Rows that are no alerts are left out. Raises nothing.
+        """
+        for row in rows:
+            alert = _read(row)
+            if alert is None or alert.number < self._next:
+                continue
+            self._next = alert.number + 1
+            for route in self._routes.values():
+                if alert.kind not in route.kinds:
+                    continue
+                waited_s = min(max(0.0, wall_s - alert.at), route.after_s)
+                old = row["deliveries"].get(route.name, {})
+                one = Delivery(now_s + route.after_s - waited_s)
+                if old.get("state") in (SENT, FAILED):
+                    one.state, one.detail = old["state"], str(old.get("detail", ""))
+                alert.deliveries[route.name] = one
+            alert.ended_s = now_s
+            self._keep(alert)
+
+    # Inside
+
+    def _new(self, key: str, now_s: float, wall_s: float, sentence: str, detail: str) -> Alert:
+        alert = Alert(self._next, key, wall_s, sentence, detail)
+        self._next += 1
+        for route in self._routes.values():
+            if alert.kind == TEST:
+                alert.deliveries[route.name] = Delivery(now_s)
+            elif alert.kind in route.kinds:
+                alert.deliveries[route.name] = Delivery(now_s + route.after_s)
+        self._keep(alert)
+        return alert
+
+    def _keep(self, alert: Alert) -> None:
+        self._alerts.append(alert)
+        self.revision += 1
+        if len(self._alerts) > MOST_ALERTS:
+            # One that is open is kept: there are no more of those than reasons.
+            oldest = next((one for one in self._alerts if one.state == OVER), self._alerts[0])
+            self._alerts.remove(oldest)
+
+    def _all(self) -> Iterator[tuple[Alert, str, Delivery]]:
+        for alert in self._alerts:
+            for name, one in alert.deliveries.items():
+                yield alert, name, one
+
+    def _allowed(self, route: str, now_s: float) -> bool:
+        used = self._used[route]
+        while used and now_s - used[0] >= _MINUTE_S:
+            used.popleft()
+        if len(used) >= MOST_PER_MINUTE:
+            return False
+        used.append(now_s)
+        return True
+
+
+def _live(alert: Alert, one: Delivery) -> bool:
+    # A test is attempted once, whatever becomes of it.
+    return one.attempts == 0 if alert.kind == TEST else alert.state == OPEN
+
+
+def _read(row: Mapping[str, Any]) -> Alert | None:
+    try:
+        alert = Alert(
+            int(row["number"]),
+            str(row["key"]),
+            float(row["at"]),
+            str(row["sentence"]),
+            str(row["detail"]),
+            int(row["count"]),
+            str(row["state"]),
+            str(row["by"]),
+        )
+        good = (
+            alert.key in REASONS and alert.state in STATES and isinstance(row["deliveries"], dict)
+        )
+    except (KeyError, TypeError, ValueError, OverflowError):
+        return None
+    return alert if good else None

@@ -1,0 +1,69 @@
+"""The diary: a bounded file of alerts, replaced as a whole; a damaged line is left out."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from gazechair.base.throttled_log import ThrottledLog
+
+FILE_NAME = "alerts.jsonl"
+MOST_BYTES = 100_000
+
+log = logging.getLogger(__name__)
+
+
+class Diary:
+    """One line of JSON for each alert, oldest first."""
+
+    def __init__(self, folder: Path) -> None:
+        """`folder`: the state folder."""
+        self._path = folder / FILE_NAME
+        self._complaints = ThrottledLog(log)
+
+    def read(self) -> list[dict[str, Any]]:
+        """Every alert that can be read."""
+        try:
+            text = self._path.read_text(encoding="utf-8", errors="replace")
+        except FileNotFoundError:
+            return []
+        except OSError as error:
+            self._complaints.warn("%s: cannot be read (%s)", self._path, error.strerror)
+            return []
+        found = []
+        for number, line in enumerate(text.splitlines(), 1):
+            try:
+                row = json.loads(line)
+            except (ValueError, RecursionError):
+                row = None
+            if isinstance(row, dict):
+                found.append(row)
+            else:
+                self._complaints.warn("%s:%d is damaged; left out", self._path, number)
+        return found
+
+    def write(self, rows: Iterable[Mapping[str, Any]]) -> bool:
+        """Replace it; the oldest lines go when it would grow too large. False: the disk refuses."""
+        lines = [json.dumps(row).encode() + b"\n" for row in rows]
+        size = sum(map(len, lines))
+        first = 0
+        while size > MOST_BYTES:
+            size -= len(lines[first])
+            first += 1
+        fresh = self._path.with_suffix(".new")
+        try:
+            self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            handle = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+            with open(handle, "wb") as file:
+                file.write(b"".join(lines[first:]))
+                file.flush()
+                os.fsync(file.fileno())
+            fresh.replace(self._path)
+        except OSError as error:
+            self._complaints.warn("%s: %s; alerts are not kept", self._path, error.strerror)
+            return False
+        return True
