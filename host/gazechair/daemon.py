@@ -41,7 +41,11 @@ class Daemon:
         self.parts = HealthRegistry(on_change=self._changed)
         folder = state_folder(config.web.state_folder)
         self._log = BlackBox(
-            config.log, folder / "log", self.parts, lambda: self._camera.latest().entry()
+            config.log,
+            folder / "log",
+            self.parts,
+            lambda: self._camera.latest().entry(),
+            config.lidar,
         )
         self.link = BoardLink(
             ports.finder(config.board.port, ports.BOARD),

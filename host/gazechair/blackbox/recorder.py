@@ -7,7 +7,7 @@ import logging
 import socket
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from gazechair.base.health import HealthRegistry
 from gazechair.base.latest_value import Entry
 from gazechair.base.supervisor import Status, Supervised, Supervisor
 from gazechair.blackbox.ring import Ring
-from gazechair.config.configuration import LogConfig
+from gazechair.config.configuration import LidarConfig, LogConfig
 from gazechair.picture.camera import Frame
 from gazechair.picture.reducer import LEVELS, Reducer
 
@@ -44,13 +44,20 @@ class BlackBox(Supervised):
         folder: Path,
         parts: HealthRegistry,
         picture: Callable[[], Entry[Frame] | None] = lambda: None,
+        lidars: Sequence[LidarConfig] = (),
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """`folder`: where the files go; `picture`: the camera's newest."""
+        """`folder`: where the files go; `picture`: the camera's newest; `lidars`: where
+        each sits."""
         self._config = config
         self._folder = folder
         self._parts = parts
         self._newest_picture = picture
+        self._places = [
+            (lidar.name, lidar.x_m, lidar.y_m, lidar.heading_deg, lidar.upside_down)
+            for lidar in lidars
+            if lidar.kind != "off"
+        ]
         self._clock = clock
         self._ring = Ring()
         self._on = False
@@ -145,6 +152,7 @@ class BlackBox(Supervised):
         }
         self._late_s = 0.0
         self.note("figures", now_s, figures)
+        self.note("places", now_s, self._places)
         self._note_picture()
         health = self._parts.part("log")
         if self._ring.dropped != self._told_dropped:

@@ -39,19 +39,21 @@ class Ring:
         records = self._records
         size = _BATCH
         while records:
-            batch = marshal.dumps([records[at] for at in range(min(size, len(records)))])
-            if len(batch) > LONGEST and size > 1:
-                size = max(1, size // 4)
-                continue
+            count = min(size, len(records))
             try:
+                batch = marshal.dumps([records[at] for at in range(count)])
+                if len(batch) > LONGEST and count > 1:
+                    size = max(1, size // 4)
+                    continue
                 if len(batch) > LONGEST:
-                    self.dropped += 1
-                    log.debug("a record of %d bytes is too long for the log", len(batch))
-                else:
-                    line.send(batch)
+                    raise ValueError(f"a record of {len(batch)} bytes")
+                line.send(batch)
             except BlockingIOError:
                 return  # the process does not read: the next time
-            for _ in range(min(size, len(records))):
+            except (OSError, ValueError) as error:
+                self.dropped += count
+                log.debug("not recorded: %s", error)
+            for _ in range(count):
                 records.popleft()
             size = _BATCH
 

@@ -39,6 +39,21 @@ float64 x
 float64 y
 float64 z
 {bar}
+MSG: geometry_msgs/Quaternion
+float64 x
+float64 y
+float64 z
+float64 w
+{bar}
+MSG: geometry_msgs/Transform
+geometry_msgs/Vector3 translation
+geometry_msgs/Quaternion rotation
+{bar}
+MSG: geometry_msgs/TransformStamped
+std_msgs/Header header
+string child_frame_id
+geometry_msgs/Transform transform
+{bar}
 MSG: diagnostic_msgs/DiagnosticStatus
 byte OK=0
 byte WARN=1
@@ -60,6 +75,7 @@ SCAN = "sensor_msgs/msg/LaserScan"
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 PICTURE = "sensor_msgs/msg/CompressedImage"
 LINE = "rcl_interfaces/msg/Log"
+PLACES = "tf2_msgs/msg/TFMessage"
 _STANDARD = {
     TWIST: "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular",
     SCAN: "std_msgs/Header header\nfloat32 angle_min\nfloat32 angle_max\nfloat32 angle_increment\n"
@@ -67,6 +83,7 @@ _STANDARD = {
     "float32[] ranges\nfloat32[] intensities",
     DIAGNOSTICS: "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status",
     PICTURE: "std_msgs/Header header\nstring format\nuint8[] data",
+    PLACES: "geometry_msgs/TransformStamped[] transforms",
     LINE: "byte DEBUG=10\nbyte INFO=20\nbyte WARN=30\nbyte ERROR=40\nbyte FATAL=50\n"
     "builtin_interfaces/Time stamp\nuint8 level\nstring name\nstring msg\nstring file\n"
     "string function\nuint32 line",

@@ -15,6 +15,8 @@ from gazelink import messages
 # topic, ROS name, message
 Said = tuple[str, str, dict[str, Any]]
 
+CHAIR = "chair"  # the frame of the drive axle: x forward, y to the left
+
 _LEVELS = {h.OK: 0, h.STARTING: 1, h.DEGRADED: 1, h.LOST: 2}
 
 
@@ -41,10 +43,10 @@ def _scan(at_ns: int, scan: tuple[str, bytes]) -> Iterator[Said]:
     ranges = [mm / 1000 if mm else math.inf for mm in array.array("H", beams_mm)]
     step = 2 * math.pi / len(ranges)
     yield (
-        "/scan/" + re.sub(r"[^A-Za-z0-9_]", "_", name),  # as ROS wants it
+        f"/scan/{_frame(name)}",
         ros.SCAN,
         {
-            "header": _header(at_ns, name),
+            "header": _header(at_ns, _frame(name)),
             "angle_min": -math.pi + step / 2,
             "angle_max": math.pi - step / 2,
             "angle_increment": step,
@@ -56,6 +58,23 @@ def _scan(at_ns: int, scan: tuple[str, bytes]) -> Iterator[Said]:
             "intensities": [],
         },
     )
+
+
+def _places(at_ns: int, lidars: list[tuple[str, float, float, float, bool]]) -> Iterator[Said]:
+    transforms = []
+    for name, x_m, y_m, heading_deg, upside_down in lidars:
+        half = math.radians(heading_deg) / 2
+        turned = (0.0, 0.0, math.sin(half), math.cos(half))  # x, y, z, w
+        if upside_down:
+            turned = (math.cos(half), math.sin(half), 0.0, 0.0)
+        transform = {
+            "translation": {"x": x_m, "y": y_m, "z": 0.0},
+            "rotation": dict(zip("xyzw", turned, strict=True)),
+        }
+        header = _header(at_ns, CHAIR)
+        row = {"header": header, "child_frame_id": _frame(name), "transform": transform}
+        transforms.append(row)
+    yield "/tf_static", ros.PLACES, {"transforms": transforms}
 
 
 def _health(at_ns: int, parts: list[tuple[str, str, str, str]]) -> Iterator[Said]:
@@ -87,6 +106,7 @@ _KINDS: dict[str, Callable[[int, Any], Iterator[Said]]] = {
     "up": _up,
     "down": _down,
     "scan": _scan,
+    "places": _places,
     "health": _health,
     "figures": _figures,
     "picture": _picture,
@@ -107,6 +127,10 @@ def _status(level: int, name: str, message: str, values: dict[str, Any]) -> dict
         "hardware_id": "",
         "values": [{"key": key, "value": _text(str(value))} for key, value in values.items()],
     }
+
+
+def _frame(name: str) -> str:
+    return re.sub(r"[^A-Za-z0-9_]", "_", name)  # as ROS wants it
 
 
 def _text(text: str) -> str:

@@ -19,6 +19,7 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> RecordedChair:
     chair = RecordedChair(tmp_path_factory.mktemp("log"))
     chair.drive(ms=1000)
     chair.note("scan", ("front", BEAMS_MM.tobytes()))
+    chair.note("places", [("front", 0.5, -0.1, 0.0, False), ("rear-left", -0.4, 0.3, 90.0, True)])
     chair.note("health", [("board", "ok", "ok", ""), ("lidar", "lost", "lidar_lost", "no \udce9")])
     chair.note("figures", {"late_ms": 1.5, "dropped": 0})
     chair.note("picture", JPEG)

@@ -265,3 +265,18 @@ def test_a_record_that_is_too_long_holds_up_no_other() -> None:
     assert ring.dropped == 1
     assert max(len(one) for one in line.batches) <= 1 << 17
     assert sum(len(one) for one in line.batches) > 180_000
+
+
+def test_what_cannot_be_packed_or_sent_is_dropped_and_counted() -> None:
+    ring, line = Ring(), Sent()
+    ring.put("line", 0.0, object())  # a mistake of ours must not end the recording
+    ring.hand_over(line)  # type: ignore[arg-type]
+    assert (ring.dropped, len(ring), line.batches) == (1, 0, [])
+
+    def refuse(_: bytes) -> None:
+        raise OSError(errno.EMSGSIZE, "Message too long")
+
+    line.send = refuse  # type: ignore[method-assign]
+    ring.put("line", 0.0, (20, "gazechair", "text"))
+    ring.hand_over(line)  # type: ignore[arg-type]
+    assert (ring.dropped, len(ring)) == (2, 0)

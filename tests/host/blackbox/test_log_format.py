@@ -10,6 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from mcap_ros2.writer import Writer
 from rosbags.highlevel import AnyReader
@@ -18,6 +19,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 import gazesetup
 from gazechair.blackbox import ros, topics
 from gazechair.blackbox.reader import LogFile
+from gazechair.sensing.lidar.scan import Pose
 from gazelink import codes, messages
 
 BEAMS_MM = range(1000, 1719)
@@ -62,6 +64,26 @@ def test_standard_messages_say_what_happened(found: dict[str, list[Any]]) -> Non
     outputs = [output.linear.x for output in found["/board/output"]]
     assert outputs == [state.linear_permille / 1000 for state in found["/board/state"]]
     assert max(outputs) > 0.1
+
+
+def test_a_lidar_is_where_it_is(found: dict[str, list[Any]]) -> None:
+    """By the same words as the evaluation: Pose."""
+    (message,) = found["/tf_static"]
+    front, rear = message.transforms
+    assert (front.header.frame_id, front.child_frame_id) == ("chair", "front")
+    assert rear.child_frame_id == "rear_left"
+    for row, pose in ((front, Pose(0.5, -0.1)), (rear, Pose(-0.4, 0.3, 90.0, True))):
+        moved = row.transform
+        assert (moved.translation.x, moved.translation.y) == (pose.x_m, pose.y_m)
+        for angle_deg in (0.0, 30.0, -120.0):
+            q = moved.rotation
+            x, y = math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))
+            # The rotation matrix of q, applied to (x, y, 0).
+            turned_x = (1 - 2 * (q.y**2 + q.z**2)) * x + 2 * (q.x * q.y - q.z * q.w) * y
+            turned_y = 2 * (q.x * q.y + q.z * q.w) * x + (1 - 2 * (q.x**2 + q.z**2)) * y
+            (expected_deg,) = pose.directions_deg(np.array([angle_deg]))
+            assert math.isclose(turned_x, math.cos(math.radians(expected_deg)), abs_tol=1e-9)
+            assert math.isclose(turned_y, math.sin(math.radians(expected_deg)), abs_tol=1e-9)
 
 
 def test_frames_say_what_happened(found: dict[str, list[Any]]) -> None:
@@ -134,4 +156,12 @@ def test_the_document_names_every_topic() -> None:
         if message not in ros.UNRECORDED:
             way = "host" if message.direction == messages.UP else "board"
             assert f"/{way}/{message.name}" in named
-    assert {"/scan/NAME", "/health", "/latency", "/picture", "/rosout", "/board/output"} <= named
+    assert {
+        "/scan/NAME",
+        "/tf_static",
+        "/health",
+        "/latency",
+        "/picture",
+        "/rosout",
+        "/board/output",
+    } <= named
