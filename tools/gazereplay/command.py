@@ -19,20 +19,30 @@ def add(commands: Any) -> None:
     replay.add_argument(
         "--as-test", metavar="NAME", help="keep it as a test, in tests/drives of this checkout"
     )
+    replay.add_argument(
+        "--view", type=Path, metavar="SVG", help="draw the drive from above; of any log"
+    )
     replay.set_defaults(act=_replay)
 
 
 def _replay(options: argparse.Namespace) -> int:
     try:
-        from gazereplay import as_test
+        from gazechair.blackbox.reader import LogFile
+        from gazereplay import as_test, view
         from gazereplay.replay import NoTrace, replay
     except ImportError as error:
         return refuse(f"replay needs an extra: pip install 'gazechair[log]' ({error})")
     try:
+        if options.view:
+            view.draw(view.follow(LogFile(options.file).lines()), options.view)
+            print(f"drawn in {options.view}")
         result = replay(options.file)
     except OSError as error:
-        return refuse(f"{options.file}: {error.strerror}")
+        return refuse(f"{error.filename}: {error.strerror}")
     except NoTrace as error:
+        if options.view:
+            print(f"decisions are not checked: {error}")
+            return 0
         return refuse(f"{options.file}: {error}")
     print(
         f"{result.ticks} ticks, {result.armed} of them driving; {result.decisions} decisions;"
