@@ -30,6 +30,10 @@ _HEALTH_S = 1.0
 _HANGS_S = 60.0  # a disk may take that long; what does not fit meanwhile is dropped and counted
 _NICE = 10
 _LINE = 500  # characters
+_TOLD = tuple(
+    f"gazechair.{room}"
+    for room in ("base", "board", "daemon", "driving", "picture", "plugins", "sensing", "threads")
+)
 
 
 class BlackBox(Supervised):
@@ -174,14 +178,14 @@ class BlackBox(Supervised):
 
 
 class _Lines(logging.Handler):
-    """The host's own log, but what names a person's devices."""
+    """The host's own log, of the rooms whose lines name no person."""
 
     def __init__(self, box: BlackBox) -> None:
         super().__init__(logging.INFO)
         self._box = box
 
     def emit(self, record: logging.LogRecord) -> None:
-        if record.name.startswith("gazechair.people"):
+        if not record.name.startswith(_TOLD):
             return
         try:
             text = record.getMessage()[:_LINE]

@@ -53,7 +53,7 @@ def test_what_is_noted_is_in_the_file_and_the_end_loses_nothing(
     box: BlackBox, tmp_path: Path
 ) -> None:
     box.note("up", time.monotonic(), bytes(FRAME))
-    logging.getLogger("gazechair.somewhere").warning("it is %s", "odd")
+    logging.getLogger("gazechair.board.link").warning("it is %s", "odd")
     logging.getLogger("elsewhere").warning("not ours")
     logging.getLogger("gazechair.people.pairing.desk").warning("Anna's tablet: not ours either")
     box.scan("front", time.monotonic(), bytes(1440))
