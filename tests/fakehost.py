@@ -36,6 +36,8 @@ WELCOME = {
     "heartbeat_ms": 50,
     "token_ms": 500,
     "command_ttl_ms": 300,
+    "modes": [],
+    "plugins": [],
     "latched": [name for _, name, _, latched in codes.FAULTS if latched],
 }
 ARMED = {

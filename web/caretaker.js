@@ -11,6 +11,7 @@ import { Joystick } from "./joystick.js";
 import { ObstacleLine } from "./line.js";
 import { Pairing } from "./pairing.js";
 import { Picture } from "./picture.js";
+import { PluginList } from "./plugin_list.js";
 import { loadProfiles } from "./profile.js";
 import { sentence } from "./sentence.js";
 import { ControlSocket } from "./socket.js";
@@ -25,14 +26,12 @@ const TICK_MS = 25;
 const RESET_HOLD_MS = 2000;
 /** Until the host has told the cap back, a moved slider keeps its place. */
 const CAP_SETTLES_MS = 1000;
-const TABS = ["drive", "settings", "pairing"];
+const TABS = ["drive", "settings", "modules", "pairing"];
 
 const strings = await loadStrings(chosenLanguage(location.search, navigator.language), "care");
 const body = document.body;
 
-document.documentElement.lang = strings.language;
-document.title = strings.label("care_title");
-strings.fill(document);
+strings.fill("care_title");
 
 const tones = new Tones((audible) => setData("audible", audible));
 const banner = new Banner(strings, tones);
@@ -49,6 +48,7 @@ const clock = new ClockWatch();
 const refuse = (key) => banner.notice("refused", key, performance.now());
 const persons = new PersonSettings(byId("profiles"), strings, await loadProfiles(), refuse);
 const chair = new ChairSettings(byId("chair"), strings, refuse);
+const plugins = new PluginList(byId("plugins"), strings.language);
 const pairing = new Pairing(byId("invite"), byId("devices"), strings, refuse);
 
 let state = null; // the host's newest state
@@ -106,6 +106,7 @@ const receivers = {
     setData("role", welcome.role);
     setData("insecure", welcome.insecure);
     latched = welcome.latched;
+    plugins.update(welcome.plugins ?? []);
     for (const part of [joystick, bypass]) part.setHeartbeat(welcome.heartbeat_ms);
   },
   state(news, now) {
@@ -118,6 +119,7 @@ const receivers = {
     setText("answer", strings.label(news.coming ? "care_there" : "care_answer"));
     setData("latched", news.level === "error" && latched.includes(news.message));
     facts.update(news, null, now);
+    plugins.show(news.token);
     line.update(news);
     tell(now);
     stopSeen.update(news.stops, now);
@@ -140,7 +142,8 @@ const receivers = {
 /** One sentence about how things are; a phone that does not drive is told overrides, too. */
 function tell(now) {
   if (state === null && socket.alive) return;
-  const told = sentence(state && { ...state, you: true }, socket.alive, false);
+  const about = sentence(state && { ...state, you: true }, socket.alive, false);
+  const told = plugins.sentence(about, state?.token);
   corner.update(told);
   banner.steady(told.kind, told.words, now);
 }

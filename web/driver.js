@@ -1,6 +1,5 @@
 // The driver's page: connects its parts; one timer drives them all.
 
-import { Banner } from "./banner.js";
 import { byId, setData, setText } from "./dom.js";
 import { Facts } from "./facts.js";
 import { showHelp } from "./help.js";
@@ -8,20 +7,19 @@ import { Hint } from "./hint.js";
 import { HitMap } from "./hit.js";
 import { listen } from "./input.js";
 import { ObstacleLine } from "./line.js";
-import { Menu } from "./menu.js";
 import { Picture } from "./picture.js";
 import { Practice } from "./practice.js";
 import { loadProfiles } from "./profile.js";
 import { addRings, showChosen } from "./ring.js";
 import { sentence } from "./sentence.js";
 import { ControlSocket } from "./socket.js";
-import { StatusCorner } from "./status.js";
 import { StopSeen } from "./stop_seen.js";
 import { chosenLanguage, loadStrings, message } from "./strings.js";
 import { Targets } from "./targets.js";
+import { Told } from "./told.js";
 import { Tones } from "./tones.js";
 import { keepAwake } from "./wakelock.js";
-import { Eyes, Scanning } from "./wanted.js";
+import { Eyes, LateMenu, Plugins, Scanning } from "./wanted.js";
 import { AutoOff, ClockWatch } from "./watch.js";
 
 const TICK_MS = 25;
@@ -29,21 +27,20 @@ const TICK_MS = 25;
 const COUNTDOWN_MS = 5000;
 /** So many clicks without any movement: the eyes only click, and a click can only be a step. */
 const CLICKS_MEAN_STEPS = 2;
+/** The mode after each one; "more": the page of modes, where there is one. */
+const AFTER = { continuous: "step", step: "more", more: "continuous" };
 
 const profiles = await loadProfiles();
 const strings = await loadStrings(chosenLanguage(location.search, profiles.current.language));
 const body = document.body;
 
-document.documentElement.lang = strings.language;
-document.title = strings.label("title");
-strings.fill(document);
+strings.fill("title");
 message(byId("lost-words"), strings.label("lost_title"), strings.message("link_lost"));
-const menu = new Menu(strings, profiles, {
+const menu = new LateMenu(strings, profiles, {
   changed: (fields) => change({ save: { id: profiles.current.id, ...fields } }),
   choose: (id) => change({ choose: id }),
   practice() {
     practice.toggle();
-    setData("practice", practice.on);
     open("drive");
   },
   eyes: () => eyes.begin(),
@@ -56,8 +53,8 @@ const hits = new HitMap();
 const measure = () =>
   hits.measure(document.querySelectorAll(".target"), profiles.current.growth_percent / 100);
 const tones = new Tones((audible) => setData("audible", audible));
-const banner = new Banner(strings, tones);
-const corner = new StatusCorner(strings);
+const told = new Told(strings, tones);
+const notice = (...words) => told.notice(...words);
 const facts = new Facts(strings);
 const hint = new Hint(strings, (reason) => notice("arm_refused", reason));
 const line = new ObstacleLine(strings);
@@ -66,14 +63,19 @@ const picture = new Picture(byId("picture"), (age) => setData("picture", age));
 const autoOff = new AutoOff();
 const clock = new ClockWatch();
 const stopSeen = new StopSeen(strings);
-const eyes = new Eyes(strings, { open, judged });
+const eyes = new Eyes(strings, {
+  open,
+  lacking: () => notice("refused", "part_missing"),
+  judged(result) {
+    open("menu");
+    menu.show("eyes", result); // it proposes, and takes over when the driver chooses so
+  },
+});
 
 let state = null; // the host's newest state
-let told = { kind: "none" }; // the sentence that the page shows
 let asked = null; // the active verb
 let clicksAlone = 0;
 let driving = false; // for the start tone
-let reloading = false;
 
 const acts = {
   arm() {
@@ -85,11 +87,15 @@ const acts = {
     hint.asked(performance.now());
     socket.sendFresh("arm");
   },
-  mode: () => setMode(targets.mode === "step" ? "continuous" : "step"),
-  menu() {
-    menu.show("main");
-    open("menu");
+  mode() {
+    const next = AFTER[body.dataset.mode];
+    setMode(next === "more" && !plugins.more ? "continuous" : next);
   },
+  async menu() {
+    if (!(await menu.show("main"))) notice("refused", "part_missing");
+    else if (body.dataset.state === "disarmed") open("menu");
+  },
+  next: () => plugins.next(),
   help() {
     const on = !(state?.call || state?.coming);
     if (!socket.send("call", { on })) notice("refused", "no_answer");
@@ -102,7 +108,9 @@ const targets = new Targets({
   drive(verb, mode, edge) {
     asked = verb;
     autoOff.used(performance.now());
-    if (practice.on) practice.drive(verb, edge);
+    const held = plugins.mode(verb);
+    if (practice.on) practice.drive(held ?? verb, edge);
+    else if (held) socket.sendFresh("mode", { mode: held, edge });
     else socket.sendFresh("cmd", { verb, mode, edge });
     if (driving) return;
     driving = true;
@@ -115,6 +123,7 @@ const targets = new Targets({
     ended();
   },
   act: (name) => acts[name]?.(),
+  unable: () => notice("refused", "mode_unable"),
   tap() {
     if (clicksAlone < CLICKS_MEAN_STEPS) return notice("tap_title", "tap");
     setMode("step");
@@ -131,6 +140,13 @@ const scan = new Scanning(targets, hits, {
   used: () => autoOff.used(performance.now()),
 });
 
+const plugins = new Plugins(strings, {
+  shown: measure,
+  replaced: () => targets.replaced(performance.now(), false),
+  unable: (names) => (targets.unable = names),
+  gone: () => body.dataset.mode === "more" && setMode(profiles.current.mode),
+});
+
 const socket = new ControlSocket({
   message: (news) => receivers[news.k]?.(news, performance.now()),
   link(alive) {
@@ -145,6 +161,7 @@ const receivers = {
     targets.setTimes(welcome.heartbeat_ms, welcome.command_ttl_ms);
     setData("backward", welcome.backward);
     setData("insecure", welcome.insecure);
+    plugins.update(welcome);
     measure();
   },
   state(news, now) {
@@ -181,23 +198,14 @@ function showState(news, now) {
   facts.update(news, asked, now);
   line.update(news);
   tell(now);
-  hint.update(told.words, shown, practice.on ? "none" : news.arm_reason, now);
+  hint.update(told.now.words, shown, practice.on ? "none" : news.arm_reason, now);
 }
 
-/** Says the page's one sentence: in the corner and in the middle. */
+/** Says the page's one sentence. */
 function tell(now) {
   if (state === null && socket.alive) return;
   const news = state && { ...state, state: body.dataset.state };
-  told = sentence(news, socket.alive, practice.on);
-  corner.update(told);
-  setData("told", told.kind);
-  banner.steady(told.kind, told.words, now);
-}
-
-/** What hinders is the reason of every refusal, too: the page says one thing at a time. */
-function notice(title, key) {
-  const why = told.kind === "hindered" && title === "arm_refused" ? told.key : key;
-  banner.notice(title, why, performance.now());
+  told.say(plugins.sentence(sentence(news, socket.alive, practice.on), state?.token), now);
 }
 
 /** A held command is over. */
@@ -209,9 +217,12 @@ function ended() {
 }
 
 function setMode(mode) {
-  targets.setMode(mode, performance.now());
+  const now = performance.now();
+  targets.setMode(mode, now);
+  if (mode !== body.dataset.mode) targets.replaced(now, false);
   setData("mode", mode);
   setText("menu-state", strings.label(mode));
+  measure();
 }
 
 /** Shows "drive", "menu" or "eyes"; whatever was held ends. */
@@ -243,11 +254,7 @@ async function change(wish) {
 
 /** What others have changed is taken over when this page does not drive. */
 async function reload() {
-  if (reloading || drives()) return;
-  reloading = true;
-  const taken = await profiles.reload(() => !drives());
-  reloading = false;
-  if (taken) applyProfile();
+  if (!drives() && (await profiles.reload(() => !drives()))) applyProfile();
 }
 
 /** Takes over the chosen profile; another language is another page. */
@@ -265,14 +272,7 @@ function applyProfile() {
   setData("mirrored", mine.mirrored);
   setMode(mine.mode);
   if (body.dataset.view === "menu") menu.show();
-  measure();
   scan.configure(mine);
-}
-
-/** The eye test is over: proposes, and takes over when the driver chooses so. */
-function judged(result) {
-  open("menu");
-  menu.show("eyes", result);
 }
 
 applyProfile();
@@ -280,7 +280,7 @@ setData("ready", true);
 tell(performance.now());
 addEventListener("resize", measure);
 listen(targets, hits, {
-  shown: (name) => byId(name).offsetWidth > 0,
+  shown: (name) => hits.has(name),
   away: switchOff,
   pressed: (alone) => (clicksAlone = alone ? clicksAlone + 1 : 0),
 });
@@ -294,6 +294,6 @@ setInterval(() => {
   targets.tick(now);
   if (targets.holding) autoOff.used(now);
   else if (autoOff.leftMs(now) <= 0) switchOff();
-  for (const part of [socket, picture, banner, stopSeen, eyes, scan]) part.tick(now);
+  for (const part of [socket, picture, told, stopSeen, eyes, scan]) part.tick(now);
   facts.ages(socket.alive ? socket.ageMs(now) : null, picture.ageMs(now), now);
 }, TICK_MS);

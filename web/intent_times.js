@@ -2,7 +2,9 @@
 
 /** Targets that move the chair. Every other target name is a button, except "stop". */
 export const DRIVE = ["forward", "left", "right", "backward"];
-export const isDrive = (name) => DRIVE.includes(name);
+/** Tiles of modes that plug-ins bring: held as a direction is, whatever "mode" says. */
+export const isPlugin = (name) => name?.startsWith("plugin-") ?? false;
+export const isDrive = (name) => DRIVE.includes(name) || isPlugin(name);
 /** Reading what a menu offers takes its time: its dwell is so much longer. */
 export const MENU_FACTOR = 2;
 export const isMenu = (name) => name === "back" || name.startsWith("tile-");

@@ -10,9 +10,7 @@ const language = chosenLanguage(location.search, navigator.language);
 const strings = await loadStrings(language, "care");
 const byId = (id) => document.getElementById(id);
 
-document.documentElement.lang = strings.language;
-document.title = strings.label("pair_title");
-strings.fill(document);
+strings.fill("pair_title");
 
 const say = (kind, text, advice = "") => {
   const answer = byId("answer");

@@ -18,6 +18,7 @@ export class Practice {
     this.armed = false;
     this.#counts = {};
     this.#edge = 0;
+    document.body.dataset.practice = this.on;
     this.#show();
   }
 
@@ -26,7 +27,7 @@ export class Practice {
     this.armed = !this.armed;
   }
 
-  /** A command as it would have been sent. */
+  /** A command as it would have been sent; `verb`: a label, or a name of its own. */
   drive(verb, edge) {
     if (edge === this.#edge) return;
     this.#edge = edge;
@@ -36,7 +37,7 @@ export class Practice {
 
   #show() {
     const counts = Object.entries(this.#counts);
-    const words = counts.map(([verb, count]) => `${this.#strings.label(verb)} ${count}`);
+    const words = counts.map(([verb, count]) => `${this.#strings.label(verb) ?? verb} ${count}`);
     const score = words.join(" · ") || this.#strings.label("practice_begin");
     document.getElementById("score").textContent = this.on ? score : "";
   }

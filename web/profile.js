@@ -6,6 +6,7 @@ const JSON_TYPE = { "Content-Type": "application/json" };
 /** The profiles the host keeps, the chosen one among them, and the limits of every field. */
 export class Profiles {
   #table;
+  #reloading = false;
 
   constructor(table) {
     this.#table = table;
@@ -31,11 +32,14 @@ export class Profiles {
   }
 
   /**
-   * Reads them again; keeps what it has when the host does not answer, or when `wanted` says no
-   * by then. Whether it took them.
+   * Reads them again, once at a time; keeps what it has when the host does not answer, or when
+   * `wanted` says no by then. Whether it took them.
    */
   async reload(wanted = () => true) {
+    if (this.#reloading) return false;
+    this.#reloading = true;
     const table = await ask({ cache: "no-store" });
+    this.#reloading = false;
     if (!table.profiles || !wanted()) return false;
     this.#table = table;
     return true;

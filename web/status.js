@@ -11,12 +11,13 @@ export class StatusCorner {
     this.#strings = strings;
   }
 
-  /** `level`: "ok", "wait", "warning" or "error"; `key`: the message's string key. */
-  update({ level, key }) {
-    if (`${level} ${key}` === this.#shown) return;
-    this.#shown = `${level} ${key}`;
+  /** `level`: "ok", "wait", "warning" or "error"; `key`: its string key, or `said`: {text, do}. */
+  update({ level, key, said = this.#strings.message(key) }) {
+    const shown = `${level} ${said.text} ${said.do}`;
+    if (shown === this.#shown) return;
+    this.#shown = shown;
     const corner = document.getElementById("status");
     corner.dataset.level = level;
-    message(corner, this.#strings.label(level), this.#strings.message(key));
+    message(corner, this.#strings.label(level), said);
   }
 }

@@ -51,12 +51,14 @@ export class Strings {
     return this.#numbers[digits].format(value);
   }
 
-  /** Fills every element that names a label, as its text or as its spoken name. */
-  fill(root) {
-    for (const element of root.querySelectorAll("[data-label]")) {
+  /** Fills every element of the page that names a label, as its text or as its spoken name. */
+  fill(title) {
+    document.documentElement.lang = this.language;
+    document.title = this.label(title);
+    for (const element of document.querySelectorAll("[data-label]")) {
       element.textContent = this.label(element.dataset.label);
     }
-    for (const element of root.querySelectorAll("[data-spoken]")) {
+    for (const element of document.querySelectorAll("[data-spoken]")) {
       element.setAttribute("aria-label", this.label(element.dataset.spoken));
     }
   }

@@ -1,6 +1,6 @@
 // Scanning on the driver's page: the switch's events, what is shown to be lit, what may be chosen.
 
-import { isDrive } from "./intent_times.js";
+import { isDrive, isPlugin } from "./intent_times.js";
 import { Scan } from "./scan.js";
 
 const KEYS = { space: " ", enter: "Enter", tab: "Tab", f8: "F8" };
@@ -10,6 +10,7 @@ const SOURCE = "switch";
 /** In this order they are lit; what is not shown is left out. */
 const ROWS = [
   ["forward", "left", "right", "backward"],
+  ["plugin-0", "plugin-1", "plugin-2", "plugin-3", "next"],
   ["arm", "mode", "menu", "help"],
   ["tile-1", "tile-2", "tile-3"],
   ["tile-4", "tile-5", "back"],
@@ -102,7 +103,8 @@ export class SwitchScan {
   }
 
   #press(name, now) {
-    if (isDrive(name) && this.#targets.mode === "step") this.#movesUntil = now + STEP_BEGINS_MS;
+    const steps = isDrive(name) && !isPlugin(name) && this.#targets.mode === "step";
+    if (steps) this.#movesUntil = now + STEP_BEGINS_MS;
     this.#targets.press(name, SOURCE, now);
     if (!isDrive(name)) this.#targets.release(SOURCE, now);
   }

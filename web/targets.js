@@ -1,6 +1,6 @@
 // The driver's intent as a pure state machine: hover, dwell, leave, press. Time is injected.
 
-import { ALL, isDrive, isMenu, MENU_FACTOR, REST_MS } from "./intent_times.js";
+import { ALL, isDrive, isMenu, isPlugin, MENU_FACTOR, REST_MS } from "./intent_times.js";
 import { STEP_REPEAT_MS, TAP_MS } from "./intent_times.js";
 
 /**
@@ -9,10 +9,12 @@ import { STEP_REPEAT_MS, TAP_MS } from "./intent_times.js";
  * All times are ms of one monotonic clock. `on` receives:
  * drive(verb, mode, edge) for every command to send, stop(asked) where `asked` tells that somebody
  * looked at Stop or pressed it, act(name) for a button, tap() when a press was too short to drive,
- * view(dwelling, holding, dwellMs) when either name changed.
+ * unable() for one that is not followed, view(dwelling, holding, dwellMs) when either name changed.
  */
 export class Targets {
   mode = "continuous";
+  /** Drive targets that cannot be held now; a hold on one ends. */
+  unable = [];
   #on;
   /** Gaze starts a drive target only while the chair is armed; a press always asks the board. */
   armed = false;
@@ -131,9 +133,10 @@ export class Targets {
     this.stop(at);
   }
 
-  /** Other buttons stand there now: a gaze that is on one did not choose it. */
-  replaced(at) {
-    this.cancel(at);
+  /** Other buttons stand there now, or (`all` false) tiles: a gaze on one did not choose it. */
+  replaced(at, all = true) {
+    if (all || isPlugin(this.#hold?.target)) this.cancel(at);
+    this.#dwell = null;
     this.#spent = ALL;
   }
 
@@ -202,7 +205,8 @@ export class Targets {
 
   #mayDwell(target) {
     if (target === null || [target, ALL].includes(this.#spent)) return false;
-    return !isDrive(target) || (this.armed && !this.#restNeeded);
+    if (!isDrive(target)) return true;
+    return this.armed && !this.#restNeeded && !this.unable.includes(target);
   }
 
   #finishDwell(now) {
@@ -214,18 +218,12 @@ export class Targets {
   #activate(target, source, at) {
     this.#dwell = null;
     if (!isDrive(target)) return this.#act(target);
-    this.#edge += 1;
-    this.#hold = {
-      target,
-      source,
-      mode: this.mode,
-      edge: this.#edge,
-      since: at,
-      provenAt: at,
-      leftAt: null,
-      sendAt: at + this.#heartbeatMs,
-    };
-    this.#on.drive(target, this.mode, this.#edge);
+    if (this.unable.includes(target)) return this.#on.unable();
+    const mode = isPlugin(target) ? "continuous" : this.mode;
+    const edge = (this.#edge += 1);
+    const sendAt = at + this.#heartbeatMs;
+    this.#hold = { target, source, mode, edge, since: at, provenAt: at, leftAt: null, sendAt };
+    this.#on.drive(target, mode, edge);
   }
 
   #act(name) {
@@ -242,6 +240,7 @@ export class Targets {
   #tickHold(now) {
     const hold = this.#hold;
     const gaze = hold.source === "gaze";
+    if (this.unable.includes(hold.target)) return this.stop(now);
     if (gaze && hold.mode === "continuous" && this.#gazeOver(now)) return this.#letGo(now);
     if (now < hold.sendAt) return;
     hold.sendAt = Math.max(hold.sendAt + this.#heartbeatMs, now);

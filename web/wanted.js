@@ -1,10 +1,58 @@
-// Parts of the driver's page that are fetched when they are wanted: the eye test, scanning.
+// Parts of the driver's page that are fetched when they are wanted; what is missing is told.
 
 import { setText } from "./dom.js";
 
 const RETRY_MS = 2000;
+/** Names of the parts that are wanted and that the host has not given yet. */
+const missing = new Set();
 
-/** The eye test. `on` receives open(view), and judged(result) when it is over. */
+/** Fetches a part, trying again until that succeeds; `more` fetches what it needs besides. */
+async function fetchPart(name, more = () => {}) {
+  for (;;) {
+    try {
+      const part = await import(`./${name}.js`);
+      await more(part);
+      missing.delete(name);
+      return part;
+    } catch (error) {
+      console.warn(`${name}: ${error.message}`);
+      missing.add(name);
+    }
+    await new Promise((resume) => setTimeout(resume, RETRY_MS));
+  }
+}
+
+/** As fetchPart, once, for who has just asked for it: null when it does not come. */
+const tryPart = (name) => import(`./${name}.js`).catch(() => null);
+
+/** The menu, fetched at its first use. */
+export class LateMenu {
+  #rest;
+  #part = null;
+
+  /** `rest`: what Menu is made of. */
+  constructor(...rest) {
+    this.#rest = rest;
+  }
+
+  /** As Menu.show(); false when the menu did not come. */
+  async show(...sheet) {
+    const loaded = this.#part ? null : await tryPart("menu");
+    if (loaded) this.#part ??= new loaded.Menu(...this.#rest);
+    this.#part?.show(...sheet);
+    return this.#part !== null;
+  }
+
+  act(at) {
+    this.#part?.act(at);
+  }
+
+  back() {
+    this.#part?.back();
+  }
+}
+
+/** The eye test. `on` receives open(view), lacking() when it does not come, judged(result). */
 export class Eyes {
   #strings;
   #on;
@@ -19,9 +67,12 @@ export class Eyes {
     this.#on.open("eyes");
     const begins = this.#strings.label("eyes_begin");
     const left = (s) => setText("eyes-left", s === null ? begins : `${s} s`);
-    const loaded = await import("./eyes.js").catch(() => null);
-    if (!loaded) return this.#on.open("menu");
-    this.#test ??= new loaded.EyeTest(left, this.#on.judged);
+    const loaded = this.#test ? null : await tryPart("eyes");
+    if (loaded) this.#test ??= new loaded.EyeTest(left, this.#on.judged);
+    if (!this.#test) {
+      this.#on.open("menu");
+      return this.#on.lacking();
+    }
     if (document.body.dataset.view === "eyes") this.#test.open(performance.now());
   }
 
@@ -38,18 +89,18 @@ export class Eyes {
 export class Scanning {
   #rest;
   #mine;
+  #coming = null;
   #part = null;
 
   constructor(...rest) {
     this.#rest = rest;
   }
 
-  /** Takes a profile, trying again until the host has answered. */
+  /** Takes a profile. */
   async configure(mine) {
     this.#mine = mine;
     if (mine.scan !== "off") {
-      const loaded = await import("./switch_scan.js").catch(() => null);
-      if (!loaded) return setTimeout(() => this.configure(this.#mine), RETRY_MS);
+      const loaded = await (this.#coming ??= fetchPart("switch_scan"));
       this.#part ??= new loaded.SwitchScan(...this.#rest);
     }
     this.#part?.configure(this.#mine, performance.now());
@@ -61,5 +112,50 @@ export class Scanning {
 
   tick(now) {
     this.#part?.tick(now);
+  }
+}
+
+/** Tiles of the modes that plug-ins bring, and what is wrong with plug-ins, where there are any. */
+export class Plugins {
+  #rest;
+  #welcome;
+  #coming = null;
+  #part = null;
+
+  /** `rest`: what PluginTiles is made of. */
+  constructor(...rest) {
+    this.#rest = rest;
+  }
+
+  /** Takes the host's welcome. */
+  async update(welcome) {
+    this.#welcome = welcome;
+    if (!this.#part && !welcome.plugins?.length) return;
+    const ready = (loaded) => loaded.ready(this.#rest[0]);
+    const loaded = await (this.#coming ??= fetchPart("plugin_tiles", ready));
+    this.#part ??= new loaded.PluginTiles(...this.#rest);
+    this.#part.update(this.#welcome);
+  }
+
+  /** More modes than the page has room for beside the directions: their page can be opened. */
+  get more() {
+    return this.#part?.more ?? false;
+  }
+
+  /** The mode of a tile; undefined for every other target. */
+  mode(target) {
+    return this.#part?.mode(target);
+  }
+
+  /** The next tiles of the page of modes. */
+  next() {
+    this.#part?.next();
+  }
+
+  /** The sentence `told`; where that is that all is well, what a plug-in or this page lacks. */
+  sentence(told, token) {
+    const said = this.#part?.sentence(told, token) ?? told;
+    const lacks = missing.size > 0 && said.key === "ok";
+    return lacks ? { ...said, level: "wait", key: "part_missing" } : said;
   }
 }

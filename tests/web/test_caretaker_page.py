@@ -6,6 +6,7 @@ import pytest
 
 from fakehost import picture
 from patience import wait_until
+from pluginrows import lost, mode, offer
 from webperson import CARETAKER, Driver
 
 pytestmark = pytest.mark.browser
@@ -268,3 +269,56 @@ def test_how_it_looks(caretaker, host, name, artefact):
         artefact(f"caretaker-{name}-{width}")
         assert caretaker.page.evaluate(OVERFLOWING) == []
         assert caretaker.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_inputs_and_modes_are_listed_with_how_they_are(caretaker, artefact):
+    pad = {**mode("gamepad"), "kind": "input", "state": "degraded", "reason": "plugin_trouble"}
+    pad["detail"] = "no gamepad: none is plugged in"
+    raised = lost(mode("home"), "plugin_raised", again=caretaker.host.token + 9000)
+    hostile = mode("odd", names={"nl": "<b>" + "x" * 200}, icon="<i>", detail="y" * 200)
+    offer(caretaker.host, pad, mode("ahead"), raised, hostile)
+    caretaker.state()
+    caretaker.page.locator("#tab-modules").click()
+    rows = caretaker.page.locator("#plugins li")
+    wait_until(lambda: rows.count() == 4, "the list")
+    texts = rows.all_inner_texts()
+    assert "invoer" in texts[0]
+    assert "meldt een probleem" in texts[0]
+    assert "no gamepad: none is plugged in" in texts[0]
+    assert "rijwijze" in texts[1]
+    assert "werkt" in texts[1]
+    assert "heeft een fout" in texts[2]
+    assert "Nieuwe poging binnen 10 s. mode home ended unexpectedly" in texts[2]
+    assert "<b>xxxx" in texts[3]
+    assert caretaker.page.locator("#plugins i").count() == 0
+    assert caretaker.page.evaluate(OVERFLOWING) == []
+    assert "Home" in caretaker.text("#status")
+    assert "En nog 1." in caretaker.text("#status")
+    rows.nth(2).scroll_into_view_if_needed()
+    artefact("caretaker-modules")
+    offer(caretaker.host, mode("home"))
+    caretaker.state()
+    caretaker.advance(50)
+    assert "werkt" in rows.all_inner_texts()[0]
+    assert "Alles in orde." in caretaker.text("#status")
+    offer(caretaker.host)
+    caretaker.state()
+    assert "Er zijn geen modules" in caretaker.text("#plugins")
+
+
+def test_without_the_words_about_plug_ins_the_page_works_and_says_so(page, host):
+    page.route("**/nl-plugins.json", lambda route: route.abort())
+    host.welcome["role"] = "caretaker"
+    host.replies.update(CARETAKER)
+    offer(host, lost(mode("ahead")))
+    person = Driver(page, host)
+    person.open("caretaker")
+    person.wait_until(
+        lambda: person.advance(100) or "niet geladen" in person.text("#status"), "what is missing"
+    )
+    page.locator("#stop").click()
+    assert person.heard("stop")
+    page.unroute("**/nl-plugins.json")
+    person.wait_until(
+        lambda: person.advance(500) or "is gestopt" in person.text("#status"), "the words"
+    )

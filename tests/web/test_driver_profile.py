@@ -23,7 +23,7 @@ def menu(driver):
     x, y = driver.spot("menu")
     driver.advance(1100, look=(x / 1920, y / 1080))
     driver.look((0.5, 0.66))
-    assert driver.data("view") == "menu"
+    wait_until(lambda: driver.data("view") == "menu", "the menu")
     return driver
 
 

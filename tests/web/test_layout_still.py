@@ -8,6 +8,7 @@ import gazesetup
 from fakehost import picture
 from layoutshift import WATCH, take
 from patience import wait_until
+from pluginrows import lost, mode, offer
 from webperson import CARETAKER, Driver
 
 pytestmark = pytest.mark.browser
@@ -21,6 +22,19 @@ LONG_NAME = "Maximiliaan Alexander van den Heuvel-Ber"
 OFF = {"state": "disarmed", "you": False, "owner": "nobody", "motion": "stopped"}
 MINE = {"state": "armed", "you": True, "owner": "driver"}
 OTHERS = {"state": "armed", "you": False, "owner": "caretaker"}
+AHEAD, HOME, FAR = mode("ahead"), mode("home"), mode("far", names={"nl": "W" * 20, "en": "iI " * 7})
+# What becomes of plug-ins: they start, work, fail, come back, and are others.
+PLUGINS = [
+    [mode("ahead", state="starting", reason="plugin_starting"), HOME],
+    [AHEAD, HOME],
+    [lost(AHEAD, "plugin_wrong", 1), HOME],
+    [lost(AHEAD, "plugin_setting"), lost(HOME), {**FAR, "kind": "input"}],
+    [{**AHEAD, "state": "degraded", "reason": "plugin_trouble", "detail": "w" * 200}, HOME, FAR],
+    [AHEAD, HOME, FAR, *(mode(f"m{n}") for n in range(9))],
+    [HOME],
+    [],
+    [FAR, AHEAD],
+]
 # What the host tells, one after the other; every step is one that happens.
 NEWS = [
     OFF,
@@ -88,6 +102,12 @@ class Life:
         for news in NEWS:
             self.person.state(**news)
             self.look(news)
+
+    def plugins(self) -> None:
+        for number, rows in enumerate(PLUGINS):
+            offer(self.person.host, *rows)
+            self.person.state()
+            self.look(f"plug-ins {number}")
 
     def lose_the_link(self) -> None:
         self.person.run_for(700)
@@ -168,6 +188,37 @@ def test_nothing_on_the_drivers_page_moves(page, host, screen, language):
     assert not life.moved, "\n".join(life.moved)
 
 
+def test_nothing_on_the_drivers_page_moves_for_plug_ins(page, host, screen, language):
+    life = Life(Driver(page, host))
+    person = life.person
+    person.open(f"?lang={language}")
+    life.look("opened")
+    offer(host, *PLUGINS[0])
+    wait_until(lambda: page.locator("#plugin-1").count(), "the tiles")
+    person.state()
+    life.look("the tiles")
+    life.plugins()
+    for _ in range(2):
+        page.locator("#mode").click()
+        life.look("another mode")
+    assert person.data("mode") == "more"
+    life.plugins()
+    offer(host, *PLUGINS[5])
+    person.state()
+    assert person.data("mode") == "continuous"  # of one mode there is no page
+    for _ in range(2):
+        page.locator("#mode").click()
+    for _ in range(5):
+        page.locator("#next").click()
+        life.look("next")
+    person.look("plugin-1")
+    life.look("a look")
+    for news in (OFF, MINE, OTHERS):
+        person.state(**news)
+        life.look(news)
+    assert not life.moved, "\n".join(life.moved)
+
+
 def test_nothing_on_the_caretakers_page_moves(page, host, screen, language):
     host.welcome["role"] = "caretaker"
     host.replies.update(CARETAKER)
@@ -203,6 +254,9 @@ def test_nothing_on_the_caretakers_page_moves(page, host, screen, language):
     life.look("sure?")
     person.advance(5100)
     life.look("not sure")
+    page.locator("#tab-modules").click()
+    life.look("modules")
+    life.plugins()
     page.locator("#tab-pairing").click()
     wait_until(lambda: page.locator("#devices li").count(), "the devices")
     life.look("pairing")

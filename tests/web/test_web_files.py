@@ -7,11 +7,17 @@ from pathlib import Path
 
 import pytest
 
+from gazechair.base import supervisor
+from gazechair.base.health import STATES
 from gazechair.board import caretaker_settings
 from gazechair.people.profiles import fields
+from gazechair.plugins.child import LOST, RAISED, SETTING, STARTING
+from gazechair.plugins.found import GROUPS
+from gazechair.plugins.service import MISSING
 from gazechair.web.minify import lean
 from gazelink import codes
 
+SUPERVISOR = Path(supervisor.__file__)
 WEB = Path(__file__).parents[2] / "web"
 LANGUAGES = ("nl", "en")
 HOST_KEYS = ["ok", "board_lost", "board_starting", "board_busy", "wrong_port", "version_differs"]
@@ -21,7 +27,7 @@ HOST_KEYS += ["lidar_damaged"]
 HOST_KEYS += ["not_owner", "stale_token", "bad_message", "too_fast", "not_allowed", "not_paired"]
 HOST_KEYS += ["wrong_code", "too_many_guesses"]
 PAGE_KEYS = ["link_lost", "unknown", "ready", "tap", "clicks", "code_missing", "no_answer"]
-PAGE_KEYS += ["ready_scan"]
+PAGE_KEYS += ["ready_scan", "part_missing", "mode_unable"]
 HOST_KEYS += ["profile_unknown", "profile_value", "profile_last", "profile_full"]
 HOST_KEYS += ["profile_not_stored"]
 MODULES = sorted(WEB.glob("*.js"))
@@ -58,6 +64,17 @@ def test_both_languages_have_the_same_keys():
     assert list(dutch["labels"]) == list(english["labels"])
     assert list(dutch["messages"]) == list(english["messages"])
     assert list(care_labels("nl")) == list(care_labels("en"))
+    assert list(table("nl-plugins")["labels"]) == list(table("en-plugins")["labels"])
+
+
+def test_everything_that_can_be_wrong_with_a_plug_in_has_words():
+    hows = re.findall(r'_lost\("(\w+)"', SUPERVISOR.read_text("utf-8"))
+    reasons = {LOST, RAISED, SETTING, STARTING, MISSING, *(f"plugin_{how}" for how in hows)}
+    assert len(reasons) == 9
+    wanted = reasons | {f"plugin_{word}" for word in (*GROUPS, *STATES, "trouble")}
+    code = "".join((WEB / f"plugin{end}.js").read_text("utf-8") for end in ("s", "_list", "_tiles"))
+    wanted |= set(re.findall(r'(?:label\("|labels\.)(plugin_\w+)', code))
+    assert wanted == set(table("nl-plugins")["labels"])
 
 
 def test_a_label_has_one_place_and_the_drivers_page_needs_one_file():

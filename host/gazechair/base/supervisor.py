@@ -46,6 +46,8 @@ class Status:
     state: str
     reason: str
     detail: str
+    how: str = ""
+    """How a child was lost, by its supervisor: "unstarted", "wrong", "ended" or "hangs"."""
 
 
 class RecordReader:
@@ -170,6 +172,8 @@ class Supervisor:
         self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
         self._process: subprocess.Popen[bytes] | None = None
         self.restarts = 0
+        self.next_start_s: float | None = None
+        """When the child that was lost is started again, monotonic; None: it runs."""
 
     @property
     def pid(self) -> int | None:
@@ -217,7 +221,7 @@ class Supervisor:
             try:
                 process = self._spawn()
             except OSError as error:
-                self._say("lost", f"{self._name} could not start: {error}")
+                self._lost("unstarted", f"{self._name} could not start: {error}")
             else:
                 self._process = process
                 try:
@@ -228,8 +232,10 @@ class Supervisor:
                 patience = 1 if delivered else min(2 * patience, _MOST_PATIENCE)
             if delivered and time.monotonic() - started_s > 10.0:
                 pause_s = 0.25
+            self.next_start_s = time.monotonic() + pause_s
             if self._stopping.wait(pause_s):
                 break
+            self.next_start_s = None
             pause_s = min(pause_s * 2, self._longest_pause_s)
             self.restarts += 1
 
@@ -289,14 +295,14 @@ class Supervisor:
                         deadline_s = time.monotonic() + self._silent_s
                         self._on_data(newest)
                 except ValueError as error:
-                    self._say("lost", f"{self._name} sent nonsense: {error}")
+                    self._lost("wrong", f"{self._name} sent nonsense: {error}")
                     return delivered
                 if ended:
                     if not explained:
-                        self._say("lost", f"{self._name} ended unexpectedly; starting it again")
+                        self._lost("ended", f"{self._name} ended unexpectedly; starting it again")
                     return delivered
             elif not ready and left_s <= 0:
-                self._say("lost", f"{self._name} hangs; ending it and starting it again")
+                self._lost("hangs", f"{self._name} hangs; ending it and starting it again")
                 return delivered
         return delivered
 
@@ -309,8 +315,8 @@ class Supervisor:
         self._on_status(status)
         return status.state == "lost"
 
-    def _say(self, state: str, detail: str) -> None:
-        self._on_status(Status(state, self._lost_reason, detail))
+    def _lost(self, how: str, detail: str) -> None:
+        self._on_status(Status("lost", self._lost_reason, detail, how))
 
 
 def _drain(fd: int, most: int) -> tuple[bytes, bool]:
@@ -364,6 +370,11 @@ class Supervised:
     def restarts(self) -> int:
         """How often the child process had to be started again."""
         return self._supervisor.restarts if self._supervisor else 0
+
+    @property
+    def next_start_s(self) -> float | None:
+        """When its child is started again, monotonic; None: it runs, or never will."""
+        return self._supervisor.next_start_s if self._supervisor else None
 
     @property
     def pid(self) -> int | None:

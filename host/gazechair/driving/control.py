@@ -95,6 +95,7 @@ class Control:
         self._sent_bypass: Bypass | None = None
         self._clearance: Clearance | None = None
         self._tiles: dict[str, Message] = {}  # of each mode that can be chosen
+        self._plugins: Callable[[], list[Message]] = list
         self._shown: tuple[Any, ...] = ()
         self._version = 0
         self._stopping = threading.Event()
@@ -161,6 +162,10 @@ class Control:
                 self._tiles[mode] = tile
             self._refresh(now_s)
 
+    def show_plugins(self, rows: Callable[[], list[Message]]) -> None:
+        """Where to ask for all plug-ins that are switched on, as pages show them."""
+        self._plugins = rows
+
     def mode_says(
         self, mode: str, number: int, wish: tuple[int, int] | None, till_s: float
     ) -> None:
@@ -216,6 +221,7 @@ class Control:
             "command_ttl_ms": limits.command_ttl_ms if limits else None,
             "latched": [name for _, name, _, latched in codes.FAULTS if latched],
             "modes": [{"mode": name, **tile} for name, tile in sorted(self._tiles.items())],
+            "plugins": self._plugins(),
         }
 
     def receive(self, client: int, message: Message) -> list[Message]:

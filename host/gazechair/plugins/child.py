@@ -15,6 +15,7 @@ from gazechair.plugins import asked
 from gazechair.plugins.contract import Input, Unusable
 
 LOST = "plugin_lost"
+RAISED = "plugin_raised"
 SETTING = "plugin_setting"
 STARTING = "plugin_starting"
 _LEAST_S = 0.004  # between two values: an input that is always readable does not flood
@@ -48,7 +49,7 @@ def main() -> int:
     except Exception as error:  # code from outside: whatever it raises, its line is all we need
         sys.excepthook(type(error), error, error.__traceback__)
         line = f"{type(error).__name__}: {error}".partition("\n")[0]
-        out.status("lost", LOST, line[:_LINE])
+        out.status("lost", RAISED, line[:_LINE])
     return 1
 
 

@@ -17,15 +17,17 @@ from gazechair.config.plugin_tables import PluginConfig
 from gazechair.driving.control import World
 from gazechair.plugins import producer
 from gazechair.plugins.child import LOST, SETTING
-from gazechair.plugins.exchange import LONGEST, RECORDS_PER_S, Facts, Value, unpack_facts
+from gazechair.plugins.exchange import LONGEST, RECORDS_PER_S, Facts, Value, plain, unpack_facts
 from gazechair.plugins.found import find
 
+MISSING = "plugin_missing"
 _SILENT_S = 1.0
 _NICE = 5  # one that computes does not take the processor from those who stop the chair
 _LONGEST_PAUSE_S = 10.0
 _OTHERS_S = 5.0  # board, lidar and camera come first, for so long
 _START_S = 2.0  # the next one starts then at the latest
 _HEALTH_S = 0.5
+_DETAIL = 200
 _LOOK_S = 0.004  # while a mode is pressed
 _IDLE_LOOK_S = 0.02
 _WORLD_PERIOD_S = 0.018  # 50 a second, and never late for one
@@ -36,6 +38,7 @@ class Port(producer.Port, Protocol):
 
     def offer_mode(self, mode: str, tile: dict[str, Any] | None) -> None: ...
     def world(self) -> World: ...
+    def show_plugins(self, rows: Callable[[], list[dict[str, Any]]]) -> None: ...
 
 
 class Plugin(Supervised):
@@ -56,7 +59,7 @@ class Plugin(Supervised):
         try:
             found = find(config.kind, config.name)
         except LookupError as error:
-            self.health.set(states.LOST, LOST, f"{config.lines.get('', '')}: {error}")
+            self.health.set(states.LOST, MISSING, f"{config.lines.get('', '')}: {error}")
             return
         argument = {
             "kind": config.kind,
@@ -86,6 +89,20 @@ class Plugin(Supervised):
         """End its process, and what it moves."""
         super().stop()
         self._end()
+
+    def row(self) -> dict[str, Any]:
+        """What the pages show of it; `again`: the token of the moment it is started again."""
+        now, again_s = self.health.now(), self.next_start_s
+        return {
+            "kind": self.config.kind,
+            "name": self.config.name,
+            "icon": self._facts.icon,
+            "names": self._facts.names,
+            "state": now.state,
+            "reason": now.reason,
+            "detail": plain(now.detail, _DETAIL),
+            "again": None if again_s is None else self._port.proof(again_s),
+        }
 
     def tell(self, word: bytes) -> None:
         """The newest world, to a mode."""
@@ -136,7 +153,8 @@ class Plugin(Supervised):
             detail = status.detail
             if status.reason == SETTING:
                 detail = self.config.refusal(*detail.split(" ", 1))
-            self.health.set(states.LOST, LOST, detail)
+            reason = f"plugin_{status.how}" if status.how else status.reason
+            self.health.set(states.LOST, reason, detail)
         elif self._life is None and self.health.state != states.LOST:
             self.health.set(states.STARTING, status.reason, status.detail)
 
@@ -157,6 +175,7 @@ class Plugins:
             for config in configs
         }
         self._modes = {p.config.name: p for p in self.running.values() if p.config.kind == "mode"}
+        port.show_plugins(lambda: [plugin.row() for plugin in self.running.values()])
         self._port = port
         self._clock = clock
         self._stopping = threading.Event()

@@ -36,6 +36,7 @@ def test_welcome_tells_how_the_page_is_to_behave(rig: Rig) -> None:
         "token_ms": 500,
         "command_ttl_ms": 300,
         "modes": [],
+        "plugins": [],
         "latched": [
             *("wiper", "tick_exception", "emergency", "watchdog_boots", "disobeys"),
             *("relay_unexpected", "storage"),

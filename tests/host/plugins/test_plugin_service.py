@@ -129,6 +129,53 @@ def test_one_that_fails_is_named_in_one_line(
     assert not home.moves()
 
 
+@pytest.mark.parametrize(
+    ("config", "reason"),
+    [
+        ("[input.metronome]\nhow = 'raise'\n", "plugin_raised"),
+        ("[input.metronome]\nlinear = 2000\n", "plugin_setting"),
+        ("[input.metronome]\nhow = 'die'\n", "plugin_ended"),
+        ("[input.nobody]\n", "plugin_missing"),
+        ("[input.liar]\n", "plugin_wrong"),
+    ],
+)
+def test_pages_are_told_what_is_wrong_and_when_it_is_tried_again(
+    house: Callable[[str], House], config: str, reason: str
+) -> None:
+    home = house(config)
+
+    def row() -> Any:
+        return home.rig.control.welcome(home.rig.page)["plugins"][0]
+
+    wait_until(lambda: row()["reason"] == reason, reason)
+    if reason == "plugin_missing":
+        assert row()["again"] is None
+        return
+    wait_until(lambda: row()["again"] is not None, "the next try")
+    told = row()
+    if told["again"] is not None:  # the next try may have begun this moment
+        assert -100 < told["again"] - home.rig.look()["token"] <= 10_000
+    assert (told["kind"], told["state"]) == ("input", "lost")
+    assert 0 < len(told["detail"]) <= 200
+    assert told["names"]["nl"] == "Metronoom"
+
+
+def test_pages_are_told_of_all_in_the_order_of_the_configuration(
+    house: Callable[[str], House],
+) -> None:
+    home = house("[mode.straight]\n[mode.wrong]\n[input.metronome]\n")
+
+    def rows() -> Any:
+        return home.rig.control.welcome(home.rig.page)["plugins"]
+
+    assert [row["name"] for row in rows()] == ["straight", "wrong", "metronome"]
+    wait_until(lambda: [row["state"] for row in rows()] == ["ok", "lost", "ok"], "their health")
+    assert rows()[0]["icon"] == "●"
+    assert rows()[0]["again"] is None
+    assert rows()[1]["names"] == {}
+    assert "is no Mode" in rows()[1]["detail"]
+
+
 def test_a_mode_is_asked_while_its_tile_is_held(house: Callable[[str], House]) -> None:
     home = house("[mode.straight]\n")
     wait_until(lambda: home.rig.control.welcome(home.rig.page)["modes"] != [], "it is offered")

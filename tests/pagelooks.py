@@ -1,0 +1,36 @@
+"""What the driver's page must look like on any screen, as the browser measures it."""
+
+SCREENS = [(1920, 1080), (1366, 768), (1024, 768)]
+
+# Share of the screen, on a grid, that is one piece around the middle and under no target.
+REST = """
+async () => {
+  const { HitMap } = await import("/static/hit.js");
+  const hits = new HitMap();
+  hits.measure(document.querySelectorAll(".target"), 0.2);
+  const wide = 96, high = 54, seen = new Set();
+  const free = (x, y) => hits.at((x + 0.5) * innerWidth / wide, (y + 0.5) * innerHeight / high,
+    null) === null;
+  const open = [[wide / 2, 30]];
+  while (open.length) {
+    const [x, y] = open.pop();
+    const key = y * wide + x;
+    if (x < 0 || y < 0 || x >= wide || y >= high || seen.has(key) || !free(x, y)) continue;
+    seen.add(key);
+    open.push([x + 1, y], [x - 1, y], [x, y + 1], [x, y - 1]);
+  }
+  return seen.size / wide / high;
+}
+"""
+# Every element whose words do not fit into it, or into the target or panel around it.
+OVERFLOWING = """
+() => [...document.querySelectorAll("button, .panel, #status, .tag, header")].filter(e => {
+  const box = e.getBoundingClientRect();
+  return box.width && getComputedStyle(e).visibility === "visible" &&
+    [...e.querySelectorAll("*")].some(part => {
+      const inner = part.getBoundingClientRect();
+      return part.textContent.trim() && inner.width && (inner.left < box.left - 1 ||
+        inner.right > box.right + 1 || inner.top < box.top - 1 || inner.bottom > box.bottom + 1);
+    });
+}).map(e => e.id || e.className)
+"""

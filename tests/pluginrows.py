@@ -1,0 +1,32 @@
+"""What a host tells the pages of its plug-ins: rows of `welcome.plugins`, and `welcome.modes`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fakehost import FakeHost
+
+Row = dict[str, Any]
+WELL = {"state": "ok", "reason": "ok", "detail": "", "again": None}
+
+
+def mode(name: str, **changes: Any) -> Row:
+    """A mode that works, but for these changes."""
+    names = {"nl": name.capitalize(), "en": name.upper()}
+    return {"kind": "mode", "name": name, "icon": "↑", "names": names, **WELL, **changes}
+
+
+def lost(row: Row, reason: str = "plugin_ended", again: int | None = None) -> Row:
+    """The same one, lost."""
+    detail = f"mode {row['name']} ended unexpectedly; starting it again"
+    return {**row, "state": "lost", "reason": reason, "detail": detail, "again": again}
+
+
+def offer(host: FakeHost, *rows: Row) -> None:
+    """The host's welcome from now on, said at once to whom it is connected."""
+    works = [row for row in rows if row["kind"] == "mode" and row["state"] in ("ok", "degraded")]
+    host.welcome["plugins"] = list(rows)
+    host.welcome["modes"] = [
+        {"mode": row["name"], "icon": row["icon"], "names": row["names"]} for row in works
+    ]
+    host.say(host.welcome)

@@ -1,0 +1,76 @@
+// All plug-ins on the caretaker's page: inputs and modes, how each is, in its own words too.
+
+import { pluginWords } from "./plugins.js";
+
+const RETRY_MS = 2000;
+
+/** The list; every row has one size, whatever it says. The page works without its words, too. */
+export class PluginList {
+  #root;
+  #words = null;
+  #missing = false;
+  #rows = []; // as the host tells them
+  #shown = "";
+
+  constructor(root, language) {
+    this.#root = root;
+    this.#load(language);
+  }
+
+  /** Takes `welcome.plugins`. */
+  update(rows) {
+    this.#rows = rows;
+  }
+
+  /** Shows them; `token`: the host's newest, by which times are told. */
+  show(token) {
+    if (!this.#words) return;
+    const rows = this.#rows.map((row) => this.#texts(row, token));
+    const shown = JSON.stringify(rows);
+    if (shown === this.#shown) return;
+    this.#shown = shown;
+    this.#root.replaceChildren(...rows.map(entry));
+    if (rows.length === 0) this.#root.append(this.#words.label("plugin_none"));
+  }
+
+  /** As PluginWords.sentence(); says when its words are missing. */
+  sentence(told, token) {
+    if (this.#words) return this.#words.sentence(told, this.#rows, token);
+    const lacks = this.#missing && told.key === "ok";
+    return lacks ? { ...told, level: "wait", key: "part_missing" } : told;
+  }
+
+  async #load(language) {
+    try {
+      this.#words = await pluginWords(language);
+    } catch (error) {
+      console.warn(`words about plug-ins: ${error.message}`);
+      this.#missing = true;
+      setTimeout(() => this.#load(language), RETRY_MS);
+    }
+  }
+
+  #texts(row, token) {
+    const name = `${this.#words.icon(row)} ${this.#words.name(row)}`.trim();
+    const kind = `${this.#words.label(`plugin_${row.kind}`)} ${row.name}`;
+    const health = this.#words.wrong(row) || this.#words.label("plugin_ok");
+    const again = this.#words.again(row, token);
+    return { state: row.state, name, kind, health, more: `${again} ${row.detail}`.trim() };
+  }
+}
+
+function entry({ state, name, kind, health, more }) {
+  const made = document.createElement("li");
+  made.dataset.state = state;
+  for (const [element, text] of [
+    ["b", name],
+    ["small", kind],
+    ["span", health],
+    ["p", more],
+  ]) {
+    const part = document.createElement(element);
+    [part.textContent, part.dir] = [text, "auto"];
+    made.append(part);
+  }
+  return made;
+}

@@ -1,0 +1,80 @@
+// What plug-ins are called and what is wrong with them, in words; their texts are never trusted.
+
+const HOME = "nl";
+/** Longest name and icon, in characters: what fits on a tile. */
+const NAME = 20;
+const ICON = 4;
+/** The next try is told in steps of so many seconds: a text that changes less is calmer. */
+const STEP_S = 5;
+const MS = 1000;
+/** What somebody must do something about; all else is tried again by itself. */
+const FOR_PEOPLE = ["plugin_missing", "plugin_setting"];
+/** A text that may run from right to left keeps that to itself. */
+const ISOLATE = "\u2068";
+const END_ISOLATE = "\u2069";
+
+const cut = (text, longest) => [...String(text ?? "")].slice(0, longest).join("");
+
+/** The words about plug-ins in this language, Dutch when there are none. Throws without answer. */
+export async function pluginWords(language) {
+  for (const name of [language, HOME]) {
+    const answer = await fetch(`/strings/${name}-plugins.json`);
+    if (answer.ok) return new PluginWords((await answer.json()).labels, language);
+    if (answer.status !== 404) throw new Error(`the host answered ${answer.status}`);
+  }
+  throw new Error("no words about plug-ins");
+}
+
+/** Words about a plug-in: a row of the host's `welcome.plugins`. */
+class PluginWords {
+  #labels;
+  #language;
+
+  constructor(labels, language) {
+    this.#labels = labels;
+    this.#language = language;
+  }
+
+  label(key) {
+    return this.#labels[key];
+  }
+
+  /** Its name in this language, else in another one, else the one in the configuration. */
+  name({ name, names }) {
+    const known = [names?.[this.#language], names?.[HOME], names?.en, name];
+    return known.map((text) => cut(text, NAME).trim()).find(Boolean) ?? "?";
+  }
+
+  icon({ icon }) {
+    return cut(icon, ICON).trim();
+  }
+
+  /** What is wrong with it, without its name; "" for nothing. */
+  wrong({ state, reason }) {
+    if (state === "ok") return "";
+    return this.#labels[reason] ?? this.#labels[`plugin_${state}`] ?? this.#labels.plugin_lost;
+  }
+
+  /** When it is tried again; `token`: the host's newest. "" for one that works. */
+  again({ state, reason, again }, token) {
+    if (state !== "lost") return "";
+    if (FOR_PEOPLE.includes(reason)) return this.#labels.plugin_people;
+    const left = Math.ceil((again - token) / MS / STEP_S) * STEP_S;
+    if (again === null || !(left > 0)) return this.#labels.plugin_now;
+    return this.#labels.plugin_again.replace("{s}", left);
+  }
+
+  /**
+   * The page's sentence `told`; where that is that all is well, what is wrong with a plug-in of
+   * these `rows`: one that is lost before one that only reports something.
+   */
+  sentence(told, rows, token) {
+    const wrong = ["lost", "degraded"].flatMap((state) => rows.filter((r) => r.state === state));
+    if (told.key !== "ok" || wrong.length === 0) return told;
+    const [first, ...others] = wrong;
+    const also = others.length ? ` ${this.#labels.plugin_also.replace("{n}", others.length)}` : "";
+    const text = `${ISOLATE}${this.name(first)}${END_ISOLATE} ${this.wrong(first)}.${also}`;
+    const level = FOR_PEOPLE.includes(first.reason) ? "warning" : "wait";
+    return { ...told, level, key: "plugin", said: { text, do: this.again(first, token) } };
+  }
+}
