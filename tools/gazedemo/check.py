@@ -77,7 +77,7 @@ class Check:
         """Hold Vooruit: the chair moves. Leave: the wipers are neutral at once."""
         self._mode("continuous")
         start = self._sim.truth()
-        self._hold("forward", lambda truth: truth["speed_m_s"] > 0.15, "the chair drives forward")
+        self.hold("forward", lambda truth: truth["speed_m_s"] > 0.15, "the chair drives forward")
         self._driver.screenshot(self._artefacts / "driving.png")
         mark = self._sim.do("wiper_log", since=0)["last"]
         released_s = time.monotonic()
@@ -111,7 +111,7 @@ class Check:
         driver = self._driver
         self._sim.do("teleport", x_m=0.3, y_m=0.8, heading_deg=90)
         self._quiet()
-        self._hold("forward", lambda truth: truth["speed_m_s"] > 0.1, "it drives at the wall")
+        self.hold("forward", lambda truth: truth["speed_m_s"] > 0.1, "it drives at the wall")
         driver.wait(lambda: "obstacle" in self._banner(), 20, "the page shows the override")
         driver.screenshot(self._artefacts / "override.png")
         truth = self._sim.wait(self._standing, 5, "the chair stands before the wall")
@@ -127,7 +127,7 @@ class Check:
         driver = self._driver
         self._sim.do("teleport", x_m=0.0, y_m=0.2, heading_deg=0)
         self._quiet()
-        self._hold("forward", lambda truth: truth["speed_m_s"] > 0.1, "the chair drives")
+        self.hold("forward", lambda truth: truth["speed_m_s"] > 0.1, "the chair drives")
         mark = self._sim.do("wiper_log", since=0)["last"]
         pulled_s = time.monotonic()
         self._sim.do("pull_cable")
@@ -151,7 +151,7 @@ class Check:
         assert tuple(self._sim.wipers()) == NEUTRAL, "it moved by itself"
         self._quiet()
         self.arm()
-        self._hold("forward", lambda truth: truth["speed_m_s"] > 0.1, "it drives again")
+        self.hold("forward", lambda truth: truth["speed_m_s"] > 0.1, "it drives again")
         driver.release()
         driver.rest()
         self._sim.wait(self._standing, 5, "the chair stands")
@@ -163,7 +163,8 @@ class Check:
             self._driver.click("mode")
         self._driver.wait(lambda: self._driver.data("mode") == mode, 5, f"mode {mode}")
 
-    def _hold(self, target: str, condition: Callable[[dict[str, Any]], bool], what: str) -> None:
+    def hold(self, target: str, condition: Callable[[dict[str, Any]], bool], what: str) -> None:
+        """Hold a target until the simulator's truth meets `condition`."""
         for tries_left in range(_TRIES - 1, -1, -1):
             self._driver.press(target)
             try:

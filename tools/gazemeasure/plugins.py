@@ -24,6 +24,7 @@ from gazecontract.fuzz import fuzz
 from gazecontract.fuzz_oracle import Violation
 from gazedemo.check import NEUTRAL
 from gazedemo.sim_control import SimControl
+from gazedemo.packages import package
 from gazedemo.stack import Stack
 from gazemeasure import floods
 from gazemeasure.plugins_samples import FLIP
@@ -79,15 +80,11 @@ def measure(quick: bool) -> Report:
 
 def _packages(folder: Path) -> str:
     """A folder with an installed package whose entry points name the benchmark's plug-ins."""
-    info = folder / "packages" / "gazemeasure_samples-0.dist-info"
-    info.mkdir(parents=True)
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: gazemeasure-samples\nVersion: 0\n")
     home = "gazemeasure.plugins_samples"
-    rows = ["[gazechair.modes]", f"flips = {home}:Flips", "[gazechair.inputs]", f"bad = {home}:Bad"]
-    rows += [f"quiet{n} = {home}:Quiet" for n in range(_MANY - 1)]
-    rows += ["broken = no_such_module_at_all:Nothing"]
-    (info / "entry_points.txt").write_text("\n".join(rows) + "\n")
-    return str(info.parent)
+    inputs = {"bad": f"{home}:Bad", "broken": "no_such_module_at_all:Nothing"}
+    inputs |= {f"quiet{n}": f"{home}:Quiet" for n in range(_MANY - 1)}
+    groups = {"gazechair.modes": {"flips": f"{home}:Flips"}, "gazechair.inputs": inputs}
+    return package(folder, "gazemeasure_samples", groups)
 
 
 @contextlib.contextmanager
