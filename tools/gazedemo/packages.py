@@ -7,7 +7,10 @@ from pathlib import Path
 
 
 def package(folder: Path, name: str, groups: Mapping[str, Mapping[str, str]]) -> str:
-    """Make the package `name` in `folder`: {group: {plug-in: "module:Class"}}. Its folder's path."""
+    """Make the package `name` in `folder`; `groups`: {group: {plug-in: "module:Class"}}.
+
+    Returns the folder in which modules of the package are found, too.
+    """
     info = folder / "packages" / f"{name}-0.dist-info"
     info.mkdir(parents=True)
     (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 0\n")

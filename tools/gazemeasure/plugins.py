@@ -23,8 +23,8 @@ from gazechair.plugins.gamepad.events import ABS, REPORT, SYN, Y, event
 from gazecontract.fuzz import fuzz
 from gazecontract.fuzz_oracle import Violation
 from gazedemo.check import NEUTRAL
-from gazedemo.sim_control import SimControl
 from gazedemo.packages import package
+from gazedemo.sim_control import SimControl
 from gazedemo.stack import Stack
 from gazemeasure import floods
 from gazemeasure.plugins_samples import FLIP
