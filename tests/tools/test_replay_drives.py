@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+from bisect import bisect_right
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import pytest
 
 from e2e.page import Page
 from gazeboard.core import limits
+from gazechair.blackbox.reader import LogFile
 from gazelink import codes
 from gazelink.settings_table import TABLE
 from gazereplay import as_test, command, trace
@@ -181,6 +183,28 @@ def command_line(words: list[str]) -> int:
     command.add(parser.add_subparsers())
     options = parser.parse_args(words)
     return int(options.act(options))
+
+
+@pytest.mark.parametrize("drive", [tour, stick, stalls])
+def test_the_host_was_told_what_was_decided(drive: Any, recorded: Any) -> None:
+    """Each STATE of the log is the trace's decision of the tick in which the board made it."""
+    decisions: dict[int, Any] = {}
+    states: list[Any] = []
+    skipped = 0  # ticks that a stall left out: the board's clock counts them
+    for line in LogFile(recorded(drive)).lines():
+        if line.topic == trace.DECISION:
+            decisions[line.message.tick] = line.message
+        elif line.topic == trace.INPUTS:
+            skipped += max(0, line.message.elapsed_us // 1000 - 1)
+        elif line.topic == "/board/state":
+            states.append((line.message, skipped))
+    assert len(states) > 100
+    ticks = sorted(decisions)
+    for state, skipped in states:
+        decided = decisions[ticks[bisect_right(ticks, state.board_ms - 1 - skipped) - 1]]
+        told = (state.status & 15, state.status >> 4, state.override, state.faults, state.edge)
+        names = ("state", "motion", "override", "faults", "edge")
+        assert told == tuple(getattr(decided, name) for name in names), state
 
 
 def test_a_chair_without_pages_is_recorded_too(tmp_path: Path) -> None:

@@ -126,7 +126,10 @@ while len(box._ring):
 print(box.pid, flush=True)
 time.sleep(600)
 """
-    daemon = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE)
+    environment = dict(os.environ, PYTHONPATH=os.pathsep.join(path for path in sys.path if path))
+    daemon = subprocess.Popen(
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, env=environment
+    )
     try:
         assert daemon.stdout is not None
         child = int(daemon.stdout.readline())
