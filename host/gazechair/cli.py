@@ -123,10 +123,12 @@ def _parser() -> argparse.ArgumentParser:
 
 def _run(options: argparse.Namespace) -> int:
     # Imported late: `gazechair config` works with the standard library alone.
+    from gazechair.base.service_manager import ServiceManager
     from gazechair.base.throttled_log import ThrottledLog
     from gazechair.daemon import Daemon
     from gazechair.web import WebError
 
+    manager = ServiceManager()
     daemon = Daemon(configuration.load(options.config))
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s: %(message)s")
     threading.excepthook = ThrottledLog(logging.getLogger("gazechair.threads")).thread_ended
@@ -143,8 +145,11 @@ def _run(options: argparse.Namespace) -> int:
         print(f"gazechair: the driver's page is at {daemon.url}", flush=True)
         if invitation := daemon.invitation():
             print(invitation, flush=True)
-        while not ending.wait(1.0):
-            pass
+        manager.ready(daemon.url)
+        while not ending.wait(manager.pace_s):
+            if daemon.alive:
+                manager.alive()
+        manager.ending()
     finally:
         daemon.stop()
     return 0

@@ -23,6 +23,7 @@ from gazechair.sensing.lidar import LidarService
 from gazechair.web.access import FrontDoor
 
 _LAST_WORDS_S = 0.06  # three repeats of stop and disarm
+_STANDS_S = 2.0
 
 log = logging.getLogger(__name__)
 
@@ -79,6 +80,11 @@ class Daemon:
     def url(self) -> str:
         """Where the pages are, as other devices reach them."""
         return self._web.url
+
+    @property
+    def alive(self) -> bool:
+        """False when the thread that passes commands on has stood still for 2 s."""
+        return time.monotonic() - self.control.alive_s < _STANDS_S
 
     def invitation(self) -> str:
         """How to pair the driver's device while there is none, for the terminal; else ""."""

@@ -18,7 +18,7 @@ PERMIT = "run `sudo usermod -aG dialout $USER` and log in again"
 
 # (vendor, product or None for any, role, what it is). Only role BOARD is ever opened as the board:
 # opening a foreign device can reset it, and a lidar's motor would start.
-_KNOWN: tuple[tuple[int, int | None, str, str], ...] = (
+KNOWN: tuple[tuple[int, int | None, str, str], ...] = (
     (0xF055, 0x9802, BOARD, "Teensy with MicroPython"),
     (0xF055, None, BOARD, "board with MicroPython"),
     (0x16C0, None, BOARD, "Teensy with PJRC's USB ids"),
@@ -58,7 +58,7 @@ def describe(info: ListPortInfo) -> Port:
     if info.vid is None:
         return Port(info.device, OTHER, "not on USB", "", number)
     usb_id = f"{info.vid:04x}:{info.pid:04x}"
-    for vendor, product, role, what in _KNOWN:
+    for vendor, product, role, what in KNOWN:
         if info.vid == vendor and product in (None, info.pid):
             return Port(info.device, role, what, usb_id, number)
     return Port(info.device, OTHER, info.product or "unknown device", usb_id, number)

@@ -100,6 +100,8 @@ class Control:
         self._version = 0
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="arbiter", daemon=True)
+        self.alive_s = time.monotonic()
+        """CLOCK_MONOTONIC seconds at which its thread last came by."""
 
     def start(self) -> None:
         """Begin to let time act."""
@@ -288,6 +290,7 @@ class Control:
     def _run(self) -> None:
         while not self._stopping.wait(LOOK_S):
             self.update()
+            self.alive_s = time.monotonic()
 
     def _hear_board(self, now_s: float) -> BoardState | None:
         state = self._link.state()

@@ -1,0 +1,38 @@
+"""Tells systemd that the daemon is ready, alive, and ending (sd_notify(3)); nothing without it."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+
+
+class ServiceManager:
+    """systemd, when it started this process as a service of `Type=notify`."""
+
+    def __init__(self) -> None:
+        address = os.environ.pop("NOTIFY_SOCKET", "")  # not for child processes
+        self._address = "\0" + address[1:] if address.startswith("@") else address
+        watchdog_us = os.environ.pop("WATCHDOG_USEC", "")
+        self.pace_s = min(1.0, int(watchdog_us) / 2e6) if watchdog_us.isdecimal() else 1.0
+        """How often to say `alive`, so that a single late word is not the end."""
+
+    def ready(self, status: str) -> None:
+        """Every part has been started."""
+        self._tell(f"READY=1\nSTATUS={status}")
+
+    def alive(self) -> None:
+        """The watchdog may wait again."""
+        self._tell("WATCHDOG=1")
+
+    def ending(self) -> None:
+        """The daemon stops."""
+        self._tell("STOPPING=1")
+
+    def _tell(self, words: str) -> None:
+        if not self._address:
+            return
+        kind = socket.SOCK_DGRAM | socket.SOCK_NONBLOCK
+        # What it cannot hear its watchdog ends.
+        with contextlib.suppress(OSError), socket.socket(socket.AF_UNIX, kind) as line:
+            line.sendto(words.encode(), self._address)

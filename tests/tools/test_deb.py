@@ -1,0 +1,185 @@
+"""The Debian package, installed into clean root file systems without a network."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import socket
+import subprocess
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from gazechair.board import ports
+from gazedeb import package
+from gazedeb.udev import rules
+from gazesetup import NotAvailable
+from gazesetup.apt import debian_archives
+
+FILES = Path(package.__file__).parent / "files"
+SUITES = ("bookworm", "trixie")
+STEP_S = 300.0
+INSTALLED_S = 120.0
+PAGE = """
+import ssl, time, urllib.request
+anyone = ssl._create_unverified_context()
+for attempt in range(200):
+    try:
+        print(urllib.request.urlopen("https://127.0.0.1:8080/pair", context=anyone).status)
+        break
+    except OSError:
+        time.sleep(0.1)
+"""
+
+
+@pytest.mark.parametrize("name", ["postinst", "prerm", "postrm", "gazechair", "gazechair-version"])
+def test_each_script_is_sound_shell(name: str) -> None:
+    subprocess.run(["sh", "-n", str(FILES / name)], check=True)
+
+
+def test_the_service_is_confined() -> None:
+    words = ["systemd-analyze", "security", "--offline=true", "--threshold=30"]
+    done = subprocess.run([*words, str(FILES / "gazechair.service")], capture_output=True)
+    assert done.returncode == 0, done.stdout.decode()[-200:]
+
+
+def test_udev_knows_every_device_of_the_hosts_table() -> None:
+    told = rules()
+    for vendor, product, role, _what in ports.KNOWN:
+        named = f'ATTRS{{idVendor}}=="{vendor:04x}"'
+        if product is not None:
+            named += f', ATTRS{{idProduct}}=="{product:04x}"'
+        assert (named in told) == (role != ports.OTHER)
+
+
+def test_each_package_is_locked_by_the_hash_of_its_file(tmp_path: Path) -> None:
+    (tmp_path / "some_thing-1.0-py3-none-any.whl").write_bytes(b"one")
+    (tmp_path / "other-2.0-cp311-cp311-a.whl").write_bytes(b"two")
+    (tmp_path / "other-2.0-cp313-cp313-a.whl").write_bytes(b"three")
+    other, thing = package._hashed(tmp_path).splitlines()
+    assert other.startswith("other==2.0 --hash=sha256:")
+    assert other.count("--hash") == 2
+    assert thing.startswith("some_thing==1.0 --hash=sha256:7692c3ad3540bb803c020b3aee66cd88")
+
+
+class Root:
+    """A clean root file system of one Debian suite; what runs in it has no network."""
+
+    def __init__(self, folder: Path, suite: str) -> None:
+        self.folder = folder
+        needed = "python3,python3-venv,openssl"
+        words = ["mmdebstrap", "--quiet", "--variant=minbase", f"--include={needed}"]
+        subprocess.run(
+            [*words, suite, str(folder), debian_archives()[0].uri], check=True, timeout=STEP_S
+        )
+        for name in ("proc", "dev"):
+            subprocess.run(["mount", "--rbind", f"/{name}", str(folder / name)], check=True)
+
+    def command(self, *words: str) -> list[str]:
+        script = 'ip link set lo up; exec chroot "$@"'
+        return ["unshare", "--net", "sh", "-c", script, "sh", str(self.folder), *words]
+
+    def run(self, *words: str) -> str:
+        return _run(self.command(*words))
+
+    def page(self, service: int) -> str:
+        """What the first page answers, in the network of the service with that process id."""
+        python = "/opt/gazechair/current/bin/python"
+        there = ["nsenter", f"--net=/proc/{service}/ns/net", "chroot", str(self.folder)]
+        return _run([*there, python, "-c", PAGE])
+
+    def install(self, deb: Path) -> None:
+        shutil.copy(deb, self.folder / "tmp")
+        self.run("dpkg", "--install", f"/tmp/{deb.name}")
+
+    def close(self) -> None:
+        for name in ("dev", "proc"):
+            subprocess.run(["umount", "--recursive", "--lazy", str(self.folder / name)])
+
+
+def _run(words: list[str]) -> str:
+    env = {"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "LC_ALL": "C.UTF-8"}
+    done = subprocess.run(words, env=env, capture_output=True, text=True, timeout=STEP_S)
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def debs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """The package as two versions."""
+    folder = tmp_path_factory.mktemp("debs")
+    try:
+        return [package.build(version, folder) for version in ("1.0+1.aaa", "1.0+2.bbb")]
+    except NotAvailable as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture(params=SUITES)
+def root(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Root]:
+    if os.geteuid() != 0 or shutil.which("mmdebstrap") is None:
+        pytest.skip("needs root and Debian's mmdebstrap")
+    made = Root(tmp_path / "root", request.param)
+    yield made
+    made.close()
+
+
+@contextlib.contextmanager
+def running(root: Root) -> Iterator[socket.socket]:
+    """The service as its unit runs it, once its page answers; and what it tells systemd next."""
+    heard = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    place = root.folder / "run" / "notify"
+    heard.bind(str(place))
+    place.chmod(0o777)
+    heard.settimeout(60.0)
+    told = ["NOTIFY_SOCKET=/run/notify", "WATCHDOG_USEC=1000000"]
+    told.append("STATE_DIRECTORY=/var/lib/gazechair")
+    command = ["/opt/gazechair/current/bin/gazechair", "run"]
+    command += ["--config", "/etc/gazechair/gazechair.toml"]
+    words = ["runuser", "-u", "gazechair", "--", "env", *told, *command]
+    service = subprocess.Popen(root.command(*words), stdout=subprocess.DEVNULL)
+    try:
+        assert heard.recv(1000).startswith(b"READY=1")
+        assert root.page(service.pid) == "200\n"
+        yield heard
+    finally:
+        service.terminate()
+        service.wait(20)
+        heard.close()
+        place.unlink()
+
+
+@pytest.mark.long
+def test_it_installs_offline_serves_is_upgraded_and_goes_back(root: Root, debs: list[Path]) -> None:
+    older, newer = debs
+    start_s = time.monotonic()
+    root.install(older)
+    with running(root) as heard:
+        took_s = time.monotonic() - start_s
+        assert heard.recv(1000) == b"WATCHDOG=1"
+        assert "caretaker" in root.run("gazechair", "pair", "--role", "caretaker")
+    print(f"installed and serving after {took_s:.1f} s")
+    assert took_s < INSTALLED_S
+
+    config = root.folder / "etc/gazechair/gazechair.toml"
+    config.write_text(config.read_text().replace('language = "nl"', 'language = "en"'))
+    state = root.folder / "var/lib/gazechair"
+    kept = {path: path.read_bytes() for path in state.rglob("*") if path.is_file()}
+    assert state / "tls" / "host.key" in kept
+
+    root.install(newer)
+    assert root.run("gazechair-version").splitlines() == ["runs: 1.0+2.bbb", "before: 1.0+1.aaa"]
+    assert 'language = "en"' in config.read_text()
+    with running(root):
+        pass
+    root.run("gazechair-version", "back")
+    assert root.run("gazechair-version").splitlines() == ["runs: 1.0+1.aaa", "before: 1.0+2.bbb"]
+    with running(root):
+        pass
+    assert {path: path.read_bytes() for path in kept} == kept
+
+    root.run("dpkg", "--purge", "gazechair")
+    assert not (root.folder / "opt/gazechair").exists()
+    assert not config.exists()

@@ -1,0 +1,1 @@
+"""Builds one Debian package with everything the host needs, for machines without internet."""

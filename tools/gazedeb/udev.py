@@ -1,0 +1,28 @@
+"""What udev is to do with the chair's devices: who may open them, and what they are called."""
+
+from __future__ import annotations
+
+from gazechair.board import ports
+
+
+def rules() -> str:
+    """The rules file: one line for each USB device that is a board or a lidar.
+
+    ModemManager would otherwise talk to a board that has just been plugged in.
+    """
+    lines = ["# Written by tools/deb from the host's table of USB devices."]
+    for vendor, product, role, what in ports.KNOWN:
+        if role == ports.OTHER:
+            continue
+        lines.append(f"# {what}")
+        match = ['SUBSYSTEM=="tty"', f'ATTRS{{idVendor}}=="{vendor:04x}"']
+        if product is not None:
+            match.append(f'ATTRS{{idProduct}}=="{product:04x}"')
+        does = [
+            'GROUP="gazechair"',
+            'MODE="0660"',
+            'ENV{ID_MM_DEVICE_IGNORE}="1"',
+            f'SYMLINK+="gazechair/{role}-$env{{ID_SERIAL_SHORT}}"',
+        ]
+        lines.append(", ".join([*match, *does]))
+    return "\n".join(lines) + "\n"
