@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from gazechair.board.board_commands import Bypass, Clearance, Command
-from gazechair.board.protocol import FaultText, LinkProtocol, SessionBegun, SessionEnded, Witness
+from gazechair.board.events import FaultText, SessionBegun, SessionEnded
+from gazechair.board.protocol import LinkProtocol, Witness
 from gazechair.board.state import BoardId, BoardState, BoardStats
 from gazechair.board.zone import NOT_KNOWN, BoardZone
 from gazesim.usb_line import UsbLine

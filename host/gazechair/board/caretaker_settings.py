@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import Any, Protocol
 
-from gazechair.board.protocol import SettingReply
+from gazechair.board.events import SettingReply
 from gazechair.board.state import BoardState
 from gazelink import codes
 from gazelink.settings_table import PROFILES, TABLE, index_of

@@ -15,19 +15,17 @@ from gazechair.base.health import Health
 from gazechair.base.latest_value import Clock, Latest
 from gazechair.board import ports
 from gazechair.board.board_commands import Bypass, Clearance, Command
-from gazechair.board.link_quality import ANSWER_S, LinkJudge
-from gazechair.board.protocol import (
+from gazechair.board.events import (
     Event,
     FaultText,
-    LinkProtocol,
     Pong,
     SessionBegun,
     SessionEnded,
     SettingReply,
     VersionDiffers,
-    Witness,
-    random_session,
 )
+from gazechair.board.link_quality import ANSWER_S, LinkJudge
+from gazechair.board.protocol import LinkProtocol, Witness, random_session
 from gazechair.board.serial_port import PortError, SerialPort
 from gazechair.board.state import BoardId, BoardState, BoardStats
 from gazechair.board.state_log import StateLog

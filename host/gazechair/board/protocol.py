@@ -4,14 +4,22 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 from gazechair.board.board_commands import STOP_COMMAND, Bypass, Clearance, Command
+from gazechair.board.events import (
+    Event,
+    FaultText,
+    Pong,
+    SessionBegun,
+    SessionEnded,
+    SettingReply,
+    VersionDiffers,
+)
 from gazechair.board.orders import Orders
 from gazechair.board.relay import RelayQuestion
 from gazechair.board.state import BoardId, BoardLimits, BoardState, BoardStats
-from gazechair.board.zone import NOT_KNOWN, BoardZone, ZoneHeard
+from gazechair.board.zone import NOT_KNOWN, ZoneHeard
 from gazelink import VERSION, codes, frame, messages
 
 HELLO_PERIOD_S = 0.2
@@ -20,68 +28,6 @@ CLEARANCE_PERIOD_S = 0.05
 RESYNC_S = 1.0  # a session without a received frame for this long is restarted
 _U16 = 65535
 _NAME = b"gazechair"
-
-
-@dataclass(frozen=True)
-class SessionBegun:
-    """The handshake is done: frames of this session count from now on."""
-
-    board: BoardId
-
-
-@dataclass(frozen=True)
-class SessionEnded:
-    """The session is over; a new handshake has begun."""
-
-    detail: str
-
-
-@dataclass(frozen=True)
-class VersionDiffers:
-    """A board answers, but with another message table."""
-
-    detail: str
-
-
-@dataclass(frozen=True)
-class Pong:
-    """A round trip ended."""
-
-    round_trip_s: float
-
-
-@dataclass(frozen=True)
-class FaultText:
-    """A FAULT frame: the board's own words."""
-
-    reason: str
-    detail: str
-
-
-@dataclass(frozen=True)
-class SettingReply:
-    """The board's answer about a setting; numbers as in codes.SETTING_... and settings_table."""
-
-    request: int
-    index: int
-    value: int
-    """What is in force now."""
-    refused: int
-    """A reason code; 0 = done."""
-
-
-Event = (
-    SessionBegun
-    | SessionEnded
-    | VersionDiffers
-    | Pong
-    | FaultText
-    | SettingReply
-    | BoardState
-    | BoardStats
-    | BoardZone
-)
-
 
 # Gets each frame without its CRC: "up" or "down", when, its bytes.
 Witness = Callable[[str, float, bytes], None]

@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from gazechair.board.protocol import Event, LinkProtocol
+from gazechair.board.events import Event
+from gazechair.board.protocol import LinkProtocol
 
 
 class Line:

@@ -14,8 +14,8 @@ import pytest
 
 from gazechair.base.health import Health
 from gazechair.board.board_commands import Clearance, Command
+from gazechair.board.events import SettingReply
 from gazechair.board.link import BoardLink
-from gazechair.board.protocol import SettingReply
 from gazelink import codes
 from patience import wait_until
 

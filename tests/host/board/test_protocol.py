@@ -10,15 +10,15 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from gazechair.board.board_commands import STOP_COMMAND, Command
-from gazechair.board.protocol import (
+from gazechair.board.events import (
     Event,
     FaultText,
-    LinkProtocol,
     Pong,
     SessionBegun,
     SessionEnded,
     VersionDiffers,
 )
+from gazechair.board.protocol import LinkProtocol
 from gazechair.board.state import BoardState, BoardStats
 from gazelink import codes, frame, messages
 from gazesim.board_limits import LIMITS

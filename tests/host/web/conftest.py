@@ -15,7 +15,7 @@ import simple_websocket
 
 from gazechair.base.latest_value import Latest
 from gazechair.board.caretaker_settings import CaretakerSettings
-from gazechair.board.protocol import SettingReply
+from gazechair.board.events import SettingReply
 from gazechair.board.state import BoardState
 from gazechair.config.configuration import Config, WebConfig
 from gazechair.people.pairing import Paired, PairingDesk
