@@ -34,7 +34,7 @@ function row(strings, name, field, value, changed) {
     if (field.high) {
       [control.min, control.max] = [field.low / scale, field.high / scale];
       control.step = (field.step ?? 1) / scale;
-    } else if (control.type === "text") control.maxLength = 40;
+    } else if (control.type === "text") control.maxLength = field.longest ?? 40;
     control.addEventListener("change", () => {
       if (control.type === "checkbox") changed(control.checked);
       else changed(field.high ? Math.round(Number(control.value) * scale) : control.value.trim());

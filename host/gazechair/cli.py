@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from importlib.metadata import entry_points
 from pathlib import Path
 
+from gazechair.alerts import command as alert_command
 from gazechair.base.version import version
 from gazechair.blackbox import command as log_command
 from gazechair.config import configuration
@@ -111,6 +112,7 @@ def _parser() -> argparse.ArgumentParser:
     tune.set_defaults(act=_tune)
     lidar_cli.add(commands)
     log_command.add(commands)
+    alert_command.add(commands)
     config = commands.add_parser("config", help="print a configuration file with all defaults")
     config.set_defaults(act=_config)
     for added in sorted(entry_points(group=_COMMANDS), key=lambda entry: entry.name):

@@ -6,6 +6,7 @@ import logging
 import time
 from typing import Protocol
 
+from gazechair.alerts.service import Alerts
 from gazechair.base import health as h
 from gazechair.base.health import Health, HealthRegistry
 from gazechair.base.state_folder import state_folder
@@ -63,6 +64,7 @@ class Daemon:
             self._log.scan if config.log.record else None,
         )
         self._camera = CameraService(config.camera, self.parts.part("camera"))
+        self._alerts = Alerts(config, folder, self.parts)
         self.control = Control(
             config,
             self.link,
@@ -70,10 +72,11 @@ class Daemon:
             self._camera.latest().age_s,
             profiles=Profiles(folder, house_fields(config)),
             kept_cap=KeptCap(folder),
+            alerts=self._alerts,
         )
         self._plugins = Plugins(config.plugins, self.control, self.parts)
         self._web = FrontDoor(
-            config, self.control, self._camera.latest(), CaretakerSettings(self.link)
+            config, self.control, self._camera.latest(), CaretakerSettings(self.link), self._alerts
         )
 
     @property
@@ -113,6 +116,7 @@ class Daemon:
             (self._camera, self.parts.part("camera")),
         ):
             _start(part, health)
+        self._alerts.watch(self.control)
         self._plugins.start(_start)
 
     def stop(self) -> None:
@@ -122,6 +126,7 @@ class Daemon:
         self._running = False
         self._web.stop()
         self._plugins.stop()
+        self._alerts.stop()
         self.control.stop()
         time.sleep(_LAST_WORDS_S)
         self._lidar.stop()

@@ -100,7 +100,7 @@ def test_every_label_named_in_the_page_exists_and_none_is_unused():
     built |= {
         name for name in labels if name.startswith(("motion_", "owner_", "menu_", "look_", "stop_"))
     }
-    built |= {label for label in labels if label.startswith("role_")}
+    built |= {label for label in labels if label.startswith(("role_", "alert_"))}
     table_of_fields = fields(["nl"], {})
     built |= {*table_of_fields, *caretaker_settings.ALLOWED}
     built |= {f"{name}_{word}" for name, field in table_of_fields.items() for word in field.choices}

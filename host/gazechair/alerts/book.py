@@ -22,6 +22,7 @@ ANSWER_S = 20.0  # an attempt without a result by then has failed
 RETRIES_S = (10.0, 20.0, 40.0, 60.0)  # the last one again and again
 _MINUTE_S = 60.0
 _NEVER_S = float("-inf")
+_MOST_AT = 1e11
 
 
 @dataclass(frozen=True)
@@ -196,7 +197,7 @@ class Book:
         Rows that are no alerts are left out. Raises nothing.
         """
         for row in rows:
-            alert = _read(row)
+            alert = alert_of(row)
             if alert is None or alert.number < self._next:
                 continue
             self._next = alert.number + 1
@@ -253,7 +254,8 @@ def _live(alert: Alert, one: Delivery) -> bool:
     return one.attempts == 0 if alert.kind == TEST else alert.state == OPEN
 
 
-def _read(row: Mapping[str, Any]) -> Alert | None:
+def alert_of(row: Mapping[str, Any]) -> Alert | None:
+    """The alert of a line of the diary, but its deliveries; None: it is none."""
     try:
         alert = Alert(
             int(row["number"]),
@@ -265,9 +267,8 @@ def _read(row: Mapping[str, Any]) -> Alert | None:
             str(row["state"]),
             str(row["by"]),
         )
-        good = (
-            alert.key in REASONS and alert.state in STATES and isinstance(row["deliveries"], dict)
-        )
-    except (KeyError, TypeError, ValueError, OverflowError):
+        good = alert.key in REASONS and alert.state in STATES and 0 <= alert.at < _MOST_AT
+        good = good and all(isinstance(one, dict) for one in row["deliveries"].values())
+    except (KeyError, TypeError, ValueError, OverflowError, AttributeError):
         return None
     return alert if good else None

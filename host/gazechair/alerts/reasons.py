@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from gazechair.config.configuration import ALERT_KINDS
 from gazelink import codes
 
-HELP, STUCK, FAILURE, SYSTEM, TEST = KINDS = ("help", "stuck", "failure", "system", "test")
+HELP, STUCK, FAILURE, SYSTEM, TEST = KINDS = (*ALERT_KINDS, "test")
 """In the order in which they are sent when several wait."""
 
-ANYONE, CARETAKER, TECHNICIAN = ("anyone", "caretaker", "technician")
+# Keys of the string tables, too.
+ANYONE, CARETAKER, TECHNICIAN = ("alert_anyone", "alert_caretaker", "alert_technician")
 
 HELP_WANTED = "alert_help"
 OVERRULED = "alert_overruled"

@@ -35,3 +35,12 @@ def label(language: str, key: str) -> str:
     """A word of the pages' own. Raises FileNotFoundError, KeyError."""
     table = json.loads((web_folder() / "strings" / f"{language}.json").read_text("utf-8"))
     return str(table["labels"][key])
+
+
+def sentence(language: str, key: str) -> str:
+    """A message of the pages, or a label that only the caretaker sees. Raises as label does."""
+    folder = web_folder() / "strings"
+    messages = json.loads((folder / f"{language}.json").read_text("utf-8"))["messages"]
+    if key in messages:
+        return str(messages[key]["text"])
+    return str(json.loads((folder / f"{language}-care.json").read_text("utf-8"))["labels"][key])

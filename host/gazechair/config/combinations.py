@@ -29,6 +29,13 @@ def broken(config: Config) -> Iterator[Broken]:
         reason = 'must be the address of the stream when kind is "http", as http://host:port/path'
         yield Broken("camera", "url" if config.camera.url else "kind", reason)
     yield from _lidars(config.lidar)
+    for at, route in enumerate(config.routes):
+        if not route.url:
+            reason = "must be an address of Apprise, as ntfys://ntfy.sh/your-topic"
+            yield Broken("alerts.route", "url", reason, at)
+        if route.name in [other.name for other in config.routes[:at]]:
+            reason = f"{route.name!r} is the name of another route; give each its own"
+            yield Broken("alerts.route", "name", reason, at)
     reason = why_not(config.footprint.corners_m)
     if reason:
         yield Broken("footprint", "corners_m", f"must {reason}")

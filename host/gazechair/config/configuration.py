@@ -154,6 +154,34 @@ class LogConfig:
     pictures: bool = _setting(False, flag(), "true = a small picture of the camera each second")
 
 
+ALERT_KINDS = ("help", "stuck", "failure", "system")
+
+
+@dataclass(frozen=True)
+class AlertsConfig:
+    """Who is called when the driver or the chair needs somebody. Read docs/alerts.md."""
+
+    stuck_s: int = _setting(
+        60, integer(10, 3600), "so long overruled without getting on, the chair is stuck"
+    )
+
+
+@dataclass(frozen=True)
+class RouteConfig:
+    """One way to reach somebody outside the caretaker's page; several have a table each."""
+
+    name: str = _setting("route", word(), "what it is called on the page and in the diary")
+    url: str = _setting(
+        rules.Secret(""), rules.address(), "a service of Apprise (extra); secret, shown nowhere"
+    )
+    after_s: int = _setting(
+        0, integer(0, 3600), "an alert that nobody has answered for so long goes this way, too"
+    )
+    kinds: tuple[str, ...] = _setting(
+        ALERT_KINDS, rules.choices(*ALERT_KINDS), "which alerts go this way"
+    )
+
+
 @dataclass(frozen=True)
 class Config:
     """Everything that can be configured, by section."""
@@ -165,6 +193,9 @@ class Config:
     driver: DriverConfig = field(default_factory=DriverConfig)
     footprint: FootprintConfig = field(default_factory=FootprintConfig)
     log: LogConfig = field(default_factory=LogConfig)
+    alerts: AlertsConfig = field(default_factory=AlertsConfig)
+    routes: tuple[RouteConfig, ...] = ()
+    """Of [[alerts.route]]."""
     plugins: tuple[PluginConfig, ...] = ()
     """Inputs and modes that are switched on, each by a table of its own."""
 
@@ -180,7 +211,9 @@ SECTIONS: dict[str, type[Any]] = {
     "driver": DriverConfig,
     "footprint": FootprintConfig,
     "log": LogConfig,
+    "alerts": AlertsConfig,
 }
+_ROUTE = "alerts.route"
 
 
 def load(path: Path | None) -> Config:
@@ -210,6 +243,7 @@ def parse(content: str, name: str = "configuration") -> Config:
     known = ", ".join((*SECTIONS, *plugin_tables.KINDS))
     sections: dict[str, Any] = {}
     plugins: list[PluginConfig] = []
+    routes: list[dict[str, Any]] = []
     for section, values in document.items():
         if section in plugin_tables.KINDS:
             try:
@@ -221,11 +255,18 @@ def parse(content: str, name: str = "configuration") -> Config:
             continue
         if section not in SECTIONS:
             _refuse(content, name, section, None, f"is no section; there are {known}")
+        if section == "alerts" and isinstance(values, dict):
+            routes = values.pop("route", [])
+            if not isinstance(routes, list) or not all(isinstance(one, dict) for one in routes):
+                _refuse(content, name, _ROUTE, None, f"is one of several: write it as [[{_ROUTE}]]")
         tables = values if section in SEVERAL and isinstance(values, list) else [values]
         if not tables or not all(isinstance(table, dict) for table in tables):
             _refuse(content, name, section, None, f"is a section: write it as [{section}]")
         read = [_section(content, name, section, at, table) for at, table in enumerate(tables)]
         sections[section] = tuple(read) if section in SEVERAL else read[0]
+    if routes:
+        read = [_section(content, name, _ROUTE, at, table) for at, table in enumerate(routes)]
+        sections["routes"] = tuple(read)
     config = Config(**sections, plugins=tuple(plugins))
     for rule in combinations.broken(config):
         _refuse(content, name, rule.section, rule.key, rule.reason, rule.at)
@@ -234,7 +275,8 @@ def parse(content: str, name: str = "configuration") -> Config:
 
 def _section(content: str, name: str, section: str, at: int, values: dict[str, Any]) -> object:
     try:
-        return tables.read(SECTIONS[section], values, f"[{section}]")
+        table = RouteConfig if section == _ROUTE else SECTIONS[section]
+        return tables.read(table, values, f"[{section}]")
     except BadSetting as refused:
         _refuse(content, name, section, refused.key, refused.reason, at)
 
@@ -259,6 +301,7 @@ def annotated_default() -> str:
     lines = ["# Configuration of gazechair. Every line shows a default and may be left out."]
     for section, table in SECTIONS.items():
         lines += ["", *tables.described(table, section)]
+    lines += ["", *(f"# {line}".rstrip() for line in tables.described(RouteConfig, f"[{_ROUTE}]"))]
     lines += ["", "# Inputs and modes: [input.NAME], [mode.NAME]; `gazechair plugin list`."]
     return "\n".join(lines) + "\n"
 

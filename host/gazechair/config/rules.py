@@ -14,6 +14,13 @@ from gazechair.base.languages import languages
 Arc = tuple[float, float]
 
 
+class Secret(str):
+    """A text that neither a log nor an error shows."""
+
+    def __repr__(self) -> str:
+        return "(secret)"
+
+
 class Refused(ValueError):
     """A value that a setting does not accept; the text says what it accepts."""
 
@@ -49,6 +56,20 @@ def text() -> Kind:
     return _kind("a text", accept)
 
 
+def address(schemes: str = r"\w+") -> Kind:
+    """An address as scheme://...; it may contain a password, so a refusal does not repeat it."""
+
+    def check(value: Any) -> Secret:
+        whole = rf"((?:{schemes})://\S+)?"
+        if not isinstance(value, str) or not value.isprintable() or not re.fullmatch(whole, value):
+            raise Refused(f"must be {describe}; the value is not repeated here")
+        return Secret(value)
+
+    names = "service" if schemes == r"\w+" else schemes.partition("|")[0]
+    describe = f"an address as {names}://..."
+    return Kind(describe, check)
+
+
 def word() -> Kind:
     """A name: 1 to 20 letters, digits, - and _."""
 
@@ -69,6 +90,17 @@ def choice(*names: str) -> Kind:
         return value
 
     return _kind(" or ".join(f'"{name}"' for name in names), accept)
+
+
+def choices(*names: str) -> Kind:
+    """Some of `names`, in a list; at least one."""
+
+    def accept(value: Any) -> tuple[str, ...]:
+        if not isinstance(value, list) or not value or not all(name in names for name in value):
+            raise ValueError
+        return tuple(value)
+
+    return _kind(f"a list of {', '.join(names)}", accept)
 
 
 def language() -> Kind:
@@ -195,9 +227,10 @@ def line_of(content: str, section: str, key: str | None, at: int = 0) -> int:
     section_line = 1
     tables = -1
     for number_here, line in enumerate(content.splitlines(), 1):
-        header = re.match(r"\s*\[+\s*[\"']?([^\]\"'.\s]+)", line)
+        header = re.match(r"\s*(\[+)\s*[\"']?([^\]\"'.\s]+)([^\]]*)", line)
         if header and "=" not in line.split("]")[0]:
-            here = header.group(1)
+            # One of several tables inside a section is counted apart from it.
+            here = "".join(header.groups()[1:]).rstrip() if header[1] == "[[" else header[2]
             tables += here == section
             if here == section and tables == at:
                 section_line = number_here

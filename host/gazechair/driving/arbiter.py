@@ -130,6 +130,12 @@ class Arbiter:
         """A caretaker has answered the driver's call, and is coming."""
         return self._coming_till_s is not None and now_s < self._coming_till_s
 
+    def answer_call(self, now_s: float) -> None:
+        """A caretaker has answered the driver's call elsewhere than on a page's socket."""
+        if self.call:
+            self.call = False
+            self._coming_till_s = now_s + COMING_S
+
     def somebody_hears(self, now_s: float) -> bool:
         """A caretaker's page is connected: a call would reach it."""
         pages = self._clients.values()

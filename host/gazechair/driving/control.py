@@ -9,6 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from gazechair.alerts.watch import Situation
+from gazechair.base import health as states
 from gazechair.base.health import HealthRegistry
 from gazechair.base.latest_value import Clock
 from gazechair.board.board_commands import STOP_COMMAND, Bypass, Clearance, Command
@@ -39,6 +41,16 @@ class Link(Protocol):
     def state(self) -> BoardState | None: ...
     def stats(self) -> BoardStats | None: ...
     def board(self) -> BoardId | None: ...
+
+
+class Calls(Protocol):
+    """What Control shows of the alerts (gazechair.alerts.service.Alerts)."""
+
+    help_wanted: bool
+
+    @property
+    def revision(self) -> int: ...
+    def reaches_somebody(self) -> bool: ...
 
 
 @dataclass(frozen=True)
@@ -73,9 +85,11 @@ class Control:
         clock: Clock = time.monotonic,
         profiles: Profiles | None = None,
         kept_cap: KeptCap | None = None,
+        alerts: Calls | None = None,
     ) -> None:
         """`picture_age_s` is the age of the newest picture, None before the first; `profiles`
-        are those on disk, None: the configured one, in memory; `kept_cap`: the speed cap's file.
+        are those on disk, None: the configured one, in memory; `kept_cap`: the speed cap's file;
+        `alerts` None: calls reach pages only.
         """
         self._config = config
         self._link = link
@@ -87,6 +101,8 @@ class Control:
         self._kept_cap = kept_cap or KeptCap(None)
         self._arbiter = Arbiter(secrets.randbelow(256), secrets.randbelow(1 << 30))
         self._arbiter.cap_permille = self._kept_cap.read()
+        self._alerts = alerts
+        self._arbiter.call = alerts is not None and alerts.help_wanted
         self._stop_seen = StopSeen()
         self._errors = error_handler.ErrorHandler()
         self._verdict = error_handler.Verdict("ok", "ok")
@@ -193,6 +209,37 @@ class Control:
             **shown(clearance, self._clock(), self._clearance_old_s()),
         )
 
+    def situation(self) -> Situation:
+        """What may be a reason to call somebody, at this moment."""
+        with self._lock:
+            now_s = self._clock()
+            state = self._link.state()
+            armed = state is not None and state.state == codes.ARMED
+            command = self._arbiter.command
+            return Situation(
+                self._arbiter.call,
+                self._arbiter.coming(now_s),
+                command.edge,
+                command.verb != codes.STOP and command.ttl_deadline_s > now_s,
+                state is not None and armed and state.override != codes.NO_REASON,
+                state is not None and state.motion != codes.STOPPED,
+                frozenset(problem.key for problem in self._problems(state, now_s)),
+                {
+                    name: part.detail or part.reason
+                    for name, part in self._parts.states().items()
+                    if part.state == states.LOST and name not in ("board", "lidar", "camera")
+                },
+            )
+
+    def answer_call(self) -> None:
+        """A caretaker has answered the driver's call by acknowledging the alert."""
+        with self._lock:
+            self._arbiter.answer_call(self._clock())
+
+    def person(self) -> Message:
+        """The profile of the present driver."""
+        return self._profiles.chosen()
+
     def update(self) -> None:
         """Something about the board or a part's health has changed."""
         with self._lock:
@@ -255,7 +302,8 @@ class Control:
                 "cap_permille": self._arbiter.cap_permille,
                 "call": self._arbiter.call,
                 "coming": self._arbiter.coming(now_s),
-                "heard": self._arbiter.somebody_hears(now_s),
+                "heard": self._heard(now_s),
+                "alerts": self._alerts.revision if self._alerts else 0,
                 "stops": self._stop_seen.seen(client),
                 "profile": self._profiles.revision,
                 "bypass_ms": self._bypass_ms(),
@@ -321,7 +369,8 @@ class Control:
             self._arbiter.cap_permille,
             self._arbiter.call,
             self._arbiter.coming(now_s),
-            self._arbiter.somebody_hears(now_s),
+            self._heard(now_s),
+            self._alerts.revision if self._alerts else 0,
             self._stop_seen.all_seen(),
             self._profiles.revision,
             self._arbiter.bypass is None,
@@ -333,6 +382,11 @@ class Control:
             self._shown = shown
             self._version += 1
             self._lock.notify_all()
+
+    def _heard(self, now_s: float) -> bool:
+        if self._arbiter.somebody_hears(now_s):
+            return True
+        return self._alerts is not None and self._alerts.reaches_somebody()
 
     def _problems(self, state: BoardState | None, now_s: float) -> list[error_handler.Problem]:
         problems = error_handler.of_parts(self._parts.states())

@@ -52,7 +52,14 @@ def examine(config_path: Path | None) -> list[Finding]:
         return [*findings, Finding(FAIL, "configuration", str(error), "correct that line")]
     name = "all defaults" if config_path is None else str(config_path)
     findings.append(Finding(OK, "configuration", name))
-    return [*findings, *_devices(config), *_plugins(config), *_log(config), *_tools()]
+    return [
+        *findings,
+        *_devices(config),
+        *_plugins(config),
+        *_log(config),
+        *_alerts(config),
+        *_tools(),
+    ]
 
 
 def failed(findings: list[Finding]) -> bool:
@@ -128,6 +135,16 @@ def _log(config: Config) -> Iterator[Finding]:
     else:
         bounds = f"{config.log.keep_days} days, {config.log.max_mb} MB at most"
         yield Finding(OK, "log", f"records; {bounds}")
+
+
+def _alerts(config: Config) -> Iterator[Finding]:
+    names = ", ".join(route.name for route in config.routes)
+    if not config.routes:
+        yield Finding(OK, "alerts", "on the caretaker's page only", "read docs/alerts.md")
+    elif find_spec("apprise") is None:
+        yield Finding(FAIL, "alerts", "nobody is called", "pip install 'gazechair[alerts]'")
+    else:
+        yield Finding(OK, "alerts", names, "try them: gazechair alert test")
 
 
 def _tools() -> Iterator[Finding]:

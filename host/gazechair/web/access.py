@@ -13,6 +13,7 @@ from gazechair.people.pairing.one_time import VALID_S
 from gazechair.people.pairing.show import code_as_text
 from gazechair.picture.camera import Frame
 from gazechair.web import WebError, WebServer
+from gazechair.web.alert_routes import AlertBook
 
 
 class FrontDoor:
@@ -24,12 +25,14 @@ class FrontDoor:
         port: DriverPort,
         video: Latest[Frame] | None,
         settings: CaretakerSettings,
+        alerts: AlertBook,
     ) -> None:
         """Arguments as of WebServer."""
         self._config = config
         self._driver_port = port
         self._video = video
         self._settings = settings
+        self._alerts = alerts
         self._desk: PairingDesk | None = None
         self._web: WebServer | None = None
         self._side: LocalDoor | None = None
@@ -48,7 +51,13 @@ class FrontDoor:
         try:
             self._desk = PairingDesk(folder)
             self._web = WebServer(
-                self._config, self._driver_port, self._video, self._desk, folder, self._settings
+                self._config,
+                self._driver_port,
+                self._video,
+                self._desk,
+                folder,
+                self._settings,
+                self._alerts,
             )
             self._side = LocalDoor(self._desk, folder, self._pairing_url)
             self._side.start()

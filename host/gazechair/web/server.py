@@ -19,7 +19,7 @@ from gazechair.config.configuration import Config, is_loopback, uses_tls
 from gazechair.driving.driver_port import DriverPort
 from gazechair.people.pairing import Device, PairingDesk
 from gazechair.picture.camera import Frame
-from gazechair.web import files, pairing_routes, profile_routes, settings_routes
+from gazechair.web import alert_routes, files, pairing_routes, profile_routes, settings_routes
 from gazechair.web.answers import answer, refuse
 from gazechair.web.certificate import Certificate, CertificateError
 from gazechair.web.control_sockets import ControlHub
@@ -52,9 +52,11 @@ class WebServer:
         desk: PairingDesk,
         folder: Path,
         settings: CaretakerSettings,
+        alerts: alert_routes.AlertBook,
     ) -> None:
         """`video`: the slot with the newest picture, None without a camera; `folder`: for state."""
         self._settings = settings
+        self._alerts = alerts
         self._config = config
         self._driver_port = port
         self._desk = desk
@@ -145,6 +147,7 @@ class WebServer:
         )
         profile_routes.add_routes(app, self._driver_port)
         settings_routes.add_routes(app, self._settings)
+        alert_routes.add_routes(app, self._alerts)
         sock = Sock(app)
 
         @app.get("/health")

@@ -181,7 +181,9 @@ def test_a_host_that_restarts_continues_where_it_was() -> None:
     rows = scene.book.as_json()
     again = Scene()
     again.now_s = 7.0
-    again.book.restore([*rows, {}, {**rows[0], "deliveries": 3}], 7.0, 1000.0 + 1e9 + 100)
+    again.book.restore(
+        [*rows, {}, {**rows[0], "deliveries": 3}, {**rows[0], "at": 1e300}], 7.0, 1000.0 + 1e9 + 100
+    )
     again.wait(210)
     assert [(at_s + 993.0, route) for at_s, route in again.routes()] == [
         (20, "second"),

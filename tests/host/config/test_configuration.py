@@ -62,6 +62,8 @@ def test_several_lidars_have_a_table_each() -> None:
     assert [one.mask for one in read.lidar] == [(), ((170.0, -170.0),)]
 
 
+ROUTE = '[[alerts.route]]\nname = "zus"\nurl = "json://localhost/hush"\n'
+
 REFUSED = [
     ('[web]\nport = "x"', 2, "web.port must be a whole number 0..65535"),
     ("[web]\nport = 65536", 2, "not 65536"),
@@ -105,6 +107,15 @@ REFUSED = [
     ("lidar = [5]", 1, "write it as [lidar]"),
     ("[[board]]\n", 1, "write it as [board]"),
     ('[board]\nport = "a\\nb"', 2, "must be a text"),
+    ("[alerts]\nstuck_s = 9", 2, "10..3600"),
+    (ROUTE + "[alerts]\nstuck_s = 9", 5, "10..3600"),
+    ('[[alerts.route]]\nname = "zus"', 1, "alerts.route.url must be an address of Apprise"),
+    (ROUTE + ROUTE, 5, "the name of another route"),
+    (ROUTE + "kinds = []", 4, "a list of help, stuck, failure, system"),
+    (ROUTE + 'kinds = ["test"]', 4, "a list of help, stuck, failure, system"),
+    (ROUTE + "after_s = -1", 4, "0..3600"),
+    ("[alerts]\nroute = 3", 1, "write it as [[alerts.route]]"),
+    ("[[alerts]]\n", 1, "write it as [alerts]"),
 ]
 
 
@@ -153,3 +164,18 @@ def test_other_machines_come_in_encrypted_or_by_saying_so(lines: str, encrypted:
 @pytest.mark.parametrize("host", ["localhost", "127.0.0.1", "127.1.2.3", "::1"])
 def test_loopback_needs_no_permission(host: str) -> None:
     assert configuration.parse(f'[web]\nhost = "{host}"').web.host == host
+
+
+def test_routes_of_alerts_have_a_table_each_and_their_address_is_secret() -> None:
+    second = '[[alerts.route]]\nname = "sms"\nurl = "x://y"\nafter_s = 120\nkinds = ["help"]\n'
+    read = configuration.parse(ROUTE + second + "[alerts]\nstuck_s = 30")
+    assert read.alerts.stuck_s == 30
+    assert [(one.name, one.url, one.after_s) for one in read.routes] == [
+        ("zus", "json://localhost/hush", 0),
+        ("sms", "x://y", 120),
+    ]
+    assert read.routes[1].kinds == ("help",)
+    assert "hush" not in repr(read)
+    with pytest.raises(ConfigError) as refusal:
+        configuration.parse(ROUTE.replace("json://localhost", "no address of"))
+    assert "hush" not in str(refusal.value)

@@ -127,6 +127,7 @@ def test_snapshot_has_every_key_of_the_protocol(rig: Rig) -> None:
         "call": False,
         "coming": False,
         "heard": False,
+        "alerts": 0,
         "stops": 0,
         "profile": rig.control.profiles()["revision"],
         "bypass_ms": 0,

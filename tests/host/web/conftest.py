@@ -116,6 +116,23 @@ class FakeBoard:
         return SettingReply(request, index, self.values[index], self.refuse)
 
 
+class FakeAlerts:
+    """A book that notes who did what."""
+
+    def __init__(self) -> None:
+        self.heard: list[tuple[int | str, str]] = []
+
+    def as_json(self) -> dict[str, Any]:
+        return {"revision": 1, "routes": ["zus"], "alerts": []}
+
+    def acknowledge(self, number: int, by: str) -> bool:
+        self.heard.append((number, by))
+        return True
+
+    def test(self, by: str) -> None:
+        self.heard.append(("test", by))
+
+
 class Daemon(threading.Thread):
     """A client's receiving thread, which must not outlive the test run."""
 
@@ -202,12 +219,18 @@ def board() -> FakeBoard:
 
 
 @pytest.fixture
+def alerts() -> FakeAlerts:
+    return FakeAlerts()
+
+
+@pytest.fixture
 def server(
     port: FakePort,
     video: Latest[Frame],
     desk: PairingDesk,
     pages: Path,
     board: FakeBoard,
+    alerts: FakeAlerts,
     tmp_path: Path,
 ) -> Iterator[WebServer]:
     server = WebServer(
@@ -217,6 +240,7 @@ def server(
         desk,
         tmp_path / "state",
         CaretakerSettings(board),
+        alerts,
     )
     server.start()
     yield server

@@ -8,7 +8,7 @@ docs/scanning.md: starting points, to be adjusted with the person.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 Profile = dict[str, Any]
@@ -37,6 +37,8 @@ class Field:
     step: int = 0
     """Of a whole number: low..high, and what one press on + or - changes. 0: no number."""
     choices: tuple[str, ...] = ()
+    longest: int = MOST_NAME
+    """Of a text, in characters; it may be empty if its default is."""
 
     def accept(self, name: str, value: Any) -> Any:
         """The value, if this field takes it. Raises ProfileRefused."""
@@ -53,9 +55,11 @@ class Field:
                 return value
             wanted = "true or false"
         else:
-            if isinstance(value, str) and value.isprintable() and 0 < len(value) <= MOST_NAME:
+            least = 1 if self.default else 0
+            fits = isinstance(value, str) and least <= len(value) <= self.longest
+            if fits and value.isprintable():
                 return value
-            wanted = f"a text of 1..{MOST_NAME} characters"
+            wanted = f"a text of {least}..{self.longest} characters"
         raise ProfileRefused("profile_value", f"{name} must be {wanted}")
 
     def as_json(self) -> dict[str, Any]:
@@ -64,13 +68,14 @@ class Field:
             return {"choices": list(self.choices)}
         if self.step:
             return {"low": self.low, "high": self.high, "step": self.step}
-        return {}
+        return {} if self.longest == MOST_NAME else {"longest": self.longest}
 
 
 def fields(languages: Sequence[str], house: Mapping[str, Any]) -> dict[str, Field]:
     """Every field; `languages` there are words for, `house`: defaults other than these."""
     table = {
         "name": Field("driver"),
+        "help_sentence": Field("", longest=120),
         "mode": Field("step", choices=("step", "continuous")),
         "dwell_ms": Field(600, 300, 2000, 100),
         "steer_dwell_ms": Field(200, 100, 800, 50),
@@ -94,7 +99,7 @@ def fields(languages: Sequence[str], house: Mapping[str, Any]) -> dict[str, Fiel
     for name, value in house.items():
         field = table[name]
         default = field.accept(name, value)
-        table[name] = Field(default, field.low, field.high, field.step, field.choices)
+        table[name] = replace(field, default=default)
     return table
 
 

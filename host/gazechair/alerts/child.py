@@ -1,0 +1,105 @@
+"""The process that sends alerts: several at once, each in limited time, whatever a service does."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import socket
+import sys
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from gazechair.alerts import apprise_route
+from gazechair.base.supervisor import RecordWriter, enter_child
+
+LONGEST = 1 << 16  # bytes of a message to this process
+LIMIT_S = 12.0
+MOST_AT_ONCE = 8
+_LOOK_S = 0.1
+_ALIVE_S = 1.0
+
+Send = Callable[[str, str, str], str]
+
+
+class Attempts:
+    """Messages on their way, a thread each."""
+
+    def __init__(self, report: Callable[[dict[str, Any]], None], send: Send) -> None:
+        self._report = report
+        self._send = send
+        self._lock = threading.Lock()
+        self._open: dict[int, tuple[dict[str, Any], float]] = {}
+        self._next = 0
+        self.stuck = 0
+        """Threads that did not end in time."""
+
+    def begin(self, job: dict[str, Any], now_s: float) -> None:
+        """Send `job`; its end is reported, in time or not."""
+        with self._lock:
+            if len(self._open) + self.stuck >= MOST_AT_ONCE:
+                self._tell(job, f"{MOST_AT_ONCE} others are on their way")
+                return
+            self._next += 1
+            number = self._next
+            self._open[number] = (job, now_s)
+        threading.Thread(target=self._run, args=(number, job), daemon=True).start()
+
+    def look(self, now_s: float) -> None:
+        """Let time act."""
+        with self._lock:
+            for number, (job, since_s) in list(self._open.items()):
+                if now_s - since_s > LIMIT_S:
+                    del self._open[number]
+                    self.stuck += 1
+                    self._tell(job, f"no answer within {LIMIT_S:g} s")
+
+    def _run(self, number: int, job: dict[str, Any]) -> None:
+        problem = self._send(job["url"], job["title"], job["body"])
+        with self._lock:
+            if self._open.pop(number, None) is None:
+                self.stuck -= 1
+            else:
+                self._tell(job, problem)
+
+    def _tell(self, job: dict[str, Any], problem: str) -> None:
+        self._report({"number": job["number"], "route": job["route"], "problem": problem})
+
+
+def run(fd: int, out: RecordWriter) -> None:
+    """Until the daemon ends us, or too many services hang: then another process takes over."""
+    lock = threading.Lock()
+
+    def report(result: dict[str, Any]) -> None:
+        with lock:
+            out.facts(json.dumps(result).encode())
+
+    attempts = Attempts(report, apprise_route.send)
+    line = socket.socket(fileno=fd)
+    line.settimeout(_LOOK_S)
+    alive_s = 0.0
+    while attempts.stuck < MOST_AT_ONCE:
+        with contextlib.suppress(TimeoutError):
+            job = json.loads(line.recv(LONGEST))
+            if time.monotonic() < job["till_s"]:
+                attempts.begin(job, time.monotonic())
+        now_s = time.monotonic()
+        attempts.look(now_s)
+        if now_s >= alive_s + _ALIVE_S:
+            alive_s = now_s
+            with lock:
+                out.data(b"alive")
+
+
+def main() -> None:
+    """Entry of `python -m gazechair.alerts.child FD`: jobs come over that socket."""
+    out = enter_child()
+    with contextlib.suppress(BrokenPipeError):
+        run(int(sys.argv[1]), out)
+    os._exit(0)  # threads that hang hold up nobody
+
+
+if __name__ == "__main__":
+    main()

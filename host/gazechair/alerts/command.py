@@ -1,0 +1,83 @@
+"""The commands `gazechair alert test` and `list`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+from gazechair.alerts import apprise_route
+from gazechair.alerts.book import Alert, alert_of
+from gazechair.alerts.child import LIMIT_S
+from gazechair.alerts.diary import Diary
+from gazechair.alerts.reasons import TRIED
+from gazechair.alerts.words import words
+from gazechair.base.languages import sentence
+from gazechair.base.state_folder import state_folder
+from gazechair.config import configuration
+from gazechair.config.configuration import RouteConfig
+
+_REFUSED = 2
+
+
+def add(commands: Any) -> None:
+    """Add them to argparse's subparsers `commands`."""
+    alert = commands.add_parser("alert", help="who is called when somebody is needed")
+    acts = alert.add_subparsers(title="commands", required=True, metavar="WHAT")
+    test = acts.add_parser("test", help="send a test over every route, and say how it went")
+    listed = acts.add_parser("list", help="the diary: every alert, and who was reached")
+    test.set_defaults(act=_test)
+    listed.set_defaults(act=_list)
+    for command in (test, listed):
+        command.add_argument(
+            "--config", type=Path, metavar="FILE", help="the configuration of gazechair run"
+        )
+
+
+def _test(options: argparse.Namespace) -> int:
+    config = configuration.load(options.config)
+    if not config.routes:
+        return _refuse("no [[alerts.route]] is configured; read docs/alerts.md")
+    if not apprise_route.installed():
+        return _refuse(apprise_route.MISSING)
+    said = words(Alert(0, TRIED, time.time()), "", config.web.language)
+    results: dict[str, str] = {}
+
+    def send(route: RouteConfig) -> None:
+        results[route.name] = apprise_route.send(route.url, said.title, said.body)
+
+    threads = [threading.Thread(target=send, args=(one,), daemon=True) for one in config.routes]
+    end_s = time.monotonic() + LIMIT_S
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(max(0.0, end_s - time.monotonic()))
+    failed = False
+    for route in config.routes:
+        problem = results.get(route.name, f"no answer within {LIMIT_S:g} s")
+        failed |= bool(problem)
+        print(f"{route.name}: {problem or 'delivered'}", flush=True)
+    return 1 if failed else 0
+
+
+def _list(options: argparse.Namespace) -> int:
+    config = configuration.load(options.config)
+    for row in Diary(state_folder(config.web.state_folder)).read():
+        alert = alert_of(row)
+        if alert is None:
+            continue
+        when = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(alert.at))
+        by = f" by {alert.by}" if alert.by else ""
+        said = sentence(config.web.language, alert.key)
+        print(f"{when}  {said}, {alert.count}x, {alert.state}{by}")
+        for name, one in row["deliveries"].items():
+            print(f"    {name}: {one.get('state')} {one.get('detail', '')}".rstrip())
+    return 0
+
+
+def _refuse(line: str) -> int:
+    print(f"gazechair alert: {line}", file=sys.stderr)
+    return _REFUSED

@@ -1,0 +1,82 @@
+"""The daemon's end of the process that sends alerts: hands over, hears how it went, never waits."""
+
+from __future__ import annotations
+
+import json
+import socket
+import time
+from collections.abc import Callable
+from typing import Any
+
+from gazechair.alerts.book import ANSWER_S
+from gazechair.alerts.child import LONGEST
+from gazechair.alerts.words import Words
+from gazechair.base import health as states
+from gazechair.base.health import Health
+from gazechair.base.supervisor import Status, Supervised, Supervisor
+
+LOST = "alerts_lost"
+_SILENT_S = 10.0
+_START_S = 30.0
+_NICE = 10
+
+Result = Callable[[int, str, str], None]
+
+
+class Sender(Supervised):
+    """Messages to people who are not at the chair."""
+
+    def __init__(self, health: Health, result: Result) -> None:
+        """`result(number, route, problem)` is called when an attempt has ended, from a thread."""
+        self._health = health
+        self._result = result
+
+    def start(self) -> None:
+        """Start the process."""
+        self._ours, self._its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._ours.setblocking(False)
+        self._supervisor = Supervisor(
+            "gazechair.alerts.child",
+            str(self._its.fileno()),
+            lambda _alive: self._health.set(states.OK),
+            self._on_status,
+            lost_reason=LOST,
+            silent_s=_SILENT_S,
+            start_s=_START_S,
+            nice=_NICE,
+            fds=(self._its.fileno(),),
+            on_facts=self._on_facts,
+        )
+        self._supervisor.start()
+
+    def stop(self) -> None:
+        """End the process."""
+        if self._supervisor is not None:
+            super().stop()
+            self._ours.close()
+            self._its.close()
+
+    def send(self, number: int, route: str, url: str, words: Words) -> str:
+        """Hand it over; why that is not possible, or "": its result will follow."""
+        job = {
+            "number": number,
+            "route": route,
+            "url": url,
+            "title": words.title,
+            "body": words.body,
+            "till_s": time.monotonic() + ANSWER_S,
+        }
+        packet = json.dumps(job).encode()
+        assert len(packet) <= LONGEST
+        try:
+            self._ours.send(packet)
+        except OSError:
+            return "too many messages are waiting"
+        return ""
+
+    def _on_facts(self, payload: bytes) -> None:
+        found: dict[str, Any] = json.loads(payload)
+        self._result(found["number"], found["route"], found["problem"])
+
+    def _on_status(self, status: Status) -> None:
+        self._health.set(status.state, status.reason, status.detail)

@@ -1,0 +1,181 @@
+"""The alerts' part in the daemon: watches the host, keeps the book, has messages sent."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Protocol
+
+from gazechair.alerts import apprise_route
+from gazechair.alerts.book import OPEN, SENT, Alert, Book, Route
+from gazechair.alerts.diary import Diary
+from gazechair.alerts.reasons import HELP, HELP_WANTED, TRIED
+from gazechair.alerts.sender import LOST, Sender
+from gazechair.alerts.watch import Situation, Watch
+from gazechair.alerts.words import words
+from gazechair.base import health as states
+from gazechair.base.health import HealthRegistry
+from gazechair.config.configuration import Config
+
+LOOK_S = 0.2
+_KEEP_S = 1.0
+
+
+class Chair(Protocol):
+    """What alerts need of Control."""
+
+    def situation(self) -> Situation: ...
+    def answer_call(self) -> None: ...
+    def person(self) -> Mapping[str, Any]: ...
+
+
+class Alerts:
+    """Thread-safe; nothing here waits for a disk or a network. No lock is held in a callback."""
+
+    def __init__(
+        self,
+        config: Config,
+        folder: Path,
+        parts: HealthRegistry,
+        clock: Callable[[], float] = time.monotonic,
+        wall: Callable[[], float] = time.time,
+    ) -> None:
+        """`folder`: the state folder."""
+        self._language = config.web.language
+        self._urls = {route.name: route.url for route in config.routes}
+        self._helpers = [route.name for route in config.routes if HELP in route.kinds]
+        self._clock = clock
+        self._wall = wall
+        self._lock = threading.Lock()
+        self._diary = Diary(folder)
+        routes = [Route(one.name, one.after_s, one.kinds) for one in config.routes]
+        self._book = Book(routes)
+        self._book.restore(self._diary.read(), clock(), wall())
+        asked = self._book.of(HELP_WANTED)
+        self.help_wanted = asked is not None and asked.state == OPEN
+        """The driver asked for help before this host began, and nobody has answered."""
+        self._watch = Watch(config.alerts.stuck_s, self.help_wanted)
+        self._failing: set[str] = set()
+        self._health = parts.part("alerts") if config.routes else None
+        self._sender = Sender(self._health, self.result) if self._health else None
+        self._chair: Chair | None = None
+        self._kept = self._book.revision
+        self._ended = threading.Event()
+        self._threads = [
+            threading.Thread(target=self._run, name="alerts", daemon=True),
+            threading.Thread(target=self._keep, name="alert-diary", daemon=True),
+        ]
+
+    def watch(self, chair: Chair) -> None:
+        """Begin to look at `chair`."""
+        self._chair = chair
+        if self._health is not None and not apprise_route.installed():
+            self._health.set(states.LOST, LOST, apprise_route.MISSING)
+        elif self._sender is not None:
+            self._sender.start()
+        for thread in self._threads:
+            thread.start()
+
+    def stop(self) -> None:
+        """End the process and the threads; the diary is on disk then."""
+        self._ended.set()
+        for thread in self._threads:
+            if thread.is_alive():
+                thread.join(5.0)
+        if self._sender is not None:
+            self._sender.stop()
+
+    # For pages
+
+    @property
+    def revision(self) -> int:
+        """Changes with every alert."""
+        return self._book.revision
+
+    def reaches_somebody(self) -> bool:
+        """A call has reached somebody outside the page, or would as far as is known."""
+        with self._lock:
+            asked = self._book.of(HELP_WANTED)
+            if asked is not None and asked.state == OPEN:
+                return any(one.state == SENT for one in asked.deliveries.values())
+            return any(name not in self._failing for name in self._helpers)
+
+    def as_json(self) -> dict[str, Any]:
+        """GET /alerts."""
+        with self._lock:
+            return {
+                "revision": self._book.revision,
+                "routes": list(self._urls),
+                "alerts": self._book.as_json(),
+            }
+
+    def acknowledge(self, number: int, by: str) -> bool:
+        """`by` takes care of it; False: nothing of that number is open."""
+        with self._lock:
+            done = self._book.acknowledge(number, by)
+            alert = self._book.find(number)
+        if done and alert is not None and alert.kind == HELP and self._chair is not None:
+            self._chair.answer_call()
+        return done
+
+    def test(self, by: str) -> None:
+        """Send a test over every route."""
+        with self._lock:
+            alert = self._book.raise_(TRIED, self._clock(), self._wall(), detail=by)
+            self._book.acknowledge(alert.number, by)
+
+    # Inside
+
+    def result(self, number: int, route: str, problem: str) -> None:
+        """An attempt has ended; see Book.result."""
+        with self._lock:
+            self._book.result(number, route, problem, self._clock())
+            if problem:
+                self._failing.add(route)
+            else:
+                self._failing.discard(route)
+
+    def look(self) -> None:
+        """Let time act; called each LOOK_S."""
+        assert self._chair is not None
+        situation = self._chair.situation()
+        person = self._chair.person()
+        now_s = self._clock()
+        with self._lock:
+            for change in self._watch.look(situation, self._book.open_keys(), now_s):
+                if change.begins:
+                    sentence = str(person["help_sentence"])
+                    self._book.raise_(change.key, now_s, self._wall(), sentence, change.detail)
+                else:
+                    self._book.end(change.key, now_s)
+            asked = self._book.of(HELP_WANTED)
+            if asked is not None and asked.state == OPEN and situation.coming:
+                self._book.acknowledge(asked.number, "")  # who, the page says in a moment
+            due = self._book.due(now_s)
+        for alert, route in due:
+            problem = self._send(alert, route.name, str(person["name"]))
+            if problem:
+                self.result(alert.number, route.name, problem)
+
+    def _send(self, alert: Alert, route: str, driver: str) -> str:
+        if self._sender is None or not apprise_route.installed():
+            return apprise_route.MISSING
+        said = words(alert, driver, self._language)
+        return self._sender.send(alert.number, route, self._urls[route], said)
+
+    def _run(self) -> None:
+        while not self._ended.wait(LOOK_S):
+            self.look()
+
+    def _keep(self) -> None:
+        # A disk may hang: whoever calls somebody does not wait for it.
+        ended = False
+        while not ended:
+            ended = self._ended.wait(_KEEP_S)
+            with self._lock:
+                revision = self._book.revision
+                rows = self._book.as_json() if revision != self._kept else None
+            if rows is not None and self._diary.write(rows):
+                self._kept = revision

@@ -1,0 +1,99 @@
+"""What the host sees, turned into reasons to call somebody. Pure; times are monotonic seconds."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+
+from gazechair.alerts.reasons import HELP_WANTED, OVERRULED, PART, REASONS, SYSTEM
+
+MOVED_S = 2.0  # a chair that moved for so long is not stuck
+GAVE_UP_S = 30.0  # without another attempt for so long, the driver does not want to move
+
+
+@dataclass(frozen=True)
+class Situation:
+    """The host at one moment."""
+
+    call: bool = False
+    """The driver asks for help, and nobody has answered."""
+    coming: bool = False
+    """Somebody has answered, and is on the way."""
+    press: int = 0
+    """The board's number of the newest press: another number is another attempt."""
+    wants: bool = False
+    """Somebody presses."""
+    overruled: bool = False
+    """The board allows driving and overrules what was pressed last."""
+    moving: bool = False
+    problems: Collection[str] = ()
+    """Keys of the error handler's."""
+    lost: Mapping[str, str] = field(default_factory=dict)
+    """Other parts that are lost, and their detail."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """A reason begins, or is gone."""
+
+    key: str
+    begins: bool
+    detail: str = ""
+
+
+class Watch:
+    """How long each reason has lasted."""
+
+    def __init__(self, stuck_s: float, help_wanted: bool = False) -> None:
+        """`help_wanted`: the driver asked for help before this host began."""
+        self._stuck_s = stuck_s
+        self._call = help_wanted
+        self._since_s: dict[str, float] = {}
+        self._raised: set[str] = set()
+        self._press = 0
+        self._stuck_since_s: float | None = None
+        self._tried_s = 0.0
+        self._moving_since_s: float | None = None
+
+    def look(self, now: Situation, open_keys: Collection[str], now_s: float) -> Iterator[Change]:
+        """What has changed; `open_keys`: the reasons whose alerts are not over."""
+        if now.call and not self._call:
+            yield Change(HELP_WANTED, True)
+        elif not now.call and not now.coming and HELP_WANTED in open_keys:
+            yield Change(HELP_WANTED, False)
+        self._call = now.call
+        yield from self._stuck(now, open_keys, now_s)
+        lasting = {key for key in now.problems if key in REASONS}
+        if now.lost:
+            lasting.add(PART)
+        self._since_s = {key: self._since_s.get(key, now_s) for key in lasting}
+        self._raised &= lasting
+        for key in sorted(lasting - self._raised):
+            if now_s - self._since_s[key] >= REASONS[key].lasts_s:
+                self._raised.add(key)
+                detail = "; ".join(": ".join(part) for part in sorted(now.lost.items()))
+                yield Change(key, True, detail if REASONS[key].kind == SYSTEM else "")
+        for key in sorted({*open_keys} - lasting):
+            if REASONS[key].lasts_s > 0:
+                yield Change(key, False)
+
+    def _stuck(self, now: Situation, open_keys: Collection[str], now_s: float) -> Iterator[Change]:
+        if not now.moving:
+            self._moving_since_s = None
+        elif self._moving_since_s is None:
+            self._moving_since_s = now_s
+        tried = now.wants or now.press != self._press
+        self._press = now.press
+        if self._moving_since_s is not None and now_s - self._moving_since_s >= MOVED_S:
+            self._stuck_since_s = None
+            if OVERRULED in open_keys:
+                yield Change(OVERRULED, False)
+        elif now.overruled and tried:
+            self._tried_s = now_s
+            if self._stuck_since_s is None:
+                self._stuck_since_s = now_s
+        elif now_s - self._tried_s > GAVE_UP_S:
+            self._stuck_since_s = None
+        if self._stuck_since_s is not None and now_s - self._stuck_since_s >= self._stuck_s:
+            self._stuck_since_s = now_s  # and once more when it lasts
+            yield Change(OVERRULED, True)

@@ -1,0 +1,27 @@
+"""An alert in words, for a message to somebody who is not at the chair."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+from gazechair.alerts.book import Alert
+from gazechair.alerts.reasons import REASONS
+from gazechair.base.languages import sentence
+
+
+@dataclass(frozen=True)
+class Words:
+    """A message."""
+
+    title: str
+    body: str
+
+
+def words(alert: Alert, driver: str, language: str) -> Words:
+    """What to send about `alert` of the person called `driver`."""
+    lines = [f"{driver}: {alert.sentence}"] if alert.sentence else []
+    lines += [alert.detail] if alert.detail else []
+    lines.append(sentence(language, REASONS[alert.key].who))
+    lines.append(time.strftime("%Y-%m-%d %H:%M", time.localtime(alert.at)))
+    return Words(f"gazechair: {sentence(language, alert.key)}", "\n".join(lines))

@@ -1,0 +1,180 @@
+"""Messages over Apprise, to a real server on this machine: delivered, refused, hanging, missing."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gazechair.alerts import apprise_route
+from gazechair.alerts.book import Alert
+from gazechair.alerts.child import LIMIT_S, MOST_AT_ONCE, Attempts
+from gazechair.alerts.reasons import REASONS
+from gazechair.alerts.sender import Sender
+from gazechair.alerts.words import Words, words
+from gazechair.base.health import OK, Health
+from gazechair.base.languages import languages
+
+PATIENCE_S = 60.0
+
+
+class Target:
+    """A server that takes Apprise's json:// messages, or refuses them."""
+
+    def __init__(self) -> None:
+        self.heard: list[tuple[str, dict[str, Any]]] = []
+        self.status = 200
+        target = self
+
+        class Handler(BaseHTTPRequestHandler):
+            def do_POST(self) -> None:
+                body = self.rfile.read(int(self.headers["Content-Length"]))
+                target.heard.append((self.path, json.loads(body)))
+                self.send_response(target.status)
+                self.end_headers()
+
+            def log_message(self, *_: object) -> None:
+                pass
+
+        self.server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        self.port = self.server.server_port
+        threading.Thread(target=self.server.serve_forever, args=(0.05,), daemon=True).start()
+
+    def url(self, path: str = "hush-hush") -> str:
+        return f"json://person:password@127.0.0.1:{self.port}/{path}"
+
+
+@pytest.fixture
+def target() -> Iterator[Target]:
+    target = Target()
+    yield target
+    target.server.shutdown()
+    target.server.server_close()
+
+
+def until(true: Callable[[], object]) -> None:
+    end_s = time.monotonic() + PATIENCE_S
+    while not true():
+        assert time.monotonic() < end_s
+        time.sleep(0.02)
+
+
+def test_a_message_arrives(target: Target) -> None:
+    assert apprise_route.send(target.url(), "gazechair: hulp", "Ik zit vast") == ""
+    ((path, message),) = target.heard
+    assert path == "/hush-hush"
+    assert (message["title"], message["message"]) == ("gazechair: hulp", "Ik zit vast")
+
+
+def test_a_refusal_has_its_reason_and_no_secret(
+    target: Target, capfd: pytest.CaptureFixture[str]
+) -> None:
+    target.status = 503
+    problem = apprise_route.send(target.url(), "a", "b")
+    assert "503" in problem
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    gone = apprise_route.send(f"json://person:password@127.0.0.1:{port}/hush-hush", "a", "b")
+    assert gone
+    said = "".join([problem, gone, *capfd.readouterr()])
+    assert not [secret for secret in ("person", "password", "hush") if secret in said]
+
+
+def test_what_is_no_address_or_raises_is_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    import apprise
+
+    assert "no address" in apprise_route.send("nonsense://x", "a", "b")
+
+    def broken(_url: str) -> None:
+        raise RuntimeError("token abcdef")
+
+    monkeypatch.setattr(apprise.Apprise, "instantiate", broken)
+    problem = apprise_route.send("json://h/abcdef", "a", "b")
+    assert problem == "RuntimeError('token ...')"
+
+
+def test_without_the_package_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(apprise_route, "find_spec", lambda _: None)
+    assert apprise_route.send("json://h", "a", "b") == apprise_route.MISSING
+    assert "pip install 'gazechair[alerts]'" in apprise_route.MISSING
+
+
+def test_two_routes_are_used_at_the_same_time_and_one_that_hangs_has_its_time() -> None:
+    gate = threading.Event()
+    told: list[dict[str, Any]] = []
+    both = threading.Barrier(3, timeout=PATIENCE_S)
+
+    def send(url: str, title: str, body: str) -> str:
+        both.wait()
+        if url == "hangs":
+            gate.wait(PATIENCE_S)
+        return "refused" if url == "refuses" else ""
+
+    attempts = Attempts(told.append, send)
+    for number, url in enumerate(("works", "refuses", "hangs"), 1):
+        job = {"number": number, "route": url, "url": url, "title": "", "body": ""}
+        attempts.begin(job, 100.0)
+    until(lambda: len(told) == 2)
+    attempts.look(100.0 + LIMIT_S)
+    assert {one["route"]: one["problem"] for one in told} == {"works": "", "refuses": "refused"}
+    attempts.look(100.1 + LIMIT_S)
+    assert told[2] == {"number": 3, "route": "hangs", "problem": f"no answer within {LIMIT_S:g} s"}
+    assert attempts.stuck == 1
+    gate.set()
+    until(lambda: attempts.stuck == 0)
+    assert len(told) == 3
+
+
+def test_so_many_at_once_and_no_more() -> None:
+    gate = threading.Event()
+    told: list[dict[str, Any]] = []
+
+    def send(*_: str) -> str:
+        gate.wait(PATIENCE_S)
+        return ""
+
+    attempts = Attempts(told.append, send)
+    for number in range(MOST_AT_ONCE + 1):
+        job = {"number": number, "route": "x", "url": "x", "title": "", "body": ""}
+        attempts.begin(job, 0.0)
+    assert [one["number"] for one in told] == [MOST_AT_ONCE]
+    gate.set()
+    until(lambda: len(told) == MOST_AT_ONCE + 1)
+
+
+def test_the_process_sends_and_one_that_is_killed_is_replaced(target: Target) -> None:
+    health = Health("alerts")
+    results: list[tuple[int, str, str]] = []
+    sender = Sender(health, lambda *result: results.append(result))
+    sender.start()
+    try:
+        until(lambda: health.state == OK)
+        assert sender.send(1, "zus", target.url(), Words("a", "b")) == ""
+        assert sender.send(2, "sms", "nonsense://x", Words("a", "b")) == ""
+        until(lambda: len(results) == 2)
+        assert (1, "zus", "") in results
+        pid = sender.pid
+        assert pid is not None
+        assert "hush" not in Path(f"/proc/{pid}/cmdline").read_text()
+        os.kill(pid, signal.SIGKILL)
+        assert sender.send(3, "zus", target.url(), Words("c", "d")) == ""
+        until(lambda: (3, "zus", "") in results)
+    finally:
+        sender.stop()
+
+
+@pytest.mark.parametrize("language", languages())
+@pytest.mark.parametrize("key", sorted(REASONS))
+def test_every_alert_has_words(language: str, key: str) -> None:
+    said = words(Alert(1, key, 0.0, "Ik zit vast in het park", "lidar"), "Kees", language)
+    assert said.title.startswith("gazechair: ")
+    assert said.body.startswith("Kees: Ik zit vast in het park\nlidar\n")
