@@ -14,6 +14,18 @@ from patience import wait_until
 
 DEVICE = {"id": "3fa2b1", "role": "driver", "name": "tablet", "created": 0, "last_used": 0}
 PHONE = {**DEVICE, "id": "9c01aa", "role": "caretaker", "name": "phone", "you": True}
+ALERT = {
+    "number": 3,
+    "key": "alert_overruled",
+    "kind": "stuck",
+    "at": 1_790_000_000,
+    "sentence": "Ik zit vast in het park",
+    "detail": "",
+    "count": 1,
+    "state": "open",
+    "by": "",
+    "deliveries": {"anna": {"state": "failed", "detail": "no network"}},
+}
 SETTINGS = {
     "profile": {"value": 2, "low": 0, "high": 4, "default": 2},
     "linear_permille": {"value": 600, "low": 50, "high": 1000, "default": 600},
@@ -30,6 +42,11 @@ CODE = {
 CARETAKER = {
     "GET /settings": (200, {"settings": SETTINGS}),
     "POST /settings": (200, {"settings": SETTINGS}),
+    "GET /alerts": (200, {"revision": 1, "routes": ["anna"], "alerts": [ALERT]}),
+    "POST /alerts": (
+        200,
+        {"revision": 2, "routes": ["anna"], "alerts": [{**ALERT, "state": "acknowledged"}]},
+    ),
     "GET /pairing": (200, {"devices": [{**DEVICE, "you": False}, PHONE]}),
     "POST /pairing/code": (200, {**CODE, "qr": ["1010" * 6, "0110" * 6] * 12}),
     "POST /pairing/revoke": (200, {"devices": [PHONE]}),

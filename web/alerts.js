@@ -10,6 +10,7 @@ export class Alerts {
   #tones;
   #reasons = new Set();
   #seen = new Set();
+  #open = new Set(); // what nobody has acknowledged, but a call
   #againAt = 0;
   #heardMs = null;
 
@@ -24,10 +25,18 @@ export class Alerts {
   /** The host's state has come: a call for help and an error are reasons. */
   update({ call, level, message }, now) {
     this.#heardMs = now;
-    const reasons = new Set();
+    const reasons = new Set(this.#open);
     if (call) reasons.add("call");
     if (level === "error") reasons.add(message);
     this.#change(reasons, now);
+  }
+
+  /** What the host keeps as open alerts; a call comes with the state already. */
+  open(alerts, now) {
+    const others = alerts.filter(({ kind }) => kind !== "help");
+    const closed = [...this.#reasons].filter((reason) => !this.#open.has(reason));
+    this.#open = new Set(others.map(({ number, count }) => `alert ${number} ${count}`));
+    this.#change(new Set([...closed, ...this.#open]), now);
   }
 
   /** Lets time pass. */

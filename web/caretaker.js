@@ -1,5 +1,6 @@
 // The caretaker's page: connects its parts; one timer drives them all.
 
+import { AlertList } from "./alert_list.js";
 import { Alerts } from "./alerts.js";
 import { Banner } from "./banner.js";
 import { ChairSettings, PersonSettings } from "./care_settings.js";
@@ -26,7 +27,7 @@ const TICK_MS = 25;
 const RESET_HOLD_MS = 2000;
 /** Until the host has told the cap back, a moved slider keeps its place. */
 const CAP_SETTLES_MS = 1000;
-const TABS = ["drive", "settings", "modules", "pairing"];
+const TABS = ["drive", "settings", "modules", "pairing", "alarms"];
 
 const strings = await loadStrings(chosenLanguage(location.search, navigator.language), "care");
 const body = document.body;
@@ -43,6 +44,10 @@ const facts = new Facts(strings, {
 const line = new ObstacleLine(strings);
 const picture = new Picture(byId("picture"), (age) => setData("picture", age));
 const alerts = new Alerts(tones);
+const alertList = new AlertList(byId("alerts"), strings, (open) => {
+  alerts.open(open, performance.now());
+  setData("alerts", open.length > 0);
+});
 const stopSeen = new StopSeen(strings);
 const clock = new ClockWatch();
 const refuse = (key) => banner.notice("refused", key, performance.now());
@@ -124,6 +129,7 @@ const receivers = {
     tell(now);
     stopSeen.update(news.stops, now);
     alerts.update(news, now);
+    if (body.dataset.role === "caretaker") alertList.update(news.alerts);
     const ready = news.you && news.state === "armed" && body.dataset.role === "caretaker";
     joystick.enabled = ready;
     setText("take", strings.label(news.you ? "care_release" : "care_take"));
@@ -191,7 +197,10 @@ press("take", () => {
   if (state?.you) socket.send("release");
   else socket.sendFresh("take");
 });
-press("answer", () => socket.send("call", { on: false }));
+press("answer", () => {
+  socket.send("call", { on: false });
+  alertList.answerHelp();
+});
 for (const tab of TABS) press(`tab-${tab}`, () => openTab(tab));
 byId("cap").addEventListener("input", (event) => {
   capMovedMs = performance.now();

@@ -1,0 +1,101 @@
+"""Alerts on the caretaker's page: felt, shown with what did not arrive, acknowledged, tested."""
+
+import pytest
+
+from patience import wait_until
+from webperson import ALERT, CARETAKER, Driver
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture
+def caretaker(page, host):
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.add_init_script(
+        "window.shaken = 0; navigator.vibrate = () => (shaken += 1); window.notes = [];"
+        "window.Notification = class { static permission = 'granted';"
+        "static requestPermission() { notes.push('asked'); }"
+        "constructor(title, { body }) { notes.push(title, body); } };"
+    )
+    host.welcome["role"] = "caretaker"
+    host.replies.update(CARETAKER)
+    host.state.update(you=False, owner="driver")
+    person = Driver(page, host)
+    person.open("caretaker")
+    return person
+
+
+def open_alerts(caretaker, revision=1):
+    caretaker.state(alerts=revision)
+    wait_until(lambda: caretaker.page.locator("#alerts li").count(), "the alerts")
+    caretaker.page.locator("#tab-alarms").click()
+
+
+def test_an_alert_is_felt_told_and_shown_with_what_did_not_arrive(caretaker, artefact):
+    caretaker.state(alerts=1)
+    wait_until(lambda: caretaker.data("alerts") == "true", "the mark")
+    caretaker.advance(4500)
+    assert caretaker.page.evaluate("shaken") >= 2
+    assert caretaker.page.evaluate("notes") == [
+        "De rolstoel kan niet verder",
+        "Ik zit vast in het park",
+    ]
+    caretaker.page.locator("#tab-alarms").click()
+    artefact("caretaker-alerts")
+    text = caretaker.text("#alerts li")
+    for words in ("kan niet verder", "nog niemand", "park", "anna: niet bezorgd: no network"):
+        assert words in text
+    before = caretaker.page.evaluate("shaken")
+    caretaker.advance(5000)  # seen
+    assert caretaker.page.evaluate("shaken") == before
+
+
+def test_it_is_acknowledged_by_a_press(caretaker, host):
+    open_alerts(caretaker)
+    caretaker.page.locator("#alerts li button").click()
+    wait_until(lambda: "opgepakt" in caretaker.text("#alerts li"), "the answer")
+    assert host.posted == [("/alerts", {"acknowledge": 3})]
+    assert caretaker.data("alerts") == "false"
+
+
+def test_an_answer_to_a_call_names_who_answers(caretaker, host):
+    help_ = {**ALERT, "kind": "help", "key": "alert_help"}
+    host.replies["GET /alerts"] = 200, {"revision": 1, "routes": [], "alerts": [help_]}
+    caretaker.state(alerts=1, call=True)
+    wait_until(lambda: caretaker.page.locator("#alerts li").count(), "the alerts")
+    caretaker.page.locator("#answer").click()
+    wait_until(lambda: host.posted, "the name")
+    assert host.posted == [("/alerts", {"acknowledge": 3})]
+    assert caretaker.heard("call") == [{"k": "call", "on": False}]
+
+
+def test_a_press_tests_every_route(caretaker, host):
+    open_alerts(caretaker)
+    caretaker.page.locator("#alerts > button").click()
+    wait_until(lambda: host.posted, "the test")
+    assert host.posted == [("/alerts", {"test": True})]
+    assert "asked" in caretaker.page.evaluate("notes")
+
+
+def test_a_host_that_does_not_answer_is_asked_again(caretaker, host):
+    host.replies["GET /alerts"] = 500, {"reason": "bad_message"}
+    caretaker.state(alerts=1)
+    caretaker.run_for(100)
+    host.replies["GET /alerts"] = CARETAKER["GET /alerts"]
+
+    def shown():
+        caretaker.run_for(500)
+        caretaker.host.say_state()
+        return caretaker.page.locator("#alerts li").count()
+
+    wait_until(shown, "the alerts")
+
+
+def test_a_viewer_asks_for_none(page, host):
+    host.welcome["role"] = "viewer"
+    host.replies["GET /alerts"] = CARETAKER["GET /alerts"]
+    viewer = Driver(page, host)
+    viewer.open("caretaker")
+    viewer.state(alerts=1)
+    viewer.advance(500)
+    assert page.locator("#alerts li").count() == 0

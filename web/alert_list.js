@@ -1,0 +1,112 @@
+// The alerts on the caretaker's page: which there are, who takes care, what did not arrive; a test.
+
+const JSON_TYPE = { "Content-Type": "application/json" };
+const RETRY_MS = 2000;
+const MOST_SHOWN = 12;
+
+const element = (name, text, act) => {
+  const made = document.createElement(name);
+  [made.textContent, made.dir] = [text, "auto"];
+  if (act) made.addEventListener("click", act);
+  return made;
+};
+
+/** Newest first. An open one has a button by which this phone's person takes care of it. */
+export class AlertList {
+  #root;
+  #strings;
+  #changed;
+  #revision; // that is shown, or being fetched
+  #alerts = [];
+
+  /** `changed(open)` is told of the alerts that nobody has acknowledged. */
+  constructor(root, strings, changed) {
+    this.#root = root;
+    this.#strings = strings;
+    this.#changed = changed;
+  }
+
+  /** The host has this revision of the alerts. */
+  update(revision) {
+    if (revision === undefined || revision === this.#revision) return;
+    this.#revision = revision;
+    this.#ask({ cache: "no-store" });
+  }
+
+  /** This phone's person has answered the call for help. */
+  answerHelp() {
+    const help = this.#alerts.findLast(({ kind, state }) => kind === "help" && state !== "over");
+    if (help && !help.by) this.#post({ acknowledge: help.number });
+  }
+
+  test() {
+    // Only a press may ask for it.
+    globalThis.Notification?.requestPermission();
+    this.#post({ test: true });
+  }
+
+  #post(wish) {
+    this.#ask({ method: "POST", headers: JSON_TYPE, body: JSON.stringify(wish) });
+  }
+
+  async #ask(request) {
+    let answer = {};
+    try {
+      answer = await (await fetch("/alerts", request)).json();
+    } catch (error) {
+      console.warn(`alerts: ${error.message}`);
+    }
+    if (answer.alerts) this.#show(answer);
+    else setTimeout(() => (this.#revision = null), RETRY_MS);
+  }
+
+  #show({ alerts, routes }) {
+    const known = new Set(this.#alerts.map(({ number, count }) => `${number} ${count}`));
+    this.#alerts = alerts;
+    const open = alerts.filter(({ state }) => state === "open");
+    for (const alert of open) {
+      if (!known.has(`${alert.number} ${alert.count}`)) this.#notify(alert);
+    }
+    const list = document.createElement("ul");
+    list.append(...alerts.slice(-MOST_SHOWN).reverse().map((alert) => this.#row(alert)));
+    const label = (key) => this.#strings.label(key);
+    const note = element("p", label(routes.length ? "alert_note" : "alert_no_route"));
+    const test = element("button", label("alert_try"), () => this.test());
+    this.#root.replaceChildren(note, test, list);
+    this.#changed(open);
+  }
+
+  #text(key) {
+    return this.#strings.label(key) ?? this.#strings.message(key).text;
+  }
+
+  #row({ number, key, at, sentence, detail, count, state, by, deliveries }) {
+    const label = (name) => this.#strings.label(name);
+    const row = element("li", "");
+    row.dataset.state = state;
+    const words = element("p", "");
+    const times = count > 1 ? ` ${count}×` : "";
+    words.append(element("b", `${this.#text(key)}${times}`));
+    const when = new Date(at * 1000).toLocaleString(this.#strings.language);
+    words.append(element("small", `${when} · ${label(`alert_${state}`)} ${by}`.trim()));
+    for (const more of [sentence, detail]) if (more) words.append(element("small", more));
+    for (const [route, sent] of Object.entries(deliveries)) {
+      words.append(element("small", `${route}: ${label(`alert_${sent.state}`)} ${sent.detail}`));
+    }
+    row.append(words);
+    if (state === "open") {
+      const take = () => this.#post({ acknowledge: number });
+      row.append(element("button", label("care_answer"), take));
+    }
+    return row;
+  }
+
+  #notify({ number, key, sentence }) {
+    if (globalThis.Notification?.permission !== "granted") return;
+    try {
+      new Notification(this.#text(key), { body: sentence, tag: `alert ${number}` });
+    } catch (error) {
+      console.warn(`notification: ${error.message}`); // some phones' browsers allow none
+    }
+  }
+}
