@@ -115,3 +115,10 @@ class Loose(Metronome):
         """A loose table."""
 
         how: str = setting("drive", Kind("anything", lambda value: value), "anything")
+
+
+class Tidy(Metronome):
+    """Says on its standard error that it was closed."""
+
+    def close(self) -> None:
+        os.write(2, b"closed")

@@ -64,12 +64,15 @@ def serve(argument: dict[str, Any], out: RecordWriter, words: int) -> None:
         out.data(json.dumps(facts).encode())
         return
     plugin = asked.build(found, title, argument["settings"])
-    if how == "paced":
-        _pace(plugin, out, words)
-    elif isinstance(plugin, Input):
-        _serve_input(plugin, out)
-    else:
-        _serve_mode(plugin, out, words)
+    try:
+        if how == "paced":
+            _pace(plugin, out, words)
+        elif isinstance(plugin, Input):
+            _serve_input(plugin, out)
+        else:
+            _serve_mode(plugin, out, words)
+    finally:
+        plugin.close()
 
 
 def _period_s(plugin: Any) -> float:

@@ -115,6 +115,9 @@ class _Plugin:
         """What is wrong at this moment, one plain line for page and log; "" for nothing."""
         return ""
 
+    def close(self) -> None:
+        """Give back what it opened: called once at the end, unless its process is killed."""
+
 
 class Input(_Plugin):
     """A person's device: says what they want. The first line of its docstring describes it."""

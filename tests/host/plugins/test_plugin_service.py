@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -13,6 +16,7 @@ import pytest
 
 from controlrig import Rig
 from gazechair.base.health import HealthRegistry
+from gazechair.base.supervisor import DATA, RecordReader
 from gazechair.config import configuration
 from gazechair.plugins import describe, found, service
 from gazechair.plugins.found import Found
@@ -223,3 +227,20 @@ def test_two_packages_with_one_name_are_refused(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(found, "installed", lambda: rows)
     with pytest.raises(LookupError, match="one and two both offer the input a"):
         found.find("input", "a")
+
+
+def test_a_process_that_ends_in_order_closes_its_plugin() -> None:
+    argument = {"kind": "input", "name": "tidy", "entry": "pluginsamples:Tidy", "settings": {}}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "gazechair.plugins.child", json.dumps({**argument, "how": "serve"})],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=dict(os.environ, PYTHONPATH=os.pathsep.join(p for p in sys.path if p)),
+    )
+    assert process.stdout is not None
+    reader = RecordReader()
+    while DATA not in [kind for kind, _ in reader.feed(os.read(process.stdout.fileno(), 4096))]:
+        pass
+    process.terminate()
+    assert process.communicate(timeout=30)[1] == b"closed"
+    assert process.returncode == 0

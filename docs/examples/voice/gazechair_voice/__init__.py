@@ -1,0 +1,1 @@
+"""An input of gazechair: spoken words, recognised offline on this machine."""
