@@ -18,6 +18,7 @@ import numpy as np
 from gazechair.plugins import Unusable
 
 RATE = 16_000
+MOST_RATE = 192_000
 BYTES_PER_S = 2 * RATE
 WAIT_S = 0.1
 SILENT_S = 1.0  # a microphone that sends nothing for so long is gone
@@ -153,8 +154,8 @@ def read_wav(path):
     try:
         with wave.open(path, "rb") as file:
             width, channels, rate = file.getsampwidth(), file.getnchannels(), file.getframerate()
-            if rate < RATE:
-                raise Unusable(f"{path} has {rate} samples a second; {RATE} are needed")
+            if not RATE <= rate <= MOST_RATE:
+                raise Unusable(f"{path} has {rate} samples a second, not {RATE} to {MOST_RATE}")
             data = file.readframes(int(LONGEST_S * rate))
     except (OSError, EOFError, wave.Error, ValueError) as error:
         raise Unusable(f"{path} is no WAV file of PCM sound: {error or 'it is cut off'}") from None

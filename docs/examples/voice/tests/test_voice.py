@@ -205,8 +205,10 @@ def test_a_wav_file_that_is_none_is_refused_in_one_line(tmp_path):
             sources.read_wav(str(tmp_path / name))
         assert "is no WAV file of PCM sound" in str(refused.value)
         assert "\n" not in str(refused.value)
-    with pytest.raises(Unusable, match="8000 samples a second; 16000 are needed"):
-        sources.read_wav(wav(tmp_path / "slow.wav", bytes(320), rate=8000))
+    for rate in (8000, 2_000_000_000):
+        with pytest.raises(Unusable, match=f"{rate} samples a second, not 16000 to 192000"):
+            sources.read_wav(wav(tmp_path / "rate.wav", bytes(320), rate=rate))
+    assert sources.read_wav(wav(tmp_path / "none.wav", b"")) == b""
     (tmp_path / "truncated.wav").write_bytes(whole[:1001])
     assert len(sources.read_wav(str(tmp_path / "truncated.wav"))) == 956  # whole samples only
     for path in ("/no/such.wav", "a\0b", str(tmp_path)):
