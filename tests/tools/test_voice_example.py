@@ -20,7 +20,7 @@ pytest.importorskip("pocketsphinx")
 pytest.importorskip("espeakng_loader")
 
 PLACE = gazesetup.ROOT / "docs" / "examples" / "voice"
-LIMIT_S = 240.0
+RUN_S = 240.0
 FOUND = Found("input", "voice", "gazechair_voice.voice:Voice", "gazechair-voice")
 SLICE_BYTES = 640  # 20 ms
 pytestmark = pytest.mark.xdist_group("wheel")
@@ -44,7 +44,7 @@ def environment(installed: Path, tmp_path_factory: pytest.TempPathFactory) -> di
 
 def run(env: dict[str, str], *words: str) -> str:
     done = subprocess.run(
-        [sys.executable, *words], env=env, capture_output=True, text=True, timeout=LIMIT_S
+        [sys.executable, *words], env=env, capture_output=True, text=True, timeout=RUN_S
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
