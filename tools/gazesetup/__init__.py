@@ -2,6 +2,7 @@
 
 from gazesetup.m7 import find_m7
 from gazesetup.micropython import MicroPython, ensure_micropython
+from gazesetup.mosquitto import ensure_mosquitto
 from gazesetup.packages import ensure_chromium, ensure_qemu
 from gazesetup.paths import LOCAL, ROOT, source_environment
 from gazesetup.progress import NotAvailable, note, say
@@ -16,6 +17,7 @@ __all__ = [
     "NotAvailable",
     "ensure_chromium",
     "ensure_micropython",
+    "ensure_mosquitto",
     "ensure_pypy",
     "ensure_qemu",
     "ensure_venv",

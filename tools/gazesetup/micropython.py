@@ -14,7 +14,7 @@ from gazesetup.progress import NotAvailable, note
 _DEBIAN = private.Private(
     name="micropython",
     what="32-bit MicroPython",
-    program="micropython",
+    program="bin/micropython",
     suite="trixie",
     arch="i386",
     libraries="i386-linux-gnu",

@@ -22,7 +22,7 @@ _CHECK_S = 30.0
 _WRAPPER = """#!/bin/sh
 here=${{0%/*}}
 lib=$here/root/usr/lib/{libraries}
-exec "$lib/{loader}" --library-path "$lib" "$here/root/usr/bin/{program}" "$@"
+exec "$lib/{loader}" --library-path "$lib" "$here/root/usr/{program}" "$@"
 """
 
 
@@ -32,7 +32,7 @@ class Private:
 
     name: str  # of its folder in .local and of the program there
     what: str
-    program: str  # in /usr/bin
+    program: str  # in /usr, with its folder there
     suite: str
     arch: str
     libraries: str  # the folder of that architecture's libraries in /usr/lib, and their loader

@@ -11,7 +11,7 @@ from gazesetup.progress import NotAvailable
 _PYPY = private.Private(
     name="pypy3",
     what="PyPy",
-    program="pypy3.11",
+    program="bin/pypy3.11",
     suite="trixie",
     arch="amd64",
     libraries="x86_64-linux-gnu",

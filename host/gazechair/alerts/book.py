@@ -107,6 +107,10 @@ class Book:
         """Every alert, oldest first."""
         return [alert.as_json() for alert in self._alerts]
 
+    def alerts(self) -> tuple[Alert, ...]:
+        """Every alert, oldest first."""
+        return tuple(self._alerts)
+
     def of(self, key: str) -> Alert | None:
         """The newest alert for this reason."""
         return next((alert for alert in reversed(self._alerts) if alert.key == key), None)

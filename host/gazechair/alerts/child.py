@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import Any
 
 from gazechair.alerts import apprise_route
+from gazechair.alerts.mqtt import Broker
 from gazechair.base.supervisor import RecordWriter, enter_child
 
 LONGEST = 1 << 16  # bytes of a message to this process
@@ -77,20 +78,24 @@ def run(fd: int, out: RecordWriter) -> None:
             out.facts(json.dumps(result).encode())
 
     attempts = Attempts(report, apprise_route.send)
+    broker = Broker()
     line = socket.socket(fileno=fd)
     line.settimeout(_LOOK_S)
     alive_s = 0.0
     while attempts.stuck < MOST_AT_ONCE:
         with contextlib.suppress(TimeoutError):
             job = json.loads(line.recv(LONGEST))
-            if time.monotonic() < job["till_s"]:
+            if "mqtt" in job:
+                broker.tell(job["mqtt"], job["node"], job["state"], time.monotonic())
+            elif time.monotonic() < job["till_s"]:
                 attempts.begin(job, time.monotonic())
         now_s = time.monotonic()
         attempts.look(now_s)
+        broker.tick(now_s)
         if now_s >= alive_s + _ALIVE_S:
             alive_s = now_s
             with lock:
-                out.data(b"alive")
+                out.data(broker.problem.encode())
 
 
 def main() -> None:

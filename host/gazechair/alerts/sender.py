@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import socket
 import time
@@ -16,6 +17,7 @@ from gazechair.base.health import Health
 from gazechair.base.supervisor import Status, Supervised, Supervisor
 
 LOST = "alerts_lost"
+NO_BROKER = "alerts_mqtt"
 _SILENT_S = 10.0
 _START_S = 30.0
 _NICE = 10
@@ -38,7 +40,7 @@ class Sender(Supervised):
         self._supervisor = Supervisor(
             "gazechair.alerts.child",
             str(self._its.fileno()),
-            lambda _alive: self._health.set(states.OK),
+            self._on_alive,
             self._on_status,
             lost_reason=LOST,
             silent_s=_SILENT_S,
@@ -73,6 +75,18 @@ class Sender(Supervised):
         except OSError:
             return "too many messages are waiting"
         return ""
+
+    def tell_broker(self, url: str, node: str, state: dict[str, str]) -> None:
+        """What the broker is to know; said again and again, for it is also the sign of life."""
+        packet = json.dumps({"mqtt": url, "node": node, "state": state}).encode()
+        with contextlib.suppress(OSError):
+            self._ours.send(packet)
+
+    def _on_alive(self, problem: bytes) -> None:
+        if problem:
+            self._health.set(states.DEGRADED, NO_BROKER, f"MQTT: {problem.decode()}")
+        else:
+            self._health.set(states.OK)
 
     def _on_facts(self, payload: bytes) -> None:
         found: dict[str, Any] = json.loads(payload)

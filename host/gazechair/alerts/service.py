@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import platform
+import re
 import secrets
 import threading
 import time
@@ -9,19 +11,21 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
-from gazechair.alerts import apprise_route
+from gazechair.alerts import apprise_route, mqtt
 from gazechair.alerts.book import OPEN, SENT, Alert, Book, Route
 from gazechair.alerts.diary import Diary
-from gazechair.alerts.reasons import HELP, HELP_WANTED, TRIED
+from gazechair.alerts.reasons import HELP, HELP_WANTED, KINDS, TEST, TRIED
 from gazechair.alerts.sender import LOST, Sender
 from gazechair.alerts.watch import Situation, Watch
 from gazechair.alerts.words import words
 from gazechair.base import health as states
 from gazechair.base.health import HealthRegistry
+from gazechair.base.languages import sentence
 from gazechair.config.configuration import Config
 
 LOOK_S = 0.2
 _KEEP_S = 1.0
+_TELL_S = 5.0
 
 
 class Chair(Protocol):
@@ -60,7 +64,12 @@ class Alerts:
         """The driver asked for help before this host began, and nobody has answered."""
         self._watch = Watch(config.alerts.stuck_s, self.help_wanted)
         self._failing: set[str] = set()
-        self._health = parts.part("alerts") if config.routes else None
+        self._broker = config.alerts.mqtt
+        self._node = re.sub(r"\W", "_", platform.node()) or "chair"
+        self._told: dict[str, str] = {}
+        self._told_s = 0.0
+        wanted = config.routes or self._broker
+        self._health = parts.part("alerts") if wanted else None
         self._sender = Sender(self._health, self.result) if self._health else None
         self._chair: Chair | None = None
         self._kept = self._book.revision
@@ -73,7 +82,8 @@ class Alerts:
     def watch(self, chair: Chair) -> None:
         """Begin to look at `chair`."""
         self._chair = chair
-        if self._health is not None and not apprise_route.installed():
+        silent = not apprise_route.installed() and not self._broker
+        if self._health is not None and silent:
             self._health.set(states.LOST, LOST, apprise_route.MISSING)
         elif self._sender is not None:
             self._sender.start()
@@ -148,18 +158,34 @@ class Alerts:
         with self._lock:
             for change in self._watch.look(situation, self._book.open_keys(), now_s):
                 if change.begins:
-                    sentence = str(person["help_sentence"])
-                    self._book.raise_(change.key, now_s, self._wall(), sentence, change.detail)
+                    said = str(person["help_sentence"])
+                    self._book.raise_(change.key, now_s, self._wall(), said, change.detail)
                 else:
                     self._book.end(change.key, now_s)
             asked = self._book.of(HELP_WANTED)
             if asked is not None and asked.state == OPEN and situation.coming:
                 self._book.acknowledge(asked.number, "")  # who, the page says in a moment
             due = self._book.due(now_s)
+            state = self._as_state()
+        news = state != self._told or now_s - self._told_s >= _TELL_S
+        if self._sender is not None and self._broker and news:
+            self._told, self._told_s = state, now_s
+            self._sender.tell_broker(self._broker, self._node, state)
         for alert, route in due:
             problem = self._send(alert, route.name, str(person["name"]))
             if problem:
                 self.result(alert.number, route.name, problem)
+
+    def _as_state(self) -> dict[str, str]:
+        """What Home Assistant shows."""
+        rows = [alert for alert in self._book.alerts() if alert.kind != TEST]
+        kinds = {alert.kind for alert in rows if alert.state == OPEN}
+        last = sentence(self._language, rows[-1].key) if rows else ""
+        return {
+            "help": "ON" if HELP in kinds else "OFF",
+            "state": next((kind for kind in KINDS if kind in kinds), mqtt.OK),
+            "last_alert": last,
+        }
 
     def _send(self, alert: Alert, route: str, driver: str) -> str:
         if self._sender is None or not apprise_route.installed():

@@ -164,6 +164,11 @@ class AlertsConfig:
     stuck_s: int = _setting(
         60, integer(10, 3600), "so long overruled without getting on, the chair is stuck"
     )
+    mqtt: str = _setting(
+        rules.Secret(""),
+        rules.address("mqtt|mqtts"),
+        "broker that Home Assistant listens to (extra), mqtt://user:password@host; secret",
+    )
 
 
 @dataclass(frozen=True)

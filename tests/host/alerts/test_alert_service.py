@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from controlrig import FakeLink
+from controlrig import QUIET, FakeLink
 from gazechair import cli
 from gazechair.alerts import apprise_route
 from gazechair.alerts.book import RETRIES_S
@@ -17,9 +18,10 @@ from gazechair.alerts.reasons import HELP_WANTED
 from gazechair.alerts.service import LOOK_S, Alerts
 from gazechair.alerts.words import Words
 from gazechair.base.health import OK, HealthRegistry
-from gazechair.config.configuration import Config, RouteConfig
+from gazechair.config.configuration import AlertsConfig, Config, RouteConfig
 from gazechair.config.rules import Secret
 from gazechair.driving.control import Control
+from gazelink import codes
 
 ROUTES = (
     RouteConfig("zus", Secret("json://localhost/hush")),
@@ -40,8 +42,9 @@ class Rig:
         self.alerts = Alerts(
             config, folder, self.parts, lambda: self.now_s, lambda: 1e9 + self.now_s
         )
+        self.link = FakeLink()
         self.control = Control(
-            config, FakeLink(), self.parts, clock=lambda: self.now_s, alerts=self.alerts
+            config, self.link, self.parts, clock=lambda: self.now_s, alerts=self.alerts
         )
         self.alerts._chair = self.control
         if self.alerts._sender is not None:
@@ -60,7 +63,7 @@ class Rig:
         end_s = self.now_s + seconds
         while self.now_s < end_s:
             self.alerts.look()
-            self.now_s += LOOK_S
+            self.now_s = round(self.now_s + LOOK_S, 1)
 
     def help(self, on: bool = True) -> None:
         assert self.control.receive(self.page, {"k": "call", "on": on}) == []
@@ -182,6 +185,49 @@ def test_the_threads_keep_the_diary(tmp_path: Path) -> None:
     rig.alerts.stop()
     (row,) = Diary(tmp_path).read()
     assert (row["key"], row["by"]) == ("alert_test", "Anna")
+
+
+def test_the_broker_is_told_what_changes_and_again_each_few_seconds(
+    rig: Rig, tmp_path: Path
+) -> None:
+    config = Config(alerts=AlertsConfig(mqtt=Secret("mqtt://house")))
+    alerts = Alerts(config, tmp_path / "other", rig.parts, lambda: rig.now_s, lambda: 1e9)
+    alerts._chair = rig.control
+    told: list[tuple[float, dict[str, str]]] = []
+    assert alerts._sender is not None
+    alerts._sender.tell_broker = (  # type: ignore[method-assign]
+        lambda url, node, state: told.append((round(rig.now_s - 10.0, 1), state))
+    )
+    rig.alerts = alerts
+    rig.wait(1)
+    rig.help()
+    rig.wait(8)
+    assert [at_s for at_s, _ in told] == [0.0, 1.0, 6.0]
+    assert told[0][1] == {"help": "OFF", "state": "ok", "last_alert": ""}
+    assert told[1][1] == {
+        "help": "ON",
+        "state": "help",
+        "last_alert": "De bestuurder vraagt hulp",
+    }
+
+
+def test_a_driver_whose_every_press_is_overruled_is_stuck_until_the_chair_moves(rig: Rig) -> None:
+    def press(edge: int, **board: int) -> None:
+        token = rig.shown()["token"]
+        message = {"verb": "forward", "mode": "continuous", "edge": edge, "token": token}
+        rig.control.receive(rig.page, {"k": "cmd", **message})
+        rig.link.now = replace(QUIET, state=codes.ARMED, received_s=rig.now_s, **board)
+        rig.control.update()
+
+    rig.link.now = replace(QUIET, state=codes.ARMING)
+    rig.control.receive(rig.page, {"k": "arm", "token": rig.shown()["token"]})
+    for edge in range(1, 65):
+        press(edge, override=codes.OBSTACLE_FORWARD)
+        rig.wait(1)
+    assert (rig.row()["key"], rig.row()["state"]) == ("alert_overruled", "open")
+    press(99, motion=codes.MOVING_FORWARD)
+    rig.wait(3)
+    assert rig.row()["state"] == "over"
 
 
 def file_with(folder: Path, more: str = "") -> str:

@@ -108,6 +108,7 @@ REFUSED = [
     ("[[board]]\n", 1, "write it as [board]"),
     ('[board]\nport = "a\\nb"', 2, "must be a text"),
     ("[alerts]\nstuck_s = 9", 2, "10..3600"),
+    ('[alerts]\nmqtt = "http://x"', 2, "alerts.mqtt must be an address as mqtt://..."),
     (ROUTE + "[alerts]\nstuck_s = 9", 5, "10..3600"),
     ('[[alerts.route]]\nname = "zus"', 1, "alerts.route.url must be an address of Apprise"),
     (ROUTE + ROUTE, 5, "the name of another route"),

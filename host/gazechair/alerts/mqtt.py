@@ -1,0 +1,132 @@
+"""What a broker is told for Home Assistant: help wanted, state, last alert, a heartbeat.
+
+Everything here is called by one thread but the callbacks of paho, which only note what happened.
+"""
+
+from __future__ import annotations
+
+import json
+from importlib.util import find_spec
+from typing import Any
+from urllib.parse import unquote, urlsplit
+
+from gazechair.alerts.reasons import KINDS
+
+MISSING = "no broker is told: pip install 'gazechair[alerts]'"
+HEARTBEAT_S = 30.0
+EXPIRES_S = 90  # Home Assistant calls the chair unavailable then
+HOST_SILENT_S = 15.0  # a host that has said nothing for so long is not alive
+_KEEPALIVE_S = 20
+OK = "ok"
+
+
+class Broker:
+    """One connection, made again whenever it is lost."""
+
+    def __init__(self) -> None:
+        self.problem = ""
+        """Why the broker is not told; "" while it is, or is not configured."""
+        self._client: Any = None
+        self._connected = False
+        self._announced = False
+        self._online = False
+        self._node = ""
+        self._state: dict[str, str] = {}
+        self._heard_s = 0.0
+        self._sent_s = 0.0
+
+    def tell(self, url: str, node: str, state: dict[str, str], now_s: float) -> None:
+        """The host lives, and this is its state."""
+        self._heard_s = now_s
+        if self._client is None:
+            self._node = node
+            self._connect(url)
+        if state != self._state:
+            self._state = state
+            self._sent_s = 0.0
+
+    def tick(self, now_s: float) -> None:
+        """Let time act: announce after connecting, a heartbeat each HEARTBEAT_S."""
+        if not self._connected or not self._state:
+            self._announced = False
+            return
+        if not self._announced:
+            self._announced, self._online, self._sent_s = True, False, 0.0
+            for topic, entity in discovery(self._node).items():
+                self._client.publish(topic, json.dumps(entity), qos=1, retain=True)
+        online = now_s - self._heard_s < HOST_SILENT_S
+        if online != self._online:
+            self._online = online
+            word = "online" if online else "offline"
+            self._client.publish(_topic(self._node, "availability"), word, qos=1, retain=True)
+        if online and (not self._sent_s or now_s - self._sent_s >= HEARTBEAT_S):
+            self._sent_s = now_s
+            self._client.publish(_topic(self._node, "state"), json.dumps(self._state), qos=1)
+
+    def _connect(self, url: str) -> None:
+        if find_spec("paho") is None:
+            self.problem = MISSING
+            return
+        from paho.mqtt import client as paho
+        from paho.mqtt.enums import CallbackAPIVersion
+
+        where = urlsplit(url)
+        client = paho.Client(CallbackAPIVersion.VERSION2, client_id=f"gazechair-{self._node}")
+        if where.username:
+            client.username_pw_set(unquote(where.username), unquote(where.password or ""))
+        if where.scheme == "mqtts":
+            client.tls_set()
+        client.will_set(_topic(self._node, "availability"), "offline", qos=1, retain=True)
+        client.on_connect = self._on_connect
+        client.on_disconnect = self._on_disconnect
+        client.on_connect_fail = self._on_connect_fail
+        client.reconnect_delay_set(1, 30)
+        self._client = client
+        self.problem = "not connected yet"
+        try:
+            port = where.port or (8883 if where.scheme == "mqtts" else 1883)
+            client.connect_async(where.hostname or "", port, _KEEPALIVE_S)
+        except ValueError as error:
+            self.problem = f"alerts.mqtt: {error}"
+            return
+        client.loop_start()
+
+    def _on_connect(self, _client: Any, _data: Any, _flags: Any, reason: Any, _more: Any) -> None:
+        self.problem = str(reason) if reason.is_failure else ""
+        self._connected = not reason.is_failure
+
+    def _on_disconnect(
+        self, _client: Any, _data: Any, _flags: Any, reason: Any, _more: Any
+    ) -> None:
+        self._connected = False
+        self.problem = self.problem or f"the broker is gone: {reason}"
+
+    def _on_connect_fail(self, _client: Any, _data: Any) -> None:
+        self._connected = False
+        self.problem = "the broker does not answer"
+
+
+def _topic(node: str, what: str) -> str:
+    return f"gazechair/{node}/{what}"
+
+
+def discovery(node: str) -> dict[str, dict[str, Any]]:
+    """Home Assistant's discovery: {topic: entity}."""
+    device = {"identifiers": [f"gazechair_{node}"], "name": "gazechair", "model": "gazechair"}
+    found = {}
+    for kind, what, name, more in (
+        ("binary_sensor", "help", "Help wanted", {"device_class": "problem"}),
+        ("sensor", "state", "State", {"device_class": "enum", "options": [OK, *KINDS[:-1]]}),
+        ("sensor", "last_alert", "Last alert", {}),
+    ):
+        found[f"homeassistant/{kind}/gazechair_{node}/{what}/config"] = {
+            "name": name,
+            "unique_id": f"gazechair_{node}_{what}",
+            "state_topic": _topic(node, "state"),
+            "value_template": "{{ value_json." + what + " }}",
+            "availability_topic": _topic(node, "availability"),
+            "expire_after": EXPIRES_S,
+            "device": device,
+            **more,
+        }
+    return found

@@ -1,0 +1,196 @@
+"""MQTT for Home Assistant, with a real broker: discovery, state, heartbeat, the last will."""
+
+from __future__ import annotations
+
+import json
+import queue
+import socket
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from paho.mqtt import client as paho
+
+import gazesetup
+from gazechair.alerts import mqtt
+from gazechair.alerts.mqtt import EXPIRES_S, HEARTBEAT_S, HOST_SILENT_S, Broker, discovery
+from gazechair.alerts.sender import Sender
+from gazechair.base.health import DEGRADED, OK, Health
+
+PATIENCE_S = 60.0
+QUIET = {"help": "OFF", "state": "ok", "last_alert": ""}
+_PASSWORD = (  # "hush-hush", as mosquitto_passwd writes it
+    "chair:$7$101$c2FsdHNhbHRzYWx0$r5K0+Y2UeuAkaftUacASB0zvwlIwv2"
+    "XCbgDlWQLxQxnxjXKpjz9Mc5fAaHog4PLUGmwfhdFKvRcMM8/NZiY8eQ==\n"
+)
+CALL = {"help": "ON", "state": "help", "last_alert": "De bestuurder vraagt hulp"}
+
+
+def until(true: Callable[[], object]) -> None:
+    end_s = time.monotonic() + PATIENCE_S
+    while not true():
+        assert time.monotonic() < end_s
+        time.sleep(0.02)
+
+
+class Listener:
+    """As Home Assistant: hears everything."""
+
+    def __init__(self, port: int) -> None:
+        self.heard: queue.Queue[tuple[str, str]] = queue.Queue()
+        self.retained: dict[str, str] = {}
+        self._client = paho.Client(paho.CallbackAPIVersion.VERSION2)
+        self._client.username_pw_set("chair", "hush-hush")
+        self._client.on_message = self._on_message
+        self._client.connect("127.0.0.1", port)
+        self._client.subscribe("#", 1)
+        self._client.loop_start()
+
+    def _on_message(self, _client: Any, _data: Any, message: Any) -> None:
+        self.retained[message.topic] = message.payload.decode()
+        self.heard.put((message.topic, message.payload.decode()))
+
+    def wait(self, topic: str, payload: str) -> None:
+        until(lambda: self.retained.get(topic) == payload)
+
+    def close(self) -> None:
+        self._client.disconnect()
+        self._client.loop_stop()
+
+
+@pytest.fixture(scope="module")
+def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
+    """A broker that wants a password."""
+    try:
+        program = gazesetup.ensure_mosquitto()
+    except gazesetup.NotAvailable as error:
+        pytest.skip(str(error))
+    folder: Path = tmp_path_factory.mktemp("broker")
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    passwords = folder / "passwords"
+    passwords.write_text(_PASSWORD)
+    passwords.chmod(0o600)
+    (folder / "conf").write_text(
+        f"listener {port} 127.0.0.1\npassword_file {passwords}\nallow_anonymous false\nuser root\n"
+    )
+    process = subprocess.Popen(
+        [program, "-c", folder / "conf"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    try:
+        until(lambda: _listens(port))
+        yield port
+    finally:
+        process.terminate()
+        process.wait(10)
+
+
+def _listens(port: int) -> bool:
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
+@pytest.fixture
+def listener(port: int) -> Iterator[Listener]:
+    listener = Listener(port)
+    yield listener
+    listener.close()
+
+
+def test_the_process_announces_tells_and_its_end_is_told_by_the_broker(
+    port: int, listener: Listener
+) -> None:
+    health = Health("alerts")
+    sender = Sender(health, lambda *_: None)
+    sender.start()
+    try:
+        url = f"mqtt://chair:hush-hush@127.0.0.1:{port}"
+        sender.tell_broker(url, "thuis", QUIET)
+        listener.wait("gazechair/thuis/availability", "online")
+        listener.wait("gazechair/thuis/state", json.dumps(QUIET))
+        for topic, entity in discovery("thuis").items():
+            listener.wait(topic, json.dumps(entity))
+        sender.tell_broker(url, "thuis", CALL)
+        listener.wait("gazechair/thuis/state", json.dumps(CALL))
+        until(lambda: health.state == OK)
+    finally:
+        sender.stop()
+    listener.wait("gazechair/thuis/availability", "offline")
+
+
+def test_a_wrong_password_or_no_broker_is_a_reason_without_the_secret(port: int) -> None:
+    for address in (f"chair:wrong-one@127.0.0.1:{port}", "chair:wrong-one@127.0.0.1:1"):
+        health = Health("alerts")
+        sender = Sender(health, lambda *_: None)
+        sender.start()
+        try:
+            sender.tell_broker(f"mqtt://{address}", "x", QUIET)
+            until(lambda health=health: health.state == DEGRADED and "yet" not in health.detail)
+            assert health.detail.startswith("MQTT: ")
+            assert "wrong-one" not in health.detail
+        finally:
+            sender.stop()
+
+
+class Paper:
+    """A client that only notes."""
+
+    def __init__(self) -> None:
+        self.said: list[tuple[str, str]] = []
+
+    def publish(self, topic: str, payload: str, qos: int = 0, retain: bool = False) -> None:
+        assert qos == 1
+        assert retain == (not topic.endswith("/state"))
+        self.said.append((topic.rpartition("/")[2], payload))
+
+    def take(self) -> list[tuple[str, str]]:
+        said, self.said = self.said, []
+        return [(topic, payload) for topic, payload in said if topic != "config"]
+
+
+def test_a_heartbeat_each_half_minute_while_the_host_lives() -> None:
+    broker, paper = Broker(), Paper()
+    broker._client = paper
+    broker.tell("", "", QUIET, 100.0)
+    broker.tick(100.0)
+    assert paper.said == []
+    broker._connected = True
+    broker.tick(100.0)
+    state = ("state", json.dumps(QUIET))
+    assert paper.take() == [("availability", "online"), state]
+    for now_s in range(101, 100 + 2 * int(HEARTBEAT_S) + 1):
+        broker.tell("", "", QUIET, now_s)
+        broker.tick(now_s)
+    assert paper.take() == [state, state]
+    broker.tell("", "", CALL, 161.0)
+    broker.tick(161.0)
+    assert paper.take() == [("state", json.dumps(CALL))]
+    for now_s in range(162, 300):
+        broker.tick(now_s)  # the host hangs
+    assert paper.take() == [("availability", "offline")]
+    broker.tell("", "", CALL, 300.0)
+    broker.tick(300.0)
+    assert paper.take() == [("availability", "online"), ("state", json.dumps(CALL))]
+    assert HOST_SILENT_S < HEARTBEAT_S < EXPIRES_S / 2
+
+
+def test_without_the_package_the_reason_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(mqtt, "find_spec", lambda _: None)
+    broker = Broker()
+    broker.tell("mqtt://x", "x", QUIET, 0.0)
+    broker.tick(0.0)
+    assert broker.problem == mqtt.MISSING
+
+
+def test_every_entity_expires_by_itself_and_is_of_one_device() -> None:
+    entities = discovery("thuis").values()
+    assert len({entity["unique_id"] for entity in entities}) == len(entities) == 3
+    for entity in entities:
+        assert entity["expire_after"] == EXPIRES_S
+        assert entity["availability_topic"] == "gazechair/thuis/availability"
+        assert entity["device"]["identifiers"] == ["gazechair_thuis"]
