@@ -201,11 +201,11 @@ function showState(news, now) {
   hint.update(told.now.words, shown, practice.on ? "none" : news.arm_reason, now);
 }
 
-/** Says the page's one sentence. */
 function tell(now) {
   if (state === null && socket.alive) return;
   const news = state && { ...state, state: body.dataset.state };
-  told.say(plugins.sentence(sentence(news, socket.alive, practice.on), state?.token), now);
+  const words = plugins.sentence(sentence(news, socket.alive, practice.on), state?.token);
+  if (told.say(words, now)) measure();
 }
 
 /** A held command is over. */

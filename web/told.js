@@ -16,11 +16,14 @@ export class Told {
     this.#corner = new StatusCorner(strings);
   }
 
+  /** Says it; whether that is of another kind than before. */
   say(told, now) {
+    const other = told.kind !== this.now.kind;
     this.now = told;
     this.#corner.update(told);
     setData("told", told.kind);
     this.#banner.steady(told.kind, told.words, now);
+    return other;
   }
 
   /** What hinders is the reason of every refusal, too. */

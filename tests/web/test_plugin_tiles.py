@@ -232,6 +232,26 @@ def test_nothing_is_held_before_driving_is_on(ride):
     assert ride.heard("mode") == []
 
 
+@pytest.mark.parametrize("backward", [False, True], ids=["", "backward"])
+def test_while_somebody_else_drives_hulp_is_there_and_is_pressed(driver, backward):
+    driver.host.welcome["backward"] = backward
+    tiled(driver, *TWENTY[:5])
+    for page in ("directions", "modes"):
+        if page == "modes":
+            more(driver)
+        assert "help" not in shown(driver)
+        driver.state(you=False, owner="caretaker")
+        driver.advance(50)
+        assert "help" in shown(driver)
+        assert not {"plugin-0", "backward", "next"} & set(shown(driver))
+        driver.forget()
+        x, y = driver.spot("help")
+        driver.page.mouse.click(x, y)
+        assert driver.heard("call")
+        driver.state(you=True, owner="driver")
+        driver.advance(50)
+
+
 def test_practice_counts_it_and_sends_nothing(ride):
     ride.state(**OFF)
     ride.page.locator("#menu").click()
