@@ -28,7 +28,8 @@ def test_the_way_leads_to_the_axis_and_along_it() -> None:
     assert wanted(Pose(y_m=0.4)) == "right"
     assert wanted(Pose(y_m=-0.4, heading_deg=20)) == "forward"
     assert wanted(Pose(heading_deg=5)) == "right"
-    assert wanted(Pose(x_m=-0.8, y_m=0.1)) == "forward"  # too near to cross over
+    assert wanted(Pose(x_m=-0.8, y_m=0.1)) == "right"  # near to the door: to its centre
+    assert wanted(Pose(x_m=-0.8, y_m=0.1, heading_deg=-4)) == "forward"
     way = Way(0.1, 2.5)
     near = Pose(x_m=-1.2, y_m=-0.05, heading_deg=20, speed_m_s=0.2)
     assert wanted(Pose(y_m=-0.4, heading_deg=20), None, way) == "forward"
@@ -59,3 +60,22 @@ def test_a_gaze_that_nothing_answers_looks_away_and_again() -> None:
     looks = [person.tick(n * 0.025, way, False)[0][1] for n in range(400)]
     changes = [look for n, look in enumerate(looks) if n == 0 or looks[n - 1] != look]
     assert changes[:4] == [None, "left", None, "left"]
+
+
+def test_who_stands_before_the_door_lets_go_turns_and_goes_on() -> None:
+    way, person = Way(0.1, 2.5), Switcher(1, True)
+    way.see(Pose(x_m=-0.9, y_m=0.03, heading_deg=-1))
+    person.sees(["forward"], 0.0)
+    events = []
+    for n in range(300):
+        for kind, _ in person.tick(n * 0.025, way, False):
+            events.append(kind)
+            if kind == "keydown":
+                person.hears("forward", 1, n * 0.025, way)
+        if "keyup" in events:
+            person.hears("stop", 0, n * 0.025, way)
+            break
+    assert events == ["keydown", "keyup"]
+    assert way.wanted(None, 1.0) == "right"
+    way.turns()
+    assert way.wanted(None, 1.0) == "forward"

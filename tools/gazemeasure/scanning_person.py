@@ -29,7 +29,9 @@ _NOTHING_S, _AWAY_S = 1.5, 0.8  # a look that fills no ring: away for so long, a
 _APPROACH_DEG = 20.0
 _ON_AXIS_M = 0.02
 _OFF_AXIS_M = 0.05
-_STRAIGHT_M = 0.15  # nearer to the door nobody crosses over any more
+_STRAIGHT_M = 0.4  # nearer to the door nobody crosses over any more: they aim at its centre
+_BEYOND_M = 0.5  # behind the wall, where they look
+_STUCK_S = 1.0  # they let go of a motion that moves nothing for so long
 
 Event = list[str | None]
 
@@ -45,7 +47,10 @@ class Pose(Protocol):
 
 
 class Way:
-    """What to do next: to the door's axis at 20 degrees, along it through the door."""
+    """What to do next: to the door's axis at 20 degrees, then towards the door's centre.
+
+    When the chair has stopped before the door, they let go, turn a little and go on.
+    """
 
     def __init__(self, wall_m: float, tolerance_deg: float) -> None:
         """`tolerance_deg`: a smaller error of the heading is left as it is."""
@@ -53,21 +58,35 @@ class Way:
         self._tolerance_deg = tolerance_deg
         self._side = 0.0  # of the axis, while on the way to it
         self._pose: Pose | None = None
+        self._stuck = False
 
     def see(self, pose: Pose) -> None:
         """Look where the chair is."""
         self._pose = pose
 
+    def stands(self) -> None:
+        """Forward moves nothing."""
+        self._stuck = True
+
+    def turns(self) -> None:
+        """A turn has begun."""
+        self._stuck = False
+
     @property
     def turn_deg(self) -> float:
         """How far to turn, left positive."""
         assert self._pose is not None
-        return -_APPROACH_DEG * self._side - self._pose.heading_deg
+        if self._side:
+            return -_APPROACH_DEG * self._side - self._pose.heading_deg
+        ahead_m = max(_BEYOND_M, _BEYOND_M - self._pose.x_m)
+        return math.degrees(math.atan2(-self._pose.y_m, ahead_m)) - self._pose.heading_deg
 
     def wanted(self, moving: str | None, lead_s: float) -> str | None:
         """The motion wanted `lead_s` from now, None for none; `moving`: that of now."""
         if moving in ("left", "right"):
             return moving
+        if moving == "forward" and self._stuck:
+            return None
         pose = self._pose
         assert pose is not None
         sine = math.sin(math.radians(pose.heading_deg))
@@ -79,7 +98,7 @@ class Way:
                 return None
         elif not self._side and abs(aside_m) > _OFF_AXIS_M and before_m > 2 * _STRAIGHT_M:
             self._side = math.copysign(1.0, aside_m)
-        if moving or abs(self.turn_deg) <= self._tolerance_deg:
+        if moving or (abs(self.turn_deg) <= self._tolerance_deg and not self._stuck):
             return "forward"
         return "left" if self.turn_deg > 0 else "right"
 
@@ -96,7 +115,8 @@ class Person:
         self.presses = 0
         self._moving: str | None = None  # as the person knows by having begun it
         self._edge = 0
-        self._since_s = 0.0
+        self._since_s = 0.0  # it has not moved
+        self._moved = False  # by this press
         self._until_s = 0.0  # the present turn is meant to be held
 
     def tick(self, now_s: float, way: Way, moves: bool) -> list[Event]:
@@ -112,6 +132,9 @@ class Person:
             self._moving = None
         elif edge > self._edge:
             self._edge, self._moving = edge, what
+            self._since_s, self._moved = now_s, False
+            if what in ("left", "right"):
+                way.turns()
             wrong = (what == "left") != (way.turn_deg > 0)
             hold_s = 0.0 if wrong else abs(way.turn_deg) / _TURN_DEG_S
             self._until_s = now_s + max(_SHORTEST_S, hold_s * self._random.gauss(1.0, _TURN_SD))
@@ -127,11 +150,15 @@ class Person:
     def _delay_s(self) -> float:
         return max(0.15, self._random.gauss(self.mean_s, self.sd_s))
 
-    def _step_over(self, now_s: float, moves: bool) -> None:
+    def _watch(self, now_s: float, way: Way, moves: bool) -> None:
         # A step ends by itself: seen when it has moved and stands again, or never began.
         if moves:
-            self._since_s = now_s
+            self._since_s, self._moved = now_s, True
+        elif self._holds and self._moving == "forward" and now_s - self._since_s > _STUCK_S:
+            way.stands()
         elif self._moving and not self._holds and now_s - self._since_s > 0.5:
+            if self._moving == "forward" and not self._moved:
+                way.stands()
             self._moving = None
 
 
@@ -155,7 +182,7 @@ class Switcher(Person):
 
     def tick(self, now_s: float, way: Way, moves: bool) -> list[Event]:
         """Press or release."""
-        self._step_over(now_s, moves)
+        self._watch(now_s, way, moves)
         if self._down:
             if self._turned(now_s):
                 self._release_s = now_s
@@ -204,7 +231,7 @@ class Gazer(Person):
 
     def tick(self, now_s: float, way: Way, moves: bool) -> list[Event]:
         """Look there."""
-        self._step_over(now_s, moves)
+        self._watch(now_s, way, moves)
         goal = self._goal(way, moves)
         if self._turned(now_s):
             self._next = now_s, None
