@@ -26,7 +26,7 @@ PYTHONS = ("3.11", "3.12", "3.13")
 """Debian 12, Ubuntu 24.04, Debian 13."""
 _FILES = Path(__file__).resolve().parent / "files"
 _LOCKED = Path(__file__).resolve().parent / "locked.txt"
-_EXTRAS = "flash,qr,log,picture"
+_EXTRAS = "alerts,flash,qr,log,picture"
 _PLATFORMS = ("manylinux_2_28_x86_64", "manylinux2014_x86_64", "manylinux_2_17_x86_64")
 _NO_WHEEL = ("rplidar-roboticia",)  # published as source alone; pure Python
 _CONTROL = """\
