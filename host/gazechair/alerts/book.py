@@ -154,8 +154,12 @@ class Book:
             return self._new(key, now_s, wall_s, sentence, detail)
         alert.count += 1
         self.revision += 1
+        if alert.kind == TEST:
+            for one in alert.deliveries.values():
+                if one.state == FAILED:
+                    one.state, one.attempts, one.due_s = WAITING, 0, now_s
         # A person who asks again wants an answer again; a part that fails again is known.
-        if alert.state == OVER or (alert.state == ACKNOWLEDGED and alert.kind == HELP):
+        elif alert.state == OVER or (alert.state == ACKNOWLEDGED and alert.kind == HELP):
             alert.state, alert.by, alert.ended_s = OPEN, "", _NEVER_S
             alert.sentence, alert.detail = sentence, detail
             for name, one in alert.deliveries.items():
@@ -163,10 +167,6 @@ class Book:
                     one.state, one.attempts = WAITING, 0
                     due_s = now_s + self._routes[name].after_s
                     one.due_s = max(due_s, one.tried_s + AGAIN_S)
-        elif alert.kind == TEST:
-            for one in alert.deliveries.values():
-                if one.state == FAILED:
-                    one.state, one.attempts, one.due_s = WAITING, 0, now_s
         return alert
 
     def end(self, key: str, now_s: float) -> None:
@@ -214,7 +214,8 @@ class Book:
                 if old.get("state") in (SENT, FAILED):
                     one.state, one.detail = old["state"], str(old.get("detail", ""))
                 alert.deliveries[route.name] = one
-            alert.ended_s = now_s
+            if alert.kind != TEST:  # the next test goes everywhere
+                alert.ended_s = now_s
             self._keep(alert)
 
     # Inside

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import platform
 import re
 import secrets
@@ -21,7 +22,11 @@ from gazechair.alerts.words import words
 from gazechair.base import health as states
 from gazechair.base.health import HealthRegistry
 from gazechair.base.languages import sentence
+from gazechair.base.throttled_log import ThrottledLog
 from gazechair.config.configuration import Config
+
+log = logging.getLogger(__name__)
+complaints = ThrottledLog(log)
 
 LOOK_S = 0.2
 _KEEP_S = 1.0
@@ -137,6 +142,7 @@ class Alerts:
         with self._lock:
             alert = self._book.raise_(TRIED, self._clock(), self._wall(), detail=by)
             self._book.acknowledge(alert.number, by)
+            self._book.end(TRIED, self._clock())  # it is sent all the same
 
     # Inside
 
@@ -195,7 +201,10 @@ class Alerts:
 
     def _run(self) -> None:
         while not self._ended.wait(LOOK_S):
-            self.look()
+            try:
+                self.look()
+            except Exception:  # whatever is wrong, the next alert must go out
+                complaints.warn("alerts: error in a look", exc_info=True)
 
     def _keep(self) -> None:
         # A disk may hang: whoever calls somebody does not wait for it.

@@ -167,11 +167,27 @@ def test_a_test_goes_over_every_route_at_once_and_only_once() -> None:
     scene.problem = "refused"
     scene.raise_(TRIED)
     scene.book.acknowledge(1, "Anna")
-    scene.wait(400)
+    scene.book.end(TRIED, scene.now_s)
+    scene.wait(30)
     assert sorted(scene.routes()) == [(0, "first"), (0, "help"), (0, "second")]
     scene.raise_(TRIED)  # what has failed is tried again
-    scene.wait(400)
+    scene.problem = ""
+    scene.wait(20)
     assert len(scene.sent) == 6
+    scene.raise_(TRIED)  # nothing has failed
+    scene.wait(20)
+    assert len(scene.sent) == 6
+    scene.raise_(TRIED)  # another test
+    scene.book.end(TRIED, scene.now_s)
+    scene.wait(20)
+    assert len(scene.sent) == 9
+    again = Scene(FIRST)
+    again.book.restore(scene.book.as_json(), again.now_s, again.now_s + 1e9)
+    again.wait(10)
+    assert again.sent == []
+    again.raise_(TRIED)
+    again.wait(1)
+    assert again.routes() == [(10, "first")]
 
 
 def test_a_host_that_restarts_continues_where_it_was() -> None:

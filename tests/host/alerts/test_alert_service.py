@@ -16,6 +16,7 @@ from gazechair.alerts.book import RETRIES_S
 from gazechair.alerts.diary import Diary
 from gazechair.alerts.reasons import HELP_WANTED
 from gazechair.alerts.service import LOOK_S, Alerts
+from gazechair.alerts.watch import Situation
 from gazechair.alerts.words import Words
 from gazechair.base.health import OK, HealthRegistry
 from gazechair.config.configuration import AlertsConfig, Config, RouteConfig
@@ -228,6 +229,24 @@ def test_a_driver_whose_every_press_is_overruled_is_stuck_until_the_chair_moves(
     press(99, motion=codes.MOVING_FORWARD)
     rig.wait(3)
     assert rig.row()["state"] == "over"
+
+
+def test_an_error_in_a_look_does_not_end_the_looking(
+    rig: Rig, caplog: pytest.LogCaptureFixture
+) -> None:
+    looks = 0
+
+    def situation() -> Situation:
+        nonlocal looks
+        looks += 1
+        if looks > 2:
+            rig.alerts._ended.set()
+        raise ValueError
+
+    rig.control.situation = situation  # type: ignore[method-assign]
+    rig.alerts._run()
+    assert looks == 3
+    assert "error in a look" in caplog.text
 
 
 def file_with(folder: Path, more: str = "") -> str:
