@@ -65,13 +65,14 @@ export class Strings {
 }
 
 /**
- * Loads a language, Dutch when there is no such file. `more` names a second file of labels, for a
+ * Loads a language, Dutch when there is no such file. `more` names a second file of texts, for a
  * page that says more than the driver's ("care": nl-care.json).
  */
 export async function loadStrings(language, more) {
   const table = await load(language);
   if (table === null) return loadStrings(HOME, more);
-  if (more) Object.assign(table.labels, (await load(`${language}-${more}`))?.labels);
+  const others = more && (await load(`${language}-${more}`));
+  for (const kind in others) Object.assign(table[kind], others[kind]);
   return new Strings(language, table);
 }
 

@@ -9,6 +9,8 @@ from typing import Protocol
 from gazechair.alerts.service import Alerts
 from gazechair.base import health as h
 from gazechair.base.health import Health, HealthRegistry
+from gazechair.base.machine import Machine
+from gazechair.base.reasons import kind
 from gazechair.base.state_folder import state_folder
 from gazechair.blackbox.recorder import BlackBox
 from gazechair.board import ports
@@ -74,6 +76,7 @@ class Daemon:
             kept_cap=KeptCap(folder),
             alerts=self._alerts,
         )
+        self._machine = Machine(self.parts.part("host"), self.control.take_late_s)
         self._plugins = Plugins(config.plugins, self.control, self.parts)
         self._web = FrontDoor(
             config, self.control, self._camera.latest(), CaretakerSettings(self.link), self._alerts
@@ -111,6 +114,7 @@ class Daemon:
             _start(self._log, self.parts.part("log"))
         self.link.start()
         self.control.start()
+        self._machine.start()
         for part, health in (
             (self._lidar, self.parts.part("lidar")),
             (self._camera, self.parts.part("camera")),
@@ -127,6 +131,7 @@ class Daemon:
         self._web.stop()
         self._plugins.stop()
         self._alerts.stop()
+        self._machine.stop()
         self.control.stop()
         time.sleep(_LAST_WORDS_S)
         self._lidar.stop()
@@ -145,4 +150,4 @@ def _start(part: _Part, health: Health) -> None:
         part.start()
     except Exception as error:
         log.exception("%s does not start", health.name)
-        health.set(h.LOST, f"{health.name}_lost", f"does not start: {error}")
+        health.set(h.LOST, f"{kind(health.name)}_lost", f"does not start: {error}")

@@ -40,10 +40,10 @@ class Host:
         numbers = random.Random(int(clock() * 1000) + 1)
         with mock.patch("secrets.randbelow", numbers.randrange):
             self.link = LockstepLink(line, clock, lambda: numbers.randrange(1, 65536))
-            parts = HealthRegistry(clock)
+            self.parts = HealthRegistry(clock)
             for name in ("board", "lidar", "camera"):
-                parts.part(name).set(OK)
-            self.control = Control(Config(), self.link, parts, clock=clock)
+                self.parts.part(name).set(OK)
+            self.control = Control(Config(), self.link, self.parts, clock=clock)
         self._clock = clock
         self._stream = ByteStream("standard", codes.SIMULATED)
         self._blindness = Blindness()

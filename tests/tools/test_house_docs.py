@@ -7,7 +7,7 @@ import re
 import pytest
 
 from gazehouse import __main__ as command
-from gazehouse import numbers
+from gazehouse import failures, numbers
 
 # What bounds the settings table and what only tests hold against the rest: no module reads it.
 NOT_READ = {"TILT_MS", "OBEYS_MS", "STEP_FORWARD_MAX_MS", "STEP_TURN_MAX_MS"}
@@ -34,6 +34,14 @@ def test_a_comment_beside_or_above_is_the_meaning() -> None:
     found = {limit.name: limit.meaning for limit in numbers.limits()}
     assert found["HOST_SILENT_MS"] == "P2 neutral"
     assert found["OUTERMOST_MM"].startswith("a turn's creep")
+
+
+def test_every_failure_is_proven_by_tests_there_are_and_each_name_is_one_test() -> None:
+    known = failures.homes()
+    for failure in failures.FAILURES:
+        assert failure.tests, failure.what
+        for name in failure.tests:
+            assert len(known.get(name, [])) == 1, name
 
 
 def test_every_path_in_the_architecture_exists() -> None:

@@ -5,6 +5,7 @@ from itertools import pairwise
 import pytest
 
 from fakehost import picture
+from gazechair.base.languages import message
 from patience import wait_until
 from pluginrows import lost, mode, offer
 from webperson import CARETAKER, Driver
@@ -226,6 +227,15 @@ def test_trouble_is_felt(caretaker, news):
     else:
         caretaker.run_for(2200)
     assert caretaker.page.evaluate("shaken") == 1
+
+
+def test_what_only_the_caretaker_needs_to_know_has_words(caretaker):
+    caretaker.state(level="warning", message="log_full")
+    caretaker.advance(100)
+    text, do = message("nl", "log_full")
+    corner = caretaker.page.text_content("#status")
+    assert text in corner
+    assert do in corner
 
 
 def test_a_viewer_has_no_controls(page, host, artefact):

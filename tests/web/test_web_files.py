@@ -23,7 +23,7 @@ LANGUAGES = ("nl", "en")
 HOST_KEYS = ["ok", "board_lost", "board_starting", "board_busy", "wrong_port", "version_differs"]
 HOST_KEYS += ["lidar_lost", "lidar_view", "lidar_starting", "camera_lost", "page_silent"]
 HOST_KEYS += ["lidar_silent", "lidar_frozen", "lidar_protection", "lidar_power", "lidar_mirror"]
-HOST_KEYS += ["lidar_damaged"]
+HOST_KEYS += ["lidar_damaged", "lidar_one", "host_slow", "host_hot"]
 HOST_KEYS += ["not_owner", "stale_token", "bad_message", "too_fast", "not_allowed", "not_paired"]
 HOST_KEYS += ["wrong_code", "too_many_guesses"]
 PAGE_KEYS = ["link_lost", "unknown", "ready", "tap", "clicks", "code_missing", "no_answer"]
@@ -59,11 +59,22 @@ def test_a_message_is_one_short_plain_sentence_and_what_to_do(language):
         assert len(message["do"]) <= 80, key
 
 
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_what_only_the_caretaker_reads_is_as_short(language):
+    care = table(f"{language}-care")["messages"]
+    assert not set(care) & set(table(language)["messages"])
+    for key, message in care.items():
+        assert 5 < len(message["text"]) <= 80, key
+        assert message["text"].endswith("."), key
+        assert 0 < len(message["do"]) <= 80, key
+
+
 def test_both_languages_have_the_same_keys():
     dutch, english = (table(language) for language in LANGUAGES)
     assert list(dutch["labels"]) == list(english["labels"])
     assert list(dutch["messages"]) == list(english["messages"])
     assert list(care_labels("nl")) == list(care_labels("en"))
+    assert list(table("nl-care")["messages"]) == list(table("en-care")["messages"])
     assert list(table("nl-plugins")["labels"]) == list(table("en-plugins")["labels"])
 
 

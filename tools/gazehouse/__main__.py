@@ -5,10 +5,14 @@ from __future__ import annotations
 import argparse
 import sys
 
-from gazehouse import drawing, numbers
+from gazehouse import drawing, failures, numbers
 from gazesetup import ROOT
 
-PAGES = {numbers.DOCUMENT: numbers.render, drawing.DOCUMENT: drawing.render}
+PAGES = {
+    numbers.DOCUMENT: numbers.render,
+    drawing.DOCUMENT: drawing.render,
+    failures.DOCUMENT: failures.render,
+}
 
 
 def main(arguments: list[str] | None = None) -> int:

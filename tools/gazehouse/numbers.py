@@ -118,7 +118,7 @@ def render() -> str:
         )
         for n in limits()
     ]
-    parts.append(_table(("Limit", "Value", "Meaning", "Enforced in", "Named by tests"), rows))
+    parts.append(table(("Limit", "Value", "Meaning", "Enforced in", "Named by tests"), rows))
     parts += [
         "## Settings of the board",
         f"`{_short(_SETTINGS)}`; `gazechair settings` reads and changes them.",
@@ -126,7 +126,7 @@ def render() -> str:
     lines = _SETTINGS.read_text().splitlines()
     general = [_setting(row, lines, code, tests) for row in TABLE[:_GENERAL]]
     parts.append(
-        _table(("Setting", "Default", "Range", "Meaning", "Used in", "Named by tests"), general)
+        table(("Setting", "Default", "Range", "Meaning", "Used in", "Named by tests"), general)
     )
     parts.append("Per speed profile (`p1_2_...` to `p5_1_...`):")
     first = {
@@ -138,7 +138,7 @@ def render() -> str:
         for name, low, high in PROFILE_ROWS
     ]
     parts.append(
-        _table(
+        table(
             (
                 "Setting",
                 f"Default of {PROFILES[0]}",
@@ -176,7 +176,7 @@ def _of_files(numbers: list[Number], tests: Mentions) -> str:
         (f"`{n.name}`", n.value, n.meaning, f"`{_short(n.file)}`", _links(tests.of(n.name)))
         for n in numbers
     ]
-    return _table(("Name", "Value", "Meaning", "Used in", "Named by tests"), rows)
+    return table(("Name", "Value", "Meaning", "Used in", "Named by tests"), rows)
 
 
 def _short(file: Path) -> str:
@@ -187,7 +187,8 @@ def _links(files: list[Path]) -> str:
     return ", ".join(f"`{file.name}`" for file in files) or "-"
 
 
-def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+def table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+    """A table in Markdown."""
     lines = [head, tuple("---" for _ in head), *rows]
     return "\n".join(
         "| " + " | ".join(cell.replace("|", "/") for cell in cells) + " |" for cells in lines

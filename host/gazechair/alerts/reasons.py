@@ -59,6 +59,7 @@ REASONS: Mapping[str, Reason] = {
     "version_differs": Reason(FAILURE, codes.ERROR, LOST_S, TECHNICIAN),
     "lidar_lost": Reason(FAILURE, codes.ERROR, LOST_S, CARETAKER),
     "lidar_view": Reason(FAILURE, codes.WARNING, EXTRA_S, CARETAKER),
+    "lidar_one": Reason(FAILURE, codes.WARNING, LOST_S, CARETAKER),
     "lidar_silent": Reason(FAILURE, codes.ERROR, LOST_S, CARETAKER),
     "lidar_frozen": Reason(FAILURE, codes.ERROR, LOST_S, CARETAKER),
     "lidar_protection": Reason(FAILURE, codes.ERROR, LOST_S, CARETAKER),

@@ -14,11 +14,11 @@ from gazechair.alerts.child import LONGEST
 from gazechair.alerts.words import Words
 from gazechair.base import health as states
 from gazechair.base.health import Health
+from gazechair.base.reasons import PARTS
 from gazechair.base.supervisor import Status, Supervised, Supervisor
 
 LOST = "alerts_lost"
 NO_BROKER = "alerts_mqtt"
-_SILENT_S = 10.0
 _START_S = 30.0
 _NICE = 10
 
@@ -43,7 +43,7 @@ class Sender(Supervised):
             self._on_alive,
             self._on_status,
             lost_reason=LOST,
-            silent_s=_SILENT_S,
+            silent_s=PARTS["alerts"].silent_s,
             start_s=_START_S,
             nice=_NICE,
             fds=(self._its.fileno(),),

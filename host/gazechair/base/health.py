@@ -8,12 +8,14 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
+from gazechair.base.languages import advice
 from gazechair.base.latest_value import Clock
+from gazechair.base.reasons import DEGRADED as DEGRADED
+from gazechair.base.reasons import LOST as LOST
+from gazechair.base.reasons import STARTING as STARTING
+from gazechair.base.reasons import kind
 
-STARTING = "starting"
 OK = "ok"
-DEGRADED = "degraded"
-LOST = "lost"
 STATES = (STARTING, OK, DEGRADED, LOST)
 
 log = logging.getLogger(__name__)
@@ -47,7 +49,7 @@ class Health:
         self._clock = clock
         self._on_change = on_change
         self._lock = threading.Lock()
-        self._now = HealthState(STARTING, f"{name}_starting", "", clock())
+        self._now = HealthState(STARTING, f"{kind(name)}_starting", "", clock())
 
     def set(self, state: str, reason: str = "ok", detail: str = "") -> None:
         """Report the part's state; repeating it is free. Raises ValueError on an unknown state."""
@@ -110,11 +112,16 @@ class HealthRegistry:
             return {name: part.now() for name, part in self._parts.items()}
 
     def as_json(self) -> dict[str, dict[str, object]]:
-        """The same as plain JSON values, `since_s` turned into `for_s` (seconds it has lasted)."""
+        """The same as plain JSON values, `since_s` turned into `for_s` (seconds it has lasted).
+
+        `do`: what to do about the reason, in English, when there is something to do.
+        """
         result: dict[str, dict[str, object]] = {}
         for name, state in self.states().items():
             row: dict[str, object] = asdict(state)
             row["for_s"] = round(self._clock() - state.since_s, 1)
             del row["since_s"]
+            if do := advice(state.reason):
+                row["do"] = do
             result[name] = row
         return result

@@ -37,10 +37,31 @@ def label(language: str, key: str) -> str:
     return str(table["labels"][key])
 
 
+def message(language: str, key: str) -> tuple[str, str]:
+    """What is said about `key`, and what to do about it. Raises FileNotFoundError, KeyError.
+
+    A message of the pages, or a label about plug-ins or for caretakers.
+    """
+    own, care, plugins = (
+        json.loads((web_folder() / "strings" / f"{language}{more}.json").read_text("utf-8"))
+        for more in ("", "-care", "-plugins")
+    )
+    found = own["messages"].get(key) or care["messages"].get(key)
+    if found:
+        return str(found["text"]), str(found["do"])
+    if key in plugins["labels"]:
+        return str(plugins["labels"][key]), str(plugins["labels"]["plugin_people"])
+    return str(care["labels"][key]), ""
+
+
 def sentence(language: str, key: str) -> str:
-    """A message of the pages, or a label that only the caretaker sees. Raises as label does."""
-    folder = web_folder() / "strings"
-    messages = json.loads((folder / f"{language}.json").read_text("utf-8"))["messages"]
-    if key in messages:
-        return str(messages[key]["text"])
-    return str(json.loads((folder / f"{language}-care.json").read_text("utf-8"))["labels"][key])
+    """What is said about `key`. Raises as message does."""
+    return message(language, key)[0]
+
+
+def advice(key: str) -> str:
+    """What to do about `key`, for a terminal; "" when nothing is said about that."""
+    try:
+        return message("en", key)[1]
+    except (FileNotFoundError, KeyError):
+        return ""

@@ -32,6 +32,8 @@ DATA = b"D"
 FACTS = b"F"
 MAX_RECORD = 1 << 20
 _MOST_PATIENCE = 8
+_GIVEN_UP = 10  # children that delivered nothing, before the first that does
+_GIVEN_UP_PAUSE_S = 60.0
 _STATUS_COST = 20  # records: each may become a line of the log
 _HEADER = struct.Struct("<I")
 _PR_SET_PDEATHSIG = 1
@@ -126,6 +128,8 @@ class Supervisor:
     that ended is restarted after 0.25 s, doubling up to `longest_pause_s` until it
     delivers for 10 s. Each one that ends before its first value gives the next one twice
     `start_s`, up to 8 times: a machine that is too slow just now is not kept busy with starts.
+    When 10 have delivered nothing and none ever has, the part is disabled: what it needs is
+    probably not there, and it is tried once a minute.
     """
 
     def __init__(
@@ -215,6 +219,7 @@ class Supervisor:
     def _run(self) -> None:
         pause_s = 0.25
         patience = 1
+        ever = False  # one has delivered
         while not self._stopping.is_set():
             started_s = time.monotonic()
             delivered = False
@@ -230,8 +235,13 @@ class Supervisor:
                     self._process = None
                     _end(process)
                 patience = 1 if delivered else min(2 * patience, _MOST_PATIENCE)
+            ever = ever or delivered
             if delivered and time.monotonic() - started_s > 10.0:
                 pause_s = 0.25
+            if not ever and self.restarts + 1 >= _GIVEN_UP:
+                if self.restarts + 1 == _GIVEN_UP:
+                    log.warning("%s is disabled: it has never worked", self._name)
+                pause_s = _GIVEN_UP_PAUSE_S
             self.next_start_s = time.monotonic() + pause_s
             if self._stopping.wait(pause_s):
                 break

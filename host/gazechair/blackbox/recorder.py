@@ -15,6 +15,7 @@ from typing import Any
 from gazechair.base import health as states
 from gazechair.base.health import HealthRegistry
 from gazechair.base.latest_value import Entry
+from gazechair.base.reasons import PARTS
 from gazechair.base.supervisor import Status, Supervised, Supervisor
 from gazechair.blackbox.ring import Ring
 from gazechair.config.configuration import LidarConfig, LogConfig
@@ -22,12 +23,12 @@ from gazechair.picture.camera import Frame
 from gazechair.picture.reducer import LEVELS, Reducer
 
 LOST = "log_lost"
+MISSING = "log_missing"
 DROPPING = "log_dropping"
 _PICTURE_MOST = 1 << 16  # bytes
 _PICTURE_LEVEL = LEVELS.index(next(level for level in LEVELS if level.width >= 320))
 _PACE_S = 0.1
 _HEALTH_S = 1.0
-_HANGS_S = 60.0  # a disk may take that long; what does not fit meanwhile is dropped and counted
 _NICE = 10
 _LINE = 500  # characters
 _TOLD = tuple(
@@ -78,7 +79,7 @@ class BlackBox(Supervised):
         """Start the log's process; only when the configuration wants a log."""
         health = self._parts.part("log")
         if find_spec("mcap_ros2") is None:
-            health.set(states.LOST, LOST, "nothing is recorded: pip install 'gazechair[log]'")
+            health.set(states.LOST, MISSING, "nothing is recorded: pip install 'gazechair[log]'")
             return
         self._ours, self._its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._ours.setblocking(False)
@@ -94,7 +95,7 @@ class BlackBox(Supervised):
             self._on_figures,
             self._on_status,
             lost_reason=LOST,
-            silent_s=_HANGS_S,
+            silent_s=PARTS["log"].silent_s,
             nice=_NICE,
             fds=(self._its.fileno(),),
         )

@@ -8,7 +8,7 @@ import os
 import re
 import shutil
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -22,6 +22,10 @@ FILE_S = 3600.0
 _FILES = 20  # that share the space, at least
 _MOST_FILES = 2000  # a daemon that is started over and over makes many small ones
 _CLOCK_S = 2.0  # a wall clock that was set by more begins another file
+_GAP_S = 7 * 86400.0  # between two files; a longer one may be the clock that jumped
+_EARLIEST_S = 1_767_225_600.0  # 2026: a clock that says less has not been set
+_LATEST_NS = (1 << 31) * 10**9 - 1  # of a stamp of ROS 2: in 2038
+_SYNCHRONIZED = Path("/run/systemd/timesync/synchronized")
 _KEPT_FREE = 100 << 20  # bytes of the disk that are for others
 
 log = logging.getLogger(__name__)
@@ -39,6 +43,22 @@ def files(folder: Path) -> list[Path]:
         return []
 
 
+def ages_s(times_s: Sequence[float], now_s: float, trusted: bool) -> list[float]:
+    """How old files last written at `times_s` are, the oldest first; `trusted`: the clock is right.
+
+    A clock that was far ahead or had forgotten the date must not delete all. Where it cannot be
+    trusted, an age is what passed from file to file, and long gaps count as nothing.
+    """
+    ages = []
+    age_s, next_s = 0.0, now_s
+    for at_s in reversed(times_s):
+        gap_s, next_s = next_s - at_s, at_s
+        age_s += gap_s if 0 <= gap_s <= _GAP_S else 0.0
+        plain = trusted and _EARLIEST_S <= at_s <= now_s
+        ages.append(now_s - at_s if plain else age_s)
+    return ages[::-1]
+
+
 class LogWriter:
     """One process writes at a time. Every method but close() raises OSError for the disk."""
 
@@ -50,14 +70,16 @@ class LogWriter:
         wall_ns: Callable[[], int] = time.time_ns,
         monotonic_ns: Callable[[], int] = time.monotonic_ns,
         free_bytes: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
+        clock_is_right: Callable[[], bool] = _SYNCHRONIZED.exists,
     ) -> None:
-        """`max_bytes` in all; `keep_s`: how old a file becomes."""
+        """`max_bytes` in all; `keep_s`: how old a file becomes, see ages_s."""
         self._folder = folder
         self._max_bytes = max_bytes
         self._keep_s = keep_s
         self._wall_ns = wall_ns
         self._monotonic_ns = monotonic_ns
         self._free_bytes = free_bytes
+        self._clock_is_right = clock_is_right
         self._file: BinaryIO | None = None
         self._writer: Any = None
         self._schemas: dict[str, Schema] = {}
@@ -69,7 +91,7 @@ class LogWriter:
         """One record, at `at_ns` of the monotonic clock."""
         if self._writer is None:
             self._open()
-        wall_ns = max(0, at_ns + self._offset_ns)
+        wall_ns = self._stamp_ns(at_ns)
         for topic, name, message in topics.said(kind, wall_ns, payload):
             self._say(wall_ns, topic, name, ros.DEFINITIONS[name], message)
 
@@ -79,7 +101,10 @@ class LogWriter:
         """A message of somebody else's type, at `at_ns` of the monotonic clock."""
         if self._writer is None:
             self._open()
-        self._say(max(0, at_ns + self._offset_ns), topic, name, definition, message)
+        self._say(self._stamp_ns(at_ns), topic, name, definition, message)
+
+    def _stamp_ns(self, at_ns: int) -> int:
+        return min(max(0, at_ns + self._offset_ns), _LATEST_NS)
 
     def _say(
         self, wall_ns: int, topic: str, name: str, definition: str, message: dict[str, Any]
@@ -139,13 +164,15 @@ class LogWriter:
         held = [(path, path.stat()) for path in files(self._folder)]
         total = sum(state.st_size for _, state in held)
         free = self._free_bytes(self._folder)
-        oldest_s = self._wall_ns() / 1e9 - self._keep_s
-        for at, (path, state) in enumerate(held):
+        now_s = self._wall_ns() / 1e9
+        times_s = [now_s if path == self.path else state.st_mtime for path, state in held]
+        ages = ages_s(times_s, now_s, self._clock_is_right())
+        for at, ((path, state), age_s) in enumerate(zip(held, ages, strict=True)):
             if path == self.path:
                 continue
             many = len(held) - at > _MOST_FILES
             full = total > self._max_bytes or free < _KEPT_FREE
-            if many or full or state.st_mtime < oldest_s:
+            if many or full or age_s > self._keep_s:
                 path.unlink(missing_ok=True)
                 total -= state.st_size
                 free += state.st_size

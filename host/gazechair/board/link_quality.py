@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gazechair.base import health as h
+from gazechair.base.reasons import PARTS
 
 ANSWER_S = 3.0  # a port that answers no HELLO for this long is not the board
 BUSY_S = 0.05  # bytes the board has not taken for this long: it does not read
 QUIET_S = 0.3
-SILENT_S = 2.0
+SILENT_S = PARTS["board"].silent_s
 
 
 @dataclass(frozen=True)

@@ -104,8 +104,8 @@ class Control:
         self._alerts = alerts
         self._arbiter.call = alerts is not None and alerts.help_wanted
         self._stop_seen = StopSeen()
-        self._errors = error_handler.ErrorHandler()
-        self._verdict = error_handler.Verdict("ok", "ok")
+        self._errors = error_handler.ErrorHandler(), error_handler.ErrorHandler()
+        self._verdicts = (error_handler.Verdict("ok", "ok"),) * 2  # all, what the driver is told
         self._limits: BoardLimits | None = None  # as the board last said
         self._sent = STOP_COMMAND
         self._sent_bypass: Bypass | None = None
@@ -116,11 +116,13 @@ class Control:
         self._version = 0
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="arbiter", daemon=True)
+        self._late_s = 0.0
         self.alive_s = time.monotonic()
         """CLOCK_MONOTONIC seconds at which its thread last came by."""
 
     def start(self) -> None:
         """Begin to let time act."""
+        self.alive_s = time.monotonic()
         self._thread.start()
 
     def stop(self) -> None:
@@ -245,6 +247,11 @@ class Control:
         with self._lock:
             self._refresh(self._clock())
 
+    def take_late_s(self) -> float:
+        """The most by which its thread was late since the last call."""
+        late_s, self._late_s = self._late_s, 0.0
+        return late_s
+
     # DriverPort
 
     def connect(self, role: str) -> int:
@@ -286,13 +293,14 @@ class Control:
             now_s = self._clock()
             state = self._link.state()
             parts = self._parts.states()
+            verdict = self._verdicts[self._arbiter.role(client) == "driver"]
             return {
                 "k": "state",
                 "token": self._arbiter.issue_token(now_s),
                 **board_words(state),
                 **shown(self._clearance, now_s, self._clearance_old_s()),
-                "level": self._verdict.level,
-                "message": self._verdict.message,
+                "level": verdict.level,
+                "message": verdict.message,
                 **{name: parts[name].state for name in ("board", "lidar", "camera")},
                 "owner": codes.OWNERS[self._arbiter.owner_code],
                 "you": self._arbiter.owner == client,
@@ -338,7 +346,9 @@ class Control:
     def _run(self) -> None:
         while not self._stopping.wait(LOOK_S):
             self.update()
-            self.alive_s = time.monotonic()
+            now_s = time.monotonic()
+            self._late_s = max(self._late_s, now_s - self.alive_s - LOOK_S)
+            self.alive_s = now_s
 
     def _hear_board(self, now_s: float) -> BoardState | None:
         state = self._link.state()
@@ -360,10 +370,12 @@ class Control:
         state = self._hear_board(now_s)
         self._tell_board()
         parts = self._parts.states()
-        self._verdict = self._errors.fold(self._problems(state, now_s), now_s)
+        problems = self._problems(state, now_s)
+        told = [problem for problem in problems if not problem.caretaker_only]
+        self._verdicts = self._errors[0].fold(problems, now_s), self._errors[1].fold(told, now_s)
         shown = (
             *board_key(state),
-            self._verdict,
+            self._verdicts,
             *(part.state for part in parts.values()),
             self._arbiter.owner,
             self._arbiter.cap_permille,

@@ -5,25 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from gazechair.base import health as h
 from gazechair.base.health import HealthState
+from gazechair.base.reasons import NOTE, PARTS, REASONS
 from gazechair.board.state import BoardState
 from gazelink import codes
 
-SILENT_S = 2.0  # the first prototype's "no sensor message"
-
 LEVELS = {0: "ok", codes.WARNING: "warning", codes.ERROR: "error"}
 
-# What a part's health means for the driver. A camera that is starting is no trouble.
+# {(part, health state): severity}
 _PARTS = {
-    ("board", h.STARTING): codes.WARNING,
-    ("board", h.DEGRADED): codes.WARNING,
-    ("board", h.LOST): codes.ERROR,
-    ("lidar", h.STARTING): codes.WARNING,
-    ("lidar", h.DEGRADED): codes.WARNING,
-    ("lidar", h.LOST): codes.ERROR,
-    ("camera", h.DEGRADED): codes.WARNING,
-    ("camera", h.LOST): codes.WARNING,
+    (name, state): severity
+    for name, part in PARTS.items()
+    for state, severity in part.severity.items()
 }
 
 
@@ -35,6 +28,8 @@ class Problem:
     """A key of the string tables."""
     severity: int
     """codes.WARNING or codes.ERROR."""
+    caretaker_only: bool = False
+    """The driver need not know."""
 
 
 @dataclass(frozen=True)
@@ -60,20 +55,21 @@ def of_board(state: BoardState) -> list[Problem]:
 
 
 def of_parts(parts: dict[str, HealthState]) -> list[Problem]:
-    """What the parts' health means for the driver."""
+    """What the parts' health means for people."""
     return [
-        Problem(part.reason, _PARTS[name, part.state])
+        Problem(part.reason, _PARTS[name, part.state], PARTS[name].caretaker_only)
         for name, part in parts.items()
         if (name, part.state) in _PARTS
+        and (part.reason not in REASONS or REASONS[part.reason].severity > NOTE)
     ]
 
 
 def of_silence(part: str, age_s: float | None) -> list[Problem]:
-    """A source that has spoken and then not for 2 s; `age_s` of its newest word, None: never."""
-    if age_s is None or age_s <= SILENT_S:
+    """A source that was heard and is silent now; `age_s` of its newest word, None: never."""
+    if age_s is None or age_s <= PARTS[part].silent_s:
         return []
-    severity = codes.WARNING if part == "camera" else codes.ERROR
-    return [Problem(f"{part}_lost", severity)]
+    key = f"{part}_lost"
+    return [Problem(key, REASONS[key].severity)]
 
 
 class ErrorHandler:

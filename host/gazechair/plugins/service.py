@@ -12,6 +12,7 @@ from typing import Any, Protocol
 from gazechair.base import health as states
 from gazechair.base.health import Health, HealthRegistry
 from gazechair.base.latest_value import Clock
+from gazechair.base.reasons import PARTS, PLUGIN
 from gazechair.base.supervisor import Status, Supervised, Supervisor
 from gazechair.config.plugin_tables import PluginConfig
 from gazechair.driving.control import World
@@ -21,7 +22,6 @@ from gazechair.plugins.exchange import LONGEST, RECORDS_PER_S, Facts, Value, pla
 from gazechair.plugins.found import find
 
 MISSING = "plugin_missing"
-_SILENT_S = 1.0
 _NICE = 5  # one that computes does not take the processor from those who stop the chair
 _LONGEST_PAUSE_S = 10.0
 _OTHERS_S = 5.0  # board, lidar and camera come first, for so long
@@ -74,7 +74,7 @@ class Plugin(Supervised):
             self._on_data,
             self._on_status,
             lost_reason=LOST,
-            silent_s=_SILENT_S,
+            silent_s=PARTS[PLUGIN].silent_s,
             listens=config.kind == "mode",
             name=self.health.name,
             longest=LONGEST,

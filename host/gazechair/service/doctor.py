@@ -13,6 +13,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from gazechair.base import health as h
+from gazechair.base.languages import advice
 from gazechair.board import ports
 from gazechair.config import configuration
 from gazechair.config.configuration import Config, ConfigError
@@ -114,7 +115,8 @@ def _devices(config: Config) -> Iterator[Finding]:
         else:
             # The detail ends in what to do.
             level = WARN if answer.state == h.DEGRADED or name == "camera" else FAIL
-            yield Finding(level, name, answer.detail or f"{answer.state}, no answer")
+            do = "" if answer.detail else advice(answer.reason)
+            yield Finding(level, name, answer.detail or f"{answer.state}, no answer", do)
 
 
 def _plugins(config: Config) -> Iterator[Finding]:

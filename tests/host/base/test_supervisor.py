@@ -186,6 +186,30 @@ def test_a_child_that_starts_too_slowly_is_given_more_time(watch: Callable[..., 
     assert 1 <= slow.supervisor.restarts <= 4
 
 
+def test_a_part_that_never_works_is_disabled_and_tried_at_long_intervals(
+    watch: Callable[..., Watched], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr("gazechair.base.supervisor._GIVEN_UP", 3)
+    child = watch("sys.exit(1)", longest_pause_s=0.01)
+    child.wait(lambda: (child.supervisor.next_start_s or 0.0) > time.monotonic() + 50.0)
+    assert child.supervisor.restarts == 2
+    assert [line for line in caplog.messages if "disabled" in line] == [
+        "some_child is disabled: it has never worked"
+    ]
+
+
+def test_a_part_that_has_worked_is_never_given_up(
+    watch: Callable[..., Watched], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("gazechair.base.supervisor._GIVEN_UP", 2)
+    once = f"from pathlib import Path; seen = Path({str(tmp_path / 'seen')!r})"
+    child = watch(
+        f"{once}\nif not seen.exists():\n    seen.touch(); out.data(b'x')", longest_pause_s=0.01
+    )
+    child.wait(lambda: child.supervisor.restarts >= 4)
+    assert child.data == [b"x"]
+
+
 def test_a_child_that_falls_silent_is_killed(watch: Callable[..., Watched]) -> None:
     child = watch("out.data(b'x'); time.sleep(99)", silent_s=0.3)
     child.wait(lambda: len(child.data) >= 2)

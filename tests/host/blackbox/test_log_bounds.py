@@ -14,7 +14,7 @@ from gazechair.blackbox import writer as module
 from gazechair.blackbox.child import Keeper
 from gazechair.blackbox.reader import LogFile
 from gazechair.blackbox.ring import Ring
-from gazechair.blackbox.writer import FILE_S, LogFull, LogWriter, files
+from gazechair.blackbox.writer import FILE_S, LogFull, LogWriter, ages_s, files
 from gazereplay.recording import WALL_NS
 
 MB = 10**6
@@ -85,6 +85,44 @@ def test_old_files_go_by_age(tmp_path: Path) -> None:
     disk.second()
     assert not old.exists()
     assert len(files(tmp_path)) == 1
+
+
+DAY_S = 86400.0
+
+
+def log_of_days(folder: Path, days: int) -> None:
+    folder.mkdir(exist_ok=True)
+    for day in range(days):
+        at_s = WALL_NS / 1e9 - (days - day) * DAY_S
+        path = folder / f"{day + 1:06}_then.mcap"
+        path.write_bytes(b"x")
+        os.utime(path, (at_s, at_s))
+
+
+@pytest.mark.parametrize("jump_s", [30 * DAY_S, 5000 * DAY_S, -20000 * DAY_S])
+def test_a_clock_that_is_wrong_deletes_no_log(tmp_path: Path, jump_s: float) -> None:
+    """Nor do the files of that time, once the clock is right again, or after another start."""
+    log_of_days(tmp_path, 10)
+    for wrong in (True, True, False, False):
+        disk = Disk(tmp_path, keep_s=14 * DAY_S)
+        disk.wall_s = jump_s if wrong else 0.0
+        disk.writer._clock_is_right = lambda wrong=wrong: not wrong  # type: ignore[misc]
+        for _ in range(3):
+            disk.second()
+        disk.writer.close()
+        at_s = WALL_NS / 1e9 + disk.wall_s
+        newest = files(tmp_path)[-1]
+        os.utime(newest, (at_s, at_s))
+    assert len(files(tmp_path)) == 14
+
+
+def test_files_of_a_wrong_clock_grow_old_too() -> None:
+    now_s = WALL_NS / 1e9
+    times_s = [now_s - 20 * DAY_S, now_s + 5000 * DAY_S, 60.0, now_s - 15 * DAY_S, now_s - DAY_S]
+    trusted = ages_s(times_s, now_s, trusted=True)
+    assert trusted == pytest.approx([20 * DAY_S, DAY_S, DAY_S, 15 * DAY_S, DAY_S])
+    daily = [now_s - day * DAY_S for day in range(20, 0, -1)]
+    assert ages_s(daily, now_s, trusted=False) == pytest.approx(ages_s(daily, now_s, trusted=True))
 
 
 def test_a_clock_that_is_set_begins_a_file_and_the_order_stays(tmp_path: Path) -> None:

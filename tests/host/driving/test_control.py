@@ -7,6 +7,7 @@ import threading
 import pytest
 
 from controlrig import Rig
+from gazechair.base import health as states
 from gazechair.board.board_commands import Clearance
 from gazechair.board.state import BoardId
 from gazechair.config.configuration import Config
@@ -269,6 +270,28 @@ def test_a_lidar_or_camera_silent_for_2_s_is_told(rig: Rig) -> None:
     rig.now_s += 2.1
     rig.control.update()
     assert (rig.look()["level"], rig.look()["message"]) == ("error", "lidar_lost")
+
+
+def test_a_full_disk_is_told_to_the_caretaker_and_not_to_the_driver(rig: Rig) -> None:
+    caretaker = rig.control.connect("caretaker")
+    rig.parts.part("log").set(states.DEGRADED, "log_full", "nothing is recorded")
+    rig.control.update()
+    assert rig.control.snapshot(caretaker)["message"] == "log_full"
+    assert rig.look()["message"] == "ok"
+    rig.parts.part("log").set(states.LOST, "log_missing", "pip install")
+    rig.control.update()
+    assert rig.control.snapshot(caretaker)["level"] == "ok"  # the doctor says so
+
+
+def test_a_slow_or_hot_computer_is_told_to_both_and_errors_go_first(rig: Rig) -> None:
+    caretaker = rig.control.connect("caretaker")
+    rig.parts.part("host").set(states.DEGRADED, "host_hot", "91 degrees Celsius")
+    rig.control.update()
+    assert rig.look()["message"] == "host_hot"
+    assert rig.control.snapshot(caretaker)["message"] == "host_hot"
+    rig.parts.part("lidar").set(states.LOST, "lidar_lost", "no such port")
+    rig.control.update()
+    assert rig.look()["message"] == "lidar_lost"
 
 
 def test_stopping_stops_and_disarms(armed: Rig) -> None:

@@ -10,10 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from gazechair.base.health import Health
+from gazechair.base.health import DEGRADED, LOST, OK, STARTING, Health
 from gazechair.board.board_commands import Clearance
 from gazechair.config.configuration import FootprintConfig, LidarConfig
 from gazechair.sensing.lidar import LidarService
+from gazechair.sensing.lidar.report import LidarReport, Report
 from gazelink import codes
 from gazesim.zone import told_by
 from lidarrig import LidarRig, wait_for
@@ -122,6 +123,26 @@ def test_without_a_lidar_the_health_says_what_to_do() -> None:
     service.stop()
     assert (health.state, health.reason) == ("lost", "lidar_lost")
     assert "lidar.kind" in health.detail
+
+
+def test_of_two_the_lost_one_is_told_and_the_other_counts() -> None:
+    health = Health("lidar")
+    both = tuple(LidarConfig(name=name, kind="s2") for name in ("front", "rear"))
+    service = LidarService(both, FootprintConfig(), lambda _: None, health)
+
+    def hear(*states: str) -> tuple[str, str]:
+        ones = (
+            LidarReport(name, state, "ok" if state == OK else "lidar_lost", "no such port")
+            for name, state in zip(("front", "rear"), states, strict=True)
+        )
+        service._on_data(Report(tuple(ones), None, None).pack())
+        return health.state, health.reason
+
+    assert hear(OK, LOST) == (DEGRADED, "lidar_one")
+    assert health.detail == "rear: no such port"
+    assert hear(LOST, LOST) == (LOST, "lidar_lost")
+    assert hear(LOST, STARTING) == (LOST, "lidar_lost")
+    assert hear(OK, OK) == (OK, "ok")
 
 
 def test_stopping_stops_the_motor_and_ends_the_process(rig: Rig) -> None:

@@ -14,6 +14,7 @@ FROZEN = "lidar_frozen"  # sends the same over and over
 PROTECTION = "lidar_protection"  # has stopped itself, to protect itself
 POWER = "lidar_power"  # had fallen back to idle
 MIRROR = "lidar_mirror"  # answers, measures nothing
+ONE = "lidar_one"  # one of several does not work
 VIEW = "lidar_view"  # is covered in some direction
 DAMAGED = "lidar_damaged"  # much of what it sends arrives damaged
 

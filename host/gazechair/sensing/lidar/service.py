@@ -8,12 +8,13 @@ from dataclasses import asdict
 
 from gazechair.base import health as states
 from gazechair.base.health import Health
+from gazechair.base.reasons import PARTS
 from gazechair.base.supervisor import Status, Supervised, Supervisor
 from gazechair.board.board_commands import Clearance
 from gazechair.board.zone import NOT_KNOWN, BoardZone
 from gazechair.config.configuration import FootprintConfig, LidarConfig
 from gazechair.sensing.lidar.recorded import unpack
-from gazechair.sensing.lidar.report import DAMAGED, LOST, VIEW, LidarReport, Report
+from gazechair.sensing.lidar.report import DAMAGED, LOST, ONE, VIEW, LidarReport, Report
 from gazechair.sensing.lidar.told import said
 
 # So many reports in a row, some 0.3 s, before another verdict on the view counts.
@@ -67,6 +68,7 @@ class LidarService(Supervised):
             self._on_data,
             self._on_status,
             lost_reason=LOST,
+            silent_s=PARTS["lidar"].silent_s,
             listens=True,
             on_facts=self._on_scan,
         )
@@ -108,7 +110,10 @@ class LidarService(Supervised):
         if lost:
             self._verdict.forget()
             worst = min(lost, key=lambda one: one.state != states.LOST)
-            if worst.state != states.STARTING or self._health.state != states.LOST:
+            if worst.state == states.LOST and len(lost) < len(report.lidars):
+                detail = self._named(worst, worst.detail or worst.reason)
+                self._health.set(states.DEGRADED, ONE, detail)
+            elif worst.state != states.STARTING or self._health.state != states.LOST:
                 self._health.set(worst.state, worst.reason, self._named(worst, worst.detail))
             return
         verdict = self._verdict.settle(tuple(_doubt(one) for one in report.lidars))

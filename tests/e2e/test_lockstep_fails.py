@@ -1,0 +1,36 @@
+"""What driving does not need may fail: the chair drives on, and the page says what is wrong."""
+
+from __future__ import annotations
+
+import pytest
+
+from e2e.lockstep import Lockstep
+from gazechair.base.health import DEGRADED, LOST
+from gazechair.base.reasons import DRIVES, REASONS
+
+
+@pytest.mark.parametrize(
+    ("part", "state", "reason", "shown"),
+    [
+        ("camera", LOST, "camera_lost", "camera_lost"),
+        ("host", DEGRADED, "host_hot", "host_hot"),
+        ("host", DEGRADED, "host_slow", "host_slow"),
+        ("log", DEGRADED, "log_full", "ok"),
+        ("alerts", LOST, "alerts_lost", "ok"),
+        ("input gamepad", LOST, "plugin_ended", "ok"),
+    ],
+)
+def test_it_drives_without_what_driving_does_not_need(
+    driving: Lockstep, part: str, state: str, reason: str, shown: str
+) -> None:
+    assert driving.host is not None
+    driving.host.parts.part(part).set(state, reason)
+    for _ in range(400):
+        driving.one_ms()
+        assert not driving.neutral(), driving.why()
+    assert driving.page.shown["message"] == shown
+    driving.page.release()
+    driving.until(driving.neutral, 400)
+    driving.comes_to_rest()
+    driving.needs_a_new_press()
+    assert REASONS[reason].then == DRIVES
