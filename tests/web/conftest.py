@@ -8,6 +8,7 @@ from playwright.sync_api import Browser, Page, sync_playwright
 import gazesetup
 from fakehost import FakeHost
 from gazedemo.browser import OPTIONS
+from plugintiles import AHEAD, tiled
 from webperson import Driver, save
 
 # Counts what reached the page, and lets a test speak on the page's own sockets.
@@ -85,6 +86,13 @@ def driver(page: Page, host: FakeHost) -> Driver:
     person = Driver(page, host)
     person.open()
     return person
+
+
+@pytest.fixture
+def ride(driver: Driver) -> Driver:
+    """A page that drives, and one mode can be chosen."""
+    tiled(driver, AHEAD)
+    return driver
 
 
 @pytest.fixture(scope="module")

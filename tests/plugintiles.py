@@ -1,0 +1,90 @@
+"""Plug-ins' tiles on the driver's page, as tests offer, hold and look at them."""
+
+from patience import wait_until
+from pluginrows import mode, offer
+
+OFF = {"state": "disarmed", "you": False, "owner": "nobody"}
+AHEAD, HOME, FOLLOW = mode("ahead"), mode("home"), mode("follow")
+TWENTY = [mode(f"mode{n}") for n in range(20)]
+TILE = {"forward": "Vooruit", "plugin-0": "Ahead"}
+SHOWN = "() => [...document.querySelectorAll('.target')].filter(e => e.offsetWidth).map(e => e.id)"
+HELD = "() => document.querySelector('.holding')?.id ?? null"
+
+
+def tiled(person, *rows):
+    """The page has taken these plug-ins."""
+    offer(person.host, *rows)
+    names = [row["names"]["nl"] for row in rows if row["kind"] == "mode"]
+    wait_until(lambda: person.page.locator("#plugin-1").count(), "the tiles")
+    first = names[0] if names else ""
+    wait_until(lambda: person.page.locator("#plugin-1 .label").text_content() == first, first)
+    person.state()
+    person.forget()
+
+
+def shown(person):
+    return person.page.evaluate(SHOWN)
+
+
+def moves(person):
+    """What moved or stopped since the last call, without repetitions."""
+    kinds = []
+    for m in person.heard("cmd", "mode", "stop"):
+        what = (m["k"], m.get("verb") or m.get("mode"), m.get("edge"))
+        if not kinds or kinds[-1] != what:
+            kinds.append(what)
+    person.forget()
+    return kinds
+
+
+def more(person):
+    """Opens the page of modes."""
+    for _ in range(2):
+        person.page.locator("#mode").click()
+    person.advance(50)
+    assert person.data("mode") == "more"
+
+
+class Fingers:
+    """Touches, each with a name."""
+
+    def __init__(self, person):
+        self.session = person.page.context.new_cdp_session(person.page)
+        self.person = person
+        self.down = {}
+
+    def put(self, name, target):
+        x, y = self.person.spot(target)
+        self.down[name] = {"x": x, "y": y, "id": name}
+        self._say("touchStart", *self.down.values())
+
+    def lift(self, name):
+        self._say("touchEnd", self.down.pop(name))
+
+    def _say(self, kind, *points):
+        self.session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+
+def begin(person, target, by):
+    """Begins to hold a tile."""
+    if by == "gaze":
+        person.hover(target)
+        person.advance(100, look=target)
+    elif by == "touch":
+        person.fingers = Fingers(person)
+        person.fingers.put(1, target)
+    elif by == "mouse":
+        person.page.mouse.move(*person.spot(target))
+        person.page.mouse.down()
+    else:
+        person.page.locator(f"#{target}").focus()
+        person.page.keyboard.down("Enter")
+
+
+def end(person, by):
+    if by == "touch":
+        person.fingers.lift(1)
+    elif by == "mouse":
+        person.page.mouse.up()
+    elif by == "key":
+        person.page.keyboard.up("Enter")
