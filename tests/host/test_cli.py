@@ -165,5 +165,15 @@ def test_the_text_has_a_line_for_each_finding() -> None:
     assert text.splitlines() == ["OK    a: 1", "FAIL  b: 2 -> mend it"]
 
 
+def test_the_doctor_says_what_to_do_where_a_part_says_nothing(
+    devices: dict[str, HealthState],
+) -> None:
+    devices["board"] = HealthState("lost", "board_lost", "", 0.0)
+    devices["camera"] = HealthState("lost", "camera_lost", "no camera: plug one in", 0.0)
+    findings = doctor.examine(None)
+    assert found(findings, "board").do == "Ask for help: check the USB cable."
+    assert found(findings, "camera").do == ""
+
+
 def _environment() -> dict[str, str]:
     return dict(os.environ, PYTHONPATH=os.pathsep.join(path for path in sys.path if path))

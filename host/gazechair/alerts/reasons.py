@@ -1,10 +1,11 @@
-"""The table of reasons: what is worth an alert, how severe, after how long, who can fix it."""
+"""What is worth an alert, of which kind, after how long; base/reasons.py says who can end it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from gazechair.base import reasons
 from gazechair.config.configuration import ALERT_KINDS
 from gazelink import codes
 
@@ -31,41 +32,46 @@ class Reason:
     """Why somebody is called; its text is in the string tables, under the same key."""
 
     kind: str
-    severity: int
-    """codes.WARNING or codes.ERROR."""
     lasts_s: float
     who: str
     """Who can fix it: ANYONE, CARETAKER, TECHNICIAN."""
 
 
-def _faults() -> dict[str, Reason]:
-    found = {
-        name: Reason(FAILURE, severity, FAULT_S if latched else LOST_S, TECHNICIAN)
-        for _bit, name, severity, latched in codes.FAULTS
-        if severity == codes.ERROR and name != "simulated_source"
-    }
-    found["tilt"] = Reason(STUCK, codes.ERROR, 5.0, ANYONE)  # turned over
-    found["emergency"] = Reason(FAILURE, codes.ERROR, FAULT_S, CARETAKER)
-    return found
+_WHO = {reasons.DRIVER: ANYONE, reasons.CARETAKER: CARETAKER, reasons.BUILDER: TECHNICIAN}
+
+
+def _of(key: str, kind: str, lasts_s: float) -> tuple[str, Reason]:
+    return key, Reason(kind, lasts_s, _WHO[reasons.REASONS[key].who])
 
 
 REASONS: Mapping[str, Reason] = {
-    HELP_WANTED: Reason(HELP, codes.ERROR, AT_ONCE_S, ANYONE),
-    OVERRULED: Reason(STUCK, codes.ERROR, AT_ONCE_S, ANYONE),  # see Watch
-    TRIED: Reason(TEST, codes.WARNING, AT_ONCE_S, ANYONE),
-    PART: Reason(SYSTEM, codes.WARNING, EXTRA_S, TECHNICIAN),
-    "board_lost": Reason(FAILURE, codes.ERROR, LOST_S, CARETAKER),
-    "wrong_port": Reason(FAILURE, codes.ERROR, LOST_S, TECHNICIAN),
-    "version_differs": Reason(FAILURE, codes.ERROR, LOST_S, TECHNICIAN),
-    "lidar_lost": Reason(FAILURE, codes.ERROR, LOST_S, CARETAKER),
-    "lidar_view": Reason(FAILURE, codes.WARNING, EXTRA_S, CARETAKER),
-    "lidar_one": Reason(FAILURE, codes.WARNING, LOST_S, CARETAKER),
-    "lidar_silent": Reason(FAILURE, codes.ERROR, LOST_S, CARETAKER),
-    "lidar_frozen": Reason(FAILURE, codes.ERROR, LOST_S, CARETAKER),
-    "lidar_protection": Reason(FAILURE, codes.ERROR, LOST_S, CARETAKER),
-    "lidar_power": Reason(FAILURE, codes.ERROR, LOST_S, CARETAKER),
-    "lidar_mirror": Reason(FAILURE, codes.ERROR, LOST_S, CARETAKER),
-    "lidar_damaged": Reason(FAILURE, codes.ERROR, LOST_S, CARETAKER),
-    "camera_lost": Reason(SYSTEM, codes.WARNING, EXTRA_S, CARETAKER),
-    **_faults(),
+    HELP_WANTED: Reason(HELP, AT_ONCE_S, ANYONE),
+    OVERRULED: Reason(STUCK, AT_ONCE_S, ANYONE),  # see Watch
+    TRIED: Reason(TEST, AT_ONCE_S, ANYONE),
+    PART: Reason(SYSTEM, EXTRA_S, TECHNICIAN),
+    **dict(
+        [
+            *(
+                _of(name, FAILURE, FAULT_S if latched else LOST_S)
+                for _bit, name, severity, latched in codes.FAULTS
+                if severity == codes.ERROR and name != "simulated_source"
+            ),
+            _of("board_lost", FAILURE, LOST_S),
+            _of("wrong_port", FAILURE, LOST_S),
+            _of("version_differs", FAILURE, LOST_S),
+            _of("lidar_lost", FAILURE, LOST_S),
+            _of("lidar_one", FAILURE, LOST_S),
+            _of("lidar_view", FAILURE, EXTRA_S),
+            _of("lidar_silent", FAILURE, LOST_S),
+            _of("lidar_frozen", FAILURE, LOST_S),
+            _of("lidar_protection", FAILURE, LOST_S),
+            _of("lidar_power", FAILURE, LOST_S),
+            _of("lidar_mirror", FAILURE, LOST_S),
+            _of("lidar_damaged", FAILURE, LOST_S),
+            _of("camera_lost", SYSTEM, EXTRA_S),
+            _of("host_slow", SYSTEM, EXTRA_S),
+            _of("host_hot", SYSTEM, EXTRA_S),
+        ]
+    ),
+    "tilt": Reason(STUCK, 5.0, ANYONE),  # turned over
 }

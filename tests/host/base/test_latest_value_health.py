@@ -92,6 +92,17 @@ def test_an_unknown_state_is_refused() -> None:
         Health("board").set("unwell")
 
 
+def test_registry_as_json_tells_what_to_do() -> None:
+    registry = HealthRegistry()
+    registry.part("camera").set(LOST, "camera_lost", "no such device")
+    registry.part("mode follow").set(LOST, "plugin_hangs")
+    registry.part("board").set(LOST, "unknown_40")
+    told = registry.as_json()
+    assert told["camera"]["do"] == "Ask for help: check the camera."
+    assert told["mode follow"]["do"] == "Ask who sets up the chair."
+    assert "do" not in told["board"]
+
+
 def test_registry_as_json_tells_how_long() -> None:
     clock = Clock()
     registry = HealthRegistry(clock)
