@@ -114,13 +114,11 @@ class Arbiter:
 
     def role(self, client: int) -> str:
         """The role of a page, "viewer" for one that has closed."""
-        page = self._clients.get(client)
-        return "viewer" if page is None else page.role_name
+        return self._clients[client].role_name if client in self._clients else "viewer"
 
     def beside(self, client: int) -> bool:
         """It is an input, not a page."""
-        page = self._clients.get(client)
-        return page is not None and page.beside
+        return client in self._clients and self._clients[client].beside
 
     def page_edge(self, client: int) -> int:
         """The page's own edge of the press the board last took from it, 0 for none."""

@@ -6,71 +6,30 @@ import secrets
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 from gazechair.alerts.watch import Situation
 from gazechair.base import health as states
 from gazechair.base.health import HealthRegistry
 from gazechair.base.latest_value import Clock
-from gazechair.board.board_commands import STOP_COMMAND, Bypass, Clearance, Command
-from gazechair.board.state import BoardId, BoardLimits, BoardState, BoardStats
+from gazechair.board.board_commands import STOP_COMMAND, Bypass, Clearance
+from gazechair.board.state import BoardLimits, BoardState
 from gazechair.config.configuration import Config
 from gazechair.driving import error_handler
 from gazechair.driving.arbiter import LOOK_S, Arbiter
 from gazechair.driving.driver_port import Message
 from gazechair.driving.messages import MAX_SINCE_MS, STOP, BadMessage, PageMessage, UseMode, parse
+from gazechair.driving.needs import Calls, Link
 from gazechair.driving.refusal import Refusal
 from gazechair.driving.shown_state import board_key, board_words
 from gazechair.driving.speed_cap_store import KeptCap
 from gazechair.driving.stop_seen import StopSeen
+from gazechair.driving.world import World, sensed
 from gazechair.people.profiles import ProfileRefused, Profiles, house_fields
 from gazechair.sensing.clearance.shown import shown
 from gazelink import codes
 
 HEARTBEAT_MS = 25
-
-
-class Link(Protocol):
-    """What Control needs of the link to the board (gazechair.board.link.BoardLink)."""
-
-    def command(self, command: Command) -> None: ...
-    def order(self, action: int, owner: int) -> None: ...
-    def clearance(self, clearance: Clearance) -> None: ...
-    def bypass(self, bypass: Bypass | None) -> None: ...
-    def state(self) -> BoardState | None: ...
-    def stats(self) -> BoardStats | None: ...
-    def board(self) -> BoardId | None: ...
-
-
-class Calls(Protocol):
-    """What Control shows of the alerts (gazechair.alerts.service.Alerts)."""
-
-    help_wanted: bool
-
-    @property
-    def revision(self) -> int: ...
-    def reaches_somebody(self) -> bool: ...
-
-
-@dataclass(frozen=True)
-class World:
-    """What modes may know: who presses which, the board's word, and the clearance."""
-
-    mode: str
-    """The mode that is pressed, "" for none."""
-    press: int
-    """The number of its newest press."""
-    state_s: float
-    """When the board's state arrived, monotonic; 0: never."""
-    armed: bool
-    heading_deg: float | None
-    acquired_s: float
-    """When the clearance was acquired, monotonic; 0: never."""
-    clearance: dict[str, float | None]
-    """Metres forward and backward, degrees left and right; None: nothing in range, not known."""
-    view: dict[str, str]
-    """By direction: "seen", "blind" (would be seen), "unseen" (never is)."""
 
 
 class Control:
@@ -200,15 +159,8 @@ class Control:
         """What modes may know at this moment."""
         with self._lock:
             mode, press = self._arbiter.mode_press
-        state, clearance = self._link.state(), self._clearance
-        return World(
-            mode,
-            press,
-            0.0 if state is None else state.received_s,
-            state is not None and state.state == codes.ARMED,
-            state.heading_deg if state and state.heading_known else None,
-            0.0 if clearance is None else clearance.acquired_s,
-            **shown(clearance, self._clock(), self._clearance_old_s()),
+        return sensed(
+            mode, press, self._link.state(), self._clearance, self._clock(), self._clearance_old_s()
         )
 
     def situation(self) -> Situation:
@@ -284,9 +236,9 @@ class Control:
         try:
             meaning = parse(message)
         except BadMessage as error:
-            return [_refused(Refusal("message", "bad_message", str(error)))]
+            return [Refusal("message", "bad_message", str(error)).message()]
         refusal = self.act(client, meaning)
-        return [] if refusal is None else [_refused(refusal)]
+        return [] if refusal is None else [refusal.message()]
 
     def snapshot(self, client: int) -> Message:
         with self._lock:
@@ -443,12 +395,3 @@ class Control:
         board, clearance = self._link.board(), self._clearance
         source = codes.REAL if clearance is None else clearance.source
         return source != codes.REAL or (board is not None and board.simulated)
-
-
-def _refused(refusal: Refusal) -> Message:
-    return {
-        "k": "refused",
-        "what": refusal.what,
-        "reason": refusal.reason,
-        "detail": refusal.detail,
-    }

@@ -14,3 +14,7 @@ class Refusal:
     reason: str
     """A key of the string tables."""
     detail: str
+
+    def message(self) -> dict[str, str]:
+        """As the page is told."""
+        return {"k": "refused", "what": self.what, "reason": self.reason, "detail": self.detail}

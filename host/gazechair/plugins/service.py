@@ -15,7 +15,7 @@ from gazechair.base.latest_value import Clock
 from gazechair.base.reasons import PARTS, PLUGIN
 from gazechair.base.supervisor import Status, Supervised, Supervisor
 from gazechair.config.plugin_tables import PluginConfig
-from gazechair.driving.control import World
+from gazechair.driving.world import World
 from gazechair.plugins import producer
 from gazechair.plugins.child import LOST, SETTING
 from gazechair.plugins.exchange import LONGEST, RECORDS_PER_S, Facts, Value, plain, unpack_facts
