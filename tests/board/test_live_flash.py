@@ -165,9 +165,9 @@ class PowerCut(FlashError):
     "moment",
     [
         pytest.param("write 1", marks=pytest.mark.long),
-        "write 28",
+        pytest.param("write 28", marks=pytest.mark.long),
         "main half written",
-        "rename 1",
+        pytest.param("rename 1", marks=pytest.mark.long),
         pytest.param("before reset", marks=pytest.mark.long),
     ],
 )
@@ -232,7 +232,10 @@ def test_the_cable_pulled_half_way_is_one_plain_line(emulated: EmulatedLiveBoard
     assert "runs: teensy40" in Run(emulated).flash(), "from the REPL where it was left"
 
 
-@pytest.mark.parametrize("broken", ["raise ValueError('broken')", "while True: pass"])
+@pytest.mark.parametrize(
+    "broken",
+    ["raise ValueError('broken')", pytest.param("while True: pass", marks=pytest.mark.long)],
+)
 def test_a_firmware_that_does_not_run_is_taken_back(
     emulated: EmulatedLiveBoard, broken: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

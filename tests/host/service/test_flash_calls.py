@@ -142,7 +142,12 @@ def test_the_firmware_keeps_its_lines_and_its_methods() -> None:
     assert "wrapped(" not in texts["gazeboard/core/motion.py"]
 
 
-FILES = sorted(TESTS.glob("firmware/board_*.py"))
+# The longest run on the same MicroPython as they are written; as flashed when this file is named.
+LONG = ("board_promises_tilt", "board_promises_hardware")
+FILES = [
+    pytest.param(file, marks=[pytest.mark.long] if file.stem in LONG else [], id=file.stem)
+    for file in sorted(TESTS.glob("firmware/board_*.py"))
+]
 
 
 @pytest.fixture(scope="module")
@@ -156,7 +161,7 @@ def flashed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+@pytest.mark.parametrize("file", FILES)
 def test_what_is_flashed_passes_the_firmwares_tests(
     file: Path, flashed: Path, micropython: gazesetup.MicroPython
 ) -> None:
