@@ -116,7 +116,9 @@ def test_a_mode_whose_process_dies_ends_is_greyed_and_comes_back_without_driving
         os.kill(child_of(stack), number)
         best_ms = min(best_ms, neutral_ms(stack, mark, since_s))
         driver.wait(lambda: not able(driver), 5, "the tile is greyed")
-        assert "Rechtuit" in driver.text("#status")
+        # A machine that stalled lets the command expire on the board first, which is told first.
+        said = driver.text("#status")
+        assert "Rechtuit" in said or "te laat" in said
         driver.wait(lambda: able(driver), 30, "the mode is back")
         driver.page.wait_for_timeout(500)
         assert tuple(stack.control().wipers()) == NEUTRAL  # the button was pressed all the time
