@@ -9,7 +9,7 @@ import gazesetup
 from fakehost import FakeHost
 from gazedemo.browser import OPTIONS
 from plugintiles import AHEAD, tiled
-from webperson import Driver, save
+from webperson import CARETAKER, Driver, save
 
 # Counts what reached the page, and lets a test speak on the page's own sockets.
 SPY = """
@@ -85,6 +85,18 @@ def driver(page: Page, host: FakeHost) -> Driver:
     """The page, open and linked; the chair is armed and this page drives it."""
     person = Driver(page, host)
     person.open()
+    return person
+
+
+@pytest.fixture
+def caretaker(page: Page, host: FakeHost) -> Driver:
+    """The caretaker's page on a phone; the driver drives."""
+    page.set_viewport_size({"width": 390, "height": 844})
+    host.welcome["role"] = "caretaker"
+    host.replies.update(CARETAKER)
+    host.state.update(you=False, owner="driver")
+    person = Driver(page, host)
+    person.open("caretaker")
     return person
 
 

@@ -9,20 +9,15 @@ pytestmark = pytest.mark.browser
 
 
 @pytest.fixture
-def caretaker(page, host):
-    page.set_viewport_size({"width": 390, "height": 844})
+def page(page):
+    """It notes what is felt and told."""
     page.add_init_script(
         "window.shaken = 0; navigator.vibrate = () => (shaken += 1); window.notes = [];"
         "window.Notification = class { static permission = 'granted';"
         "static requestPermission() { notes.push('asked'); }"
         "constructor(title, { body }) { notes.push(title, body); } };"
     )
-    host.welcome["role"] = "caretaker"
-    host.replies.update(CARETAKER)
-    host.state.update(you=False, owner="driver")
-    person = Driver(page, host)
-    person.open("caretaker")
-    return person
+    return page
 
 
 def open_alerts(caretaker, revision=1):

@@ -22,18 +22,6 @@ OVERFLOWING = """
 
 
 @pytest.fixture
-def caretaker(page, host):
-    """The page on a phone; the driver drives."""
-    page.set_viewport_size({"width": 390, "height": 844})
-    host.welcome["role"] = "caretaker"
-    host.replies.update(CARETAKER)
-    host.state.update(you=False, owner="driver")
-    person = Driver(page, host)
-    person.open("caretaker")
-    return person
-
-
-@pytest.fixture
 def driving(caretaker):
     """The caretaker has taken over."""
     caretaker.state(you=True, owner="caretaker", state="armed")

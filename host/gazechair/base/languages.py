@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import importlib
 import json
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 
 def web_folder() -> Path:
@@ -33,8 +35,7 @@ def languages() -> list[str]:
 
 def label(language: str, key: str) -> str:
     """A word of the pages' own. Raises FileNotFoundError, KeyError."""
-    table = json.loads((web_folder() / "strings" / f"{language}.json").read_text("utf-8"))
-    return str(table["labels"][key])
+    return str(_texts(web_folder(), language)["labels"][key])
 
 
 def message(language: str, key: str) -> tuple[str, str]:
@@ -42,10 +43,8 @@ def message(language: str, key: str) -> tuple[str, str]:
 
     A message of the pages, or a label about plug-ins or for caretakers.
     """
-    own, care, plugins = (
-        json.loads((web_folder() / "strings" / f"{language}{more}.json").read_text("utf-8"))
-        for more in ("", "-care", "-plugins")
-    )
+    folder = web_folder()
+    own, care, plugins = (_texts(folder, language + more) for more in ("", "-care", "-plugins"))
     found = own["messages"].get(key) or care["messages"].get(key)
     if found:
         return str(found["text"]), str(found["do"])
@@ -65,3 +64,9 @@ def advice(key: str) -> str:
         return message("en", key)[1]
     except (FileNotFoundError, KeyError):
         return ""
+
+
+@cache  # /health asks for each of its parts
+def _texts(folder: Path, name: str) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((folder / "strings" / f"{name}.json").read_text("utf-8"))
+    return found
