@@ -7,7 +7,8 @@ import re
 import pytest
 
 from gazehouse import __main__ as command
-from gazehouse import failures, numbers
+from gazehouse import failures, hazards, numbers
+from gazeprove.safety_words import PROMISES
 
 # What bounds the settings table and what only tests hold against the rest: no module reads it.
 NOT_READ = {"TILT_MS", "OBEYS_MS", "STEP_FORWARD_MAX_MS", "STEP_TURN_MAX_MS"}
@@ -42,6 +43,17 @@ def test_every_failure_is_proven_by_tests_there_are_and_each_name_is_one_test() 
         assert failure.tests, failure.what
         for name in failure.tests:
             assert len(known.get(name, [])) == 1, name
+
+
+def test_every_hazard_names_promises_and_tests_there_are_or_says_that_nothing_prevents_it() -> None:
+    known = failures.homes()
+    promised = {promise.name for promise in PROMISES}
+    for hazard in hazards.HAZARDS:
+        assert set(hazard.promises) <= promised, hazard.what
+        assert hazard.tests or "all of it" in hazard.remains, hazard.what
+        for name in hazard.tests:
+            assert len(known.get(name, [])) == 1, name
+    assert {name for hazard in hazards.HAZARDS for name in hazard.promises} == promised
 
 
 def test_every_path_in_the_architecture_exists() -> None:

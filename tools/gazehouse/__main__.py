@@ -5,13 +5,14 @@ from __future__ import annotations
 import argparse
 import sys
 
-from gazehouse import drawing, failures, numbers
+from gazehouse import drawing, failures, hazards, numbers
 from gazesetup import ROOT
 
 PAGES = {
     numbers.DOCUMENT: numbers.render,
     drawing.DOCUMENT: drawing.render,
     failures.DOCUMENT: failures.render,
+    hazards.DOCUMENT: hazards.render,
 }
 
 

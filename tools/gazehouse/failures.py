@@ -163,7 +163,8 @@ FAILURES = (
 def homes() -> dict[str, list[str]]:
     """{name of a test: the files that define it}."""
     found: dict[str, list[str]] = {}
-    for file in sorted((ROOT / "tests").rglob("test_*.py")):
+    tests = ROOT / "tests"
+    for file in sorted([*tests.rglob("test_*.py"), *tests.rglob("board_*.py")]):
         for name in re.findall(r"^def (test_\w+)", file.read_text("utf-8"), re.M):
             found.setdefault(name, []).append(str(file.relative_to(ROOT)))
     return found
