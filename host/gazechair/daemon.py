@@ -121,6 +121,7 @@ class Daemon:
         ):
             _start(part, health)
         self._alerts.watch(self.control)
+        self._alerts.start()
         self._plugins.start(_start)
 
     def stop(self) -> None:

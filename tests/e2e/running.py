@@ -135,9 +135,8 @@ class Running:
 
     def restart_host(self) -> None:
         """The daemon has been killed: start it again as it was started."""
-        self.stack._processes["host"].wait(10.0)
-        config = self.stack.folder / "gazechair.toml"
-        self.stack._spawn("host", ["-m", "gazechair", "run", "--config", str(config)])
+        self.until(lambda: self.stack.ended("host") is not None, "it has ended")
+        self.stack.start_host()
 
     def take_a_place(self) -> None:
         """Room to drive in, standing."""

@@ -14,7 +14,9 @@ import tempfile
 import threading
 import time
 import urllib.request
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import gazesetup
@@ -57,8 +59,8 @@ class Stack:
 
     `interpreter` is a MicroPython's path or "cpython"; `port` 0 takes any free one; `camera_url` ""
     shows what the simulated camera sees; `more_config` follows the host's configuration, and
-    `packages` is one more folder of packages. Logs and ports live in `folder`, which goes at the
-    end.
+    `packages` is one more folder of packages, `environment` goes to the processes. Logs and ports
+    live in `folder`, which goes at the end.
     """
 
     def __init__(
@@ -70,6 +72,7 @@ class Stack:
         camera_url: str = "",
         more_config: str = "",
         packages: str = "",
+        environment: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
         self._interpreter = interpreter
         self._room = room
@@ -78,6 +81,7 @@ class Stack:
         self._camera_url = camera_url
         self._more_config = more_config
         self._packages = packages
+        self._environment = environment
         # Short: a unix socket's path must stay under 108 bytes, wherever the checkout is.
         self.folder = Path(tempfile.mkdtemp(prefix="gazechair-"))
         self._cookie = ""
@@ -140,6 +144,10 @@ class Stack:
         """Process id of "simulator" or "host"."""
         return self._processes[name].pid
 
+    def ended(self, name: str) -> int | None:
+        """The exit code of "simulator" or "host"; None: it runs."""
+        return self._processes[name].poll()
+
     def _start(self) -> None:
         with gazesetup.say("simulator and firmware"):
             words = ["-m", "gazesim", "--dir", str(self.folder), "--micropython"]
@@ -153,14 +161,19 @@ class Stack:
             text = CHAIR_CONFIG + _HOST_CONFIG
             text = text.format(port=self._port, state=self.state_folder, **paths)
             config.write_text(text + self._more_config, "utf-8")
-            self._spawn("host", ["-m", "gazechair", "run", "--config", str(config)])
+            self.start_host()
             self._wait_for_parts()
 
+    def start_host(self) -> None:
+        """Start the daemon, again when it has ended. It ends with the thread that calls this."""
+        config = self.folder / "gazechair.toml"
+        self._spawn("host", ["-m", "gazechair", "run", "--config", str(config)])
+
     def _spawn(self, name: str, words: list[str], stdout: int | None = None) -> None:
-        env = gazesetup.source_environment()
+        env = {**gazesetup.source_environment(), **self._environment}
         if self._packages:
             env["PYTHONPATH"] += os.pathsep + self._packages
-        with ending.later(), open(self.folder / f"{name}.log", "wb") as log:
+        with ending.later(), open(self.folder / f"{name}.log", "ab") as log:
             self._processes[name] = subprocess.Popen(
                 [sys.executable, *words],
                 stdin=subprocess.DEVNULL,

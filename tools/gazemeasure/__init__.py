@@ -9,6 +9,7 @@ from gazemeasure.report import Report
 
 # name: (module, what it measures)
 BENCHMARKS = {
+    "allday": ("gazemeasure.allday", "a day of driving: faults, alerts, power cuts, replays"),
     "glance": ("gazemeasure.glance", "from the page's event handler to the wipers and back"),
     "link": ("gazemeasure.link", "the serial link: round trip beside a bare echo, re-plugs"),
     "obstacles": (

@@ -6,11 +6,13 @@ import math
 
 from gazechair.base.footprint import Footprint
 from gazechair.board.board_commands import Clearance
+from gazechair.board.zone import BoardZone
 from gazechair.sensing.clearance.evaluate import Evaluator
-from gazechair.sensing.clearance.zone import StopZone
+from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 from gazechair.sensing.lidar.blind import Blindness
 from gazechair.sensing.lidar.scan import to_chair
 from gazechair.sensing.lidar.stream import ByteStream
+from gazechair.sensing.lidar.told import said, understood
 from gazelink import codes
 from gazelink.settings_table import PROFILES
 from gazemeasure.obstacles_eyes import FRONT
@@ -23,7 +25,7 @@ _LIMIT_MS = 25_000
 _GATHER_MS = 5
 _LATE_MS = 3  # evaluation and line
 _CHECK_MS = 20
-_DENSE = b"\xa5\x82\x05\x01\x00\x00\x00\x00\x23"
+DENSE = b"\xa5\x82\x05\x01\x00\x00\x00\x00\x23"
 _MOUNT = FRONT[0]
 _KINDS = ("door", "way", "room")
 
@@ -31,17 +33,23 @@ _KINDS = ("door", "way", "room")
 class Eyes:
     """The lidar's part of the host: bytes in, clearance out, renewed each quarter turn."""
 
-    def __init__(self, zone: StopZone) -> None:
+    def __init__(self, zone: StopZone = UNKNOWN, gather_ms: int = _GATHER_MS) -> None:
+        """`gather_ms`: bytes are taken that often."""
+        self._gather_ms = gather_ms
         self._stream = ByteStream("dense", codes.SIMULATED)
         self._blindness = Blindness()
         self._evaluate = Evaluator(Footprint(), [(_MOUNT.pose.x_m, _MOUNT.pose.y_m)])
         self._evaluate.zone = zone
         self._bytes = bytearray()
 
+    def hear(self, zone: BoardZone) -> None:
+        """How the board stops."""
+        self._evaluate.zone = understood(said(zone))
+
     def step(self, data: bytes, now_ms: int) -> Clearance | None:
         """A millisecond's bytes; a clearance when there is a new one."""
         self._bytes += data
-        if now_ms % _GATHER_MS or not self._bytes:
+        if now_ms % self._gather_ms or not self._bytes:
             return None
         fed, self._bytes = bytes(self._bytes), bytearray()
         if not self._stream.feed(fed, now_ms / 1000.0):
@@ -60,7 +68,7 @@ class SeeingChair(LinkedChair):
         super().__init__(room, profile)
         self.owner = codes.DRIVER
         self.sees = False
-        self.world.lidar.receive(_DENSE)
+        self.world.lidar.receive(DENSE)
         self._eyes = Eyes(StopZone(self.app.obstacles.zone))
         self._pending: list[tuple[int, Clearance]] = []
 

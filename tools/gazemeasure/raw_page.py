@@ -17,6 +17,7 @@ from gazemeasure import hostile
 _LIMIT_S = 10.0
 _HOLD_S = 0.025
 _BEAT_S = 0.1
+_ASK_S = 0.5
 _TOKEN_KEPT_S = 0.5
 _TEXT = 1
 
@@ -78,6 +79,11 @@ class RawDriver:
         self._line.close()
 
     @property
+    def connected(self) -> bool:
+        """The host has not closed the line."""
+        return self._threads[0].is_alive()
+
+    @property
     def armed(self) -> bool:
         """Driving is on, and it is this page's."""
         return self.state.get("state") == "armed" and bool(self.state.get("you"))
@@ -89,7 +95,13 @@ class RawDriver:
             if time.monotonic() > end_s:
                 raise TimeoutError(f"driving does not go on: {self.state}")
             self._say({"k": "arm"})
-            self._stopping.wait(1.0)
+            ask_s = time.monotonic() + _ASK_S
+            while not self.armed and time.monotonic() < ask_s:
+                self._stopping.wait(0.02)
+
+    def send(self, message: dict[str, Any]) -> None:
+        """Say anything, at once."""
+        self._say(message, fresh=False)
 
     def press(self) -> float:
         """A new press of its button, active from now on; when it was sent (CLOCK_MONOTONIC)."""

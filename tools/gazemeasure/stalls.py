@@ -4,9 +4,18 @@ from __future__ import annotations
 
 import threading
 import time
+from pathlib import Path
 
 _PERIOD_S = 0.001
 STALL_S = 0.005  # longer than this between two looks is a stall
+
+
+def waited_s(pid: int) -> float:
+    """How long the main thread of `pid` could have run and got no processor; 0.0 when it ended."""
+    try:
+        return int(Path(f"/proc/{pid}/schedstat").read_text().split()[1]) / 1e9
+    except OSError:
+        return 0.0
 
 
 class StallProbe:

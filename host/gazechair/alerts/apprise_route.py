@@ -18,6 +18,14 @@ def installed() -> bool:
     return find_spec("apprise") is not None
 
 
+def load() -> None:
+    """Load every service now, and not with the first message."""
+    if installed():
+        import apprise
+
+        apprise.Apprise.instantiate("json://localhost")
+
+
 def send(url: str, title: str, body: str) -> str:
     """Send it; why that failed, in one line, "" when it was delivered. May take very long."""
     if not installed():

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import logging
-import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from gazechair.base.state_folder import replace_file
 from gazechair.base.throttled_log import ThrottledLog
 
 FILE_NAME = "alerts.jsonl"
@@ -54,15 +54,8 @@ class Diary:
         while size > MOST_BYTES:
             size -= len(lines[first])
             first += 1
-        fresh = self._path.with_suffix(".new")
         try:
-            self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            handle = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
-            with open(handle, "wb") as file:
-                file.write(b"".join(lines[first:]))
-                file.flush()
-                os.fsync(file.fileno())
-            fresh.replace(self._path)
+            replace_file(self._path, b"".join(lines[first:]))
         except OSError as error:
             self._complaints.warn("%s: %s; alerts are not kept", self._path, error.strerror)
             return False

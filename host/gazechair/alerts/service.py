@@ -85,8 +85,11 @@ class Alerts:
         ]
 
     def watch(self, chair: Chair) -> None:
-        """Begin to look at `chair`."""
+        """What to look at, from `start` on."""
         self._chair = chair
+
+    def start(self) -> None:
+        """Begin to look, and to send."""
         silent = not apprise_route.installed() and not self._broker
         if self._health is not None and silent:
             self._health.set(states.LOST, LOST, apprise_route.MISSING)
@@ -211,8 +214,12 @@ class Alerts:
         ended = False
         while not ended:
             ended = self._ended.wait(_KEEP_S)
-            with self._lock:
-                revision = self._book.revision
-                rows = self._book.as_json() if revision != self._kept else None
-            if rows is not None and self._diary.write(rows):
-                self._kept = revision
+            self.keep()
+
+    def keep(self) -> None:
+        """Write the diary when it has changed; called each _KEEP_S."""
+        with self._lock:
+            revision = self._book.revision
+            rows = self._book.as_json() if revision != self._kept else None
+        if rows is not None and self._diary.write(rows):
+            self._kept = revision

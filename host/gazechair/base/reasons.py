@@ -51,8 +51,8 @@ PARTS: Mapping[str, Part] = {
     "lidar": Part(2.0, _MUST),
     "camera": Part(2.0, _MAY),
     "host": Part(2.0, _MAY),
-    "log": Part(60.0, _MAY, caretaker_only=True),  # a disk may take that long
-    "alerts": Part(10.0, _NOTES),  # the pages show its deliveries
+    "log": Part(3.0, _MAY, caretaker_only=True),  # its disk may take longer: see Keeper.alive
+    "alerts": Part(3.0, _NOTES),  # the pages show its deliveries
     PLUGIN: Part(1.0, _NOTES),  # the pages show each with its own health
 }
 

@@ -1,9 +1,15 @@
-"""The folder for data that survives a restart: paired devices, certificate, speed cap."""
+"""The folder for data that survives a restart, and how its files are replaced."""
 
 from __future__ import annotations
 
+import contextlib
+import logging
 import os
 from pathlib import Path
+
+_MOST_ASIDE = 10
+
+log = logging.getLogger(__name__)
 
 
 def state_folder(configured: str) -> Path:
@@ -14,3 +20,36 @@ def state_folder(configured: str) -> Path:
         return Path(os.environ["STATE_DIRECTORY"].split(":")[0])
     base = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
     return Path(base) / "gazechair"
+
+
+def replace_file(path: Path, content: bytes, durable: bool = True) -> None:
+    """Replace it as a whole: after a power cut there is the old content or the new, never half.
+
+    `durable`: the new, once this returns. A folder in its place is set aside. OSError.
+    """
+    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    fresh = path.with_suffix(".new")
+    if path.is_dir() and not path.is_symlink():
+        set_aside(path)
+    with contextlib.suppress(FileNotFoundError):
+        fresh.unlink()
+    handle = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    with open(handle, "wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(handle)  # else the new name may outlive a power cut, and its content not
+    os.replace(fresh, path)
+    if durable:
+        folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
+
+
+def set_aside(path: Path) -> None:
+    """Keep what cannot be used under another name, so that the host goes on without. OSError."""
+    kept = (path.with_suffix(f".damaged{number or ''}") for number in range(_MOST_ASIDE))
+    place = next((place for place in kept if not place.exists()), path.with_suffix(".damaged"))
+    os.replace(path, place)
+    log.error("%s cannot be used; it is now %s", path, place.name)

@@ -80,10 +80,14 @@ class RecordReader:
 
 
 class RecordWriter:
-    """The child's end: writes whole records to a file descriptor; raises BrokenPipeError."""
+    """The child's end: writes whole records to a file descriptor; raises BrokenPipeError.
+
+    Thread-safe.
+    """
 
     def __init__(self, fd: int) -> None:
         self._fd = fd
+        self._lock = threading.Lock()
 
     def data(self, payload: bytes) -> None:
         """Send the newest value."""
@@ -100,8 +104,9 @@ class RecordWriter:
 
     def _write(self, body: bytes) -> None:
         left = memoryview(_HEADER.pack(len(body)) + body)
-        while left:
-            left = left[os.write(self._fd, left) :]
+        with self._lock:
+            while left:
+                left = left[os.write(self._fd, left) :]
 
 
 def enter_child(outlives: bool = False) -> RecordWriter:
@@ -313,6 +318,7 @@ class Supervisor:
                     return delivered
             elif not ready and left_s <= 0:
                 self._lost("hangs", f"{self._name} hangs; ending it and starting it again")
+                process.kill()  # it would not hear a gentler word
                 return delivered
         return delivered
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from pathlib import Path
 
+from gazechair.base.state_folder import replace_file
 from gazechair.driving.messages import LOWEST_CAP_PERMILLE
 
 FILE_NAME = "speed_cap"
@@ -40,10 +41,7 @@ class KeptCap:
         """Write it; a failure to write is logged, and the cap is active anyway."""
         if self._path is None:
             return
-        fresh = self._path.with_suffix(".new")
         try:
-            self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            fresh.write_text(f"{permille}\n", encoding="ascii")
-            fresh.replace(self._path)
+            replace_file(self._path, f"{permille}\n".encode())
         except OSError as error:
             log.error("%s: %s; the speed cap ends with this host", self._path, error.strerror)

@@ -47,7 +47,7 @@ class Rig:
         self.control = Control(
             config, self.link, self.parts, clock=lambda: self.now_s, alerts=self.alerts
         )
-        self.alerts._chair = self.control
+        self.alerts.watch(self.control)
         if self.alerts._sender is not None:
             self.alerts._sender.send = self._send  # type: ignore[method-assign]
         self.sent: list[tuple[float, str, str]] = []
@@ -175,14 +175,14 @@ def test_without_the_package_the_reason_is_shown(
     rig.help()
     rig.wait(1)
     assert rig.row()["deliveries"]["zus"]["detail"] == apprise_route.MISSING
-    rig.alerts.watch(rig.control)
+    rig.alerts.start()
     assert rig.parts.part("alerts").detail == apprise_route.MISSING
 
 
 def test_the_threads_keep_the_diary(tmp_path: Path) -> None:
     rig = Rig(tmp_path, ())
     rig.alerts.test("Anna")
-    rig.alerts.watch(rig.control)
+    rig.alerts.start()
     rig.alerts.stop()
     (row,) = Diary(tmp_path).read()
     assert (row["key"], row["by"]) == ("alert_test", "Anna")
@@ -193,7 +193,7 @@ def test_the_broker_is_told_what_changes_and_again_each_few_seconds(
 ) -> None:
     config = Config(alerts=AlertsConfig(mqtt=Secret("mqtt://house")))
     alerts = Alerts(config, tmp_path / "other", rig.parts, lambda: rig.now_s, lambda: 1e9)
-    alerts._chair = rig.control
+    alerts.watch(rig.control)
     told: list[tuple[float, dict[str, str]]] = []
     assert alerts._sender is not None
     alerts._sender.tell_broker = (  # type: ignore[method-assign]

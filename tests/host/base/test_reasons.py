@@ -78,7 +78,7 @@ def test_a_source_is_silent_after_its_own_time() -> None:
         "lidar": 2.0,
         "camera": 2.0,
         "host": 2.0,
-        "log": 60.0,
-        "alerts": 10.0,
+        "log": 3.0,
+        "alerts": 3.0,
         "plugin": 1.0,
     }

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import json
 import logging
-import os
 import secrets
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+
+from gazechair.base.state_folder import replace_file, set_aside
 
 FILE_NAME = "paired.jsonl"
 MOST_DEVICES = 32
@@ -55,6 +55,8 @@ class DeviceStore:
         self._strange: list[str] = []
         try:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            if self._path.is_dir():
+                set_aside(self._path)
             text = self._path.read_text(encoding="utf-8", errors="replace")
         except FileNotFoundError:
             return
@@ -108,17 +110,9 @@ class DeviceStore:
 
     def _change(self, devices: dict[str, Device], durable: bool = True) -> None:
         lines = [json.dumps(asdict(device), ensure_ascii=False) for device in devices.values()]
-        fresh = self._path.with_suffix(".new")
+        text = "".join(line + "\n" for line in self._strange + lines)
         try:
-            with contextlib.suppress(FileNotFoundError):
-                fresh.unlink()
-            handle = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-            with open(handle, "w", encoding="utf-8") as file:
-                file.write("".join(line + "\n" for line in self._strange + lines))
-                file.flush()
-                if durable:
-                    os.fsync(file.fileno())
-            fresh.replace(self._path)
+            replace_file(self._path, text.encode("utf-8", "replace"), durable)
         except OSError as error:
             raise StoreError(f"{self._path}: {error.strerror}; is the disk full?") from None
         self._devices = devices
@@ -127,7 +121,7 @@ class DeviceStore:
 def _parse(line: str) -> Device | None:
     try:
         device = Device(**json.loads(line))
-    except (ValueError, TypeError):
+    except (ValueError, TypeError, RecursionError):
         return None
     texts = (device.id, device.name, device.digest)
     numbers = (device.created, device.last_used)

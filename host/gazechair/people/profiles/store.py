@@ -5,13 +5,13 @@ from __future__ import annotations
 import contextlib
 import json
 import logging
-import os
 import secrets
 import threading
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from gazechair.base.state_folder import replace_file, set_aside
 from gazechair.people.profiles.fields import Field, Profile, ProfileRefused, check_whole
 
 FILE_NAME = "profiles.json"
@@ -138,7 +138,7 @@ class Profiles:
             for id, found in document["profiles"].items():
                 self._profiles[id] = self._mended(id, dict(found))
             self._chosen = str(document["chosen"])
-        except (ValueError, TypeError, KeyError, AttributeError) as error:
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
             log.error("%s: damaged (%r); begins with what could be read", path, error)
             _keep_aside(path)
 
@@ -161,18 +161,12 @@ class Profiles:
 
 def _keep_aside(path: Path) -> None:
     with contextlib.suppress(OSError):
-        os.replace(path, path.with_suffix(".damaged"))
+        set_aside(path)
 
 
 def _write(path: Path, document: Mapping[str, Any]) -> None:
-    fresh = path.with_suffix(".new")
     try:
-        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        with open(fresh, "w", encoding="utf-8") as file:
-            file.write(json.dumps(document, ensure_ascii=False, indent=1) + "\n")
-            file.flush()
-            os.fsync(file.fileno())
-        fresh.replace(path)
+        replace_file(path, json.dumps(document, ensure_ascii=False, indent=1).encode() + b"\n")
     except OSError as error:
         detail = f"{path}: {error.strerror}; is the disk full?"
         log.error("%s", detail)

@@ -13,6 +13,8 @@ from gazechair.config.configuration import CameraConfig
 from gazechair.picture.camera.mjpeg import is_jpeg
 from gazechair.picture.camera.record import LOST, Frame
 
+_SILENT_S = 3.0  # longer than PARTS["camera"]: a slow picture is no reason to open it anew
+
 
 class CameraService(Supervised):
     """Runs the camera; `latest()` has its newest picture, however old that is."""
@@ -37,7 +39,7 @@ class CameraService(Supervised):
             self._on_data,
             self._on_status,
             lost_reason=LOST,
-            silent_s=4.0,
+            silent_s=_SILENT_S,
         )
         self._supervisor.start()
 

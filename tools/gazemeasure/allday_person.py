@@ -1,0 +1,85 @@
+"""A driver who drives all day: arms and presses by themselves, and connects again when cut off."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+from gazedemo.check import NEUTRAL
+from gazedemo.sim_control import SimControl
+from gazedemo.stack import Stack
+from gazemeasure.floods import stack_port
+from gazemeasure.raw_page import RawDriver
+from gazemeasure.stalls import StallProbe
+
+_HOLD_S = 0.25
+_REST_S = 0.35
+_ARM_S = 2.0
+_RETRY_S = 0.2
+
+
+class Person:
+    """Use as a context. Does nothing by hand but arm and press."""
+
+    def __init__(self, stack: Stack, probe: StallProbe) -> None:
+        self._stack = stack
+        self._probe = probe
+        self._cookie = stack.cookie("driver", "person")
+        self._sim = SimControl(Path(stack.paths["control"]))
+        self.moved_s: list[float] = []
+        """Monotonic times at which the wipers followed a press."""
+        self.to_wipers: list[tuple[float, float]] = []
+        """(monotonic s, ms) of the presses that met no stall of the machine."""
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="person", daemon=True)
+
+    def __enter__(self) -> Person:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self._stopping.set()
+        self._thread.join(30.0)
+        self._sim.close()
+
+    def drove_after(self, since_s: float, limit_s: float) -> float:
+        """Seconds from then until the wipers followed a press; inf: not within `limit_s`."""
+        while time.monotonic() - since_s < limit_s:
+            found = [at_s for at_s in self.moved_s[-5:] if at_s > since_s]
+            if found:
+                return found[0] - since_s
+            time.sleep(0.02)
+        return float("inf")
+
+    def _run(self) -> None:
+        while not self._stopping.wait(_RETRY_S):
+            # The page is cut off, or the chair does not arm in time: once more.
+            with (
+                contextlib.suppress(OSError, TimeoutError),
+                RawDriver(stack_port(self._stack), self._cookie) as driver,
+            ):
+                self._drive(driver)
+
+    def _drive(self, driver: RawDriver) -> None:
+        while driver.connected and not self._stopping.is_set():
+            driver.arm(_ARM_S)
+            with contextlib.suppress(RuntimeError):
+                self._sim.do("teleport", x_m=0, y_m=0, heading_deg=0)
+            mark = self._sim.do("wiper_log", since=0)["last"]
+            down_s = driver.press()
+            self._stopping.wait(_HOLD_S)
+            driver.release()
+            self._stopping.wait(_REST_S)
+            self._note(down_s, self._sim.do("wiper_log", since=mark)["entries"])
+
+    def _note(self, down_s: float, entries: list[list[Any]]) -> None:
+        moved = (one[1] for one in entries if one[1] >= down_s and (one[2], one[3]) != NEUTRAL)
+        first_s = next(moved, None)
+        if first_s is None:
+            return
+        self.moved_s.append(first_s)
+        if not self._probe.stalled(down_s, first_s):
+            self.to_wipers.append((first_s, 1000 * (first_s - down_s)))

@@ -1,0 +1,138 @@
+"""The demo's processes in real time, a random part of which fails each 20 s: recovery, growth."""
+
+from __future__ import annotations
+
+import random
+import tempfile
+import time
+from pathlib import Path
+
+from gazedemo.packages import package
+from gazedemo.stack import Stack
+from gazemeasure.allday_faults import (
+    DAEMON,
+    Background,
+    Fault,
+    Recovery,
+    Well,
+    by_part,
+    shuffled,
+)
+from gazemeasure.allday_person import Person
+from gazemeasure.allday_service import Service
+from gazemeasure.growth import Holding, slope_per_hour
+from gazemeasure.report import Report, percentile
+from gazemeasure.stalls import StallProbe
+
+_PERIOD_S = 20.0
+_LOOK_S = 2.0
+_BACK_S = 5.0
+_DRIVES_S = 30.0
+_WARM_S = 120.0  # of the daemon's life: caches are full then
+_FOR_SLOPE_S = 600.0
+# Nobody listens there: alerts that fail are tried again and again.
+_CONFIG = """
+[[alerts.route]]
+name = "anna"
+url = "json://127.0.0.1:9/anna"
+[input.quiet0]
+"""
+
+
+def packages(folder: Path) -> str:
+    """An installed package with the plug-in."""
+    inputs = {"quiet0": "gazemeasure.plugins_samples:Quiet"}
+    return package(folder, "gazemeasure_allday", {"gazechair.inputs": inputs})
+
+
+class _Growth:
+    """What the daemon of now holds; another daemon begins anew."""
+
+    def __init__(self, stack: Stack) -> None:
+        self._stack = stack
+        self._pid = 0
+        self.began_s = 0.0
+        self.holding = Holding()
+
+    def look(self) -> None:
+        """Note it."""
+        if self._stack.pid("host") != self._pid:
+            self._pid = self._stack.pid("host")
+            self.began_s = time.monotonic()
+            self.holding = Holding()
+        self.holding.look(self._pid, time.monotonic())
+
+
+def add(report: Report, micropython: str, lasts_s: float, seed: int = 14) -> None:
+    """For so long. Faults of the daemon come first: growth is that of the one that then stays."""
+    plan = shuffled(random.Random(seed), round(lasts_s / _PERIOD_S))
+    plan.sort(key=lambda fault: fault.part != DAEMON)
+    times: dict[Fault, list[Well]] = {}
+    stuck: list[str] = []
+    with (
+        tempfile.TemporaryDirectory(prefix="gazechair-") as name,
+        StallProbe() as probe,
+    ):
+        service = Service(Path(name))
+        with (
+            Stack(
+                micropython,
+                "open",
+                more_config=_CONFIG,
+                packages=packages(Path(name)),
+                environment=service.environment,
+            ) as stack,
+            service.of(stack),
+            Person(stack, probe) as person,
+        ):
+            growth, recovery = _Growth(stack), Recovery(stack)
+            try:
+                with Background("growth", _LOOK_S, growth.look):
+                    for fault in plan:
+                        begun_s = time.monotonic()
+                        times.setdefault(fault, []).append(recovery.of(fault))
+                        if person.drove_after(time.monotonic(), _DRIVES_S) == float("inf"):
+                            stuck.append(f"{fault.part} {fault.how}: {stack.health()}")
+                        time.sleep(max(0.0, begun_s + _PERIOD_S - time.monotonic()))
+            finally:
+                recovery.close()
+            log_mb = sum(f.stat().st_size for f in (stack.state_folder / "log").iterdir()) / 1e6
+    _add_recovery(report, times, stuck)
+    _add_growth(report, growth, person, log_mb)
+    report.note(f"daemon: {service.restarts} restarts, {service.aborted} by the watchdog; started")
+    report.note("again as the unit file says. Well: its health is ok, and its process another one.")
+
+
+def _add_recovery(report: Report, times: dict[Fault, list[Well]], stuck: list[str]) -> None:
+    report.add("processes: faults", sum(map(len, times.values())), "")
+    for part, values in sorted(by_part(times).items()):
+        own, took = [one.own_s for one in values], [one.took_s for one in values]
+        report.add(f"  {part}: well again, p95", percentile(own, 0.95), "s", _BACK_S)
+        report.add("    and with waiting for a processor", percentile(took, 0.95), "s")
+    report.add("  not driving again by arm and press", len(stuck), "", 0)
+    for fault, values in times.items():
+        if max(one.own_s for one in values) > _BACK_S:
+            seconds = ", ".join(f"{one.own_s:.1f} ({one.took_s:.1f})" for one in values)
+            report.note(f"{fault.part} {fault.how}: {seconds} s")
+    for line in stuck[:5]:
+        report.note(line)
+
+
+def _add_growth(report: Report, growth: _Growth, person: Person, log_mb: float) -> None:
+    holding = growth.holding
+    warm_s = growth.began_s + _WARM_S
+    lived_s = holding.memory_mb[-1][0] - warm_s
+    long = lived_s >= _FOR_SLOPE_S
+
+    def slope(points: list[tuple[float, float]]) -> float:
+        return slope_per_hour([point for point in points if point[0] >= warm_s])
+
+    report.add("  the last daemon's life", lived_s + _WARM_S, "s")
+    report.add("  its memory", holding.memory_mb[-1][1], "MB")
+    report.add("  memory, slope", slope(holding.memory_mb), "MB/h", 5.0 if long else None)
+    report.add("  threads, slope", slope(holding.threads), "1/h", 0.0 if long else None)
+    report.add("  open files, slope", slope(holding.files), "1/h", 0.0 if long else None)
+    latency = person.to_wipers
+    report.add("  press -> wipers, p95", percentile([ms for _, ms in latency], 0.95), "ms")
+    report.add("  press -> wipers, slope", slope(latency), "ms/h", 5.0 if long else None)
+    report.add("  log", log_mb, "MB")

@@ -1,0 +1,252 @@
+"""A day of driving in virtual time: the whole firmware and the host's parts, faults included."""
+
+from __future__ import annotations
+
+import gc
+import os
+import random
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from gazemeasure.allday_chair import DayChair
+from gazemeasure.growth import Holding, slope_per_hour
+from gazemeasure.report import Report, percentile
+
+DAY_S = 86400.0
+_LOOK_S = 60.0
+_HELD_S = (0.3, 3.0)
+_RESTS_S = (0.2, 2.0)
+_BACK_S = 5.0
+_PAST_START = 0.2  # of the time: caches are full then
+_WAYS = ("forward", "left", "right")
+_FAULT_EACH = 12  # presses
+
+
+@dataclass
+class Day:
+    """What came of it."""
+
+    presses: int = 0
+    overruled: int = 0
+    faults: dict[str, int] = field(default_factory=dict)
+    stuck: list[str] = field(default_factory=list)
+    """Faults after which the driver's own arm and press did not move the chair in time."""
+    back_s: list[float] = field(default_factory=list)
+    to_wipers_ms: list[tuple[float, float]] = field(default_factory=list)
+    objects: list[tuple[float, float]] = field(default_factory=list)
+    holding: Holding = field(default_factory=Holding)
+    state_bytes: int = 0
+
+
+class _Life:
+    """Drives, rests, and has something fail now and then; chances drawn from a seed."""
+
+    def __init__(self, chair: DayChair, seed: int, fault_each: int) -> None:
+        self._chair = chair
+        self._fault_each = fault_each
+        self._dice = random.Random(seed)
+        self.day = Day()
+        self._faults: dict[str, Callable[[], None]] = {
+            "host killed": self._host_killed,
+            "cable pulled": self._cable,
+            "board reset": self._board_reset,
+            "board hangs": self._board_hangs,
+            "lidar silent": lambda: self._for_a_while("lidar_stall"),
+            "heading frozen": lambda: self._for_a_while("imu_freeze"),
+            "heading reset": lambda: self._for_a_while("imu_self_reset"),
+            "potentiometer silent": self._potentiometer,
+            "emergency stop": self._emergency,
+            "help": self._help,
+            "caretaker drives": self._caretaker,
+            "speed cap": self._cap,
+            "profile": self._profile,
+        }
+
+    def live(self, until: Callable[[], bool]) -> Day:
+        """Until then."""
+        look_ms = 0
+        while not until():
+            self._press()
+            if self.day.presses % self._fault_each == 0:
+                self._fail()
+            if self._chair.now_ms >= look_ms:
+                look_ms = self._chair.now_ms + round(1000 * _LOOK_S)
+                self._look()
+        return self.day
+
+    def _look(self) -> None:
+        gc.collect()
+        now_s = self._chair.now_s()
+        self.day.objects.append((now_s, len(gc.get_objects())))
+        self.day.holding.look(os.getpid(), now_s)
+
+    def _press(self) -> None:
+        chair, day = self._chair, self.day
+        if not chair.armed():
+            chair.arm()
+        button: dict[str, Any] = {"k": "cmd", "verb": self._dice.choice(_WAYS)}
+        button["mode"] = self._dice.choice(("continuous", "step"))
+        day.presses += 1
+        took_ms = chair.moves_after(**button)
+        if took_ms is None:
+            day.overruled += 1
+        else:
+            day.to_wipers_ms.append((chair.now_s(), took_ms))
+        self._pass(*_HELD_S)
+        chair.driver.release()
+        self._pass(*_RESTS_S)
+        if took_ms is None or self._dice.random() < 0.1:
+            self._begin_again()
+
+    def _begin_again(self) -> None:
+        chair = self._chair
+        chair.until(chair.stands, 4000)
+        chair.world.teleport(*chair.world.room.start)
+        chair.run(300)
+
+    def _pass(self, least_s: float, most_s: float) -> None:
+        self._chair.run(round(1000 * self._dice.uniform(least_s, most_s)))
+
+    def _fail(self) -> None:
+        """Something fails while the chair drives; then it must drive again."""
+        chair, day = self._chair, self.day
+        name = self._dice.choice(list(self._faults))
+        day.faults[name] = day.faults.get(name, 0) + 1
+        self._begin_again()
+        chair.driver.press(k="cmd", verb="forward", mode="continuous")
+        chair.run(400)
+        self._faults[name]()
+        begun_ms = chair.now_ms
+        chair.driver.release()
+        try:
+            chair.until(chair.stands, 4000)
+            chair.world.teleport(*chair.world.room.start)
+            chair.arm()
+            while chair.moves_after(k="cmd", verb="left", mode="continuous") is None:
+                chair.driver.release()
+                chair.run(100)
+                if chair.now_ms - begun_ms > 1000 * _BACK_S:
+                    raise AssertionError(chair.why())
+            day.back_s.append((chair.now_ms - begun_ms) / 1000)
+        except AssertionError as error:
+            day.stuck.append(f"{name}: {error}")
+            chair.board.reset()  # what a person would do
+            chair.run(2000)
+        chair.driver.release()
+        chair.run(200)
+
+    # -- what fails, and what people do --
+
+    def _for_a_while(self, fault: str) -> None:
+        chair = self._chair
+        chair.world.faults.inject(fault)
+        self._pass(0.5, 2.0)
+        chair.world.faults.clear(fault)
+
+    def _potentiometer(self) -> None:
+        self._for_a_while("wiper_nak")
+        self._chair.caretaker.say(k="reset")  # it latches: somebody must have looked
+
+    def _host_killed(self) -> None:
+        self._chair.kill_host()
+        self._pass(1.0, 2.0)
+        self._chair.start_host()
+
+    def _cable(self) -> None:
+        self._chair.cable.pull()
+        self._pass(0.5, 2.0)
+        self._chair.cable.plug()
+
+    def _board_reset(self) -> None:
+        self._chair.board.reset()
+
+    def _board_hangs(self) -> None:
+        self._chair.board.hung = True
+        self._pass(0.005, 0.4)
+        self._chair.board.hung = False
+
+    def _emergency(self) -> None:
+        self._chair.driver.say(k="emergency")
+        self._pass(0.5, 2.0)
+        self._chair.caretaker.say(k="reset")
+
+    def _help(self) -> None:
+        chair = self._chair
+        assert chair.host is not None
+        chair.driver.say(k="call", on=True)
+        self._pass(0.5, 2.0)
+        newest = chair.host.alerts.as_json()["alerts"][-1]
+        chair.host.alerts.acknowledge(newest["number"], "Anna")
+        self._pass(0.5, 1.0)
+        chair.caretaker.say(k="call", on=False)
+
+    def _caretaker(self) -> None:
+        chair = self._chair
+        chair.caretaker.say(k="take")
+        self._pass(0.3, 0.5)
+        chair.caretaker.press(k="drive", linear=300, turn=self._dice.choice((-300, 0, 300)))
+        self._pass(0.5, 2.0)
+        chair.caretaker.release()
+        chair.caretaker.say(k="release")
+
+    def _cap(self) -> None:
+        self._chair.caretaker.say(k="cap", permille=self._dice.choice((500, 700, 1000)))
+        self._pass(0.1, 0.5)
+
+    def _profile(self) -> None:
+        chair = self._chair
+        assert chair.host is not None
+        dwell_ms = self._dice.choice((400, 600, 800))
+        chair.host.control.change_profile({"save": {"id": "1", "dwell_ms": dwell_ms}}, "driver")
+        self._pass(0.1, 0.5)
+
+
+def add(
+    report: Report, wanted_s: float, machine_s: float, seed: int = 14, fault_each: int = _FAULT_EACH
+) -> None:
+    """`wanted_s` of virtual time, or what `machine_s` of the machine's time allow.
+
+    `fault_each`: presses from one fault to the next.
+    """
+    with tempfile.TemporaryDirectory(prefix="gazechair-") as name:
+        chair = DayChair(Path(name))
+        chair.run(1500)
+        life = _Life(chair, seed, fault_each)
+        began_s = time.monotonic()
+
+        def over() -> bool:
+            return chair.now_s() >= wanted_s or time.monotonic() - began_s >= machine_s
+
+        day = life.live(over)
+        took_s = time.monotonic() - began_s
+        day.state_bytes = sum(file.stat().st_size for file in Path(name).iterdir())
+    _report(report, day, chair.now_s(), took_s)
+
+
+def _report(report: Report, day: Day, lived_s: float, took_s: float) -> None:
+    long = lived_s >= 3600.0
+    first_s = lived_s * _PAST_START
+
+    def late(points: list[tuple[float, float]]) -> float:
+        return slope_per_hour([point for point in points if point[0] >= first_s])
+
+    report.add("virtual day: hours driven", lived_s / 3600, "h")
+    report.add("  times as fast as the clock", lived_s / took_s, "")
+    report.add("  presses", day.presses, "")
+    report.add("  overruled (something is in the way)", day.overruled, "", 0.1 * day.presses)
+    report.add("  faults while driving", sum(day.faults.values()), "")
+    report.add("  not driving again by arm and press", len(day.stuck), "", 0)
+    report.add("  driving again, p95", percentile(day.back_s, 0.95), "s", _BACK_S)
+    times = [ms for _, ms in day.to_wipers_ms]
+    report.add("  press -> wipers, p99", percentile(times, 0.99), "ms", 60.0)
+    report.add("  press -> wipers, slope", late(day.to_wipers_ms), "ms/h", 0.1 if long else None)
+    report.add("  memory, slope", late(day.holding.memory_mb), "MB/h", 0.5 if long else None)
+    report.add("  objects, slope", late(day.objects), "1/h", 50.0 if long else None)
+    report.add("  open files, slope", late(day.holding.files), "1/h", 0.0)
+    report.add("  state folder at the end", day.state_bytes / 1000, "kB", 200.0)
+    for line in day.stuck[:5]:
+        report.note(f"virtual day: {line}")

@@ -1,0 +1,44 @@
+"""What a process holds, over time: memory, threads, open files; and whether it grows."""
+
+from __future__ import annotations
+
+import itertools
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from statistics import median
+
+_MOST_POINTS = 300
+
+
+def slope_per_hour(points: Sequence[tuple[float, float]]) -> float:
+    """The median of all slopes between two of the points (s, value): a peak does not move it.
+
+    Nan for fewer than three points.
+    """
+    points = points[:: 1 + len(points) // _MOST_POINTS]
+    if len(points) < 3:
+        return float("nan")
+    pairs = itertools.combinations(points, 2)
+    return 3600 * median((b - a) / (t - s) for (s, a), (t, b) in pairs if t > s)
+
+
+@dataclass
+class Holding:
+    """What one process held at each look: (s, value)."""
+
+    memory_mb: list[tuple[float, float]] = field(default_factory=list)
+    threads: list[tuple[float, float]] = field(default_factory=list)
+    files: list[tuple[float, float]] = field(default_factory=list)
+
+    def look(self, pid: int, now_s: float) -> None:
+        """Note what `pid` holds now. Raises OSError when it has ended."""
+        status = dict(
+            line.partition(":")[::2] for line in Path(f"/proc/{pid}/status").read_text().split("\n")
+        )
+        if "VmRSS" not in status:
+            raise ProcessLookupError(f"{pid} has ended")
+        self.memory_mb.append((now_s, int(status["VmRSS"].split()[0]) / 1000))
+        self.threads.append((now_s, int(status["Threads"])))
+        self.files.append((now_s, len(os.listdir(f"/proc/{pid}/fd"))))
