@@ -12,6 +12,7 @@ from gazeboard.core.shared import Inbox, Outbox
 from gazeboard.core.tick import PERIOD_US, Tick
 from gazeboard.core.tick_clock import TickClock
 from gazeboard.io import bootlog
+from gazeboard.io.core_state import CoreState
 from gazeboard.io.emergency_latch import EmergencyLatch
 from gazeboard.io.imu import OFFSETS_SIZE, Imu
 from gazeboard.io.joystick import Joystick
@@ -20,6 +21,7 @@ from gazeboard.io.settings import FILE as SETTINGS_FILE
 from gazeboard.io.settings import Settings
 from gazeboard.io.storage import sealed, unsealed
 from gazeboard.io.telemetry import Telemetry
+from gazeboard.io.trace import ODD, Trace
 from gazeboard.turning.turn import turn_controller
 from gazelink import codes
 from gazelink.native import micropython
@@ -61,11 +63,20 @@ class App:
         self.core = Tick(self.safety, None, self.obstacles, self.obedience, None, TickClock())
         self.outbox = Outbox()
         self.telemetry = Telemetry(self.safety, self.joystick, self.obstacles)
-        self.link = Link(board, self.inbox, self.outbox, self.safety, self.telemetry)
+        self.trace = self.inbox.trace = Trace(self.outbox)
+        self.link = Link(board, self.inbox, self.outbox, self.safety, self.telemetry, self.trace)
         self._neutral = None  # as last applied
         self._setting_session = 0  # whose changes of the neutral count
         # What each tick uses: to find an attribute takes longer than to unpack all of these.
-        self._used = (board, self.inbox, self.core, self.joystick, self.telemetry, self.outbox)
+        self._used = (
+            board,
+            self.inbox,
+            self.core,
+            self.joystick,
+            self.telemetry,
+            self.outbox,
+            self.trace,
+        )
         self._apply_settings()
         self.inbox.publish()
         self._enable_level = 0  # as put out
@@ -96,6 +107,7 @@ class App:
         self.core.motion = self.motion = Motion(s, turn)
         self.core.profile_check = self.profile_check = ProfileCheck(turn.model)
         self.safety.set_relay_fitted(s.relay_fitted)
+        self.trace.follow(CoreState(self.core, self.joystick, s))
         self.inbox.back.calibrated = s.calibrated
         self.inbox.touch()
 
@@ -117,35 +129,51 @@ class App:
             pass
         self.joystick.let_go()
         self.core.raised()
+        self.trace.lose()
 
     @micropython.native
     def _tick(self):
-        board, inbox, core, joystick, telemetry, o = self._used
+        board, inbox, core, joystick, telemetry, o, trace = self._used
         i = inbox.front
         start_us = board.ticks_us()
         last_us = self._last_us
         self._last_us = start_us
         relay_closed = board.relay_pin() == 1
+        emergency_open = board.emergency_pin() == 1
+        button_pressed = board.button_pin() == 0
         core.decide(
             i,
             board.ticks_diff(start_us, last_us) if last_us >= 0 else PERIOD_US,
             relay_closed,
-            board.emergency_pin() == 1,
-            board.button_pin() == 0,
+            emergency_open,
+            button_pressed,
         )
         verified = joystick.write(core.linear_permille, core.turn_permille)
         level = core.written(verified, joystick.neutral)
         if level != self._enable_level:
             self._enable_level = level
             board.enable_pin(level)
-        o.relay_closed = relay_closed
-        if core.late:
+        late = core.late
+        missed_ms = core.missed_ms
+        if late:
             o.late_ticks = (o.late_ticks + 1) & 0xFFFF
         spent_us = board.ticks_diff(board.ticks_us(), start_us)
         if spent_us > o.tick_max_us:
             o.tick_max_us = spent_us
-        ticks = (o.ticks + 1 + core.missed_ms) & 0x3FFFFFFF
+        ticks = (o.ticks + 1 + missed_ms) & 0x3FFFFFFF
         telemetry.capture(ticks, core.motion.state, i.heading_q4)
+        odd = emergency_open or button_pressed or missed_ms or late or not verified
+        if relay_closed is not o.relay_closed:
+            o.relay_closed = relay_closed
+            odd = True
+        traced = trace.on
+        if traced:
+            if i.taken_at < 0:
+                i.taken_at = ticks
+            if odd or traced == ODD:
+                trace.on = trace.saw(
+                    ticks, relay_closed, emergency_open, button_pressed, verified, late, missed_ms
+                )
         o.ticks = ticks
 
     # -- the service loop: everything that may wait or take a while --------------------------------
@@ -158,7 +186,10 @@ class App:
         self._service_at_ms = now_ms
         if gap_ms > self.service_max_ms:
             self.service_max_ms = gap_ms
+        ticks = self.outbox.ticks
         self.inbox.beat()
+        if self.trace.on:
+            self.trace.beat(ticks)
         self.link.poll(self)
         self._sense(now_ms)
         if self.inbox.back.session_count != self._setting_session:

@@ -122,6 +122,8 @@ SETTING = Message(0x14, "setting", UP, "request:B index:B value:H")
 TELEMETRY = Message(0x15, "telemetry", UP, "state_period_ms:B")
 # The caretaker's bypass button: number changes with every new press, ttl_ms as in COMMAND.
 BYPASS = Message(0x16, "bypass", UP, "number:B ttl_ms:H")
+# on 1: send TRACE, from a snapshot; again: a new snapshot. 0, and in each new session: none.
+TRACE_REQUEST = Message(0x17, "trace_request", UP, "on:B")
 
 STATE = Message(
     0x20,
@@ -162,6 +164,9 @@ LIMITS = Message(
     DOWN,
     "command_ttl_ms:H clearance_old_ms:H wiper_min:B wiper_max:B wiper_span:B",
 )
+# What the board's ticks took, a stream of bytes (gazeboard/io/trace.py), when nothing else is to be
+# sent. part: its number; begins: where in data a snapshot begins, 255 = nowhere.
+TRACE = Message(0x26, "trace", DOWN, "part:H begins:B data:50s")
 
 MESSAGES = (
     HELLO,
@@ -175,12 +180,14 @@ MESSAGES = (
     SETTING,
     TELEMETRY,
     BYPASS,
+    TRACE_REQUEST,
     STATE,
     STATS,
     PONG,
     SETTING_REPLY,
     ZONE,
     LIMITS,
+    TRACE,
 )
 BY_TYPE = {m.type_id: m for m in MESSAGES}
 

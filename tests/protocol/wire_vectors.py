@@ -16,10 +16,10 @@ CRCS = (
 
 # The hash of the message table. Another value means that the wire changed: old boards and new hosts
 # will refuse each other, as they must. Change it here only when that is meant.
-SCHEMA_HASH = "8a524192"
+SCHEMA_HASH = "0be7d2a3"
 
 # (session, boot, nonce, epoch, seed) under that hash.
-SEEDS = ((0xBEEF, 0x0102, "01020304", 0x10203, "55eb14ce"),)
+SEEDS = ((0xBEEF, 0x0102, "01020304", 0x10203, "2eba69ce"),)
 
 # Seed of the frames below; fixed, so that they stay when the table grows. Frozen ones ignore it.
 FRAME_SEED = "78563412"
@@ -80,6 +80,7 @@ FRAMES = (
         ),
     ),
     ("bypass", 9, 500, (255, 300), "0c1609f401ff2c019b2d2ae000"),
+    ("trace_request", 10, 501, (1,), "0a170af50101e82a1eda00"),
     ("ping", 0, 255, (0x0001, 0xFFFE), "021302ff020107feff47d128d600"),
     (
         "state",
@@ -110,4 +111,14 @@ FRAMES = (
         ),
     ),
     ("limits", 8, 0x1234, (300, 65535, 0, 254, 84), "09250834122c01ffff07fe54da8f694e00"),
+    (
+        "trace",
+        11,
+        502,
+        (65534, 255, bytes(range(49)) + b"\xff"),
+        (
+            "08260bf601feffff360102030405060708090a0b0c0d0e0f101112131415161718"
+            "191a1b1c1d1e1f202122232425262728292a2b2c2d2e2f30ff6deb0a4400"
+        ),
+    ),
 )

@@ -215,6 +215,9 @@ class Measured:
         elif app.telemetry.period_ms != STATE_PERIOD_MS:
             messages.TELEMETRY.pack(host.encoder.body, (STATE_PERIOD_MS,))
             host.give(messages.TELEMETRY)
+        elif TRACED and not app.trace.on:
+            messages.TRACE_REQUEST.pack(host.encoder.body, (1,))
+            host.give(messages.TRACE_REQUEST)
         else:
             messages.PING.pack(host.encoder.body, (ticks & 0xFFFF, 0))
             host.give(messages.PING)

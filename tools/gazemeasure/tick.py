@@ -102,13 +102,13 @@ def _words(part: type, method: str) -> int:
 
 
 def _load(
-    run_ms: int, state_period_ms: int, parts: bool = False
+    run_ms: int, state_period_ms: int, parts: bool = False, traced: bool = False
 ) -> tuple[dict[str, Any], list[int]]:
     """What board_load.py found; and the stamps, ms, of the STATE frames that arrived."""
     text = (Path(__file__).parent / "board_load.py").read_text()
     watched = [(name, method, _words(of, method)) for name, of, method in _PARTS] if parts else []
     values = f"RUN_MS={run_ms}\nSTATE_PERIOD_MS={state_period_ms}\nSTRETCH_US={_STRETCH_US}\n"
-    values += f"PARTS={watched}\n"
+    values += f"PARTS={watched}\nTRACED={traced}\n"
     files = firmware_files()
     files[f"{LIB}/board_parts.py"] = (Path(__file__).parent / "board_parts.py").read_text()
     files[f"{LIB}/gazeboard/boards/bank_layout.py"] = Path(bank_layout.__file__).read_text()

@@ -5,18 +5,20 @@ from __future__ import annotations
 import binascii
 import zlib
 from collections.abc import Mapping
+from itertools import groupby
 from pathlib import PurePosixPath
 
 from gazechair.service.flash import tree
 
 LIB = f"{tree.BASE}/lib"
 
-# The program's place in the memory map is small, so files travel compressed.
+# The program's place in the memory map is small, so files travel compressed, a folder together.
 _PUT = """
 import os, io, deflate, binascii
-def put(path, packed):
- packed = io.BytesIO(binascii.a2b_base64(packed))
- with open(path, 'wb') as f: f.write(deflate.DeflateIO(packed, deflate.ZLIB).read())
+def put(sizes, packed):
+ texts = deflate.DeflateIO(io.BytesIO(binascii.a2b_base64(packed)), deflate.ZLIB)
+ for path, size in sizes:
+  with open(path, 'wb') as f: f.write(texts.read(size))
 """
 
 
@@ -37,9 +39,13 @@ def install_script(files: Mapping[str, str], then: str) -> bytes:
     below = sorted(folder for folder in folders if folder.startswith(f"{tree.BASE}/"))
     lines = [_PUT, f"for folder in {below!r}:"]
     lines += [" try: os.mkdir(folder)", " except OSError: pass"]
-    lines += [f"put({path!r}, {_packed(text)!r})" for path, text in files.items()]
+    ordered = sorted(files.items(), key=lambda file: PurePosixPath(file[0]).parent)
+    for _, together in groupby(ordered, lambda file: PurePosixPath(file[0]).parent):
+        octets = {path: text.encode() for path, text in together}
+        sizes = [(path, len(text)) for path, text in octets.items()]
+        lines.append(f"put({sizes!r}, {_packed(b''.join(octets.values()))!r})")
     return "\n".join([*lines, then, ""]).encode()
 
 
-def _packed(text: str) -> str:
-    return binascii.b2a_base64(zlib.compress(text.encode(), 9), newline=False).decode()
+def _packed(octets: bytes) -> str:
+    return binascii.b2a_base64(zlib.compress(octets, 9), newline=False).decode()

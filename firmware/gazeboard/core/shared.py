@@ -1,6 +1,7 @@
 # Data shared by service loop and tick: a double buffer down, counters up. No allocation.
 
 from gazelink import arcs
+from gazelink.native import micropython, ptr8, ptr32
 
 
 class Inputs:
@@ -55,6 +56,7 @@ class Inputs:
             setattr(self, name, 0)
         # Bytes of gazelink/arcs.py, never changed while they can be read: see Incoming.
         self.clearance_arcs = bytearray(arcs.SIZE)
+        self.taken_at = -1  # the first tick that took these, when traced
 
     # Written out, because looping over names would be slow and getattr is no faster to read.
     def copy_from(self, o):
@@ -100,6 +102,55 @@ class Inputs:
         self.service_faults = o.service_faults
         self.calibrated = o.calibrated
 
+    # All but service_count, and the arcs, as words; written out as well.
+    @micropython.viper
+    def as_words(self, words):
+        w = ptr32(words)
+        w[0] = int(self.host_count)
+        w[1] = int(self.session_count)
+        w[2] = int(self.verb)
+        w[3] = int(self.mode)
+        w[4] = int(self.edge)
+        w[5] = int(self.owner)
+        w[6] = int(self.ttl_ms)
+        w[7] = int(self.linear_permille)
+        w[8] = int(self.turn_permille)
+        w[9] = int(self.cap_permille)
+        w[10] = int(self.pulse_ms)
+        w[11] = int(self.command_count)
+        w[12] = int(self.stop_count)
+        w[13] = int(self.stop_edge)
+        w[14] = int(self.disarm_count)
+        w[15] = int(self.arm_count)
+        w[16] = int(self.arm_owner)
+        w[17] = int(self.reset_count)
+        w[18] = int(self.emergency_count)
+        w[19] = int(self.clearance_blocked)
+        w[20] = int(self.clearance_unseen)
+        w[21] = int(self.clearance_forward_mm)
+        w[22] = int(self.clearance_backward_mm)
+        w[23] = int(self.clearance_left_q4)
+        w[24] = int(self.clearance_right_q4)
+        w[25] = int(self.clearance_source)
+        w[26] = int(self.clearance_age_ms)
+        w[27] = int(self.clearance_arc_views)
+        w[28] = int(self.clearance_count)
+        w[29] = int(self.bypass_number)
+        w[30] = int(self.bypass_ttl_ms)
+        w[31] = int(self.bypass_count)
+        w[32] = int(self.heading_q4)
+        w[33] = int(self.rate_q4)
+        w[34] = int(self.heading_faults)
+        w[35] = int(self.heading_count)
+        w[36] = int(self.tilted)
+        w[37] = int(self.service_faults)
+        w[38] = int(self.calibrated)
+        ways = ptr8(self.clearance_arcs)
+        k = 0
+        while k < int(arcs.SIZE):
+            w[39 + k] = ways[k]
+            k += 1
+
 
 class Inbox:
     # The service loop fills `back`, then publish() makes it `front` by one assignment; the tick,
@@ -109,6 +160,7 @@ class Inbox:
         self.front = Inputs()
         self.back = Inputs()
         self._dirty = False
+        self.trace = None  # learns of each replacement, while it is on
 
     def touch(self):
         self._dirty = True
@@ -122,10 +174,17 @@ class Inbox:
     def publish(self):
         if self._dirty:
             self._dirty = False
+            trace = self.trace
+            traced = trace is not None and trace.on
+            if traced:
+                trace.hold()
             old = self.front
             self.front = self.back
             self.back = old
+            if traced:
+                trace.replaced(old, self.front)
             old.copy_from(self.front)
+            old.taken_at = -1
 
 
 class Outbox:

@@ -19,18 +19,20 @@ _ROLE = messages.HELLO.offsets["role"]
 _SCHEMA = messages.HELLO.offsets["schema_hash"]
 _SESSION = messages.HELLO.offsets["session"]
 _PERIOD = messages.TELEMETRY.offsets["state_period_ms"]
+_ON = messages.TRACE_REQUEST.offsets["on"]
 _KEY = messages.MAINTENANCE.offsets["key"]
 
 
 class Link:
     # serial: read_byte() and write_some() as in boards/__init__.py; neither ever waits.
 
-    def __init__(self, board, inbox, outbox, safety, telemetry):
+    def __init__(self, board, inbox, outbox, safety, telemetry, trace):
         self._serial = board.serial
         self._inbox = inbox
         self._outbox = outbox
         self._safety = safety
         self._telemetry = telemetry
+        self._trace = trace
         self._boot = board.boot_id
         self._draw_nonce = board.draw_nonce
         self._session = 0  # the host's number, 0: none
@@ -42,7 +44,15 @@ class Link:
         self._heard_at = 0  # ticks of the last fresh frame
         self.incoming = Incoming(inbox)
         self.outgoing = Outgoing(
-            board, outbox, safety, telemetry, self._decoder, self.incoming, self._keys, self._nonce
+            board,
+            outbox,
+            safety,
+            telemetry,
+            trace,
+            self._decoder,
+            self.incoming,
+            self._keys,
+            self._nonce,
         )
         self.maintenance = False  # the host requested the REPL and nothing prevents it
 
@@ -85,6 +95,8 @@ class Link:
                 self.outgoing.pong(buf)
             elif kind == messages.TELEMETRY.type_id and 1 <= buf[_PERIOD] <= 100:
                 self._telemetry.period_ms = buf[_PERIOD]
+            elif kind == messages.TRACE_REQUEST.type_id and buf[_ON] <= 1:
+                self._trace.ask(buf[_ON] == 1)
             else:
                 self.incoming.take(kind, buf, age_ms)
 

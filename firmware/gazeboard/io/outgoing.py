@@ -35,11 +35,12 @@ _ZONE_POINTS = messages.ZONE.offsets["points"]
 class Outgoing:
     # keys: the seeds of the session; nonce: as drawn for it.
 
-    def __init__(self, board, outbox, safety, telemetry, decoder, incoming, keys, nonce):
+    def __init__(self, board, outbox, safety, telemetry, trace, decoder, incoming, keys, nonce):
         self._serial = board.serial
         self._outbox = outbox
         self._safety = safety
         self._telemetry = telemetry
+        self._trace = trace
         self._decoder = decoder
         self._incoming = incoming
         self._simulated = board.simulated
@@ -96,6 +97,7 @@ class Outgoing:
     def begin(self, session):
         self._session = session
         self._telemetry.restart()
+        self._trace.ask(False)
         self._zone_due = len(self._zone)
 
     # The next hello is due at once.
@@ -183,6 +185,9 @@ class Outgoing:
             self._zone_at = now
             self._zone_due = max(0, self._zone_due - 1)
             self._send_zone()
+        elif self._trace.waits():
+            self._trace.take(self._encoder.body)
+            self._send(messages.TRACE)
 
     def _send_hello(self):
         body = self._encoder.body
