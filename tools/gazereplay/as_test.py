@@ -8,7 +8,6 @@ from typing import Any
 
 from mcap.writer import Writer
 
-from gazechair.blackbox.reader import LogFile
 from gazereplay.replay import of_trace
 from gazesetup.paths import ROOT
 
@@ -25,7 +24,7 @@ def keep(path: Path, name: str, folder: Path = FOLDER) -> Path:
         writer: Any = Writer(file)
         writer.start(profile="ros2", library="gazechair")
         channels: dict[str, int] = {}
-        for line in of_trace(LogFile(path).lines()):
+        for line in of_trace(path):
             if line.topic not in channels:
                 schema = writer.register_schema(line.type_name, "ros2msg", line.schema.data)
                 channels[line.topic] = writer.register_channel(line.topic, "cdr", schema)

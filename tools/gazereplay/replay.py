@@ -2,108 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Container, Iterator
 from pathlib import Path
-from typing import Any
 
-from gazeboard.core.motion import Motion
-from gazeboard.core.obedience import Obedience
-from gazeboard.core.obstacles import Obstacles
-from gazeboard.core.profile_check import ProfileCheck
-from gazeboard.core.safety import Safety
-from gazeboard.core.shared import Inputs
-from gazeboard.core.tick import Tick
-from gazeboard.core.tick_clock import TickClock
 from gazeboard.io.settings import Settings
-from gazeboard.turning.turn import turn_controller
 from gazechair.blackbox.reader import Line, LogFile
 from gazelink import codes
 from gazereplay import trace
+from gazereplay.board_trace import TOPICS, BoardPlayer
+from gazereplay.core import Core
+from gazereplay.result import Difference, Result
 from gazereplay.trace import Taken
 
 
 class NoTrace(ValueError):
     """A log that cannot be replayed; one line why."""
-
-
-@dataclass(frozen=True)
-class Difference:
-    """The first tick that decided otherwise."""
-
-    life: int
-    """Which start of the board in this file, from 1."""
-    tick: int
-    at_ns: int
-    """Wall time."""
-    recorded: dict[str, int]
-    now: dict[str, int]
-
-    def __str__(self) -> str:
-        changed = [name for name in self.recorded if self.recorded[name] != self.now[name]]
-        words = [
-            f"{name} {_word(name, self.recorded[name])} -> {_word(name, self.now[name])}"
-            for name in changed
-        ]
-        return f"tick {self.tick} of start {self.life}: " + ", ".join(words)
-
-
-@dataclass
-class Result:
-    """What a replay found."""
-
-    ticks: int = 0
-    lives: int = 0
-    decisions: int = 0
-    """How many differed from the tick before: what was there to compare."""
-    armed: int = 0
-    """Ticks in which driving was on."""
-    difference: Difference | None = None
-
-
-class Core:
-    """The board's core with its parts, as gazeboard.app has them."""
-
-    def __init__(self, settings: str, simulated: bool, boot_faults: int) -> None:
-        s: Any = Settings(settings)
-        self._neutral: tuple[int, int] | None = None
-        self.inputs = Inputs()
-        self._obstacles = Obstacles(s)
-        self._obedience = Obedience(s)
-        safety = Safety(simulated, s.relay_fitted, boot_faults)
-        self._tick = Tick(safety, None, self._obstacles, self._obedience, None, TickClock())
-        self.apply(settings)
-
-    def apply(self, settings: str) -> None:
-        """Other settings, while disarmed."""
-        s: Any = Settings(settings)
-        safety = self._tick.safety
-        if s.neutral() != self._neutral:
-            self._neutral = s.neutral()
-            safety.neutral_moved()
-        self._obstacles.configure(s)
-        self._obedience.configure(s)
-        turn = turn_controller(s)
-        self._tick.motion = Motion(s, turn)
-        self._tick.profile_check = ProfileCheck(turn.model)
-        safety.set_relay_fitted(s.relay_fitted)
-
-    def take(self, taken: Taken) -> None:
-        """From the next tick on, these inputs."""
-        for name, value in zip(trace.TAKEN, taken.inputs, strict=True):
-            setattr(self.inputs, name, value)
-        self.inputs.clearance_arcs = bytearray(taken.arcs)
-
-    def tick(self, taken: Taken) -> dict[str, int]:
-        """One tick; what it decided."""
-        i = self.inputs
-        if taken.service_alive:
-            i.service_count = (i.service_count + 1) & 0xFFFF
-        elapsed_us, relay, emergency, button, verified, neutral = taken.around
-        self._tick.decide(i, elapsed_us, bool(relay), bool(emergency), bool(button))
-        before = self._tick.enable_level
-        level = self._tick.written(bool(verified), bool(neutral))
-        return dict(zip(trace.DECIDED, trace.decision(self._tick, level != before), strict=True))
 
 
 class Player:
@@ -121,7 +34,8 @@ class Player:
         """The next message; play the ticks before it. One of INPUTS or DECISION opens a tick."""
         message = line.message
         if line.topic == trace.START:
-            self._core = Core(message.settings, message.simulated, message.boot_faults)
+            settings = Settings(message.settings)
+            self._core = Core(settings, message.simulated, message.boot_faults)
             self._tick = 0
             self._taken = None
             self._began_ns = line.at_ns
@@ -132,10 +46,10 @@ class Player:
         # A tick is played when the first message of a later one, or of none, has come.
         self._play_until(message.tick)
         if line.topic == trace.SETTINGS:
-            self._core.apply(message.settings)
+            self._core.apply(Settings(message.settings))
         elif line.topic == trace.INPUTS:
             self._taken = Taken.of(message)
-            self._core.take(self._taken)
+            self._core.take(trace.TAKEN, self._taken.inputs, self._taken.arcs)
         elif line.topic == trace.DECISION:
             # What an older version did not have is not compared.
             names = [name for name in trace.DECIDED if hasattr(message, name)]
@@ -150,40 +64,34 @@ class Player:
         while self._tick < tick and result.difference is None:
             if self._taken is None:
                 raise NoTrace("the trace has no inputs of its first tick")
-            now = core.tick(self._taken)
+            now = core.tick(self._taken.around, self._taken.service_alive)
             if any(now[name] != value for name, value in self._decided.items()):
                 at_ns = self._began_ns + self._tick * 10**6
                 result.difference = Difference(result.lives, self._tick, at_ns, self._decided, now)
                 return
             self._tick += 1
             result.ticks += 1
+            result.compared += 1
             result.armed += now["state"] == codes.ARMED
 
 
-def of_trace(lines: Iterable[Line]) -> Iterator[Line]:
-    """Only the messages of a trace."""
-    return (line for line in lines if line.topic in trace.DEFINITIONS)
+def of_trace(path: Path) -> Iterator[Line]:
+    """The messages of a log by which it is replayed: of a board in virtual time, or as one sent."""
+    topics: Container[str] = TOPICS
+    if any(line.topic == trace.START for line in LogFile(path).lines()):
+        topics = trace.DEFINITIONS
+    return (line for line in LogFile(path).lines() if line.topic in topics)
 
 
 def replay(path: Path) -> Result:
     """Play the log at `path`. Raises NoTrace when it holds nothing to play."""
-    player = Player()
-    for line in of_trace(LogFile(path).lines()):
+    player: Player | BoardPlayer = BoardPlayer()
+    for line in of_trace(path):
+        if line.topic in trace.DEFINITIONS and isinstance(player, BoardPlayer):
+            player = Player()
         player.hear(line)
         if player.result.difference is not None:
             break
     if not player.result.lives:
         raise NoTrace("it has no trace of the board's ticks; see docs/log.md, Replay")
     return player.result
-
-
-def _word(name: str, value: int) -> Any:
-    if name in ("override", "arm_reason", "first_fault"):
-        return codes.reason_name(value)
-    if name == "state":
-        return codes.STATES[value]
-    if name == "motion":
-        return codes.MOTIONS[value]
-    if name == "faults":
-        return [row[1] for row in codes.FAULTS if value >> row[0] & 1]
-    return value

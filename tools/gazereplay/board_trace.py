@@ -1,0 +1,190 @@
+"""Plays the trace that a board sent, and compares every state that it reported with the core's."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
+
+from gazeboard.io import joystick, trace
+from gazeboard.io.settings import Settings
+from gazechair.blackbox.reader import Line
+from gazelink import codes
+from gazelink.settings_table import NAMES
+from gazereplay.core import Core
+from gazereplay.result import Difference, Result
+from gazereplay.stream import Inputs, Record, Silent, Snapshot, Stream
+
+HELLO, STATE, TRACE = "/board/hello", "/board/state", "/board/trace"
+TOPICS = (HELLO, STATE, TRACE)
+_WAITING_NS = 20 * 10**9  # a state's 16 bits of the tick are unambiguous for longer
+
+
+class _Pace:
+    """In place of TickClock: a trace has what it found, not the microseconds."""
+
+    owes = True
+
+    def __init__(self) -> None:
+        self.late = False
+        self.missed_ms = 0
+
+    def step(self, _elapsed_us: int) -> int:
+        """What passed without a tick."""
+        return self.missed_ms
+
+
+class OtherVersion(ValueError):
+    """The board's core is not built as this one."""
+
+
+class BoardPlayer:
+    """Takes the messages of a log in order; stops at the first difference."""
+
+    def __init__(self) -> None:
+        self.result = Result()
+        self._stream = Stream()
+        self._life: tuple[int, int] | None = None  # boot, session
+        self._boots: list[int | None] = []
+        self._core: Core | None = None
+        self._pace = _Pace()
+        self._tick = 0  # the newest played
+        self._around = 0
+        self._silent: deque[Silent] = deque()
+        self._states: deque[tuple[int, Any]] = deque()
+        self._last: dict[str, int] = {}
+
+    def hear(self, line: Line) -> None:
+        """The next message; plays the ticks that are known by it."""
+        message = line.message
+        if line.topic == STATE:
+            self._states.append((line.at_ns, message))
+            while line.at_ns - self._states[0][0] > _WAITING_NS:
+                self._states.popleft()
+        elif line.topic == HELLO:
+            life = (message.boot, message.session)
+            if message.role == codes.ROLE_BOARD and life != self._life:
+                self._life = life
+                self._stream = Stream()
+                self._states.clear()
+        elif line.topic == TRACE:
+            for record in self._stream.frame(message.part, message.begins, bytes(message.data)):
+                self._take(record)
+                if self.result.difference is not None:
+                    return
+
+    def _take(self, record: Record) -> None:
+        if isinstance(record, Snapshot):
+            self._snapshot(record)
+            return
+        if isinstance(record, Silent):
+            self._silent.append(record)
+            return
+        assert self._core is not None
+        if isinstance(record, Inputs):
+            self._play_before(record.tick)
+            values, arcs = record.words[: len(trace.FIELDS)], record.words[len(trace.FIELDS) :]
+            self._core.take(trace.FIELDS, values, arcs)
+        else:
+            self._play_before(record.tick - _missed_ms(record.bits))
+            self._around = record.bits
+
+    def _snapshot(self, snapshot: Snapshot) -> None:
+        if not snapshot.lost:
+            self._play_before(snapshot.tick + 1)
+            return
+        boot = self._life[0] if self._life else None
+        if not self._boots or self._boots[-1] != boot:
+            self._boots.append(boot)
+            self.result.lives += 1
+        elif self._core is not None:
+            self.result.unchecked += max(0, snapshot.tick - self._tick)
+            self.result.gaps += 1
+        settings = Settings()
+        for name, value in zip(NAMES, snapshot.words, strict=False):
+            setattr(settings, name, value)
+        self._pace = _Pace()
+        self._core = Core(settings, simulated=False, boot_faults=0, clock=self._pace)
+        if not self._core.restore(settings, snapshot.words):
+            raise OtherVersion("the trace is of another version of the firmware")
+        self._around = snapshot.around
+        self._tick = snapshot.tick
+        self._silent.clear()
+
+    def _play_before(self, end: int) -> None:
+        """The ticks before `end`; each counts those that were missed before it, too."""
+        core, result, bits = self._core, self.result, self._around
+        assert core is not None
+        self._pace.missed_ms = _missed_ms(bits)
+        self._pace.late = bool(bits >> 4 & 1)
+        around = (0, *(bits >> bit & 1 for bit in range(4)))
+        while result.difference is None:
+            tick = self._tick + 1 + self._pace.missed_ms
+            if tick >= end:
+                return
+            now = core.tick(around, self._alive(tick))
+            self._tick = tick
+            result.ticks += 1
+            result.armed += now["state"] == codes.ARMED
+            result.decisions += now != self._last
+            self._last = now
+            self._compare(now)
+
+    def _alive(self, tick: int) -> bool:
+        """Whether this tick sees a sign of life of the service loop."""
+        silent = self._silent
+        while silent and silent[0].until < tick:
+            silent.popleft()
+        return not silent or self._tick <= silent[0].tick
+
+    def _compare(self, now: dict[str, int]) -> None:
+        states = self._states
+        while states and (behind := _signed(states[0][1].board_ms - self._tick)) <= 0:
+            at_ns, state = states.popleft()
+            if behind < 0:
+                continue
+            recorded = _told(state)
+            ours = self._tell(now)
+            self.result.compared += 1
+            if recorded != ours:
+                self.result.difference = Difference(
+                    self.result.lives, self._tick, at_ns, recorded, ours
+                )
+                return
+
+    def _tell(self, now: dict[str, int]) -> dict[str, int]:
+        """A tick's decisions as STATE has them."""
+        assert self._core is not None
+        told = {name: now[name] for name in _NAMES}
+        if now["faults"] >> codes.OBSTACLE_DATA_OLD & 1:
+            told["decisions"] = 0xFF
+        stick = self._core.stick
+        told["linear_permille"] = joystick.permille(stick.linear_wiper, stick.neutral_linear)
+        told["turn_permille"] = joystick.permille(stick.turn_wiper, stick.neutral_turn)
+        return told
+
+
+_NAMES = (
+    "state",
+    "motion",
+    "override",
+    "arm_reason",
+    "first_fault",
+    "faults",
+    "edge",
+    "decisions",
+    "linear_permille",
+    "turn_permille",
+)
+
+
+def _told(state: Any) -> dict[str, int]:
+    told = {"state": state.status & 15, "motion": state.status >> 4}
+    return told | {name: getattr(state, name) for name in _NAMES[2:]}
+
+
+def _missed_ms(bits: int) -> int:
+    return bits >> 5
+
+
+def _signed(number: int) -> int:
+    return (number + 0x8000 & 0xFFFF) - 0x8000

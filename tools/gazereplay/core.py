@@ -1,0 +1,101 @@
+"""The board's core with its parts, fed by a trace."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from gazeboard.core.motion import Motion
+from gazeboard.core.obedience import Obedience
+from gazeboard.core.obstacles import Obstacles
+from gazeboard.core.profile_check import ProfileCheck
+from gazeboard.core.safety import Safety
+from gazeboard.core.shared import Inputs
+from gazeboard.core.tick import Tick
+from gazeboard.core.tick_clock import TickClock
+from gazeboard.io.core_state import CoreState
+from gazeboard.io.joystick import Joystick
+from gazeboard.io.settings import Settings
+from gazeboard.turning.turn import turn_controller
+from gazelink.settings_table import NAMES
+from gazereplay import trace
+
+
+class _Wipers:
+    """A bus whose joystick answers."""
+
+    def writeto(self, _address: int, _octets: bytes) -> None:
+        """Nothing is there."""
+
+    def readfrom_into(self, _address: int, octets: bytearray) -> None:
+        """Nothing is there."""
+
+
+class Core:
+    """The board's core with its parts, as gazeboard.app has them."""
+
+    def __init__(
+        self, settings: Settings, simulated: bool, boot_faults: int, clock: Any = None
+    ) -> None:
+        """`clock`: in place of a TickClock."""
+        s: Any = settings
+        self._neutral: tuple[int, int] | None = None
+        self.inputs = Inputs()
+        self._obstacles = Obstacles(s)
+        self._obedience = Obedience(s)
+        safety = Safety(simulated, s.relay_fitted, boot_faults)
+        self.stick: Any = Joystick(_Wipers())
+        self._tick = Tick(
+            safety, None, self._obstacles, self._obedience, None, clock or TickClock()
+        )
+        self.apply(settings)
+
+    def apply(self, settings: Settings) -> None:
+        """Other settings, while disarmed."""
+        s: Any = settings
+        safety = self._tick.safety
+        if s.neutral() != self._neutral:
+            self._neutral = s.neutral()
+            self.stick.set_neutral(*s.neutral())
+            safety.neutral_moved()
+        self._obstacles.configure(s)
+        self._obedience.configure(s)
+        turn = turn_controller(s)
+        self._tick.motion = Motion(s, turn)
+        self._tick.profile_check = ProfileCheck(turn.model)
+        safety.set_relay_fitted(s.relay_fitted)
+
+    def restore(self, settings: Settings, words: Sequence[int]) -> bool:
+        """Put back what a CoreState holds; False: it is of another version's core."""
+        state = CoreState(self._tick, self.stick, settings)
+        if len(state.words) != len(words):
+            return False
+        left = iter(words[len(NAMES) :])
+        for part, name in state.numbers:
+            setattr(part, name, next(left))
+        for numbers in (*state.lists, *state.arrays):
+            for k in range(len(numbers)):
+                numbers[k] = next(left)
+        turn = self._tick.motion._turn
+        turn._plan = turn._left if turn._sign > 0 else turn._right  # no number
+        return True
+
+    def take(self, names: Sequence[str], values: Sequence[int], arcs: Sequence[int]) -> None:
+        """From the next tick on, these inputs."""
+        for name, value in zip(names, values, strict=True):
+            setattr(self.inputs, name, value)
+        self.inputs.clearance_arcs = bytearray(arcs)
+
+    def tick(self, around: Sequence[int], service_alive: bool) -> dict[str, int]:
+        """One tick; what it decided. `around`: as trace.AROUND; without the last, the wipers are
+        where this core put them."""
+        i = self.inputs
+        if service_alive:
+            i.service_count = (i.service_count + 1) & 0xFFFF
+        elapsed_us, relay, emergency, button, verified, *neutral = around
+        tick = self._tick
+        tick.decide(i, elapsed_us, bool(relay), bool(emergency), bool(button))
+        self.stick.write(tick.linear_permille, tick.turn_permille)
+        before = tick.enable_level
+        level = tick.written(bool(verified), bool((*neutral, self.stick.neutral)[0]))
+        return dict(zip(trace.DECIDED, trace.decision(self._tick, level != before), strict=True))
