@@ -1,5 +1,6 @@
 """Shared by all tests: what they need from the machine, and no silent skips on build machines."""
 
+import gc
 import os
 from pathlib import Path
 
@@ -15,6 +16,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         metavar="PORT",
         help="run tests/board on the real board at PORT, its relay held open",
     )
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_finish() -> None:
+    """The firmware collects garbage once a second of its time: spare it pytest's own objects."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")

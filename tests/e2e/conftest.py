@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-import gc
-
 import pytest
 
 from e2e.lockstep import Lockstep
-
-# The firmware collects garbage once a second of its time: spare it pytest's own objects.
-gc.collect()
-gc.freeze()
 
 
 @pytest.fixture
