@@ -123,17 +123,21 @@ class Room:
         self._obstacles.pop(name, None)
         if solid is not None:
             self._obstacles[name] = solid
-        self._cached = {}
+        self.changed()
 
     def set_door(self, name: str, is_open: bool) -> None:
         """Open or close a door; ValueError when there is none of that name."""
         for door in self.doors:
             if door.name == name:
                 door.open = is_open
-                self._cached = {}
+                self.changed()
                 return
         names = ", ".join(door.name for door in self.doors) or "none"
         raise ValueError(f"room {self.name} has no door {name!r}; doors: {names}")
+
+    def changed(self) -> None:
+        """Something in it has moved."""
+        self._cached = {}
 
     def segments(self, height_m: float) -> Array:
         """What a horizontal plane at `height_m` cuts, as rows x1, y1, x2, y2."""

@@ -1,1 +1,1 @@
-"""The chair's surroundings: the lidars, and the clearance of every motion."""
+"""The chair's surroundings: the lidars, the clearance of every motion, odometry."""

@@ -1,0 +1,1 @@
+"""Odometry without wheel encoders: pose, speed and their uncertainty from lidars and heading."""

@@ -1,0 +1,124 @@
+"""Fits what a lidar sees to the surfaces remembered: iterated least squares with a prior."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.sensing.odometry.local_map import LocalMap, layers_of
+
+# The state: x, y (m), offset of the heading (rad), speeds forward and sideways (m/s), the speed of
+# a full command (m/s), and the error of this one heading (rad).
+X, Y, OFFSET, FORWARD, SIDEWAYS, FULL, ERROR = range(7)
+STATES = 7
+
+# The heading that a match sees is the offset and this heading's error together.
+_SPREAD = np.zeros((3, STATES))
+_SPREAD[0, X] = _SPREAD[1, Y] = _SPREAD[2, OFFSET] = _SPREAD[2, ERROR] = 1.0
+
+_ITERATIONS = 8
+_SETTLED_M = 2e-4
+_NOISE_M = 0.015
+_NOISE_PER_M = 0.002
+_FEW = 5.0  # points: less in a cell's square is no surface
+_FLAT = 8.0  # a surface's length in proportion to its depth, variances
+_POST_M = 0.05  # something compact is smaller
+_LOOSE_M, _TIGHT_M = 0.25, 0.08  # beyond some of these a point counts little: first, then last
+# Points on one surface err together: so many tell no more than one.
+_TOGETHER = 12.0
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The state after a match, and what it is worth."""
+
+    state: FloatArray
+    covariance: FloatArray
+    information: FloatArray
+    """(2, 2), of x and y by this match alone, the heading being free within its own error."""
+    matched: float
+    """Share of the points that lie on a remembered surface, 0..1."""
+    known: float
+    """Share of the points where a surface is remembered nearby."""
+
+
+def fit(
+    coarse: LocalMap,
+    fine: LocalMap,
+    points: FloatArray,
+    normals: FloatArray,
+    prior: FloatArray,
+    covariance: FloatArray,
+    heading_rad: float,
+) -> Fit:
+    """Fit `points` (chair's frame) beginning with the state `prior` and its `covariance`."""
+    weight = np.linalg.inv(covariance)
+    state = prior.copy()
+    distance = np.hypot(points[:, 0], points[:, 1])
+    variance = (_NOISE_M + _NOISE_PER_M * distance) ** 2
+    for turn in range(_ITERATIONS):
+        angle = heading_rad + state[OFFSET] + state[ERROR]
+        c, s = math.cos(angle), math.sin(angle)
+        rotation = np.array(((c, s), (-s, c)))
+        turned = points @ rotation
+        if turn == 0:
+            layers = layers_of(normals @ rotation)
+        surfaces = coarse if turn < 3 else fine
+        moments, centres = surfaces.look_up(turned + state[:2], layers)
+        rows, residuals, spread = _rows(moments, centres, turned, state[:2])
+        loose = _LOOSE_M if turn < 3 else _TIGHT_M
+        robust = 1.0 / (1.0 + (residuals / loose) ** 2) ** 2
+        which = spread[1]
+        strength = robust / ((spread[0] + variance[which]) * _TOGETHER)
+        jacobian = _jacobian(rows, turned[which])
+        seen = (jacobian.T * strength) @ jacobian
+        gradient = jacobian.T @ (strength * residuals)
+        whole = weight + _SPREAD.T @ seen @ _SPREAD
+        pull = weight @ (prior - state) + _SPREAD.T @ gradient
+        step = np.linalg.solve(whole, pull)
+        state += step
+        if turn >= 3 and abs(step[X]) + abs(step[Y]) < _SETTLED_M and abs(step[OFFSET]) < 1e-4:
+            break
+    count = max(1, len(points))
+    near = np.zeros(len(points), dtype=np.bool_)
+    near[which[np.abs(residuals) < 2.0 * _TIGHT_M]] = True
+    known = np.count_nonzero(moments[:, 0] >= _FEW) / count
+    freedom = seen[2, 2] + weight[OFFSET, OFFSET]
+    information = seen[:2, :2] - np.outer(seen[:2, 2], seen[2, :2]) / freedom
+    return Fit(state, np.linalg.inv(whole), information, float(near.sum()) / count, float(known))
+
+
+def _rows(
+    moments: FloatArray, centres: FloatArray, turned: FloatArray, at: FloatArray
+) -> tuple[FloatArray, FloatArray, tuple[FloatArray, np.ndarray]]:
+    """Directions, residuals, (variance, which point): flat surfaces across, posts both ways."""
+    count = np.maximum(moments[:, 0], 1.0)
+    mean = moments[:, 1:3] / count[:, None]
+    xx = moments[:, 3] / count - mean[:, 0] ** 2
+    xy = moments[:, 4] / count - mean[:, 0] * mean[:, 1]
+    yy = moments[:, 5] / count - mean[:, 1] ** 2
+    half = 0.5 * (xx + yy)
+    root = np.hypot(0.5 * (xx - yy), xy)
+    large, small = half + root, np.maximum(half - root, 0.0)
+    enough = moments[:, 0] >= _FEW
+    flat = np.flatnonzero(enough & (large > _FLAT * small) & (large > 4e-4))
+    post = np.flatnonzero(enough & (large < _POST_M**2) & (large <= _FLAT * small))
+    off = centres + mean - turned - at
+    # The direction of least variance.
+    angle = 0.5 * np.arctan2(2.0 * xy[flat], xx[flat] - yy[flat]) + 0.5 * math.pi
+    across = np.stack((np.cos(angle), np.sin(angle)), axis=1)
+    ones = np.zeros((2, len(post), 2))
+    ones[0, :, 0] = ones[1, :, 1] = 1.0
+    rows = np.concatenate((across, ones[0], ones[1]))
+    which = np.concatenate((flat, post, post))
+    residuals = (rows * off[which]).sum(axis=1)
+    variance = np.concatenate((small[flat], large[post], large[post]))
+    return rows, residuals, (variance, which)
+
+
+def _jacobian(rows: FloatArray, turned: FloatArray) -> FloatArray:
+    # Of where a point lies along its row, by x, y and the heading.
+    return np.column_stack((rows, rows[:, 1] * turned[:, 0] - rows[:, 0] * turned[:, 1]))

@@ -1,0 +1,229 @@
+"""Odometry's core: heading and command predict, the lidars correct. No clock, no process.
+
+The heading of the board's sensor is right but for a slowly changing offset; the command predicts
+the speed; each piece of a lidar's turn is fitted to the surfaces seen before. What the surfaces do
+not determine, as along a bare corridor, follows the prediction, and the uncertainty says so.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.sensing.odometry.local_map import LocalMap, layers_of
+from gazechair.sensing.odometry.match import (
+    ERROR,
+    FORWARD,
+    FULL,
+    OFFSET,
+    SIDEWAYS,
+    STATES,
+    Fit,
+    X,
+    Y,
+    fit,
+)
+from gazechair.sensing.odometry.points import Piece, seen_points
+
+_HEADING_ERROR_RAD = math.radians(0.1)
+_DRIFT_RAD_S = math.radians(0.02)
+_SCALE = 0.006  # of a turn
+# How the speed follows the command: what every chair does, roughly.
+_DEAD_S, _LAG_S = 0.15, 0.25
+_FASTER_M_S2, _SLOWER_M_S2 = 0.6, 1.0
+_FULL_M_S, _FULL_SIGMA_M_S = 0.5, 0.25
+_CHANGED_S = 1.2  # after a change of the command the speed is hard to predict
+_STEADY_Q, _CHANGING_Q = 0.003, 0.05  # (m/s)^2 per second
+_SIDEWAYS_M_S, _SIDEWAYS_S = 0.05, 0.3  # what a chair slips sideways, and for how long
+_KEPT_S = 3.0  # of motion
+_SLOPE_S = 0.08
+
+_KNOWN = 0.85  # less of what is seen is known: look here once more
+_LOOK_S = 0.02
+_INSERT_M, _INSERT_RAD = 0.10, math.radians(5.0)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What the board said at a time: heading and output of the drive axis; None: not known."""
+
+    time_s: float
+    heading_deg: float | None
+    linear_permille: int | None = None
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Where the chair is and how it moves, in a frame that begins where odometry began.
+
+    The drive axle's; x forward at the beginning, y left, headings counter-clockwise. Uncertainties
+    are standard deviations; those of the place are of the way since the beginning.
+    """
+
+    time_s: float
+    """Monotonic: of the measurements, not of the computing."""
+    x_m: float
+    y_m: float
+    heading_deg: float
+    speed_m_s: float
+    sideways_m_s: float
+    yaw_rate_deg_s: float
+    along_sigma_m: float
+    across_sigma_m: float
+    heading_sigma_deg: float
+    speed_sigma_m_s: float
+    matched: float
+    """Share of what is seen that was seen before, 0..1."""
+
+
+class Odometry:
+    """Feed it `motion` and pieces in the order of their times."""
+
+    def __init__(self) -> None:
+        self._motions: deque[Motion] = deque()
+        self._map = LocalMap(0.10)
+        self._coarse = LocalMap(0.25)
+        self._state: FloatArray = np.zeros(STATES)
+        self._state[FULL] = _FULL_M_S
+        self._covariance = np.diag((1e-8, 1e-8, 1e-8, 0.01, 0.0025, _FULL_SIGMA_M_S**2, 1.0))
+        self._drift = np.zeros((2, 2))
+        self._time_s: float | None = None
+        self._heading_rad = 0.0  # of the sensor, at the newest piece, not wrapped
+        self._inserted: tuple[float, float, float, float] | None = None
+
+    def motion(self, motion: Motion) -> None:
+        """What the board said."""
+        self._motions.append(motion)
+        while self._motions[0].time_s < motion.time_s - _KEPT_S:
+            self._motions.popleft()
+
+    def piece(self, piece: Piece) -> Estimate | None:
+        """The estimate at the middle of the piece; None when it is of no use."""
+        at_s = piece.middle_s
+        times, headings = self._headings()
+        if self._time_s is not None and at_s <= self._time_s:
+            return None
+        heading = float(np.interp(at_s, times, headings)) if len(times) else self._heading_rad
+        turned = (
+            np.interp(piece.times_s, times, headings) - heading
+            if len(times)
+            else np.zeros(len(piece.times_s))
+        )
+        if self._time_s is None:
+            self._heading_rad, self._time_s = heading, at_s
+            self._state[OFFSET] = -heading
+        state, covariance = self._predict(at_s, heading)
+        points, normals = seen_points(piece, turned, state[FORWARD], state[SIDEWAYS])
+        found = fit(self._coarse, self._map, points, normals, state, covariance, heading)
+        yaw = self._yaw_rate(at_s, times, headings)
+        self._state, self._covariance = found.state, found.covariance
+        self._time_s, self._heading_rad = at_s, heading
+        self._remember(points, normals, at_s, found)
+        return self._estimate(yaw, found)
+
+    def _headings(self) -> tuple[FloatArray, FloatArray]:
+        known = [(m.time_s, m.heading_deg) for m in self._motions if m.heading_deg is not None]
+        rows = np.array(known, dtype=np.float64).reshape(-1, 2)
+        return rows[:, 0], np.unwrap(np.radians(rows[:, 1]))
+
+    def _predict(self, at_s: float, heading: float) -> tuple[FloatArray, FloatArray]:
+        assert self._time_s is not None
+        dt = at_s - self._time_s
+        turn = heading - self._heading_rad
+        before = self._state
+        angle = self._heading_rad + 0.5 * turn + before[OFFSET]
+        c, s = math.cos(angle), math.sin(angle)
+        forward, sideways = before[FORWARD], before[SIDEWAYS]
+        fades = math.exp(-dt / _SIDEWAYS_S)
+        state = before.copy()
+        state[X] += (c * forward - s * sideways) * dt
+        state[Y] += (s * forward + c * sideways) * dt
+        state[SIDEWAYS] *= fades
+        command, changing = self._command(at_s)
+        follow = 0.0 if command is None else 1.0 - math.exp(-dt / _LAG_S)
+        command = command or 0.0
+        speeds_up = (command * before[FULL] - forward) * follow
+        most = _FASTER_M_S2 if abs(command * before[FULL]) > abs(forward) else _SLOWER_M_S2
+        limited = abs(speeds_up) > most * dt
+        state[FORWARD] += math.copysign(min(abs(speeds_up), most * dt), speeds_up)
+        state[ERROR] = 0.0
+        change = np.eye(STATES)
+        change[X, FORWARD], change[X, SIDEWAYS] = c * dt, -s * dt
+        change[Y, FORWARD], change[Y, SIDEWAYS] = s * dt, c * dt
+        change[X, OFFSET], change[Y, OFFSET] = -(s * forward) * dt, (c * forward) * dt
+        change[SIDEWAYS, SIDEWAYS] = fades
+        if not limited:
+            change[FORWARD, FORWARD] = 1.0 - follow
+            change[FORWARD, FULL] = command * follow
+        change[ERROR, ERROR] = 0.0
+        covariance = change @ self._covariance @ change.T
+        quick = (_CHANGING_Q if changing else _STEADY_Q) * dt
+        slip = _SIDEWAYS_M_S**2 * (1.0 - fades**2)
+        gain = np.zeros((STATES, 2))
+        gain[X], gain[Y] = (0.5 * c * dt, -0.5 * s * dt), (0.5 * s * dt, 0.5 * c * dt)
+        gain[FORWARD, 0] = gain[SIDEWAYS, 1] = 1.0
+        covariance += gain @ np.diag((quick, slip)) @ gain.T
+        covariance[OFFSET, OFFSET] += (_DRIFT_RAD_S * dt) ** 2 + (_SCALE * turn) ** 2
+        covariance[FULL, FULL] += 1e-5 * dt
+        covariance[ERROR, ERROR] = _HEADING_ERROR_RAD**2
+        covariance[X, X] += 1e-8
+        covariance[Y, Y] += 1e-8
+        covariance[OFFSET, OFFSET] += 1e-10
+        return state, covariance
+
+    def _command(self, at_s: float) -> tuple[float | None, bool]:
+        """What the motors follow at that time, -1..1, and whether it has changed lately."""
+        recent = [m for m in self._motions if m.time_s >= at_s - _DEAD_S - _CHANGED_S]
+        acts = [m.linear_permille for m in recent if m.time_s <= at_s - _DEAD_S]
+        if not acts or acts[-1] is None:
+            return None, True
+        outputs = [m.linear_permille or 0 for m in recent]
+        return acts[-1] / 1000.0, max(outputs) - min(outputs) > 50
+
+    def _yaw_rate(self, at_s: float, times: FloatArray, headings: FloatArray) -> float:
+        """Degrees a second: the headings' slope around that time."""
+        near = np.abs(times - at_s) <= _SLOPE_S
+        if np.count_nonzero(near) < 3:
+            return 0.0
+        apart, turned = times[near] - times[near].mean(), headings[near]
+        return math.degrees(float((apart * turned).sum() / (apart**2).sum()))
+
+    def _remember(self, points: FloatArray, normals: FloatArray, at_s: float, found: Fit) -> None:
+        x, y = float(self._state[X]), float(self._state[Y])
+        angle = self._heading_rad + self._state[OFFSET] + self._state[ERROR]
+        if self._inserted is not None:
+            moved = math.hypot(x - self._inserted[0], y - self._inserted[1])
+            turned = abs(angle - self._inserted[2])
+            new = found.known < _KNOWN and at_s - self._inserted[3] >= _LOOK_S
+            if moved < _INSERT_M and turned < _INSERT_RAD and not new:
+                return
+        self._inserted = (x, y, angle, at_s)
+        self._map.follow(x, y)
+        self._coarse.follow(x, y)
+        c, s = math.cos(angle), math.sin(angle)
+        rotation = np.array(((c, s), (-s, c)))
+        for m in (self._map, self._coarse):
+            m.insert(points @ rotation + (x, y), layers_of(normals @ rotation), at_s)
+
+    def _estimate(self, yaw: float, found: Fit) -> Estimate:
+        assert self._time_s is not None
+        state, sigma = self._state, np.sqrt(np.diag(self._covariance))
+        angle = self._heading_rad + state[OFFSET] + state[ERROR]
+        return Estimate(
+            self._time_s,
+            float(state[X]),
+            float(state[Y]),
+            math.degrees(angle),
+            float(state[FORWARD]),
+            float(state[SIDEWAYS]),
+            yaw,
+            float(sigma[X]),
+            float(sigma[Y]),
+            math.degrees(float(sigma[OFFSET])),
+            float(sigma[FORWARD]),
+            found.matched,
+        )

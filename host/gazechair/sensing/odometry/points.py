@@ -1,0 +1,97 @@
+"""One piece of a lidar's turn, de-skewed: what it saw, as few points in the chair's frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+
+_PER_TURN = 720  # points a turn, at most: neighbours are averaged to about as many
+_NEAREST_M = 0.15
+_FARTHEST_M = 17.5  # of the drive axle
+_SPREAD_M = 0.06  # measurements of one surface differ less
+_NEIGHBOUR_M = 0.35  # points farther apart are not on one surface
+_THIN_M = 0.05
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Consecutive measurements of one lidar, in the order in which they were made.
+
+    `directions_deg`: in the chair's frame, left positive. `distances_m`: 0 = no return.
+    `origin_m`: where the lidar sits. `times_s`: monotonic. `per_turn`: measurements in a turn.
+    """
+
+    directions_deg: FloatArray
+    distances_m: FloatArray
+    times_s: FloatArray
+    origin_m: tuple[float, float]
+    per_turn: int
+
+    @property
+    def middle_s(self) -> float:
+        """The time that its estimate is of."""
+        return 0.5 * float(self.times_s[0] + self.times_s[-1])
+
+
+def seen_points(
+    piece: Piece, headings_rad: FloatArray, speed_m_s: float, sideways_m_s: float
+) -> tuple[FloatArray, FloatArray]:
+    """(points, normals towards the lidar), (N, 2) each, in the chair's frame of the piece's middle.
+
+    `headings_rad`: how far the chair had turned at each measurement, against its middle.
+    """
+    usable = np.flatnonzero(piece.distances_m >= _NEAREST_M)
+    group = max(1, piece.per_turn // _PER_TURN)
+    usable = usable[: len(usable) // group * group]
+    if not len(usable):
+        return np.zeros((0, 2)), np.zeros((0, 2))
+    ranges = piece.distances_m[usable].reshape(-1, group)
+    middle = ranges[:, group // 2]
+    near = np.abs(ranges - middle[:, None]) < _SPREAD_M
+    distance = (ranges * near).sum(axis=1) / near.sum(axis=1)
+    groups = usable.reshape(-1, group)
+    at = groups[:, group // 2]
+    aside = (piece.directions_deg[groups] - piece.directions_deg[at][:, None] + 180.0) % 360.0
+    direction = piece.directions_deg[at] + ((aside - 180.0) * near).sum(axis=1) / near.sum(axis=1)
+    angle, turned = np.radians(direction), headings_rad[at]
+    after_s = piece.times_s[at] - piece.middle_s
+    x = piece.origin_m[0] + distance * np.cos(angle)
+    y = piece.origin_m[1] + distance * np.sin(angle)
+    c, s = np.cos(turned), np.sin(turned)
+    points = np.stack(
+        (c * x - s * y + speed_m_s * after_s, s * x + c * y + sideways_m_s * after_s), 1
+    )
+    beams = np.stack((-np.cos(angle + turned), -np.sin(angle + turned)), axis=1)
+    kept = np.hypot(points[:, 0], points[:, 1]) < _FARTHEST_M
+    points, beams = _thinned(points[kept], beams[kept])
+    return points, _normals(points, beams)
+
+
+def _thinned(points: FloatArray, beams: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Consecutive points in the same small square become their mean."""
+    if not len(points):
+        return points, beams
+    cells = np.floor(points * (1.0 / _THIN_M)).astype(np.int64)
+    starts = np.flatnonzero(np.any(np.diff(cells, axis=0, prepend=cells[:1] - 1) != 0, axis=1))
+    count = np.diff(starts, append=len(points))[:, None]
+    return np.add.reduceat(points, starts) / count, np.add.reduceat(beams, starts) / count
+
+
+def _normals(points: FloatArray, beams: FloatArray) -> FloatArray:
+    """Of the surface each point is on, as its neighbours show it; towards the lidar if alone."""
+    normals = beams.copy()
+    if len(points) < 3:
+        return normals
+    step = np.diff(points, axis=0)
+    close = np.hypot(step[:, 0], step[:, 1]) < _NEIGHBOUR_M
+    both = np.flatnonzero(close[1:] & close[:-1]) + 1
+    along = points[both + 1] - points[both - 1]
+    length = np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)
+    normal = np.stack((-along[:, 1], along[:, 0]), axis=1) / length[:, None]
+    away = (normal * beams[both]).sum(axis=1) < 0.0
+    normal[away] = -normal[away]
+    normals[both] = normal
+    return normals
