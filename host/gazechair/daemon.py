@@ -57,6 +57,7 @@ class Daemon:
             self._changed,
             on_zone=lambda zone: self._lidar.zone(zone),
             witness=self._log.note,
+            traced=config.log.record,
         )
         self._lidar = LidarService(
             config.lidar,

@@ -18,7 +18,8 @@ from gazelink import codes
 from gazelink.settings_table import TABLE
 from gazereplay import as_test, command, trace
 from gazereplay.recording import Recording
-from gazereplay.replay import NoTrace, replay
+from gazereplay.replay import replay
+from gazereplay.result import NoTrace
 from gazesim.chair_rig import LinkedChair
 from recordedchair import RecordedChair
 
@@ -284,7 +285,7 @@ def test_a_drive_of_an_older_version_is_replayed(
 
 
 def test_a_log_without_a_trace_is_refused(tmp_path: Path, capsys: Any) -> None:
-    """As a board on a chair leaves it: it does not send its trace."""
+    """As a host without a board leaves it."""
     from gazechair.blackbox.writer import LogWriter
 
     writer = LogWriter(tmp_path, 10**8, 1e9)

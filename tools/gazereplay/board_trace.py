@@ -11,7 +11,7 @@ from gazechair.blackbox.reader import Line
 from gazelink import codes
 from gazelink.settings_table import NAMES
 from gazereplay.core import Core
-from gazereplay.result import Difference, Result
+from gazereplay.result import Difference, NoTrace, Result
 from gazereplay.stream import Inputs, Record, Silent, Snapshot, Stream
 
 HELLO, STATE, TRACE = "/board/hello", "/board/state", "/board/trace"
@@ -31,10 +31,6 @@ class _Pace:
     def step(self, _elapsed_us: int) -> int:
         """What passed without a tick."""
         return self.missed_ms
-
-
-class OtherVersion(ValueError):
-    """The board's core is not built as this one."""
 
 
 class BoardPlayer:
@@ -105,7 +101,7 @@ class BoardPlayer:
         self._pace = _Pace()
         self._core = Core(settings, simulated=False, boot_faults=0, clock=self._pace)
         if not self._core.restore(settings, snapshot.words):
-            raise OtherVersion("the trace is of another version of the firmware")
+            raise NoTrace("its board had another version of the firmware, with another core")
         self._around = snapshot.around
         self._tick = snapshot.tick
         self._silent.clear()

@@ -29,7 +29,8 @@ def _replay(options: argparse.Namespace) -> int:
     try:
         from gazechair.blackbox.reader import LogFile
         from gazereplay import as_test, view
-        from gazereplay.replay import NoTrace, replay
+        from gazereplay.replay import replay
+        from gazereplay.result import NoTrace
     except ImportError as error:
         return refuse(f"replay needs an extra: pip install 'gazechair[log]' ({error})")
     try:
@@ -45,9 +46,13 @@ def _replay(options: argparse.Namespace) -> int:
             return 0
         return refuse(f"{options.file}: {error}")
     print(
-        f"{result.ticks} ticks, {result.armed} of them driving; {result.decisions} decisions;"
+        f"{result.ticks} ticks, {result.armed} of them driving; {result.decisions} decisions,"
+        f" compared in {result.compared} ticks;"
         f" {result.lives} start{'s' if result.lives > 1 else ''} of the board"
     )
+    if result.gaps:
+        gaps = f"{result.gaps} gap{'s' if result.gaps > 1 else ''}"
+        print(f"{gaps}: {result.unchecked} ticks not checked, as the trace lacks what they took")
     if result.difference is not None:
         moment = time.strftime("%H:%M:%S", time.localtime(result.difference.at_ns // 10**9))
         print(f"differs first at {moment}, {result.difference}")

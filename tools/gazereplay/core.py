@@ -76,6 +76,10 @@ class Core:
         for numbers in (*state.lists, *state.arrays):
             for k in range(len(numbers)):
                 numbers[k] = next(left)
+        stick = self.stick
+        neutral = stick.neutral
+        stick._aim(stick._linear_permille, stick._turn_permille)
+        stick.neutral = neutral
         turn = self._tick.motion._turn
         turn._plan = turn._left if turn._sign > 0 else turn._right  # no number
         return True

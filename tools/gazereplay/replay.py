@@ -11,12 +11,8 @@ from gazelink import codes
 from gazereplay import trace
 from gazereplay.board_trace import TOPICS, BoardPlayer
 from gazereplay.core import Core
-from gazereplay.result import Difference, Result
+from gazereplay.result import Difference, NoTrace, Result
 from gazereplay.trace import Taken
-
-
-class NoTrace(ValueError):
-    """A log that cannot be replayed; one line why."""
 
 
 class Player:

@@ -8,6 +8,10 @@ from typing import Any
 from gazelink import codes
 
 
+class NoTrace(ValueError):
+    """A log that cannot be replayed; one line why."""
+
+
 @dataclass(frozen=True)
 class Difference:
     """The first tick that decided otherwise."""

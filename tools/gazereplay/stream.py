@@ -105,6 +105,8 @@ class Stream:
             self._broken = False
             self._inputs = [0] * trace.WORDS
             return Snapshot(ticks, lost, around, tuple(words))
+        if self._broken:
+            raise ValueError("no snapshot where one was to begin")
         tick = self._near(ticks)
         if kind == trace.INPUTS:
             words = self._words(trace.WORDS, lag=0, old=self._inputs)

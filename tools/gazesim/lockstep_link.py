@@ -24,10 +24,11 @@ class LockstepLink:
         clock: Callable[[], float],
         draw: Callable[[], int],
         witness: Witness = lambda _way, _now_s, _frame: None,
+        traced: bool = False,
     ) -> None:
         self._line = line
         self._clock = clock
-        self.protocol = LinkProtocol(draw, witness)
+        self.protocol = LinkProtocol(draw, witness, traced)
         self.alive = True  # False: its host has died
         self._unsent = b""
         self._open = False

@@ -52,11 +52,13 @@ class BoardLink:
         answer_s: float = ANSWER_S,
         on_zone: Callable[[BoardZone], None] = lambda _zone: None,
         witness: Witness = lambda _way, _now_s, _frame: None,
+        traced: bool = False,
     ) -> None:
         """`find_ports` lists the paths to try; `on_change` is called, from the link's own thread,
         after each STATE frame and each begin or end of a session. `answer_s` is for tests.
         `on_zone` is called from that thread with how the board stops, whenever that changes.
-        `witness` sees every frame, with the link locked: it must not wait."""
+        `witness` sees every frame, with the link locked: it must not wait. `traced`: the board's
+        trace, too."""
         self.health = health
         self._find_ports = find_ports
         self._on_change = on_change
@@ -65,7 +67,7 @@ class BoardLink:
         self._judge = LinkJudge(answer_s)
         self._story = StateLog()
         self._lock = threading.Lock()
-        self._protocol = LinkProtocol(random_session, witness)
+        self._protocol = LinkProtocol(random_session, witness, traced)
         self._port: SerialPort | None = None
         self._unsent = b""
         self._unsent_since_s = 0.0

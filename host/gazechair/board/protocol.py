@@ -25,6 +25,7 @@ from gazelink import VERSION, codes, frame, messages
 HELLO_PERIOD_S = 0.2
 COMMAND_PERIOD_S = 0.02
 CLEARANCE_PERIOD_S = 0.05
+TRACE_PERIOD_S = 10.0  # after a lost frame nothing is known until the next snapshot
 RESYNC_S = 1.0  # a session without a received frame for this long is restarted
 _U16 = 65535
 _NAME = b"gazechair"
@@ -45,9 +46,10 @@ class LinkProtocol:
         self,
         draw_session: Callable[[], int] = random_session,
         witness: Witness = lambda _way, _now_s, _frame: None,
+        traced: bool = False,
     ) -> None:
         """`draw_session` gives session ids; it is called again until one is new. `witness` sees
-        every frame that is sent or accepted."""
+        every frame that is sent or accepted. `traced`: the board is to send its trace, for it."""
         self._draw_session = draw_session
         self.witness = witness
         self._decoder = frame.Decoder()
@@ -75,6 +77,8 @@ class LinkProtocol:
         self._setting: tuple[int, int, int] | None = None
         self._last_words = codes.NO_REASON  # of a board that does not start
         self._clears = False
+        self._traced = traced
+        self._trace_due_s = 0.0
         self._relay = RelayQuestion()
         self._zone = ZoneHeard()
 
@@ -170,6 +174,9 @@ class LinkProtocol:
         if setting is not None:
             out += self._frame(now_s, messages.SETTING, setting)
             self._setting = None
+        if self._traced and now_s >= self._trace_due_s:
+            self._trace_due_s = now_s + TRACE_PERIOD_S
+            out += self._frame(now_s, messages.TRACE_REQUEST, (1,))
         return out
 
     def check(self, now_s: float) -> list[Event]:
@@ -318,6 +325,7 @@ class LinkProtocol:
         self._heard_s = now_s
         self._command_due_s = now_s
         self._clearance_due_s = now_s
+        self._trace_due_s = now_s
         self._relay.begin(now_s)
         self._zone.forget()
         self._orders.begin()

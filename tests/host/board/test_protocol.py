@@ -18,7 +18,7 @@ from gazechair.board.events import (
     SessionEnded,
     VersionDiffers,
 )
-from gazechair.board.protocol import LinkProtocol
+from gazechair.board.protocol import TRACE_PERIOD_S, LinkProtocol
 from gazechair.board.state import BoardState, BoardStats
 from gazelink import codes, frame, messages
 from gazesim.board_limits import LIMITS
@@ -270,6 +270,20 @@ def test_a_message_for_the_board_is_ignored_by_the_host(joined: Any) -> None:
     messages.COMMAND.pack(encoder.body, (1, 1, 1, 1, 300, 0, 0, 1000, 0))
     size = encoder.finish(messages.COMMAND, 0)
     assert joined.say(bytes(encoder.wire[:size])) == []
+
+
+def test_a_trace_is_asked_for_at_once_and_a_snapshot_again_and_again(line: Any) -> None:
+    line.turn(100)
+    assert line.board.take("trace_request") == []
+    line.protocol = LinkProtocol(traced=True)
+    line.protocol.opened(line.now_s)
+    line.turn(100)
+    assert line.board.take("trace_request") == [{"on": 1}]
+    line.turn(int(1000 * TRACE_PERIOD_S))
+    assert line.board.take("trace_request") == [{"on": 1}]
+    line.protocol.opened(line.now_s)
+    line.turn(10)
+    assert line.board.take("trace_request") == [{"on": 1}]
 
 
 def test_a_witness_sees_every_frame_of_both_ways(new_line: Callable[[], Any]) -> None:

@@ -1,0 +1,314 @@
+"""A board's own trace, as sent: replays equal, finds a changed limit, survives what breaks."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace as changed
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gazeboard.boards import pins
+from gazeboard.core import limits
+from gazechair.blackbox.reader import Line, LogFile
+from gazechair.blackbox.writer import LogWriter
+from gazelink import codes, messages
+from gazereplay import as_test
+from gazereplay.board_trace import STATE, TRACE, BoardPlayer
+from gazereplay.replay import of_trace, replay
+from gazereplay.result import NoTrace, Result
+from gazesim.chair_rig import LinkedChair
+from gazesim.lockstep_link import LockstepLink
+
+_WALL_NS = 1_790_000_000 * 10**9
+
+
+class TracedChair(LinkedChair):
+    """In virtual time; its host logs the frames of the line, and nothing else."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__()
+        self._log = LogWriter(
+            folder,
+            max_bytes=10**9,
+            keep_s=1e9,
+            wall_ns=lambda: _WALL_NS + self.now_ms * 10**6,
+            monotonic_ns=lambda: self.now_ms * 10**6,
+            free_bytes=lambda _: 10**10,
+        )
+
+        def witness(way: str, at_s: float, frame: bytes) -> None:
+            self._log.write(way, int(at_s * 1e9), frame)
+
+        sessions = iter(range(7, 9999)).__next__
+        self.link = LockstepLink(self.cable, self.now_s, sessions, witness, traced=True)
+
+    def close(self) -> Path:
+        """Finish the file."""
+        self.run(60)  # the line has it all
+        path = self._log.path
+        assert path is not None
+        self._log.close()
+        return path
+
+
+def drive(chair: TracedChair) -> None:
+    """Forward until something is in the way, a step, and the host falls silent."""
+    chair.arm()
+    chair.press(codes.FORWARD)
+    chair.run(500)
+    chair.blocked = 1
+    chair.run(200)
+    chair.release()
+    chair.run(600)
+    chair.blocked = 0
+    chair.press(codes.LEFT, codes.STEP)
+    chair.run(2500)
+    chair.press(codes.RIGHT)
+    chair.run(500)
+    chair.link.alive = False
+    chair.run(300)
+    chair.link.alive = True
+    chair.run(300)
+
+
+def faults(chair: TracedChair) -> None:
+    """Wipers, heading, service loop, tick and lidar fail, and the button at the chair."""
+    chair.arm()
+    chair.press(codes.LEFT)
+    chair.run(300)
+    chair.world.faults.inject("imu_freeze")
+    chair.run(200)
+    chair.world.faults.clear("imu_freeze")
+    chair.run(300)
+    chair.press(codes.FORWARD)
+    chair.run(300)
+    chair.board.blocked = True
+    chair.run(80)
+    chair.board.blocked = False
+    chair.run(300)
+    chair.sees = False
+    chair.run(500)
+    chair.sees = True
+    chair.run(400)
+    chair.press(codes.BACKWARD)
+    chair.run(200)
+    chair.board.hung = True
+    chair.run(30)
+    chair.board.hung = False
+    chair.run(700)
+    chair.world.faults.inject("wiper_nak")
+    chair.run(100)
+    chair.world.faults.clear("wiper_nak")
+    chair.run(500)
+
+
+def restart(chair: TracedChair) -> None:
+    """The board is reset while it drives."""
+    chair.arm()
+    chair.press(codes.LEFT)
+    chair.run(400)
+    chair.board.reset()
+    chair.release()
+    chair.run(1500)
+    chair.arm()
+    chair.press(codes.RIGHT)
+    chair.run(400)
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Any], Path]:
+    """The file of a drive, recorded once."""
+    files: dict[Any, Path] = {}
+
+    def record(driven: Any) -> Path:
+        if driven not in files:
+            chair = TracedChair(tmp_path_factory.mktemp(driven.__name__))
+            driven(chair)
+            files[driven] = chair.close()
+        return files[driven]
+
+    return record
+
+
+def play(lines: Iterable[Line]) -> Result:
+    """A log that something happened to."""
+    player = BoardPlayer()
+    for line in lines:
+        player.hear(line)
+    return player.result
+
+
+@pytest.mark.parametrize("driven", [drive, faults, restart])
+def test_every_reported_decision_is_the_same(driven: Any, recorded: Any) -> None:
+    path = recorded(driven)
+    result = replay(path)
+    assert result.difference is None
+    assert result.lives == (2 if driven is restart else 1)
+    assert (result.gaps, result.unchecked) == (0, 0)
+    states = sum(line.topic == STATE for line in LogFile(path).lines())
+    assert result.compared > 0.95 * states - 10 * result.lives
+    assert result.armed > 500
+    assert result.decisions >= 20
+
+
+@pytest.mark.parametrize(
+    ("driven", "limit", "value"),
+    [
+        (drive, "HOST_SILENT_MS", 80),
+        (drive, "NEUTRAL_PROVEN_MS", 700),
+        (drive, "RELAY_HOLD_MS", 80),
+        (faults, "WIPER_TRIES", 20),
+        (faults, "CLEARANCE_OLD_MS", 270),
+        (faults, "SERVICE_STALLED_MS", 30),
+        (faults, "TICK_STEADY_MS", 400),
+    ],
+)
+def test_a_changed_limit_is_found_at_a_reported_tick(
+    driven: Any, limit: str, value: int, recorded: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = recorded(driven)
+    assert getattr(limits, limit) != value
+    monkeypatch.setattr(limits, limit, value)
+    found = replay(path).difference
+    assert found is not None
+    assert re.match(rf"tick {found.tick} of start 1: ", str(found))
+
+
+def test_a_drive_becomes_a_test(
+    recorded: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = recorded(drive)
+    kept = as_test.keep(path, "drive", tmp_path)
+    assert replay(kept) == replay(path)
+    monkeypatch.setattr(limits, "HOST_SILENT_MS", 80)
+    assert replay(kept).difference == replay(path).difference is not None
+
+
+@pytest.mark.parametrize("every", [15, 50, 150])
+def test_after_lost_frames_nothing_is_pretended(every: int, recorded: Any) -> None:
+    lines = list(of_trace(recorded(faults)))
+    whole = play(lines)
+    traces = [line for line in lines if line.topic == TRACE]
+    lost = set(map(id, traces[every::every]))
+    result = play(line for line in lines if id(line) not in lost)
+    assert result.difference is None
+    assert 0 < result.ticks < whole.ticks
+
+
+def test_after_a_gap_it_goes_on_with_the_next_snapshot(tmp_path: Path) -> None:
+    chair = TracedChair(tmp_path)
+    chair.arm()
+    chair.run(100)
+    for verb in (codes.LEFT, codes.FORWARD, codes.RIGHT):
+        chair.press(verb)
+        chair.run(1000)
+        chair.link.protocol._trace_due_s = chair.now_s()
+    lines = list(of_trace(chair.close()))
+    at = [k for k, line in enumerate(lines) if line.topic == TRACE]
+    lost = set(at[len(at) // 2 : len(at) // 2 + 3])
+    result = play(line for k, line in enumerate(lines) if k not in lost)
+    whole = play(lines)
+    assert result.difference is None
+    assert result.gaps == 1
+    assert 50 < result.unchecked < 2000
+    assert result.ticks + result.unchecked == whole.ticks
+
+
+def test_a_drive_from_its_middle_on(tmp_path: Path) -> None:
+    """As a file of the log that begins with the hour; and one that is cut anywhere."""
+    chair = TracedChair(tmp_path)
+    chair.arm()
+    chair.press(codes.LEFT)
+    chair.run(300)
+    chair.link.protocol._trace_due_s = chair.now_s()
+    chair.run(700)
+    lines = list(of_trace(chair.close()))
+    for k in range(0, len(lines), len(lines) // 12):
+        for part in (lines[k:], lines[:k]):
+            result = play(part)
+            assert (result.difference, result.gaps) == (None, 0)
+    first = next(k for k, line in enumerate(lines) if line.topic == TRACE)
+    assert 500 < play(lines[first + 1 :]).armed < play(lines).armed - 200
+
+
+def test_a_cut_file_is_played_up_to_the_cut(recorded: Any, tmp_path: Path) -> None:
+    whole = recorded(drive)
+    cut = tmp_path / "cut.mcap"
+    ticks = 0
+    for share in (0.3, 0.5, 0.8, 0.99):
+        cut.write_bytes(whole.read_bytes()[: int(whole.stat().st_size * share)])
+        try:
+            result = replay(cut)
+        except NoTrace:
+            continue  # nothing of it was on the disk
+        assert result.difference is None
+        assert result.ticks >= ticks
+        ticks = result.ticks
+    assert ticks > 0
+
+
+def test_a_storm_of_contacts_is_a_gap(tmp_path: Path) -> None:
+    """More than the board's ring holds while its service loop stands."""
+    chair = TracedChair(tmp_path)
+    chair.arm()
+    chair.run(200)
+    chair.board.blocked = True
+    for k in range(80):
+        chair.bank.pin(pins.BUTTON).drive(k & 1)
+        chair.run(1)
+    chair.board.blocked = False
+    chair.bank.pin(pins.BUTTON).drive(1)
+    chair.run(500)
+    result = replay(chair.close())
+    assert result.difference is None
+    assert result.gaps == 1
+    assert 80 <= result.unchecked < 200
+
+
+def test_changed_settings_are_a_short_gap(tmp_path: Path) -> None:
+    chair = TracedChair(tmp_path)
+    chair.run(800)
+    chair.link.protocol.request_setting(codes.SETTING_DEFAULTS, 0, 0)
+    chair.run(200)
+    chair.arm()
+    chair.press(codes.FORWARD)
+    chair.run(300)
+    result = replay(chair.close())
+    assert result.difference is None
+    assert (result.gaps, result.unchecked < 20) == (1, True)
+    assert result.armed > 300
+
+
+def test_another_version_of_the_core_is_refused(
+    recorded: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from gazeboard.io import core_state
+
+    monkeypatch.setattr(core_state, "PARTS", core_state.PARTS[:-1])
+    with pytest.raises(NoTrace, match="another version"):
+        replay(recorded(drive))
+
+
+def test_damaged_words_never_raise(recorded: Any) -> None:
+    """A byte of each frame in turn is another: found, or a gap, but no error."""
+    lines = list(of_trace(recorded(restart)))
+
+    def damaged() -> Iterator[Any]:
+        for k, line in enumerate(lines):
+            if line.topic == TRACE and k % 40 == 0:
+                at = len(line.data) - 1 - k % 50
+                data = line.data[:at] + bytes([line.data[at] ^ 0x55]) + line.data[at + 1 :]
+                yield changed(line, data=data)
+            else:
+                yield line
+
+    result = Result()
+    player = BoardPlayer()
+    for line in damaged():
+        player.hear(line)
+        result = player.result
+    assert result.ticks > 0
+    assert messages.TRACE.size + 4 <= 64
