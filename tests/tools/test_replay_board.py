@@ -12,6 +12,7 @@ import pytest
 
 from gazeboard.boards import pins
 from gazeboard.core import limits
+from gazeboard.core.motion import Motion
 from gazechair.blackbox.reader import Line, LogFile
 from gazechair.blackbox.writer import LogWriter
 from gazelink import codes, messages
@@ -282,14 +283,23 @@ def test_changed_settings_are_a_short_gap(tmp_path: Path) -> None:
     assert result.armed > 300
 
 
-def test_another_version_of_the_core_is_refused(
-    recorded: Any, monkeypatch: pytest.MonkeyPatch
+def test_another_version_of_the_core_takes_kept_drives_only(
+    recorded: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from gazeboard.io import core_state
+    kept = as_test.keep(recorded(drive), "drive", tmp_path)
+    init = Motion.__init__
 
-    monkeypatch.setattr(core_state, "PARTS", core_state.PARTS[:-1])
+    def newer(self: Any, settings: Any, turn: Any) -> None:
+        init(self, settings, turn)
+        self._another = 7
+
+    monkeypatch.setattr(Motion, "__init__", newer)
     with pytest.raises(NoTrace, match="another version"):
         replay(recorded(drive))
+    assert replay(kept).difference is None
+    assert replay(kept).compared > 100
+    again = as_test.keep(kept, "again", tmp_path)
+    assert replay(again) == replay(kept)
 
 
 def test_damaged_words_never_raise(recorded: Any) -> None:

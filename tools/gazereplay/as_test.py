@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 from typing import Any
 
 from mcap.writer import Writer
 
-from gazereplay.replay import of_trace
+from gazeboard.io.settings import Settings
+from gazereplay.board_trace import TRACE
+from gazereplay.core import Core
+from gazereplay.replay import kept_layout, of_trace
 from gazesetup.paths import ROOT
 
 FOLDER = ROOT / "tests" / "drives"
@@ -30,4 +34,8 @@ def keep(path: Path, name: str, folder: Path = FOLDER) -> Path:
                 channels[line.topic] = writer.register_channel(line.topic, "cdr", schema)
             writer.add_message(channels[line.topic], line.at_ns, line.data, line.at_ns)
         writer.finish()
+    if TRACE in channels:
+        # The names of a snapshot's words, so that a core that has others can take it, too.
+        layout = kept_layout(path) or Core(Settings(), simulated=False, boot_faults=0).layout()
+        target.with_suffix(".json").write_text(json.dumps(layout))
     return target

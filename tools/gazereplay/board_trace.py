@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from typing import Any
 
 from gazeboard.io import joystick, trace
@@ -36,7 +37,9 @@ class _Pace:
 class BoardPlayer:
     """Takes the messages of a log in order; stops at the first difference."""
 
-    def __init__(self) -> None:
+    def __init__(self, layout: Sequence[str] = ()) -> None:
+        """`layout`: that of the snapshots, when another version's may have made them."""
+        self._layout = layout
         self.result = Result()
         self._stream = Stream()
         self._life: tuple[int, int] | None = None  # boot, session
@@ -95,13 +98,8 @@ class BoardPlayer:
         elif self._core is not None:
             self.result.unchecked += max(0, snapshot.tick - self._tick)
             self.result.gaps += 1
-        settings = Settings()
-        for name, value in zip(NAMES, snapshot.words, strict=False):
-            setattr(settings, name, value)
         self._pace = _Pace()
-        self._core = Core(settings, simulated=False, boot_faults=0, clock=self._pace)
-        if not self._core.restore(settings, snapshot.words):
-            raise NoTrace("its board had another version of the firmware, with another core")
+        self._core = _core(snapshot.words, self._layout, self._pace)
         self._around = snapshot.around
         self._tick = snapshot.tick
         self._silent.clear()
@@ -171,6 +169,20 @@ _NAMES = (
     "linear_permille",
     "turn_permille",
 )
+
+
+def _core(words: Sequence[int], layout: Sequence[str], pace: _Pace) -> Core:
+    """As it was; raises NoTrace."""
+    settings = Settings()
+    layout = layout or Core(settings, simulated=False, boot_faults=0).layout()
+    if len(layout) != len(words):
+        raise NoTrace("its board had another version of the firmware, with another core")
+    named = dict(zip(layout, words, strict=True))
+    for name in NAMES:
+        setattr(settings, name, named.get(name, getattr(settings, name)))
+    core = Core(settings, simulated=False, boot_faults=0, clock=pace)
+    core.restore(named)
+    return core
 
 
 def _told(state: Any) -> dict[str, int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from gazeboard.core.motion import Motion
@@ -29,6 +29,28 @@ class _Wipers:
 
     def readfrom_into(self, _address: int, octets: bytearray) -> None:
         """Nothing is there."""
+
+
+def _places(state: CoreState) -> Iterator[tuple[str, Any, str | int]]:
+    """Each word behind the settings: a name of its own, and where it is."""
+    kinds: dict[str, list[Any]] = {}
+    arrays: dict[int, str] = {}
+
+    def name_of(part: Any, key: str) -> str:
+        alike = kinds.setdefault(type(part).__name__, [])
+        if not any(part is one for one in alike):
+            alike.append(part)
+        at = next(k for k, one in enumerate(alike) if one is part)
+        return f"{type(part).__name__} {at} {key}"
+
+    for part, key in state.numbers:
+        yield name_of(part, key), part, key
+    for part in state._found:
+        for key, value in sorted(vars(part).items()):
+            arrays.setdefault(id(value), name_of(part, key))
+    for numbers in (*state.lists, *state.arrays):
+        for k in range(len(numbers)):
+            yield f"{arrays[id(numbers)]} {k}/{len(numbers)}", numbers, k
 
 
 class Core:
@@ -65,24 +87,26 @@ class Core:
         self._tick.profile_check = ProfileCheck(turn.model)
         safety.set_relay_fitted(s.relay_fitted)
 
-    def restore(self, settings: Settings, words: Sequence[int]) -> bool:
-        """Put back what a CoreState holds; False: it is of another version's core."""
-        state = CoreState(self._tick, self.stick, settings)
-        if len(state.words) != len(words):
-            return False
-        left = iter(words[len(NAMES) :])
-        for part, name in state.numbers:
-            setattr(part, name, next(left))
-        for numbers in (*state.lists, *state.arrays):
-            for k in range(len(numbers)):
-                numbers[k] = next(left)
+    def layout(self) -> list[str]:
+        """The name of each word of a CoreState."""
+        state = CoreState(self._tick, self.stick, Settings())
+        return [*NAMES, *(name for name, _, _ in _places(state))]
+
+    def restore(self, words: Mapping[str, int]) -> None:
+        """Put back what a CoreState holds, by the layout's names; what it lacks stays."""
+        for name, target, key in _places(CoreState(self._tick, self.stick, Settings())):
+            if name not in words:
+                continue
+            if isinstance(key, str):
+                setattr(target, key, words[name])
+            else:
+                target[key] = words[name]
         stick = self.stick
         neutral = stick.neutral
         stick._aim(stick._linear_permille, stick._turn_permille)
         stick.neutral = neutral
         turn = self._tick.motion._turn
         turn._plan = turn._left if turn._sign > 0 else turn._right  # no number
-        return True
 
     def take(self, names: Sequence[str], values: Sequence[int], arcs: Sequence[int]) -> None:
         """From the next tick on, these inputs."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Container, Iterator
 from pathlib import Path
 
@@ -79,9 +80,16 @@ def of_trace(path: Path) -> Iterator[Line]:
     return (line for line in LogFile(path).lines() if line.topic in topics)
 
 
+def kept_layout(path: Path) -> list[str]:
+    """What as_test kept beside a drive: the names of the snapshots' words; [] for other logs."""
+    beside = path.with_suffix(".json")
+    names: list[str] = json.loads(beside.read_text()) if beside.exists() else []
+    return names
+
+
 def replay(path: Path) -> Result:
     """Play the log at `path`. Raises NoTrace when it holds nothing to play."""
-    player: Player | BoardPlayer = BoardPlayer()
+    player: Player | BoardPlayer = BoardPlayer(kept_layout(path))
     for line in of_trace(path):
         if line.topic in trace.DEFINITIONS and isinstance(player, BoardPlayer):
             player = Player()
