@@ -73,7 +73,9 @@ def _write_diary(folder: Path, number: int) -> None:
 
 
 STORES = (
-    Store(SPEED_CAP, lambda at, n: KeptCap(at).keep(500 * n), lambda at: KeptCap(at).read()),
+    Store(
+        SPEED_CAP, lambda at, n: KeptCap(at).keep(lambda: 500 * n), lambda at: KeptCap(at).read()
+    ),
     Store(PROFILES, _write_profile, lambda at: _profiles(at).chosen()["dwell_ms"]),
     Store(
         PAIRED,

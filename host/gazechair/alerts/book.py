@@ -17,6 +17,7 @@ WAITING, TRYING, SENT, FAILED = ("waiting", "trying", "sent", "failed")
 
 MOST_ALERTS = 100  # kept, the oldest go first
 MOST_PER_MINUTE = 10  # deliveries over one route, attempts included
+FOR_HELP = 3  # of them are for the driver's call alone
 AGAIN_S = 60.0  # what returns this soon is the same alert, and goes over a route at most this often
 ANSWER_S = 20.0  # an attempt without a result by then has failed
 RETRIES_S = (10.0, 20.0, 40.0, 60.0)  # the last one again and again
@@ -77,7 +78,7 @@ class Alert:
             "number": self.number,
             "key": self.key,
             "kind": self.kind,
-            "at": round(self.at),
+            "at": round(min(max(0.0, self.at), _MOST_AT)),
             "sentence": self.sentence,
             "detail": self.detail,
             "count": self.count,
@@ -136,7 +137,7 @@ class Book:
         waiting.sort(key=lambda item: (item[2].attempts > 0, KINDS.index(item[0].kind)))
         found = []
         for alert, name, one in waiting:
-            if self._allowed(name, now_s):
+            if self._allowed(name, alert.kind, now_s):
                 one.state, one.tried_s = TRYING, now_s
                 one.attempts += 1
                 self.revision += 1
@@ -195,6 +196,14 @@ class Book:
         one.due_s = now_s + RETRIES_S[min(one.attempts, len(RETRIES_S)) - 1]
         self.revision += 1
 
+    def messenger_lost(self, now_s: float) -> None:
+        """What was being attempted may not have arrived: once more, at once the first time."""
+        for alert, name, one in self._all():
+            if one.state == TRYING:
+                self.result(alert.number, name, "its sender had to be started again", now_s)
+                if one.attempts == 1 and alert.kind != TEST:
+                    one.due_s = now_s
+
     def restore(self, rows: Iterable[Mapping[str, Any]], now_s: float, wall_s: float) -> None:
         """Continue from as_json() of a host that has ended: what is open stays open.
 
@@ -244,11 +253,11 @@ class Book:
             for name, one in alert.deliveries.items():
                 yield alert, name, one
 
-    def _allowed(self, route: str, now_s: float) -> bool:
+    def _allowed(self, route: str, kind: str, now_s: float) -> bool:
         used = self._used[route]
         while used and now_s - used[0] >= _MINUTE_S:
             used.popleft()
-        if len(used) >= MOST_PER_MINUTE:
+        if len(used) >= MOST_PER_MINUTE - (0 if kind == HELP else FOR_HELP):
             return False
         used.append(now_s)
         return True
@@ -272,7 +281,7 @@ def alert_of(row: Mapping[str, Any]) -> Alert | None:
             str(row["state"]),
             str(row["by"]),
         )
-        good = alert.key in REASONS and alert.state in STATES and 0 <= alert.at < _MOST_AT
+        good = alert.key in REASONS and alert.state in STATES and 0 <= alert.at <= _MOST_AT
         good = good and all(isinstance(one, dict) for one in row["deliveries"].values())
     except (KeyError, TypeError, ValueError, OverflowError, AttributeError):
         return None

@@ -5,10 +5,12 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import resource
 import socket
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
@@ -18,7 +20,9 @@ from gazechair.base.supervisor import RecordWriter, enter_child
 
 LONGEST = 1 << 16  # bytes of a message to this process
 LIMIT_S = 12.0
-MOST_AT_ONCE = 8
+MOST_AT_ONCE = 16
+MOST_ON_ROUTE = 4  # so that one that hangs leaves the others room
+MOST_MEMORY = 512 << 20  # bytes; a service that answers without end meets it
 _LOOK_S = 0.1
 _ALIVE_S = 1.0
 
@@ -34,14 +38,27 @@ class Attempts:
         self._lock = threading.Lock()
         self._open: dict[int, tuple[dict[str, Any], float]] = {}
         self._next = 0
-        self.stuck = 0
+        self._stuck: Counter[str] = Counter()  # threads that did not end in time, by route
+
+    @property
+    def stuck(self) -> int:
         """Threads that did not end in time."""
+        return self._stuck.total()
+
+    @property
+    def worn(self) -> bool:
+        """Too many threads hang: another process is better."""
+        with self._lock:
+            full = max(self._stuck.values(), default=0) >= MOST_ON_ROUTE and not self._open
+            return full or self.stuck >= MOST_AT_ONCE
 
     def begin(self, job: dict[str, Any], now_s: float) -> None:
         """Send `job`; its end is reported, in time or not."""
         with self._lock:
-            if len(self._open) + self.stuck >= MOST_AT_ONCE:
-                self._tell(job, f"{MOST_AT_ONCE} others are on their way")
+            route = str(job["route"])
+            on_route = self._stuck[route] + sum(o["route"] == route for o, _ in self._open.values())
+            if on_route >= MOST_ON_ROUTE or len(self._open) + self.stuck >= MOST_AT_ONCE:
+                self._tell(job, f"{on_route} others are on their way")
                 return
             self._next += 1
             number = self._next
@@ -54,14 +71,14 @@ class Attempts:
             for number, (job, since_s) in list(self._open.items()):
                 if now_s - since_s > LIMIT_S:
                     del self._open[number]
-                    self.stuck += 1
+                    self._stuck[str(job["route"])] += 1
                     self._tell(job, f"no answer within {LIMIT_S:g} s")
 
     def _run(self, number: int, job: dict[str, Any]) -> None:
         problem = self._send(job["url"], job["title"], job["body"])
         with self._lock:
             if self._open.pop(number, None) is None:
-                self.stuck -= 1
+                self._stuck[str(job["route"])] -= 1
             else:
                 self._tell(job, problem)
 
@@ -82,7 +99,7 @@ def run(fd: int, out: RecordWriter) -> None:
     line = socket.socket(fileno=fd)
     line.settimeout(_LOOK_S)
     alive_s = 0.0
-    while attempts.stuck < MOST_AT_ONCE:
+    while not attempts.worn:
         with contextlib.suppress(TimeoutError):
             job = json.loads(line.recv(LONGEST))
             if "mqtt" in job:
@@ -100,6 +117,7 @@ def run(fd: int, out: RecordWriter) -> None:
 def main() -> None:
     """Entry of `python -m gazechair.alerts.child FD`: jobs come over that socket."""
     out = enter_child()
+    resource.setrlimit(resource.RLIMIT_DATA, (MOST_MEMORY, MOST_MEMORY))
     with contextlib.suppress(BrokenPipeError):
         run(int(sys.argv[1]), out)
     os._exit(0)  # threads that hang hold up nobody

@@ -17,6 +17,7 @@ HEARTBEAT_S = 30.0
 EXPIRES_S = 90  # Home Assistant calls the chair unavailable then
 HOST_SILENT_S = 15.0  # a host that has said nothing for so long is not alive
 _KEEPALIVE_S = 20
+_MOST_QUEUED = 100  # for a broker that takes a connection and answers nothing
 OK = "ok"
 
 
@@ -81,6 +82,7 @@ class Broker:
         client.on_disconnect = self._on_disconnect
         client.on_connect_fail = self._on_connect_fail
         client.reconnect_delay_set(1, 30)
+        client.max_queued_messages_set(_MOST_QUEUED)
         self._client = client
         self.problem = "not connected yet"
         try:

@@ -28,10 +28,14 @@ Result = Callable[[int, str, str], None]
 class Sender(Supervised):
     """Messages to people who are not at the chair."""
 
-    def __init__(self, health: Health, result: Result) -> None:
-        """`result(number, route, problem)` is called when an attempt has ended, from a thread."""
+    def __init__(
+        self, health: Health, result: Result, lost: Callable[[], None] = lambda: None
+    ) -> None:
+        """`result(number, route, problem)` is called when an attempt has ended, `lost` when the
+        process has, from a thread."""
         self._health = health
         self._result = result
+        self._lost = lost
 
     def start(self) -> None:
         """Start the process."""
@@ -94,3 +98,5 @@ class Sender(Supervised):
 
     def _on_status(self, status: Status) -> None:
         self._health.set(status.state, status.reason, status.detail)
+        if status.state == states.LOST:
+            self._lost()

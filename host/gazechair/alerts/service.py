@@ -75,7 +75,9 @@ class Alerts:
         self._told_s = 0.0
         wanted = config.routes or self._broker
         self._health = parts.part("alerts") if wanted else None
-        self._sender = Sender(self._health, self.result) if self._health else None
+        self._sender = (
+            Sender(self._health, self.result, self._sender_lost) if self._health else None
+        )
         self._chair: Chair | None = None
         self._kept = self._book.revision
         self._ended = threading.Event()
@@ -157,6 +159,10 @@ class Alerts:
                 self._failing.add(route)
             else:
                 self._failing.discard(route)
+
+    def _sender_lost(self) -> None:
+        with self._lock:
+            self._book.messenger_lost(self._clock())
 
     def look(self) -> None:
         """Let time act; called each LOOK_S."""

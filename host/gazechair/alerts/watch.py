@@ -17,6 +17,8 @@ class Situation:
 
     call: bool = False
     """The driver asks for help, and nobody has answered."""
+    calls: int = 0
+    """How often the driver has asked since the host began: between two looks, perhaps."""
     coming: bool = False
     """Somebody has answered, and is on the way."""
     press: int = 0
@@ -48,6 +50,7 @@ class Watch:
         """`help_wanted`: the driver asked for help before this host began."""
         self._stuck_s = stuck_s
         self._call = help_wanted
+        self._calls = 0
         self._since_s: dict[str, float] = {}
         self._raised: set[str] = set()
         self._press = 0
@@ -57,11 +60,11 @@ class Watch:
 
     def look(self, now: Situation, open_keys: Collection[str], now_s: float) -> Iterator[Change]:
         """What has changed; `open_keys`: the reasons whose alerts are not over."""
-        if now.call and not self._call:
+        if now.call and (not self._call or now.calls != self._calls):
             yield Change(HELP_WANTED, True)
         elif not now.call and not now.coming and HELP_WANTED in open_keys:
             yield Change(HELP_WANTED, False)
-        self._call = now.call
+        self._call, self._calls = now.call, now.calls
         yield from self._stuck(now, open_keys, now_s)
         lasting = {key for key in now.problems if key in REASONS}
         if now.lost:

@@ -9,6 +9,8 @@ from gazechair.alerts.book import Alert
 from gazechair.alerts.reasons import REASONS
 from gazechair.base.languages import sentence
 
+_DETAIL = 500  # characters
+
 
 @dataclass(frozen=True)
 class Words:
@@ -21,7 +23,7 @@ class Words:
 def words(alert: Alert, driver: str, language: str) -> Words:
     """What to send about `alert` of the person called `driver`."""
     lines = [f"{driver}: {alert.sentence}"] if alert.sentence else []
-    lines += [alert.detail] if alert.detail else []
+    lines += [alert.detail[:_DETAIL]] if alert.detail else []
     lines.append(sentence(language, REASONS[alert.key].who))
     lines.append(time.strftime("%Y-%m-%d %H:%M", time.localtime(alert.at)))
     return Words(f"gazechair: {sentence(language, alert.key)}", "\n".join(lines))

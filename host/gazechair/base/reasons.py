@@ -51,7 +51,7 @@ PARTS: Mapping[str, Part] = {
     "lidar": Part(2.0, _MUST),
     "camera": Part(2.0, _MAY),
     "host": Part(2.0, _MAY),
-    "log": Part(3.0, _MAY, caretaker_only=True),  # its disk may take longer: see Keeper.alive
+    "log": Part(3.0, _MAY, caretaker_only=True),
     "alerts": Part(3.0, _NOTES),  # the pages show its deliveries
     PLUGIN: Part(1.0, _NOTES),  # the pages show each with its own health
 }

@@ -25,6 +25,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from gazechair.base.child_process import drain, end, say_to, would_run
 from gazechair.base.rate_limit import RateLimit
 
 STATUS = b"S"
@@ -37,6 +38,7 @@ _GIVEN_UP_PAUSE_S = 60.0
 _STATUS_COST = 20  # records: each may become a line of the log
 _HEADER = struct.Struct("<I")
 _PR_SET_PDEATHSIG = 1
+_LOOK_S = 0.1
 
 log = logging.getLogger(__name__)
 
@@ -80,14 +82,10 @@ class RecordReader:
 
 
 class RecordWriter:
-    """The child's end: writes whole records to a file descriptor; raises BrokenPipeError.
-
-    Thread-safe.
-    """
+    """The child's end: writes whole records to a file descriptor; raises BrokenPipeError."""
 
     def __init__(self, fd: int) -> None:
         self._fd = fd
-        self._lock = threading.Lock()
 
     def data(self, payload: bytes) -> None:
         """Send the newest value."""
@@ -104,9 +102,8 @@ class RecordWriter:
 
     def _write(self, body: bytes) -> None:
         left = memoryview(_HEADER.pack(len(body)) + body)
-        with self._lock:
-            while left:
-                left = left[os.write(self._fd, left) :]
+        while left:
+            left = left[os.write(self._fd, left) :]
 
 
 def enter_child(outlives: bool = False) -> RecordWriter:
@@ -155,10 +152,12 @@ class Supervisor:
         longest_pause_s: float = 4.0,
         nice: int = 0,
         fds: tuple[int, ...] = (),
+        patience_s: float = 0.0,
     ) -> None:
         """`name`: of the child in statuses; `longest` record of it in bytes; `records_per_s` 0:
         no limit; `on_facts` gets every record of facts; `nice`: how far the child gives way;
-        `fds`: open files that each child has too, under the same numbers."""
+        `fds`: open files that each child has too, under the same numbers; `patience_s`: how much
+        longer than `silent_s` it may be silent while it waits for a processor or a disk."""
         self._command = [sys.executable, "-m", module, argument]
         self._name = name or module.removesuffix(".child")
         self._longest = longest
@@ -167,6 +166,7 @@ class Supervisor:
         self._longest_pause_s = longest_pause_s
         self._nice = nice
         self._fds = fds
+        self._patience_s = patience_s
         self._on_data = on_data
         self._on_status = on_status
         self._lost_reason = lost_reason
@@ -238,7 +238,7 @@ class Supervisor:
                     delivered = self._watch(process, self._start_s * patience)
                 finally:
                     self._process = None
-                    _end(process)
+                    end(process)
                 patience = 1 if delivered else min(2 * patience, _MOST_PATIENCE)
             ever = ever or delivered
             if delivered and time.monotonic() - started_s > 10.0:
@@ -283,7 +283,7 @@ class Supervisor:
         deadline_s = time.monotonic() + start_s
         while not self._stopping.is_set():
             word = self._word
-            if word is not told and _say_to(process, word):
+            if word is not told and say_to(process, word):
                 told = word
             left_s = deadline_s - time.monotonic()
             ready = select.select([fd, self._wake_fds[0]], [], [], max(0.0, left_s))[0]
@@ -292,7 +292,7 @@ class Supervisor:
             if fd in ready:
                 newest = None
                 try:
-                    data, ended = _drain(fd, 2 * self._longest)
+                    data, ended = drain(fd, 2 * self._longest)
                     records = reader.feed(data)
                     cost = sum(1 if kind == DATA else _STATUS_COST for kind, _ in records)
                     if self._records_per_s and not limit.allow(time.monotonic(), cost):
@@ -309,13 +309,15 @@ class Supervisor:
                         explained = False
                         deadline_s = time.monotonic() + self._silent_s
                         self._on_data(newest)
-                except ValueError as error:
+                except Exception as error:  # whatever it sends, the next one is started
                     self._lost("wrong", f"{self._name} sent nonsense: {error}")
                     return delivered
                 if ended:
                     if not explained:
                         self._lost("ended", f"{self._name} ended unexpectedly; starting it again")
                     return delivered
+            elif -self._patience_s < left_s <= 0 and would_run(process.pid):
+                self._stopping.wait(_LOOK_S)
             elif not ready and left_s <= 0:
                 self._lost("hangs", f"{self._name} hangs; ending it and starting it again")
                 process.kill()  # it would not hear a gentler word
@@ -333,48 +335,6 @@ class Supervisor:
 
     def _lost(self, how: str, detail: str) -> None:
         self._on_status(Status("lost", self._lost_reason, detail, how))
-
-
-def _drain(fd: int, most: int) -> tuple[bytes, bool]:
-    """All bytes there are, up to some `most`, and whether the other end is closed."""
-    pieces: list[bytes] = []
-    size = 0
-    while size < most:
-        try:
-            piece = os.read(fd, min(most, 1 << 16))
-        except BlockingIOError:
-            return b"".join(pieces), False
-        if not piece:
-            return b"".join(pieces), True
-        pieces.append(piece)
-        size += len(piece)
-    return b"".join(pieces), False
-
-
-def _say_to(process: subprocess.Popen[bytes], word: bytes | None) -> bool:
-    """False when the child has not read what came before; a line goes whole or not at all."""
-    if process.stdin is None or word is None:
-        return True
-    try:
-        os.write(process.stdin.fileno(), word)
-    except BlockingIOError:
-        return False
-    except OSError:
-        return True  # it has ended, which its records show
-    return True
-
-
-def _end(process: subprocess.Popen[bytes]) -> None:
-    for pipe in (process.stdin, process.stdout):
-        if pipe is not None:
-            pipe.close()
-    with contextlib.suppress(ProcessLookupError):
-        process.terminate()
-    try:
-        process.wait(1.0)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait(5.0)
 
 
 class Supervised:

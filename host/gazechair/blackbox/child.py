@@ -5,10 +5,10 @@ from __future__ import annotations
 import contextlib
 import errno
 import json
+import logging
 import signal
 import socket
 import sys
-import threading
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,8 +16,12 @@ from typing import Any
 
 from gazechair.base import health as states
 from gazechair.base.supervisor import RecordWriter, enter_child
-from gazechair.blackbox.ring import LONGEST, Record, unpack
+from gazechair.base.throttled_log import ThrottledLog
+from gazechair.blackbox.ring import LONGEST, unpack
 from gazechair.blackbox.writer import LogFull, LogWriter
+
+log = logging.getLogger(__name__)
+complaints = ThrottledLog(log)
 
 SYNC_S = 1.0
 _RETRY_S = 10.0
@@ -34,7 +38,6 @@ class Keeper:
         self._writer = writer
         self._out = out
         self._synced_s = time.monotonic()
-        self._waits_since_s: float | None = None  # for the disk
         self._retry_s = 0.0
         self._standing: tuple[str, ...] = ()
         self.written = 0
@@ -42,28 +45,20 @@ class Keeper:
 
     def take(self, batch: bytes) -> None:
         """A batch of records; lost while the disk refuses them."""
-        self._waits_since_s = time.monotonic()
-        self._take(unpack(batch))
-        self._waits_since_s = None
-
-    def alive(self) -> None:
-        """From another thread: a sign of life while the disk lets this one wait."""
-        since_s = self._waits_since_s
-        if since_s is not None and time.monotonic() - since_s >= SYNC_S:
-            hangs_s = round(time.monotonic() - since_s)
-            self._out.data(json.dumps({"disk_hangs_s": hangs_s}).encode())
-
-    def _take(self, records: list[Record]) -> None:
+        records = unpack(batch)
         if time.monotonic() < self._retry_s:
             self.lost += len(records)
             return
         done = 0
-        try:
-            for kind, at_ns, payload in records:
+        for kind, at_ns, payload in records:
+            try:
                 self._writer.write(kind, at_ns, payload)
                 done += 1
-        except OSError as error:
-            self._failed(error)
+            except OSError as error:
+                self._failed(error)
+                break
+            except Exception as error:  # what no file takes holds up nothing else
+                complaints.warn("not recorded: %s: %r", kind, error)
         self.written += done
         self.lost += len(records) - done
 
@@ -74,13 +69,11 @@ class Keeper:
             return
         self._synced_s = now_s
         if now_s >= self._retry_s:
-            self._waits_since_s = now_s
             try:
                 self._writer.sync()
                 self._say(states.OK, "ok", "")
             except OSError as error:
                 self._failed(error)
-            self._waits_since_s = None
         figures = {"written": self.written, "refused_by_disk": self.lost}
         self._out.data(json.dumps(figures).encode())
 
@@ -100,7 +93,6 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> None:
     """Until the daemon ends us, or is no more; what has arrived by then is written."""
     writer = LogWriter(Path(argument["folder"]), argument["max_bytes"], argument["keep_s"])
     keeper = Keeper(writer, out)
-    threading.Thread(target=_pulse, args=(keeper,), name="pulse", daemon=True).start()
     ended: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: ended.append(number))  # between two records
     line = socket.socket(fileno=argument["fd"])
@@ -118,13 +110,6 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> None:
                 keeper.take(batch)
     finally:
         writer.close()
-
-
-def _pulse(keeper: Keeper) -> None:
-    with contextlib.suppress(BrokenPipeError):
-        while True:
-            time.sleep(SYNC_S)
-            keeper.alive()
 
 
 def main() -> None:

@@ -29,7 +29,7 @@ _PICTURE_MOST = 1 << 16  # bytes
 _PICTURE_LEVEL = LEVELS.index(next(level for level in LEVELS if level.width >= 320))
 _PACE_S = 0.1
 _HEALTH_S = 1.0
-_HANGS_S = 10  # a disk that takes so long will have records dropped
+_PATIENCE_S = 57.0  # a disk may take that long
 _NICE = 10
 _LINE = 500  # characters
 _TOLD = tuple(
@@ -97,6 +97,7 @@ class BlackBox(Supervised):
             self._on_status,
             lost_reason=LOST,
             silent_s=PARTS["log"].silent_s,
+            patience_s=_PATIENCE_S,
             nice=_NICE,
             fds=(self._its.fileno(),),
         )
@@ -161,8 +162,7 @@ class BlackBox(Supervised):
         self.note("places", now_s, self._places)
         self._note_picture()
         health = self._parts.part("log")
-        hangs_s = self._figures.get("disk_hangs_s", 0)
-        if self._ring.dropped != self._told_dropped or hangs_s >= _HANGS_S:
+        if self._ring.dropped != self._told_dropped:
             self._told_dropped = self._ring.dropped
             detail = f"{self._ring.dropped} records were dropped: the disk is too slow"
             health.set(states.DEGRADED, DROPPING, detail)

@@ -7,14 +7,16 @@ import logging
 import os
 import re
 import shutil
+import stat
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from mcap.records import Schema
 from mcap_ros2.writer import Writer
 
+from gazechair.base.state_folder import set_aside
 from gazechair.blackbox import ros, topics
 
 NAME = re.compile(r"(\d{6})_.*\.mcap")
@@ -57,6 +59,14 @@ def ages_s(times_s: Sequence[float], now_s: float, trusted: bool) -> list[float]
         plain = trusted and _EARLIEST_S <= at_s <= now_s
         ages.append(now_s - at_s if plain else age_s)
     return ages[::-1]
+
+
+def _states(paths: Sequence[Path]) -> Iterator[tuple[Path, os.stat_result]]:
+    for path in paths:
+        with contextlib.suppress(FileNotFoundError):  # somebody deletes at this moment
+            state = path.stat()
+            if stat.S_ISREG(state.st_mode):
+                yield path, state
 
 
 class LogWriter:
@@ -145,6 +155,8 @@ class LogWriter:
             file.close()
 
     def _open(self) -> None:
+        if self._folder.is_file():
+            set_aside(self._folder)
         self._folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         self._trim()
         old = files(self._folder)
@@ -159,9 +171,9 @@ class LogWriter:
         self._writer = Writer(self._file)
 
     def _trim(self) -> None:
-        if not self._folder.exists():
+        if not self._folder.is_dir():
             return
-        held = [(path, path.stat()) for path in files(self._folder)]
+        held = list(_states(files(self._folder)))
         total = sum(state.st_size for _, state in held)
         free = self._free_bytes(self._folder)
         now_s = self._wall_ns() / 1e9

@@ -66,6 +66,7 @@ class Arbiter:
         """How long a command lives, as the board said; until it has, nothing moves."""
         self.call = False
         """The driver has asked for help, and no caretaker has answered yet."""
+        self.calls = 0  # how often they have asked
         self.stopped_s = 0.0
         """When anyone last said stop, of whatever kind."""
         self._coming_till_s: float | None = None
@@ -218,7 +219,7 @@ class Arbiter:
         # A caretaker answers a call, then reports their arrival; the driver can take it back.
         answers = page.role == codes.CARETAKER and self.call
         self._coming_till_s = now_s + COMING_S if answers else None
-        self.call = message.on
+        self.call, self.calls = message.on, self.calls + (message.on and not self.call)
         return None
 
     def _care(

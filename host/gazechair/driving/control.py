@@ -127,7 +127,9 @@ class Control:
             cap_permille = self._arbiter.cap_permille
             self._tell_board()
         if cap_permille != was_permille:
-            self._kept_cap.keep(cap_permille)  # a disk may be slow: no lock is held
+            self._kept_cap.keep(
+                lambda: self._arbiter.cap_permille
+            )  # a disk may be slow: no lock is held
         return refusal
 
     def offer_mode(self, mode: str, tile: Message | None) -> None:
@@ -172,6 +174,7 @@ class Control:
             command = self._arbiter.command
             return Situation(
                 self._arbiter.call,
+                self._arbiter.calls,
                 self._arbiter.coming(now_s),
                 command.edge,
                 command.verb != codes.STOP and command.ttl_deadline_s > now_s,

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+import threading
+from collections.abc import Callable
 from pathlib import Path
 
 from gazechair.base.state_folder import replace_file
@@ -19,6 +21,7 @@ class KeptCap:
 
     def __init__(self, folder: Path | None) -> None:
         """None: kept in memory only."""
+        self._writing = threading.Lock()
         self._path = None if folder is None else folder / FILE_NAME
 
     def read(self) -> int:
@@ -37,11 +40,12 @@ class KeptCap:
             return LOWEST_CAP_PERMILLE
         return max(LOWEST_CAP_PERMILLE, min(permille, _NONE))
 
-    def keep(self, permille: int) -> None:
-        """Write it; a failure to write is logged, and the cap is active anyway."""
+    def keep(self, newest: Callable[[], int]) -> None:
+        """Write what that returns; a failure to write is logged, and the cap is active anyway."""
         if self._path is None:
             return
         try:
-            replace_file(self._path, f"{permille}\n".encode())
+            with self._writing:  # of two who change it, the last one's is kept
+                replace_file(self._path, f"{newest()}\n".encode())
         except OSError as error:
             log.error("%s: %s; the speed cap ends with this host", self._path, error.strerror)

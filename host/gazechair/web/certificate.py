@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ipaddress
 import logging
+import os
 import shutil
 import ssl
 import subprocess
@@ -41,7 +42,8 @@ class Certificate:
             _make(self._folder, names)
             log.warning("new certificate: tablets and phones must trust the new %s", self.authority)
         else:
-            missing = set(names) - set((self._folder / _NAMES).read_text().split())
+            named = (self._folder / _NAMES).read_text(errors="replace")
+            missing = set(names) - set(named.split())
             if missing:
                 log.warning(
                     "the certificate in %s does not name %s; remove that folder to make a new one",
@@ -71,6 +73,11 @@ class Certificate:
         files = (_AUTHORITY, _CERTIFICATE, _KEY, _NAMES)
         if not all((self._folder / name).is_file() for name in files):
             return False
+        try:
+            self.context()
+        except CertificateError as error:
+            log.error("%s", error)
+            return False
         path = str(self._folder / _CERTIFICATE)
         return _openssl(["x509", "-in", path, "-noout", "-checkend", str(_RENEW_S)]) is None
 
@@ -95,6 +102,7 @@ def _make(folder: Path, names: Sequence[str]) -> None:
         for name in ("authority.key", "authority.srl", "host.csr", "extensions.txt"):
             (fresh / name).unlink(missing_ok=True)
         (fresh / _KEY).chmod(0o600)
+        os.sync()  # a power cut must not leave names without content
         shutil.rmtree(folder, ignore_errors=True)
         fresh.rename(folder)
     except OSError as error:

@@ -144,7 +144,7 @@ def test_so_many_at_once_and_no_more() -> None:
 
     attempts = Attempts(told.append, send)
     for number in range(MOST_AT_ONCE + 1):
-        job = {"number": number, "route": "x", "url": "x", "title": "", "body": ""}
+        job = {"number": number, "route": f"x{number}", "url": "x", "title": "", "body": ""}
         attempts.begin(job, 0.0)
     assert [one["number"] for one in told] == [MOST_AT_ONCE]
     gate.set()

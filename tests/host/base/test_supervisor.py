@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import struct
+import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -15,6 +16,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gazechair.base import supervisor
+from gazechair.base.child_process import would_run
 from gazechair.base.supervisor import (
     DATA,
     MAX_RECORD,
@@ -166,6 +169,50 @@ def test_a_child_that_ends_is_said_and_started_again(watch: Callable[..., Watche
     assert child.supervisor.restarts >= 1
     assert child.statuses[0].state == "lost"
     assert child.statuses[0].reason == "part_lost"
+
+
+def test_whatever_a_child_says_another_one_is_started(watch: Callable[..., Watched]) -> None:
+    """The parent's own code may not be ready for it."""
+
+    def surprised(_facts: bytes) -> None:
+        raise KeyError("number")
+
+    child = watch("out.facts(b'{}'); time.sleep(99)", on_facts=surprised)
+    child.wait(lambda: child.supervisor.restarts >= 1)
+    assert child.statuses[0].how == "wrong"
+
+
+def test_one_that_waits_for_a_processor_or_a_disk_is_given_time(
+    watch: Callable[..., Watched], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[int] = []
+
+    def runs(pid: int) -> bool:
+        asked.append(pid)
+        return len(asked) < 5
+
+    monkeypatch.setattr(supervisor, "would_run", runs)
+    child = watch("out.data(b'x'); time.sleep(99)", silent_s=0.2, patience_s=LONG_S)
+    child.wait(lambda: child.supervisor.restarts >= 1)
+    assert len(asked) >= 5
+    assert child.statuses[0].how == "hangs"
+
+
+def test_what_a_process_waits_for() -> None:
+    assert would_run(os.getpid())  # this thread runs
+    sleeps = subprocess.Popen(
+        [sys.executable, "-c", "print(flush=True); input()"], stdin=-1, stdout=-1
+    )
+    try:
+        assert sleeps.stdout is not None
+        sleeps.stdout.readline()
+        end_s = time.monotonic() + LONG_S
+        while would_run(sleeps.pid):
+            assert time.monotonic() < end_s
+    finally:
+        sleeps.kill()
+        sleeps.communicate()
+    assert not would_run(sleeps.pid)
 
 
 def test_its_own_explanation_is_not_talked_over(watch: Callable[..., Watched]) -> None:

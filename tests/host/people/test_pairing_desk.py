@@ -167,6 +167,7 @@ def test_devices_outlive_the_host(desk: Any, again: Any, tmp_path: Path) -> None
     first, second = desk.join("driver", "tablet"), desk.join("viewer", "tv")
     desk.wall_s += 7200
     desk.who(first.token)
+    desk.note_uses()
     later = again(tmp_path / "state")
     assert later.who(second.token).name == "tv"
     assert [(d.role, d.last_used - d.created) for d in later.devices()] == [

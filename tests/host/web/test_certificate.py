@@ -69,6 +69,16 @@ def test_a_damaged_key_is_one_plain_line(tmp_path: Path) -> None:
         made.context()
 
 
+def test_a_damaged_one_is_made_anew_at_the_next_start(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    Certificate(tmp_path, NAMES)
+    for name in ("host.key", "names.txt", "host.crt"):
+        (tmp_path / "tls" / name).write_bytes(b"\xff" * 100)
+        assert Certificate(tmp_path, NAMES).context()
+    assert "must trust" in caplog.text
+
+
 def test_without_openssl_it_says_what_to_install(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

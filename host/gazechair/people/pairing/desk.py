@@ -17,6 +17,7 @@ from gazechair.people.pairing.store import Device, DeviceStore, StoreError
 
 MOST_NAME = 40
 _NOTE_USE_S = 3600  # "last used" is written to disk at most this often
+_NOTE_S = 60.0  # and tried this often
 
 log = logging.getLogger(__name__)
 complaints = ThrottledLog(log)
@@ -54,9 +55,13 @@ class PairingDesk:
         self._clock = clock
         self._wall = wall
         self._lock = threading.Lock()
+        self._changing = (
+            threading.Lock()
+        )  # while the disk is written; whoever is known does not wait
         self._codes = OneTimeCodes()
         self._lockout = Lockout()
         self._seen: dict[str, int] = {}  # id -> last use, newer than on disk
+        self._note_at_s = float("-inf")
         self._on_revoke: list[Callable[[str], None]] = []
 
     def on_revoke(self, act: Callable[[str], None]) -> None:
@@ -75,43 +80,59 @@ class PairingDesk:
 
     def pair(self, code: str, name: str, address: str) -> Paired | Rejected:
         """Use a code from `address` for a device called `name`. Raises StoreError."""
-        with self._lock:
-            now_s = self._clock()
-            wait_s = self._lockout.wait_s(address, code, now_s)
-            if wait_s > 0:
-                detail = f"too many wrong codes; ask again in {wait_s:.1f} s"
-                return Rejected("too_many_guesses", detail, wait_s)
-            found = self._codes.find(code, now_s)
-            if found is None:
-                self._lockout.wrong(address, now_s)
-                complaints.warn("wrong pairing code from %s", address)
-                return Rejected("wrong_code", "no such code, or it was used or is too old", 0.0)
+        with self._changing:
+            with self._lock:
+                found = self._code(code, address)
+            if isinstance(found, Rejected):
+                return found
             name = _plain(name) or found.role
             device, token = self._store.add(found.role, name, int(self._wall()))
-            self._codes.use(found)  # not before: a code outlives a full list or disk
-            self._lockout.right(address)
+            with self._lock:
+                self._codes.use(found)  # not before: a code outlives a full list or disk
+                self._lockout.right(address)
         log.info("paired %s %s (%s) from %s", device.role, device.id, device.name, address)
         return Paired(device, token)
 
+    def _code(self, code: str, address: str) -> OneTimeCode | Rejected:
+        now_s = self._clock()
+        wait_s = self._lockout.wait_s(address, code, now_s)
+        if wait_s > 0:
+            detail = f"too many wrong codes; ask again in {wait_s:.1f} s"
+            return Rejected("too_many_guesses", detail, wait_s)
+        found = self._codes.find(code, now_s)
+        if found is None:
+            self._lockout.wrong(address, now_s)
+            complaints.warn("wrong pairing code from %s", address)
+            return Rejected("wrong_code", "no such code, or it was used or is too old", 0.0)
+        return found
+
     def who(self, token: str) -> Device | None:
-        """The device with that token; notes that it was used."""
+        """The device with that token, which is in use. Waits for no disk."""
+        device = self._store.find(token)
+        if device is not None:
+            with self._lock:
+                self._seen[device.id] = int(self._wall())
+        return device
+
+    def note_uses(self) -> None:
+        """Write down which devices are in use; called now and then."""
+        now_s = self._clock()
+        if now_s < self._note_at_s:
+            return
+        self._note_at_s = now_s + _NOTE_S
         with self._lock:
-            device = self._store.find(token)
-            if device is None:
-                return None
-            now = int(self._wall())
-            self._seen[device.id] = now
-            if now - device.last_used >= _NOTE_USE_S:
-                try:
-                    self._store.used(device.id, now)
-                except StoreError as error:  # a full disk locks nobody out
-                    complaints.warn("%s", error)
-            return device
+            seen = dict(self._seen)
+        with self._changing:
+            for device in self._store.all():
+                if seen.get(device.id, 0) - device.last_used >= _NOTE_USE_S:
+                    try:
+                        self._store.used(device.id, seen[device.id])
+                    except StoreError as error:  # a full disk locks nobody out
+                        complaints.warn("%s", error)
 
     def knows(self, id: str) -> bool:
         """True until the device is revoked."""
-        with self._lock:
-            return any(device.id == id for device in self._store.all())
+        return any(device.id == id for device in self._store.all())
 
     def devices(self) -> list[Device]:
         """Every paired device, oldest first."""
@@ -123,7 +144,7 @@ class PairingDesk:
 
     def revoke(self, id: str) -> bool:
         """Forget a device, whose sockets end at once; False for an unknown id. StoreError."""
-        with self._lock:
+        with self._changing:
             found = self._store.remove(id)
         if found:
             log.info("revoked %s", id)

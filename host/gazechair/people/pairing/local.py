@@ -8,6 +8,7 @@ direction: {"ask": "code", "role", "valid_s"}, {"ask": "open", "code"}, {"ask": 
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import json
 import logging
 import os
@@ -24,6 +25,7 @@ from gazechair.people.pairing.one_time import VALID_S
 from gazechair.people.pairing.store import ROLES, StoreError
 
 SOCKET_NAME = "pair.sock"
+LOCK_NAME = "lock"  # held by the daemon for as long as it lives, also while it hangs
 LONGEST_VALID_S = 12 * 3600.0
 _DEADLINE_S = 2.0
 _MOST_BYTES = 4096
@@ -49,17 +51,22 @@ class LocalDoor:
         self._folder = folder
         self._url = url
         self._socket: socket.socket | None = None
+        self._lock = -1
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="pairing-door", daemon=True)
 
     def start(self) -> None:
-        """Listen. Raises AlreadyRunning, or StoreError when the socket cannot be made."""
-        with contextlib.suppress(NotRunning):
-            ask(self._folder, {"ask": "list"})
+        """Listen. Raises AlreadyRunning; a folder that cannot be written is only logged."""
+        try:
+            self._lock = os.open(self._folder / LOCK_NAME, os.O_RDWR | os.O_CREAT, 0o600)
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
             raise AlreadyRunning(
                 f"another gazechair runs with the state folder {self._folder}; "
                 "end it, or give this one its own web.state_folder"
-            )
+            ) from None
+        except OSError as error:
+            log.warning("%s: %s; another daemon would not be noticed", self._folder, error)
         door = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
             with _short(self._folder) as path:
@@ -70,7 +77,8 @@ class LocalDoor:
             door.listen(8)
         except OSError as error:
             door.close()
-            raise StoreError(f"{self._folder / SOCKET_NAME}: {error.strerror}") from None
+            log.error("%s: %s; nobody can be paired", self._folder / SOCKET_NAME, error.strerror)
+            return
         door.settimeout(_LOOK_S)
         self._socket = door
         self._thread.start()
@@ -78,6 +86,9 @@ class LocalDoor:
     def stop(self) -> None:
         """End the thread. Safe to call when start failed."""
         self._stopping.set()
+        if self._lock >= 0:
+            os.close(self._lock)
+            self._lock = -1
         if self._socket is None:
             return
         self._thread.join(5.0)
@@ -92,6 +103,10 @@ class LocalDoor:
             try:
                 connection, _ = self._socket.accept()
             except TimeoutError:
+                self._desk.note_uses()
+                continue
+            except OSError:  # too many files are open just now
+                self._stopping.wait(_LOOK_S)
                 continue
             with connection, contextlib.suppress(OSError):
                 connection.settimeout(_DEADLINE_S)
@@ -114,7 +129,7 @@ class LocalDoor:
                 return {"revoked": self._desk.revoke(str(request["id"]))}
         except StoreError as error:
             return {"error": str(error)}
-        except (ValueError, TypeError, KeyError):
+        except (ValueError, TypeError, KeyError, RecursionError):
             pass
         return {"error": "no such request; is gazechair pair of the daemon's version?"}
 

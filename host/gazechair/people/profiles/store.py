@@ -31,6 +31,7 @@ class Profiles:
         self._path = None if folder is None else folder / FILE_NAME
         self._fields = dict(fields)
         self._lock = threading.Lock()
+        self._changing = threading.Lock()  # while the disk is written; nobody who reads waits
         self._revision = secrets.randbelow(1 << 30)
         self._profiles: dict[str, Profile] = {}
         self._chosen = ""
@@ -67,7 +68,7 @@ class Profiles:
         ((kind, what),) = wish.items()
         if kind in ("create", "delete") and not caretaker:
             raise ProfileRefused("not_allowed", f"only the caretaker may {kind} a profile")
-        with self._lock:
+        with self._changing:
             profiles, chosen = dict(self._profiles), self._chosen
             if kind == "choose":
                 chosen = self._known(what)
@@ -86,9 +87,10 @@ class Profiles:
                 raise ProfileRefused("bad_message", f"{kind} is none of choose, save, create")
             if self._path is not None:
                 _write(self._path, {"chosen": chosen, "profiles": profiles})
-            self._profiles, self._chosen = profiles, chosen
-            self._revision += 1
-            return self._as_json()
+            with self._lock:
+                self._profiles, self._chosen = profiles, chosen
+                self._revision += 1
+                return self._as_json()
 
     def _as_json(self) -> dict[str, Any]:
         return {

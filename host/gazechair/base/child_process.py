@@ -1,0 +1,59 @@
+"""A child process as its supervisor handles it: its pipes, what it waits for, its end."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import subprocess
+from pathlib import Path
+
+
+def drain(fd: int, most: int) -> tuple[bytes, bool]:
+    """All bytes there are, up to some `most`, and whether the other end is closed."""
+    pieces: list[bytes] = []
+    size = 0
+    while size < most:
+        try:
+            piece = os.read(fd, min(most, 1 << 16))
+        except BlockingIOError:
+            return b"".join(pieces), False
+        if not piece:
+            return b"".join(pieces), True
+        pieces.append(piece)
+        size += len(piece)
+    return b"".join(pieces), False
+
+
+def say_to(process: subprocess.Popen[bytes], word: bytes | None) -> bool:
+    """False when the child has not read what came before; a line goes whole or not at all."""
+    if process.stdin is None or word is None:
+        return True
+    try:
+        os.write(process.stdin.fileno(), word)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True  # it has ended, which its records show
+    return True
+
+
+def end(process: subprocess.Popen[bytes]) -> None:
+    for pipe in (process.stdin, process.stdout):
+        if pipe is not None:
+            pipe.close()
+    with contextlib.suppress(ProcessLookupError):
+        process.terminate()
+    try:
+        process.wait(1.0)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait(5.0)
+
+
+def would_run(pid: int) -> bool:
+    """A thread of it is ready to run, or waits for a disk (proc(5)): it does not hang by itself."""
+    with contextlib.suppress(OSError):
+        for task in Path(f"/proc/{pid}/task").iterdir():
+            if (task / "stat").read_text().rpartition(")")[2].split()[0] in "RD":
+                return True
+    return False

@@ -1,0 +1,61 @@
+"""Files of the state folder: replaced as a whole, synced, and never in the way of a start."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from gazechair.base.state_folder import replace_file, set_aside
+
+
+def test_it_is_on_the_disk_before_it_replaces_the_old_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    order: list[str] = []
+    fsync, replace = os.fsync, os.replace
+    monkeypatch.setattr(
+        os,
+        "fsync",
+        lambda handle: order.append(os.readlink(f"/proc/self/fd/{handle}")) or fsync(handle),
+    )
+    monkeypatch.setattr(
+        os, "replace", lambda old, new: order.append("replace") or replace(old, new)
+    )
+    file = tmp_path / "new" / "cap"
+    replace_file(file, b"1")
+    assert order == [str(file.with_suffix(".new")), "replace", str(file.parent)]
+    assert file.read_bytes() == b"1"
+    assert file.stat().st_mode & 0o777 == 0o600
+    assert file.parent.stat().st_mode & 0o777 == 0o700
+    replace_file(file, b"2", durable=False)
+    assert file.read_bytes() == b"2"
+    assert list(file.parent.iterdir()) == [file]
+
+
+def test_what_an_earlier_try_left_is_replaced_and_a_link_is_not_followed(tmp_path: Path) -> None:
+    (tmp_path / "other").write_text("other")
+    (tmp_path / "cap.new").symlink_to(tmp_path / "other")
+    replace_file(tmp_path / "cap", b"1")
+    assert (tmp_path / "other").read_text() == "other"
+    assert (tmp_path / "cap").read_bytes() == b"1"
+
+
+def test_a_folder_in_its_place_is_set_aside(tmp_path: Path) -> None:
+    file = tmp_path / "cap"
+    for _ in range(10):
+        file.unlink(missing_ok=True)
+        file.mkdir()
+        (file / "something").touch()
+        replace_file(file, b"1")
+        assert file.read_bytes() == b"1"
+    assert (tmp_path / "cap.damaged9" / "something").exists()
+
+
+def test_set_aside_leaves_what_was_set_aside_before(tmp_path: Path) -> None:
+    for content in ("first", "second"):
+        (tmp_path / "cap").write_text(content)
+        set_aside(tmp_path / "cap")
+    assert (tmp_path / "cap.damaged").read_text() == "first"
+    assert (tmp_path / "cap.damaged1").read_text() == "second"

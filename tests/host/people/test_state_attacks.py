@@ -1,0 +1,175 @@
+"""The host starts and lets its people in, whatever became of its files and its disk."""
+
+from __future__ import annotations
+
+import errno
+import os
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gazechair.config.configuration import Config
+from gazechair.driving.speed_cap_store import KeptCap
+from gazechair.people.pairing import Paired, PairingDesk
+from gazechair.people.pairing.local import LOCK_NAME, AlreadyRunning, LocalDoor
+from gazechair.people.profiles import Profiles, house_fields
+
+DAMAGE: dict[str, Callable[[Path], object]] = {
+    "erased": lambda file: file.unlink(),
+    "empty": lambda file: file.write_bytes(b""),
+    "0xff": lambda file: file.write_bytes(b"\xff" * 10_000),
+    "deep": lambda file: file.write_bytes(b"[" * 100_000),
+    "other json": lambda file: file.write_bytes(b'{"profiles": [1], "chosen": {}}\n7\n"x"\nnull\n'),
+    "folder": lambda file: (file.unlink(), file.mkdir()),
+}
+
+
+def profiles(folder: Path) -> Profiles:
+    return Profiles(folder, house_fields(Config()))
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_a_damaged_file_is_no_reason_not_to_start(tmp_path: Path, damage: str, desk: Any) -> None:
+    state = tmp_path / "state"
+    desk.join()
+    profiles(state).change({"save": {"id": "1", "dwell_ms": 700}}, True)
+    KeptCap(state).keep(lambda: 500)
+    for name in ("paired.jsonl", "profiles.json", "speed_cap"):
+        DAMAGE[damage](state / name)
+    again = type(desk)(state)
+    assert again.who(again.join().token) is not None
+    found = profiles(state)
+    assert found.change({"save": {"id": "1", "dwell_ms": 800}}, True)
+    assert profiles(state).chosen()["dwell_ms"] == 800
+    assert KeptCap(state).read() in (50, 1000)
+    KeptCap(state).keep(lambda: 300)
+    assert KeptCap(state).read() == 300
+
+
+class Hanging:
+    """A disk that hangs at its next sync, until it is let go."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.asked, self.gate = threading.Event(), threading.Event()
+        fsync = os.fsync
+
+        def hang(handle: int) -> None:
+            self.asked.set()
+            assert self.gate.wait(60)
+            fsync(handle)
+
+        monkeypatch.setattr(os, "fsync", hang)
+
+    def during(self, act: Callable[[], object]) -> threading.Thread:
+        thread = threading.Thread(target=act, daemon=True)
+        thread.start()
+        assert self.asked.wait(60)
+        return thread
+
+
+def test_a_disk_that_hangs_keeps_no_known_device_out(
+    desk: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    paired = desk.join()
+    desk.wall_s += 7200
+    disk = Hanging(monkeypatch)
+    desk.who(paired.token)
+    thread = disk.during(desk.note_uses)
+    assert desk.who(paired.token) == paired.device
+    assert desk.knows(paired.device.id)
+    assert desk.devices()[0].last_used > paired.device.last_used
+    assert desk.new_code("viewer")
+    disk.gate.set()
+    thread.join(60)
+    assert desk.who(paired.token).last_used == int(desk.wall_s)
+
+
+def test_a_disk_that_hangs_at_a_profile_does_not_hold_up_who_reads_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As the alerts do, which tell the driver's name."""
+    mine = profiles(tmp_path)
+    disk = Hanging(monkeypatch)
+    thread = disk.during(lambda: mine.change({"save": {"id": "1", "name": "Kees"}}, True))
+    assert mine.chosen()["name"] != "Kees"
+    assert mine.as_json()["profiles"]
+    disk.gate.set()
+    thread.join(60)
+    assert mine.chosen()["name"] == "Kees"
+
+
+def test_of_two_who_set_the_speed_cap_the_last_one_s_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cap = [500]
+    kept = KeptCap(tmp_path)
+    disk = Hanging(monkeypatch)
+    first = disk.during(lambda: kept.keep(lambda: cap[0]))
+    cap[0] = 300
+    second = threading.Thread(target=lambda: kept.keep(lambda: cap[0]), daemon=True)
+    second.start()
+    disk.gate.set()
+    first.join(60)
+    second.join(60)
+    assert kept.read() == 300
+
+
+def test_a_disk_that_has_become_read_only_does_not_keep_the_host_from_starting(
+    desk: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    state = tmp_path / "state"
+    token = desk.join().token
+    opened = os.open
+
+    def read_only(path: Any, flags: int, *more: Any) -> int:
+        if flags & (os.O_CREAT | os.O_WRONLY | os.O_RDWR):
+            raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+        return opened(path, flags, *more)
+
+    def refuse(*_: object) -> None:
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+    monkeypatch.setattr(os, "open", read_only)
+    monkeypatch.setattr(os, "fchmod", refuse)
+    again: PairingDesk = type(desk)(state)
+    door = LocalDoor(again, state, lambda: "")
+    door.start()
+    assert again.who(token) is not None
+    again.note_uses()
+    door.stop()
+
+
+def test_a_daemon_that_hangs_still_has_its_state_folder(desk: Any, tmp_path: Path) -> None:
+    """It does not answer, and goes on some day: nobody else may write there meanwhile."""
+    state = tmp_path / "state"
+    first = LocalDoor(desk, state, lambda: "")
+    first.start()
+    first._stopping.set()
+    first._thread.join(60)
+    second = LocalDoor(desk, state, lambda: "")
+    with pytest.raises(AlreadyRunning):
+        second.start()
+    second.stop()
+    first.stop()
+    assert (state / LOCK_NAME).stat().st_mode & 0o777 == 0o600
+    third = LocalDoor(desk, state, lambda: "")
+    third.start()
+    third.stop()
+
+
+def test_pairing_goes_on_after_a_disk_that_was_full(
+    desk: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    code = desk.new_code("driver").text
+
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", full)
+        with pytest.raises(Exception, match="disk full"):
+            desk.pair(code, "x", "192.0.2.1")
+    assert isinstance(desk.pair(code, "x", "192.0.2.1"), Paired)
