@@ -12,6 +12,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from gazechair.alerts.book import AGAIN_S, MOST_ALERTS, Book
+from gazechair.alerts.diary import Diary
+from gazechair.alerts.reasons import HELP_WANTED
 from gazemeasure.allday_chair import DayChair
 from gazemeasure.growth import Holding, slope_per_hour
 from gazemeasure.report import Report, percentile
@@ -213,6 +216,7 @@ def add(
     `fault_each`: presses from one fault to the next.
     """
     with tempfile.TemporaryDirectory(prefix="gazechair-") as name:
+        _fill_diary(Path(name))
         chair = DayChair(Path(name))
         chair.run(1500)
         life = _Life(chair, seed, fault_each)
@@ -225,6 +229,15 @@ def add(
         took_s = time.monotonic() - began_s
         day.state_bytes = sum(file.stat().st_size for file in Path(name).iterdir())
     _report(report, day, chair.now_s(), took_s)
+
+
+def _fill_diary(folder: Path) -> None:
+    """As after months: it grows no more."""
+    book = Book([])
+    for number in range(MOST_ALERTS):
+        book.raise_(HELP_WANTED, number * AGAIN_S, 1e9)
+        book.end(HELP_WANTED, (number - 1) * AGAIN_S)
+    Diary(folder).write(book.as_json())
 
 
 def _report(report: Report, day: Day, lived_s: float, took_s: float) -> None:
