@@ -1,0 +1,1 @@
+"""Map of the home: built from one drive, stored, and searched for the chair's pose."""

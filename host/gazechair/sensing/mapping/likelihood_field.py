@@ -1,0 +1,78 @@
+"""Likelihood field: how likely a lidar sees a point at each place; scans are scored against it.
+
+A cell's value falls as a Gaussian of the distance to the nearest known point. The field is kept at
+several levels: at level k a cell holds the maximum over the 2**k by 2**k cells that begin there, so
+that one lookup bounds a whole block of shifts (Olson, Real-time correlative scan matching, 2009).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazechair.base.footprint import FloatArray
+
+Ints = NDArray[np.int64]
+Floats32 = NDArray[np.float32]
+
+_REACH_SIGMAS = 3.0
+
+
+class LikelihoodField:
+    """Values 0..1 around the known points `known_m` (N, 2), in cells of `cell_m`."""
+
+    def __init__(self, known_m: FloatArray, cell_m: float, sigma_m: float, levels: int = 1):
+        self.cell_m = cell_m
+        reach = math.ceil(_REACH_SIGMAS * sigma_m / cell_m)
+        cells = np.floor(known_m / cell_m).astype(np.int64)
+        low, high = cells.min(axis=0) - reach - 1, cells.max(axis=0) + reach + 2
+        self.low_m: FloatArray = low * cell_m
+        cells = np.unique(cells - low, axis=0)
+        values = np.zeros(tuple((high - low).tolist()), dtype=np.float32)
+        values[cells[:, 0], cells[:, 1]] = 1.0
+        self.levels = [_blurred(values, reach, cell_m / sigma_m)]
+        for level in range(levels - 1):
+            self.levels.append(_maximum(self.levels[-1], 1 << level))
+
+    @property
+    def high_m(self) -> FloatArray:
+        """The corner opposite to `low_m`."""
+        return np.asarray(self.low_m + np.array(self.levels[0].shape) * self.cell_m)
+
+    def cells(self, points_m: FloatArray) -> Ints:
+        """The cells (..., 2) of points (..., 2); may lie outside."""
+        return np.floor((points_m - self.low_m) / self.cell_m).astype(np.int64)
+
+    def at(self, level: int, cells: Ints) -> Floats32:
+        """Values of `level` in cells (..., 2); 0 where neither the cell nor its block reaches."""
+        values = self.levels[level]
+        pad = (1 << level) - 1  # a level's array begins `pad` cells earlier
+        i, j = cells[..., 0] + pad, cells[..., 1] + pad
+        outside = (i < 0) | (j < 0) | (i >= values.shape[0]) | (j >= values.shape[1])
+        found = values[np.where(outside, 0, i), np.where(outside, 0, j)]
+        found[outside] = 0.0
+        return found
+
+
+def _blurred(values: Floats32, reach: int, step: float) -> Floats32:
+    # A Gaussian of the distance to the nearest: maxima of products, one axis after the other.
+    for axis in (0, 1):
+        found = values.copy()
+        for k in range(1, reach + 1):
+            near = values * np.float32(math.exp(-0.5 * (k * step) ** 2))
+            ahead, behind = [slice(None)] * 2, [slice(None)] * 2
+            ahead[axis], behind[axis] = slice(k, None), slice(None, -k)
+            a, b = tuple(ahead), tuple(behind)
+            np.maximum(found[a], near[b], out=found[a])
+            np.maximum(found[b], near[a], out=found[b])
+        values = found
+    return values
+
+
+def _maximum(values: Floats32, step: int) -> Floats32:
+    # The level above begins `step` cells earlier: its first blocks still reach into the field.
+    wide = np.pad(values, step)
+    found = np.maximum(wide[:-step], wide[step:])
+    return np.maximum(found[:, :-step], found[:, step:])
