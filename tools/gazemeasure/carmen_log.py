@@ -41,7 +41,7 @@ class Frame:
     points_m: Array
     """(N, 2), in the robot's frame."""
     ranges_m: Array
-    """All beams from right to left, over 180 degrees."""
+    """All beams from right to left, over 180 degrees; 0: no return."""
     reference: Array
     """(3,): the corrected pose."""
 
@@ -55,13 +55,18 @@ def read(name: str) -> list[Frame]:
                 words = line.split()
                 count = int(words[1])
                 ranges = np.array(words[2 : 2 + count], dtype=np.float64)
-                step = math.pi / (count - count % 2)  # 181 and 361 beams include both ends
-                angles = -0.5 * math.pi + step * np.arange(count)
+                angles = directions_rad(count)
                 seen = (ranges > _NEAREST_M) & (ranges < _FARTHEST_M)
                 points = ranges * np.stack((np.cos(angles), np.sin(angles)))
+                ranges = np.where(seen, ranges, 0.0)
                 reference = np.array(words[2 + count : 5 + count], dtype=np.float64)
                 frames.append(Frame(float(words[-1]), points[:, seen].T, ranges, reference))
     return frames
+
+
+def directions_rad(count: int) -> Array:
+    """Of a scan's beams, from right to left; 181 and 361 include both ends."""
+    return -0.5 * math.pi + math.pi / (count - count % 2) * np.arange(count)
 
 
 def sensor_headings(frames: list[Frame], seed: int = 0) -> Array:
