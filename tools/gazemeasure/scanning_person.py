@@ -111,7 +111,7 @@ class Person:
     def __init__(self, seed: int, holds: bool) -> None:
         """`holds`: drives while holding; else by steps."""
         self._random = random.Random(seed)
-        self._holds = holds
+        self._holds = self._leads = holds
         self.presses = 0
         self._moving: str | None = None  # as the person knows by having begun it
         self._edge = 0
@@ -140,7 +140,9 @@ class Person:
             self._until_s = now_s + max(_SHORTEST_S, hold_s * self._random.gauss(1.0, _TURN_SD))
 
     def _wanted(self, way: Way) -> str | None:
-        return way.wanted(self._moving, self.mean_s + self.more_s + _COAST_S)
+        # A step is let end: its next one is judged from where it stands then.
+        lead_s = self.mean_s + self.more_s + _COAST_S if self._leads else 0.0
+        return way.wanted(self._moving, lead_s)
 
     def _turned(self, now_s: float) -> bool:
         """A held turn has lasted as long as it was meant to."""
@@ -207,8 +209,8 @@ class Switcher(Person):
         return self._moving is not None and self._wanted(way) != self._moving
 
     def _decides(self, way: Way, moves: bool) -> bool:
-        if self._moving:  # a step that has gone far enough
-            return self._moving == "forward" and self._wanted(way) != "forward"
+        if self._moving:  # a step ends by itself before a press would
+            return False
         fresh, self._fresh = self._fresh, False
         return fresh and not moves and self._wanted(way) in self._lit
 
@@ -220,6 +222,7 @@ class Gazer(Person):
 
     def __init__(self, seed: int, holds: bool) -> None:
         super().__init__(seed, holds)
+        self._leads = True  # quick enough to end a step, too
         self._target: str | None = None  # looked at
         self._next: tuple[float, str | None] | None = None
         self._looked_s = self._away_s = 0.0

@@ -19,6 +19,7 @@ HOST_SILENT_S = 15.0  # a host that has said nothing for so long is not alive
 _KEEPALIVE_S = 20
 _MOST_QUEUED = 100  # for a broker that takes a connection and answers nothing
 OK = "ok"
+BATTERY = "battery"  # of the state; a computer without one leaves it out
 
 
 class Broker:
@@ -53,7 +54,7 @@ class Broker:
             return
         if not self._announced:
             self._announced, self._online, self._sent_s = True, False, 0.0
-            for topic, entity in discovery(self._node).items():
+            for topic, entity in discovery(self._node, BATTERY in self._state).items():
                 self._client.publish(topic, json.dumps(entity), qos=1, retain=True)
         online = now_s - self._heard_s < HOST_SILENT_S
         if online != self._online:
@@ -112,15 +113,19 @@ def _topic(node: str, what: str) -> str:
     return f"gazechair/{node}/{what}"
 
 
-def discovery(node: str) -> dict[str, dict[str, Any]]:
-    """Home Assistant's discovery: {topic: entity}."""
+def discovery(node: str, battery: bool) -> dict[str, dict[str, Any]]:
+    """Home Assistant's discovery: {topic: entity}; `battery`: the computer has one."""
     device = {"identifiers": [f"gazechair_{node}"], "name": "gazechair", "model": "gazechair"}
     found = {}
-    for kind, what, name, more in (
+    entities: list[tuple[str, str, str, dict[str, Any]]] = [
         ("binary_sensor", "help", "Help wanted", {"device_class": "problem"}),
         ("sensor", "state", "State", {"device_class": "enum", "options": [OK, *KINDS[:-1]]}),
         ("sensor", "last_alert", "Last alert", {}),
-    ):
+    ]
+    if battery:
+        more = {"device_class": "battery", "unit_of_measurement": "%"}
+        entities.append(("sensor", BATTERY, "Battery of the computer", more))
+    for kind, what, name, more in entities:
         found[f"homeassistant/{kind}/gazechair_{node}/{what}/config"] = {
             "name": name,
             "unique_id": f"gazechair_{node}_{what}",

@@ -20,6 +20,7 @@ from gazechair.alerts.sender import LOST, Sender
 from gazechair.alerts.watch import Situation, Watch
 from gazechair.alerts.words import words
 from gazechair.base import health as states
+from gazechair.base.battery import charge_percent
 from gazechair.base.health import HealthRegistry
 from gazechair.base.languages import sentence
 from gazechair.base.throttled_log import ThrottledLog
@@ -51,8 +52,10 @@ class Alerts:
         parts: HealthRegistry,
         clock: Callable[[], float] = time.monotonic,
         wall: Callable[[], float] = time.time,
+        battery: Callable[[], int | None] = charge_percent,
     ) -> None:
-        """`folder`: the state folder."""
+        """`folder`: the state folder; `battery`: its charge in percent."""
+        self._battery = battery
         self._language = config.web.language
         self._urls = {route.name: route.url for route in config.routes}
         self._helpers = [route.name for route in config.routes if HELP in route.kinds]
@@ -73,6 +76,7 @@ class Alerts:
         self._node = re.sub(r"\W", "_", platform.node()) or "chair"
         self._told: dict[str, str] = {}
         self._told_s = 0.0
+        self._charge: int | None = None
         wanted = config.routes or self._broker
         self._health = parts.part("alerts") if wanted else None
         self._sender = (
@@ -170,6 +174,8 @@ class Alerts:
         situation = self._chair.situation()
         person = self._chair.person()
         now_s = self._clock()
+        if now_s - self._told_s >= _TELL_S:
+            self._charge = self._battery()
         with self._lock:
             for change in self._watch.look(situation, self._book.open_keys(), now_s):
                 if change.begins:
@@ -196,10 +202,12 @@ class Alerts:
         rows = [alert for alert in self._book.alerts() if alert.kind != TEST]
         kinds = {alert.kind for alert in rows if alert.state == OPEN}
         last = sentence(self._language, rows[-1].key) if rows else ""
+        charge = {} if self._charge is None else {mqtt.BATTERY: str(self._charge)}
         return {
             "help": "ON" if HELP in kinds else "OFF",
             "state": next((kind for kind in KINDS if kind in kinds), mqtt.OK),
             "last_alert": last,
+            **charge,
         }
 
     def _send(self, alert: Alert, route: str, driver: str) -> str:

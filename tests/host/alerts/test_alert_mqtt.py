@@ -111,7 +111,7 @@ def test_the_process_announces_tells_and_its_end_is_told_by_the_broker(
         sender.tell_broker(url, "thuis", QUIET)
         listener.wait("gazechair/thuis/availability", "online")
         listener.wait("gazechair/thuis/state", json.dumps(QUIET))
-        for topic, entity in discovery("thuis").items():
+        for topic, entity in discovery("thuis", battery=False).items():
             listener.wait(topic, json.dumps(entity))
         sender.tell_broker(url, "thuis", CALL)
         listener.wait("gazechair/thuis/state", json.dumps(CALL))
@@ -188,8 +188,8 @@ def test_without_the_package_the_reason_says_what_to_install(
 
 
 def test_every_entity_expires_by_itself_and_is_of_one_device() -> None:
-    entities = discovery("thuis").values()
-    assert len({entity["unique_id"] for entity in entities}) == len(entities) == 3
+    entities = discovery("thuis", battery=True).values()
+    assert len({entity["unique_id"] for entity in entities}) == len(entities) == 4
     for entity in entities:
         assert entity["expire_after"] == EXPIRES_S
         assert entity["availability_topic"] == "gazechair/thuis/availability"

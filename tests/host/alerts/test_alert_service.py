@@ -192,7 +192,10 @@ def test_the_broker_is_told_what_changes_and_again_each_few_seconds(
     rig: Rig, tmp_path: Path
 ) -> None:
     config = Config(alerts=AlertsConfig(mqtt=Secret("mqtt://house")))
-    alerts = Alerts(config, tmp_path / "other", rig.parts, lambda: rig.now_s, lambda: 1e9)
+    charges = iter((None, 61, 61))
+    alerts = Alerts(
+        config, tmp_path / "other", rig.parts, lambda: rig.now_s, lambda: 1e9, lambda: next(charges)
+    )
     alerts.watch(rig.control)
     told: list[tuple[float, dict[str, str]]] = []
     assert alerts._sender is not None
@@ -210,6 +213,7 @@ def test_the_broker_is_told_what_changes_and_again_each_few_seconds(
         "state": "help",
         "last_alert": "De bestuurder vraagt hulp",
     }
+    assert told[2][1] == told[1][1] | {"battery": "61"}, "read again when it is told again"
 
 
 def test_a_driver_whose_every_press_is_overruled_is_stuck_until_the_chair_moves(rig: Rig) -> None:
