@@ -17,7 +17,7 @@ from gazechair.blackbox.writer import LogWriter, files
 from gazechair.board.board_commands import Clearance, Command
 from gazechair.board.link import BoardLink
 from gazedemo.stack import Stack
-from gazelink import codes
+from gazelink import codes, messages
 from gazereplay.replay import replay
 from gazesim.simulator import Simulator
 
@@ -30,6 +30,8 @@ class Rig:
 
     def __init__(self, folder: Path, interpreter: str) -> None:
         self._folder = folder
+        self.moving = 0
+        """States that reported a motion."""
         self._seen: list[tuple[str, float, bytes]] = []
         self._rig = Simulator(folder, interpreter, "open")
         port = str(folder / "board")
@@ -41,6 +43,8 @@ class Rig:
 
     def _saw(self, way: str, at_s: float, frame: bytes) -> None:
         self._seen.append((way, at_s, frame))
+        if frame[messages.TYPE_AT] == messages.STATE.type_id:
+            self.moving += frame[messages.HEADER_SIZE] >> 4 != codes.STOPPED
 
     def run(self, seconds: float = _LIMIT_S, until: Callable[[], bool] = lambda: False) -> None:
         """So long, or until that is so."""
@@ -95,13 +99,14 @@ def test_a_drive_of_a_board_process(
 ) -> None:
     rig = Rig(folder, str(micropython.path))
     try:
-        rig.arm()
-        rig.press(codes.FORWARD)
-        rig.run(0.6)
-        rig.press(codes.LEFT, codes.STEP)
-        rig.run(1.0)
-        rig.press(codes.STOP)
-        rig.run(0.3)
+        while rig.moving < 100:  # where the machine stalls, it takes several tries
+            rig.arm()
+            rig.press(codes.FORWARD)
+            rig.run(0.6)
+            rig.press(codes.LEFT, codes.STEP)
+            rig.run(1.0)
+            rig.press(codes.STOP)
+            rig.run(0.3)
     finally:
         path = rig.close()
     result = replay(path)
