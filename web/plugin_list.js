@@ -36,7 +36,7 @@ export class PluginList {
   /** As PluginWords.sentence(); says when its words are missing. */
   sentence(told, token) {
     if (this.#words) return this.#words.sentence(told, this.#rows, token);
-    const lacks = this.#missing && told.key === "ok";
+    const lacks = this.#missing && told.level === "ok";
     return lacks ? { ...told, level: "wait", key: "part_missing" } : told;
   }
 

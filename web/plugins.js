@@ -70,7 +70,7 @@ class PluginWords {
    */
   sentence(told, rows, token) {
     const wrong = ["lost", "degraded"].flatMap((state) => rows.filter((r) => r.state === state));
-    if (told.key !== "ok" || wrong.length === 0) return told;
+    if (told.level !== "ok" || wrong.length === 0) return told;
     const [first, ...others] = wrong;
     const also = others.length ? ` ${this.#labels.plugin_also.replace("{n}", others.length)}` : "";
     const text = `${ISOLATE}${this.name(first)}${END_ISOLATE} ${this.wrong(first)}.${also}`;

@@ -11,8 +11,12 @@ export class StatusCorner {
     this.#strings = strings;
   }
 
-  /** `level`: "ok", "wait", "warning" or "error"; `key`: its string key, or `said`: {text, do}. */
-  update({ level, key, said = this.#strings.message(key) }) {
+  /** `level`: "ok", "wait", "warning" or "error"; `key`: its string key, or `said`: {text, do};
+   *  `turned`: [degrees, of degrees] of the last step, while the profile is not tuned. */
+  update({ level, key, turned, said = this.#strings.message(key) }) {
+    if (key === "untuned") {
+      said = { ...said, do: turned ? said.do.replace(/{(.)}/g, (_, at) => turned[at]) : "" };
+    }
     const shown = `${level} ${said.text} ${said.do}`;
     if (shown === this.#shown) return;
     this.#shown = shown;

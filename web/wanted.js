@@ -155,7 +155,7 @@ export class Plugins {
   /** The sentence `told`; where that is that all is well, what a plug-in or this page lacks. */
   sentence(told, token) {
     const said = this.#part?.sentence(told, token) ?? told;
-    const lacks = missing.size > 0 && said.key === "ok";
+    const lacks = missing.size > 0 && said.level === "ok";
     return lacks ? { ...said, level: "wait", key: "part_missing" } : said;
   }
 }

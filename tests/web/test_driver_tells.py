@@ -252,3 +252,17 @@ def test_nothing_in_the_page_is_touched_when_nothing_changed(driver):
     for heading in range(8):
         driver.state(heading_deg=float(heading), output_permille=[0, 12 * heading])
     assert driver.page.evaluate("touched.length") == 0
+
+
+def test_until_the_chair_is_tuned_the_corner_says_so_calmly(driver):
+    driver.state(message="untuned", tuned=False, turned=None)
+    driver.run_for(25)
+    assert driver.page.locator("#status[data-level=ok]").count() == 1
+    assert "nog niet ingemeten" in driver.text("#status")
+    assert "Laatste stap" not in driver.text("#status")
+    driver.state(turned=[7, 10])
+    driver.run_for(25)
+    assert "Laatste stap: 7 van 10 graden." in driver.text("#status")
+    driver.state(message="ok", tuned=True, turned=None)
+    driver.run_for(25)
+    assert "ingemeten" not in driver.text("#status")

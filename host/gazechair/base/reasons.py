@@ -149,6 +149,7 @@ REASONS: Mapping[str, Reason] = {
     "camera_starting": Reason(NOTE, DRIVER, DRIVES),
     "camera_lost": Reason(_W, CARETAKER, DRIVES),
     "page_silent": Reason(_W, DRIVER, STANDS),
+    "untuned": Reason(NOTE, CARETAKER, SLOWLY),
     "host_slow": Reason(_W, CARETAKER, DRIVES),
     "host_hot": Reason(_W, CARETAKER, DRIVES),
     # Black box and alerts.

@@ -16,6 +16,7 @@ from gazechair.board.events import (
     SettingReply,
     VersionDiffers,
 )
+from gazechair.board.known_settings import KnownSettings
 from gazechair.board.orders import Orders
 from gazechair.board.relay import RelayQuestion
 from gazechair.board.state import BoardId, BoardLimits, BoardState, BoardStats
@@ -80,6 +81,7 @@ class LinkProtocol:
         self._traced = traced
         self._trace_due_s = 0.0
         self._relay = RelayQuestion()
+        self._known = KnownSettings()
         self._zone = ZoneHeard()
 
     @property
@@ -170,7 +172,8 @@ class LinkProtocol:
             out += self._frame(
                 now_s, messages.PING, (self._ping_token & _U16, self._ping_token >> 16)
             )
-        setting = self._setting or self._relay.due(now_s)  # the board answers one at a time
+        # The board answers one at a time.
+        setting = self._setting or self._relay.due(now_s) or self._known.due(now_s)
         if setting is not None:
             out += self._frame(now_s, messages.SETTING, setting)
             self._setting = None
@@ -190,7 +193,8 @@ class LinkProtocol:
         """When to poll and check again at the latest."""
         if self._board is None:
             return self._hello_due_s
-        due = min(self._command_due_s, self._orders.due_s(), self._relay.due_s())
+        due = min(self._command_due_s, self._orders.due_s())
+        due = min(due, self._relay.due_s(), self._known.due_s())
         if self._bypass is not None:
             due = min(due, self._bypass_due_s)
         return due if self._clearance is None else min(due, self._clearance_due_s)
@@ -258,6 +262,7 @@ class LinkProtocol:
         elif message is messages.SETTING_REPLY:
             reply = SettingReply(**message.unpack(buf))
             self._relay.heard(reply.index, reply.value, reply.refused)
+            self._known.heard(reply, now_s)
             events.append(reply)
             if reply.request != codes.SETTING_GET and not reply.refused:
                 self._zone.forget()  # the board sends it again, right after this
@@ -327,6 +332,7 @@ class LinkProtocol:
         self._clearance_due_s = now_s
         self._trace_due_s = now_s
         self._relay.begin(now_s)
+        self._known.forget()
         self._zone.forget()
         self._orders.begin()
         events.append(SessionBegun(self._board))
@@ -349,6 +355,7 @@ class LinkProtocol:
             board_ms=self._stamp_ms,
             received_s=now_s,
             relay_checked=self._relay.checked(now_s),
+            settings=self._known.values,
         )
 
     def _handshake(self, now_s: float) -> None:

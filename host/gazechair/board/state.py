@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from gazelink import codes
+from gazelink.settings_table import PROFILES, profile_row
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,8 @@ class BoardState:
     """Monotonic time of arrival."""
     relay_checked: bool = False
     """The board has reported that it monitors its safety relay; see link_relay."""
+    settings: Mapping[str, int] = field(default_factory=dict)
+    """The settings in force that the host goes by, as far as known; see known_settings."""
 
     @property
     def state_name(self) -> str:
@@ -93,6 +97,26 @@ class BoardState:
             direction: codes.DECISIONS[(self.decisions >> (2 * at)) & 3]
             for at, direction in enumerate(codes.DIRECTIONS)
         }
+
+    @property
+    def profile(self) -> str | None:
+        """The selected speed profile, one of settings_table.PROFILES; None: not known."""
+        row = self.settings.get("profile", len(PROFILES))
+        return PROFILES[row] if row < len(PROFILES) else None
+
+    @property
+    def tuned(self) -> bool | None:
+        """Whether the selected speed profile is tuned; None: not known."""
+        if self.profile is None:
+            return None
+        tuned = self.settings.get(profile_row(self.settings["profile"], "tuned"))
+        return None if tuned is None else tuned != 0
+
+    @property
+    def step_deg(self) -> float | None:
+        """How far a step turn goes; None: not known."""
+        step_q4_deg = self.settings.get("step_turn_q4_deg")
+        return None if step_q4_deg is None else step_q4_deg / 16
 
     @property
     def heading_known(self) -> bool:

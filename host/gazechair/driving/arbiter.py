@@ -70,7 +70,7 @@ class Arbiter:
         self.stopped_s = 0.0
         """When anyone last said stop, of whatever kind."""
         self._coming_till_s: float | None = None
-        self._freshness = Freshness(first_token)
+        self.freshness = Freshness(first_token)
         self._bypass = Presses(last_edge)
         self._clients: dict[int, _Client] = {}
         self._next_client = 1
@@ -148,9 +148,9 @@ class Arbiter:
             return "", self._mode_press
         return self._press.mode, self._mode_press
 
-    def issue_token(self, now_s: float) -> int:
-        """A token that is valid for 250 ms; see gazechair.driving.tokens."""
-        return self._freshness.token(now_s)
+    def press_number(self) -> int:
+        """The board's number for a press that is of no page."""
+        return self._press.next_number(self._board_edge)
 
     @property
     def page_silent_s(self) -> float:
@@ -182,7 +182,7 @@ class Arbiter:
             return Refusal("message", "not_owner", "this page is not connected any more")
         self.tick(now_s)
         if isinstance(message, Beat):
-            if self._freshness.fresh(message.proof, now_s):
+            if self.freshness.fresh(message.proof, now_s):
                 self._heard(client, page, now_s, message.proof)
             return None
         if page.role == codes.NOBODY:
@@ -280,7 +280,7 @@ class Arbiter:
         # An input that repeats one old moment has not lived since.
         page.heard_s = now_s
         if page.beside and proof is not None:
-            page.heard_s = self._freshness.proven_s(proof, now_s)
+            page.heard_s = self.freshness.proven_s(proof, now_s)
         if client == self._owner:
             self.page_silent = False
 
@@ -309,7 +309,7 @@ class Arbiter:
         self, client: int, page: _Client, wish: Drive | UseMode, now_s: float
     ) -> Refusal | None:
         what = "cmd" if isinstance(wish, Drive) and wish.verb != codes.DRIVE else "drive"
-        if not self._freshness.fresh(wish.proof, now_s):
+        if not self.freshness.fresh(wish.proof, now_s):
             return Refusal(what, "stale_token", "the command was too long on its way")
         self._heard(client, page, now_s, wish.proof)
         new = self._press.is_new(client, wish.edge)
@@ -322,7 +322,7 @@ class Arbiter:
             return self._refuse_once(what, page, wish.edge, "not_connected")
         if self._state != codes.ARMED:
             return self._refuse_once(what, page, wish.edge, "not_armed")
-        deadline_s = self._freshness.proven_s(wish.proof, now_s) + min(self.ttl_s, wish.life_s)
+        deadline_s = self.freshness.proven_s(wish.proof, now_s) + min(self.ttl_s, wish.life_s)
         if isinstance(wish, UseMode):
             alive = self._drive_by(client, page, wish, deadline_s, new, now_s)
         elif new:
@@ -352,7 +352,7 @@ class Arbiter:
     def _arm(self, client: int, page: _Client, wish: Arm, now_s: float) -> Refusal | None:
         if page.beside:
             return Refusal("arm", "not_allowed", "an input drives beside its person's page")
-        if not self._freshness.fresh(wish.proof, now_s):
+        if not self.freshness.fresh(wish.proof, now_s):
             return Refusal("arm", "stale_token", "the wish to drive was too long on its way")
         if self._owner not in (None, client):
             return Refusal("arm", "not_owner", "another page drives; it must stop driving first")
@@ -361,7 +361,7 @@ class Arbiter:
     def _take(self, client: int, page: _Client, wish: Take, now_s: float) -> Refusal | None:
         if page.beside:
             return Refusal("take", "not_allowed", "an input drives beside its person's page")
-        if not self._freshness.fresh(wish.proof, now_s):
+        if not self.freshness.fresh(wish.proof, now_s):
             return Refusal("take", "stale_token", "the wish to take over was too long on its way")
         return self._own("take", client, page, now_s)
 
@@ -379,9 +379,9 @@ class Arbiter:
     def _hold_bypass(
         self, client: int, page: _Client, wish: HoldBypass, now_s: float
     ) -> Refusal | None:
-        if not self._freshness.fresh(wish.proof, now_s):
+        if not self.freshness.fresh(wish.proof, now_s):
             return Refusal("bypass", "stale_token", "the bypass was too long on its way")
-        deadline_s = self._freshness.proven_s(wish.proof, now_s) + self.ttl_s
+        deadline_s = self.freshness.proven_s(wish.proof, now_s) + self.ttl_s
         if self._bypass.is_new(client, wish.edge):
             self._bypass.begin(client, wish.edge, deadline_s)
             return None

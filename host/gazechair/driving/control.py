@@ -21,9 +21,10 @@ from gazechair.driving.driver_port import Message
 from gazechair.driving.messages import MAX_SINCE_MS, STOP, BadMessage, PageMessage, UseMode, parse
 from gazechair.driving.needs import Calls, Link
 from gazechair.driving.refusal import Refusal
-from gazechair.driving.shown_state import board_key, board_words
+from gazechair.driving.shown_state import board_key, board_words, bypass_ms
 from gazechair.driving.speed_cap_store import KeptCap
 from gazechair.driving.stop_seen import StopSeen
+from gazechair.driving.untuned import StepTurns, slowed
 from gazechair.driving.world import World, sensed
 from gazechair.people.profiles import ProfileRefused, Profiles, house_fields
 from gazechair.sensing.clearance.shown import shown
@@ -62,7 +63,7 @@ class Control:
         self._arbiter.cap_permille = self._kept_cap.read()
         self._alerts = alerts
         self._arbiter.call = alerts is not None and alerts.help_wanted
-        self._stop_seen = StopSeen()
+        self._stop_seen, self._step_turns = StopSeen(), StepTurns()
         self._errors = error_handler.ErrorHandler(), error_handler.ErrorHandler()
         self._verdicts = (error_handler.Verdict("ok", "ok"),) * 2  # all, what the driver is told
         self._limits: BoardLimits | None = None  # as the board last said
@@ -106,7 +107,16 @@ class Control:
 
     def proof(self, born_s: float) -> int:
         """What stands for the moment `born_s` in a message to act()."""
-        return self._arbiter.issue_token(born_s)
+        return self._arbiter.freshness.token(born_s)
+
+    def proven_s(self, proof: int) -> float | None:
+        """The moment that the proof of a page's message stands for; None: too long ago."""
+        return self._arbiter.freshness.moment(proof, self._clock())
+
+    def press_number(self) -> int:
+        """The board's number for a press of the host's own."""
+        with self._lock:
+            return self._arbiter.press_number()
 
     def stopped_s(self) -> float:
         """When anyone last said stop, of whatever kind, monotonic."""
@@ -224,7 +234,7 @@ class Control:
         limits = self._limits
         return {
             "k": "welcome",
-            "role": self._role(client),
+            "role": self.role(client),
             "simulated": self._simulated(),
             "backward": self._config.driver.backward,
             "heartbeat_ms": HEARTBEAT_MS,
@@ -251,7 +261,7 @@ class Control:
             verdict = self._verdicts[self._arbiter.role(client) == "driver"]
             return {
                 "k": "state",
-                "token": self._arbiter.issue_token(now_s),
+                "token": self._arbiter.freshness.token(now_s),
                 **board_words(state),
                 **shown(self._clearance, now_s, self._clearance_old_s()),
                 "level": verdict.level,
@@ -269,13 +279,14 @@ class Control:
                 "alerts": self._alerts.revision if self._alerts else 0,
                 "stops": self._stop_seen.seen(client),
                 "profile": self._profiles.revision,
-                "bypass_ms": self._bypass_ms(),
+                "bypass_ms": bypass_ms(self._arbiter.bypass, self._link.stats()),
                 "simulated": self._simulated(),
+                "turned": self._step_turns.told,
             }
 
     def token(self) -> int:
         with self._lock:
-            return self._arbiter.issue_token(self._clock())
+            return self._arbiter.freshness.token(self._clock())
 
     def wait_change(self, timeout_s: float, last_version: int) -> int:
         with self._lock:
@@ -309,6 +320,7 @@ class Control:
         state = self._link.state()
         if state is not None:
             self._stop_seen.board(state.motion_name == "stopped", state.received_s)
+        self._step_turns.board(state, self._sent)
         board = self._link.board()
         if board is not None and board.limits != self._limits:
             self._limits = board.limits
@@ -339,6 +351,7 @@ class Control:
             self._heard(now_s),
             self._alerts.revision if self._alerts else 0,
             self._stop_seen.all_seen(),
+            self._step_turns.told,
             self._profiles.revision,
             self._arbiter.bypass is None,
             self._simulated(),
@@ -356,22 +369,16 @@ class Control:
         return self._alerts is not None and self._alerts.reaches_somebody()
 
     def _problems(self, state: BoardState | None, now_s: float) -> list[error_handler.Problem]:
-        problems = error_handler.of_parts(self._parts.states())
-        if state is not None:
-            problems += error_handler.of_board(state)
-        clearance = self._clearance
+        clearance, silent = self._clearance, self._arbiter.page_silent
         age_s = None if clearance is None else now_s - clearance.acquired_s
-        problems += error_handler.of_silence("lidar", age_s)
-        problems += error_handler.of_silence("camera", self._picture_age_s())
-        if self._arbiter.page_silent:
-            problems.append(error_handler.Problem("page_silent", codes.WARNING))
-        return problems
+        camera_s = self._picture_age_s()
+        return error_handler.of_host(self._parts.states(), state, age_s, camera_s, silent)
 
     def _tell_board(self) -> None:
         # Orders first: nothing may move between a disarming and its order.
         for action, owner in self._arbiter.take_orders():
             self._link.order(action, owner)
-        command = self._arbiter.command
+        command = slowed(self._arbiter.command, self._link.state())
         if command != self._sent:
             self._sent = command
             self._link.command(command)
@@ -380,19 +387,13 @@ class Control:
             self._sent_bypass = bypass
             self._link.bypass(bypass)
 
-    def _role(self, client: int) -> str:
+    def role(self, client: int) -> str:
+        """The role of a page, "viewer" for one that has closed."""
         with self._lock:
             return self._arbiter.role(client)
 
     def _clearance_old_s(self) -> float:
         return self._limits.clearance_old_ms / 1000 if self._limits else 0.0
-
-    def _bypass_ms(self) -> int:
-        # The board counts it down and sends it once a second.
-        stats = self._link.stats()
-        if self._arbiter.bypass is None or stats is None:
-            return 0
-        return stats.counters["bypass_ms"]
 
     def _simulated(self) -> bool:
         board, clearance = self._link.board(), self._clearance

@@ -51,6 +51,8 @@ def of_board(state: BoardState) -> list[Problem]:
     ]
     if state.override != codes.NO_REASON:
         problems.append(Problem(state.override_name, codes.WARNING))
+    if state.tuned is False:
+        problems.append(Problem("untuned", NOTE))  # said where all else is well
     return problems
 
 
@@ -70,6 +72,24 @@ def of_silence(part: str, age_s: float | None) -> list[Problem]:
         return []
     key = f"{part}_lost"
     return [Problem(key, REASONS[key].severity)]
+
+
+def of_host(
+    parts: dict[str, HealthState],
+    state: BoardState | None,
+    lidar_age_s: float | None,
+    camera_age_s: float | None,
+    page_silent: bool,
+) -> list[Problem]:
+    """All of them. Ages are of the newest data, None: never any."""
+    problems = of_parts(parts)
+    if state is not None:
+        problems += of_board(state)
+    problems += of_silence("lidar", lidar_age_s)
+    problems += of_silence("camera", camera_age_s)
+    if page_silent:
+        problems.append(Problem("page_silent", codes.WARNING))
+    return problems
 
 
 class ErrorHandler:

@@ -44,11 +44,15 @@ class Presses:
 
     def begin(self, client: int, edge: int, deadline_s: float, board_number: int = 0) -> None:
         """A new press; `board_number`: the one the board last took, perhaps of another host."""
+        self.now = Press(client, edge, self.next_number(board_number), deadline_s)
+
+    def next_number(self, board_number: int = 0) -> int:
+        """The board's number for a press that is not of a page, or of one; see begin()."""
         number = self._last_number % 255 + 1  # 0 is none
         if number == board_number:
             number = number % 255 + 1
         self._last_number = number
-        self.now = Press(client, edge, number, deadline_s)
+        return number
 
     def refresh(self, client: int, edge: int, deadline_s: float) -> bool:
         """It is still pressed, proven until `deadline_s`; False when that press has ended."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from gazechair.board.state import BoardState
+from gazechair.board.board_commands import Bypass
+from gazechair.board.state import BoardState, BoardStats
 from gazelink import codes
 
 
@@ -18,6 +19,7 @@ def board_words(state: BoardState | None) -> dict[str, Any]:
             "arm_reason": "not_connected",
             "decisions": dict.fromkeys(codes.DIRECTIONS, "unknown"),
             "relay_checked": True,  # nothing known against it: "board" shows what is wrong
+            "tuned": None,
         }
     return {
         "state": state.state_name,
@@ -26,7 +28,13 @@ def board_words(state: BoardState | None) -> dict[str, Any]:
         "arm_reason": state.arm_reason_name,
         "decisions": state.decision_names,
         "relay_checked": state.relay_checked,
+        "tuned": state.tuned,
     }
+
+
+def bypass_ms(bypass: Bypass | None, stats: BoardStats | None) -> int:
+    """What is left of `bypass`: the board counts it down and sends it once a second."""
+    return 0 if bypass is None or stats is None else stats.counters["bypass_ms"]
 
 
 def board_key(state: BoardState | None) -> tuple[int, ...]:
@@ -41,4 +49,5 @@ def board_key(state: BoardState | None) -> tuple[int, ...]:
         state.decisions,
         state.edge,
         state.relay_checked,
+        state.tuned is False,
     )

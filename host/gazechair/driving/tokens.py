@@ -38,6 +38,10 @@ class Freshness:
             return False
         return -_CLOCKS_DIFFER_MS <= self.token(now_s) - proof <= VALID_S * 1000
 
+    def moment(self, proof: int, now_s: float) -> float | None:
+        """As proven_s; None: not fresh."""
+        return self.proven_s(proof, now_s) if self.fresh(proof, now_s) else None
+
     def proven_s(self, proof: int, now_s: float) -> float:
         """The moment that `proof` stands for, never later than `now_s`."""
         age_ms = max(0, self.token(now_s) - proof)

@@ -112,6 +112,7 @@ def test_snapshot_has_every_key_of_the_protocol(rig: Rig) -> None:
         "arm_reason": "none",
         "decisions": dict.fromkeys(("forward", "backward", "left", "right"), "free"),
         "relay_checked": False,
+        "tuned": None,
         "level": "ok",
         "message": "ok",
         "board": "ok",
@@ -133,6 +134,7 @@ def test_snapshot_has_every_key_of_the_protocol(rig: Rig) -> None:
         "profile": rig.control.profiles()["revision"],
         "bypass_ms": 0,
         "simulated": False,
+        "turned": None,
     }
 
 

@@ -1,0 +1,71 @@
+"""Until the selected profile is tuned: turns are slower, and a step turn's end is told.
+
+Untuned, the board knows the chair's turning by its defaults only. At 60 % of the deflection the
+error of a step stays within 3 degrees, at full deflection it can exceed 10. Below 50 % some chairs
+do not begin to turn. This makes turns better, not safer: every limit is the board's own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from gazechair.board.board_commands import Command
+from gazechair.board.state import BoardState
+from gazelink import codes
+
+TURN_PERMILLE = 600
+_TURNS = (codes.LEFT, codes.RIGHT)
+_SETTLED_S = 0.4  # the chair coasts a little after the last correction
+
+
+def slowed(command: Command, state: BoardState | None) -> Command:
+    """The same command, with slower turns while the profile is known not to be tuned."""
+    if state is None or state.tuned is not False or command.mode == codes.TUNE:
+        return command
+    if command.verb in _TURNS:
+        return replace(command, cap_permille=min(command.cap_permille, TURN_PERMILLE))
+    if command.verb == codes.DRIVE and abs(command.turn_permille) > TURN_PERMILLE:
+        turn = TURN_PERMILLE if command.turn_permille > 0 else -TURN_PERMILLE
+        return replace(command, turn_permille=turn)
+    return command
+
+
+class StepTurns:
+    """Follows the board's states; `told` is where the last step turn ended. Not thread-safe."""
+
+    def __init__(self) -> None:
+        self.told: tuple[int, int] | None = None
+        """Degrees turned of degrees asked for; None while there is none, or the profile is tuned"""
+        self._began_deg: float | None = None
+        self._rests_deg = 0.0
+        self._ended_s: float | None = None
+        self._sign = 1
+
+    def board(self, state: BoardState | None, command: Command) -> None:
+        """The board's newest state, and the newest command to it."""
+        if state is None or state.tuned is not False or not state.heading_known:
+            self.told = self._began_deg = self._ended_s = None
+            return
+        if state.motion == codes.TURNING:
+            self._turning(state, command)
+            return
+        if state.motion != codes.STOPPED:
+            self._began_deg = None
+        if self._began_deg is not None and state.step_deg is not None:
+            if self._ended_s is None:
+                self._ended_s = state.received_s
+            elif state.received_s - self._ended_s >= _SETTLED_S:
+                turned = (state.heading_deg - self._began_deg + 180.0) % 360.0 - 180.0
+                self.told = round(turned * self._sign), round(state.step_deg)
+                self._began_deg = None
+        self._rests_deg = state.heading_deg
+
+    def _turning(self, state: BoardState, command: Command) -> None:
+        if self._ended_s is not None:
+            self._began_deg = None  # another one begins before that came to rest
+        self._ended_s = None
+        step = command.mode == codes.STEP and command.verb in _TURNS
+        if step and command.edge == state.edge and self._began_deg is None:
+            self._began_deg = self._rests_deg
+            self._sign = 1 if command.verb == codes.LEFT else -1
+            self.told = None

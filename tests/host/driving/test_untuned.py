@@ -1,0 +1,89 @@
+"""Until a profile is tuned: slower turns, and where a step turn ended."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from gazechair.board.board_commands import Command
+from gazechair.board.state import BoardState
+from gazechair.driving import error_handler
+from gazechair.driving.untuned import TURN_PERMILLE, StepTurns, slowed
+from gazelink import codes
+
+UNTUNED = {"profile": 2, "p3_1_tuned": 0, "step_turn_q4_deg": 160}
+STATE = BoardState(codes.ARMED, 0, 0, 0, 0, 0, 350.0, 0, 0, 0, 0, 0, 1.0, settings=UNTUNED)
+TUNED = replace(STATE, settings={**UNTUNED, "p3_1_tuned": 1})
+LEFT = Command(codes.LEFT, codes.STEP, 5, codes.DRIVER, 2.0)
+
+
+@pytest.mark.parametrize("verb", [codes.LEFT, codes.RIGHT])
+@pytest.mark.parametrize("mode", [codes.STEP, codes.CONTINUOUS])
+def test_turns_are_slower(verb: int, mode: int) -> None:
+    turn = replace(LEFT, verb=verb, mode=mode)
+    assert slowed(turn, STATE).cap_permille == TURN_PERMILLE
+    assert slowed(replace(turn, cap_permille=300), STATE).cap_permille == 300
+    assert slowed(turn, TUNED) == turn
+    assert slowed(turn, None) == turn
+    assert slowed(turn, replace(STATE, settings={})) == turn
+
+
+def test_nothing_else_is_slower() -> None:
+    for verb in (codes.STOP, codes.FORWARD, codes.BACKWARD):
+        assert slowed(replace(LEFT, verb=verb), STATE).cap_permille == 1000
+    tune = replace(LEFT, mode=codes.TUNE)
+    assert slowed(tune, STATE) == tune
+    drive = Command(codes.DRIVE, codes.CONTINUOUS, 5, codes.DRIVER, 2.0, 900, -900)
+    slow = slowed(drive, STATE)
+    assert (slow.linear_permille, slow.turn_permille) == (900, -TURN_PERMILLE)
+    assert slow.cap_permille == 1000
+    assert slowed(replace(drive, turn_permille=300), STATE).turn_permille == 300
+
+
+def turn(turns: StepTurns, command: Command = LEFT, end_deg: float = 357.0, **more: Any) -> None:
+    """From 350 degrees, with this command, to there."""
+    for at_s, motion, heading_deg in (
+        (1.0, codes.STOPPED, 350.0),
+        (1.1, codes.TURNING, 352.0),
+        (2.0, codes.TURNING, 356.0),
+        (2.1, codes.STOPPED, 356.5),
+        (2.6, codes.STOPPED, end_deg),
+    ):
+        state = replace(
+            STATE, motion=motion, heading_deg=heading_deg, received_s=at_s, edge=command.edge
+        )
+        turns.board(replace(state, **more), command)
+
+
+def test_where_a_step_ended_is_told() -> None:
+    turns = StepTurns()
+    turn(turns)
+    assert turns.told == (7, 10)
+    turn(turns, replace(LEFT, edge=6), 2.0)  # over north
+    assert turns.told == (12, 10)
+    turn(turns, replace(LEFT, verb=codes.RIGHT, edge=7), 341.0)
+    assert turns.told == (9, 10)
+
+
+def test_only_steps_of_an_untuned_chair_are_told() -> None:
+    turns = StepTurns()
+    turn(turns, replace(LEFT, mode=codes.CONTINUOUS))
+    assert turns.told is None
+    turn(turns, settings=TUNED.settings)
+    assert turns.told is None
+    turn(turns, faults=codes.HEADING_FAULTS)
+    assert turns.told is None
+    turn(turns)
+    turns.board(None, LEFT)
+    assert turns.told is None
+
+
+def test_it_is_said_where_all_else_is_well() -> None:
+    errors = error_handler.ErrorHandler()
+    assert errors.fold(error_handler.of_board(STATE), 1.0).message == "untuned"
+    assert errors.fold(error_handler.of_board(STATE), 1.0).level == "ok"
+    assert errors.fold(error_handler.of_board(TUNED), 1.0).message == "ok"
+    tilted = replace(STATE, override=codes.OBSTACLE_LEFT)
+    assert errors.fold(error_handler.of_board(tilted), 1.0).message == "obstacle_left"
