@@ -152,7 +152,7 @@ class FakeHost:
             except ProfileRefused as refusal:
                 return jsonify({"reason": refusal.reason, "detail": str(refusal)}), 400
 
-        @app.get("/<any(me, settings, pairing, alerts):name>")
+        @app.get("/<any(me, settings, pairing, alerts, 'first-drive'):name>")
         def read(name: str) -> tuple[Response, int]:
             return self._reply(f"GET /{name}")
 

@@ -118,6 +118,15 @@ export class PersonSettings {
     this.#show();
   }
 
+  /** [id, name] of everybody who drives. */
+  get people() {
+    return this.#profiles.all.map(({ id, name }) => [id, name]);
+  }
+
+  choose(id) {
+    return this.#change({ choose: id });
+  }
+
   async #change(wish) {
     const reason = await this.#profiles.change(wish);
     if (reason) this.#refuse(reason);
@@ -128,7 +137,7 @@ export class PersonSettings {
     this.#shown = this.#profiles.revision;
     const mine = this.#profiles.current;
     const label = (key) => this.#strings.label(key);
-    const people = { choices: this.#profiles.all.map(({ id, name }) => [id, name]) };
+    const people = { choices: this.people };
     const rows = [
       row(this.#strings, "person", people, mine.id, (choose) => this.#change({ choose })),
     ];

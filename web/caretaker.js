@@ -27,7 +27,7 @@ const TICK_MS = 25;
 const RESET_HOLD_MS = 2000;
 /** Until the host has told the cap back, a moved slider keeps its place. */
 const CAP_SETTLES_MS = 1000;
-const TABS = ["drive", "settings", "modules", "pairing", "alarms"];
+const TABS = ["drive", "settings", "first", "modules", "pairing", "alarms"];
 
 const strings = await loadStrings(chosenLanguage(location.search, navigator.language), "care");
 const body = document.body;
@@ -60,6 +60,8 @@ let state = null; // the host's newest state
 let latched = []; // messages that only a reset clears
 let edge = 0;
 let capMovedMs = -Infinity;
+let heartbeatMs = 50;
+let first = null; // the first drive, once it was opened
 
 const socket = new ControlSocket({
   message: (message) => receivers[message.k]?.(message, performance.now()),
@@ -112,7 +114,8 @@ const receivers = {
     setData("insecure", welcome.insecure);
     latched = welcome.latched;
     plugins.update(welcome.plugins ?? []);
-    for (const part of [joystick, bypass]) part.setHeartbeat(welcome.heartbeat_ms);
+    heartbeatMs = welcome.heartbeat_ms;
+    for (const part of [joystick, bypass, first]) part?.setHeartbeat(heartbeatMs);
   },
   state(news, now) {
     state = news;
@@ -140,7 +143,8 @@ const receivers = {
     persons.update(news.profile);
   },
   refused(refusal) {
-    refuse(refusal.reason);
+    if (refusal.what === "step") first?.refused(refusal.reason);
+    else refuse(refusal.reason);
     console.warn(`${refusal.what} refused: ${refusal.detail}`);
   },
 };
@@ -167,6 +171,27 @@ function endAll() {
   joystick.end();
   bypass.end();
   reset.end();
+  first?.end();
+}
+
+/** The first drive: fetched when it is opened, told when it does not come. */
+async function openFirst() {
+  const on = {
+    edge: () => (edge += 1),
+    hold: (step, number) => socket.sendFresh("step", { step, held: true, edge: number }),
+    letGo: () => socket.send("step", { held: false }),
+    people: () => persons.people,
+    choose: (id) => persons.choose(id),
+  };
+  try {
+    const part = await import("./first_drive.js");
+    const loaded = await part.firstDrive(byId("first"), strings, on);
+    first ??= loaded;
+    first.setHeartbeat(heartbeatMs);
+  } catch (error) {
+    console.warn(`first drive: ${error.message}`);
+    refuse("no_answer");
+  }
 }
 
 /** The phone is put away: whoever drove from here no longer does. */
@@ -180,6 +205,7 @@ function openTab(name) {
   for (const tab of TABS) byId(`tab-${tab}`).ariaPressed = String(tab === name);
   if (name === "settings") chair.load();
   if (name === "pairing") pairing.load();
+  if (name === "first" && !first) openFirst();
 }
 
 const press = (id, act) => byId(id).addEventListener("click", act);
@@ -231,6 +257,7 @@ setInterval(() => {
   joystick.tick(now);
   bypass.tick(now);
   reset.tick(now);
+  if (body.dataset.tab === "first") first?.tick(now);
   picture.tick(now);
   banner.tick(now);
   stopSeen.tick(now);

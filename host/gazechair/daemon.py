@@ -19,6 +19,9 @@ from gazechair.board.link import BoardLink
 from gazechair.config.configuration import Config, is_loopback, uses_tls
 from gazechair.driving.control import Control
 from gazechair.driving.speed_cap_store import KeptCap
+from gazechair.first_drive.guide import Guide
+from gazechair.first_drive.port import FirstDrivePort
+from gazechair.first_drive.record import Record
 from gazechair.people.profiles import Profiles, house_fields
 from gazechair.picture.camera import CameraService
 from gazechair.plugins.service import Plugins
@@ -44,12 +47,14 @@ class Daemon:
         self._running = False
         self.parts = HealthRegistry(on_change=self._changed)
         folder = state_folder(config.web.state_folder)
+        record = Record(folder)
+        lidars = record.masked(config.lidar)
         self._log = BlackBox(
             config.log,
             folder / "log",
             self.parts,
             lambda: self._camera.latest().entry(),
-            config.lidar,
+            lidars,
         )
         self.link = BoardLink(
             ports.finder(config.board.port, ports.BOARD),
@@ -60,27 +65,36 @@ class Daemon:
             traced=config.log.record,
         )
         self._lidar = LidarService(
-            config.lidar,
+            lidars,
             config.footprint,
-            lambda clearance: self.control.clearance(clearance),
+            lambda clearance: self.control.clearance(self._guide.seen(clearance)),
             self.parts.part("lidar"),
-            self._log.scan if config.log.record else None,
+            self._scan,
         )
         self._camera = CameraService(config.camera, self.parts.part("camera"))
         self._alerts = Alerts(config, folder, self.parts)
+        profiles = Profiles(folder, house_fields(config))
         self.control = Control(
             config,
             self.link,
             self.parts,
             self._camera.latest().age_s,
-            profiles=Profiles(folder, house_fields(config)),
+            profiles=profiles,
             kept_cap=KeptCap(folder),
             alerts=self._alerts,
         )
         self._machine = Machine(self.parts.part("host"), self.control.take_late_s)
         self._plugins = Plugins(config.plugins, self.control, self.parts)
+        self._guide = Guide(
+            config, self.link, self.parts, self.control, profiles, record, self._lidar.renew
+        )
         self._web = FrontDoor(
-            config, self.control, self._camera.latest(), CaretakerSettings(self.link), self._alerts
+            config,
+            FirstDrivePort(self.control, self._guide),
+            self._camera.latest(),
+            CaretakerSettings(self.link),
+            self._alerts,
+            self._guide,
         )
 
     @property
@@ -131,6 +145,7 @@ class Daemon:
             return
         self._running = False
         self._web.stop()
+        self._guide.stop()
         self._plugins.stop()
         self._alerts.stop()
         self._machine.stop()
@@ -145,6 +160,12 @@ class Daemon:
         # Parts report while they are being built too.
         if self._running:
             self.control.update()
+            self._guide.look()
+
+    def _scan(self, name: str, acquired_s: float, beams: bytes) -> None:
+        self._guide.scan(name, acquired_s, beams)
+        if self._config.log.record:
+            self._log.scan(name, acquired_s, beams)
 
 
 def _start(part: _Part, health: Health) -> None:

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from gazechair import first_drive
 from gazechair.base import supervisor
 from gazechair.base.health import STATES
 from gazechair.board import caretaker_settings
+from gazechair.first_drive.facts import STEPS
 from gazechair.people.profiles import fields
 from gazechair.plugins.child import LOST, RAISED, SETTING, STARTING
 from gazechair.plugins.found import GROUPS
@@ -18,6 +20,7 @@ from gazechair.web.minify import lean
 from gazelink import codes
 
 SUPERVISOR = Path(supervisor.__file__)
+FIRST_DRIVE = Path(first_drive.__file__).parent
 WEB = Path(__file__).parents[2] / "web"
 LANGUAGES = ("nl", "en")
 HOST_KEYS = ["ok", "board_lost", "board_starting", "board_busy", "wrong_port", "version_differs"]
@@ -27,7 +30,7 @@ HOST_KEYS += ["lidar_damaged", "lidar_one", "host_slow", "host_hot"]
 HOST_KEYS += ["not_owner", "stale_token", "bad_message", "too_fast", "not_allowed", "not_paired"]
 HOST_KEYS += ["wrong_code", "too_many_guesses"]
 PAGE_KEYS = ["link_lost", "unknown", "ready", "tap", "clicks", "code_missing", "no_answer"]
-PAGE_KEYS += ["ready_scan", "part_missing", "mode_unable"]
+PAGE_KEYS += ["ready_scan", "part_missing", "mode_unable", "untuned"]
 HOST_KEYS += ["profile_unknown", "profile_value", "profile_last", "profile_full"]
 HOST_KEYS += ["profile_not_stored"]
 MODULES = sorted(WEB.glob("*.js"))
@@ -76,6 +79,19 @@ def test_both_languages_have_the_same_keys():
     assert list(care_labels("nl")) == list(care_labels("en"))
     assert list(table("nl-care")["messages"]) == list(table("en-care")["messages"])
     assert list(table("nl-plugins")["labels"]) == list(table("en-plugins")["labels"])
+    for kind in ("labels", "messages"):
+        assert list(table("nl-first")[kind]) == list(table("en-first")[kind])
+
+
+def test_every_step_of_the_first_drive_and_why_it_is_refused_has_words():
+    words, code = table("nl-first"), (WEB / "first_drive.js").read_text("utf-8")
+    code += (WEB / "first_words.js").read_text("utf-8")
+    steps = {f"first_{step}{end}" for step in STEPS for end in ("", "_why")}
+    facts = {label for label in words["labels"] if label.startswith("first_fact_")}
+    named = {label for label in words["labels"] if f'"{label}"' in code or f".{label}" in code}
+    assert steps | facts | named == set(words["labels"])
+    sources = "".join(path.read_text("utf-8") for path in FIRST_DRIVE.glob("*.py"))
+    assert set(re.findall(r'"(first_\w+)"', sources)) == set(words["messages"])
 
 
 def test_everything_that_can_be_wrong_with_a_plug_in_has_words():

@@ -18,7 +18,9 @@ STOREYS: tuple[tuple[str, ...], ...] = (
     ("gazedemo", "gazetwin", "gazecontract", "gazereplay", "gazedeb"),
     ("gazesim",),
     ("gazechair.cli", "gazeboard.main"),
-    ("gazechair.daemon", "gazechair.service"),
+    ("gazechair.daemon",),
+    ("gazechair.first_drive",),
+    ("gazechair.service",),
     ("gazechair.web", "gazechair.plugins", "gazechair.blackbox", "gazeboard.app"),
     ("gazechair.driving", "gazeboard.boards"),
     (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from gazechair.board.board_commands import Bypass, Clearance, Command
-from gazechair.board.events import FaultText, SessionBegun, SessionEnded
+from gazechair.board.events import FaultText, SessionBegun, SessionEnded, SettingReply
 from gazechair.board.protocol import LinkProtocol, Witness
 from gazechair.board.state import BoardId, BoardState, BoardStats
 from gazechair.board.zone import NOT_KNOWN, BoardZone
@@ -38,6 +38,7 @@ class LockstepLink:
         self.on_zone: Callable[[BoardZone], None] = lambda _zone: None
         self.sessions = 0
         self.last_words: list[str] = []
+        self.reply: SettingReply | None = None  # the newest about a setting
 
     # What Control asks of a link
 
@@ -97,6 +98,8 @@ class LockstepLink:
             elif isinstance(event, SessionEnded):
                 self._state = None
                 self.on_zone(NOT_KNOWN)
+            elif isinstance(event, SettingReply):
+                self.reply = event
             elif isinstance(event, BoardZone):
                 self.on_zone(event)
             elif isinstance(event, FaultText):

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 
 from gazechair.base import health as states
-from gazechair.config.configuration import Config, LidarConfig
+from gazechair.config.configuration import Config, FootprintConfig, LidarConfig
 from gazechair.config.rules import to_toml
 from gazechair.sensing.lidar.device import S2, LidarError, find_port, stale_backlog
 from gazechair.sensing.lidar.mask import Learned, MaskError, learn
@@ -45,14 +45,12 @@ def fitted(config: Config) -> tuple[LidarConfig, ...]:
 def mask(config: Config, seconds: float, say: Say) -> bool:
     """Learn every lidar's mask for `seconds`, print it as TOML; False when one can't be learned."""
     lidars = fitted(config)
-    outline_m = np.array(config.footprint.corners_m, dtype=np.float64)
     say("Free 0.5 m all round the chair, a room with walls; the driver sits still. Looking ...")
     good = True
     for lidar in lidars:
         try:
             scans = _collect(lidar, seconds)
-            pose = Pose(lidar.x_m, lidar.y_m, lidar.heading_deg, lidar.upside_down)
-            learned = learn(scans, pose, outline_m)
+            learned = learned_mask(lidar, scans, config.footprint)
         except (MaskError, LidarCommandError) as error:
             say(f"{lidar.name}: {error}")
             good = False
@@ -60,6 +58,12 @@ def mask(config: Config, seconds: float, say: Say) -> bool:
             for line in _told(lidar, learned, len(scans)):
                 say(line)
     return good
+
+
+def learned_mask(lidar: LidarConfig, scans: Sequence[Scan], footprint: FootprintConfig) -> Learned:
+    """The mask of `lidar` from what it has seen. MaskError."""
+    pose = Pose(lidar.x_m, lidar.y_m, lidar.heading_deg, lidar.upside_down)
+    return learn(scans, pose, np.array(footprint.corners_m, dtype=np.float64))
 
 
 def _collect(lidar: LidarConfig, seconds: float) -> list[Scan]:

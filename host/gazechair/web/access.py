@@ -14,6 +14,7 @@ from gazechair.people.pairing.show import code_as_text
 from gazechair.picture.camera import Frame
 from gazechair.web import WebError, WebServer
 from gazechair.web.alert_routes import AlertBook
+from gazechair.web.first_drive_routes import Steps
 
 
 class FrontDoor:
@@ -26,6 +27,7 @@ class FrontDoor:
         video: Latest[Frame] | None,
         settings: CaretakerSettings,
         alerts: AlertBook,
+        steps: Steps,
     ) -> None:
         """Arguments as of WebServer."""
         self._config = config
@@ -33,6 +35,7 @@ class FrontDoor:
         self._video = video
         self._settings = settings
         self._alerts = alerts
+        self._steps = steps
         self._desk: PairingDesk | None = None
         self._web: WebServer | None = None
         self._side: LocalDoor | None = None
@@ -58,6 +61,7 @@ class FrontDoor:
                 folder,
                 self._settings,
                 self._alerts,
+                self._steps,
             )
             self._side = LocalDoor(self._desk, folder, self._pairing_url)
             self._side.start()

@@ -19,7 +19,14 @@ from gazechair.config.configuration import Config, is_loopback, uses_tls
 from gazechair.driving.driver_port import DriverPort
 from gazechair.people.pairing import Device, PairingDesk
 from gazechair.picture.camera import Frame
-from gazechair.web import alert_routes, files, pairing_routes, profile_routes, settings_routes
+from gazechair.web import (
+    alert_routes,
+    files,
+    first_drive_routes,
+    pairing_routes,
+    profile_routes,
+    settings_routes,
+)
 from gazechair.web.answers import answer, refuse
 from gazechair.web.certificate import Certificate, CertificateError
 from gazechair.web.control_sockets import ControlHub
@@ -53,10 +60,12 @@ class WebServer:
         folder: Path,
         settings: CaretakerSettings,
         alerts: alert_routes.AlertBook,
+        steps: first_drive_routes.Steps,
     ) -> None:
         """`video`: the slot with the newest picture, None without a camera; `folder`: for state."""
         self._settings = settings
         self._alerts = alerts
+        self._steps = steps
         self._config = config
         self._driver_port = port
         self._desk = desk
@@ -148,6 +157,7 @@ class WebServer:
         profile_routes.add_routes(app, self._driver_port)
         settings_routes.add_routes(app, self._settings)
         alert_routes.add_routes(app, self._alerts)
+        first_drive_routes.add_routes(app, self._steps)
         sock = Sock(app)
 
         @app.get("/health")

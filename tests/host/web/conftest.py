@@ -223,6 +223,26 @@ def alerts() -> FakeAlerts:
     return FakeAlerts()
 
 
+class FakeSteps:
+    """A first drive that notes what is asked of it; `refusal` is its next answer."""
+
+    def __init__(self) -> None:
+        self.heard: list[dict[str, Any]] = []
+        self.refusal: tuple[str, str] | None = None
+
+    def status(self) -> dict[str, Any]:
+        return {"steps": [{"step": "versions", "done": True}], "run": {"step": ""}}
+
+    def ask(self, wish: dict[str, Any]) -> tuple[str, str] | None:
+        self.heard.append(wish)
+        return self.refusal
+
+
+@pytest.fixture
+def steps() -> FakeSteps:
+    return FakeSteps()
+
+
 @pytest.fixture
 def server(
     port: FakePort,
@@ -231,6 +251,7 @@ def server(
     pages: Path,
     board: FakeBoard,
     alerts: FakeAlerts,
+    steps: FakeSteps,
     tmp_path: Path,
 ) -> Iterator[WebServer]:
     server = WebServer(
@@ -241,6 +262,7 @@ def server(
         tmp_path / "state",
         CaretakerSettings(board),
         alerts,
+        steps,
     )
     server.start()
     yield server

@@ -215,11 +215,17 @@ def certificate_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def encrypted(
-    port: Any, pages: Path, desk: Any, board: Any, alerts: Any, certificate_folder: Path
+    port: Any,
+    pages: Path,
+    desk: Any,
+    board: Any,
+    alerts: Any,
+    steps: Any,
+    certificate_folder: Path,
 ) -> Iterator[Encrypted]:
     config = Config(web=WebConfig(port=0, tls=True))
     settings = CaretakerSettings(board)
-    server = WebServer(config, port, None, desk, certificate_folder, settings, alerts)
+    server = WebServer(config, port, None, desk, certificate_folder, settings, alerts, steps)
     server.start()
     paired = desk.pair(desk.new_code("driver").text, "tablet", "192.0.2.1")
     assert isinstance(paired, Paired)

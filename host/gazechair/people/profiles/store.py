@@ -35,12 +35,18 @@ class Profiles:
         self._revision = secrets.randbelow(1 << 30)
         self._profiles: dict[str, Profile] = {}
         self._chosen = ""
+        self._kept = False
         if self._path is not None:
             self._read(self._path)
         if not self._profiles:
             self._profiles["1"] = {name: field.default for name, field in self._fields.items()}
         if self._chosen not in self._profiles:
             self._chosen = next(iter(self._profiles))
+
+    @property
+    def kept(self) -> bool:
+        """Somebody has chosen or changed a profile, now or in the past."""
+        return self._kept
 
     @property
     def revision(self) -> int:
@@ -87,10 +93,17 @@ class Profiles:
                 raise ProfileRefused("bad_message", f"{kind} is none of choose, save, create")
             if self._path is not None:
                 _write(self._path, {"chosen": chosen, "profiles": profiles})
+<<<<<<< HEAD
             with self._lock:
                 self._profiles, self._chosen = profiles, chosen
                 self._revision += 1
                 return self._as_json()
+=======
+            self._profiles, self._chosen = profiles, chosen
+            self._revision += 1
+            self._kept = True
+            return self._as_json()
+>>>>>>> 6305453 (First drive on the caretaker's phone: each step an existing procedure, what moves only while a button is held, done by facts)
 
     def _as_json(self) -> dict[str, Any]:
         return {
@@ -140,6 +153,7 @@ class Profiles:
             for id, found in document["profiles"].items():
                 self._profiles[id] = self._mended(id, dict(found))
             self._chosen = str(document["chosen"])
+            self._kept = True
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
             log.error("%s: damaged (%r); begins with what could be read", path, error)
             _keep_aside(path)

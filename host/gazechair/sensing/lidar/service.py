@@ -75,6 +75,12 @@ class LidarService(Supervised):
         self._supervisor.tell(self._zone)
         self._supervisor.start()
 
+    def renew(self, lidars: tuple[LidarConfig, ...]) -> None:
+        """Start the child process anew, with these lidars in place of those before."""
+        self.stop()
+        self._configs = tuple(config for config in lidars if config.kind != "off")
+        self.start()
+
     def zone(self, zone: BoardZone) -> None:
         """How the board stops. From any thread, also before the start."""
         self._zone = said(zone)

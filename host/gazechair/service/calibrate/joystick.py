@@ -40,12 +40,22 @@ class Board(Protocol):
 class JoystickCalibration:
     """One run. `say` gets each line for the user; `read_line` gives their next, "" at the end."""
 
+    asks = ""
+    """What is to be answered now: "unplugged", "linear", "turn" or "save"."""
+
     def __init__(
-        self, board: Board, say: Callable[[str], None], read_line: Callable[[], str]
+        self,
+        board: Board,
+        say: Callable[[str], None],
+        read_line: Callable[[], str],
+        clock: Callable[[], float] = time.monotonic,
+        wait: Callable[[float], None] = time.sleep,
     ) -> None:
         self._board = board
         self._say = say
         self._read_line = read_line
+        self._clock = clock
+        self._wait = wait
         self._counts: list[int] = []
 
     def run(self) -> None:
@@ -64,7 +74,7 @@ class JoystickCalibration:
             for channel in range(len(_CHANNELS)):
                 self._adjust(channel)
             self._say(f"linear {self._counts[0]}, turn {self._counts[1]}: type 'save' to keep them")
-            if self._answer() != "save":
+            if self._answer("save") != "save":
                 raise CalibrateError("not saved; the neutral counts are as before")
             self._board.save()
             saved = True
@@ -95,7 +105,7 @@ class JoystickCalibration:
     def _confirm_unplugged(self) -> None:
         self._say("this moves the joystick's neutral: a chair on the DB9 would drive")
         self._say(f"pull the DB9 plug, switch the 12 V of a bench supply on, type '{CONFIRMATION}'")
-        if self._answer() != CONFIRMATION:
+        if self._answer(CONFIRMATION) != CONFIRMATION:
             raise CalibrateError("the DB9 was not confirmed as unplugged; nothing was changed")
 
     def _adjust(self, channel: int) -> None:
@@ -109,7 +119,7 @@ class JoystickCalibration:
         )
         self._show(channel)
         while True:
-            answer = self._answer()
+            answer = self._answer(what)
             if answer == "ok":
                 return
             if answer == "quit":
@@ -128,7 +138,7 @@ class JoystickCalibration:
 
     # Waits for a state that is newer than the change.
     def _show(self, channel: int) -> None:
-        since_s = time.monotonic() + _SETTLED_S
+        since_s = self._clock() + _SETTLED_S
         end_s = since_s + _READ_BACK_S
         while True:
             state = self._state()
@@ -137,18 +147,19 @@ class JoystickCalibration:
                 self._check_read_back(state)
                 if output == [0, 0]:
                     break
-            if time.monotonic() > end_s:
+            if self._clock() > end_s:
                 raise CalibrateError(
                     f"the board puts out {output} permille, not neutral {self._counts}; check that"
                     " nothing drives it"
                 )
-            time.sleep(_POLL_S)
+            self._wait(_POLL_S)
         self._say(
             f"{_CHANNELS[channel][1]}: neutral {self._counts[channel]}, the register reads back"
             f" {self._counts[channel]} (a register, not a voltage: trust the meter)"
         )
 
-    def _answer(self) -> str:
+    def _answer(self, asks: str) -> str:
+        self.asks = asks
         line = self._read_line()
         if not line:
             raise CalibrateError("no more input; not saved, the neutral counts are as before")

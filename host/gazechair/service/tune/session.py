@@ -28,7 +28,7 @@ from gazelink import codes
 
 _CONNECT_S = 10.0
 _POLL_S = 0.05
-_HEARD_S = 0.6  # until the board drives faster: 0.3 s of a better view, and some scans
+HEARD_S = 0.6  # until the board drives faster: 0.3 s of a better view, and some scans
 _TURNS = 1 << codes.DIR_LEFT | 1 << codes.DIR_RIGHT
 _GO = "\nEnter: go. Anything else: leave all as it is. "
 
@@ -41,7 +41,7 @@ def tune(config: Config, profile: str, dry_run: bool, say: Callable[[str], None]
 
             def record(believed: TurnNumbers, neutral_count: int) -> list[Recording]:
                 looked.set()
-                time.sleep(_HEARD_S)
+                time.sleep(HEARD_S)
                 runner = Runner(link, time.monotonic, time.sleep, pressed, say)
                 return runner.run(believed, neutral_count)
 

@@ -1,0 +1,327 @@
+"""The guide of the first drive: runs one step at a time, each an existing procedure.
+
+What a terminal asks a person, the caretaker's page asks: lines for what is said, answers for what
+is typed, a held button in place of the key that stops.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+
+from gazechair.base.health import HealthRegistry
+from gazechair.board.board_commands import Clearance
+from gazechair.board.link import BoardLink
+from gazechair.config.configuration import Config, LidarConfig
+from gazechair.first_drive.facts import MOVES, NEUTRALS, STEPS, Facts
+from gazechair.first_drive.held import Held
+from gazechair.first_drive.moves import Moves
+from gazechair.first_drive.record import Record, fitted_as
+from gazechair.people.profiles import Profiles
+from gazechair.sensing.lidar.mask import LEAST_SCANS, MaskError
+from gazechair.sensing.lidar.recorded import BEAMS
+from gazechair.sensing.lidar.scan import Scan
+from gazechair.service.board_settings import BoardSettings, SettingRefused, SettingsError
+from gazechair.service.calibrate import CalibrateError, JoystickCalibration
+from gazechair.service.lidar_tools import learned_mask
+from gazechair.service.tune.command import Tuning
+from gazechair.service.tune.errors import TuneError
+from gazechair.service.tune.numbers import TurnNumbers
+from gazechair.service.tune.recording import Recording
+from gazechair.service.tune.runner import Runner
+from gazechair.service.tune.session import HEARD_S, with_eyes
+from gazelink import codes
+from gazelink.settings_table import PROFILES, index_of
+
+_MOST_LINES = 40
+_MOST_ANSWER = 20
+_ANSWER_S = 600.0
+_POLL_S = 0.05
+_SCANS_S = 30.0
+_MOST_MM = 12_000
+
+log = logging.getLogger(__name__)
+
+
+class StepRefused(Exception):
+    """A step that cannot begin or did not succeed; `reason` is a key of the string tables."""
+
+    def __init__(self, reason: str, detail: str = "") -> None:
+        super().__init__(detail or reason)
+        self.reason = reason
+
+
+class Steering(Protocol):
+    """What it needs of gazechair.driving.control.Control."""
+
+    def stopped_s(self) -> float: ...
+    def press_number(self) -> int: ...
+
+
+class Guide:
+    """Thread-safe: pages' threads call it, each step runs on a thread of its own."""
+
+    def __init__(
+        self,
+        config: Config,
+        link: BoardLink,
+        parts: HealthRegistry,
+        control: Steering,
+        profiles: Profiles,
+        record: Record,
+        remask: Callable[[tuple[LidarConfig, ...]], None],
+        clock: Callable[[], float] = time.monotonic,
+        wait: Callable[[float], None] = time.sleep,
+    ) -> None:
+        """`remask` starts the lidars anew with other masks; `wait` lets seconds of `clock` pass."""
+        self._config = config
+        self._link = link
+        self._parts = parts
+        self._control = control
+        self._profiles = profiles
+        self._record = record
+        self._remask = remask
+        self._clock = clock
+        self._wait = wait
+        self.held = Held(link, clock, control.stopped_s)
+        self._lock = threading.Lock()
+        self._step = ""  # that runs
+        self._lines: deque[str] = deque(maxlen=_MOST_LINES)
+        self._ended: dict[str, Any] | None = None
+        self._answers: deque[str] = deque()
+        self._joystick: JoystickCalibration | None = None
+        self._given_up = False
+        self._looked = False
+        self._clearance: Clearance | None = None
+        self._scans: dict[str, list[Scan]] | None = None
+        self._drove = False
+        self._thread: threading.Thread | None = None
+
+    # For the daemon
+
+    def seen(self, clearance: Clearance) -> Clearance:
+        """The clearance to send: while the chair is tuned, a person sees what no lidar does."""
+        self._clearance = clearance
+        return with_eyes(clearance) if self._looked and self.held.alive else clearance
+
+    def scan(self, name: str, acquired_s: float, beams: bytes) -> None:
+        """A scan of the lidar `name`, see sensing.lidar.recorded."""
+        scans = self._scans
+        if scans is not None and name in scans:
+            metres = np.frombuffer(beams, "<u2").astype(np.float64) / 1000.0
+            angles = (np.arange(BEAMS, dtype=np.float64) + 0.5) * (360.0 / BEAMS) - 180.0
+            scans[name].append(Scan(angles, metres, acquired_s, codes.REAL))
+
+    def look(self) -> None:
+        """The board has said something new."""
+        state, stats = self._link.state(), self._link.stats()
+        if not self._drove and state is not None and stats is not None:
+            moves = state.state == codes.ARMED and state.motion != codes.STOPPED
+            self._drove = moves and stats.counters["owner"] == codes.DRIVER
+
+    def stop(self) -> None:
+        """End what runs."""
+        self._given_up = True
+        self.held.end()
+        if self._thread is not None:
+            self._thread.join(5.0)
+
+    # For the pages
+
+    @property
+    def moving(self) -> str:
+        """The step that may move the chair at this moment, "" for none."""
+        return self._step if self._step in MOVES else ""
+
+    def status(self) -> dict[str, Any]:
+        """All steps, and what runs or ended last."""
+        if self._drove and not self._record.get("drove"):
+            self._record.keep("drove", True)
+        asks = self._joystick.asks if self._joystick is not None else ""
+        run = {"step": self._step, "lines": list(self._lines), "asks": asks, "ended": self._ended}
+        return {"steps": self._facts().rows(), "run": run}
+
+    def begin(self, step: str, value: Any = None) -> None:
+        """Run `step` on a thread of its own. StepRefused."""
+        work = self.prepare(step, value)
+        self._thread = threading.Thread(target=work, name="first-drive", daemon=True)
+        self._thread.start()
+
+    def prepare(self, step: str, value: Any = None) -> Callable[[], None]:
+        """The work of `step`, which counts as running from now on. StepRefused."""
+        if step not in STEPS or not hasattr(self, f"_{step}"):
+            raise StepRefused("bad_message", f"no step {step!r:.40}")
+        reason = self._facts().refused(step)
+        if reason:
+            raise StepRefused(reason)
+        if step in MOVES and not self.held.alive:
+            raise StepRefused("first_hold")
+        with self._lock:
+            if self._step:
+                raise StepRefused("first_busy")
+            self._step = step
+        self._ended = None
+        self._given_up = False
+        self._lines.clear()
+        self._answers.clear()
+        return lambda: self._run(step, value)
+
+    def ask(self, wish: dict[str, Any]) -> tuple[str, str] | None:
+        """{"run": step, "value": ...} begins a step, {"answer": text} is what a person would have
+        typed, {"give_up": true} ends what runs. A refusal (reason key, detail), or None."""
+        step, text = wish.get("run"), wish.get("answer")
+        if isinstance(step, str):
+            try:
+                self.begin(step, wish.get("value"))
+            except StepRefused as refused:
+                return refused.reason, str(refused)
+        elif isinstance(text, str) and len(text) <= _MOST_ANSWER:
+            self._answers.append(text)
+        elif wish.get("give_up") is True:
+            self._given_up = True
+            self.held.end()
+        else:
+            return "bad_message", "send run, answer or give_up"
+        return None
+
+    # Inside
+
+    def _facts(self) -> Facts:
+        link = self._link
+        person = str(self._profiles.chosen()["name"]) if self._profiles.kept else ""
+        return Facts(
+            link.state(),
+            link.stats(),
+            link.board(),
+            self._parts.states(),
+            self._clearance,
+            self._fitted(),
+            self._record,
+            person,
+        )
+
+    def _fitted(self) -> tuple[LidarConfig, ...]:
+        return tuple(one for one in self._config.lidar if one.kind != "off")
+
+    def _run(self, step: str, value: Any) -> None:
+        ended = {"step": step, "ok": True, "reason": "", "detail": ""}
+        try:
+            getattr(self, f"_{step}")(value)
+        except SettingRefused as refused:
+            reason = str(codes.reason_name(refused.reason))
+            ended |= {"ok": False, "reason": reason, "detail": str(refused)}
+        except StepRefused as refused:
+            ended |= {"ok": False, "reason": refused.reason, "detail": str(refused)}
+        except (TuneError, CalibrateError, SettingsError, MaskError) as error:
+            let_go = step in MOVES and str(error).startswith("stopped")
+            reason = "first_let_go" if let_go else "first_failed"
+            ended |= {"ok": False, "reason": reason, "detail": str(error)}
+        except Exception as error:
+            log.exception("the first drive's step %s", step)
+            ended |= {"ok": False, "reason": "first_failed", "detail": repr(error)}
+        finally:
+            self._looked = False
+            self._scans = None
+            self._joystick = None
+            self._ended = ended
+            self._step = ""
+
+    def _aborted(self) -> bool:
+        return self._given_up or not self.held.alive
+
+    def _read_line(self) -> str:
+        end_s = self._clock() + _ANSWER_S
+        while not self._answers:
+            if self._given_up or self._clock() > end_s:
+                return ""
+            self._wait(_POLL_S)
+        return self._answers.popleft() + "\n"
+
+    # Steps: each raises when it does not succeed
+
+    def _mask(self, _: Any) -> None:
+        lidars = self._fitted()
+        scans: dict[str, list[Scan]] = {one.name: [] for one in lidars}
+        self._scans = scans
+        end_s = self._clock() + _SCANS_S
+        while min(map(len, scans.values())) < LEAST_SCANS and self._clock() < end_s:
+            if self._given_up:
+                raise StepRefused("first_let_go")
+            self._wait(_POLL_S)
+        found = {}
+        for one in lidars:
+            learned = learned_mask(one, scans[one.name], self._config.footprint)
+            mask = [list(arc) for arc in learned.mask]
+            found[one.name] = {"fitted": fitted_as(one), "mask": mask}
+        self._record.keep("mask", found)
+        self._remask(self._record.masked(self._config.lidar))
+
+    def _distance(self, measured_mm: Any) -> None:
+        if type(measured_mm) is not int or not 0 < measured_mm <= _MOST_MM:
+            raise StepRefused("setting_out_of_range")
+        seen_mm = None if self._clearance is None else self._clearance.forward_mm
+        if seen_mm is None or seen_mm > _MOST_MM:
+            raise StepRefused("lidar_lost")
+        places = [fitted_as(one) for one in self._record.masked(self._fitted())]
+        found = {"measured_mm": measured_mm, "seen_mm": seen_mm, "lidars": places}
+        self._record.keep("distance", found)
+        if not self._facts().rows()[STEPS.index("distance")]["done"]:
+            raise StepRefused("first_apart", f"tape {measured_mm} mm, lidar {seen_mm} mm")
+
+    def _neutral(self, _: Any) -> None:
+        board = BoardSettings(self._link)
+        self._joystick = JoystickCalibration(
+            board, self._lines.append, self._read_line, self._clock, self._wait
+        )
+        self._joystick.run()
+        values = board.all()
+        self._record.keep("neutral", [values[index_of(name)] for name in NEUTRALS])
+
+    def _heading(self, _: Any) -> None:
+        BoardSettings(self._link).save_heading()
+
+    def _profile(self, row: Any) -> None:
+        if type(row) is not int or not 0 <= row < len(PROFILES):
+            raise StepRefused("setting_out_of_range")
+        board = BoardSettings(self._link)
+        board.set(index_of("profile"), row)
+        board.save()
+        self._record.keep("profile", PROFILES[row])
+
+    def _relay(self, _: Any) -> None:
+        self._moves().relay()
+        self._record.keep("relay", True)
+
+    def _tune(self, _: Any) -> None:
+        state = self._link.state()
+        if state is None or state.profile is None:
+            raise StepRefused("not_connected")
+
+        def record(believed: TurnNumbers, neutral_count: int) -> Sequence[Recording]:
+            self._looked = True
+            self._wait(HEARD_S)
+            numbers, say = self._control.press_number, self._lines.append
+            runner = Runner(self.held, self._clock, self._wait, self._aborted, say, numbers)
+            return runner.run(believed, neutral_count)
+
+        board = BoardSettings(self._link)
+        Tuning(board, record, self._lines.append, lambda: True).run(state.profile, False)
+
+    def _turn(self, _: Any) -> None:
+        state = self._link.state()
+        if state is None or state.step_deg is None:
+            raise StepRefused("not_connected")
+        turned = [round(one, 1) for one in self._moves().turns()]
+        profile = [state.profile, state.tuned]
+        found = {"profile": profile, "turned_deg": turned, "wanted_deg": state.step_deg}
+        self._record.keep("turn", found)
+
+    def _moves(self) -> Moves:
+        numbers, stats = self._control.press_number, self._link.stats
+        return Moves(self.held, self._clock, self._wait, self._aborted, numbers, stats)

@@ -1,0 +1,96 @@
+"""The caretaker's held button: a step of the first drive moves the chair only while it is pressed.
+
+Letting go, a page that falls silent or closes, and a stop of any kind from anybody end it at once;
+a press that has ended never counts again.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+from gazechair.board.board_commands import STOP_COMMAND, Command
+from gazechair.board.state import BoardId, BoardState
+from gazechair.driving.press import Presses
+from gazechair.service.tune.armed_session import Link
+from gazelink import codes
+
+
+class Held:
+    """Thread-safe. Times are monotonic seconds."""
+
+    def __init__(
+        self, link: Link, clock: Callable[[], float], stopped_s: Callable[[], float]
+    ) -> None:
+        """`stopped_s`: when anyone last said stop, page or input."""
+        self._link = link
+        self._clock = clock
+        self._stopped_s = stopped_s
+        self._began_s = 0.0
+        self._lock = threading.Lock()
+        self._presses = Presses(0)
+
+    def press(self, client: int, edge: int, deadline_s: float) -> bool:
+        """The button is pressed, proven until `deadline_s`; True when this is a new press."""
+        with self._lock:
+            if not self._presses.is_new(client, edge):
+                self._presses.refresh(client, edge, deadline_s)
+                return False
+            if self._alive():
+                return False  # somebody else holds it
+            self._began_s = self._clock()
+            self._presses.begin(client, edge, deadline_s)
+            return True
+
+    def release(self, client: int) -> None:
+        """This page's button is let go, or the page is gone."""
+        with self._lock:
+            held = self._presses.now
+            if held is not None and held.client == client:
+                self._end()
+
+    def end(self) -> None:
+        """Somebody said stop."""
+        with self._lock:
+            self._end()
+
+    @property
+    def alive(self) -> bool:
+        """It is pressed."""
+        with self._lock:
+            return self._alive()
+
+    def _alive(self) -> bool:
+        self._presses.tick(self._clock())
+        if self._stopped_s() > self._began_s:
+            self._presses.end()
+        held = self._presses.now
+        return held is not None and held.alive
+
+    def _end(self) -> None:
+        # Sent at once: what runs the step may take a moment to see it.
+        if self._presses.now is not None and self._presses.now.alive:
+            self._presses.end()
+            self._link.command(STOP_COMMAND)
+
+    # As the link of what moves the chair: nothing but a stop passes unless the button is held.
+
+    def command(self, command: Command) -> None:
+        """The latest command."""
+        with self._lock:
+            if command.verb == codes.STOP or self._alive():
+                self._link.command(command)
+
+    def order(self, action: int, owner: int) -> None:
+        """Arm, disarm."""
+        with self._lock:
+            if action != codes.ARM or self._alive():
+                self._link.order(action, owner)
+
+    def state(self) -> BoardState | None:
+        """The newest state, None while there is no board."""
+        return self._link.state()
+
+    def board(self) -> BoardId | None:
+        """The board and its limits, None while there is none."""
+        return self._link.board()

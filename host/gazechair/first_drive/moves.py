@@ -1,0 +1,87 @@
+"""The first drive's own motions: the relay's test, and a first slow turn to each side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from gazechair.board.board_commands import Command
+from gazechair.board.state import BoardState, BoardStats
+from gazechair.driving.untuned import TURN_PERMILLE
+from gazechair.service.tune.armed_session import ArmedSession, Link
+from gazechair.service.tune.errors import TuneError
+from gazelink import codes
+
+_RELAY_S = 3.0  # the board reports its relay once a second
+_PASSES_S = 0.2  # until what is reported is of after the change
+_BEGINS_S = 1.0
+_ENDS_S = 12.0
+_SETTLES_S = 0.6
+
+
+class Moves(ArmedSession):
+    """One motion at a time; all raise TuneError."""
+
+    def __init__(
+        self,
+        link: Link,
+        clock: Callable[[], float],
+        wait: Callable[[float], None],
+        aborted: Callable[[], bool],
+        number: Callable[[], int],
+        stats: Callable[[], BoardStats | None],
+    ) -> None:
+        super().__init__(link, clock, wait, aborted, number)
+        self._stats = stats
+
+    def relay(self) -> None:
+        """See the relay closed while armed, and open when not. Nothing drives."""
+        with self.armed():
+            self._sees(True, "the relay was not reported closed; check its feedback contact")
+        self._sees(False, "the relay was not reported open; check its feedback contact")
+
+    def turns(self) -> tuple[float, float]:
+        """A step to the left and one back to the right, slowly; degrees turned, left positive."""
+        with self.armed():
+            return self._turn(codes.LEFT), self._turn(codes.RIGHT)
+
+    def _sees(self, closed: bool, otherwise: str) -> None:
+        since_s = self._clock()
+        while self._clock() < since_s + _RELAY_S:
+            self._pause()
+            if closed:
+                self._next()
+            stats = self._stats()
+            if stats is None or stats.received_s < since_s + _PASSES_S:
+                continue
+            if bool(stats.counters["relay"]) == closed:
+                return
+        raise TuneError(otherwise)
+
+    def _turn(self, verb: int) -> float:
+        command = Command(
+            verb,
+            codes.STEP,
+            self._new_edge(),
+            codes.CARETAKER,
+            0.0,
+            cap_permille=TURN_PERMILLE,
+        )
+        start_deg = self._state().heading_deg
+        began_s = ended_s = self._clock()
+        moved = False
+        while not moved or self._clock() < ended_s + _SETTLES_S:
+            self._link.command(self._held(command))
+            state = self._next()
+            now_s = self._clock()
+            if state is not None and state.edge == command.edge and state.motion != codes.STOPPED:
+                moved, ended_s = True, now_s
+            if state is not None and state.edge == command.edge:
+                self._overruled(state)
+            if now_s > began_s + (_ENDS_S if moved else _BEGINS_S):
+                raise TuneError("the board does not turn the chair; repeat, with free space around")
+        return (self._state().heading_deg - start_deg + 180.0) % 360.0 - 180.0
+
+    def _overruled(self, state: BoardState) -> None:
+        # A step that ends off its mark is a result, and what this step of the first drive shows.
+        if state.override not in (codes.NO_REASON, codes.TIME_LIMIT):
+            raise TuneError(f"the board stopped the turn: {state.override_name}")

@@ -1,0 +1,75 @@
+"""The pages' door while a first drive is going on: the held button, and whoever else acts."""
+
+from __future__ import annotations
+
+from gazechair.driving.control import Control
+from gazechair.driving.driver_port import Message
+from gazechair.driving.messages import BadMessage, HoldBypass, parse
+from gazechair.driving.refusal import Refusal
+from gazechair.first_drive.guide import Guide, StepRefused
+
+_STOPS = ("stop", "disarm", "emergency", "release")
+# What another page must not begin while a step moves the chair: it stops the step first.
+_OTHERS = ("arm", "take", "cmd", "drive", "mode", "bypass", "reset")
+_KEEPS_S = 0.3  # a proof of holding; the board's own limit is the same
+
+
+class FirstDrivePort:
+    """The DriverPort of `control`, with {"k": "step"} besides."""
+
+    def __init__(self, control: Control, guide: Guide) -> None:
+        self._control = control
+        self._guide = guide
+        # As they are.
+        self.connect = control.connect
+        self.welcome = control.welcome
+        self.token = control.token
+        self.wait_change = control.wait_change
+        self.profiles = control.profiles
+        self.change_profile = control.change_profile
+        self.health = control.health
+
+    def disconnect(self, client: int) -> None:
+        self._guide.held.release(client)
+        self._control.disconnect(client)
+
+    def receive(self, client: int, message: Message) -> list[Message]:
+        kind = message.get("k")
+        if kind == "step":
+            refusal = self._hold(client, message)
+            return [] if refusal is None else [refusal.message()]
+        viewer = self._control.role(client) == "viewer"
+        if kind in _STOPS and not viewer:
+            self._guide.held.end()
+        elif self._guide.moving and kind in _OTHERS:
+            detail = "a caretaker is setting up the chair"
+            return [Refusal(str(kind), "not_owner", detail).message()]
+        return self._control.receive(client, message)
+
+    def snapshot(self, client: int) -> Message:
+        state = self._control.snapshot(client)
+        moving = self._guide.moving
+        return {**state, "owner": "caretaker", "step": moving} if moving else {**state, "step": ""}
+
+    def _hold(self, client: int, message: Message) -> Refusal | None:
+        if self._control.role(client) != "caretaker":
+            return Refusal("step", "not_allowed", "only the caretaker may")
+        if message.get("held") is False:
+            self._guide.held.release(client)
+            return None
+        try:
+            # Pressed and proven as the bypass button is.
+            press = parse({**message, "k": "bypass"})
+        except BadMessage as error:
+            return Refusal("step", "bad_message", str(error))
+        assert isinstance(press, HoldBypass)
+        proven_s = self._control.proven_s(press.proof)
+        if proven_s is None:
+            return Refusal("step", "stale_token", "the held button was too long on its way")
+        if self._guide.held.press(client, press.edge, proven_s + _KEEPS_S):
+            try:
+                self._guide.begin(str(message.get("step")))
+            except StepRefused as refused:
+                self._guide.held.release(client)
+                return Refusal("step", refused.reason, str(refused))
+        return None

@@ -1,0 +1,78 @@
+"""What the steps of the first drive found, kept in a file of the state folder.
+
+Only what neither the board nor the host can be asked again. Each entry names what it was found
+with, so that another pose, profile or neutral makes its step "not done" again.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from gazechair.base.state_folder import replace_file
+from gazechair.config.configuration import LidarConfig
+
+FILE_NAME = "first_drive.json"
+
+log = logging.getLogger(__name__)
+
+
+class Record:
+    """{step: what was found}. A file that cannot be read counts as none, and is logged."""
+
+    def __init__(self, folder: Path | None) -> None:
+        """None: kept in memory only."""
+        self._path = None if folder is None else folder / FILE_NAME
+        self._found: dict[str, Any] = {}
+        if self._path is not None and self._path.exists():
+            try:
+                self._found = dict(json.loads(self._path.read_text(encoding="utf-8")))
+            except (OSError, ValueError, TypeError, RecursionError) as error:
+                log.error("%s: %s; the first drive begins anew", self._path, error)
+
+    def get(self, step: str) -> Any:
+        """What `step` found; None: nothing yet."""
+        return self._found.get(step)
+
+    def keep(self, step: str, found: Any) -> None:
+        """Write it; a failure to write is logged, and holds until the host ends."""
+        self._found = {**self._found, step: found}
+        if self._path is None:
+            return
+        try:
+            replace_file(self._path, json.dumps(self._found, indent=1).encode())
+        except OSError as error:
+            log.error("%s: %s; what was found ends with this host", self._path, error.strerror)
+
+    def masked(self, lidars: tuple[LidarConfig, ...]) -> tuple[LidarConfig, ...]:
+        """`lidars` with the masks that were learned on the phone, where nobody has changed the
+        configuration since."""
+        try:
+            return tuple(
+                replace(one, mask=tuple((float(a), float(b)) for a, b in self._mask(one)["mask"]))
+                if self.knows(one)
+                else one
+                for one in lidars
+            )
+        except (TypeError, KeyError, ValueError) as error:
+            log.error("%s: masks %r; the configured ones count", self._path, error)
+            return lidars
+
+    def knows(self, lidar: LidarConfig) -> bool:
+        """The mask of `lidar`, as it is fitted now, was learned."""
+        return bool(self._mask(lidar).get("fitted") == fitted_as(lidar))
+
+    def _mask(self, lidar: LidarConfig) -> dict[str, Any]:
+        found = self.get("mask")
+        mask = found.get(lidar.name) if isinstance(found, dict) else None
+        return mask if isinstance(mask, dict) else {}
+
+
+def fitted_as(lidar: LidarConfig) -> dict[str, Any]:
+    """How it is fitted by the configuration, as JSON: what a mask or a distance belongs to."""
+    whole = asdict(lidar)
+    place = {name: whole[name] for name in ("x_m", "y_m", "heading_deg", "upside_down")}
+    return {**place, "mask": [[float(a), float(b)] for a, b in lidar.mask]}

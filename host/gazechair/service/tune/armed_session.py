@@ -1,0 +1,131 @@
+"""Drives the board as the caretaker, for procedures that move the chair by themselves.
+
+Only while `armed()`; however that ends, the chair is stopped and driving is off.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Protocol
+
+from gazechair.board.board_commands import STOP_COMMAND, Command
+from gazechair.board.state import BoardId, BoardState
+from gazechair.service.tune.errors import TuneError
+from gazelink import codes
+
+_POLL_S = 0.002
+_ARM_S = 3.0
+_LAST_WORDS_S = 0.25  # orders are repeated this long
+_SILENT_S = 0.5
+
+
+class Link(Protocol):
+    """What it needs of gazechair.board.link.BoardLink."""
+
+    def command(self, command: Command) -> None:
+        """The latest command."""
+
+    def order(self, action: int, owner: int) -> None:
+        """Arm, disarm."""
+
+    def state(self) -> BoardState | None:
+        """The newest state, None while there is no board."""
+
+    def board(self) -> BoardId | None:
+        """The board and its limits, None while there is none."""
+
+
+class ArmedSession:
+    """`aborted` is polled all the time: True stops the chair at once. All raise TuneError."""
+
+    def __init__(
+        self,
+        link: Link,
+        clock: Callable[[], float],
+        wait: Callable[[float], None],
+        aborted: Callable[[], bool],
+        number: Callable[[], int] | None = None,
+    ) -> None:
+        """`wait` lets seconds of `clock` pass; `number` numbers presses for the board where others
+        press in the same session, too."""
+        self._number = number
+        self._link = link
+        self._clock = clock
+        self._wait = wait
+        self._aborted = aborted
+        self._edge = 0
+        self._last: BoardState | None = None
+        self._heard_s = 0.0
+
+    @contextlib.contextmanager
+    def armed(self) -> Iterator[BoardId]:
+        """Armed by the caretaker; stopped and disarmed at the end."""
+        board = self._link.board()
+        if board is None:
+            raise _gone()
+        self._ttl_s = board.limits.command_ttl_ms / 1000
+        try:
+            self._arm()
+            self._heard_s = self._clock()
+            yield board
+        finally:
+            self._link.command(STOP_COMMAND)
+            self._link.order(codes.DISARM, codes.CARETAKER)
+            self._wait(_LAST_WORDS_S)
+
+    def _arm(self) -> None:
+        state = self._state()
+        if state.state != codes.DISARMED:
+            raise TuneError("driving is on; switch it off first (Rijden uit)")
+        if state.arm_reason:
+            raise TuneError(
+                f"the board is not ready: {state.arm_reason_name}; see gazechair doctor"
+            )
+        self._edge = state.edge
+        self._link.order(codes.ARM, codes.CARETAKER)
+        end_s = self._clock() + _ARM_S
+        while self._state().state != codes.ARMED:
+            if self._clock() > end_s:
+                raise TuneError(f"the board does not arm: {self._state().arm_reason_name}")
+            self._pause()
+
+    def _next(self) -> BoardState | None:
+        """A moment later: a newer state of an armed board that knows its heading, or None."""
+        self._pause()
+        state = self._state()
+        if state.state != codes.ARMED:
+            why = state.override_name if state.override else state.arm_reason_name
+            raise TuneError(f"the board switched driving off: {why}; clear that and repeat")
+        if not state.heading_known:
+            raise TuneError("the heading sensor failed; see gazechair doctor")
+        if state is not self._last:
+            self._last = state
+            self._heard_s = self._clock()
+            return state
+        if self._clock() - self._heard_s > _SILENT_S:
+            raise TuneError("the board has fallen silent; check its cable and repeat")
+        return None
+
+    def _new_edge(self) -> int:
+        self._edge = self._edge % 255 + 1 if self._number is None else self._number()
+        return self._edge
+
+    def _held(self, command: Command) -> Command:
+        return replace(command, ttl_deadline_s=self._clock() + self._ttl_s)
+
+    def _state(self) -> BoardState:
+        state = self._link.state()
+        if state is None:
+            raise _gone()
+        return state
+
+    def _pause(self) -> None:
+        if self._aborted():
+            raise TuneError("stopped; nothing was changed")
+        self._wait(_POLL_S)
+
+
+def _gone() -> TuneError:
+    return TuneError("the board is gone; check its cable and repeat")

@@ -1,0 +1,38 @@
+"""HTTP routes of the first drive: what is done, run a step that does not move, answer it."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from flask import Flask, Response
+
+from gazechair.web.answers import BadRequest, answer, body, refuse, unless_caretaker
+
+
+class Steps(Protocol):
+    """What the pages need of the first drive (gazechair.first_drive.guide.Guide)."""
+
+    def status(self) -> dict[str, Any]: ...
+    def ask(self, wish: dict[str, Any]) -> tuple[str, str] | None: ...
+
+
+def add_routes(app: Flask, steps: Steps) -> None:
+    """GET and POST /first-drive."""
+
+    @app.get("/first-drive")
+    def steps_now() -> Response:
+        return unless_caretaker() or answer(steps.status())
+
+    @app.post("/first-drive")
+    def do_step() -> Response:
+        refusal = unless_caretaker()
+        if refusal is not None:
+            return refusal
+        try:
+            wish = body()
+        except BadRequest as error:
+            return error.response()
+        refused = steps.ask(wish)
+        if refused is not None:
+            return refuse(400 if refused[0] == "bad_message" else 409, *refused)
+        return answer(steps.status())

@@ -1,0 +1,179 @@
+"""The first drive by the page's messages alone: a fresh board becomes a driving chair."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from firstdriverig import AHEAD_MM, FirstDriveRig
+from gazechair.first_drive.facts import STEPS
+from gazechair.service.tune import command
+from gazechair.service.tune.identify import Fit
+from gazechair.service.tune.numbers import TurnNumbers
+from gazechair.service.tune.procedure import PULSES
+from gazechair.service.tune.recording import Recording
+from gazelink import codes
+from gazemeasure.turn_tuning import truth
+from gazesim.profiles import undisturbed
+
+
+def done(rig: FirstDriveRig) -> list[str]:
+    return [step for step, row in rig.rows().items() if row["done"]]
+
+
+def calibrate_neutral(rig: FirstDriveRig) -> str:
+    """With a meter that shows the right voltage two counts higher on the turn channel."""
+    typed = {"unplugged": ["unplugged"], "linear": ["ok"], "turn": ["+", "+", "ok"]}
+    typed["save"] = ["save"]
+
+    def types() -> None:
+        asks = rig.guide.status()["run"]["asks"]
+        if typed.get(asks) and not rig.guide._answers:
+            rig.guide.ask({"answer": typed[asks].pop(0)})
+
+    rig.watch = types
+    try:
+        return rig.post(run="neutral")
+    finally:
+        rig.watch = lambda: None
+
+
+def found(recordings: Sequence[Recording], believed: TurnNumbers) -> Fit:
+    """In place of ten seconds of computing, which test_tune_chair tests: the chair as it is."""
+    assert len(recordings) == len(PULSES)
+    certain = TurnNumbers(*[0.01] * 8)
+    return Fit(truth(undisturbed("3.1")), 0.05, 0.01, certain)
+
+
+def test_a_fresh_board_is_led_to_a_driving_chair(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(command, "identify", found)
+    rig = FirstDriveRig(tmp_path)
+    rig.ready()
+    assert list(rig.rows()) == list(STEPS)
+    assert done(rig) == ["versions"]
+    assert rig.caretaker.shown["tuned"] is False
+
+    assert rig.post(run="mask") == ""
+    assert rig.masks[-1][0].mask == ((123.0, -123.0),)
+    assert rig.post(run="distance", value=AHEAD_MM - 200) == "first_apart"
+    assert rig.post(run="distance", value=AHEAD_MM + 20) == ""
+    assert calibrate_neutral(rig) == ""
+    assert rig.rows()["neutral"]["counts"] == [170, 172]
+    assert rig.post(run="heading") == "sensor_not_calibrated"
+    rig.run(15_000)  # the simulated sensor needs so long
+    assert rig.post(run="heading") == ""
+    assert rig.post(run="profile", value=2) == ""
+
+    # What moves the chair needs the held button.
+    for step in ("relay", "tune", "turn"):
+        assert rig.post(run=step) == "first_hold"
+    rig.run(1000)
+    rig.ready()
+    assert rig.hold("relay") == "", rig.guide.status()["run"]
+    assert not rig.armed()
+    assert rig.hold("tune") == "", rig.guide.status()["run"]
+    assert not rig.armed()
+    assert rig.caretaker.shown["tuned"] is True
+    assert rig.hold("turn") == "", rig.guide.status()["run"]
+    left, right = rig.rows()["turn"]["turned_deg"]
+    assert left == pytest.approx(10.0, abs=2.0)
+    assert right == pytest.approx(-10.0, abs=2.0)
+    assert "person" not in done(rig)
+    rig.control.change_profile({"choose": "1"}, "caretaker")
+
+    rig.driver.arm()
+    rig.until(lambda: rig.driver.shown["state"] == "armed", 1000)
+    rig.driver.press("forward")
+    rig.until(lambda: not rig.stands(), 2000)
+    rig.run(1200)
+    assert done(rig) == list(STEPS)
+    rig.driver.release()
+
+    again = FirstDriveRig(tmp_path)
+    again.board.files.texts.update(rig.board.files.texts)
+    assert {"mask", "distance", "person"} <= set(done(again))
+
+
+# While it arms, in a pulse, between two.
+@pytest.mark.parametrize("how", ["let_go", "silent", "stop", "gone"])
+@pytest.mark.parametrize("after_ms", [60, 1000])
+def test_what_moves_ends_with_the_held_button(how: str, after_ms: int) -> None:
+    rig = FirstDriveRig()
+    rig.ready()
+    rig.press("tune")
+    rig.run(40)
+    began_ms = rig.now_ms
+    ended_ms = 0
+
+    def end() -> None:
+        nonlocal ended_ms
+        if rig.now_ms - began_ms < 1500 + after_ms or ended_ms:
+            return
+        ended_ms = rig.now_ms
+        if how == "let_go":
+            rig.let_go()
+        elif how == "silent":
+            rig.forget()
+        elif how == "stop":
+            rig.driver.say(k="stop")
+        else:
+            rig.forget()
+            rig.caretaker.close()
+
+    rig.watch = end
+    assert rig._finish() == "first_let_go"
+    assert rig.now_ms - ended_ms < 300 + 300  # proof, and the last orders
+    rig.comes_to_rest()
+    rig.run(500)
+    assert rig.neutral()
+    assert not rig.armed()
+    # The same press never moves anything again.
+    rig.run(300)
+    assert rig.guide.due is None
+
+
+def test_it_refuses_with_the_reason() -> None:
+    rig = FirstDriveRig()
+    assert rig.rows()["tune"]["refused"] == "not_connected"
+    rig.ready()
+    rig.sees = False
+    rig.run(500)
+    assert rig.hold("tune") == "obstacle_data_old"
+    rig.sees = True
+    rig.run(500)
+    rig.driver.say(k="emergency")
+    rig.run(300)
+    assert rig.hold("turn") == "emergency"
+    rig.caretaker.say(k="reset")
+    rig.run(1500)
+    rig.driver.arm()
+    rig.until(rig.armed, 1500)
+    for step in ("neutral", "heading", "profile"):
+        assert rig.post(run=step, value=1) == "setting_while_armed", step
+    assert rig.hold("relay") == "setting_while_armed"
+    rig.driver._send_fresh(k="step", step="relay", held=True, edge=99)
+    rig.run(20)
+    assert rig.refusals[-1] == "not_allowed"
+
+
+def test_nobody_else_begins_to_drive_while_a_step_moves_the_chair() -> None:
+    rig = FirstDriveRig()
+    rig.ready()
+    rig.press("tune")
+    rig.run(40)
+
+    def tries() -> None:
+        if rig.now_ms % 200 == 0 and rig.guide.moving:
+            rig.driver.arm()
+        if rig.armed():
+            assert rig.app.safety.owner == codes.CARETAKER
+        if rig.now_ms > 6000:
+            rig.let_go()
+
+    rig.watch = tries
+    assert rig._finish() == "first_let_go"
+    assert "not_owner" in rig.refusals

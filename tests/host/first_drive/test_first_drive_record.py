@@ -1,0 +1,58 @@
+"""What the first drive found outlasts the host, and belongs to what it was found with."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from gazechair.config.configuration import LidarConfig
+from gazechair.first_drive.record import FILE_NAME, Record, fitted_as
+
+LIDAR = LidarConfig(kind="s2", name="front", x_m=0.5)
+MASK = {"front": {"fitted": fitted_as(LIDAR), "mask": [[120.0, -120.0]]}}
+
+
+def test_what_was_found_is_there_after_a_restart(tmp_path: Path) -> None:
+    Record(tmp_path).keep("relay", True)
+    record = Record(tmp_path)
+    record.keep("mask", MASK)
+    again = Record(tmp_path)
+    assert (again.get("relay"), again.get("mask")) == (True, MASK)
+    assert again.masked((LIDAR,))[0].mask == ((120.0, -120.0),)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        replace(LIDAR, x_m=0.6),
+        replace(LIDAR, heading_deg=5.0),
+        replace(LIDAR, mask=((90.0, 100.0),)),
+        replace(LIDAR, name="rear"),
+    ],
+)
+def test_a_mask_belongs_to_the_lidar_as_it_was_fitted(other: LidarConfig) -> None:
+    record = Record(None)
+    record.keep("mask", MASK)
+    assert not record.knows(other)
+    assert record.masked((other,)) == (other,)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "7", '{"mask": 3}', '{"mask": {"front": {}}}'])
+def test_a_damaged_file_counts_as_none(tmp_path: Path, text: str) -> None:
+    (tmp_path / FILE_NAME).write_text(text)
+    assert Record(tmp_path).masked((LIDAR,)) == (LIDAR,)
+
+
+def test_a_damaged_mask_does_not_count(tmp_path: Path) -> None:
+    record = Record(None)
+    record.keep("mask", {"front": {"fitted": fitted_as(LIDAR), "mask": [[1.0]]}})
+    assert record.masked((LIDAR,)) == (LIDAR,)
+
+
+def test_a_full_disk_keeps_it_until_the_end(tmp_path: Path) -> None:
+    (tmp_path / "state").write_text("in the way")
+    record = Record(tmp_path / "state")
+    record.keep("relay", True)
+    assert record.get("relay") is True

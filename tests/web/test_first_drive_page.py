@@ -1,0 +1,113 @@
+"""The first drive on a phone: steps with their facts, a held button, what a procedure asks."""
+
+import pytest
+
+from layoutshift import WATCH, take
+from patience import wait_until
+
+pytestmark = pytest.mark.browser
+
+RUN = {"step": "", "lines": [], "asks": "", "ended": None}
+ROWS = [
+    {"step": "versions", "done": True, "refused": "", "host": "0.2.0", "board": "teensy 0.2.0"},
+    {"step": "mask", "done": False, "refused": "lidar_lost", "arcs": [[[123.0, -123.0]]]},
+    {"step": "distance", "done": False, "refused": "", "seen_mm": 1500, "found": None},
+    {"step": "neutral", "done": False, "refused": "", "counts": [170, 172]},
+    {
+        "step": "heading",
+        "done": False,
+        "refused": "",
+        "gyro": 3,
+        "accelerometer": 1,
+        "degrees": None,
+    },
+    {"step": "profile", "done": False, "refused": "", "profile": "3.1", "choices": ["1.2", "3.1"]},
+    {"step": "relay", "done": False, "refused": "emergency"},
+    {"step": "tune", "done": False, "refused": "", "profile": "3.1"},
+    {"step": "turn", "done": False, "refused": "", "turned_deg": [7.04, -9.8], "wanted_deg": 10.0},
+    {"step": "person", "done": False, "refused": "", "name": ""},
+    {"step": "practice", "done": False, "refused": ""},
+]
+
+
+def test_a_caretaker_is_led_from_step_to_step(caretaker):
+    host, page = caretaker.host, caretaker.page
+
+    def now(**run):
+        """The host's answer from now on, and the page has shown it."""
+        answer = (200, {"steps": ROWS, "run": {**RUN, **run}})
+        host.replies |= {"GET /first-drive": answer, "POST /first-drive": answer}
+        for _ in range(3):
+            caretaker.advance(600)
+            page.wait_for_load_state("networkidle")
+
+    def said(name: str) -> str:
+        return page.locator(f".first li[data-open=true] .{name}").inner_text()
+
+    def opened(number: int) -> None:
+        page.locator(f".first li:nth-child({number}) .head").click()
+
+    now()
+    page.locator("#tab-settings").click()
+    page.locator("#tab-first").click()
+    caretaker.wait_until(lambda: caretaker.advance(600) or page.locator(".first li").count(), "it")
+    assert page.locator(".first li").count() == len(ROWS)
+    assert page.locator(".first li[data-done=true]").count() == 1
+    # The first that is not done is open, and says what is in its way.
+    assert "Wat de lidar van de stoel ziet" in said("head")
+    assert said("fact") == "Verborgen: 123..-123°."
+    assert "obstakelsensor" in said("told")
+
+    opened(9)
+    assert said("fact") == "Gedraaid: links 7,0 van 10 graden, rechts 9,8 van 10."
+    opened(5)
+    assert "richting nog niet bekend°" in said("fact")
+
+    # Tuning: held, repeated with a fresh token, ended by letting go.
+    opened(8)
+    caretaker.screenshot("first_drive")
+    caretaker.forget()
+    page.locator(".first li:nth-child(8) button.held").scroll_into_view_if_needed()
+    page.locator(".first li:nth-child(8) button.held").hover()
+    page.mouse.down()
+    caretaker.advance(200)
+    held = [m for m in caretaker.heard("step") if m["held"]]
+    assert len(held) >= 3
+    assert {m["step"] for m in held} == {"tune"}
+    assert len({m["edge"] for m in held}) == 1
+    assert all("token" in m for m in held)
+    page.evaluate(WATCH)
+    take(page)  # opening a step moved the others
+    now(step="tune", lines=["Tuning", "  left, 60 %, 0.30 s", "  right, 60 %, 0.41 s"])
+    assert said("told").startswith("2 van 10")
+    page.mouse.up()
+    caretaker.run_for(50)
+    assert caretaker.heard("step")[-1]["held"] is False
+    failed = {"step": "tune", "ok": False, "reason": "first_failed", "detail": "the chair slides"}
+    now(ended=failed)
+    assert said("told").endswith("the chair slides")
+    now(ended={**failed, "reason": "first_let_go"})
+    assert said("told").startswith("Gestopt. Er is niets veranderd.")
+    assert take(page) == [], "nothing moves by itself"
+
+    # What the joystick's procedure asks becomes buttons.
+    opened(4)
+    now(step="neutral", asks="turn")
+    assert "pin 2" in said("told")
+    page.locator(".first li:nth-child(4) .controls button").nth(1).click()
+    wait_until(lambda: ("/first-drive", {"answer": "+"}) in host.posted, "the answer")
+    now()
+    opened(3)
+    page.locator(".first li:nth-child(3) input").fill("151")
+    page.locator(".first li:nth-child(3) .controls button").click()
+    run = {"run": "distance", "value": 1510}
+    wait_until(lambda: ("/first-drive", run) in host.posted, "the distance")
+    # A stop ends what is held, and leaving the page does.
+    opened(7)
+    page.locator(".first li:nth-child(7) button.held").hover()
+    page.mouse.down()
+    caretaker.advance(100)
+    caretaker.forget()
+    page.evaluate("window.dispatchEvent(new Event('blur'))")
+    assert caretaker.heard("step")[-1]["held"] is False
+    page.mouse.up()

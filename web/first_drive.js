@@ -1,0 +1,239 @@
+// The first drive on the caretaker's page: its steps, one open at a time; facts come from the host.
+
+import { firstWords } from "./first_words.js";
+import { Held } from "./held.js";
+
+const JSON_TYPE = { "Content-Type": "application/json" };
+const POLL_MS = 500;
+/** The page shows a pulse by each line of the procedure that names its strength. */
+const PULSE = /%, /;
+/** Steps that move the chair: only while their button is held. */
+const MOVES = ["relay", "tune", "turn"];
+/** Steps that only tell. */
+const TELLS = ["versions", "practice"];
+const MM = 10;
+
+const element = (name, className = "", text = "") => {
+  const made = document.createElement(name);
+  [made.className, made.textContent, made.dir] = [className, text, "auto"];
+  return made;
+};
+
+const put = (made, text) => {
+  if (made.textContent !== text) made.textContent = text;
+};
+
+/** The whole list, ready to be shown; throws when its words do not come. */
+export async function firstDrive(root, strings, on) {
+  return new FirstDrive(root, await firstWords(strings), on);
+}
+
+/** `on`: hold(step, edge), letGo() and edge(); people(): [[id, name]] and choose(id). */
+class FirstDrive {
+  #root;
+  #words;
+  #on;
+  #rows = new Map();
+  #open = null; // the step that is shown
+  #held = [];
+  #askedMs = -Infinity;
+  #asking = false;
+  #status = null;
+
+  constructor(root, words, on) {
+    this.#root = root;
+    this.#words = words;
+    this.#on = on;
+  }
+
+  setHeartbeat(ms) {
+    for (const held of this.#held) held.setHeartbeat(ms);
+  }
+
+  /** Nothing is held any more. */
+  end() {
+    for (const held of this.#held) held.end();
+  }
+
+  tick(now) {
+    for (const held of this.#held) held.tick(now);
+    if (this.#asking || now - this.#askedMs < POLL_MS) return;
+    this.#askedMs = now;
+    this.load();
+  }
+
+  /** Asks the host how things are. */
+  load() {
+    return this.#ask({ cache: "no-store" });
+  }
+
+  /** The host refused the held button. */
+  refused(reason) {
+    const row = this.#rows.get(this.#open);
+    if (row) put(row.told, this.#words.reason(reason));
+  }
+
+  #post(wish) {
+    return this.#ask({ method: "POST", headers: JSON_TYPE, body: JSON.stringify(wish) });
+  }
+
+  async #ask(request) {
+    this.#asking = true;
+    try {
+      const answer = await (await fetch("/first-drive", request)).json();
+      if (answer.steps) this.#show(answer);
+      else this.refused(answer.reason);
+    } catch (error) {
+      console.warn(`first drive: ${error.message}`);
+    }
+    this.#asking = false;
+  }
+
+  #show(status) {
+    this.#status = status;
+    if (this.#rows.size === 0) this.#build(status.steps);
+    for (const row of status.steps) this.#update(row, status.run);
+  }
+
+  #build(steps) {
+    const list = element("ol", "first");
+    for (const [at, { step, choices }] of steps.entries()) {
+      list.append(this.#step(step, at + 1, choices));
+    }
+    this.#root.replaceChildren(element("p", "note", this.#words.label("first_intro")), list);
+    this.#choose((steps.find(({ done }) => !done) ?? steps[0]).step);
+  }
+
+  /** A step: a head that opens it, and what is in it. */
+  #step(step, number, choices) {
+    const label = (key, fields) => this.#words.label(key, fields);
+    const item = element("li");
+    const head = element("button", "head");
+    head.type = "button";
+    const mark = element("span", "mark");
+    head.append(element("b", "", `${number}. ${label(`first_${step}`)}`), mark);
+    head.addEventListener("click", () => this.#choose(step));
+    const inside = element("div", "inside");
+    const fact = element("p", "fact");
+    const told = element("p", "told");
+    const controls = element("p", "controls");
+    inside.append(element("p", "why", label(`first_${step}_why`)), fact);
+    if (!TELLS.includes(step)) inside.append(controls, told);
+    item.append(head, inside);
+    this.#rows.set(step, { item, head, mark, fact, told, controls, asks: null, shown: "" });
+    if (MOVES.includes(step)) this.#hold(step, controls);
+    else if (!TELLS.includes(step)) this.#begin(step, controls, choices);
+    return item;
+  }
+
+  #choose(step) {
+    this.end();
+    this.#open = step;
+    for (const [name, { item, head }] of this.#rows) {
+      item.dataset.open = name === step;
+      head.ariaExpanded = String(name === step);
+    }
+    for (const row of this.#status?.steps ?? []) this.#update(row, this.#status.run);
+  }
+
+  #button(text, act, className = "") {
+    const made = element("button", className, text);
+    made.type = "button";
+    made.addEventListener("click", act);
+    return made;
+  }
+
+  #hold(step, controls) {
+    const words = { step: this.#words.label(`first_${step}`) };
+    const button = element("button", "held strong", this.#words.label("first_hold_button", words));
+    button.type = "button";
+    controls.append(button);
+    let edge = 0;
+    this.#held.push(
+      new Held(button, {
+        begin: () => (edge = this.#on.edge()),
+        held: () => this.#on.hold(step, edge),
+        end: () => this.#on.letGo(),
+      }),
+    );
+  }
+
+  #begin(step, controls, choices) {
+    const label = (key) => this.#words.label(key);
+    let value = () => undefined;
+    let act = () => this.#post({ run: step, value: value() });
+    if (step === "distance") {
+      const input = element("input");
+      [input.type, input.min, input.max, input.inputMode] = ["number", 1, 1200, "numeric"];
+      input.ariaLabel = input.placeholder = label("first_distance_cm");
+      value = () => Math.round(Number(input.value) * MM);
+      controls.append(input);
+    }
+    if (step === "profile" || step === "person") {
+      const select = element("select");
+      select.ariaLabel = label(`first_${step}`);
+      const profiles = choices?.map((name, at) => [at, name]);
+      const options = step === "profile" ? profiles : this.#on.people();
+      for (const [id, name] of options) select.append(new Option(name, id));
+      value = () => Number(select.value);
+      if (step === "person") act = () => this.#on.choose(select.value).then(() => this.load());
+      controls.append(select);
+    }
+    const text = label(step === "person" ? "first_choose" : "first_begin");
+    controls.append(this.#button(text, () => act(), "strong"));
+  }
+
+  /** What the procedure asks, as buttons; the step's own controls when it asks nothing. */
+  #answers(step, row, asks) {
+    if (row.asks === asks || step !== "neutral") return;
+    row.asks = asks;
+    const label = (key) => this.#words.label(key);
+    const answers = {
+      unplugged: [["first_unplugged", "unplugged"]],
+      linear: [
+        ["first_less", "-"],
+        ["first_more", "+"],
+        ["first_right", "ok"],
+      ],
+      save: [["first_save", "save"]],
+    };
+    answers.turn = answers.linear;
+    row.controls.replaceChildren();
+    if (!asks) return this.#begin(step, row.controls);
+    for (const [key, answer] of answers[asks]) {
+      row.controls.append(this.#button(label(key), () => this.#post({ answer })));
+    }
+    row.controls.append(this.#button(label("first_give_up"), () => this.#post({ give_up: true })));
+  }
+
+  #update(row, run) {
+    const { step, done, refused } = row;
+    const mine = this.#rows.get(step);
+    const label = (key, fields) => this.#words.label(key, fields);
+    mine.item.dataset.done = done;
+    put(mine.mark, label(done ? "first_done" : "first_open"));
+    if (step !== this.#open) return;
+    put(mine.fact, this.#words.fact(row));
+    const runs = run.step === step;
+    this.#answers(step, mine, runs ? run.asks : "");
+    put(mine.told, this.#told(step, runs, refused, run));
+  }
+
+  #told(step, runs, refused, { asks, lines, ended }) {
+    const label = (key, fields) => this.#words.label(key, fields);
+    if (runs) {
+      if (asks === "linear" || asks === "turn") {
+        return label(asks === "turn" ? "first_turn_pin" : "first_linear");
+      }
+      const n = lines.filter((line) => PULSE.test(line)).length;
+      return n > 0 ? label("first_pulses", { n }) : label("first_running");
+    }
+    const last = ended?.step === step ? ended : null;
+    if (last && !last.ok) {
+      const detail = last.reason === "first_failed" ? ` ${last.detail}` : "";
+      return `${this.#words.reason(last.reason)}${detail}`;
+    }
+    if (refused) return this.#words.reason(refused);
+    return last ? label("first_well") : "";
+  }
+}
