@@ -93,17 +93,11 @@ class Profiles:
                 raise ProfileRefused("bad_message", f"{kind} is none of choose, save, create")
             if self._path is not None:
                 _write(self._path, {"chosen": chosen, "profiles": profiles})
-<<<<<<< HEAD
             with self._lock:
                 self._profiles, self._chosen = profiles, chosen
                 self._revision += 1
+                self._kept = True
                 return self._as_json()
-=======
-            self._profiles, self._chosen = profiles, chosen
-            self._revision += 1
-            self._kept = True
-            return self._as_json()
->>>>>>> 6305453 (First drive on the caretaker's phone: each step an existing procedure, what moves only while a button is held, done by facts)
 
     def _as_json(self) -> dict[str, Any]:
         return {
