@@ -17,7 +17,8 @@ from gazechair.service.flash.greeting import Greeter, wait_for_hello
 from gazechair.service.flash.repl import Repl
 from liveboard import LIMIT_S, NEUTRAL, EmulatedLiveBoard
 
-pytestmark = [pytest.mark.m7, pytest.mark.patient]
+# By one process, which flashes its first board once for all of them.
+pytestmark = [pytest.mark.m7, pytest.mark.patient, pytest.mark.xdist_group("board")]
 
 CALIBRATED = 0b11_11_11_00  # register 0x35, the magnetometer not used
 GYRO_ONLY = 0b11_11_00_00

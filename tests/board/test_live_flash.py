@@ -14,7 +14,8 @@ from gazesim.pty_port import PtyPort
 from liveboard import EmulatedLiveBoard
 from livehost import STOP
 
-pytestmark = [pytest.mark.m7, pytest.mark.patient]
+# By one process, which flashes its first board once for all of them.
+pytestmark = [pytest.mark.m7, pytest.mark.patient, pytest.mark.xdist_group("board")]
 
 
 @pytest.fixture(autouse=True)

@@ -16,7 +16,8 @@ import pytest
 
 import gazesetup
 
-pytestmark = pytest.mark.e2e
+# No time is measured here, so others may run beside it; but not the emulated boards.
+pytestmark = pytest.mark.xdist_group("board")
 
 LIMIT_S = 60.0
 RUNNING = "The driver's page:"
