@@ -48,7 +48,7 @@ class Bank:
     def in_memory(cls) -> Bank:
         """A bank over a bytearray, for a board that runs in lockstep in this process."""
         bank = cls.__new__(cls)
-        bank._use(bytearray(layout.SIZE))
+        bank._use(bytearray(layout.USED_SIZE))
         return bank
 
     def _use(self, buffer: mmap.mmap | bytearray) -> None:
