@@ -73,6 +73,11 @@ def measure(quick: bool) -> Report:
     report.add("frames corrupt or refused", result["corrupt"] + result["bad"], "", 0)
     report.add("IMU samples", result["imu_samples"], "", run_ms / 10 * 0.9, at_least=True)
     report.add("service passes while moving", result["moved"], "", 100, at_least=True)
+    result, _ = _load(_RUN_MS_QUICK, state_period_ms=10, traced=True)
+    instructions = (result["worst_us"] - _WIRE_US) * emulation.INSTRUCTIONS_PER_US
+    report.add("worst tick while it is traced", instructions, "instr", _INSTRUCTIONS)
+    decoded_ms = _latency_ms(result["latency"], 0.999)
+    report.add("frame decoded while traced, p99.9", decoded_ms, "ms", 10)
     report.note("load: a host frame every 5 ms, STATE every 1 ms, IMU at 100 Hz with its clock")
     report.note(f"stretched by {_STRETCH_US} us a byte, garbage made and collected, every motion,")
     report.note("override and heading fault in turn. QEMU counts instructions, not cycles.")

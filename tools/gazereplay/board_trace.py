@@ -88,7 +88,7 @@ class BoardPlayer:
             self._around = record.bits
 
     def _snapshot(self, snapshot: Snapshot) -> None:
-        if not snapshot.lost:
+        if not snapshot.lost and snapshot.tick >= self._tick:  # the count of ticks has a wrap
             self._play_before(snapshot.tick + 1)
             return
         boot = self._life[0] if self._life else None
