@@ -23,6 +23,8 @@ from gazemeasure.allday_service import Service
 from gazemeasure.growth import Holding, slope_per_hour
 from gazemeasure.report import Report, percentile
 from gazemeasure.stalls import StallProbe
+from gazereplay.replay import replay
+from gazereplay.result import NoTrace
 
 _PERIOD_S = 20.0
 _LOOK_S = 2.0
@@ -97,10 +99,29 @@ def add(report: Report, micropython: str, lasts_s: float, seed: int = 14) -> Non
             finally:
                 recovery.close()
             log_mb = sum(f.stat().st_size for f in (stack.state_folder / "log").iterdir()) / 1e6
+            _add_replay(report, sorted((stack.state_folder / "log").iterdir()))
     _add_recovery(report, times, stuck)
     _add_growth(report, growth, person, log_mb)
     report.note(f"daemon: {service.restarts} restarts, {service.aborted} by the watchdog; started")
     report.note("again as the unit file says. Well: its health is ok, and its process another one.")
+
+
+def _add_replay(report: Report, logs: list[Path]) -> None:
+    """The recorded drives again, each up to where its log was cut."""
+    ticks = unchecked = differing = 0
+    for path in logs:
+        try:
+            result = replay(path)
+        except NoTrace:  # it ended before the board had said anything
+            continue
+        ticks += result.ticks
+        unchecked += result.unchecked
+        differing += result.difference is not None
+        if result.difference is not None:
+            report.note(f"{path.name}: {result.difference}")
+    report.add("processes: ticks of the recorded drives replayed", ticks, "", 1, at_least=True)
+    report.add("  of them in gaps of the record", unchecked, "")
+    report.add("  files with a different decision", differing, "", 0)
 
 
 def _add_recovery(report: Report, times: dict[Fault, list[Well]], stuck: list[str]) -> None:

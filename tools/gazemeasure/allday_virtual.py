@@ -259,7 +259,7 @@ def _report(report: Report, day: Day, lived_s: float, took_s: float) -> None:
     report.add("  press -> wipers, slope", late(day.to_wipers_ms), "ms/h", 0.1 if long else None)
     report.add("  memory, slope", late(day.holding.memory_mb), "MB/h", 0.5 if long else None)
     report.add("  objects, slope", late(day.objects), "1/h", 50.0 if long else None)
-    report.add("  open files, slope", late(day.holding.files), "1/h", 0.0)
+    report.add("  open files, slope", late(day.holding.files), "1/h", 0.0 if long else None)
     report.add("  state folder at the end", day.state_bytes / 1000, "kB", 200.0)
     for line in day.stuck[:5]:
         report.note(f"virtual day: {line}")
