@@ -20,6 +20,7 @@ from gazechair.base.version import version
 from gazechair.blackbox import command as log_command
 from gazechair.config import configuration
 from gazechair.config.configuration import ConfigError
+from gazechair.sensing.mapping import command as map_command
 from gazechair.service import lidar_cli
 from gazelink.settings_table import PROFILES
 
@@ -113,6 +114,7 @@ def _parser() -> argparse.ArgumentParser:
     lidar_cli.add(commands)
     log_command.add(commands)
     alert_command.add(commands)
+    map_command.add(commands)
     config = commands.add_parser("config", help="print a configuration file with all defaults")
     config.set_defaults(act=_config)
     for added in sorted(entry_points(group=_COMMANDS), key=lambda entry: entry.name):

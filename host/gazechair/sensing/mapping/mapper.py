@@ -43,6 +43,8 @@ class KeyScan:
     """(3,), in the map; moves as loops are closed."""
     points_m: FloatArray
     """(N, 2), in the chair's frame."""
+    origins_m: FloatArray
+    """(N, 2): where the lidar that measured each point sits."""
     heading_rad: float
     """By the heading sensor, full turns counted."""
     time_s: float
@@ -73,15 +75,17 @@ class Mapper:
         heading_rad: float,
         time_s: float,
         sigma_m: float = STEP_SIGMA_M,
+        origins_m: FloatArray | None = None,
     ) -> bool:
         """A scan `points_m` (chair's frame) from the pose `odometry`; True: taken as a key scan.
 
         `heading_rad`: by the heading sensor, full turns counted. `sigma_m`: standard deviation of
-        the odometry since the last key scan.
+        the odometry since the last key scan. `origins_m`: see KeyScan; None: all at (0, 0).
         """
+        origins = np.zeros_like(points_m) if origins_m is None else origins_m
         if not self.keys:
             first = np.array((0.0, 0.0, heading_rad))
-            self.keys.append(KeyScan(first, points_m, heading_rad, time_s, 0.0))
+            self.keys.append(KeyScan(first, points_m, origins, heading_rad, time_s, 0.0))
             self._odometry = odometry
             return True
         before = self.keys[-1]
@@ -91,7 +95,7 @@ class Mapper:
         if length_m < self._key_m and abs(moved[2]) < self._key_rad:
             return False
         pose, driven_m = compose(before.pose, moved), before.driven_m + length_m
-        self.keys.append(KeyScan(pose, points_m, heading_rad, time_s, driven_m))
+        self.keys.append(KeyScan(pose, points_m, origins, heading_rad, time_s, driven_m))
         self._odometry = odometry
         number = len(self.keys) - 1
         information = np.diag(np.array((sigma_m, sigma_m, _STEP_SIGMA_RAD)) ** -2.0)

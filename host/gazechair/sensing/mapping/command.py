@@ -1,0 +1,73 @@
+"""The commands `gazechair map show`, `export` and `import`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+_REFUSED = 2
+
+
+def add(commands: Any) -> None:
+    """Add them to argparse's subparsers `commands`."""
+    maps = commands.add_parser("map", help="maps of the home: draw, exchange with ROS")
+    acts = maps.add_subparsers(title="commands", required=True, metavar="WHAT")
+    show = acts.add_parser("show", help="draw a map and its track as an SVG picture")
+    show.add_argument("file", type=Path, help="the map")
+    show.add_argument("--output", type=Path, help="the picture (default: FILE with .svg)")
+    show.set_defaults(act=lambda options: _act(_show, options))
+    export = acts.add_parser("export", help="write map.yaml and map.pgm for ROS")
+    export.add_argument("file", type=Path, help="the map")
+    export.add_argument("folder", type=Path, help="where the two files go")
+    export.set_defaults(act=lambda options: _act(_export, options))
+    read = acts.add_parser("import", help="make a map of a map.yaml of ROS")
+    read.add_argument("yaml", type=Path, help="its image is found beside it")
+    read.add_argument("file", type=Path, help="the map to write")
+    read.set_defaults(act=lambda options: _act(_import, options))
+
+
+def _act(act: Any, options: argparse.Namespace) -> int:
+    # Imported late: `gazechair config` works with the standard library alone.
+    from gazechair.sensing.mapping.home_map import MapError
+
+    try:
+        print(act(options))
+    except MapError as error:
+        print(f"gazechair: {error}", file=sys.stderr)
+        return _REFUSED
+    return 0
+
+
+def _show(options: argparse.Namespace) -> str:
+    from gazechair.base.state_folder import replace_file
+    from gazechair.sensing.mapping.home_map import MapError, load
+    from gazechair.sensing.mapping.picture import svg
+
+    home = load(options.file)
+    output: Path = options.output or options.file.with_suffix(".svg")
+    try:
+        replace_file(output, svg(home).encode())
+    except OSError as error:
+        raise MapError(f"{output} can't be written: {error.strerror}") from None
+    grid = home.grid
+    floor_m2 = float(grid.free.sum()) * grid.cell_m**2
+    return (
+        f"{home.name}: {floor_m2:.1f} m2 of free floor, cells of {100.0 * grid.cell_m:g} cm, "
+        f"{len(home.track)} key scans; drawn in {output}"
+    )
+
+
+def _export(options: argparse.Namespace) -> str:
+    from gazechair.sensing.mapping import ros_map
+    from gazechair.sensing.mapping.home_map import load
+
+    return str(ros_map.write(load(options.file), options.folder))
+
+
+def _import(options: argparse.Namespace) -> str:
+    from gazechair.sensing.mapping import ros_map
+
+    ros_map.read(options.yaml, options.file.stem).save(options.file)
+    return str(options.file)

@@ -1,0 +1,94 @@
+"""A home's map and its file: occupancy grid, the track it was made on; whole or not at all.
+
+The file: a line `gazechair-map 1`, a line of JSON (name, made, cell_m, low_m, shape, track), then
+zlib of the hits and passes (u16, little-endian, row by row), then u32 CRC-32 of everything before.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+import zlib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.base.state_folder import replace_file
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+
+_MAGIC = b"gazechair-map 1\n"
+_ANY_VERSION = b"gazechair-map "
+_LARGEST = 64 << 20  # bytes, and cells
+_CRC = struct.Struct("<I")
+
+
+class MapError(Exception):
+    """A map can't be used; the text is one plain line."""
+
+
+@dataclass(frozen=True)
+class HomeMap:
+    """A map with its name."""
+
+    name: str
+    grid: OccupancyGrid
+    made: str = ""
+    """When: ISO 8601, UTC."""
+    track: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    """(N, 3): key poses of the drive that made it; none of an imported one."""
+
+    def save(self, path: Path) -> None:
+        """Replace the file as a whole, on the disk when this returns. Raises MapError."""
+        header = {
+            "name": self.name,
+            "made": self.made,
+            "cell_m": self.grid.cell_m,
+            "low_m": self.grid.low_m.tolist(),
+            "shape": list(self.grid.hits.shape),
+            "track": np.round(self.track, 4).tolist(),
+        }
+        counts = np.stack((self.grid.hits, self.grid.passes)).astype("<u2").tobytes()
+        data = _MAGIC + json.dumps(header).encode() + b"\n" + zlib.compress(counts)
+        try:
+            replace_file(path, data + _CRC.pack(zlib.crc32(data)))
+        except OSError as error:
+            raise MapError(f"{path} can't be written: {error.strerror}") from None
+
+
+def load(path: Path) -> HomeMap:
+    """Read a map's file. Raises MapError."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise MapError(f"{path} can't be read: {error.strerror}") from None
+    if not data.startswith(_MAGIC):
+        if data.startswith(_ANY_VERSION):
+            raise MapError(f"{path} was written by a newer version of gazechair")
+        raise MapError(f"{path} is no map of gazechair")
+    data, crc = data[: -_CRC.size], data[-_CRC.size :]
+    if len(data) > _LARGEST or crc != _CRC.pack(zlib.crc32(data)):
+        raise MapError(f"{path} is damaged")
+    try:
+        return _parsed(data[len(_MAGIC) :])
+    except (ValueError, KeyError, TypeError, zlib.error):
+        raise MapError(f"{path} is damaged") from None
+
+
+def _parsed(data: bytes) -> HomeMap:
+    line, _, body = data.partition(b"\n")
+    header = json.loads(line)
+    nx, ny = (int(one) for one in header["shape"])
+    if min(nx, ny) <= 0 or nx * ny > _LARGEST:
+        raise ValueError("shape")
+    inflated = zlib.decompressobj().decompress(body, 4 * nx * ny)
+    hits, passes = np.frombuffer(inflated, dtype="<u2").reshape(2, nx, ny).astype(np.uint16)
+    cell_m, low_m = float(header["cell_m"]), np.array(header["low_m"], dtype=np.float64)
+    track = np.array(header["track"], dtype=np.float64).reshape(-1, 3)
+    if low_m.shape != (2,) or not 0.005 <= cell_m <= 0.5:
+        raise ValueError("cells")
+    if not (np.isfinite(low_m).all() and np.isfinite(track).all()):
+        raise ValueError("numbers")
+    grid = OccupancyGrid(cell_m, low_m, hits, passes)
+    return HomeMap(str(header["name"]), grid, str(header["made"]), track)

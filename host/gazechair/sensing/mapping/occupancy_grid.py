@@ -1,0 +1,95 @@
+"""Occupancy grid: in how many key scans a beam ended in each cell, and in how many it passed.
+
+A cell is occupied when beams ended there again and again and few passed: who walked by leaves
+nothing, and a thin wall stays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.sensing.mapping.mapper import KeyScan
+from gazechair.sensing.mapping.poses import to_frame
+
+Counts = NDArray[np.uint16]
+
+CELL_M = 0.025
+_FARTHEST_M = 12.0  # a hit farther away is too uncertain for a cell
+_BEAMS = 720  # of a key scan that clear cells
+_SHORT_M = 0.06  # a beam clears nothing so close to where it ended
+_MIDDLE = 0.35  # of a cell, from its centre: a beam that cuts a corner says nothing
+_LEAST_HITS = 2
+_OCCUPIED_SHARE = 0.25
+_BORDER = 4  # cells
+
+
+@dataclass(frozen=True)
+class OccupancyGrid:
+    """Counts (nx, ny) of key scans; cell (0, 0) begins at `low_m` (x, y)."""
+
+    cell_m: float
+    low_m: FloatArray
+    hits: Counts
+    passes: Counts
+
+    @property
+    def occupied(self) -> BoolArray:
+        """Where something stands."""
+        share = self.hits >= _OCCUPIED_SHARE * (self.hits.astype(np.float64) + self.passes)
+        return np.asarray(share & (self.hits >= _LEAST_HITS))
+
+    @property
+    def free(self) -> BoolArray:
+        """Where a beam has passed and nothing stands; what is neither is unknown."""
+        return np.asarray((self.passes > 0) & ~self.occupied)
+
+    def occupied_m(self) -> FloatArray:
+        """Centres (N, 2) of the occupied cells."""
+        return np.asarray((np.argwhere(self.occupied) + 0.5) * self.cell_m + self.low_m)
+
+
+def occupancy_of(keys: Iterable[KeyScan], cell_m: float = CELL_M) -> OccupancyGrid:
+    """The grid of key scans at the poses they have now. ValueError without any point."""
+    scans = [_in_map(key) for key in keys]
+    ends = np.concatenate([end for _, end in scans]) if scans else np.zeros((0, 2))
+    if not len(ends):
+        raise ValueError("no lidar points to make a map of")
+    everything = np.concatenate([ends, *(start for start, _ in scans)])
+    low = np.floor(everything.min(axis=0) / cell_m).astype(np.int64) - _BORDER
+    shape = np.floor(everything.max(axis=0) / cell_m).astype(np.int64) + _BORDER + 1 - low
+    hits, passes = (np.zeros(int(shape.prod()), dtype=np.uint16) for _ in range(2))
+    depth = int(shape[1])
+    for start, end in scans:
+        cells = np.floor(end / cell_m).astype(np.int64) - low
+        hit = np.unique(cells[:, 0] * depth + cells[:, 1])
+        hits[hit] += 1
+        passed = np.unique(_passed(start / cell_m - low, end / cell_m - low, depth, cell_m))
+        passes[np.setdiff1d(passed, hit, assume_unique=True)] += 1
+    grid = tuple(shape.tolist())
+    return OccupancyGrid(cell_m, low * cell_m, hits.reshape(grid), passes.reshape(grid))
+
+
+def _in_map(key: KeyScan) -> tuple[FloatArray, FloatArray]:
+    """Where each beam began and ended."""
+    near = np.hypot(*(key.points_m - key.origins_m).T) < _FARTHEST_M
+    return to_frame(key.origins_m[near], key.pose), to_frame(key.points_m[near], key.pose)
+
+
+def _passed(start: FloatArray, end: FloatArray, depth: int, cell_m: float) -> NDArray[np.int64]:
+    """Indices of the cells whose middle a beam passes; start and end in cells."""
+    every = max(1, len(start) // _BEAMS)
+    start, end = start[::every], end[::every]
+    length = np.hypot(*(end - start).T)
+    steps = np.maximum(0, np.floor(2.0 * (length - _SHORT_M / cell_m))).astype(np.int64)
+    beam = np.repeat(np.arange(len(start)), steps)
+    along = 0.5 * (np.arange(len(beam)) - np.repeat(np.cumsum(steps) - steps, steps))
+    at = start[beam] + (end - start)[beam] * (along / length[beam])[:, None]
+    cells = np.floor(at)
+    middle = (np.abs(at - cells - 0.5) < _MIDDLE).all(axis=1)
+    found = cells[middle].astype(np.int64)
+    return np.asarray(found[:, 0] * depth + found[:, 1])

@@ -1,0 +1,84 @@
+"""Maps in ROS's format, as nav2's map server reads and writes them: `map.yaml` and a PGM image."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazechair.base.state_folder import replace_file
+from gazechair.sensing.mapping.home_map import HomeMap, MapError
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+
+_OCCUPIED, _FREE, _UNKNOWN = 0, 254, 205  # grey values of the map server's mode `trinary`
+_OCCUPIED_THRESH, _FREE_THRESH = 0.65, 0.196
+_SURE = 10  # key scans that an imported cell stands for
+_HEAD = re.compile(rb"P5(?:\s+#[^\n]*)*\s+(\d+)(?:\s+#[^\n]*)*\s+(\d+)(?:\s+#[^\n]*)*\s+(\d+)\s")
+
+
+def write(home: HomeMap, folder: Path) -> Path:
+    """Write `map.pgm` and `map.yaml` into the folder; the path of the latter. Raises MapError."""
+    grid = home.grid
+    grey = np.full(grid.hits.shape, _UNKNOWN, dtype=np.uint8)
+    grey[grid.free], grey[grid.occupied] = _FREE, _OCCUPIED
+    x_m, y_m = grid.low_m.tolist()
+    yaml = (
+        f"image: map.pgm\nmode: trinary\nresolution: {grid.cell_m:g}\n"
+        f"origin: [{x_m:.4f}, {y_m:.4f}, 0]\nnegate: 0\n"
+        f"occupied_thresh: {_OCCUPIED_THRESH}\nfree_thresh: {_FREE_THRESH}\n"
+    )
+    image = b"P5\n%d %d\n255\n" % grid.hits.shape[:2] + grey.T[::-1].tobytes()
+    try:
+        replace_file(folder / "map.pgm", image)
+        replace_file(folder / "map.yaml", yaml.encode())
+    except OSError as error:
+        raise MapError(f"{folder} can't be written: {error.strerror}") from None
+    return folder / "map.yaml"
+
+
+def read(path: Path, name: str) -> HomeMap:
+    """The map of a `map.yaml`. Raises MapError."""
+    try:
+        fields = _fields(path.read_text())
+        image = path.parent / fields["image"].strip("\"'")
+        grey = _pgm(image.read_bytes())
+        cell_m = float(fields["resolution"])
+        x_m, y_m, yaw = (float(one) for one in fields["origin"].strip("[] ").split(","))
+        negate = fields.get("negate", "0") in ("1", "true")
+        occupied = float(fields.get("occupied_thresh", _OCCUPIED_THRESH))
+        free = float(fields.get("free_thresh", _FREE_THRESH))
+    except OSError as error:
+        raise MapError(f"{error.filename} can't be read: {error.strerror}") from None
+    except KeyError as error:
+        raise MapError(f"{path} has no field {error.args[0]!r}") from None
+    except (ValueError, UnicodeDecodeError) as error:
+        raise MapError(f"{path} can't be used: {error}") from None
+    if yaw:
+        raise MapError(f"{path}: a turned origin (yaw {yaw:g}) is not supported")
+    if not 0.005 <= cell_m <= 0.5:
+        raise MapError(f"{path}: cells of {cell_m:g} m are not supported (0.005..0.5)")
+    taken = grey if negate else 1.0 - grey
+    hits = np.where(taken > occupied, _SURE, 0).astype(np.uint16)
+    passes = np.where(taken < free, _SURE, 0).astype(np.uint16)
+    return HomeMap(name, OccupancyGrid(cell_m, np.array((x_m, y_m)), hits, passes))
+
+
+def _fields(text: str) -> dict[str, str]:
+    rows = (line.split("#")[0].partition(":") for line in text.splitlines())
+    return {key.strip(): value.strip() for key, _, value in rows if value.strip()}
+
+
+def _pgm(data: bytes) -> NDArray[np.float64]:
+    """Shares of white (nx, ny), y upwards."""
+    head = _HEAD.match(data)
+    if head is None:
+        raise ValueError("its image is no binary PGM (P5)")
+    width, height, most = (int(one) for one in head.groups())
+    if not 0 < most < 256:
+        raise ValueError(f"images with {most} grey values are not supported")
+    values = np.frombuffer(data, dtype=np.uint8, offset=head.end())
+    if not 0 < width * height <= len(values):
+        raise ValueError("its image is cut short")
+    return np.asarray(values[: width * height].reshape(height, width)[::-1].T / most)
