@@ -6,6 +6,7 @@ fr079: full rate, 4 to 8 Hz. Intel: only 910 key frames, up to a metre apart, no
 from __future__ import annotations
 
 import math
+from collections import deque
 
 import numpy as np
 
@@ -14,15 +15,18 @@ from gazechair.sensing.mapping.correlative_search import Candidate, search
 from gazechair.sensing.mapping.likelihood_field import LikelihoodField
 from gazechair.sensing.mapping.loops import RANGE_M
 from gazechair.sensing.mapping.mapper import STEP_SIGMA_M, Mapper
-from gazechair.sensing.mapping.poses import between, compose
-from gazechair.sensing.odometry.odometry import Motion, Odometry
-from gazechair.sensing.odometry.points import Piece
+from gazechair.sensing.mapping.poses import between, compose, to_frame
 from gazemeasure import carmen_log
 from gazemeasure.carmen_log import Array, Frame
 from gazemeasure.report import Report
 
 _FR079_LIMIT_M, _INTEL_LIMIT_M = 0.10, 0.13
 _QUICK_FRAMES = 2500
+
+# Scan matching that stands in for odometry on fr079: to the last key scans, after a steady speed.
+_KEY_M, _KEY_RAD, _KEYS = 0.25, 0.3, 14
+_STEADY_S = 0.6
+_MATCH_SIGMAS = np.array((0.1, 0.1, 0.002))
 
 # Intel: the frames are those that GMapping's defaults keep, after 1 m or 0.5 rad.
 _FRAME_M, _FRAME_RAD, _FRAME_SIGMA_M, _SIDE_SIGMA_M = 1.0, 0.42, 0.1, 0.15
@@ -69,17 +73,29 @@ def times_of(frames: list[Frame]) -> Array:
 def map_fr079(frames: list[Frame]) -> tuple[Mapper, list[int]]:
     """A finished map, and the numbers of the frames that became key scans."""
     headings = carmen_log.sensor_headings(frames)
-    odometry, mapper, taken = Odometry(), Mapper(), []
-    for number, (frame, heading) in enumerate(zip(frames, headings.tolist(), strict=True)):
-        count = len(frame.ranges_m)
-        odometry.motion(Motion(frame.time_s, math.degrees(heading) % 360.0))
-        directions = np.degrees(carmen_log.directions_rad(count))
-        times = np.full(count, frame.time_s)
-        found = odometry.piece(Piece(directions, frame.ranges_m, times, (0.0, 0.0), 2 * count))
-        if found is not None:
-            pose = np.array((found.x_m, found.y_m, math.radians(found.heading_deg)))
-            if mapper.add(pose, frame.points_m, heading, frame.time_s):
-                taken.append(number)
+    mapper, taken = Mapper(), []
+    recent: deque[Array] = deque(maxlen=_KEYS)
+    pose = key = np.array((0.0, 0.0, headings[0]))
+    velocity = np.zeros(2)
+    grid: ndt.NdtGrid | None = None
+    for number, frame in enumerate(frames):
+        points = _near(frame.points_m)
+        if grid is not None:
+            elapsed_s = frame.time_s - frames[number - 1].time_s
+            ahead = pose[:2] + velocity * min(elapsed_s, _STEADY_S)
+            turned = headings[number] - headings[number - 1]
+            guess = np.array((*ahead, pose[2] + turned))
+            found = ndt.fit(grid, points, guess, _MATCH_SIGMAS).pose
+            moved = found[:2] - pose[:2]
+            steady = elapsed_s < _STEADY_S
+            velocity = 0.5 * (velocity + moved / max(elapsed_s, 0.05)) if steady else np.zeros(2)
+            pose = np.array((*found[:2], guess[2]))
+        since = between(key, pose)
+        if grid is None or math.hypot(since[0], since[1]) > _KEY_M or abs(since[2]) > _KEY_RAD:
+            recent.append(to_frame(points, pose))
+            key, grid = pose, ndt.NdtGrid(np.concatenate(recent))
+        if mapper.add(pose, frame.points_m, float(headings[number]), frame.time_s):
+            taken.append(number)
     mapper.finish()
     return mapper, taken
 
