@@ -66,7 +66,7 @@ def read(name: str) -> list[Frame]:
 
 def directions_rad(count: int) -> Array:
     """Of a scan's beams, from right to left; 181 and 361 include both ends."""
-    return -0.5 * math.pi + math.pi / (count - count % 2) * np.arange(count)
+    return np.asarray(math.pi / (count - count % 2) * np.arange(count) - 0.5 * math.pi)
 
 
 def sensor_headings(frames: list[Frame], seed: int = 0) -> Array:
