@@ -14,7 +14,8 @@ from gazesetup.paths import ROOT, SOURCE_ROOTS
 
 # Every room above those that it may import from, one line a storey: top to bottom.
 STOREYS: tuple[tuple[str, ...], ...] = (
-    ("gazemeasure", "gazeprove", "gazehouse"),
+    ("gazehouse",),
+    ("gazemeasure", "gazeprove"),
     ("gazedemo", "gazetwin", "gazecontract", "gazereplay", "gazedeb"),
     ("gazesim",),
     ("gazechair.cli", "gazeboard.main"),
