@@ -66,7 +66,9 @@ def read(name: str) -> list[Frame]:
 
 def directions_rad(count: int) -> Array:
     """Of a scan's beams, from right to left; 181 and 361 include both ends."""
-    return np.asarray(math.pi / (count - count % 2) * np.arange(count) - 0.5 * math.pi)
+    return np.asarray(
+        math.pi / (count - count % 2) * np.arange(count) - 0.5 * math.pi, dtype=np.float64
+    )
 
 
 def sensor_headings(frames: list[Frame], seed: int = 0) -> Array:
