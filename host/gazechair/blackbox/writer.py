@@ -24,6 +24,7 @@ FILE_S = 3600.0
 _FILES = 20  # that share the space, at least
 _MOST_FILES = 2000  # a daemon that is started over and over makes many small ones
 _CLOCK_S = 2.0  # a wall clock that was set by more begins another file
+_CLOCK_EACH_NS = 60 * 10**9  # but not more often: one that is set all the time is not the log's end
 _GAP_S = 7 * 86400.0  # between two files; a longer one may be the clock that jumped
 _EARLIEST_S = 1_767_225_600.0  # 2026: a clock that says less has not been set
 _LATEST_NS = (1 << 31) * 10**9 - 1  # of a stamp of ROS 2: in 2038
@@ -95,6 +96,7 @@ class LogWriter:
         self._schemas: dict[str, Schema] = {}
         self._offset_ns = 0  # from the monotonic clock to the wall's
         self._begun_ns = 0
+        self._next_set_ns = 0
         self.path: Path | None = None
 
     def write(self, kind: str, at_ns: int, payload: Any) -> None:
@@ -131,10 +133,14 @@ class LogWriter:
             self._writer._writer.flush()  # the chunk: mcap_ros2 has no flush of its own
             self._file.flush()
             os.fsync(self._file.fileno())
-            old_s = (self._monotonic_ns() - self._begun_ns) / 1e9 > FILE_S
+            now_ns = self._monotonic_ns()
+            old = (now_ns - self._begun_ns) / 1e9 > FILE_S
             full = self._file.tell() > self._max_bytes // _FILES
-            offset_ns = self._wall_ns() - self._monotonic_ns()
-            if old_s or full or abs(offset_ns - self._offset_ns) > _CLOCK_S * 1e9:
+            was_set = abs(self._wall_ns() - now_ns - self._offset_ns) > _CLOCK_S * 1e9
+            if was_set and now_ns >= self._next_set_ns:
+                self._next_set_ns = now_ns + _CLOCK_EACH_NS
+                self.close()
+            elif old or full:
                 self.close()
         self._trim()
 

@@ -137,6 +137,17 @@ def test_a_clock_that_is_set_begins_a_file_and_the_order_stays(tmp_path: Path) -
     assert all(abs(at_ns - WALL_NS + 1e18) < 100e9 for at_ns in times)
 
 
+def test_a_clock_that_is_set_all_the_time_makes_a_file_a_minute(tmp_path: Path) -> None:
+    """As by two time servers that disagree: many small files would push out the old ones."""
+    disk = Disk(tmp_path)
+    for _ in range(300):
+        disk.wall_s = 1e7 - disk.wall_s
+        disk.second()
+    assert 3 <= len(files(tmp_path)) <= 6
+    lines = [line for path in files(tmp_path) for line in LogFile(path).lines()]
+    assert len(lines) == 300
+
+
 def test_a_disk_that_others_fill_gets_the_oldest_then_nothing_is_written(tmp_path: Path) -> None:
     disk = Disk(tmp_path)
     for _ in range(3):
