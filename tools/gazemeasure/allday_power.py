@@ -22,6 +22,8 @@ from gazechair.blackbox.reader import LogFile
 from gazechair.config.configuration import Config
 from gazechair.driving.speed_cap_store import FILE_NAME as SPEED_CAP
 from gazechair.driving.speed_cap_store import KeptCap
+from gazechair.first_drive.record import FILE_NAME as FIRST_DRIVE
+from gazechair.first_drive.record import Record
 from gazechair.people.pairing.store import FILE_NAME as PAIRED
 from gazechair.people.pairing.store import DeviceStore
 from gazechair.people.profiles import Profiles, house_fields
@@ -81,6 +83,11 @@ STORES = (
         PAIRED,
         _pair,
         lambda at: [device.name for device in DeviceStore(at).all()],
+    ),
+    Store(
+        FIRST_DRIVE,
+        lambda at, n: Record(at).keep("distance", n),
+        lambda at: Record(at).get("distance"),
     ),
     Store(DIARY, _write_diary, lambda at: len(Diary(at).read())),
 )
