@@ -1,8 +1,8 @@
 """Until the selected profile is tuned: turns are slower, and a step turn's end is told.
 
-Untuned, the board knows the chair's turning by its defaults only. At 60 % of the deflection the
-error of a step stays within 3 degrees, at full deflection it can exceed 10. Below 50 % some chairs
-do not begin to turn. This makes turns better, not safer: every limit is the board's own.
+Untuned, the board knows the chair's turning by its defaults only. Of 30 random simulated chairs a
+step of 10 degrees ended up to 3.9 degrees off at 60 % deflection, up to 15.5 at full; at 35 %
+some did not begin to turn. This makes turns better, not safer: every limit is the board's own.
 """
 
 from __future__ import annotations
