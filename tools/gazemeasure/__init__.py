@@ -11,6 +11,7 @@ from gazemeasure.report import Report
 BENCHMARKS = {
     "allday": ("gazemeasure.allday", "a day of driving: faults, alerts, power cuts, replays"),
     "glance": ("gazemeasure.glance", "from the page's event handler to the wipers and back"),
+    "home": ("gazemeasure.home", "where the chair is and how fast it moves: a real log, homes"),
     "link": ("gazemeasure.link", "the serial link: round trip beside a bare echo, re-plugs"),
     "obstacles": (
         "gazemeasure.obstacles",

@@ -107,8 +107,8 @@ class Driver:
         self.full_m_s = chance.uniform(0.35, 0.7)
         self._linear = Axis(_RAMP_M_S2, chance)
         self._turn = Axis(_RAMP_DEG_S2, chance)
-        self.permille = 0
-        """Of the drive axis, as the board would put out."""
+        self.permille = (0, 0)
+        """Drive and turn, as the board would put out."""
         self.pose = self._begin()
         self.route: deque[Pose] = deque()
         self._held = False
@@ -152,8 +152,8 @@ class Driver:
             if abs(error) > 1e-6:
                 turn = math.copysign(min(_TURNING_DEG_S, 1.0 + 1.6 * abs(error)), error)
             else:
-                linear = min(self.full_m_s, 0.02 + 0.9 * left_m)
-        self.permille = round(1000 * linear / self.full_m_s)
+                linear = min(self.full_m_s, 0.02 + 0.6 * left_m)
+        self.permille = (round(1000 * linear / self.full_m_s), round(1000 * turn / _TURNING_DEG_S))
         forward_m, turned_deg = self._linear.step(linear), self._turn.step(turn)
         while self.route and (forward_m > 0.0 or turned_deg):
             aim, _ = self._straight()
@@ -296,7 +296,7 @@ class Drive:
         heading = self._first_deg + turned + self._drift_deg_s * self.time_s
         heading += self._random.normal(0.0, 0.1)
         heading = round(heading * 16.0) / 16.0 % 360.0
-        return Motion(self.time_s, heading, self.driver.permille)
+        return Motion(self.time_s, heading, *self.driver.permille)
 
     def _piece(self, lidar: Mounted, half: int) -> Piece:
         """The half turn that has just ended, as it was measured on the way."""

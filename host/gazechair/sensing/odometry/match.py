@@ -28,7 +28,7 @@ _FLAT = 8.0  # a surface's length in proportion to its depth, variances
 _POST_M = 0.05  # something compact is smaller
 _LOOSE_M, _TIGHT_M = 0.25, 0.08  # beyond some of these a point counts little: first, then last
 # Points on one surface err together: so many tell no more than one.
-_TOGETHER = 12.0
+_TOGETHER = 2.0
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
+from gazechair.sensing.odometry.doubts import LOST, Doubts, Seen, is_corridor
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
 from gazechair.sensing.odometry.match import (
     ERROR,
@@ -27,20 +28,21 @@ from gazechair.sensing.odometry.match import (
     Y,
     fit,
 )
+from gazechair.sensing.odometry.obedience import CHANGED_S, DEAD_S, Obedience
 from gazechair.sensing.odometry.points import Piece, seen_points
 
 _HEADING_ERROR_RAD = math.radians(0.1)
 _DRIFT_RAD_S = math.radians(0.02)
 _SCALE = 0.006  # of a turn
-# How the speed follows the command: what every chair does, roughly.
-_DEAD_S, _LAG_S = 0.15, 0.25
-_FASTER_M_S2, _SLOWER_M_S2 = 0.6, 1.0
+_UNKNOWN_RAD_S = math.radians(60.0)  # how fast it may turn without a heading
 _FULL_M_S, _FULL_SIGMA_M_S = 0.5, 0.25
-_CHANGED_S = 1.2  # after a change of the command the speed is hard to predict
-_STEADY_Q, _CHANGING_Q = 0.003, 0.05  # (m/s)^2 per second
 _SIDEWAYS_M_S, _SIDEWAYS_S = 0.05, 0.3  # what a chair slips sideways, and for how long
 _KEPT_S = 3.0  # of motion
 _SLOPE_S = 0.08
+_OLD_S = 0.3  # a heading
+_SILENT_S = 0.2  # a lidar
+_STARTS_S, _STOPS_S = 0.6, 1.2  # until then the chair is neither stuck nor pushed
+_DRIFT_M2_PER_M = 0.006**2
 
 _KNOWN = 0.85  # less of what is seen is known: look here once more
 _LOOK_S = 0.02
@@ -49,11 +51,12 @@ _INSERT_M, _INSERT_RAD = 0.10, math.radians(5.0)
 
 @dataclass(frozen=True)
 class Motion:
-    """What the board said at a time: heading and output of the drive axis; None: not known."""
+    """What the board said at a time: heading and outputs; None: not known."""
 
     time_s: float
     heading_deg: float | None
     linear_permille: int | None = None
+    turn_permille: int | None = None
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,8 @@ class Estimate:
     """Where the chair is and how it moves, in a frame that begins where odometry began.
 
     The drive axle's; x forward at the beginning, y left, headings counter-clockwise. Uncertainties
-    are standard deviations; those of the place are of the way since the beginning.
+    are standard deviations; those of the place are of the way since the beginning, along and
+    across the chair.
     """
 
     time_s: float
@@ -78,6 +82,10 @@ class Estimate:
     speed_sigma_m_s: float
     matched: float
     """Share of what is seen that was seen before, 0..1."""
+    doubts: tuple[str, ...]
+    """Keys of `doubts`."""
+    track: int
+    """Counts the beginnings: places of different tracks have nothing to do with each other."""
 
 
 class Odometry:
@@ -89,10 +97,15 @@ class Odometry:
         self._coarse = LocalMap(0.25)
         self._state: FloatArray = np.zeros(STATES)
         self._state[FULL] = _FULL_M_S
-        self._covariance = np.diag((1e-8, 1e-8, 1e-8, 0.01, 0.0025, _FULL_SIGMA_M_S**2, 1.0))
-        self._drift = np.zeros((2, 2))
+        self._covariance = _first_covariance()
+        self._drift = np.zeros((2, 2))  # of the remembered surfaces, since the beginning
+        self._track = 0
+        self._doubts = Doubts()
+        self._obedience = Obedience()
+        self._heard_s: dict[tuple[float, float], float] = {}  # by the lidar's place
         self._time_s: float | None = None
         self._heading_rad = 0.0  # of the sensor, at the newest piece, not wrapped
+        # Where and when the surfaces were renewed: x, y, heading, time.
         self._inserted: tuple[float, float, float, float] | None = None
 
     def motion(self, motion: Motion) -> None:
@@ -113,24 +126,81 @@ class Odometry:
             if len(times)
             else np.zeros(len(piece.times_s))
         )
+        known = len(times) > 0 and at_s - times[-1] < _OLD_S
         if self._time_s is None:
             self._heading_rad, self._time_s = heading, at_s
             self._state[OFFSET] = -heading
-        state, covariance = self._predict(at_s, heading)
+        state, covariance = self._predict(at_s, heading, known)
         points, normals = seen_points(piece, turned, state[FORWARD], state[SIDEWAYS])
         found = fit(self._coarse, self._map, points, normals, state, covariance, heading)
         yaw = self._yaw_rate(at_s, times, headings)
+        self._grow(found)
+        change = float(found.state[FORWARD] - self._state[FORWARD])
+        self._obedience.judge(change, at_s - self._time_s)
         self._state, self._covariance = found.state, found.covariance
         self._time_s, self._heading_rad = at_s, heading
+        self._heard_s[piece.origin_m] = at_s
         self._remember(points, normals, at_s, found)
-        return self._estimate(yaw, found)
+        seen = Seen(
+            at_s,
+            known,
+            len(points),
+            found.information,
+            found.matched,
+            float(self._state[FORWARD]),
+            math.sqrt(self._covariance[FORWARD, FORWARD]),
+            float(self._state[SIDEWAYS]),
+            yaw,
+            self._outputs(at_s),
+            max(0.0, at_s - min(self._heard_s.values()) - _SILENT_S),
+        )
+        doubts = self._doubts.judge(seen)
+        estimate = self._estimate(yaw, found, doubts)
+        if LOST in doubts:
+            self._begin_afresh()
+        return estimate
+
+    def _grow(self, found: Fit) -> None:
+        """What the remembered surfaces are off grows with the way, and where nothing tells."""
+        way_m = math.hypot(*(found.state[:2] - self._state[:2]))
+        self._drift += np.eye(2) * _DRIFT_M2_PER_M * way_m
+        if is_corridor(found.information):
+            growth = found.covariance[:2, :2] - self._covariance[:2, :2]
+            values, vectors = np.linalg.eigh(growth)
+            self._drift += (vectors * np.maximum(values, 0.0)) @ vectors.T
+
+    def _begin_afresh(self) -> None:
+        """Nothing is known of what is seen, as after being carried: another track."""
+        self._track += 1
+        self._doubts.forget()
+        self._map.clear()
+        self._coarse.clear()
+        self._inserted = None
+        self._drift[:] = 0.0
+        self._state[[FORWARD, SIDEWAYS]] = 0.0
+        self._covariance = _first_covariance()
+
+    def _outputs(self, at_s: float) -> tuple[int, int] | None:
+        """The least output for as long as the chair takes to start, the most as long as to stop."""
+        recent = [m for m in self._motions if at_s - _STOPS_S <= m.time_s <= at_s]
+        found = [
+            (m.time_s, max(abs(m.linear_permille), abs(m.turn_permille)))
+            for m in recent
+            if m.linear_permille is not None and m.turn_permille is not None
+        ]
+        if not found or len(found) < len(recent):
+            return None
+        least = min((output for time_s, output in found if time_s >= at_s - _STARTS_S), default=0)
+        return least, max(output for _, output in found)
 
     def _headings(self) -> tuple[FloatArray, FloatArray]:
         known = [(m.time_s, m.heading_deg) for m in self._motions if m.heading_deg is not None]
         rows = np.array(known, dtype=np.float64).reshape(-1, 2)
         return rows[:, 0], np.unwrap(np.radians(rows[:, 1]))
 
-    def _predict(self, at_s: float, heading: float) -> tuple[FloatArray, FloatArray]:
+    def _predict(
+        self, at_s: float, heading: float, heading_known: bool
+    ) -> tuple[FloatArray, FloatArray]:
         assert self._time_s is not None
         dt = at_s - self._time_s
         turn = heading - self._heading_rad
@@ -144,30 +214,32 @@ class Odometry:
         state[Y] += (s * forward + c * sideways) * dt
         state[SIDEWAYS] *= fades
         command, changing = self._command(at_s)
-        follow = 0.0 if command is None else 1.0 - math.exp(-dt / _LAG_S)
-        command = command or 0.0
-        speeds_up = (command * before[FULL] - forward) * follow
-        most = _FASTER_M_S2 if abs(command * before[FULL]) > abs(forward) else _SLOWER_M_S2
-        limited = abs(speeds_up) > most * dt
-        state[FORWARD] += math.copysign(min(abs(speeds_up), most * dt), speeds_up)
+        speed = self._obedience.predict(
+            float(forward),
+            float(before[FULL]),
+            math.sqrt(self._covariance[FULL, FULL]),
+            command,
+            changing,
+            dt,
+        )
+        state[FORWARD] += speed.speed_m_s
         state[ERROR] = 0.0
         change = np.eye(STATES)
         change[X, FORWARD], change[X, SIDEWAYS] = c * dt, -s * dt
         change[Y, FORWARD], change[Y, SIDEWAYS] = s * dt, c * dt
         change[X, OFFSET], change[Y, OFFSET] = -(s * forward) * dt, (c * forward) * dt
         change[SIDEWAYS, SIDEWAYS] = fades
-        if not limited:
-            change[FORWARD, FORWARD] = 1.0 - follow
-            change[FORWARD, FULL] = command * follow
+        change[FORWARD, FORWARD], change[FORWARD, FULL] = speed.by_speed, speed.by_full
         change[ERROR, ERROR] = 0.0
         covariance = change @ self._covariance @ change.T
-        quick = (_CHANGING_Q if changing else _STEADY_Q) * dt
         slip = _SIDEWAYS_M_S**2 * (1.0 - fades**2)
         gain = np.zeros((STATES, 2))
         gain[X], gain[Y] = (0.5 * c * dt, -0.5 * s * dt), (0.5 * s * dt, 0.5 * c * dt)
         gain[FORWARD, 0] = gain[SIDEWAYS, 1] = 1.0
-        covariance += gain @ np.diag((quick, slip)) @ gain.T
+        covariance += gain @ np.diag((speed.q * dt, slip)) @ gain.T
         covariance[OFFSET, OFFSET] += (_DRIFT_RAD_S * dt) ** 2 + (_SCALE * turn) ** 2
+        if not heading_known:
+            covariance[OFFSET, OFFSET] += (_UNKNOWN_RAD_S * dt) ** 2
         covariance[FULL, FULL] += 1e-5 * dt
         covariance[ERROR, ERROR] = _HEADING_ERROR_RAD**2
         covariance[X, X] += 1e-8
@@ -177,8 +249,8 @@ class Odometry:
 
     def _command(self, at_s: float) -> tuple[float | None, bool]:
         """What the motors follow at that time, -1..1, and whether it has changed lately."""
-        recent = [m for m in self._motions if m.time_s >= at_s - _DEAD_S - _CHANGED_S]
-        acts = [m.linear_permille for m in recent if m.time_s <= at_s - _DEAD_S]
+        recent = [m for m in self._motions if m.time_s >= at_s - DEAD_S - CHANGED_S]
+        acts = [m.linear_permille for m in recent if m.time_s <= at_s - DEAD_S]
         if not acts or acts[-1] is None:
             return None, True
         outputs = [m.linear_permille or 0 for m in recent]
@@ -209,10 +281,13 @@ class Odometry:
         for m in (self._map, self._coarse):
             m.insert(points @ rotation + (x, y), layers_of(normals @ rotation), at_s)
 
-    def _estimate(self, yaw: float, found: Fit) -> Estimate:
+    def _estimate(self, yaw: float, found: Fit, doubts: tuple[str, ...]) -> Estimate:
         assert self._time_s is not None
         state, sigma = self._state, np.sqrt(np.diag(self._covariance))
         angle = self._heading_rad + state[OFFSET] + state[ERROR]
+        along = np.array((math.cos(angle), math.sin(angle)))
+        across = np.array((-along[1], along[0]))
+        place = self._covariance[:2, :2] + self._drift
         return Estimate(
             self._time_s,
             float(state[X]),
@@ -221,9 +296,15 @@ class Odometry:
             float(state[FORWARD]),
             float(state[SIDEWAYS]),
             yaw,
-            float(sigma[X]),
-            float(sigma[Y]),
+            math.sqrt(along @ place @ along),
+            math.sqrt(across @ place @ across),
             math.degrees(float(sigma[OFFSET])),
             float(sigma[FORWARD]),
             found.matched,
+            doubts,
+            self._track,
         )
+
+
+def _first_covariance() -> FloatArray:
+    return np.diag((1e-8, 1e-8, 1e-8, 0.01, 0.0025, _FULL_SIGMA_M_S**2, 1.0))

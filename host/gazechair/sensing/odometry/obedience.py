@@ -1,0 +1,72 @@
+"""How the speed follows the command, as every chair does roughly; and whether it does now."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+DEAD_S = 0.15
+CHANGED_S = 1.2  # for so long after a change of the command the speed is hard to predict
+_LAG_S = 0.25
+_FASTER_M_S2, _SLOWER_M_S2 = 0.6, 1.0
+_STEADY_Q, _CHANGING_Q = 0.003, 0.05  # (m/s)^2 per second
+_SURPRISE_S, _SURPRISE_M_S2, _CHANGING_M_S2 = 0.15, 0.15, 0.2
+
+
+@dataclass(frozen=True)
+class Change:
+    """What becomes of the speed in one step."""
+
+    speed_m_s: float
+    """The change."""
+    by_speed: float
+    """The new speed by the old one."""
+    by_full: float
+    """The new speed by the speed of a full command."""
+    q: float
+    """How much it may be wrong: variance of the change per second."""
+
+
+class Obedience:
+    """Predicts by the command for as long as the chair does what it is told, roughly."""
+
+    def __init__(self) -> None:
+        self._surprise_m_s2 = 0.0
+        self._expected_m_s = 0.0
+
+    def predict(
+        self,
+        speed_m_s: float,
+        full_m_s: float,
+        full_sigma_m_s: float,
+        command: float | None,
+        changing: bool,
+        dt_s: float,
+    ) -> Change:
+        """`full_m_s`: the speed of a full command; `command`: -1..1, None: not known."""
+        if command is None:
+            self._expected_m_s, self._surprise_m_s2 = 0.0, math.inf
+            return Change(0.0, 1.0, 0.0, _CHANGING_Q)
+        if math.isinf(self._surprise_m_s2):
+            self._surprise_m_s2 = 0.0
+        follow = 1.0 - math.exp(-dt_s / _LAG_S)
+        wanted = command * full_m_s
+        change = (wanted - speed_m_s) * follow
+        most = (_FASTER_M_S2 if abs(wanted) > abs(speed_m_s) else _SLOWER_M_S2) * dt_s
+        self._expected_m_s = max(-most, min(change, most))
+        # What is not known yet of this chair is no surprise.
+        allowed = _SURPRISE_M_S2 + 2.0 * abs(command) * full_sigma_m_s / _LAG_S
+        if abs(self._surprise_m_s2) > allowed + changing * _CHANGING_M_S2:  # pushed, or held
+            return Change(0.0, 1.0, 0.0, _CHANGING_Q)
+        q = _CHANGING_Q if changing else _STEADY_Q
+        if abs(change) > most:
+            return Change(self._expected_m_s, 1.0, 0.0, q)
+        return Change(change, 1.0 - follow, command * follow, q)
+
+    def judge(self, change_m_s: float, dt_s: float) -> None:
+        """How the speed has changed really since the last prediction."""
+        if math.isinf(self._surprise_m_s2) or dt_s <= 0.0:
+            return
+        off = (change_m_s - self._expected_m_s) / dt_s
+        share = 1.0 - math.exp(-dt_s / _SURPRISE_S)
+        self._surprise_m_s2 += (off - self._surprise_m_s2) * share

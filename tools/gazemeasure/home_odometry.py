@@ -1,0 +1,52 @@
+"""A public log driven through odometry alone, with headings as the board's sensor would give."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+
+from gazechair.sensing.odometry.odometry import Motion, Odometry
+from gazechair.sensing.odometry.points import Piece
+from gazemeasure import carmen_log
+from gazemeasure.carmen_log import Frame
+from gazemeasure.report import Report
+
+_LIMIT_M = 0.25
+_SEEDS, _SEEDS_QUICK = range(4), range(1)
+
+
+def measure(report: Report, quick: bool) -> None:
+    """Add the rows; where the log is absent, a note."""
+    try:
+        frames = carmen_log.read(carmen_log.FR079)
+    except carmen_log.NoDataError as error:
+        report.note(f"odometry of the public log not measured: {error}")
+        return
+    found = [rmse_m(frames, seed) for seed in (_SEEDS_QUICK if quick else _SEEDS)]
+    report.add("fr079, odometry alone: position RMSE, worst", max(one[0] for one in found), "m", _LIMIT_M)
+    report.add("  computing, mean of a scan", float(np.mean([one[1] for one in found])), "ms")
+    steps = np.diff([frame.reference[:2] for frame in frames], axis=0)
+    way_m = float(np.hypot(steps[:, 0], steps[:, 1]).sum())
+    report.note(f"fr079: {way_m:.0f} m, {len(found)} headings drawn; places within 25 m are remembered")
+
+
+def rmse_m(frames: list[Frame], seed: int) -> tuple[float, float]:
+    """Of the positions, after the rigid alignment that fits best; and the milliseconds a scan."""
+    headings = np.degrees(carmen_log.sensor_headings(frames, seed))
+    directions = np.degrees(carmen_log.directions_rad(len(frames[0].ranges_m)))
+    odometry = Odometry()
+    places, reference = [], []
+    spent_s = 0.0
+    for frame, heading in zip(frames, headings, strict=True):
+        odometry.motion(Motion(frame.time_s, float(heading % 360.0)))
+        at_s = np.full(len(directions), frame.time_s)
+        begin_s = time.process_time()
+        found = odometry.piece(Piece(directions, frame.ranges_m, at_s, (0.0, 0.0), 720))
+        spent_s += time.process_time() - begin_s
+        if found is not None:
+            places.append((found.x_m, found.y_m))
+            reference.append(frame.reference[:2])
+    error_m = carmen_log.position_rmse_m(np.array(places), np.array(reference))
+    return error_m, 1000.0 * spent_s / len(frames)
