@@ -27,7 +27,7 @@ def test_an_absent_log_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_short_drive_is_judged_by_the_truth() -> None:
-    found = drive(Job(2, 12.0, "one lidar"))
+    found = drive(Job(4, 16.0, "one lidar"))
     assert found.way_m > 0.5
     assert found.end_m < 0.03
     assert found.age_s.max() < 0.1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 
 import numpy as np
@@ -25,11 +24,15 @@ def measure(report: Report, quick: bool) -> None:
         report.note(f"odometry of the public log not measured: {error}")
         return
     found = [rmse_m(frames, seed) for seed in (_SEEDS_QUICK if quick else _SEEDS)]
-    report.add("fr079, odometry alone: position RMSE, worst", max(one[0] for one in found), "m", _LIMIT_M)
+    report.add(
+        "fr079, odometry alone: position RMSE, worst", max(one[0] for one in found), "m", _LIMIT_M
+    )
     report.add("  computing, mean of a scan", float(np.mean([one[1] for one in found])), "ms")
     steps = np.diff([frame.reference[:2] for frame in frames], axis=0)
     way_m = float(np.hypot(steps[:, 0], steps[:, 1]).sum())
-    report.note(f"fr079: {way_m:.0f} m, {len(found)} headings drawn; places within 25 m are remembered")
+    report.note(
+        f"fr079: {way_m:.0f} m, {len(found)} headings drawn; places within 25 m are remembered"
+    )
 
 
 def rmse_m(frames: list[Frame], seed: int) -> tuple[float, float]:

@@ -168,6 +168,16 @@ def test_a_lidar_that_falls_silent_is_said_and_the_other_goes_on() -> None:
     assert math.hypot(said[-1].x_m, said[-1].y_m) < 0.01
 
 
+def test_a_heading_that_passes_north_moves_nothing() -> None:
+    def path(time_s: float) -> tuple[float, float, float]:
+        return 0.3 * max(0.0, time_s - 1.0), 0.0, 8.0 * math.sin(2.0 * time_s)
+
+    found = say(room(), path, lambda t: (600 if t > 1.0 else 0, 0), 5.0)
+    off = [math.hypot(one.x_m - path(one.time_s)[0], one.y_m) for one in found]
+    assert max(off) < 0.03
+    assert max(abs(one.sideways_m_s) for one in found) < 0.12
+
+
 def test_without_a_heading_it_follows_slow_turns_and_says_so() -> None:
     odometry = Odometry()
     found = [

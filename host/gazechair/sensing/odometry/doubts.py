@@ -88,23 +88,23 @@ def _now(seen: Seen) -> Iterable[str]:
         yield LITTLE
     elif is_corridor(seen.information):
         yield CORRIDOR
-    if seen.matched < _LOST_MATCHED:
-        yield LOST
+    speed = abs(seen.speed_m_s)
+    turns = abs(seen.yaw_rate_deg_s) > _MOVES_DEG_S
+    if seen.matched < _LOST_MATCHED and speed < _MOVES_M_S and not turns:
+        yield LOST  # one that moves sees new rooms
     if seen.matched < _MATCHED:
         yield CHANGED
     if seen.silent_s > 0.0:
         yield LATE
     if abs(seen.sideways_m_s) > _SIDEWAYS_M_S:
         yield CARRIED
-    speed = abs(seen.speed_m_s)
     if seen.outputs is None or seen.matched < _MATCHED:
         return
     least, most = seen.outputs
-    moves = speed > _MOVES_M_S + 2.0 * seen.speed_sigma_m_s
-    if most <= _NO_COMMAND and (moves or abs(seen.yaw_rate_deg_s) > _MOVES_DEG_S):
+    moves = speed > _MOVES_M_S + seen.speed_sigma_m_s
+    if most <= _NO_COMMAND and (moves or turns):
         yield PUSHED
-    stands = speed < _STANDS_M_S and abs(seen.yaw_rate_deg_s) < _MOVES_DEG_S
-    if least >= _COMMAND and stands:
+    if least >= _COMMAND and speed < _STANDS_M_S and not turns:
         yield STUCK
 
 

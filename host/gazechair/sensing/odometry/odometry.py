@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -93,6 +93,7 @@ class Odometry:
 
     def __init__(self) -> None:
         self._motions: deque[Motion] = deque()
+        self._turned_deg = 0.0
         self._map = LocalMap(0.10)
         self._coarse = LocalMap(0.25)
         self._state: FloatArray = np.zeros(STATES)
@@ -110,6 +111,10 @@ class Odometry:
 
     def motion(self, motion: Motion) -> None:
         """What the board said."""
+        if motion.heading_deg is not None:  # full turns are counted
+            off = motion.heading_deg - self._turned_deg
+            self._turned_deg += (off + 180.0) % 360.0 - 180.0
+            motion = replace(motion, heading_deg=self._turned_deg)
         self._motions.append(motion)
         while self._motions[0].time_s < motion.time_s - _KEPT_S:
             self._motions.popleft()
@@ -196,7 +201,7 @@ class Odometry:
     def _headings(self) -> tuple[FloatArray, FloatArray]:
         known = [(m.time_s, m.heading_deg) for m in self._motions if m.heading_deg is not None]
         rows = np.array(known, dtype=np.float64).reshape(-1, 2)
-        return rows[:, 0], np.unwrap(np.radians(rows[:, 1]))
+        return rows[:, 0], np.radians(rows[:, 1])
 
     def _predict(
         self, at_s: float, heading: float, heading_known: bool
