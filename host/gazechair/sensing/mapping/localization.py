@@ -1,0 +1,139 @@
+"""Localization in a known map: finds the pose without a hint, follows it, notices when it is lost.
+
+Rather no pose than a wrong one: a pose counts when the looks fit there, fit nowhere else nearly as
+well, contradict nothing, and fit again after a second look.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.sensing.mapping import ndt
+from gazechair.sensing.mapping.correlative_search import search
+from gazechair.sensing.mapping.map_match import Evidence, Look, MapMatch, together
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.poses import between, compose
+
+# Search.
+_HEADINGS_RAD = np.radians(np.arange(0.0, 360.0, 1.5))
+_POINTS = 100
+_LEAST, _RATIO, _APART_M = 0.35, 0.80, 0.4
+_CANDIDATES = 24
+_SAME_M, _SAME_RAD = 0.3, math.radians(10.0)
+# A pose that counts.
+_EXPLAINED, _THROUGH = 0.60, 0.10
+_MARGIN = 0.12  # of the value above every other place's
+_FIRM = 0.03  # information across over along: less is a corridor without an end
+_LOOKS = 8
+_LOOK_M, _LOOK_RAD = 0.25, math.radians(10.0)  # the chair moves so far between two looks
+_AGAIN_S = 0.5  # or stands so long
+_CONFIRM_M, _CONFIRM_RAD = 0.10, math.radians(3.0)
+# Following.
+_FOLLOW_SIGMAS = np.array((0.05, 0.05, math.radians(1.0)))
+_LOST_EXPLAINED, _LOST_THROUGH = 0.20, 0.25
+_LOST_S = 2.0
+
+
+@dataclass(frozen=True)
+class Location:
+    """Where the chair is in the map, and the evidence for it."""
+
+    pose: FloatArray
+    """(3,): x, y in metres, heading in radians."""
+    evidence: Evidence
+
+
+class Localization:
+    """Feed it looks with the odometry's pose at each; `location` is None while it is not known."""
+
+    def __init__(self, grid: OccupancyGrid) -> None:
+        self._map = MapMatch(grid)
+        self._looks: list[tuple[Look, FloatArray, float]] = []  # with odometry's pose, time
+        self._found: tuple[FloatArray, FloatArray] | None = None  # once; and odometry's pose then
+        self._odometry: FloatArray = np.zeros(3)
+        self._doubt_since_s: float | None = None
+        self.location: Location | None = None
+
+    def look(self, look: Look, odometry: FloatArray, time_s: float) -> Location | None:
+        """The location after this look; `odometry` (3,): in a frame of its own."""
+        if not len(look.points_m):
+            return self.location
+        if self.location is not None:
+            self._follow(look, odometry, time_s, self.location.pose)
+        elif self._is_new(odometry, time_s):
+            self._looks = [*self._looks, (look, odometry, time_s)][-_LOOKS:]
+            self._search(odometry)
+        self._odometry = odometry
+        return self.location
+
+    def forget(self) -> None:
+        """Begin anew: the chair was lifted, or another map counts."""
+        self._looks, self._found, self.location = [], None, None
+        self._doubt_since_s = None
+
+    def _is_new(self, odometry: FloatArray, time_s: float) -> bool:
+        if not self._looks:
+            return True
+        _, before, before_s = self._looks[-1]
+        moved = between(before, odometry)
+        far = math.hypot(moved[0], moved[1]) >= _LOOK_M or abs(moved[2]) >= _LOOK_RAD
+        return far or time_s - before_s >= _AGAIN_S
+
+    def _search(self, odometry: FloatArray) -> None:
+        look = together([one.moved(between(odometry, at)) for one, at, _ in self._looks])
+        found = self.only_pose(look)
+        if found is None:
+            self._found = None
+            return
+        if self._found is not None:
+            pose, at = self._found
+            off = between(compose(pose, between(at, odometry)), found.pose)
+            if math.hypot(off[0], off[1]) < _CONFIRM_M and abs(off[2]) < _CONFIRM_RAD:
+                self.location = found
+                self._looks, self._found, self._doubt_since_s = [], None, None
+                return
+        self._found = found.pose, odometry
+
+    def only_pose(self, look: Look) -> Location | None:
+        """The one pose that the look fits, searched in the whole map; None: none, or several."""
+        ranked = sorted(self._candidates(look), key=lambda one: -one.evidence.value)
+        if not ranked:
+            return None
+        best = ranked[0]
+        if best.evidence.explained < _EXPLAINED or best.evidence.through > _THROUGH:
+            return None
+        for other in ranked[1:]:
+            off = between(best.pose, other.pose)
+            same = math.hypot(off[0], off[1]) < _SAME_M and abs(off[2]) < _SAME_RAD
+            if not same and other.evidence.value > best.evidence.value - _MARGIN:
+                return None
+        return best
+
+    def _candidates(self, look: Look) -> list[Location]:
+        field = self._map.coarse
+        few = look.points_m[:: max(1, len(look.points_m) // _POINTS)]
+        low, high = field.low_m, field.high_m
+        coarse = search(field, few, low, high, _HEADINGS_RAD, _LEAST, _APART_M, _RATIO)
+        found = []
+        for one in coarse[:_CANDIDATES]:
+            fitted = ndt.fit(self._map.ndt, look.points_m, one.pose)
+            soft, firm = np.linalg.eigvalsh(fitted.information[:2, :2])
+            if soft > _FIRM * firm and self._map.on_free_floor(fitted.pose):
+                found.append(Location(fitted.pose, self._map.evidence(look, fitted.pose)))
+        return found
+
+    def _follow(self, look: Look, odometry: FloatArray, time_s: float, pose: FloatArray) -> None:
+        guess = compose(pose, between(self._odometry, odometry))
+        fitted = ndt.fit(self._map.ndt, look.points_m, guess, _FOLLOW_SIGMAS)
+        evidence = self._map.evidence(look, fitted.pose)
+        self.location = Location(fitted.pose, evidence)
+        if evidence.explained >= _LOST_EXPLAINED and evidence.through <= _LOST_THROUGH:
+            self._doubt_since_s = None
+        elif self._doubt_since_s is None:
+            self._doubt_since_s = time_s
+        elif time_s - self._doubt_since_s >= _LOST_S:
+            self.forget()

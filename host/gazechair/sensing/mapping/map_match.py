@@ -1,0 +1,97 @@
+"""How well looks fit a known map at a pose: what is explained, and what contradicts it.
+
+A look ends at a known surface (explained), before one (somebody stands there, something is new), or
+has passed through one (a contradiction: walls do not let light through; an opened door or moved
+furniture is a small part of a look).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.sensing.mapping.likelihood_field import LikelihoodField
+from gazechair.sensing.mapping.ndt import NdtGrid
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.poses import to_frame
+
+_COARSE_M, _COARSE_SIGMA_M, _LEVELS = 0.10, 0.12, 5
+_FINE_M, _NEAR_M = 0.05, 0.10  # a look that ends so near a known surface is explained
+_BEAMS = 240
+_STEP_M = 0.05
+_SHORT_M = 0.25  # before the end of a look nothing contradicts it
+_NEAR = math.exp(-0.5)  # of a field whose sigma is _NEAR_M
+
+
+@dataclass(frozen=True)
+class Look:
+    """What the lidars saw at one time: ends and beginnings of the beams, both (N, 2)."""
+
+    points_m: FloatArray
+    origins_m: FloatArray
+
+    def moved(self, pose: FloatArray) -> Look:
+        """The same, in the frame that `pose` is given in."""
+        return Look(to_frame(self.points_m, pose), to_frame(self.origins_m, pose))
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Shares of the beams, 0..1."""
+
+    explained: float
+    through: float
+
+    @property
+    def value(self) -> float:
+        """For comparing poses: more is better, 1 at most."""
+        return self.explained - self.through
+
+
+def together(looks: list[Look]) -> Look:
+    """Several looks as one."""
+    return Look(
+        np.concatenate([look.points_m for look in looks]),
+        np.concatenate([look.origins_m for look in looks]),
+    )
+
+
+class MapMatch:
+    """A map prepared for matching. ValueError when nothing in it is occupied."""
+
+    def __init__(self, grid: OccupancyGrid) -> None:
+        known = grid.occupied_m()
+        if not len(known):
+            raise ValueError("nothing in the map is occupied")
+        self._grid = grid
+        self._free = grid.free
+        self._fine = LikelihoodField(known, _FINE_M, _NEAR_M)
+        self._solid = LikelihoodField(known, _FINE_M, _FINE_M / 4.0)
+        self.coarse = LikelihoodField(known, _COARSE_M, _COARSE_SIGMA_M, _LEVELS)
+        self.ndt = NdtGrid(known)
+
+    def on_free_floor(self, pose: FloatArray) -> bool:
+        """Whether the map knows free floor there."""
+        i, j = np.floor((pose[:2] - self._grid.low_m) / self._grid.cell_m).astype(int).tolist()
+        nx, ny = self._free.shape
+        return 0 <= i < nx and 0 <= j < ny and bool(self._free[i, j])
+
+    def evidence(self, look: Look, pose: FloatArray) -> Evidence:
+        """For and against the look being from that pose."""
+        every = max(1, len(look.points_m) // _BEAMS)
+        placed = Look(look.points_m[::every], look.origins_m[::every]).moved(pose)
+        ends, starts = placed.points_m, placed.origins_m
+        explained = self._fine.at(0, self._fine.cells(ends)) >= _NEAR
+        along = ends - starts
+        length = np.hypot(*along.T)
+        steps = np.maximum(0, np.floor((length - _SHORT_M) / _STEP_M)).astype(np.int64)
+        beam = np.repeat(np.arange(len(ends)), steps)
+        share = _STEP_M * (np.arange(len(beam)) - np.repeat(np.cumsum(steps) - steps, steps))
+        at = starts[beam] + along[beam] * (share / length[beam])[:, None]
+        solid = self._solid.at(0, self._solid.cells(at)) == 1.0
+        through = np.bincount(beam[solid], minlength=len(ends)) > 0
+        # A beam that grazes a wall passes its cells: what is explained contradicts nothing.
+        return Evidence(float(explained.mean()), float((through & ~explained).mean()))

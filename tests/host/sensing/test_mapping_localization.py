@@ -1,0 +1,167 @@
+"""The chair finds itself in a known map, or says that it does not know; never a wrong place."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from gazechair.sensing.mapping.localization import Localization, Location
+from gazechair.sensing.mapping.map_match import Look, MapMatch
+from gazechair.sensing.mapping.mapper import KeyScan
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.mapping.poses import between, compose
+from gazesim.rooms import Person, Room, box
+from homerig import flat, points, poses, scan
+
+CHANCE = np.random.default_rng(8)
+HERE = np.array((2.0, 1.8, 0.7))
+STANDING = np.zeros(3)
+SQUARE = Room("square", ((-2, -2, 2, -2), (2, -2, 2, 2), (2, 2, -2, 2), (-2, 2, -2, -2)))
+
+
+def map_of(room: Room, at: list[np.ndarray]) -> OccupancyGrid:
+    keys = []
+    for pose in at:
+        seen = points(*scan(room, pose, CHANCE))
+        keys.append(KeyScan(pose, seen, np.zeros_like(seen), 0.0, 0.0, 0.0))
+    return occupancy_of(keys)
+
+
+@pytest.fixture(scope="module")
+def grid() -> OccupancyGrid:
+    return map_of(flat(), list(poses())[::2])
+
+
+def look(room: Room, pose: np.ndarray) -> Look:
+    seen = points(*scan(room, pose, CHANCE))
+    return Look(seen, np.zeros_like(seen))
+
+
+def is_right(location: Location | None, pose: np.ndarray) -> bool:
+    assert location is not None
+    off = between(pose, location.pose)
+    return math.hypot(off[0], off[1]) < 0.1 and abs(off[2]) < math.radians(3.0)
+
+
+def turned(
+    localization: Localization, room: Room, pose: np.ndarray, times: int = 4
+) -> tuple[Location | None, np.ndarray]:
+    """After looks half a second apart while the chair turns slowly, until it knows."""
+    found, at = None, pose
+    for number in range(times):
+        turn = np.array((0.0, 0.0, math.radians(10.0 * number)))
+        at = compose(pose, turn)
+        found = localization.look(look(room, at), turn, 0.5 * number)
+        if found is not None:
+            break
+    return found, at
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_it_finds_itself_anywhere_without_a_hint(grid: OccupancyGrid, number: int) -> None:
+    places = ((2.0, 1.8), (7.5, 1.7), (7.3, 6.0), (2.2, 6.1))
+    pose = np.array((*places[number], 1.3 * number - 2.0))
+    found, at = turned(Localization(grid), flat(), pose)
+    assert is_right(found, at)
+
+
+def test_one_look_alone_is_not_believed(grid: OccupancyGrid) -> None:
+    localization = Localization(grid)
+    assert localization.look(look(flat(), HERE), STANDING, 0.0) is None
+    assert localization.look(look(flat(), HERE), STANDING, 0.1) is None  # no new look yet
+    assert is_right(localization.look(look(flat(), HERE), STANDING, 0.6), HERE)
+
+
+def test_in_a_room_that_looks_the_same_from_four_sides_it_does_not_guess() -> None:
+    at = [np.array((x, y, 0.0)) for x in (-1.0, 0.0, 1.0) for y in (-1.0, 0.0, 1.0)]
+    found, _ = turned(Localization(map_of(SQUARE, at)), SQUARE, np.array((0.5, 0.8, 0.3)))
+    assert found is None
+
+
+def test_where_the_corridor_looks_the_same_both_ways_it_waits_until_it_has_driven(
+    grid: OccupancyGrid,
+) -> None:
+    localization, start = Localization(grid), np.array((5.0, 4.0, math.pi))
+    assert turned(localization, flat(), start)[0] is None
+    for number in range(12):
+        odometry = np.array((0.4 * number, 0.0, 0.0))
+        pose = compose(start, odometry)
+        found = localization.look(look(flat(), pose), odometry, 5.0 + number)
+        if found is not None:
+            break
+    assert is_right(found, pose)
+
+
+def test_in_a_corridor_without_ends_it_does_not_guess(grid: OccupancyGrid) -> None:
+    walls = tuple((-30.0, y, 30.0, y) for y in (3.3, 4.7))
+    found, _ = turned(Localization(grid), Room("corridor", walls), np.array((0.0, 4.0, 0.0)))
+    assert found is None
+
+
+def test_in_a_home_that_is_not_on_the_map_it_does_not_guess(grid: OccupancyGrid) -> None:
+    desk = box(1.0, 0.4, 0.9, 0.5, 0.0, 0.8, "desk", 30.0)
+    other = Room("other", SQUARE.walls, (desk,))
+    found, _ = turned(Localization(grid), other, np.array((0.3, -0.4, 0.2)))
+    assert found is None
+
+
+def test_it_follows_the_chair_and_is_not_dragged_off(grid: OccupancyGrid) -> None:
+    localization = Localization(grid)
+    path = [np.array((2.0 + 0.1 * k, 4.0, 0.0)) for k in range(50)]
+    odometry, found = np.zeros(3), None
+    for number, pose in enumerate(path):
+        if number:
+            moved = between(path[number - 1], pose) * (1.05, 1.0, 1.0)
+            odometry = compose(odometry, moved)
+        found = localization.look(look(flat(), pose), odometry, 0.5 * number)
+    assert is_right(found, path[-1])
+
+
+def test_people_all_around_do_not_make_it_lose_itself(grid: OccupancyGrid) -> None:
+    localization = Localization(grid)
+    found, at = turned(localization, flat(), HERE)
+    assert found is not None
+    odometry = at - HERE
+    crowd = [Person(((2.0 + 0.7 * math.cos(a), 1.8 + 0.7 * math.sin(a)),)) for a in range(7)]
+    hidden = flat(people=crowd)
+    free = np.isclose(scan(flat(), at, CHANCE)[1], scan(hidden, at, CHANCE)[1], atol=0.05)
+    assert free.mean() < 0.4
+    for step in range(10):
+        assert is_right(localization.look(look(hidden, at), odometry, 5.0 + step), at)
+
+
+def test_carried_away_is_noticed_within_five_seconds(grid: OccupancyGrid) -> None:
+    for away in ((7.5, 1.7, 0.2), (7.3, 6.0, 2.0), (2.2, 6.1, -1.0)):
+        localization = Localization(grid)
+        turned(localization, flat(), HERE)
+        assert localization.location is not None
+        there = np.array(away)
+        lost_s = None
+        for step in range(25):
+            found = localization.look(look(flat(), there), STANDING, 10.0 + 0.2 * step)
+            if found is None or is_right(found, there):
+                lost_s = 0.2 * step
+                break
+        assert lost_s is not None
+        assert lost_s < 5.0
+
+
+def test_what_lies_behind_a_wall_contradicts_the_pose(grid: OccupancyGrid) -> None:
+    match = MapMatch(grid)
+    seen = look(flat(), HERE)
+    right = match.evidence(seen, HERE)
+    assert right.explained > 0.9
+    assert right.through < 0.02
+    wrong = match.evidence(seen, np.array((3.0, 1.0, 2.0)))
+    assert wrong.explained < 0.6
+    assert wrong.through > 0.1
+
+
+def test_an_empty_map_is_refused_and_an_empty_look_is_nothing(grid: OccupancyGrid) -> None:
+    zeros = np.zeros((5, 5), dtype=np.uint16)
+    with pytest.raises(ValueError, match="nothing in the map"):
+        Localization(OccupancyGrid(0.05, np.zeros(2), zeros, zeros))
+    nothing = Look(np.zeros((0, 2)), np.zeros((0, 2)))
+    assert Localization(grid).look(nothing, STANDING, 0.0) is None

@@ -1,0 +1,220 @@
+"""Finding itself in generated homes: starts anywhere without a hint, disturbed homes, carried away.
+
+The map of a home is made of key scans whose poses are right within 1 cm and 0.2 degrees. A chair
+with one front lidar stands somewhere, turns by 20 degrees per second at most, and has 10 s. Right
+is within 0.1 m and 3 degrees; anything else that it claims is confidently wrong.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from gazechair.sensing.mapping.localization import Localization, Location
+from gazechair.sensing.mapping.map_match import Look
+from gazechair.sensing.mapping.mapper import KeyScan
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.mapping.poses import between, compose, to_frame
+from gazemeasure.report import Report, percentile
+from gazesim import home_plans
+from gazesim.home_drive import FRONT, LIDAR_HEIGHT_M, REAR, Mounted
+from gazesim.homes import Home
+from gazesim.rooms import Array, Solid
+
+_HOMES, _HOMES_QUICK = 100, 5
+_STARTS = 10  # in each home
+_KEY_SCANS = 120
+_KEY_SIGMAS = np.array((0.01, 0.01, math.radians(0.2)))
+_RIGHT_M, _RIGHT_RAD = 0.1, math.radians(3.0)
+_LOOK_S, _TURN_RAD_S, _GIVEN_S = 0.5, math.radians(20.0), 10.0
+_BEAMS = 600  # a turn
+_NOISE_M = 0.006
+_FARTHEST_M = 18.0
+_NOTICED_S = 5.0
+_HIDDEN_SHARE, _SECTORS = 0.7, 20
+_MOVED_SHARE, _MOVED_M = 0.5, 0.5
+
+
+@dataclass
+class Counted:
+    """What became of the starts in one home, by the kind of start."""
+
+    right: dict[str, int] = field(default_factory=dict)
+    wrong: dict[str, int] = field(default_factory=dict)
+    unknown: dict[str, int] = field(default_factory=dict)
+    after_s: list[float] = field(default_factory=list)
+    """How long the right ones of undisturbed homes took."""
+    lost_after_s: list[float] = field(default_factory=list)
+    look_ms: list[float] = field(default_factory=list)
+
+    def count(self, kind: str, found: Location | None, pose: Array) -> None:
+        """Add one."""
+        which = self.unknown if found is None else self.wrong
+        if found is not None and is_right(found, pose):
+            which = self.right
+        which[kind] = which.get(kind, 0) + 1
+
+
+def measure(report: Report, quick: bool, each: Callable[..., list[Counted]]) -> None:
+    """Add the rows; `each` maps a function over seeds, as a pool does."""
+    done = each(starts_in, range(_HOMES_QUICK if quick else _HOMES))
+    kinds = ("as mapped", "doors and furniture moved", "70 % hidden by a crowd")
+    for kind in kinds:
+        right, wrong, unknown = (
+            sum(getattr(one, name).get(kind, 0) for one in done)
+            for name in ("right", "wrong", "unknown")
+        )
+        count = right + wrong + unknown
+        least = 99.0 if kind == kinds[0] else None
+        name = f"finding itself, {kind}: right"
+        report.add(name, 100.0 * right / count, f"% of {count}", least, at_least=True)
+        report.add("  confidently wrong", wrong, "", 0.0)
+    after_s = [one for each_home in done for one in each_home.after_s]
+    report.add("  after, 95 %", percentile(after_s, 0.95), "s", _GIVEN_S)
+    lost_s = [one for each_home in done for one in each_home.lost_after_s]
+    report.add(f"carried away ({len(lost_s)}): noticed, most", max(lost_s), "s", _NOTICED_S)
+    look_ms = [one for each_home in done for one in each_home.look_ms]
+    report.add("a search of the whole map, median", percentile(look_ms, 0.5), "ms")
+
+
+def starts_in(seed: int) -> Counted:
+    """All starts in one home."""
+    chance = np.random.default_rng(seed)
+    counted = Counted()
+    home = home_plans.home(seed)
+    home.people = ()
+    grid = mapped(home, chance)
+    for _ in range(_STARTS):
+        localization = Localization(grid)
+        found, pose, spent_s = _turning(localization, home, _somewhere(home, chance), chance)
+        counted.count("as mapped", found, pose)
+        if found is not None:
+            counted.after_s.append(spent_s)
+            counted.lost_after_s.append(_carried(localization, home, pose, chance))
+    begin_s = time.process_time()
+    Localization(grid).look(look(home, pose, chance), np.zeros(3), 0.0)
+    counted.look_ms.append(1000.0 * (time.process_time() - begin_s))
+    for _ in range(_STARTS // 2):
+        pose = _somewhere(home, chance)
+        found, pose, _ = _turning(Localization(grid), home, pose, chance, _HIDDEN_SHARE)
+        counted.count("70 % hidden by a crowd", found, pose)
+    for _ in range(_STARTS // 2):
+        other = _disturbed(seed, chance)
+        found, pose, _ = _turning(Localization(grid), other, _somewhere(other, chance), chance)
+        counted.count("doors and furniture moved", found, pose)
+    return counted
+
+
+def mapped(home: Home, chance: np.random.Generator) -> OccupancyGrid:
+    """A map of the home as it is now."""
+    keys = []
+    for _ in range(_KEY_SCANS):
+        pose = _somewhere(home, chance)
+        seen = look(home, pose, chance, (FRONT, REAR))
+        known = pose + chance.normal(0.0, _KEY_SIGMAS)
+        keys.append(KeyScan(known, seen.points_m, seen.origins_m, 0.0, 0.0, 0.0))
+    return occupancy_of(keys)
+
+
+def look(
+    home: Home,
+    pose: Array,
+    chance: np.random.Generator,
+    lidars: tuple[Mounted, ...] = (FRONT,),
+    hidden: float = 0.0,
+) -> Look:
+    """What the lidars see from the pose; people close by hide the share `hidden` of it."""
+    points, origins = [], []
+    for lidar in lidars:
+        origin = np.array((lidar.x_m, lidar.y_m))
+        own = np.arange(-lidar.half_deg, lidar.half_deg, 360.0 / _BEAMS)
+        angles = np.radians(own + lidar.heading_deg)
+        x_m, y_m = to_frame(origin[None], pose)[0].tolist()
+        metres = home.cast(x_m, y_m, angles + pose[2], LIDAR_HEIGHT_M)
+        near = chance.uniform(0.6, 1.5, _SECTORS)
+        near[chance.random(_SECTORS) >= hidden] = math.inf
+        metres = np.minimum(metres, near[np.arange(len(own)) * _SECTORS // len(own)])
+        seen = (metres > 0.05) & (metres < _FARTHEST_M)
+        noisy = metres[seen] + chance.normal(0.0, _NOISE_M, int(seen.sum()))
+        directions = np.stack((np.cos(angles[seen]), np.sin(angles[seen])), axis=1)
+        points.append(origin + noisy[:, None] * directions)
+        origins.append(np.tile(origin, (len(noisy), 1)))
+    return Look(np.concatenate(points), np.concatenate(origins))
+
+
+def is_right(found: Location, pose: Array) -> bool:
+    """Whether what was found is where the chair is."""
+    off = between(pose, found.pose)
+    return bool(math.hypot(off[0], off[1]) < _RIGHT_M and abs(off[2]) < _RIGHT_RAD)
+
+
+def _turning(
+    localization: Localization,
+    home: Home,
+    start: Array,
+    chance: np.random.Generator,
+    hidden: float = 0.0,
+) -> tuple[Location | None, Array, float]:
+    """What it claims first while the chair turns on the spot, the true pose then, and the time.
+
+    The chair stands for the first second.
+    """
+    for number in range(int(_GIVEN_S / _LOOK_S)):
+        at_s = number * _LOOK_S
+        turned = np.array((0.0, 0.0, _TURN_RAD_S * max(0.0, at_s - 1.0)))
+        pose = compose(start, turned)
+        found = localization.look(look(home, pose, chance, hidden=hidden), turned, at_s)
+        if found is not None:
+            break
+    return found, pose, at_s
+
+
+def _carried(
+    localization: Localization, home: Home, pose: Array, chance: np.random.Generator
+) -> float:
+    """Seconds until it knows no more, or knows where it was carried to; inf: it noticed nothing."""
+    there = _somewhere(home, chance)
+    while math.hypot(*(there - pose)[:2]) < 1.0:
+        there = _somewhere(home, chance)
+    for number in range(30):
+        at_s = 0.2 * number
+        found = localization.look(look(home, there, chance), np.zeros(3), 100.0 + at_s)
+        if found is None or is_right(found, there):
+            return at_s
+    return math.inf
+
+
+def _somewhere(home: Home, chance: np.random.Generator) -> Array:
+    """A pose in the home where the chair has room."""
+    rows = home.segments(LIDAR_HEIGHT_M).reshape(-1, 2)
+    around = np.radians(np.arange(0.0, 360.0, 10.0))
+    while True:
+        x, y = chance.uniform(rows.min(axis=0), rows.max(axis=0))
+        heading = chance.uniform(-math.pi, math.pi)
+        if (
+            home.clearance_m(x, y, math.degrees(heading)) > 0.05
+            and np.isfinite(home.cast(x, y, around, LIDAR_HEIGHT_M)).all()
+        ):
+            return np.array((x, y, heading))
+
+
+def _disturbed(seed: int, chance: np.random.Generator) -> Home:
+    """The home with some doors closed and half of its furniture shifted by up to 0.5 m."""
+    home = home_plans.home(seed)
+    home.people = ()
+    for door in home.doors:
+        home.set_door(door.name, bool(chance.random() < 0.7))
+    home.furniture = tuple(_shifted(one, chance) for one in home.furniture)
+    home.changed()
+    return home
+
+
+def _shifted(one: Solid, chance: np.random.Generator) -> Solid:
+    if one.z1_m >= 2.0 or chance.random() >= _MOVED_SHARE:  # walls
+        return one
+    dx, dy = chance.uniform(-_MOVED_M, _MOVED_M, 2)
+    return replace(one, corners=tuple((x + dx, y + dy) for x, y in one.corners))
