@@ -21,7 +21,7 @@ from gazechair.blackbox import command as log_command
 from gazechair.config import configuration
 from gazechair.config.configuration import ConfigError
 from gazechair.sensing.mapping import command as map_command
-from gazechair.service import lidar_cli
+from gazechair.service import hotspot, lidar_cli
 from gazelink.settings_table import PROFILES
 
 _SWITCH_S = 0.001  # 0.005 by default
@@ -112,6 +112,7 @@ def _parser() -> argparse.ArgumentParser:
     tune.add_argument("--dry-run", action="store_true", help="only show what it finds")
     tune.set_defaults(act=_tune)
     lidar_cli.add(commands)
+    hotspot.add(commands)
     log_command.add(commands)
     alert_command.add(commands)
     map_command.add(commands)

@@ -16,7 +16,7 @@ def code_as_text(url: str, code: str, role: str, valid_s: float) -> str:
         f"or open {url}#{code}",
         f"It works once, within {_duration(valid_s)}.",
     ]
-    drawn = _qr(f"{url}#{code}")
+    drawn = qr_text(f"{url}#{code}")
     return "\n".join([*lines, drawn] if drawn else lines)
 
 
@@ -40,7 +40,8 @@ def devices_as_text(devices: Sequence[Device]) -> str:
     return "\n".join(lines)
 
 
-def _qr(text: str) -> str | None:
+def qr_text(text: str) -> str | None:
+    """The QR of a text for a terminal, None without the package segno."""
     try:
         import segno
     except ImportError:

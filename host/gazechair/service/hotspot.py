@@ -1,0 +1,157 @@
+"""`gazechair hotspot`: the chair's own WiFi network, for homes without one and for outside.
+
+NetworkManager does the work. Its connection is a file in its own format (nm-settings-keyfile(5)),
+written here so that the password is on no command line.
+"""
+
+from __future__ import annotations
+
+import argparse
+import configparser
+import contextlib
+import io
+import os
+import secrets
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from gazechair.people.pairing.show import qr_text
+
+NAME = "gazechair"
+ADDRESS = "10.42.0.1"
+"""Of the host in its own network: pages are there."""
+FOLDER = Path("/etc/NetworkManager/system-connections")
+
+_LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"  # none that looks like another
+_LENGTH = 12  # letters: 59 bits
+_LIMIT_S = 45.0
+
+
+class HotspotError(Exception):
+    """It cannot be done: one line, what and what to do."""
+
+
+def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the command to the command line."""
+    parser = commands.add_parser("hotspot", help="the chair's own WiFi, by NetworkManager")
+    actions = parser.add_subparsers(title="actions", required=True, metavar="ACTION")
+    begin = actions.add_parser("on", help="make it, now and at each start; shows how to join")
+    begin.add_argument("--interface", default="", help="the WiFi adapter (default: any)")
+    begin.add_argument("--name", default=NAME, help="what tablets and phones see")
+    begin.set_defaults(act=lambda options: _say(on, options.name, options.interface))
+    end = actions.add_parser("off", help="end it; the adapter may join other networks again")
+    end.set_defaults(act=lambda _: _say(off))
+    show = actions.add_parser("show", help="how to join: name, password, QR code")
+    show.set_defaults(act=lambda _: _say(join))
+
+
+def on(ssid: str = NAME, interface: str = "", folder: Path = FOLDER) -> str:
+    """Make it and begin; a password that exists stays. How to join. Raises HotspotError."""
+    if not 1 <= len(ssid.encode()) <= 32:
+        raise HotspotError("a network's name has 1 to 32 bytes")
+    password = _read(folder).get("wifi-security", "psk", fallback="") or _made()
+    text = keyfile(ssid, password, interface)
+    try:
+        handle = os.open(_file(folder), os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+        with open(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+    except FileNotFoundError:
+        raise HotspotError(f"there is no {folder}: apt install network-manager") from None
+    except OSError as error:
+        raise HotspotError(f"{_file(folder)}: {error.strerror}; run it with sudo") from None
+    _nmcli("connection", "load", str(_file(folder)))
+    try:
+        _nmcli("--wait", str(int(_LIMIT_S) - 5), "connection", "up", "id", NAME)
+    except HotspotError:
+        with contextlib.suppress(HotspotError):
+            off(folder)
+        raise
+    return join(folder)
+
+
+def off(folder: Path = FOLDER) -> str:
+    """End it and forget its password. Raises HotspotError."""
+    if not _file(folder).exists():
+        raise HotspotError("there is no hotspot; gazechair hotspot on makes one")
+    _nmcli("connection", "delete", "id", NAME)
+    return "the hotspot is off; its password is forgotten"
+
+
+def join(folder: Path = FOLDER) -> str:
+    """How a tablet or phone joins it. Raises HotspotError."""
+    made = _read(folder)
+    if not made.has_option("wifi-security", "psk"):
+        raise HotspotError("there is no hotspot, or only root may read it: use sudo")
+    ssid, password = made["wifi"]["ssid"], made["wifi-security"]["psk"]
+    lines = [
+        f"WiFi network {ssid}, password {password}; the chair is at {ADDRESS} in it.",
+        f'Its certificate must name that address: name = "{ADDRESS}" under [web].',
+        "While it is on, this adapter joins no other network.",
+    ]
+    drawn = qr_text(joining(ssid, password))
+    return "\n".join([*lines, drawn] if drawn else lines)
+
+
+def keyfile(ssid: str, password: str, interface: str) -> str:
+    """The connection for NetworkManager."""
+    made = configparser.ConfigParser(interpolation=None)
+    made["connection"] = {"id": NAME, "type": "wifi", "autoconnect": "true"}
+    if interface:
+        made["connection"]["interface-name"] = interface
+    made["wifi"] = {"mode": "ap", "band": "bg", "ssid": ssid}
+    made["wifi-security"] = {"key-mgmt": "wpa-psk", "psk": password}
+    made["ipv4"] = {"method": "shared", "address1": f"{ADDRESS}/24"}
+    made["ipv6"] = {"method": "disabled"}
+    out = io.StringIO()
+    made.write(out, space_around_delimiters=False)
+    return out.getvalue()
+
+
+def joining(ssid: str, password: str) -> str:
+    """What phones read from a QR code to join: the form that ZXing introduced."""
+    ssid, password = (
+        "".join("\\" + c if c in '\\;,:"' else c for c in part) for part in (ssid, password)
+    )
+    return f"WIFI:T:WPA;S:{ssid};P:{password};;"
+
+
+def _made() -> str:
+    return "".join(secrets.choice(_LETTERS) for _ in range(_LENGTH))
+
+
+def _file(folder: Path) -> Path:
+    return folder / f"{NAME}.nmconnection"
+
+
+def _read(folder: Path) -> configparser.ConfigParser:
+    found = configparser.ConfigParser(interpolation=None)
+    with contextlib.suppress(OSError, configparser.Error, UnicodeDecodeError):
+        found.read_string(_file(folder).read_text("utf-8"))
+    return found
+
+
+def _nmcli(*words: str) -> None:
+    program = shutil.which("nmcli")
+    if program is None:
+        raise HotspotError("NetworkManager is not installed: apt install network-manager")
+    try:
+        done = subprocess.run(
+            [program, *words], capture_output=True, text=True, timeout=_LIMIT_S, check=False
+        )
+    except subprocess.TimeoutExpired:
+        raise HotspotError(f"nmcli {words[0]} did not answer within {_LIMIT_S:.0f} s") from None
+    if done.returncode:
+        said = (done.stderr or done.stdout).strip().splitlines()
+        raise HotspotError(said[0] if said else f"nmcli {words[0]} failed ({done.returncode})")
+
+
+def _say(act: Callable[..., str], *words: str) -> int:
+    try:
+        print(act(*words))
+    except HotspotError as error:
+        print(f"gazechair: {error}", file=sys.stderr)
+        return 2
+    return 0
