@@ -28,6 +28,8 @@ _TAP_S = 0.25
 _NOTHING_S, _AWAY_S = 1.5, 0.8  # a look that fills no ring: away for so long, and again
 _APPROACH_DEG = 20.0
 _ON_AXIS_M = 0.02
+_LAST_STEP_M = 0.08
+_STEP_TOLERANCE_DEG = 5.0  # half a step's turn
 _OFF_AXIS_M = 0.05
 _STRAIGHT_M = 0.4  # nearer to the door nobody crosses over any more: they aim at its centre
 _BEYOND_M = 0.5  # behind the wall, where they look
@@ -49,6 +51,8 @@ class Pose(Protocol):
 class Way:
     """What to do next: to the door's axis at 20 degrees, then towards the door's centre.
 
+    With steps, the last one to the axis at 10 degrees: at 20 it would end on the other side.
+
     When the chair has stopped before the door, they let go, turn a little and go on.
     """
 
@@ -56,6 +60,7 @@ class Way:
         """`tolerance_deg`: a smaller error of the heading is left as it is."""
         self._wall_m = wall_m
         self._tolerance_deg = tolerance_deg
+        self._steps = tolerance_deg >= _STEP_TOLERANCE_DEG
         self._side = 0.0  # of the axis, while on the way to it
         self._pose: Pose | None = None
         self._stuck = False
@@ -77,7 +82,9 @@ class Way:
         """How far to turn, left positive."""
         assert self._pose is not None
         if self._side:
-            return -_APPROACH_DEG * self._side - self._pose.heading_deg
+            last = self._steps and abs(self._pose.y_m) < _LAST_STEP_M
+            towards_deg = _APPROACH_DEG / 2 if last else _APPROACH_DEG
+            return -towards_deg * self._side - self._pose.heading_deg
         ahead_m = max(_BEYOND_M, _BEYOND_M - self._pose.x_m)
         return math.degrees(math.atan2(-self._pose.y_m, ahead_m)) - self._pose.heading_deg
 
