@@ -24,7 +24,9 @@ from gazechair.sensing.lidar.blind import BINS, BLIND, MASKED, SEEN, Blindness
 from gazechair.sensing.lidar.reader import Reader
 from gazechair.sensing.lidar.report import LOST, LidarReport, Report
 from gazechair.sensing.lidar.scan import ChairView, Pose, Scan, to_chair
+from gazechair.sensing.lidar.stream import Tap
 from gazechair.sensing.lidar.told import understood
+from gazechair.sensing.odometry.half_turns import HalfTurns
 
 _PULSE_S = 0.1  # a word at least that often, also without scans
 _HANGS_S = 12.0
@@ -39,8 +41,10 @@ Evaluate = Callable[[tuple[ChairView, ...]], dict[str, Any]]
 class Lidar:
     """One lidar as the evaluation sees it: its reader, its pose and its newest view."""
 
-    def __init__(self, config: LidarConfig, renewed: Callable[[], None]) -> None:
-        self.reader = Reader(config, renewed)
+    def __init__(
+        self, config: LidarConfig, renewed: Callable[[], None], tap: Tap | None = None
+    ) -> None:
+        self.reader = Reader(config, renewed, tap)
         self.pose = Pose(config.x_m, config.y_m, config.heading_deg, config.upside_down)
         self.mask = config.mask
         self.scan: Scan | None = None
@@ -88,10 +92,17 @@ class Pipeline:
         self,
         configs: tuple[LidarConfig, ...],
         evaluate: Evaluate | None,
+        inbox_fd: int | None = None,
     ) -> None:
+        """`inbox_fd`: odometry's inbox, which gets every half turn."""
         self._evaluate = evaluate
         self._news = threading.Event()
-        self.lidars = tuple(Lidar(config, self._news.set) for config in configs)
+        self.lidars = tuple(
+            Lidar(
+                config, self._news.set, None if inbox_fd is None else HalfTurns(at, inbox_fd).take
+            )
+            for at, config in enumerate(configs)
+        )
 
     def start(self) -> None:
         """Start every lidar's thread; no thread of the process waits long for another then."""
@@ -159,7 +170,7 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
     corners_m = tuple((x, y) for x, y in fields["corners_m"])
     footprint = footprint_of(FootprintConfig(**{**fields, "corners_m": corners_m}))
     evaluator = Evaluator(footprint, [(config.x_m, config.y_m) for config in configs])
-    pipeline = Pipeline(configs, evaluator)
+    pipeline = Pipeline(configs, evaluator, argument["inbox_fd"])
     ear = threading.Thread(
         target=hear, args=(sys.stdin.buffer, evaluator), name="zone", daemon=True
     )
@@ -181,7 +192,7 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
 
 
 def main() -> int:
-    """Entry of `python -m gazechair.sensing.lidar.child JSON`: lidars, footprint."""
+    """Entry of `python -m gazechair.sensing.lidar.child JSON`: lidars, footprint, ..."""
     argument = json.loads(sys.argv[1])
     out = enter_child()
     try:

@@ -14,7 +14,7 @@ from gazechair.sensing.lidar.device import S2, LidarError, find_port, stale_back
 from gazechair.sensing.lidar.report import FROZEN, LOST, MIRROR, POWER, SILENT, STARTING
 from gazechair.sensing.lidar.scan import Scan
 from gazechair.sensing.lidar.scanfile import ScanFileError, ScanReader
-from gazechair.sensing.lidar.stream import ByteStream, NodeStream
+from gazechair.sensing.lidar.stream import ByteStream, NodeStream, Tap
 from gazelink import codes
 
 _READ_S = 0.05
@@ -43,8 +43,12 @@ class Reader:
     which its thread last came by; every wait in it ends within about 6 s.
     """
 
-    def __init__(self, config: LidarConfig, renewed: Callable[[], None]) -> None:
-        """`renewed` is called on the reader's thread whenever `scan` or `standing` has changed."""
+    def __init__(
+        self, config: LidarConfig, renewed: Callable[[], None], tap: Tap | None = None
+    ) -> None:
+        """`renewed` is called on the reader's thread whenever `scan` or `standing` has changed,
+        `tap` with everything that is measured."""
+        self._tap = tap
         self.config = config
         self.scan: Scan | None = None
         self.stream: NodeStream | None = None
@@ -112,7 +116,7 @@ class Reader:
 
     def _read(self, device: S2, port: str) -> None:
         self.source = codes.SIMULATED if device.simulated else codes.REAL
-        stream = ByteStream(self.config.mode, self.source)
+        stream = ByteStream(self.config.mode, self.source, self._tap)
         self.stream = stream
         patience_s = time.monotonic() + _FIRST_S
         piece = 0
@@ -121,7 +125,7 @@ class Reader:
             self.alive_s = now_s = time.monotonic()
             if stale_backlog(data):
                 # Bytes of unknown age: start afresh, from what is measured now.
-                stream = ByteStream(self.config.mode, self.source)
+                stream = ByteStream(self.config.mode, self.source, self._tap)
                 self.stream = stream
                 continue
             if stream.feed(data, now_s):
@@ -139,7 +143,7 @@ class Reader:
         try:
             self.source = codes.REPLAYED
             while not self._stopping.is_set():
-                self.stream = NodeStream(codes.REPLAYED, file.period_s)
+                self.stream = NodeStream(codes.REPLAYED, file.period_s, self._tap)
                 start_s = time.monotonic()
                 for time_s, nodes in file.records():
                     if self._stopping.wait(max(0.0, start_s + time_s - time.monotonic())):

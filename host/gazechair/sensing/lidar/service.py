@@ -39,9 +39,12 @@ class LidarService(Supervised):
         publish: Publish,
         health: Health,
         record: Record | None = None,
+        inbox_fd: int | None = None,
     ) -> None:
         """`publish` is called on the lidars' thread, some 40 times a second, and must not block;
-        `record`, twice a second for each lidar, too."""
+        `record`, twice a second for each lidar, too. `inbox_fd`: odometry's, gets every half turn.
+        """
+        self._inbox_fd = inbox_fd
         self._configs = tuple(config for config in lidars if config.kind != "off")
         self._footprint = footprint
         self._publish = publish
@@ -61,6 +64,7 @@ class LidarService(Supervised):
             "lidars": [asdict(config) for config in self._configs],
             "footprint": asdict(self._footprint),
             "record": self._record is not None,
+            "inbox_fd": self._inbox_fd,
         }
         self._supervisor = Supervisor(
             "gazechair.sensing.lidar.child",
@@ -71,6 +75,7 @@ class LidarService(Supervised):
             silent_s=PARTS["lidar"].silent_s,
             listens=True,
             on_facts=self._on_scan,
+            fds=() if self._inbox_fd is None else (self._inbox_fd,),
         )
         self._supervisor.tell(self._zone)
         self._supervisor.start()

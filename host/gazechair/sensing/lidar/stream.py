@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from gazechair.sensing.lidar.dense import CAPSULE_SIZE, POINT_PERIOD_S, CapsuleDecoder
 from gazechair.sensing.lidar.freeze import FreezeWatch
 from gazechair.sensing.lidar.nodes import NODE_SIZE, NodeDecoder, Nodes
@@ -9,6 +11,8 @@ from gazechair.sensing.lidar.scan import Scan
 from gazechair.sensing.lidar.sweep import NODE_PERIOD_S, Sweep
 
 _FOLLOW = 0.025  # of the share of lost bytes, each quarter turn: about a second
+# Gets all nodes, when they were whole, and the time from one to the next; must not wait.
+Tap = Callable[[Nodes, float, float], None]
 PERIODS_S = {"dense": POINT_PERIOD_S, "standard": NODE_PERIOD_S}
 
 
@@ -20,8 +24,10 @@ def make_decoder(mode: str) -> CapsuleDecoder | NodeDecoder:
 class NodeStream:
     """Receives nodes; after each quarter turn of the mirror `scan` has new data."""
 
-    def __init__(self, source: int, period_s: float) -> None:
+    def __init__(self, source: int, period_s: float, tap: Tap | None = None) -> None:
         """`source`: codes.REAL, ...; `period_s`: from one measurement to the next."""
+        self._period_s = period_s
+        self._tap = tap
         self._sweep = Sweep(source, period_s)
         self.quarters = -1
         """Quarter turns of the mirror that were complete since the start."""
@@ -48,6 +54,8 @@ class NodeStream:
             return False
         self.last_s = received_s
         self._sweep.take(nodes, received_s)
+        if self._tap is not None:
+            self._tap(nodes, received_s, self._period_s)
         changed = self._sweep.quarter != self.quarters
         self.quarters = self._sweep.quarter
         return changed
@@ -60,9 +68,9 @@ class NodeStream:
 class ByteStream(NodeStream):
     """The same from a device's bytes."""
 
-    def __init__(self, mode: str, source: int) -> None:
+    def __init__(self, mode: str, source: int, tap: Tap | None = None) -> None:
         """`mode`: "dense" or "standard"; `source`: codes.REAL or SIMULATED."""
-        super().__init__(source, PERIODS_S[mode])
+        super().__init__(source, PERIODS_S[mode], tap)
         self._decoder = make_decoder(mode)
         self._unit = CAPSULE_SIZE if mode == "dense" else NODE_SIZE
         self._freeze = FreezeWatch()

@@ -1,0 +1,96 @@
+"""Odometry's child process: reads its inbox, and tells the daemon each estimate."""
+
+from __future__ import annotations
+
+import json
+import select
+import socket
+import sys
+import time
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any, NoReturn
+
+import numpy as np
+
+from gazechair.base.supervisor import RecordWriter, enter_child
+from gazechair.config.configuration import LidarConfig
+from gazechair.sensing.lidar.scan import Pose, in_arcs
+from gazechair.sensing.odometry import inbox
+from gazechair.sensing.odometry.inbox import HalfTurn
+from gazechair.sensing.odometry.odometry import Motion, Odometry
+from gazechair.sensing.odometry.points import Piece
+
+_OLD_S = 0.5  # what waited in the inbox that long is of no use
+_PULSE_S = 0.5
+_TURN_S = 0.1
+
+
+class Lidars:
+    """Where each sits, by its place in the configuration."""
+
+    def __init__(self, configs: tuple[LidarConfig, ...]) -> None:
+        self._configs = configs
+        self._poses = [Pose(c.x_m, c.y_m, c.heading_deg, c.upside_down) for c in configs]
+
+    def piece(self, half: HalfTurn) -> Piece | None:
+        """Without what is masked; None: nothing is left."""
+        if half.lidar >= len(self._configs):
+            return None
+        config, pose = self._configs[half.lidar], self._poses[half.lidar]
+        count = len(half.angles_deg)
+        kept = np.flatnonzero(~in_arcs(half.angles_deg, config.mask))
+        if not len(kept) or half.last_s <= half.first_s:
+            return None
+        return Piece(
+            pose.directions_deg(half.angles_deg[kept]),
+            half.distances_m[kept],
+            np.linspace(half.first_s, half.last_s, count)[kept],
+            (pose.x_m, pose.y_m),
+            round(_TURN_S * (count - 1) / (half.last_s - half.first_s)),
+        )
+
+
+def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:
+    """Serve until the parent closes the pipe (BrokenPipeError)."""
+    lidars = Lidars(
+        tuple(
+            LidarConfig(**{**fields, "mask": tuple(tuple(arc) for arc in fields["mask"])})
+            for fields in argument["lidars"]
+        )
+    )
+    reader = socket.socket(fileno=argument["fd"])
+    reader.setblocking(False)
+    odometry = Odometry()
+    pulse_s = 0.0
+    while True:
+        now_s = time.monotonic()
+        if now_s >= pulse_s:  # alive, though nothing is measured
+            out.data(b"null")
+            pulse_s = now_s + _PULSE_S
+        if not select.select([reader], [], [], _PULSE_S)[0]:
+            continue
+        said = inbox.unpack(reader.recv(inbox.LONGEST))
+        oldest_s = time.monotonic() - _OLD_S
+        if isinstance(said, Motion) and said.time_s > oldest_s:
+            odometry.motion(said)
+        elif isinstance(said, HalfTurn) and said.last_s > oldest_s:
+            piece = lidars.piece(said)
+            estimate = odometry.piece(piece) if piece is not None else None
+            if estimate is not None:
+                out.data(json.dumps(asdict(estimate)).encode())
+                pulse_s = time.monotonic() + _PULSE_S
+
+
+def main() -> int:
+    """Entry of `python -m gazechair.sensing.odometry.child JSON`: lidars, fd."""
+    argument = json.loads(sys.argv[1])
+    out = enter_child()
+    try:
+        run(argument, out)
+    except BrokenPipeError:
+        return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,83 @@
+"""What odometry is fed: datagrams of scans and of the board's words, on a socket of its own.
+
+The lidars' child and the daemon write without ever waiting: what does not fit is lost, as if
+nobody listened. The socket outlives each child at either end.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import socket
+import struct
+from dataclasses import dataclass
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.sensing.odometry.odometry import Motion
+
+LONGEST = 1 << 16
+_SCAN = struct.Struct("<cBHdd")  # kind, lidar, measurements, times of the first and the last
+_MOTION = struct.Struct("<cddhh")
+_BUFFER = 1 << 18
+_ANGLE = 64.0  # in a degree
+
+
+@dataclass(frozen=True)
+class HalfTurn:
+    """Consecutive measurements of one lidar, in its own frame; see lidar.scan.Scan."""
+
+    lidar: int
+    """Its place in the configuration."""
+    angles_deg: FloatArray
+    distances_m: FloatArray
+    first_s: float
+    last_s: float
+
+
+def open_inbox() -> tuple[socket.socket, socket.socket]:
+    """(for those who write, for the one who reads)."""
+    writers, reader = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
+    for end in (writers, reader):
+        end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER)
+    writers.setblocking(False)
+    return writers, reader
+
+
+def send(fd: int, datagram: bytes) -> bool:
+    """Write it; False when it is lost."""
+    try:
+        os.write(fd, datagram)
+    except OSError:
+        return False
+    return True
+
+
+def pack_scan(half: HalfTurn) -> bytes:
+    """As one datagram."""
+    head = _SCAN.pack(b"S", half.lidar, len(half.angles_deg), half.first_s, half.last_s)
+    angles = np.round(half.angles_deg * _ANGLE).astype("<i2")
+    metres = np.clip(np.round(half.distances_m * 1000.0), 0, 65535).astype("<u2")
+    return head + angles.tobytes() + metres.tobytes()
+
+
+def pack_motion(motion: Motion) -> bytes:
+    """As one datagram. Its outputs must be known."""
+    heading = math.nan if motion.heading_deg is None else motion.heading_deg
+    outputs = motion.linear_permille or 0, motion.turn_permille or 0
+    return _MOTION.pack(b"M", motion.time_s, heading, *outputs)
+
+
+def unpack(datagram: bytes) -> HalfTurn | Motion | None:
+    """What it says; None: nonsense."""
+    try:
+        if datagram[:1] == b"M":
+            _, time_s, heading, linear, turn = _MOTION.unpack(datagram)
+            return Motion(time_s, None if math.isnan(heading) else heading, linear, turn)
+        _, lidar, count, first_s, last_s = _SCAN.unpack_from(datagram)
+        angles = np.frombuffer(datagram, "<i2", count, _SCAN.size) / _ANGLE
+        metres = np.frombuffer(datagram, "<u2", count, _SCAN.size + 2 * count) / 1000.0
+    except (struct.error, ValueError):
+        return None
+    return HalfTurn(lidar, angles, metres, first_s, last_s)
