@@ -44,7 +44,8 @@ def measure(quick: bool) -> Report:
         report.note(f"maps of public logs not measured: {error}")
     homes = _HOMES_QUICK if quick else _HOMES
     seconds = _SECONDS_QUICK if quick else _SECONDS
-    jobs = [Job(seed, seconds, lidars) for lidars in LIDARS for seed in range(homes)]
+    fewer = {"two lidars": homes, "one lidar": max(_HOMES_QUICK, homes // 4)}
+    jobs = [Job(seed, seconds, lidars) for lidars in LIDARS for seed in range(fewer[lidars])]
     with get_context("fork").Pool(_PROCESSES) as pool:
         done = pool.map(drive, jobs, chunksize=1)
     for lidars in LIDARS:
