@@ -26,7 +26,7 @@ from gazesim.homes import Home
 from gazesim.rooms import Array, Solid
 
 _HOMES, _HOMES_QUICK = 100, 5
-_STARTS = 10  # in each home
+_STARTS, _HOSTILE_STARTS = 10, 2  # in each home
 _KEY_SCANS = 120
 _KEY_SIGMAS = np.array((0.01, 0.01, math.radians(0.2)))
 _RIGHT_M, _RIGHT_RAD = 0.1, math.radians(3.0)
@@ -98,11 +98,11 @@ def starts_in(seed: int) -> Counted:
     begin_s = time.process_time()
     Localization(grid).look(look(home, pose, chance), np.zeros(3), 0.0)
     counted.look_ms.append(1000.0 * (time.process_time() - begin_s))
-    for _ in range(_STARTS // 2):
+    for _ in range(_HOSTILE_STARTS):
         pose = _somewhere(home, chance)
         found, pose, _ = _turning(Localization(grid), home, pose, chance, _HIDDEN_SHARE)
         counted.count("70 % hidden by a crowd", found, pose)
-    for _ in range(_STARTS // 2):
+    for _ in range(_HOSTILE_STARTS):
         other = _disturbed(seed, chance)
         found, pose, _ = _turning(Localization(grid), other, _somewhere(other, chance), chance)
         counted.count("doors and furniture moved", found, pose)

@@ -46,7 +46,7 @@ def is_right(location: Location | None, pose: np.ndarray) -> bool:
 
 
 def turned(
-    localization: Localization, room: Room, pose: np.ndarray, times: int = 4
+    localization: Localization, room: Room, pose: np.ndarray, times: int = 6
 ) -> tuple[Location | None, np.ndarray]:
     """After looks half a second apart while the chair turns slowly, until it knows."""
     found, at = None, pose
@@ -67,11 +67,11 @@ def test_it_finds_itself_anywhere_without_a_hint(grid: OccupancyGrid, number: in
     assert is_right(found, at)
 
 
-def test_one_look_alone_is_not_believed(grid: OccupancyGrid) -> None:
+def test_four_looks_have_to_find_the_same_pose(grid: OccupancyGrid) -> None:
     localization = Localization(grid)
-    assert localization.look(look(flat(), HERE), STANDING, 0.0) is None
-    assert localization.look(look(flat(), HERE), STANDING, 0.1) is None  # no new look yet
-    assert is_right(localization.look(look(flat(), HERE), STANDING, 0.6), HERE)
+    for at_s in (0.0, 0.1, 0.6, 0.7, 1.2):  # half a second apart, or they are no new looks
+        assert localization.look(look(flat(), HERE), STANDING, at_s) is None
+    assert is_right(localization.look(look(flat(), HERE), STANDING, 1.8), HERE)
 
 
 def test_in_a_room_that_looks_the_same_from_four_sides_it_does_not_guess() -> None:

@@ -1,7 +1,7 @@
 """Localization in a known map: finds the pose without a hint, follows it, notices when it is lost.
 
 Rather no pose than a wrong one: a pose counts when the looks fit there, fit nowhere else nearly as
-well, contradict nothing, and fit again after a second look.
+well, contradict nothing, and the looks that follow find it again.
 """
 
 from __future__ import annotations
@@ -21,20 +21,24 @@ from gazechair.sensing.mapping.poses import between, compose
 # Search.
 _HEADINGS_RAD = np.radians(np.arange(0.0, 360.0, 1.5))
 _POINTS = 100
-_LEAST, _RATIO, _APART_M = 0.35, 0.80, 0.4
-_CANDIDATES = 24
+_LEAST, _RATIO, _APART_M = 0.35, 0.75, 0.4
+_CANDIDATES = 40
 _SAME_M, _SAME_RAD = 0.3, math.radians(10.0)
 # A pose that counts.
 _EXPLAINED, _THROUGH = 0.60, 0.10
 _MARGIN = 0.12  # of the value above every other place's
+# Nothing contradicts another place: it stays possible, for furniture may have been moved.
+_POSSIBLE_EXPLAINED, _POSSIBLE_THROUGH = 0.75, 0.01
 _FIRM = 0.03  # information across over along: less is a corridor without an end
 _LOOKS = 8
 _LOOK_M, _LOOK_RAD = 0.25, math.radians(10.0)  # the chair moves so far between two looks
 _AGAIN_S = 0.5  # or stands so long
 _CONFIRM_M, _CONFIRM_RAD = 0.10, math.radians(3.0)
+_CONFIRMED = 4  # looks in a row that find the same pose
 # Following.
 _FOLLOW_SIGMAS = np.array((0.05, 0.05, math.radians(1.0)))
-_LOST_EXPLAINED, _LOST_THROUGH = 0.20, 0.25
+_LOST_EXPLAINED = 0.20
+_LOST_CONTRADICTED = 0.15  # of the beams that reach what is known
 _LOST_S = 2.0
 
 
@@ -53,7 +57,8 @@ class Localization:
     def __init__(self, grid: OccupancyGrid) -> None:
         self._map = MapMatch(grid)
         self._looks: list[tuple[Look, FloatArray, float]] = []  # with odometry's pose, time
-        self._found: tuple[FloatArray, FloatArray] | None = None  # once; and odometry's pose then
+        self._found: tuple[FloatArray, FloatArray] | None = None  # and odometry's pose then
+        self._confirmed = 0  # how often in a row
         self._odometry: FloatArray = np.zeros(3)
         self._doubt_since_s: float | None = None
         self.location: Location | None = None
@@ -72,8 +77,8 @@ class Localization:
 
     def forget(self) -> None:
         """Begin anew: the chair was lifted, or another map counts."""
-        self._looks, self._found, self.location = [], None, None
-        self._doubt_since_s = None
+        self._looks, self._found, self._confirmed = [], None, 0
+        self._doubt_since_s = self.location = None
 
     def _is_new(self, odometry: FloatArray, time_s: float) -> bool:
         if not self._looks:
@@ -87,16 +92,18 @@ class Localization:
         look = together([one.moved(between(odometry, at)) for one, at, _ in self._looks])
         found = self.only_pose(look)
         if found is None:
-            self._found = None
+            self._found, self._confirmed = None, 0
             return
+        agrees = False
         if self._found is not None:
             pose, at = self._found
             off = between(compose(pose, between(at, odometry)), found.pose)
-            if math.hypot(off[0], off[1]) < _CONFIRM_M and abs(off[2]) < _CONFIRM_RAD:
-                self.location = found
-                self._looks, self._found, self._doubt_since_s = [], None, None
-                return
+            agrees = math.hypot(off[0], off[1]) < _CONFIRM_M and abs(off[2]) < _CONFIRM_RAD
+        self._confirmed = self._confirmed + 1 if agrees else 1
         self._found = found.pose, odometry
+        if self._confirmed >= _CONFIRMED:
+            self.forget()
+            self.location = found
 
     def only_pose(self, look: Look) -> Location | None:
         """The one pose that the look fits, searched in the whole map; None: none, or several."""
@@ -106,11 +113,8 @@ class Localization:
         best = ranked[0]
         if best.evidence.explained < _EXPLAINED or best.evidence.through > _THROUGH:
             return None
-        for other in ranked[1:]:
-            off = between(best.pose, other.pose)
-            same = math.hypot(off[0], off[1]) < _SAME_M and abs(off[2]) < _SAME_RAD
-            if not same and other.evidence.value > best.evidence.value - _MARGIN:
-                return None
+        if any(_is_rival(other, best) for other in ranked[1:]):
+            return None
         return best
 
     def _candidates(self, look: Look) -> list[Location]:
@@ -131,9 +135,23 @@ class Localization:
         fitted = ndt.fit(self._map.ndt, look.points_m, guess, _FOLLOW_SIGMAS)
         evidence = self._map.evidence(look, fitted.pose)
         self.location = Location(fitted.pose, evidence)
-        if evidence.explained >= _LOST_EXPLAINED and evidence.through <= _LOST_THROUGH:
+        contradicted = evidence.through > _LOST_CONTRADICTED * (
+            evidence.explained + evidence.through
+        )
+        if evidence.explained >= _LOST_EXPLAINED and not contradicted:
             self._doubt_since_s = None
         elif self._doubt_since_s is None:
             self._doubt_since_s = time_s
         elif time_s - self._doubt_since_s >= _LOST_S:
             self.forget()
+
+
+def _is_rival(other: Location, best: Location) -> bool:
+    """Whether the chair may be at `other` instead."""
+    off = between(best.pose, other.pose)
+    if math.hypot(off[0], off[1]) < _SAME_M and abs(off[2]) < _SAME_RAD:
+        return False
+    evidence = other.evidence
+    if evidence.value > best.evidence.value - _MARGIN:
+        return True
+    return evidence.explained >= _POSSIBLE_EXPLAINED and evidence.through <= _POSSIBLE_THROUGH
