@@ -25,7 +25,7 @@ from gazesim.home_drive import FRONT, LIDAR_HEIGHT_M, REAR, Mounted
 from gazesim.homes import Home
 from gazesim.rooms import Array, Solid
 
-_HOMES, _HOMES_QUICK = 100, 5
+_HOMES, _HOMES_QUICK = 100, 3
 _STARTS, _HOSTILE_STARTS = 10, 2  # in each home
 _KEY_SCANS = 120
 _KEY_SIGMAS = np.array((0.01, 0.01, math.radians(0.2)))
