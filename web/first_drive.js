@@ -201,7 +201,7 @@ class FirstDrive {
     row.controls.replaceChildren();
     if (!asks) return this.#begin(step, row.controls);
     for (const [key, answer] of answers[asks]) {
-      row.controls.append(this.#button(label(key), () => this.#post({ answer })));
+      row.controls.append(this.#button(label(key), () => this.#post({ answer, asks })));
     }
     row.controls.append(this.#button(label("first_give_up"), () => this.#post({ give_up: true })));
   }

@@ -31,7 +31,7 @@ def calibrate_neutral(rig: FirstDriveRig) -> str:
     def types() -> None:
         asks = rig.guide.status()["run"]["asks"]
         if typed.get(asks) and not rig.guide._answers:
-            rig.guide.ask({"answer": typed[asks].pop(0)})
+            rig.guide.ask({"answer": typed[asks].pop(0), "asks": asks})
 
     rig.watch = types
     try:

@@ -95,7 +95,8 @@ def test_a_caretaker_is_led_from_step_to_step(caretaker):
     now(step="neutral", asks="turn")
     assert "pin 2" in said("told")
     page.locator(".first li:nth-child(4) .controls button").nth(1).click()
-    wait_until(lambda: ("/first-drive", {"answer": "+"}) in host.posted, "the answer")
+    plus = {"answer": "+", "asks": "turn"}
+    wait_until(lambda: ("/first-drive", plus) in host.posted, "the answer")
     now()
     opened(3)
     page.locator(".first li:nth-child(3) input").fill("151")

@@ -50,10 +50,12 @@ class KnownSettings:
         """An answer about any setting, to whomever."""
         if reply.refused:
             return
-        begins = reply.index == _RELAY and not self.values
-        if begins or reply.request == codes.SETTING_DEFAULTS:
+        if reply.request == codes.SETTING_DEFAULTS:
             self.values = {}
             self._due_s = now_s
+        elif reply.index == _RELAY:
+            if len(self.values) < len(_ASKED):  # some may be known: others ask, too
+                self._due_s = now_s
         elif reply.request in _TELL and reply.index in _ASKED:
             self.values = {**self.values, NAMES[reply.index]: reply.value}
             if self._due_s < math.inf:

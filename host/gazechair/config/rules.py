@@ -156,7 +156,7 @@ def arc() -> Kind:
         if not isinstance(value, list):
             raise TypeError
         start, end = (_angle(item) for item in value)
-        if start == end:
+        if (end - start) % 360.0 == 0.0:
             raise ValueError
         return start, end
 

@@ -52,6 +52,9 @@ class Facts:
 
     def refused(self, step: str) -> str:
         """Why `step` cannot begin, a key of the string tables; "" when it can."""
+        drives = self.state is not None and self.state.state != codes.DISARMED
+        if step == "mask" and drives:
+            return "setting_while_armed"
         if step in ("mask", "distance"):
             lidar = self.parts.get("lidar")
             known = lidar is not None and lidar.state != states.LOST and self.lidars
@@ -62,7 +65,7 @@ class Facts:
         if state is None:
             reason = "" if board is None else board.reason
             return reason if reason not in ("", "ok") else "not_connected"
-        if state.state != codes.DISARMED:
+        if drives:
             return "setting_while_armed"
         if step == "neutral" and state.faults >> codes.WIPER & 1:
             return "wiper"

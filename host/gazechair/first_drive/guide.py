@@ -94,7 +94,7 @@ class Guide:
         self._step = ""  # that runs
         self._lines: deque[str] = deque(maxlen=_MOST_LINES)
         self._ended: dict[str, Any] | None = None
-        self._answers: deque[str] = deque()
+        self._answers: deque[tuple[str, str]] = deque(maxlen=_MOST_LINES)  # question, answer
         self._joystick: JoystickCalibration | None = None
         self._given_up = False
         self._looked = False
@@ -121,6 +121,8 @@ class Guide:
     def look(self) -> None:
         """The board has said something new."""
         state, stats = self._link.state(), self._link.stats()
+        if self.moving:
+            self.held.tick()
         if not self._drove and state is not None and stats is not None:
             moves = state.state == codes.ARMED and state.motion != codes.STOPPED
             self._drove = moves and stats.counters["owner"] == codes.DRIVER
@@ -173,21 +175,24 @@ class Guide:
         return lambda: self._run(step, value)
 
     def ask(self, wish: dict[str, Any]) -> tuple[str, str] | None:
-        """{"run": step, "value": ...} begins a step, {"answer": text} is what a person would have
-        typed, {"give_up": true} ends what runs. A refusal (reason key, detail), or None."""
-        step, text = wish.get("run"), wish.get("answer")
+        """{"run": step, "value": ...} begins a step that does not move the chair, {"answer": text,
+        "asks": question} is what a person would have typed, {"give_up": true} ends what runs. A
+        refusal (reason key, detail), or None."""
+        step, text, asks = wish.get("run"), wish.get("answer"), wish.get("asks")
         if isinstance(step, str):
+            if step in MOVES:
+                return "first_hold", "a step that moves the chair begins with its held button"
             try:
                 self.begin(step, wish.get("value"))
             except StepRefused as refused:
                 return refused.reason, str(refused)
-        elif isinstance(text, str) and len(text) <= _MOST_ANSWER:
-            self._answers.append(text)
+        elif isinstance(text, str) and len(text) <= _MOST_ANSWER and isinstance(asks, str):
+            self._answers.append((asks, text))
         elif wish.get("give_up") is True:
             self._given_up = True
             self.held.end()
         else:
-            return "bad_message", "send run, answer or give_up"
+            return "bad_message", "send run, answer with asks, or give_up"
         return None
 
     # Inside
@@ -226,6 +231,8 @@ class Guide:
             log.exception("the first drive's step %s", step)
             ended |= {"ok": False, "reason": "first_failed", "detail": repr(error)}
         finally:
+            if step in MOVES:
+                self.held.end()  # a button still pressed belongs to no other step
             self._looked = False
             self._scans = None
             self._joystick = None
@@ -237,11 +244,14 @@ class Guide:
 
     def _read_line(self) -> str:
         end_s = self._clock() + _ANSWER_S
-        while not self._answers:
-            if self._given_up or self._clock() > end_s:
-                return ""
+        asks = "" if self._joystick is None else self._joystick.asks
+        while not self._given_up and self._clock() < end_s:
+            while self._answers:
+                to, text = self._answers.popleft()
+                if to == asks:  # a second tap is no answer to the next question
+                    return text + "\n"
             self._wait(_POLL_S)
-        return self._answers.popleft() + "\n"
+        return ""
 
     # Steps: each raises when it does not succeed
 
@@ -259,6 +269,9 @@ class Guide:
             learned = learned_mask(one, scans[one.name], self._config.footprint)
             mask = [list(arc) for arc in learned.mask]
             found[one.name] = {"fitted": fitted_as(one), "mask": mask}
+        refused = self._facts().refused("mask")
+        if refused:  # somebody drives meanwhile: with the lidars as they are
+            raise StepRefused(refused)
         self._record.keep("mask", found)
         self._remask(self._record.masked(self._config.lidar))
 
@@ -289,9 +302,14 @@ class Guide:
     def _profile(self, row: Any) -> None:
         if type(row) is not int or not 0 <= row < len(PROFILES):
             raise StepRefused("setting_out_of_range")
-        board = BoardSettings(self._link)
-        board.set(index_of("profile"), row)
-        board.save()
+        board, at = BoardSettings(self._link), index_of("profile")
+        before = board.get(at)
+        try:
+            board.set(at, row)
+            board.save()
+        except SettingsError:
+            board.set(at, before)
+            raise
         self._record.keep("profile", PROFILES[row])
 
     def _relay(self, _: Any) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 
 from gazechair.board.board_commands import STOP_COMMAND, Command
 from gazechair.board.state import BoardId, BoardState
@@ -29,6 +30,7 @@ class Held:
         self._began_s = 0.0
         self._lock = threading.Lock()
         self._presses = Presses(0)
+        self._moved = False  # by the newest press
 
     def press(self, client: int, edge: int, deadline_s: float) -> bool:
         """The button is pressed, proven until `deadline_s`; True when this is a new press."""
@@ -36,9 +38,10 @@ class Held:
             if not self._presses.is_new(client, edge):
                 self._presses.refresh(client, edge, deadline_s)
                 return False
-            if self._alive():
+            if self._lasts():
                 return False  # somebody else holds it
             self._began_s = self._clock()
+            self._moved = False
             self._presses.begin(client, edge, deadline_s)
             return True
 
@@ -58,33 +61,45 @@ class Held:
     def alive(self) -> bool:
         """It is pressed."""
         with self._lock:
-            return self._alive()
+            return self._lasts()
 
-    def _alive(self) -> bool:
-        self._presses.tick(self._clock())
-        if self._stopped_s() > self._began_s:
-            self._presses.end()
+    def tick(self) -> None:
+        """Let time act, whatever the step's own thread does."""
+        with self._lock:
+            self._lasts()
+
+    def _lasts(self) -> bool:
         held = self._presses.now
-        return held is not None and held.alive
+        if held is None or not held.alive:
+            return False
+        if self._clock() < held.deadline_s and self._stopped_s() < self._began_s:
+            return True
+        self._end()
+        return False
 
     def _end(self) -> None:
         # Sent at once: what runs the step may take a moment to see it.
         if self._presses.now is not None and self._presses.now.alive:
             self._presses.end()
-            self._link.command(STOP_COMMAND)
+            if self._moved:  # a press that was refused stops nobody else
+                self._link.command(STOP_COMMAND)
 
     # As the link of what moves the chair: nothing but a stop passes unless the button is held.
 
     def command(self, command: Command) -> None:
         """The latest command."""
         with self._lock:
-            if command.verb == codes.STOP or self._alive():
+            if command.verb == codes.STOP:
                 self._link.command(command)
+            elif self._lasts() and (press := self._presses.now) is not None:
+                self._moved = True
+                till_s = min(command.ttl_deadline_s, press.deadline_s)
+                self._link.command(replace(command, ttl_deadline_s=till_s))
 
     def order(self, action: int, owner: int) -> None:
         """Arm, disarm."""
         with self._lock:
-            if action != codes.ARM or self._alive():
+            if action != codes.ARM or self._lasts():
                 self._link.order(action, owner)
 
     def state(self) -> BoardState | None:

@@ -7,6 +7,7 @@ from gazechair.driving.driver_port import Message
 from gazechair.driving.messages import BadMessage, HoldBypass, parse
 from gazechair.driving.refusal import Refusal
 from gazechair.first_drive.guide import Guide, StepRefused
+from gazelink import codes
 
 _STOPS = ("stop", "disarm", "emergency", "release")
 # What another page must not begin while a step moves the chair: it stops the step first.
@@ -68,6 +69,9 @@ class FirstDrivePort:
             return Refusal("step", "stale_token", "the held button was too long on its way")
         if self._guide.held.press(client, press.edge, proven_s + _KEEPS_S):
             try:
+                if self._control.snapshot(client)["owner"] != codes.OWNERS[codes.NOBODY]:
+                    # The board may not have armed for them yet.
+                    raise StepRefused("setting_while_armed")
                 self._guide.begin(str(message.get("step")))
             except StepRefused as refused:
                 self._guide.held.release(client)

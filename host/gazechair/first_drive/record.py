@@ -8,14 +8,19 @@ from __future__ import annotations
 
 import json
 import logging
+import math
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from gazechair.base.state_folder import replace_file
 from gazechair.config.configuration import LidarConfig
+from gazechair.config.rules import arcs
+from gazechair.sensing.lidar.mask import MOST_DEG
 
 FILE_NAME = "first_drive.json"
+
+_ARCS = arcs(MOST_DEG)  # as the configuration's
 
 log = logging.getLogger(__name__)
 
@@ -29,7 +34,8 @@ class Record:
         self._found: dict[str, Any] = {}
         if self._path is not None and self._path.exists():
             try:
-                self._found = dict(json.loads(self._path.read_text(encoding="utf-8")))
+                found = dict(json.loads(self._path.read_text(encoding="utf-8")))
+                self._found = {step: found[step] for step in found if _sound(step, found[step])}
             except (OSError, ValueError, TypeError, RecursionError) as error:
                 log.error("%s: %s; the first drive begins anew", self._path, error)
 
@@ -52,9 +58,7 @@ class Record:
         configuration since."""
         try:
             return tuple(
-                replace(one, mask=tuple((float(a), float(b)) for a, b in self._mask(one)["mask"]))
-                if self.knows(one)
-                else one
+                replace(one, mask=_ARCS.check(self._mask(one)["mask"])) if self.knows(one) else one
                 for one in lidars
             )
         except (TypeError, KeyError, ValueError) as error:
@@ -76,3 +80,16 @@ def fitted_as(lidar: LidarConfig) -> dict[str, Any]:
     whole = asdict(lidar)
     place = {name: whole[name] for name in ("x_m", "y_m", "heading_deg", "upside_down")}
     return {**place, "mask": [[float(a), float(b)] for a, b in lidar.mask]}
+
+
+def _sound(step: str, found: Any) -> bool:
+    """What `step` found has the form in which the page shows it."""
+    if step not in ("distance", "turn"):
+        return True
+    if not isinstance(found, dict):
+        return False
+    shown = [found.get("measured_mm"), found.get("seen_mm")]
+    if step == "turn":
+        turned = found.get("turned_deg")
+        shown = [found.get("wanted_deg"), *(turned if isinstance(turned, list) else [None])]
+    return all(isinstance(one, int | float) and math.isfinite(one) for one in shown)

@@ -61,7 +61,11 @@ class BoardSettings:
 
     def all(self) -> list[int]:
         """The values in force, in the order of the table."""
-        return [self._ask(codes.SETTING_GET, index) for index in range(len(TABLE))]
+        return [self.get(index) for index in range(len(TABLE))]
+
+    def get(self, index: int) -> int:
+        """The value in force."""
+        return self._ask(codes.SETTING_GET, index)
 
     def set(self, index: int, value: int) -> None:
         """Put a value in force at once; it is kept across a reset only after save()."""

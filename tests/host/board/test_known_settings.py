@@ -74,3 +74,16 @@ def test_defaults_and_a_new_session_ask_anew(joined: Any) -> None:
     joined.say(joined.board.hello())
     joined.turn(10)
     assert set(asked(joined)) <= {RELAY}
+
+
+def test_they_are_asked_though_somebody_asked_for_one_before(joined: Any) -> None:
+    answer(joined, index_of("profile"), 2)
+    answer(joined, RELAY, 1)
+    joined.board.heard.clear()
+    for name in KNOWN[1:]:
+        joined.turn()
+        assert asked(joined) == [index_of(name)]
+        answer(joined, index_of(name), 0)
+    joined.turn(1000)
+    assert asked(joined) == []
+    assert state(joined).tuned is False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -54,5 +55,43 @@ def test_a_damaged_mask_does_not_count(tmp_path: Path) -> None:
 def test_a_full_disk_keeps_it_until_the_end(tmp_path: Path) -> None:
     (tmp_path / "state").write_text("in the way")
     record = Record(tmp_path / "state")
+    record.keep("relay", True)
+    assert record.get("relay") is True
+
+
+@pytest.mark.parametrize(
+    "mask",
+    [[[-180.0, 180.0]], [[-170.0, 170.0]], [["0", "9"]], [[float("nan"), 0.0]], [None], None, 3],
+)
+def test_a_mask_that_no_configuration_may_have_does_not_count(mask: object) -> None:
+    record = Record(None)
+    record.keep("mask", {"front": {"fitted": fitted_as(LIDAR), "mask": mask}})
+    assert record.masked((LIDAR,)) == (LIDAR,)
+
+
+@pytest.mark.parametrize(
+    "found",
+    [
+        {"distance": "far"},
+        {"distance": {"lidars": [], "measured_mm": None, "seen_mm": 5}},
+        {"turn": [1]},
+        {"turn": {"profile": None, "turned_deg": 3, "wanted_deg": 10}},
+        {"turn": {"profile": None, "turned_deg": [float("nan"), 1.0], "wanted_deg": 10}},
+    ],
+)
+def test_what_no_page_can_show_does_not_count(tmp_path: Path, found: dict[str, object]) -> None:
+    (tmp_path / FILE_NAME).write_text(json.dumps({**found, "relay": True}))
+    record = Record(tmp_path)
+    assert [record.get(step) for step in found] == [None]
+    assert record.get("relay") is True
+
+
+@pytest.mark.parametrize("how", ["folder", "bytes"])
+def test_a_file_that_cannot_be_read_counts_as_none(tmp_path: Path, how: str) -> None:
+    if how == "folder":
+        (tmp_path / FILE_NAME).mkdir()
+    else:
+        (tmp_path / FILE_NAME).write_bytes(b"\xff" * 64)
+    record = Record(tmp_path)
     record.keep("relay", True)
     assert record.get("relay") is True

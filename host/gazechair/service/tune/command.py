@@ -96,19 +96,29 @@ class Tuning:
         )
 
     def _store(self, before: Sequence[int], rows: dict[str, int]) -> None:
+        # Whatever ends this halfway, the profile counts as not tuned then: not tuned first, that it
+        # is tuned last, here and on the way back.
+        values = {index_of(name): value for name, value in rows.items()}
+        tuned = index_of(profile_row(rows["profile"], "tuned"))
         changed: list[int] = []
         try:
-            for name, value in rows.items():
-                self._board.set(index_of(name), value)
-                changed.append(index_of(name))
+            for index, value in ((tuned, 0), *_last(tuned, values)):
+                changed.append(index)  # its answer may be all that was lost
+                self._board.set(index, value)
             self._board.save()
         except SettingsError as error:
+            old = {index: before[index] for index in changed}
             try:
-                for index in changed:
-                    self._board.set(index, before[index])
+                for index, value in ((tuned, 0), *_last(tuned, old)):
+                    self._board.set(index, value)
             except SettingsError:
                 raise TuneError(
                     f"not stored ({error}), and what was changed could not be put back; switch the"
                     " board off and on, it then starts with what it saved"
                 ) from None
             raise TuneError(f"not stored: {error}; the settings are as before") from None
+
+
+def _last(index: int, values: dict[int, int]) -> list[tuple[int, int]]:
+    """All of `values`, that of `index` at the end."""
+    return [*((at, values[at]) for at in values if at != index), (index, values[index])]

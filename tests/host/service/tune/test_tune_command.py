@@ -26,6 +26,7 @@ class MemoryBoard:
         self.saved: list[int] | None = None
         self.refuses_after = 1 << 30
         self.full = False
+        self.gone = False  # it answers no more, once `refuses_after` is over
 
     def all(self) -> list[int]:
         return list(self.values)
@@ -35,6 +36,8 @@ class MemoryBoard:
         assert low <= value <= high
         self.refuses_after -= 1
         if self.refuses_after == 0:
+            raise SettingsError("set: the board does not answer")
+        if self.gone and self.refuses_after < 0:
             raise SettingsError("set: the board does not answer")
         self.values[index] = value
 
@@ -124,6 +127,22 @@ def test_what_cannot_be_stored_leaves_the_settings_as_before(
     with pytest.raises(TuneError, match=r"not stored: .*; the settings are as before"):
         tune(board, recordings)
     assert board.values == before
+
+
+@pytest.mark.parametrize("changes", range(1, 14))
+def test_a_tuning_cut_off_while_it_is_stored_leaves_a_profile_that_is_not_tuned(
+    board: MemoryBoard, recordings: list[Recording], changes: int
+) -> None:
+    tuned = index_of("p3_1_tuned")
+    board.values[tuned] = 1
+    before = board.all()
+    board.refuses_after, board.gone = changes, True
+    try:
+        tune(board, recordings)
+    except TuneError:
+        assert board.values == before or board.values[tuned] == 0
+    else:
+        assert board.saved == board.values
 
 
 def test_numbers_and_settings_are_the_same_thing() -> None:

@@ -1,0 +1,136 @@
+"""Attacks on the first drive: only the step's own button moves anything, letting go ends it."""
+
+from __future__ import annotations
+
+import pytest
+
+from firstdriverig import FirstDriveRig
+
+
+@pytest.fixture
+def rig() -> FirstDriveRig:
+    made = FirstDriveRig()
+    made.ready()
+    return made
+
+
+def begun(rig: FirstDriveRig, step: str) -> None:
+    rig.press(step)
+    rig.until(lambda: rig.guide.due is not None, 200)
+
+
+def test_a_button_still_held_begins_no_other_step(rig: FirstDriveRig) -> None:
+    begun(rig, "relay")
+
+    assert rig._finish() == ""
+    rig.run(400)
+    assert rig.post(run="turn") == "first_hold"
+    rig._holding = "turn"  # the same press, of another step now
+    rig.run(50)
+    assert rig.guide.due is None
+    assert rig.neutral()
+
+
+# In virtual time a wait of the step's thread is where the world moves on.
+@pytest.mark.parametrize("step", ["tune", "turn"])
+@pytest.mark.parametrize("how", ["silent", "input_stops"])
+def test_it_ends_though_the_steps_own_thread_stands_still(
+    rig: FirstDriveRig, step: str, how: str
+) -> None:
+    waits = rig.guide._wait
+    stood = False
+    ended: list[bool] = []
+
+    def stands(seconds: float) -> None:
+        nonlocal stood
+        if rig.neutral() or stood:
+            waits(seconds)
+            return
+        stood = True
+        if how == "silent":
+            rig.forget()
+        else:
+            said = rig.steering.join("driver")
+            rig.steering.receive(said, {"k": "stop"})
+        rig.run(320 if how == "silent" else 40)
+        ended.append(rig.neutral())  # an assertion here would be the step's own failure
+        rig.run(1000)
+        ended.append(rig.neutral())
+
+    rig.guide._wait = stands
+    begun(rig, step)
+    assert rig._finish() != ""
+    assert ended == [True, True]
+
+
+def test_pressed_again_within_the_slice_is_no_way_on(rig: FirstDriveRig) -> None:
+    begun(rig, "turn")
+    again_ms = 0
+
+    def again() -> None:
+        nonlocal again_ms
+        if again_ms == 0 and not rig.neutral():
+            again_ms = rig.now_ms
+            rig.let_go()
+            rig.press("turn")
+
+    rig.watch = again
+    assert rig._finish() == "first_let_go"
+    assert 0 < rig.now_ms - again_ms < 300
+
+
+def test_no_step_begins_where_somebody_is_just_switching_driving_on(rig: FirstDriveRig) -> None:
+    rig.caretaker.arm()
+    rig.caretaker._send_fresh(k="step", step="turn", held=True, edge=1)
+    rig.run(2)
+    assert rig.refusals == ["setting_while_armed"]
+    assert rig.guide.due is None
+
+
+def test_a_refused_press_stops_nobody_who_drives(rig: FirstDriveRig) -> None:
+    rig.driver.arm()
+    rig.until(lambda: rig.driver.shown["state"] == "armed", 1500)
+    rig.driver.press("forward")
+    rig.until(lambda: not rig.stands(), 2000)
+    rig.caretaker._send_fresh(k="step", step="turn", held=True, edge=1)
+    rig.run(200)
+    assert rig.refusals == ["setting_while_armed"]
+    assert not rig.neutral()
+
+
+def test_the_lidars_are_not_started_anew_under_a_driver(rig: FirstDriveRig) -> None:
+    rig.watch = lambda: rig.driver.arm() if rig.now_ms % 500 == 0 else None
+    assert rig.post(run="mask") == "setting_while_armed"  # armed while the lidar was watched
+    assert rig.post(run="mask") == "setting_while_armed"
+    assert rig.masks == []
+
+
+def test_an_answer_counts_for_its_own_question(rig: FirstDriveRig) -> None:
+    asked = set()
+
+    def taps_twice() -> None:
+        asks = rig.guide.status()["run"]["asks"]
+        rig.guide.ask({"answer": "unplugged", "asks": "unplugged"})
+        if asks == "linear":
+            rig.guide.ask({"answer": "ok", "asks": "linear"})
+        if asks == "turn":
+            rig.guide.ask({"give_up": True})
+        asked.add(asks)
+
+    rig.watch = taps_twice
+    assert rig.post(run="neutral") == "first_failed"
+    assert asked == {"", "unplugged", "linear", "turn"}
+    assert rig.guide.ask({"answer": "ok"}) is not None
+
+
+def test_a_profile_that_is_not_stored_is_not_in_force(
+    rig: FirstDriveRig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(name: str, text: str) -> None:
+        raise OSError
+
+    before = rig.app.settings.profile
+    monkeypatch.setattr(rig.board.files, "store", full)
+    assert rig.post(run="profile", value=(before + 1) % 3) == "setting_not_stored"
+    assert rig.app.settings.profile == before
+    assert "profile" not in [s for s, row in rig.rows().items() if row["done"]]
