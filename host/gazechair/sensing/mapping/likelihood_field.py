@@ -35,6 +35,7 @@ class LikelihoodField:
         self.levels = [_blurred(values, reach, cell_m / sigma_m)]
         for level in range(levels - 1):
             self.levels.append(_maximum(self.levels[-1], 1 << level))
+        self._bordered = [np.pad(values, 1) for values in self.levels]
 
     @property
     def high_m(self) -> FloatArray:
@@ -47,13 +48,12 @@ class LikelihoodField:
 
     def at(self, level: int, cells: Ints) -> Floats32:
         """Values of `level` in cells (..., 2); 0 where neither the cell nor its block reaches."""
-        values = self.levels[level]
-        pad = (1 << level) - 1  # a level's array begins `pad` cells earlier
-        i, j = cells[..., 0] + pad, cells[..., 1] + pad
-        outside = (i < 0) | (j < 0) | (i >= values.shape[0]) | (j >= values.shape[1])
-        found = values[np.where(outside, 0, i), np.where(outside, 0, j)]
-        found[outside] = 0.0
-        return found
+        values = self._bordered[level]
+        nx, ny = values.shape
+        first = 1 << level  # a level's array begins so many cells earlier, its border included
+        i = np.clip(cells[..., 0] + first, 0, nx - 1)
+        j = np.clip(cells[..., 1] + first, 0, ny - 1)
+        return np.asarray(values.ravel().take(i * ny + j))
 
 
 def _blurred(values: Floats32, reach: int, step: float) -> Floats32:
