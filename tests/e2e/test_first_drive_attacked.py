@@ -134,3 +134,23 @@ def test_a_profile_that_is_not_stored_is_not_in_force(
     assert rig.post(run="profile", value=(before + 1) % 3) == "setting_not_stored"
     assert rig.app.settings.profile == before
     assert "profile" not in [s for s, row in rig.rows().items() if row["done"]]
+
+
+@pytest.mark.parametrize("after_ms", [0, 300, 1500])
+def test_a_board_that_resets_in_a_step_ends_it(rig: FirstDriveRig, after_ms: int) -> None:
+    begun(rig, "tune")
+    reset_ms = 0
+
+    def resets() -> None:
+        nonlocal reset_ms
+        if reset_ms == 0 and rig.armed() and rig.now_ms > 1500 + after_ms:
+            reset_ms = rig.now_ms
+            rig.board.reset()
+
+    rig.watch = resets
+    assert rig._finish() == "first_failed"
+    rig.run(3000)  # the button stays pressed
+    assert reset_ms > 0
+    assert not rig.armed()
+    assert rig.neutral()
+    assert rig.guide.due is None

@@ -15,7 +15,7 @@ from typing import Any
 
 from gazechair.base.state_folder import replace_file
 from gazechair.config.configuration import LidarConfig
-from gazechair.config.rules import arcs
+from gazechair.config.rules import Arc, arcs
 from gazechair.sensing.lidar.mask import MOST_DEG
 
 FILE_NAME = "first_drive.json"
@@ -56,23 +56,22 @@ class Record:
     def masked(self, lidars: tuple[LidarConfig, ...]) -> tuple[LidarConfig, ...]:
         """`lidars` with the masks that were learned on the phone, where nobody has changed the
         configuration since."""
-        try:
-            return tuple(
-                replace(one, mask=_ARCS.check(self._mask(one)["mask"])) if self.knows(one) else one
-                for one in lidars
-            )
-        except (TypeError, KeyError, ValueError) as error:
-            log.error("%s: masks %r; the configured ones count", self._path, error)
-            return lidars
+        learned = [(one, self._learned(one)) for one in lidars]
+        return tuple(one if mask is None else replace(one, mask=mask) for one, mask in learned)
 
     def knows(self, lidar: LidarConfig) -> bool:
         """The mask of `lidar`, as it is fitted now, was learned."""
-        return bool(self._mask(lidar).get("fitted") == fitted_as(lidar))
+        return self._learned(lidar) is not None
 
-    def _mask(self, lidar: LidarConfig) -> dict[str, Any]:
-        found = self.get("mask")
-        mask = found.get(lidar.name) if isinstance(found, dict) else None
-        return mask if isinstance(mask, dict) else {}
+    def _learned(self, lidar: LidarConfig) -> tuple[Arc, ...] | None:
+        masks = self.get("mask")
+        found = masks.get(lidar.name) if isinstance(masks, dict) else None
+        if not isinstance(found, dict) or found.get("fitted") != fitted_as(lidar):
+            return None
+        try:
+            return tuple(_ARCS.check(found.get("mask")))
+        except (TypeError, ValueError):
+            return None
 
 
 def fitted_as(lidar: LidarConfig) -> dict[str, Any]:

@@ -67,6 +67,7 @@ def test_a_mask_that_no_configuration_may_have_does_not_count(mask: object) -> N
     record = Record(None)
     record.keep("mask", {"front": {"fitted": fitted_as(LIDAR), "mask": mask}})
     assert record.masked((LIDAR,)) == (LIDAR,)
+    assert not record.knows(LIDAR)
 
 
 @pytest.mark.parametrize(
