@@ -154,3 +154,21 @@ def test_a_board_that_resets_in_a_step_ends_it(rig: FirstDriveRig, after_ms: int
     assert not rig.armed()
     assert rig.neutral()
     assert rig.guide.due is None
+
+
+def test_another_cap_does_not_cut_a_turn_short(rig: FirstDriveRig) -> None:
+    begun(rig, "turn")
+    said = False
+
+    def caps() -> None:
+        nonlocal said
+        if not said and not rig.neutral():
+            said = True
+            rig.caretaker.say(k="cap", permille=300)
+
+    rig.watch = caps
+    assert rig._finish() == ""
+    assert "not_owner" in rig.refusals
+    left, right = rig.rows()["turn"]["turned_deg"]
+    assert abs(left - 10.0) < 4.0
+    assert abs(right + 10.0) < 4.0

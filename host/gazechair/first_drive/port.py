@@ -11,7 +11,7 @@ from gazelink import codes
 
 _STOPS = ("stop", "disarm", "emergency", "release")
 # What another page must not begin while a step moves the chair: it stops the step first.
-_OTHERS = ("arm", "take", "cmd", "drive", "mode", "bypass", "reset")
+_OTHERS = ("arm", "take", "cmd", "drive", "mode", "bypass", "cap", "reset")
 _KEEPS_S = 0.3  # a proof of holding; the board's own limit is the same
 
 
