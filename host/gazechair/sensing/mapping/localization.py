@@ -37,7 +37,7 @@ _CONFIRM_M, _CONFIRM_RAD = 0.10, math.radians(3.0)
 _CONFIRMED = 4  # looks in a row that find the same pose
 # Following.
 _FOLLOW_SIGMAS = np.array((0.05, 0.05, math.radians(1.0)))
-_LOST_EXPLAINED = 0.20
+_LOST_EXPLAINED = 0.45  # fewer: a crowd, or another place; both are not known
 _LOST_CONTRADICTED = 0.15  # of the beams that reach what is known
 _LOST_S = 2.0
 
