@@ -11,6 +11,7 @@ from gazechair.board.serial_port import PortError, SerialPort
 from gazelink import codes, frame, messages
 from gazesim.small_host import STOP, SmallHost, clearance
 
+OVERTAKEN_MS = 100
 SPEAK_MS = 20
 SPEAK_S = 0.2  # wall time, for a board that tells no time
 HELLO_S = 0.2
@@ -150,7 +151,9 @@ class LiveHost(SmallHost):
 
     def received(self, kind: int, buf: bytearray) -> None:
         """A frame of the board's."""
-        self.ticks += self.passed_ms
+        # A state is stamped when it is captured: an answer sent meanwhile may overtake it.
+        back = -self.passed_ms & 0xFFFF
+        self.ticks += -back if back < OVERTAKEN_MS else self.passed_ms
         if kind == messages.STATE.type_id:
             self.states.append((self.ticks, messages.STATE.unpack(buf)))
         elif kind == messages.STATS.type_id:
