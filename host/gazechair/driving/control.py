@@ -137,9 +137,8 @@ class Control:
             cap_permille = self._arbiter.cap_permille
             self._tell_board()
         if cap_permille != was_permille:
-            self._kept_cap.keep(
-                lambda: self._arbiter.cap_permille
-            )  # a disk may be slow: no lock is held
+            # A disk may be slow: no lock is held.
+            self._kept_cap.keep(lambda: self._arbiter.cap_permille)
         return refusal
 
     def offer_mode(self, mode: str, tile: Message | None) -> None:
