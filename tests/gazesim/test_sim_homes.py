@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gazechair.sensing.mapping.home_map import MapError
 from gazechair.sensing.odometry.odometry import Motion
 from gazesim import home_plans, home_routes, rays, ros_map
 from gazesim.home_drive import FRONT, Drive
@@ -171,6 +172,6 @@ def test_a_ros_map_is_a_home(tmp_path: Path) -> None:
 def test_a_map_that_cannot_be_used_is_refused_in_one_line(tmp_path: Path, broken: bytes) -> None:
     path = _ros_map(tmp_path, np.zeros((3, 3)))
     (tmp_path / "map.pgm").write_bytes(broken)
-    with pytest.raises(ros_map.MapError) as refused:
+    with pytest.raises(MapError) as refused:
         ros_map.load(path)
     assert "\n" not in str(refused.value)

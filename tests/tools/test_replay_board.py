@@ -14,16 +14,14 @@ from gazeboard.boards import pins
 from gazeboard.core import limits
 from gazeboard.core.motion import Motion
 from gazechair.blackbox.reader import Line, LogFile
-from gazechair.blackbox.writer import LogWriter
 from gazelink import codes, messages
 from gazereplay import as_test
 from gazereplay.board_trace import STATE, TRACE, BoardPlayer
+from gazereplay.recording import virtual_log
 from gazereplay.replay import of_trace, replay
 from gazereplay.result import NoTrace, Result
 from gazesim.chair_rig import LinkedChair
 from gazesim.lockstep_link import LockstepLink
-
-_WALL_NS = 1_790_000_000 * 10**9
 
 
 class TracedChair(LinkedChair):
@@ -31,14 +29,7 @@ class TracedChair(LinkedChair):
 
     def __init__(self, folder: Path) -> None:
         super().__init__()
-        self._log = LogWriter(
-            folder,
-            max_bytes=10**9,
-            keep_s=1e9,
-            wall_ns=lambda: _WALL_NS + self.now_ms * 10**6,
-            monotonic_ns=lambda: self.now_ms * 10**6,
-            free_bytes=lambda _: 10**10,
-        )
+        self._log = virtual_log(folder, lambda: self.now_ms)
 
         def witness(way: str, at_s: float, frame: bytes) -> None:
             self._log.write(way, int(at_s * 1e9), frame)

@@ -14,6 +14,7 @@ from gazelink.settings_table import NAMES
 from gazereplay.core import Core
 from gazereplay.result import Difference, NoTrace, Result
 from gazereplay.stream import Inputs, Record, Silent, Snapshot, Stream
+from gazereplay.trace import DECIDED
 
 HELLO, STATE, TRACE = "/board/hello", "/board/state", "/board/trace"
 TOPICS = (HELLO, STATE, TRACE)
@@ -157,18 +158,7 @@ class BoardPlayer:
         return told
 
 
-_NAMES = (
-    "state",
-    "motion",
-    "override",
-    "arm_reason",
-    "first_fault",
-    "faults",
-    "edge",
-    "decisions",
-    "linear_permille",
-    "turn_permille",
-)
+_NAMES = tuple(name for name in DECIDED if name != "toggled")  # a STATE does not say it
 
 
 def _core(words: Sequence[int], layout: Sequence[str], pace: _Pace) -> Core:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,20 +16,25 @@ WALL_NS = 1_790_000_000 * 10**9  # when its clock begins
 _SYNC_MS = 1000
 
 
+def virtual_log(folder: Path, now_ms: Callable[[], int]) -> LogWriter:
+    """A log of virtual time on a disk without end."""
+    return LogWriter(
+        folder,
+        max_bytes=10**9,
+        keep_s=1e9,
+        wall_ns=lambda: WALL_NS + now_ms() * 10**6,
+        monotonic_ns=lambda: now_ms() * 10**6,
+        free_bytes=lambda _: 10**10,
+    )
+
+
 class Recording:
     """Attach it before the chair's first step, and call `after_ms` after each."""
 
     def __init__(self, chair: ChairRig, protocol: LinkProtocol, folder: Path) -> None:
         """`protocol`: the host's end of the line; `folder`: where the file goes."""
         self._chair = chair
-        self._log = LogWriter(
-            folder,
-            max_bytes=10**9,
-            keep_s=1e9,
-            wall_ns=lambda: WALL_NS + chair.now_ms * 10**6,
-            monotonic_ns=lambda: chair.now_ms * 10**6,
-            free_bytes=lambda _: 10**10,
-        )
+        self._log = virtual_log(folder, lambda: chair.now_ms)
         self.path = Path()
         self._sees(protocol)
         chair.board.booted = self._boots

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,9 @@ from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
 _OCCUPIED, _FREE, _UNKNOWN = 0, 254, 205  # grey values of the map server's mode `trinary`
 _OCCUPIED_THRESH, _FREE_THRESH = 0.65, 0.196
 _SURE = 10  # key scans that an imported cell stands for
-_HEAD = re.compile(rb"P5(?:\s+#[^\n]*)*\s+(\d+)(?:\s+#[^\n]*)*\s+(\d+)(?:\s+#[^\n]*)*\s+(\d+)\s")
+_HEAD = re.compile(
+    rb"(P[25])(?:\s+#[^\n]*)*\s+(\d+)(?:\s+#[^\n]*)*\s+(\d+)(?:\s+#[^\n]*)*\s+(\d+)\s"
+)
 
 
 def write(home: HomeMap, folder: Path) -> Path:
@@ -38,14 +41,42 @@ def write(home: HomeMap, folder: Path) -> Path:
     return folder / "map.yaml"
 
 
+@dataclass(frozen=True)
+class RosCells:
+    """What a `map.yaml` and its image say."""
+
+    cell_m: float
+    x_m: float
+    y_m: float
+    """Of the image's lower left corner."""
+    yaw_rad: float
+    """By which the image is turned about that corner."""
+    occupied: NDArray[np.bool_]
+    """(nx, ny), y upwards."""
+    free: NDArray[np.bool_]
+
+
 def read(path: Path, name: str) -> HomeMap:
     """The map of a `map.yaml`. Raises MapError."""
+    found = cells(path)
+    if found.yaw_rad:
+        raise MapError(f"{path}: a turned origin (yaw {found.yaw_rad:g}) is not supported")
+    if not 0.005 <= found.cell_m <= 0.5:
+        raise MapError(f"{path}: cells of {found.cell_m:g} m are not supported (0.005..0.5)")
+    hits = np.where(found.occupied, _SURE, 0).astype(np.uint16)
+    passes = np.where(found.free, _SURE, 0).astype(np.uint16)
+    low_m = np.array((found.x_m, found.y_m))
+    return HomeMap(name, OccupancyGrid(found.cell_m, low_m, hits, passes))
+
+
+def cells(path: Path, plain: bool = False) -> RosCells:
+    """Read a `map.yaml`; `plain`: its image may be written in digits (P2), too. Raises MapError."""
     try:
         fields = _fields(path.read_text())
         image = path.parent / fields["image"].strip("\"'")
-        grey = _pgm(image.read_bytes())
+        grey = _pgm(image.read_bytes(), plain)
         cell_m = float(fields["resolution"])
-        x_m, y_m, yaw = (float(one) for one in fields["origin"].strip("[] ").split(","))
+        x_m, y_m, yaw_rad = (float(one) for one in fields["origin"].strip("[] ").split(","))
         negate = fields.get("negate", "0") in ("1", "true")
         occupied = float(fields.get("occupied_thresh", _OCCUPIED_THRESH))
         free = float(fields.get("free_thresh", _FREE_THRESH))
@@ -55,14 +86,8 @@ def read(path: Path, name: str) -> HomeMap:
         raise MapError(f"{path} has no field {error.args[0]!r}") from None
     except (ValueError, UnicodeDecodeError) as error:
         raise MapError(f"{path} can't be used: {error}") from None
-    if yaw:
-        raise MapError(f"{path}: a turned origin (yaw {yaw:g}) is not supported")
-    if not 0.005 <= cell_m <= 0.5:
-        raise MapError(f"{path}: cells of {cell_m:g} m are not supported (0.005..0.5)")
     taken = grey if negate else 1.0 - grey
-    hits = np.where(taken > occupied, _SURE, 0).astype(np.uint16)
-    passes = np.where(taken < free, _SURE, 0).astype(np.uint16)
-    return HomeMap(name, OccupancyGrid(cell_m, np.array((x_m, y_m)), hits, passes))
+    return RosCells(cell_m, x_m, y_m, yaw_rad, taken > occupied, taken < free)
 
 
 def _fields(text: str) -> dict[str, str]:
@@ -70,15 +95,18 @@ def _fields(text: str) -> dict[str, str]:
     return {key.strip(): value.strip() for key, _, value in rows if value.strip()}
 
 
-def _pgm(data: bytes) -> NDArray[np.float64]:
+def _pgm(data: bytes, plain: bool) -> NDArray[np.float64]:
     """Shares of white (nx, ny), y upwards."""
     head = _HEAD.match(data)
-    if head is None:
+    if head is None or (head[1] == b"P2" and not plain):
         raise ValueError("its image is no binary PGM (P5)")
-    width, height, most = (int(one) for one in head.groups())
+    width, height, most = (int(one) for one in head.groups()[1:])
     if not 0 < most < 256:
         raise ValueError(f"images with {most} grey values are not supported")
-    values = np.frombuffer(data, dtype=np.uint8, offset=head.end())
+    if head[1] == b"P5":
+        values = np.frombuffer(data, dtype=np.uint8, offset=head.end())
+    else:
+        values = np.array(data[head.end() :].split(), dtype=np.float64)
     if not 0 < width * height <= len(values):
         raise ValueError("its image is cut short")
     return np.asarray(values[: width * height].reshape(height, width)[::-1].T / most)
