@@ -2,11 +2,19 @@
 
 import gc
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
+from playwright.sync_api import Browser, sync_playwright
 
 import gazesetup
+from gazedemo.browser import OPTIONS
+
+# Machines stall: how long an example takes says nothing.
+settings.register_profile("gazechair", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("gazechair")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -16,6 +24,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         metavar="PORT",
         help="run tests/board on the real board at PORT, its relay held open",
     )
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The tests in real time are looked for in one folder only (tools/test)."""
+    folder = Path(__file__).parent / "e2e"
+    for item in items:
+        if item.get_closest_marker("e2e") and folder not in item.path.parents:
+            raise pytest.UsageError(f"{item.nodeid}: marked e2e, belongs in tests/e2e")
 
 
 @pytest.hookimpl(trylast=True)
@@ -43,6 +59,19 @@ def m7() -> Path:
     except gazesetup.NotAvailable as error:
         pytest.skip(str(error))
     return folder
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Browser]:
+    """The browser of all tests of a process, which can't start a second one beside it."""
+    try:
+        path = gazesetup.ensure_chromium()
+    except gazesetup.NotAvailable as error:
+        pytest.skip(str(error))
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=str(path), args=list(OPTIONS))
+        yield browser
+        browser.close()
 
 
 @pytest.hookimpl(wrapper=True)

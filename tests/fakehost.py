@@ -36,6 +36,7 @@ WELCOME = {
     "heartbeat_ms": 50,
     "token_ms": 500,
     "command_ttl_ms": 300,
+    "auto_ttl_ms": 150,
     "modes": [],
     "plugins": [],
     "latched": [name for _, name, _, latched in codes.FAULTS if latched],
@@ -54,6 +55,7 @@ ARMED = {
     "camera": "ok",
     "owner": "driver",
     "you": True,
+    "auto": ["", ""],
     "edge": 0,
     "heading_deg": 0.0,
     "output_permille": [0, 0],
@@ -104,6 +106,7 @@ class FakeHost:
         self.token = 0
         self.now_ms = 0  # goes with the page's clock
         self.replies: dict[str, tuple[int, dict[str, Any]]] = {}  # "GET /me": status, body
+        self.pictures: dict[str, bytes] = {}  # of maps
         self.posted: list[tuple[str, dict[str, Any]]] = []
         self._marks = 0
         self._close_code = 0
@@ -145,16 +148,25 @@ class FakeHost:
 
         @app.post("/profiles")
         def change_profile() -> tuple[Response, int]:
-            self.posted.append(("/profiles", request.get_json()))
             try:
                 role = self.welcome["role"]
                 return jsonify(self.profiles.change(request.get_json(), role == "caretaker")), 200
             except ProfileRefused as refusal:
                 return jsonify({"reason": refusal.reason, "detail": str(refusal)}), 400
+            finally:  # who waits for it finds it done
+                self.posted.append(("/profiles", request.get_json()))
 
-        @app.get("/<any(me, settings, pairing, alerts, 'first-drive'):name>")
+        @app.get("/maps/<name>.png")
+        def map_picture(name: str) -> Response:
+            return Response(self.pictures[name], mimetype="image/png")
+
+        @app.get("/<any(me, settings, pairing, alerts, maps, 'first-drive'):name>")
         def read(name: str) -> tuple[Response, int]:
             return self._reply(f"GET /{name}")
+
+        @app.get("/maps/<name>")
+        def read_map(name: str) -> tuple[Response, int]:
+            return self._reply(f"GET /maps/{name}")
 
         @app.post("/<path:path>")
         def write(path: str) -> tuple[Response, int]:

@@ -21,10 +21,12 @@ from gazechair.first_drive.port import FirstDrivePort
 from gazechair.first_drive.record import Record
 from gazechair.people.profiles import Profiles, house_fields
 from gazechair.sensing.lidar.recorded import BEAMS
+from gazechair.service.tune.forward import ForwardNumbers
 from gazechair.web.page_client import decode
 from gazelink import codes
 from gazesim.chair_rig import ChairRig
 from gazesim.lockstep_link import LockstepLink
+from measuredchair import Measured
 
 AHEAD_MM = 1500
 _CHAIR_MM, _WALL_MM = 220, 3000
@@ -92,7 +94,11 @@ class FirstDriveRig(ChairRig):
             self.masks.append,
             self.now_s,
             lambda seconds: self.run(max(1, round(seconds * 1000))),
+            lambda: Measured(self)() if self.knows_place else None,
+            lambda profile, found: self.kept.append((profile, found)),
         )
+        self.knows_place = True
+        self.kept: list[tuple[str, ForwardNumbers]] = []
         self.steering = steering
         self.control = FirstDrivePort(steering, self.guide)
         self.inbox: deque[tuple[int, str]] = deque()

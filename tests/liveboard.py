@@ -66,6 +66,19 @@ class LiveBoard:
         """A session, and a first state."""
         self.until(lambda: self.host.in_session and self.host.state, "a session with state frames")
 
+    def ask_to_arm(self, condition: Callable[[], bool], what: str) -> None:
+        """Until `condition` holds; asked again when a stall of the PC came between."""
+
+        def so() -> bool:
+            host = self.host
+            host.command = STOP
+            if host.safety == codes.DISARMED and host.state["arm_reason"] == codes.NO_REASON:
+                host.order(codes.ARM)
+                self.run_ms(300)
+            return condition()
+
+        self.until(so, what)
+
     def new_edge(self) -> int:
         """The next press of the driver."""
         self._edge = self._edge % 255 + 1
@@ -172,17 +185,8 @@ class EmulatedLiveBoard(LiveBoard):
         )
 
     def arm(self) -> None:
-        """Ready, asked for, armed; asked again when a stall of the PC came between."""
-
-        def armed() -> bool:
-            host = self.host
-            host.command = STOP
-            if host.safety == codes.DISARMED and host.state["arm_reason"] == codes.NO_REASON:
-                host.order(codes.ARM)
-                self.run_ms(300)
-            return host.safety == codes.ARMED
-
-        self.until(armed, "armed")
+        """Ready, asked for, armed."""
+        self.ask_to_arm(lambda: self.host.safety == codes.ARMED, "armed")
 
     def drive(self, verb: int = codes.FORWARD) -> None:
         """Armed and moving; pressed anew when a stall of the PC came between."""

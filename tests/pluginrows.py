@@ -27,6 +27,8 @@ def offer(host: FakeHost, *rows: Row) -> None:
     works = [row for row in rows if row["kind"] == "mode" and row["state"] in ("ok", "degraded")]
     host.welcome["plugins"] = list(rows)
     host.welcome["modes"] = [
-        {"mode": row["name"], "icon": row["icon"], "names": row["names"]} for row in works
+        {"mode": row["name"], "auto": row.get("auto", False)}
+        | {"icon": row["icon"], "names": row["names"]}
+        for row in works
     ]
     host.say(host.welcome)

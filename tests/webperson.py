@@ -100,6 +100,8 @@ class Driver:
     def advance(self, ms: int, look: str | tuple[float, float] | None = None) -> None:
         """Lets `ms` pass; with `look` the pointer keeps trembling where that is now."""
         spot = None if look is None else self.spot(look)
+        if spot is not None:
+            self._rest_on(*spot)
         for step in range(0, ms, 25):
             if step % 100 == 0:
                 self.state()
@@ -120,6 +122,12 @@ class Driver:
     def look(self, where: str | tuple[float, float]) -> None:
         """One pointer event there; a gaze trembles, so no two are at the same place."""
         self._tremble(*self.spot(where))
+
+    def _rest_on(self, x: float, y: float) -> None:
+        # Chromium hands a move on with its next frame, which a busy machine makes late.
+        self._tremble(x, y)
+        there = x + 3 * self._wiggle
+        wait_until(lambda: abs(self.page.evaluate("spied.x") - there) < 1, "the look to arrive")
 
     def _tremble(self, x: float, y: float) -> None:
         self._wiggle ^= 1

@@ -13,10 +13,12 @@ const UNITS = [
 ];
 const unitOf = (name) => UNITS.find(([end]) => name.endsWith(end)) ?? ["", "", 1];
 
-/** A labelled control; `changed(value)` is told of every new value. */
+/** A labelled control; `changed(value)` is told of every new value, "begun" marks what is typed. */
 function row(strings, name, field, value, changed) {
   const label = document.createElement("label");
   label.className = "row";
+  label.addEventListener("input", () => (label.dataset.begun = "true"));
+  label.addEventListener("change", () => delete label.dataset.begun);
   const word = document.createElement("span");
   const [, unit, scale] = unitOf(name);
   word.textContent = (strings.label(name) ?? name) + (unit && ` (${unit})`);
@@ -43,6 +45,17 @@ function row(strings, name, field, value, changed) {
   control.name = name;
   label.append(word, control);
   return label;
+}
+
+/** Draws someone's form; a row begun in it stays: no answer of the host takes what is typed. */
+function draw(root, whose, rows) {
+  const same = root.dataset.whose === whose && root.children.length === rows.length;
+  root.dataset.whose = whose;
+  if (!same) return root.replaceChildren(...rows);
+  const old = [...root.children];
+  const name = root.contains(document.activeElement) && document.activeElement.name;
+  rows.forEach((one, at) => old[at].dataset.begun || old[at].replaceWith(one));
+  if (name) root.querySelector(`[name="${name}"]`).focus();
 }
 
 const button = (text, act) => {
@@ -90,7 +103,7 @@ export class ChairSettings {
         if (!(await this.#ask({ method: "POST", headers: JSON_TYPE, body }))) this.#show(settings);
       });
     });
-    this.#root.replaceChildren(...rows);
+    draw(this.#root, "chair", rows);
   }
 }
 
@@ -158,7 +171,7 @@ export class PersonSettings {
         this.#change({ delete: mine.id }),
       ),
     );
-    this.#root.replaceChildren(...rows, buttons);
+    draw(this.#root, mine.id, [...rows, buttons]);
   }
 
   #word(name, choice) {

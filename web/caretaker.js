@@ -27,7 +27,7 @@ const TICK_MS = 25;
 const RESET_HOLD_MS = 2000;
 /** Until the host has told the cap back, a moved slider keeps its place. */
 const CAP_SETTLES_MS = 1000;
-const TABS = ["drive", "settings", "first", "modules", "pairing", "alarms"];
+const TABS = ["drive", "settings", "first", "maps", "modules", "pairing", "alarms"];
 
 const strings = await loadStrings(chosenLanguage(location.search, navigator.language), "care");
 const body = document.body;
@@ -62,6 +62,8 @@ let edge = 0;
 let capMovedMs = -Infinity;
 let heartbeatMs = 50;
 let first = null; // the first drive, once it was opened
+let maps = null; // the maps, once they were opened
+let going = null; // where the chair takes itself, once it does: a promise while it comes
 
 const socket = new ControlSocket({
   message: (message) => receivers[message.k]?.(message, performance.now()),
@@ -97,6 +99,11 @@ const bypass = new Held(byId("bypass"), {
   held: () => socket.sendFresh("bypass", { held: true, edge: bypassEdge }),
   end: () => socket.send("bypass", { held: false }),
 });
+const watching = new Held(byId("watch"), {
+  begin() {},
+  held: () => socket.sendFresh("watch", {}),
+  end() {},
+});
 let resetSince = null;
 const reset = new Held(byId("reset"), {
   begin: () => (resetSince = performance.now()),
@@ -115,7 +122,7 @@ const receivers = {
     latched = welcome.latched;
     plugins.update(welcome.plugins ?? []);
     heartbeatMs = welcome.heartbeat_ms;
-    for (const part of [joystick, bypass, first]) part?.setHeartbeat(heartbeatMs);
+    for (const part of [joystick, bypass, watching, first]) part?.setHeartbeat(heartbeatMs);
   },
   state(news, now) {
     state = news;
@@ -126,7 +133,7 @@ const receivers = {
     setText("call-title", strings.label(news.coming ? "care_coming" : "care_call"));
     setText("answer", strings.label(news.coming ? "care_there" : "care_answer"));
     setData("latched", news.level === "error" && latched.includes(news.message));
-    facts.update(news, null, now);
+    facts.update(news, null);
     plugins.show(news.token);
     line.update(news);
     tell(now);
@@ -138,6 +145,10 @@ const receivers = {
     setText("take", strings.label(news.you ? "care_release" : "care_take"));
     setText("pad-word", ready ? "" : strings.label(news.you ? "arming" : "care_pad_off"));
     showCap(news.cap_permille);
+    byId("watch").hidden = !news.auto?.[0];
+    if (byId("watch").hidden) watching.end();
+    if (news.going) going ??= openGoing();
+    going?.update?.(news.going, news.where, Boolean(news.auto?.[0]));
     const left = Math.ceil(news.bypass_ms / 1000);
     setText("bypass-left", left > 0 ? `${left} s` : "");
     persons.update(news.profile);
@@ -170,11 +181,21 @@ function showCap(permille) {
 function endAll() {
   joystick.end();
   bypass.end();
+  watching.end();
   reset.end();
   first?.end();
 }
 
-/** The first drive: fetched when it is opened, told when it does not come. */
+/** A part that is fetched when it is wanted; undefined when it does not come. */
+async function late(name, make) {
+  try {
+    return await make(await import(`./${name}.js`));
+  } catch (error) {
+    console.warn(`${name}: ${error.message}`);
+    return undefined;
+  }
+}
+
 async function openFirst() {
   const on = {
     edge: () => (edge += 1),
@@ -183,15 +204,22 @@ async function openFirst() {
     people: () => persons.people,
     choose: (id) => persons.choose(id),
   };
-  try {
-    const part = await import("./first_drive.js");
-    const loaded = await part.firstDrive(byId("first"), strings, on);
-    first ??= loaded;
-    first.setHeartbeat(heartbeatMs);
-  } catch (error) {
-    console.warn(`first drive: ${error.message}`);
-    refuse("no_answer");
-  }
+  const loaded = await late("first_drive", (part) => part.firstDrive(byId("first"), strings, on));
+  first ??= loaded;
+  if (!loaded) return refuse("no_answer");
+  first.setHeartbeat(heartbeatMs);
+}
+
+async function openMaps() {
+  const loaded = await late("maps", (part) => part.maps(byId("maps"), strings));
+  maps ??= loaded;
+  if (!loaded) refuse("no_answer");
+}
+
+/** Where the chair takes itself; what does not come is tried again with a later state. */
+async function openGoing() {
+  const on = { pause: () => stop(), tone: (shape) => tones.play(shape) };
+  going = await late("care_going", (part) => part.careGoing(byId("drive"), strings, on));
 }
 
 /** The phone is put away: whoever drove from here no longer does. */
@@ -206,6 +234,7 @@ function openTab(name) {
   if (name === "settings") chair.load();
   if (name === "pairing") pairing.load();
   if (name === "first" && !first) openFirst();
+  if (name === "maps" && !maps) openMaps();
 }
 
 const press = (id, act) => byId(id).addEventListener("click", act);
@@ -256,8 +285,10 @@ setInterval(() => {
   lookAtGamepads();
   joystick.tick(now);
   bypass.tick(now);
+  watching.tick(now);
   reset.tick(now);
   if (body.dataset.tab === "first") first?.tick(now);
+  if (body.dataset.tab === "maps") maps?.tick(now);
   picture.tick(now);
   banner.tick(now);
   stopSeen.tick(now);

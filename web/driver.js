@@ -19,7 +19,7 @@ import { Targets } from "./targets.js";
 import { Told } from "./told.js";
 import { Tones } from "./tones.js";
 import { keepAwake } from "./wakelock.js";
-import { Eyes, LateMenu, Plugins, Scanning } from "./wanted.js";
+import { Eyes, LateMenu, Plugins, Scanning, showLate } from "./wanted.js";
 import { AutoOff, ClockWatch } from "./watch.js";
 
 const TICK_MS = 25;
@@ -96,10 +96,8 @@ const acts = {
     else if (body.dataset.state === "disarmed") open("menu");
   },
   next: () => plugins.next(),
-  help() {
-    const on = !(state?.call || state?.coming);
-    if (!socket.send("call", { on })) notice("refused", "no_answer");
-  },
+  help: () =>
+    socket.send("call", { on: !(state?.call || state?.coming) }) || notice("refused", "no_answer"),
   back: () => body.dataset.view === "menu" && menu.back(),
 };
 for (let at = 1; at <= 5; at += 1) acts[`tile-${at}`] = () => menu.act(at);
@@ -110,7 +108,7 @@ const targets = new Targets({
     autoOff.used(performance.now());
     const held = plugins.mode(verb);
     if (practice.on) practice.drive(held ?? verb, edge);
-    else if (held) socket.sendFresh("mode", { mode: held, edge });
+    else if (held) plugins.use(held, edge);
     else socket.sendFresh("cmd", { verb, mode, edge });
     if (driving) return;
     driving = true;
@@ -118,11 +116,11 @@ const targets = new Targets({
   },
   stop(wished) {
     // Another's driving is stopped by looking at Stop, not by looking away from this page.
-    if (wished || state === null || state.you) socket.send("stop");
+    if (wished || (!plugins.auto(asked) && (state === null || state.you))) socket.send("stop");
     if (wished) stopSeen.asked(socket.stops, performance.now());
     ended();
   },
-  act: (name) => acts[name]?.(),
+  act: (name) => [plugins.use(), acts[name]?.()],
   unable: () => notice("refused", "mode_unable"),
   tap() {
     if (clicksAlone < CLICKS_MEAN_STEPS) return notice("tap_title", "tap");
@@ -144,6 +142,8 @@ const plugins = new Plugins(strings, {
   shown: measure,
   replaced: () => targets.replaced(performance.now(), false),
   unable: (names) => (targets.unable = names),
+  ride: (kind, more) => (kind === "stop" ? socket.send(kind) : socket.sendFresh(kind, more)),
+  tone: (shape) => tones.play(shape),
   gone: () => body.dataset.mode === "more" && setMode(profiles.current.mode),
 });
 
@@ -168,6 +168,7 @@ const receivers = {
     state = news;
     if (news.profile !== undefined && news.profile !== profiles.revision) reload();
     showState(news, now);
+    showLate(news, strings);
     stopSeen.update(news.stops, now);
   },
   refused(refusal) {
@@ -182,7 +183,7 @@ function showState(news, now) {
   const armed = practice.on ? practice.armed : news.state === "armed" && news.you;
   const shown = practice.on ? (armed ? "armed" : "disarmed") : news.state;
   targets.setArmed(armed, now);
-  if (!armed || targets.holding) autoOff.used(now);
+  if (!armed || targets.holding || news.auto?.[0]) autoOff.used(now);
   if (body.dataset.state !== shown) {
     if (shown === "armed") tones.play("armed");
     setData("state", shown);
@@ -195,7 +196,7 @@ function showState(news, now) {
   const left = Math.ceil(autoOff.leftMs(now) / 1000);
   const soon = armed && autoOff.leftMs(now) <= COUNTDOWN_MS;
   setText("arm-state", soon ? `${strings.label("off_in")} ${left} s` : strings.label(shown));
-  facts.update(news, asked, now);
+  facts.update(news, asked);
   line.update(news);
   tell(now);
   hint.update(told.now.words, shown, practice.on ? "none" : news.arm_reason, now);
@@ -204,16 +205,15 @@ function showState(news, now) {
 function tell(now) {
   if (state === null && socket.alive) return;
   const news = state && { ...state, state: body.dataset.state };
-  const words = plugins.sentence(sentence(news, socket.alive, practice.on), state?.token);
+  const words = plugins.sentence(sentence(news, socket.alive, practice.on), state);
   if (told.say(words, now)) measure();
 }
 
 /** A held command is over. */
 function ended() {
   asked = null;
-  if (!driving) return;
+  if (driving) tones.play("stop");
   driving = false;
-  tones.play("stop");
 }
 
 function setMode(mode) {

@@ -1,11 +1,10 @@
-// The status bar: who drives, the request, the chair's motion, the age of link and picture.
+// The status bar: who drives, the request, motion and speed, the age of link and picture.
 
 import { setText } from "./dom.js";
 
 const AGE_EVERY_MS = 1000;
 /** An output nearer to neutral moves nothing. */
 const REST_PERMILLE = 36;
-const TURN_WINDOW_MS = 400;
 /** What this page asks, beside the words for what the chair does. */
 const ARROWS = { forward: "↑", backward: "↓", left: "←", right: "→" };
 
@@ -13,7 +12,6 @@ const ARROWS = { forward: "↑", backward: "↓", left: "←", right: "→" };
 export class Facts {
   #strings;
   #names;
-  #headings = []; // [ms, degrees]
   #worst = { link: 0, picture: 0 };
   #shownMs = 0;
 
@@ -24,12 +22,12 @@ export class Facts {
   }
 
   /** `news`: the host's state; `asked`: the verb this page commands, null for none. */
-  update(news, asked, now) {
+  update(news, asked) {
     const label = (key) => this.#strings.label(key);
     const owner = `owner_${news.owner}`;
     setText("owner", label(news.you ? "you" : (this.#names[owner] ?? owner)));
     setText("asked", ARROWS[asked] ?? "");
-    setText("motion", `${label(`motion_${news.motion}`)}${this.#estimate(news, now)}`);
+    setText("motion", `${label(`motion_${news.motion}`)}${this.#speed(news)}`);
     const moving = this.#moving(news);
     if (document.body.dataset.moving !== moving) document.body.dataset.moving = moving;
   }
@@ -55,18 +53,11 @@ export class Facts {
     return linear > 0 ? "forward" : "backward";
   }
 
-  /** Speed has no sensor: the push of the joystick, and for turns what the heading does. */
-  #estimate({ motion, output_permille: output, heading_deg: heading }, now) {
-    this.#headings = this.#headings.filter(([at]) => now - at < 2 * TURN_WINDOW_MS);
-    if (heading !== null) this.#headings.push([now, heading]);
-    if (motion === "stopped" || output === null) return "";
-    const [from] = this.#headings;
-    if (motion === "turn" && heading !== null && now - from[0] >= TURN_WINDOW_MS) {
-      const turned = ((heading - from[1] + 540) % 360) - 180;
-      const rate = Math.round(turned / ((now - from[0]) / 1000) / 5) * 5;
-      return ` ± ${Math.abs(rate)}°/s`;
-    }
-    const push = Math.max(...output.map(Math.abs)) / 1000;
-    return ` ± ${Math.round(push * 20) * 5} %`;
+  /** As the lidars measure it; "–": not known. */
+  #speed({ motion, speed }) {
+    if (motion === "stopped") return "";
+    if (!speed) return " –";
+    if (motion === "turn") return ` ${Math.round(Math.abs(speed.deg_s) / 5) * 5}°/s`;
+    return ` ${this.#strings.number(Math.abs(speed.m_s), 1)} m/s`;
   }
 }

@@ -7,6 +7,7 @@ const JSON_TYPE = { "Content-Type": "application/json" };
 const POLL_MS = 500;
 /** The page shows a pulse by each line of the procedure that names its strength. */
 const PULSE = /%, /;
+const STRAIGHT = "  straight on";
 /** Steps that move the chair: only while their button is held. */
 const MOVES = ["relay", "tune", "turn"];
 /** Steps that only tell. */
@@ -225,13 +226,15 @@ class FirstDrive {
       if (asks === "linear" || asks === "turn") {
         return label(asks === "turn" ? "first_turn_pin" : "first_linear");
       }
+      const straight = lines.filter((line) => line.startsWith(STRAIGHT)).length;
+      if (straight > 0) return label("first_straight", { n: straight });
       const n = lines.filter((line) => PULSE.test(line)).length;
       return n > 0 ? label("first_pulses", { n }) : label("first_running");
     }
     const last = ended?.step === step ? ended : null;
     if (last && !last.ok) {
-      const detail = last.reason === "first_failed" ? ` ${last.detail}` : "";
-      return `${this.#words.reason(last.reason)}${detail}`;
+      const detail = last.reason === "first_failed" ? this.#words.told(last) : "";
+      return `${this.#words.reason(last.reason)} ${detail}`.trim();
     }
     if (refused) return this.#words.reason(refused);
     return last ? label("first_well") : "";

@@ -1,15 +1,10 @@
 // The words of the first drive: its own texts and facts, else the page's.
 
-const HOME = "nl";
+import { tableOf } from "./table.js";
 
 /** The words in this language, Dutch when there are none. Throws without answer. */
 export async function firstWords(strings) {
-  for (const language of [strings.language, HOME]) {
-    const answer = await fetch(`/strings/${language}-first.json`);
-    if (answer.ok) return new FirstWords(await answer.json(), strings);
-    if (answer.status !== 404) throw new Error(`the host answered ${answer.status}`);
-  }
-  throw new Error("no words about the first drive");
+  return new FirstWords(await tableOf(strings.language, "first"), strings);
 }
 
 /** Texts of steps; facts are rows of GET /first-drive. */
@@ -32,6 +27,17 @@ class FirstWords {
   reason(key) {
     const { text, do: advice } = this.#table.messages[key] ?? this.#strings.message(key);
     return `${text} ${advice}`.trim();
+  }
+
+  /** Why a step failed: in this language, else as the host said it, in English. */
+  told({ told, fields, detail }) {
+    const text = this.#table.told?.[told];
+    if (!text) return detail;
+    const word = (name, value) => {
+      if (name === "reason") return this.reason(value);
+      return typeof value === "number" ? value.toLocaleString(this.#strings.language) : value;
+    };
+    return text.replace(/{(\w+)}/g, (_, name) => word(name, fields[name]));
   }
 
   /** What is known about a step, in one line. */

@@ -19,7 +19,7 @@ export class PluginList {
 
   /** Takes `welcome.plugins`. */
   update(rows) {
-    this.#rows = rows;
+    this.#rows = rows.filter(({ kind }) => kind !== "place");
   }
 
   /** Shows them; `token`: the host's newest, by which times are told. */

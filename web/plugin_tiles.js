@@ -1,6 +1,9 @@
 // Tiles of the modes that plug-ins bring, on the driver's page: held as a direction is.
 
+import { AutoRide } from "./auto_ride.js";
 import { byId, setData } from "./dom.js";
+import { ARRIVED, goingWords } from "./going.js";
+import { ICONS } from "./map_words.js";
 import { pluginWords } from "./plugins.js";
 
 /** Places on the page of modes, those of Vooruit, Links and Rechts; place 0 is Achteruit's. */
@@ -10,10 +13,12 @@ const SIZES = [60, 60, 40, 28, 22];
 const STYLE = "/static/plugin_tiles.css";
 
 let words = null;
+let going = null; // words, too
 
 /** Fetches what the tiles need besides; throws when it does not come. */
 export async function ready(strings) {
   words = await pluginWords(strings.language);
+  going = await goingWords(strings);
   await new Promise((resolve, reject) => {
     const link = document.createElement("link");
     [link.rel, link.href, link.onload] = ["stylesheet", STYLE, resolve];
@@ -42,7 +47,9 @@ function button(id, like, kind) {
  * them are on a page of their own, three at a time, when there is no room for all.
  *
  * `on` receives shown() when other tiles are shown, replaced() before a place means another mode,
- * unable(names) for the tiles whose mode does not work now, gone() when that page has no modes.
+ * unable(names) for the tiles whose mode does not work now, gone() when that page has no modes;
+ * ride("watch") while somebody looks at a ride that nobody holds, ride("stop") when anything else
+ * is pressed, ride("mode", fields) for a mode that is held; tone(shape).
  */
 export class PluginTiles {
   /** There is a page of modes. */
@@ -54,9 +61,16 @@ export class PluginTiles {
   #backward = false;
   #tiles = [];
   #modes = []; // the mode of each place, undefined: none
+  #filled = []; // their rows
+  #auto = []; // names of the modes that nobody holds
+  #ride;
+  #going = null; // the host's word of it
+  #edge = 0; // of the newest press
+  #paused = 0; // the press that paused it: what is left of its hold starts nothing
 
   constructor(strings, on) {
     this.#on = on;
+    this.#ride = new AutoRide(() => on.ride("watch"));
     for (let place = 0; place <= PLACES; place += 1) {
       const tile = button(`plugin-${place}`, "forward", "drive plugin");
       const shape = tile.querySelector(".arrow");
@@ -79,6 +93,7 @@ export class PluginTiles {
   update({ plugins, modes, backward }) {
     this.#rows = plugins ?? [];
     this.#able = modes.map(({ mode }) => mode);
+    this.#auto = modes.filter(({ auto }) => auto).map(({ mode }) => mode);
     this.#backward = backward;
     this.#show();
   }
@@ -87,46 +102,88 @@ export class PluginTiles {
     return this.#modes[this.#tiles.findIndex((tile) => tile.id === target)];
   }
 
+  /** It starts a ride that nobody holds. */
+  auto(target) {
+    return this.#auto.includes(this.mode(target));
+  }
+
+  /**
+   * A mode is held, with this press; on the tile of the ride a new press is a pause. Without a
+   * mode: something that does not drive was pressed, which ends a ride.
+   */
+  use(mode, edge) {
+    if (!mode) return this.#ride.mode && this.#on.ride("stop");
+    const again = mode === this.#ride.mode && edge > this.#edge;
+    if (again) this.#paused = edge;
+    this.#edge = edge;
+    if (again) this.#on.ride("stop");
+    else if (edge !== this.#paused) this.#on.ride("mode", { mode, edge });
+  }
+
+  /** Takes what the host says of such a ride. */
+  rides({ auto, going: told }) {
+    const before = this.#going;
+    this.#going = told ?? null;
+    setData("going", told?.state ?? "");
+    setData("why", told?.reason ?? "");
+    const arrived = told?.state === "arrived" && before && before.state !== "arrived";
+    if (arrived) this.#on.tone(ARRIVED);
+    const farther = told?.left_m !== before?.left_m;
+    if (this.#ride.update(auto ?? ["", ""]) || farther) this.#fillAll();
+  }
+
   next() {
     this.#from += PLACES;
     this.#show();
   }
 
   sentence(told, token) {
-    return words.sentence(told, this.#rows, token);
+    return going.sentence(words.sentence(told, this.#rows, token), this.#going);
   }
 
   #show() {
-    const rows = this.#rows.filter(({ kind }) => kind === "mode");
+    const rows = this.#rows.filter(({ kind }) => kind === "mode" || kind === "place");
     if (this.#from >= rows.length) this.#from = 0;
-    const places = [this.#backward ? undefined : rows[0]];
+    // A place is on the page of modes alone: one of many is none to have under one's eyes always.
+    const first = rows[0]?.kind === "mode" ? rows[0] : undefined;
+    const places = [this.#backward ? undefined : first];
     for (let at = 0; at < PLACES; at += 1) places.push(rows[this.#from + at]);
     const modes = places.map((row) => row?.name);
     if (modes.some((mode, place) => mode !== this.#modes[place])) this.#on.replaced();
     this.#modes = modes;
-    this.more = rows.length > (this.#backward ? 0 : 1);
+    this.more = rows.length > (places[0] ? 1 : 0);
     setData("more", this.more);
     setData("plugin", places[0] !== undefined);
     setData("pages", rows.length > PLACES);
     const pages = Math.ceil(rows.length / PLACES);
     byId("next").querySelector(".small").textContent = `${this.#from / PLACES + 1} / ${pages}`;
-    places.forEach((row, place) => this.#fill(this.#tiles[place], row));
+    this.#filled = places;
+    this.#fillAll();
     const unable = (place) => modes[place] && !this.#able.includes(modes[place]);
     this.#on.unable(this.#tiles.map(({ id }) => id).filter((_, place) => unable(place)));
     if (!this.more) this.#on.gone();
     this.#on.shown();
   }
 
+  #fillAll() {
+    this.#filled.forEach((row, place) => this.#fill(this.#tiles[place], row));
+  }
+
   #fill(tile, row) {
     tile.hidden = row === undefined;
     if (!row) return;
     const able = this.#able.includes(row.name);
-    const icon = words.icon(row) || "●";
+    const icon = ICONS[row.sign] ?? (words.icon(row) || "●");
     const shape = tile.querySelector("text");
     shape.textContent = icon;
     shape.setAttribute("font-size", SIZES[[...icon].length]);
-    tile.querySelector(".label").textContent = words.name(row);
-    tile.querySelector(".small").textContent = words.wrong(row);
+    const { mode, over } = this.#ride;
+    const [rides, again] = [mode === row.name, over === row.name];
+    const asks = rides ? going.label("going_pause") : again && words.label("plugin_go_on");
+    tile.querySelector(".label").textContent = asks || words.name(row);
+    const left = this.#going?.mode === row.name ? going.left(this.#going) : "";
+    const told = rides ? left || words.label("plugin_rides") : again && words.name(row);
+    tile.querySelector(".small").textContent = told || words.wrong(row);
     tile.classList.toggle("unable", !able);
     tile.ariaDisabled = !able;
   }

@@ -1,5 +1,7 @@
 // What plug-ins are called and what is wrong with them, in words; their texts are never trusted.
 
+import { tableOf } from "./table.js";
+
 const HOME = "nl";
 /** Longest name and icon, in characters: what fits on a tile. */
 const NAME = 20;
@@ -17,12 +19,7 @@ const cut = (text, longest) => [...String(text ?? "")].slice(0, longest).join(""
 
 /** The words about plug-ins in this language, Dutch when there are none. Throws without answer. */
 export async function pluginWords(language) {
-  for (const name of [language, HOME]) {
-    const answer = await fetch(`/strings/${name}-plugins.json`);
-    if (answer.ok) return new PluginWords((await answer.json()).labels, language);
-    if (answer.status !== 404) throw new Error(`the host answered ${answer.status}`);
-  }
-  throw new Error("no words about plug-ins");
+  return new PluginWords((await tableOf(language, "plugins")).labels, language);
 }
 
 /** Words about a plug-in: a row of the host's `welcome.plugins`. */

@@ -44,11 +44,11 @@ export class Tones {
     return this.#context.state === "running";
   }
 
-  /** Plays the tone of this name (a key of SHAPES). */
+  /** Plays the tone of this name (a key of SHAPES), or of a shape. */
   play(name) {
     if (!this.on || !this.audible) return;
     let at = this.#context.currentTime;
-    for (const [hz, seconds, wave] of SHAPES[name]) {
+    for (const [hz, seconds, wave] of SHAPES[name] ?? name) {
       const tone = this.#context.createOscillator();
       const volume = this.#context.createGain();
       tone.type = wave;

@@ -147,15 +147,34 @@ export class Plugins {
     return this.#part?.mode(target);
   }
 
+  /** It starts a ride that nobody holds. */
+  auto(target) {
+    return this.#part?.auto(target);
+  }
+
+  /** Something is pressed; a mode, with that press, or not. */
+  use(mode, edge) {
+    this.#part?.use(mode, edge);
+  }
+
   /** The next tiles of the page of modes. */
   next() {
     this.#part?.next();
   }
 
   /** The sentence `told`; where that is that all is well, what a plug-in or this page lacks. */
-  sentence(told, token) {
-    const said = this.#part?.sentence(told, token) ?? told;
+  sentence(told, state) {
+    if (state) this.#part?.rides(state);
+    const said = this.#part?.sentence(told, state?.token) ?? told;
     const lacks = missing.size > 0 && said.level === "ok";
     return lacks ? { ...said, level: "wait", key: "part_missing" } : said;
   }
+}
+
+let late = null;
+
+/** Shows what is not always told: nothing is missing without it. */
+export function showLate(news, strings) {
+  if (news.where || news.assist) late ??= tryPart("late");
+  late?.then((part) => part?.show(news, strings));
 }

@@ -107,6 +107,7 @@ class App:
         self.core.motion = self.motion = Motion(s, turn)
         self.core.profile_check = self.profile_check = ProfileCheck(turn.model)
         self.safety.set_relay_fitted(s.relay_fitted)
+        self.safety.auto.configure(s)
         self.trace.follow(CoreState(self.core, self.joystick, s))
         self.inbox.back.calibrated = s.calibrated
         self.inbox.touch()
@@ -116,7 +117,54 @@ class App:
     @micropython.native
     def tick(self, _timer=None):
         try:
-            self._tick()
+            board, inbox, core, joystick, telemetry, o, trace = self._used
+            i = inbox.front
+            start_us = board.ticks_us()
+            last_us = self._last_us
+            self._last_us = start_us
+            relay_closed = board.relay_pin() == 1
+            emergency_open = board.emergency_pin() == 1
+            button_pressed = board.button_pin() == 0
+            core.decide(
+                i,
+                board.ticks_diff(start_us, last_us) if last_us >= 0 else PERIOD_US,
+                relay_closed,
+                emergency_open,
+                button_pressed,
+            )
+            verified = joystick.write(core.linear_permille, core.turn_permille)
+            level = core.written(verified, joystick.neutral)
+            if level != self._enable_level:
+                self._enable_level = level
+                board.enable_pin(level)
+            late = core.late
+            missed_ms = core.missed_ms
+            if late:
+                o.late_ticks = (o.late_ticks + 1) & 0xFFFF
+            spent_us = board.ticks_diff(board.ticks_us(), start_us)
+            if spent_us > o.tick_max_us:
+                o.tick_max_us = spent_us
+            ticks = (o.ticks + 1 + missed_ms) & 0x3FFFFFFF
+            telemetry.capture(ticks, core.motion.state, i.heading_q4)
+            odd = emergency_open or button_pressed or missed_ms or late or not verified
+            if relay_closed is not o.relay_closed:
+                o.relay_closed = relay_closed
+                odd = True
+            traced = trace.on
+            if traced:
+                if i.taken_at < 0:
+                    i.taken_at = ticks
+                if odd or traced == ODD:
+                    trace.on = trace.saw(
+                        ticks,
+                        relay_closed,
+                        emergency_open,
+                        button_pressed,
+                        verified,
+                        late,
+                        missed_ms,
+                    )
+            o.ticks = ticks
         except Exception:
             self._let_go()
 
@@ -130,51 +178,6 @@ class App:
         self.joystick.let_go()
         self.core.raised()
         self.trace.lose()
-
-    @micropython.native
-    def _tick(self):
-        board, inbox, core, joystick, telemetry, o, trace = self._used
-        i = inbox.front
-        start_us = board.ticks_us()
-        last_us = self._last_us
-        self._last_us = start_us
-        relay_closed = board.relay_pin() == 1
-        emergency_open = board.emergency_pin() == 1
-        button_pressed = board.button_pin() == 0
-        core.decide(
-            i,
-            board.ticks_diff(start_us, last_us) if last_us >= 0 else PERIOD_US,
-            relay_closed,
-            emergency_open,
-            button_pressed,
-        )
-        verified = joystick.write(core.linear_permille, core.turn_permille)
-        level = core.written(verified, joystick.neutral)
-        if level != self._enable_level:
-            self._enable_level = level
-            board.enable_pin(level)
-        late = core.late
-        missed_ms = core.missed_ms
-        if late:
-            o.late_ticks = (o.late_ticks + 1) & 0xFFFF
-        spent_us = board.ticks_diff(board.ticks_us(), start_us)
-        if spent_us > o.tick_max_us:
-            o.tick_max_us = spent_us
-        ticks = (o.ticks + 1 + missed_ms) & 0x3FFFFFFF
-        telemetry.capture(ticks, core.motion.state, i.heading_q4)
-        odd = emergency_open or button_pressed or missed_ms or late or not verified
-        if relay_closed is not o.relay_closed:
-            o.relay_closed = relay_closed
-            odd = True
-        traced = trace.on
-        if traced:
-            if i.taken_at < 0:
-                i.taken_at = ticks
-            if odd or traced == ODD:
-                trace.on = trace.saw(
-                    ticks, relay_closed, emergency_open, button_pressed, verified, late, missed_ms
-                )
-        o.ticks = ticks
 
     # -- the service loop: everything that may wait or take a while --------------------------------
 

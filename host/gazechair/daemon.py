@@ -7,6 +7,7 @@ import time
 from typing import Protocol
 
 from gazechair.alerts.service import Alerts
+from gazechair.assist.service import AssistService
 from gazechair.base import health as h
 from gazechair.base.health import Health, HealthRegistry
 from gazechair.base.machine import Machine
@@ -14,9 +15,11 @@ from gazechair.base.reasons import kind
 from gazechair.base.state_folder import state_folder
 from gazechair.blackbox.recorder import BlackBox
 from gazechair.board import ports
+from gazechair.board.board_commands import Clearance
 from gazechair.board.caretaker_settings import CaretakerSettings
 from gazechair.board.link import BoardLink
-from gazechair.config.configuration import Config, is_loopback, uses_tls
+from gazechair.board.zone import BoardZone
+from gazechair.config.configuration import Config, LidarConfig, is_loopback, uses_tls
 from gazechair.driving.control import Control
 from gazechair.driving.speed_cap_store import KeptCap
 from gazechair.first_drive.guide import Guide
@@ -25,7 +28,19 @@ from gazechair.first_drive.record import Record
 from gazechair.people.profiles import Profiles, house_fields
 from gazechair.picture.camera import CameraService
 from gazechair.plugins.service import Plugins
+from gazechair.producers.people import people
+from gazechair.producers.places import Places
+from gazechair.producers.producers import Producers
+from gazechair.producers.service import ProducerService, child_setup
 from gazechair.sensing.lidar import LidarService
+from gazechair.sensing.mapping.desk import MapDesk
+from gazechair.sensing.mapping.service import MappingService
+from gazechair.sensing.mapping.store import FOLDER, MapStore
+from gazechair.sensing.odometry.feed import Feed
+from gazechair.sensing.odometry.obeys import Obeys
+from gazechair.sensing.odometry.service import OdometryService
+from gazechair.sensing.odometry.shown import shown
+from gazechair.service.tune.forward_store import ForwardStore
 from gazechair.web.access import FrontDoor
 
 _LAST_WORDS_S = 0.06  # three repeats of stop and disarm
@@ -56,24 +71,49 @@ class Daemon:
             lambda: self._camera.latest().entry(),
             lidars,
         )
+        fitted = tuple(lidar for lidar in lidars if lidar.kind != "off")
+        wanted = fitted and config.odometry.measure
+        self._odometry = self._measuring(fitted) if wanted else None
+        maps = folder / FOLDER
+        self._mapping = MappingService(fitted, maps, self.parts.part("map")) if wanted else None
+        store = MapStore(maps)
+        self._maps = MapDesk(store, self._mapping)
+        profiles = Profiles(folder, house_fields(config))
+        self._producers = Producers(self._driving_itself(fitted, store, profiles))
+        self._assist = AssistService(
+            fitted,
+            config.footprint,
+            lambda: self.parts.part("assist"),
+            lambda: bool(fitted and profiles.chosen()["assist"]),
+        )
+        fed = (self._odometry, self._mapping, self._assist, *self._producers.services)
+        feed = Feed(part.inbox_fd for part in fed if part)
+        if self._odometry is not None and self._mapping is not None:
+            self._odometry.subscribe(self._log.motion)
+            self._mapping.subscribe(self._log.pose)
+            for service in self._producers.services:
+                self._odometry.subscribe(service.estimate)
+                self._mapping.subscribe(service.where)
+            self._odometry.subscribe(self._mapping.estimate)  # last: each place is an estimate's
         self.link = BoardLink(
             ports.finder(config.board.port, ports.BOARD),
             self.parts.part("board"),
             self._changed,
-            on_zone=lambda zone: self._lidar.zone(zone),
+            on_zone=self._zone,
+            on_state=feed.board,
             witness=self._log.note,
             traced=config.log.record,
         )
         self._lidar = LidarService(
             lidars,
             config.footprint,
-            lambda clearance: self.control.clearance(self._guide.seen(clearance)),
+            self._clearance,
             self.parts.part("lidar"),
             self._scan,
+            feed.fds,
         )
         self._camera = CameraService(config.camera, self.parts.part("camera"))
         self._alerts = Alerts(config, folder, self.parts)
-        profiles = Profiles(folder, house_fields(config))
         self.control = Control(
             config,
             self.link,
@@ -82,19 +122,26 @@ class Daemon:
             profiles=profiles,
             kept_cap=KeptCap(folder),
             alerts=self._alerts,
+            steer=self._assist.steer,
         )
         self._machine = Machine(self.parts.part("host"), self.control.take_late_s)
         self._plugins = Plugins(config.plugins, self.control, self.parts)
+        odometry, forward = self._odometry, ForwardStore(folder)
+        self._producers.connect(self.control, self.link)
+        self.control.show_plugins(lambda: [*self._plugins.rows(), *self._producers.rows()])
         self._guide = Guide(
-            config, self.link, self.parts, self.control, profiles, record, self._lidar.renew
+            *(config, self.link, self.parts, self.control, profiles, record, self._remask),
+            measured=None if odometry is None else odometry.latest.entry,
+            keep=forward.keep,
         )
         self._web = FrontDoor(
             config,
-            FirstDrivePort(self.control, self._guide),
+            FirstDrivePort(self.control, self._guide, self._facts),
             self._camera.latest(),
-            CaretakerSettings(self.link),
+            CaretakerSettings(self.link, forward.step_ms),
             self._alerts,
             self._guide,
+            self._maps,
         )
 
     @property
@@ -135,8 +182,13 @@ class Daemon:
             (self._camera, self.parts.part("camera")),
         ):
             _start(part, health)
+        if self._odometry is not None:
+            _start(self._odometry, self.parts.part("odometry"))
+        if self._mapping is not None:
+            _start(self._mapping, self.parts.part("map"))
         self._alerts.watch(self.control)
         self._alerts.start()
+        self._producers.start(_start)
         self._plugins.start(_start)
 
     def stop(self) -> None:
@@ -147,6 +199,7 @@ class Daemon:
         self._web.stop()
         self._guide.stop()
         self._plugins.stop()
+        self._producers.stop()
         self._alerts.stop()
         self._machine.stop()
         self.control.stop()
@@ -154,13 +207,66 @@ class Daemon:
         self._lidar.stop()
         self._camera.stop()
         self.link.stop()
+        for part in (self._odometry, self._mapping, self._assist):
+            if part is not None:
+                part.stop()
         self._log.stop()
+
+    def _measuring(self, lidars: tuple[LidarConfig, ...]) -> OdometryService:
+        obeys = Obeys(self.parts.part("motion"), lambda: self.link.state())
+        return OdometryService(lidars, self.parts.part("odometry"), obeys)
+
+    def _driving_itself(
+        self, lidars: tuple[LidarConfig, ...], store: MapStore, profiles: Profiles
+    ) -> list[ProducerService]:
+        if self._mapping is None:
+            return []
+        setup = child_setup(self._config.footprint, store.folder)
+
+        def allowed() -> bool:
+            return bool(profiles.chosen()["auto"])
+
+        places = Places(store, lambda: (self._maps.where() or {}).get("map", ""), allowed)
+        kinds = (
+            ("place", "mode places", places),
+            ("person", "mode follow-person", lambda: people(allowed())),
+        )
+        return [
+            ProducerService(kind, lidars, setup, self.parts.part(name), targets)
+            for kind, name, targets in kinds
+        ]
+
+    def _remask(self, lidars: tuple[LidarConfig, ...]) -> None:
+        self._lidar.renew(lidars)
+        fitted = tuple(lidar for lidar in lidars if lidar.kind != "off")
+        for part in (self._odometry, self._mapping, self._assist, self._producers):
+            if part is not None:
+                part.renew(fitted)
 
     def _changed(self) -> None:
         # Parts report while they are being built too.
         if self._running:
             self.control.update()
             self._guide.look()
+
+    def _facts(self) -> dict[str, object]:
+        measured = None if self._odometry is None else self._odometry.latest.entry()
+        now_s = time.monotonic()
+        return {
+            "speed": shown(measured, now_s),
+            "where": self._maps.where(),
+            "going": self._producers.news(),
+            "assist": self._assist.shown(now_s),
+        }
+
+    def _zone(self, zone: BoardZone) -> None:
+        self._lidar.zone(zone)
+        self._assist.zone(zone)
+
+    def _clearance(self, clearance: Clearance) -> None:
+        clearance = self._guide.seen(clearance)
+        self.control.clearance(clearance)
+        self._assist.clearance(clearance)
 
     def _scan(self, name: str, acquired_s: float, beams: bytes) -> None:
         self._guide.scan(name, acquired_s, beams)

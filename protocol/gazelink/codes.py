@@ -11,11 +11,13 @@ DRIVE = 5  # proportional: uses linear_permille and turn_permille
 VERBS = ("stop", "forward", "backward", "left", "right", "drive")
 
 # Modes: a step is one small motion per command; continuous moves while the command is active; tune
-# is one open-loop pulse of COMMAND's permille, active, for pulse_ms at most: to identify the chair.
+# is one open-loop pulse of COMMAND's permille, active, for pulse_ms at most: to identify the chair;
+# auto is a drive that nobody holds: the press goes on under supervision only (SUPERVISION).
 STEP = 0
 CONTINUOUS = 1
 TUNE = 2
-MODES = ("step", "continuous", "tune")
+AUTO = 3
+MODES = ("step", "continuous", "tune", "auto")
 
 # States of the safety core.
 DISARMED = 0
@@ -108,6 +110,11 @@ SENSOR_NOT_CALIBRATED = 21
 TUNING_ANGLE = 22  # a tuning pulse turned the chair as far as it may
 ABOVE_CREEP = 23  # only creep is allowed in this direction, and the chair needs more to move at all
 SETTING_BY_CALIBRATION = 24  # the joystick's neutral: only by SETTING_SET_NEUTRAL
+# Why an auto motion has ended, or does not begin:
+SUPERVISION_LOST = 25
+AUTO_OVERRULED = 26  # an obstacle has overruled it for too long
+AUTO_LIMIT = 27  # its time is over
+ANOTHER_PRESS = 28  # by anyone, a bypass included
 REASONS = (
     "none",
     "not_armed",
@@ -134,6 +141,10 @@ REASONS = (
     "tuning_angle",
     "above_creep",
     "setting_by_calibration",
+    "supervision_lost",
+    "auto_overruled",
+    "auto_limit",
+    "another_press",
 )
 
 # Faults: bit numbers in `faults`. As a reason, fault n is code FAULT_REASON + n.

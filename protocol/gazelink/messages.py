@@ -97,7 +97,8 @@ COMMAND = Message(
     UP,
     # edge changes with every new press; ttl_ms is what is left of the value's life at sending.
     # linear_ and turn_permille: of drive, and of a tuning pulse, which lasts pulse_ms at most.
-    # cap_permille: no output beyond it, 1000 = no cap.
+    # cap_permille: no output beyond it, 1000 = no cap. In mode auto, the life counts from when its
+    # planner decided.
     "verb:B mode:B edge:B owner:B ttl_ms:H linear_permille:h turn_permille:h cap_permille:H "
     "pulse_ms:H",
 )
@@ -124,6 +125,9 @@ TELEMETRY = Message(0x15, "telemetry", UP, "state_period_ms:B")
 BYPASS = Message(0x16, "bypass", UP, "number:B ttl_ms:H")
 # on 1: send TRACE, from a snapshot; again: a new snapshot. 0, and in each new session: none.
 TRACE_REQUEST = Message(0x17, "trace_request", UP, "on:B")
+# Supervision of the auto motion that press `edge` began: owner is who watches, age_ms how long ago
+# that was proven. The board counts on from there.
+SUPERVISION = Message(0x18, "supervision", UP, "edge:B owner:B age_ms:H")
 
 STATE = Message(
     0x20,
@@ -155,14 +159,14 @@ SETTING_REPLY = Message(0x23, "setting_reply", DOWN, "request:B index:B value:H 
 ZONE = Message(0x24, "zone", DOWN, "direction:B points:48s")
 
 # What a host needs of the limits compiled into the board (gazeboard/core/limits.py): follows each
-# NONCE; until then the host has no session. command_ttl_ms: a command or bypass lives no longer.
-# clearance_old_ms: obstacle data of that age counts as none. wiper_*: counts, at the window's ends
-# and from neutral to full deflection.
+# NONCE; until then the host has no session. command_ttl_ms: a command or bypass lives no longer;
+# auto_ttl_ms: nor does a command in mode auto. clearance_old_ms: obstacle data of that age counts
+# as none. wiper_*: counts, at the window's ends and from neutral to full deflection.
 LIMITS = Message(
     0x25,
     "limits",
     DOWN,
-    "command_ttl_ms:H clearance_old_ms:H wiper_min:B wiper_max:B wiper_span:B",
+    "command_ttl_ms:H auto_ttl_ms:H clearance_old_ms:H wiper_min:B wiper_max:B wiper_span:B",
 )
 # What the board's ticks took, a stream of bytes (gazeboard/io/trace.py), when nothing else is to be
 # sent. part: its number; begins: where in data a snapshot begins, 255 = nowhere.
@@ -181,6 +185,7 @@ MESSAGES = (
     TELEMETRY,
     BYPASS,
     TRACE_REQUEST,
+    SUPERVISION,
     STATE,
     STATS,
     PONG,

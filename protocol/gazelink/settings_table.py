@@ -34,6 +34,10 @@ _GENERAL = (
     ("creep_mm_s", 120, 50, 200),
     ("tilt_limit_q4_deg", 240, 80, 480),
     ("relay_fitted", 1, 0, 1),
+    # Of an auto motion. A slower one could not turn a chair whose profile is not known yet.
+    ("supervision_ms", 3000, 500, 10000),  # it ends when its supervision is older
+    ("auto_mm_s", 350, 250, 350),  # forward; in a turn, of the chair's outermost point
+    ("auto_limit_s", 600, 10, 1800),
 )
 # One of each per profile: what the chair makes of the joystick. Speeds are at full deflection; the
 # dead time is from the wiper to the heading as the board reads it, the sensor's delay included.

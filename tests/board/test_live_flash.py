@@ -15,7 +15,7 @@ from liveboard import EmulatedLiveBoard
 from livehost import STOP
 
 # By one process, which flashes its first board once for all of them.
-pytestmark = [pytest.mark.m7, pytest.mark.patient, pytest.mark.xdist_group("board")]
+pytestmark = [pytest.mark.m7, pytest.mark.xdist_group("board")]
 
 
 @pytest.fixture(autouse=True)

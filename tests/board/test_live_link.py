@@ -11,7 +11,7 @@ from gazelink import codes, frame, messages
 from liveboard import EmulatedLiveBoard, LiveBoard
 from livehost import NEUTRAL_OUTPUT
 
-pytestmark = pytest.mark.m7
+pytestmark = [pytest.mark.m7, pytest.mark.xdist_group("board")]
 
 
 def neutral_throughout(board: LiveBoard, since: int = 0) -> None:
@@ -169,9 +169,7 @@ def test_with_the_relay_held_open_it_does_not_arm(board: LiveBoard) -> None:
     if isinstance(board, EmulatedLiveBoard):
         board.world.faults.inject("relay_stuck_open")
     board.connect()
-    board.until(lambda: board.host.state["arm_reason"] == codes.NO_REASON, "ready to arm")
-    board.host.order(codes.ARM)
-    board.until(lambda: board.host.has_fault(codes.RELAY_OPEN), "the fault")
+    board.ask_to_arm(lambda: board.host.has_fault(codes.RELAY_OPEN), "the fault")
     assert board.host.safety == codes.DISARMED
     assert codes.ARMED not in {state["status"] & 15 for _, state in board.host.states}
     neutral_throughout(board)

@@ -16,7 +16,7 @@ from gazelink import codes, messages
 from liveboard import NEUTRAL, EmulatedLiveBoard
 from livehost import NEUTRAL_OUTPUT, STOP
 
-pytestmark = pytest.mark.m7
+pytestmark = [pytest.mark.m7, pytest.mark.xdist_group("board")]
 
 STATE_MS = 10  # a state may be that much older than the moment it is asked about
 

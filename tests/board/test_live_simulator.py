@@ -11,7 +11,7 @@ import pytest
 from gazelink import codes
 from liveboard import LiveBoard
 
-pytestmark = pytest.mark.m7
+pytestmark = [pytest.mark.m7, pytest.mark.xdist_group("board")]
 
 
 def test_runs_the_emulated_board_behind_its_cable(m7: Path, tmp_path: Path) -> None:
@@ -24,9 +24,7 @@ def test_runs_the_emulated_board_behind_its_cable(m7: Path, tmp_path: Path) -> N
         board = LiveBoard(Path(ready["board"]), simulated=True)
         board.connect()
         assert board.host.hellos[-1]["name"].rstrip(b"\0") == b"teensy40"
-        board.until(lambda: board.host.state["arm_reason"] == codes.NO_REASON, "ready to arm")
-        board.host.order(codes.ARM)
-        board.until(lambda: board.host.safety == codes.ARMED, "armed")
+        board.ask_to_arm(lambda: board.host.safety == codes.ARMED, "armed")
         board.stop()
     finally:
         simulator.terminate()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 from unittest import mock
 
@@ -15,19 +15,19 @@ from gazechair.config.configuration import Config
 from gazechair.driving.control import Control
 from gazechair.sensing.clearance.evaluate import Evaluator, footprint_of
 from gazechair.sensing.lidar.blind import Blindness
-from gazechair.sensing.lidar.scan import Pose, to_chair
+from gazechair.sensing.lidar.scan import Pose, Scan, to_chair
 from gazechair.sensing.lidar.stream import ByteStream
 from gazechair.sensing.lidar.told import said, understood
 from gazechair.web.page_client import decode
 from gazelink import codes
 from gazesim.lockstep_link import LockstepLink
 from gazesim.usb_line import UsbLine
-from gazesim.world import LIDAR_X_M
+from gazesim.world import ONE, TWO, Mount
 
 _GATHER_MS = 20  # the lidar child's pace
 _UPDATE_MS = 25
-_POSE = Pose(LIDAR_X_M)
-_MASK = ((122.0, -122.0),)  # what the simulated chair hides
+MASKS = {ONE: ((122.0, -122.0),), TWO: ((-180.0, -90.0),)}
+"""What the simulated chair hides."""
 _SCAN_REQUEST = b"\xa5\x20"
 
 
@@ -35,7 +35,11 @@ class Host:
     """The daemon. `frozen`: stopped by SIGSTOP; what comes in meanwhile waits for it."""
 
     def __init__(
-        self, line: UsbLine, ask_lidar: Callable[[bytes], None], clock: Callable[[], float]
+        self,
+        line: UsbLine,
+        ask_lidars: Sequence[Callable[[bytes], None]],
+        clock: Callable[[], float],
+        mounts: tuple[Mount, ...] = ONE,
     ) -> None:
         numbers = random.Random(int(clock() * 1000) + 1)
         with mock.patch("secrets.randbelow", numbers.randrange):
@@ -45,24 +49,30 @@ class Host:
                 self.parts.part(name).set(OK)
             self.control = Control(Config(), self.link, self.parts, clock=clock)
         self._clock = clock
-        self._stream = ByteStream("standard", codes.SIMULATED)
-        self._blindness = Blindness()
-        self.evaluate = Evaluator(footprint_of(Config().footprint), [(_POSE.x_m, _POSE.y_m)])
+        self.streams = [ByteStream("standard", codes.SIMULATED) for _ in mounts]
+        self._poses = [Pose(*mount) for mount in mounts]
+        self._mask = MASKS[mounts]
+        self._blindness = [Blindness() for _ in mounts]
+        self._scans: list[Scan | None] = [None for _ in mounts]
+        origins = [(x_m, y_m) for x_m, y_m, _ in mounts]
+        self.evaluate = Evaluator(footprint_of(Config().footprint), origins)
         self.link.on_zone = self._zone_told
-        self._scan_bytes = bytearray()
+        self._scan_bytes = [bytearray() for _ in mounts]
         self.inbox: deque[tuple[int, str]] = deque()  # from the pages' sockets
         self.frozen = False
         self.lidar_child = True  # False: its process has died, and is not started again
         self.refusals: list[str] = []
-        ask_lidar(_SCAN_REQUEST)
+        for ask_lidar in ask_lidars:
+            ask_lidar(_SCAN_REQUEST)
 
     def _zone_told(self, zone: BoardZone) -> None:
         self.evaluate.zone = understood(said(zone))
 
-    def scan(self, data: bytes) -> None:
-        """Bytes from the lidar."""
+    def scan(self, sent: Sequence[bytes]) -> None:
+        """Bytes from each lidar."""
         if self.lidar_child:
-            self._scan_bytes += data
+            for kept, data in zip(self._scan_bytes, sent, strict=True):
+                kept += data
 
     def one_ms(self, now_ms: int) -> None:
         """One millisecond of the daemon's life."""
@@ -86,17 +96,23 @@ class Host:
             self.refusals.append(refusal["reason"])
 
     def _judge_scan(self) -> None:
-        data = bytes(self._scan_bytes)
-        self._scan_bytes.clear()
-        if not data or not self._stream.feed(data, self._clock()):
+        changed = False
+        for at, (kept, stream) in enumerate(zip(self._scan_bytes, self.streams, strict=True)):
+            data = bytes(kept)
+            kept.clear()
+            if data and stream.feed(data, self._clock()):
+                self._scans[at] = stream.scan()
+                changed = True
+        scans = [scan for scan in self._scans if scan is not None]
+        if not changed or len(scans) < len(self._scans):
             return
-        scan = self._stream.scan()
-        if scan is None:
-            return
-        found = self.evaluate((to_chair(scan, _POSE, _MASK, self._blindness),))
-        self.control.clearance(
-            Clearance(source=codes.SIMULATED, acquired_s=scan.acquired_s, **found)
+        views = tuple(
+            to_chair(scan, pose, self._mask, blindness)
+            for scan, pose, blindness in zip(scans, self._poses, self._blindness, strict=True)
         )
+        oldest_s = min(scan.acquired_s for scan in scans)
+        found = self.evaluate(views)
+        self.control.clearance(Clearance(source=codes.SIMULATED, acquired_s=oldest_s, **found))
 
     def look(self, client: int) -> dict[str, Any]:
         """What a page would be told now."""

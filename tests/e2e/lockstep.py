@@ -9,19 +9,28 @@ from e2e.page import Page
 from gazeboard.boards import bank_layout as layout
 from gazelink import codes
 from gazesim.chair_rig import ChairRig
+from gazesim.rooms import Room
+from gazesim.world import ONE, Mount
 
 
 class Lockstep(ChairRig):
     """The whole chair; `page` is the driver's. Times are milliseconds of the board's own ticks."""
 
-    def __init__(self, room: str = "open", start_us: int = 0) -> None:
-        super().__init__(room, start_us=start_us)
-        self.host: Host | None = Host(self.cable, self.world.lidar.receive, self.now_s)
+    def __init__(
+        self, room: str | Room = "open", start_us: int = 0, mounts: tuple[Mount, ...] = ONE
+    ) -> None:
+        super().__init__(room, start_us=start_us, mounts=mounts)
+        self._mounts = mounts
+        self.host: Host | None = self._new_host()
         self.page = Page(self.host)
         self._frames = 0
         self.unheard_ms = 0
         """Since the board last decoded a frame."""
         self.watchers: list[Callable[[], None]] = []
+
+    def _new_host(self) -> Host:
+        asks = [lidar.receive for lidar in self.world.lidars]
+        return Host(self.cable, asks, self.now_s, self._mounts)
 
     def one_ms(self) -> None:
         """One step."""
@@ -36,7 +45,7 @@ class Lockstep(ChairRig):
         """The page, then the host."""
         if self.host is not None:
             self.page.one_ms(self.now_ms)
-            self.host.scan(self.scanned)
+            self.host.scan(self.world.scans)
             self.host.one_ms(self.now_ms)
 
     # -- what is so --
@@ -89,7 +98,7 @@ class Lockstep(ChairRig):
 
     def start_host(self) -> None:
         """A new daemon; the page connects to it by itself."""
-        self.host = Host(self.cable, self.world.lidar.receive, self.now_s)
+        self.host = self._new_host()
         self.page.open(self.host)
 
     # -- promises --

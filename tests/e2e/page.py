@@ -109,6 +109,16 @@ class Page:
         self._held = {"k": "cmd", "verb": verb, "mode": mode}
         self._say_held()
 
+    def choose(self, mode: str) -> None:
+        """Dwell once on the tile of a mode that nobody holds."""
+        self._held = None
+        self.edge += 1
+        self._send_fresh(k="mode", mode=mode, edge=self.edge)
+
+    def look(self) -> None:
+        """Eyes on the page: what it says of them while a chair drives itself."""
+        self._send_fresh(k="watch")
+
     def pull(self, linear: int, turn: int) -> None:
         """Hold the stick there: a new press when it was not held."""
         if self._held is None or self._held["k"] != "drive":

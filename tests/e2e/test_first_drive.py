@@ -15,6 +15,7 @@ from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.procedure import PULSES
 from gazechair.service.tune.recording import Recording
 from gazelink import codes
+from gazelink.settings_table import PROFILES
 from gazemeasure.turn_tuning import truth
 from gazesim.profiles import undisturbed
 
@@ -45,6 +46,21 @@ def found(recordings: Sequence[Recording], believed: TurnNumbers) -> Fit:
     assert len(recordings) == len(PULSES)
     certain = TurnNumbers(*[0.01] * 8)
     return Fit(truth(undisturbed("3.1")), 0.05, 0.01, certain)
+
+
+def test_the_turns_are_tuned_where_nothing_measures_straight_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(command, "identify", found)
+    rig = FirstDriveRig(tmp_path)
+    rig.ready()
+    rig.knows_place = False
+    assert rig.post(run="profile", value=2) == ""
+    rig.ready()
+    assert rig.hold("tune") == "", rig.guide.status()["run"]
+    assert rig.kept == []
+    assert rig.caretaker.shown["tuned"] is True
+    assert not rig.armed()
 
 
 def test_a_fresh_board_is_led_to_a_driving_chair(
@@ -78,6 +94,12 @@ def test_a_fresh_board_is_led_to_a_driving_chair(
     assert rig.hold("tune") == "", rig.guide.status()["run"]
     assert not rig.armed()
     assert rig.caretaker.shown["tuned"] is True
+    # Straight on, too: what is found is this chair's speed, which is no textbook's.
+    ((profile, straight),) = rig.kept
+    true = rig.world.chair.parameters.linear
+    share = (0.6 - true.deadband) / (1.0 - true.deadband)
+    assert profile == PROFILES[2]
+    assert straight.speed_m_s(0.6) == pytest.approx(true.positive * share, rel=0.1)
     assert rig.hold("turn") == "", rig.guide.status()["run"]
     left, right = rig.rows()["turn"]["turned_deg"]
     assert left == pytest.approx(10.0, abs=2.0)

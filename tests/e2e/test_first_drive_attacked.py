@@ -149,6 +149,7 @@ def test_a_board_that_resets_in_a_step_ends_it(rig: FirstDriveRig, after_ms: int
 
     rig.watch = resets
     assert rig._finish() == "first_failed"
+    assert rig.guide.status()["run"]["ended"]["told"].startswith("board_")
     rig.run(3000)  # the button stays pressed
     assert reset_ms > 0
     assert not rig.armed()
@@ -172,3 +173,23 @@ def test_another_cap_does_not_cut_a_turn_short(rig: FirstDriveRig) -> None:
     left, right = rig.rows()["turn"]["turned_deg"]
     assert abs(left - 10.0) < 4.0
     assert abs(right + 10.0) < 4.0
+
+
+def test_a_caretakers_speed_cap_holds_and_tuning_does_not_begin_below_full_speed(
+    rig: FirstDriveRig,
+) -> None:
+    rig.caretaker.say(k="cap", permille=400)
+    rig.run(100)
+    assert rig.hold("tune") == "first_cap"
+
+    most = 0
+
+    def look() -> None:
+        nonlocal most
+        state = rig.link.state()
+        if state is not None:
+            most = max(most, abs(state.turn_permille))
+
+    rig.watch = look
+    rig.hold("turn")
+    assert 0 < most <= 400

@@ -99,7 +99,7 @@ def test_p12_a_recording_of_a_whole_drive_moves_nothing() -> None:
 
 
 def test_p12_two_hosts_on_one_line(driving: Lockstep) -> None:
-    other = Host(driving.cable, lambda request: None, driving.now_s)
+    other = Host(driving.cable, [lambda request: None], driving.now_s)
     moved_after_ms = 0
     for ms in range(4000):  # both write, and take the answers from each other
         driving.one_ms()

@@ -8,6 +8,7 @@ never happen, a movement afterwards, is checked in every try.
 from __future__ import annotations
 
 import json
+import os
 import re
 import signal
 import subprocess
@@ -21,7 +22,7 @@ from typing import Any
 import pytest
 
 import gazesetup
-from e2e.running import Running
+from e2e.running import NEUTRAL, Running
 from gazeboard.core import limits
 from gazedemo.pairing import cookie
 from gazedemo.stack import Stack
@@ -155,6 +156,33 @@ def test_p6_lidar_gone_while_driving(chair: Running, fault: str) -> None:
     chair.drive()
 
 
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
+def test_odometry_killed_or_stopped_changes_nothing_for_the_driver(
+    chair: Running, how: signal.Signals
+) -> None:
+    def odometry() -> dict[str, Any]:
+        part: dict[str, Any] = chair.stack.health()["odometry"]
+        return part
+
+    chair.until(lambda: odometry()["state"] == "ok", "it measures")
+    undisturbed = False
+    for _ in range(TRIES):  # a PC that stalls stops the chair, too
+        chair.take_a_place()
+        chair.drive()
+        mark = chair.mark()
+        os.kill(child_of(chair.stack.pid("host"), "gazechair.sensing.odometry.child"), how)
+        chair.until(lambda: odometry()["reason"] == "odometry_lost", "it is reported")
+        time.sleep(0.5)
+        log = chair.sim.do("wiper_log", since=mark)
+        undisturbed = NEUTRAL not in [(entry[2], entry[3]) for entry in log["entries"]]
+        assert chair.message() != "odometry_lost"
+        chair.player.release()
+        chair.until(lambda: odometry()["state"] == "ok", "it comes back")
+        if undisturbed:
+            break
+    assert undisturbed
+
+
 def test_p7_heading_sensor_gone_while_turning(chair: Running) -> None:
     chair.drive()
     chair.player.press("left")
@@ -207,6 +235,15 @@ def test_two_hosts_on_one_port_the_second_is_refused(chair: Running) -> None:
     assert "in use by another program" in detail
     assert chair.player.state["board"] == "ok"
     chair.drive()
+
+
+def child_of(parent: int, module: str) -> int:
+    """Process id of the child that runs `module`."""
+    children = Path(f"/proc/{parent}/task")
+    for pid in " ".join(path.read_text() for path in children.glob("*/children")).split():
+        if module.encode() in Path(f"/proc/{pid}/cmdline").read_bytes():
+            return int(pid)
+    raise AssertionError(f"{module} does not run")
 
 
 def second_url(folder: Path) -> str:

@@ -1,9 +1,21 @@
 # The safety core: what an obstacle or a lost heading forbids, direction by direction.
 
+from gazeboard.core import directions
+from gazeboard.core.shared import Inputs
 from gazelink import codes
 from gazesim.core_rig import Core, refused
 
 REASON = codes.FAULT_REASON
+
+
+def test_a_command_leads_in_the_directions_of_its_axes_and_of_both_together():
+    i = Inputs()
+    for verb in (codes.FORWARD, codes.BACKWARD, codes.LEFT, codes.RIGHT):
+        for i.linear_permille, i.turn_permille in ((0, 0), (-1, 1)):  # only a drive's count
+            assert directions.heads(i, verb) == directions.ARC_BLOCKED | 1 << (verb - codes.FORWARD)
+    for i.linear_permille, along in ((-1000, 2), (-1, 2), (0, 0), (1, 1), (1000, 1)):
+        for i.turn_permille, aside in ((-1000, 8), (-1, 8), (0, 0), (1, 4), (1000, 4)):
+            assert directions.heads(i, codes.DRIVE) == directions.ARC_BLOCKED | along | aside
 
 
 def test_p5_a_blocked_direction_refuses_what_goes_there_and_nothing_else():

@@ -17,6 +17,7 @@ class Parts:
         self.faults = 5
         self.blocked = 6
         self.caps = (1, 2, 3, 4)
+        self.auto_caps = (5, 6, 7, 8)
         self.arcs = "arcs"
         self.linear_permille = 7
         self.turn_permille = 8
@@ -78,6 +79,10 @@ class Part:
             return self._parts.passed_ms
         return self._name == "obedience" and self._parts.disobeys
 
+    def auto_blocked(self, *what):
+        self._parts.tell("auto", *what)
+        return 11
+
     def wipers_written(self, *what):
         self._parts.tell(self._name + " written", *what)
         if self._name == "obedience":
@@ -85,6 +90,13 @@ class Part:
         return self._parts.toggles
 
 
+class Asked:
+    # The inputs, of which the tick itself reads the mode only.
+    def __init__(self):
+        self.mode = codes.CONTINUOUS
+
+
+INPUTS = Asked()
 NAMES = ("safety", "motion", "obstacles", "obedience", "profile_check", "clock")
 
 
@@ -94,7 +106,7 @@ def made():
 
 
 def decided(tick, elapsed_us=PERIOD_US):
-    tick.decide("i", elapsed_us, "closed", "open", "pressed")
+    tick.decide(INPUTS, elapsed_us, "closed", "open", "pressed")
 
 
 def test_before_the_first_tick_nothing_is_put_out():
@@ -110,11 +122,11 @@ def test_each_part_is_called_in_its_order_with_its_values():
         parts.state = codes.ARMED if armed else codes.ARMING
         decided(tick)
         assert parts.told == [
-            ("obstacles", "i", 7, 8, armed, "agreed", "sluggish"),
-            ("safety", "i", 6, "closed", "open", "pressed", False),
-            ("motion", "i", 6, (1, 2, 3, 4), 5, "arcs"),
-            ("profile_check", "i", 70, 80),
-            ("obedience", "i", 70, 80, armed),
+            ("obstacles", INPUTS, 7, 8, armed, "agreed", "sluggish"),
+            ("safety", INPUTS, 6, "closed", "open", "pressed", False),
+            ("motion", INPUTS, 6, (1, 2, 3, 4), 5, "arcs"),
+            ("profile_check", INPUTS, 70, 80),
+            ("obedience", INPUTS, 70, 80, armed),
         ]
         assert (tick.linear_permille, tick.turn_permille) == (70, 80)
         assert (tick.missed_ms, tick.late) == (0, False)
@@ -123,6 +135,21 @@ def test_each_part_is_called_in_its_order_with_its_values():
     decided(tick)
     assert parts.told[0][4] is False
     assert parts.told[-1][4] is False
+
+
+def test_an_auto_motion_has_blocks_and_caps_of_its_own():
+    for mode in range(len(codes.MODES)):
+        for state in range(len(codes.STATES)):
+            parts, tick = made()
+            parts.state = state
+            INPUTS.mode = mode
+            decided(tick)
+            INPUTS.mode = codes.CONTINUOUS
+            is_auto = mode == codes.AUTO and state == codes.ARMED
+            told = parts.told[1:-2]
+            assert told[:-2] == ([("auto", INPUTS)] if is_auto else [])
+            assert told[-2][2] == (11 if is_auto else 6)
+            assert told[-1][3] == ((5, 6, 7, 8) if is_auto else (1, 2, 3, 4))
 
 
 def test_without_permission_motion_stops():

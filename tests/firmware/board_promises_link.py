@@ -152,7 +152,7 @@ def test_p12_values_out_of_range_are_ignored_and_counted():
     for values in (
         (6, 1, 9, 1, 300, 0, 0, 1000, 0),
         (255, 1, 9, 1, 300, 0, 0, 1000, 0),
-        (codes.FORWARD, 3, 9, 1, 300, 0, 0, 1000, 0),
+        (codes.FORWARD, 4, 9, 1, 300, 0, 0, 1000, 0),
         (codes.DRIVE, 1, 9, 1, 300, 1001, 0, 1000, 0),
         (codes.DRIVE, 1, 9, 1, 300, 0, -1001, 1000, 0),
         (codes.FORWARD, 1, 9, 1, 300, 0, 0, 1001, 0),

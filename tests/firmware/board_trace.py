@@ -72,7 +72,7 @@ def test_asked_again_it_gives_another_snapshot_and_loses_nothing():
     rig.arm()
     for _ in range(3):
         rig.ask()
-        rig.run(500)
+        rig.run(550)
     assert [lost for _, lost in rig.snapshots()] == [1, 0, 0]
     assert rig.parts_in_order()
 

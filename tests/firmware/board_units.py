@@ -113,6 +113,9 @@ def test_defaults_and_limits_keep_the_promises():
         assert rows[name][3] < limits.WIPER_MAX
     assert rows["step_forward_ms"][3] == limits.STEP_FORWARD_MAX_MS
     assert rows["step_turn_limit_ms"][3] == limits.STEP_TURN_MAX_MS
+    assert rows["supervision_ms"][3] == limits.SUPERVISION_MAX_MS
+    assert rows["auto_mm_s"][3] == limits.AUTO_MM_S
+    assert rows["auto_limit_s"][3] == limits.AUTO_LIMIT_MAX_S
 
 
 def test_settings_survive_being_sealed():

@@ -22,10 +22,12 @@ class PlainAges:
         self.host = self.service = self.clearance = self.heading = limits.AGE_MAX_MS
         self.steady = self.button = limits.AGE_MAX_MS
         self.idle = self.closed = self.open = self.off = self.ttl = self.contact = 0
+        self.supervised = self.supervision_most = self.presses = 0
         self.seen = dict.fromkeys(
             (
                 *("host", "service", "clearance", "heading", "command"),
                 *("session", "disarm", "arm", "reset", "stop", "emergency"),
+                *("supervision", "press"),
             ),
             0,
         )
@@ -45,13 +47,22 @@ class PlainAges:
         self.clearance = i.clearance_age_ms if self._is_new(i, "clearance") else old
         self.heading = 0 if self._is_new(i, "heading") else older(self.heading)
         if self._is_new(i, "command"):
-            self.ttl = max(0, min(i.ttl_ms, limits.COMMAND_TTL_MS) - limits.MARGIN_MS)
+            longest = limits.AUTO_TTL_MS if i.mode == codes.AUTO else limits.COMMAND_TTL_MS
+            self.ttl = max(0, min(i.ttl_ms, longest) - limits.MARGIN_MS)
         elif self.ttl > 0:
             self.ttl -= 1
         if missed_ms:
             for name in ("host", "service", "clearance", "heading"):
                 setattr(self, name, min(limits.AGE_MAX_MS, getattr(self, name) + missed_ms))
         self.ttl = max(0, self.ttl - missed_ms)
+        if self._is_new(i, "supervision"):
+            left = self.supervision_most - i.supervision_age_ms
+        else:
+            left = self.supervised - 1
+        self.supervised = max(0, left - missed_ms)
+        presses = self.seen["press"]
+        self._is_new(i, "press")
+        self.presses = (i.press_count - presses) & 0xFFFF
         commanded = i.verb != codes.STOP and self.ttl > 0
         self.idle = 0 if commanded else older(self.idle)
         self.closed = older(self.closed) if relay_closed else 0

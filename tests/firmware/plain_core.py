@@ -334,3 +334,32 @@ class PlainProfileCheck:
         if self._contradicts_ms >= 200:
             self.agreed = False
             self.sluggish = False
+
+
+def plain_drive_both(settings, cap, linear, turn, caps, arcs):
+    """As Motion._drive_both: what it puts out, linear and turn."""
+    linear = _clamped(linear, min(cap, settings.linear_permille))
+    turn = _clamped(turn, min(cap, settings.turn_permille))
+    most_linear = caps[0 if linear > 0 else 1]
+    most_turn = caps[2 if turn > 0 else 3]
+    if arcs is not None:
+        most_linear = min(most_linear, arcs.linear_cap)
+        most_turn = min(most_turn, arcs.turn_cap)
+    size = abs(linear)
+    if size > most_linear:
+        turn = _share(turn, most_linear, size)
+        linear = _clamped(linear, most_linear)
+    size = abs(turn)
+    if size > most_turn:
+        linear = _share(linear, most_turn, size)
+        turn = _clamped(turn, most_turn)
+    return linear, turn
+
+
+# value * part // whole, towards 0.
+def _share(value, part, whole):
+    return value * part // whole if value >= 0 else -(-value * part // whole)
+
+
+def _clamped(value, limit):
+    return max(-limit, min(limit, value))

@@ -1,9 +1,9 @@
-"""Numbers that obstacles.py repeats from other files are the same there."""
+"""Numbers that obstacles.py, arcs.py and auto.py repeat from other files are the same there."""
 
 from __future__ import annotations
 
+from gazeboard.core import ages, auto, directions, limits, obstacles, stopping, tick
 from gazeboard.core import arcs as board_arcs
-from gazeboard.core import limits, obstacles, safety, stopping
 from gazelink import arcs, codes
 
 
@@ -18,6 +18,7 @@ def test_the_repeated_numbers_are_the_same() -> None:
     assert obstacles._LEVELS == stopping.LEVELS
     assert obstacles._AGE_MAX_MS == limits.AGE_MAX_MS
     assert obstacles._CLEAR_MS == limits.CLEAR_MS
+    assert obstacles._AUTO == tick._AUTO == codes.AUTO
 
 
 def test_the_numbers_of_arcs_are_the_same() -> None:
@@ -31,6 +32,15 @@ def test_the_numbers_of_arcs_are_the_same() -> None:
     assert (here._LEVELS, here._CLEAR_MS) == (stopping.LEVELS, limits.CLEAR_MS)
     assert (here._BAND_MM, here._BAND_Q4) == (limits.BAND_MM, limits.BAND_Q4_DEG)
     assert (here._DRIVE, here._PERIOD_MS) == (codes.DRIVE, obstacles._PERIOD_MS)
+    assert here._AUTO == codes.AUTO
     assert here._MOST_AT == arcs.ROWS + arcs.BOTH_ROWS
     assert here._OF_STOPPING == here._STOPS + 2 * here._STEPS
-    assert safety._ARC_BLOCKED == obstacles.ARC_BLOCKED
+    assert directions.ARC_BLOCKED == obstacles.ARC_BLOCKED
+
+
+def test_the_numbers_of_auto_are_the_same() -> None:
+    """What auto.py repeats."""
+    assert (auto._PRESSES, auto._SUPERVISED) == (ages.PRESSES, ages.SUPERVISED)
+    assert auto._OVERRULED_MS == limits.AUTO_OVERRULED_MS
+    assert ages._AUTO == codes.AUTO
+    assert auto._NO_REASON == codes.NO_REASON

@@ -11,6 +11,7 @@ import pytest
 import plain_ages
 import plain_core
 from gazeboard.core import ages, limits
+from gazeboard.core.motion import Motion
 from gazeboard.core.obedience import Obedience
 from gazeboard.core.obstacles import Way
 from gazeboard.core.profile_check import ProfileCheck
@@ -33,7 +34,9 @@ def _changed(roll: random.Random, i: Any) -> None:
     if roll.random() < 0.01:
         i.pace = {name: roll.choice((0, 0, 0.01, 0.3, 1)) for name in _COUNTS}
     i.clearance_age_ms = roll.choice((0, 10, 100, 247, 248, 297, 298, 65535))
-    i.ttl_ms = roll.choice((0, 1, 2, 3, 100, 300, 400))
+    i.ttl_ms = roll.choice((0, 1, 2, 3, 100, 150, 300, 400))
+    i.mode = roll.randrange(4)
+    i.supervision_age_ms = roll.choice((0, 1, 30, 2997, 2998, 3000, 60000))
     if roll.random() < 0.05:
         i.verb = roll.randrange(7)
         i.clearance_source = roll.choice((codes.REAL, codes.SIMULATED, codes.REPLAYED))
@@ -53,6 +56,7 @@ def test_ages_and_faults(seed: int) -> None:
     w = words.words
     w[ages.STANDING], w[ages.SIMULATED], w[ages.RELAY_FITTED] = standing, simulated, fitted
     plain = plain_ages.PlainAges(standing, simulated, fitted)
+    w[ages.SUPERVISION_MOST] = plain.supervision_most = roll.choice((0, 498, 2998, 9998))
     i: Any = Inputs()
     i.pace = dict.fromkeys(_COUNTS, 0.3)
     old = 0
@@ -72,7 +76,7 @@ def test_ages_and_faults(seed: int) -> None:
         faults = words.faults(i, old, state, emergency, reset)
         assert faults == plain.faults(i, old, state, emergency, reset)
         old = faults
-        for name in (*_AGES, "button", "ttl", "contact"):
+        for name in (*_AGES, "button", "ttl", "contact", "supervised", "presses"):
             assert w[getattr(ages, name.upper())] == getattr(plain, name), name
         if news & ages.ARM:
             assert w[ages.ARMS] == plain.arms
@@ -145,6 +149,26 @@ def test_obedience(seed: int) -> None:
         assert found is plain.step(i, *out, armed)
         tripped += found
     assert tripped
+
+
+def test_both_axes_at_once() -> None:
+    """What limits one axis takes the same share from the other; none points the other way."""
+    roll = random.Random(3)
+    settings = Settings()
+    turn_controller = SimpleNamespace(follow=None, update=None, hold=None)
+    motion = Motion(settings, turn_controller)
+
+    def most() -> int:
+        return roll.choice((0, 1, roll.randrange(1001), 1000))
+
+    for _ in range(20_000):
+        settings.linear_permille, settings.turn_permille = most(), most()
+        asked = [roll.choice((1, -1)) * max(1, most()) for _ in range(2)]
+        cap, caps = most(), [most() for _ in range(4)]
+        arcs = roll.choice((None, SimpleNamespace(linear_cap=most(), turn_cap=most())))
+        motion._drive_both(cap, *asked, caps, arcs)
+        found = (motion.linear_permille, motion.turn_permille)
+        assert found == plain_core.plain_drive_both(settings, cap, *asked, caps, arcs)
 
 
 def test_trust_in_the_profile() -> None:

@@ -56,7 +56,7 @@ def test_what_stands_left_is_seen_left_and_hides_what_is_behind():
     assert not (picture(room, (0.0, 0.0, 0.0)) != before).any()
 
 
-@pytest.mark.parametrize("name", plans.names())
+@pytest.mark.parametrize("name", [*plans.names(), "home-3"])
 def test_every_view_of_every_room_can_be_rendered(name):
     room = plans.room(name)
     for heading_deg in range(0, 360, 30):

@@ -111,10 +111,10 @@ def test_people_walk_to_and_fro_and_wait_for_the_chair():
         assert not room.collides(2.0, 0.0, 90.0) or abs(person.y_m) < 1.0
 
 
-@pytest.mark.parametrize("name", plans.names())
+@pytest.mark.parametrize("name", [*plans.names(), "home-3"])
 def test_the_chair_fits_where_each_room_starts(name):
     room = plans.room(name)
-    assert room.name == name
+    assert room.name == name.replace("-", " ")
     assert not room.collides(*room.start)
     around = np.linspace(-math.pi, math.pi, 2000)
     assert np.isfinite(room.cast(*room.start[:2], around, 0.25)).all()
@@ -141,3 +141,6 @@ def test_solids_are_convex_and_counter_clockwise():
 def test_an_unknown_room_is_refused_by_name():
     with pytest.raises(ValueError, match="no room 'moon'; there are living"):
         plans.room("moon")
+    for name in ("home-", "home-x", "home--1"):
+        with pytest.raises(ValueError, match="no room"):
+            plans.room(name)

@@ -4,20 +4,26 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from gazehouse import arrows
 
 KNOWN = arrows.modules()
-GRAPH = arrows.imports(KNOWN)
 # Programs that run on the board or install the rest: no rooms.
 OUTSIDE = {"gazechair", "gazechair.__main__", "gazeboard"}
 
 
-def test_no_files_import_each_other_in_a_circle() -> None:
-    assert arrows.circles(GRAPH) == []
+@pytest.fixture(scope="module")
+def graph() -> arrows.Imports:
+    return arrows.imports(KNOWN)
 
 
-def test_no_arrow_points_upward() -> None:
-    assert [str(arrow) for arrow in arrows.upward(arrows.arrows(GRAPH))] == []
+def test_no_files_import_each_other_in_a_circle(graph: arrows.Imports) -> None:
+    assert arrows.circles(graph) == []
+
+
+def test_no_arrow_points_upward(graph: arrows.Imports) -> None:
+    assert [str(arrow) for arrow in arrows.upward(arrows.arrows(graph))] == []
 
 
 def test_every_module_is_in_a_room() -> None:

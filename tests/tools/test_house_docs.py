@@ -7,11 +7,14 @@ import re
 import pytest
 
 from gazehouse import __main__ as command
-from gazehouse import failures, hazards, numbers
+from gazehouse import failure_pictures, failures, hazards, numbers
 from gazeprove.safety_words import PROMISES
 
 # What bounds the settings table and what only tests hold against the rest: no module reads it.
-NOT_READ = {"TILT_MS", "OBEYS_MS", "STEP_FORWARD_MAX_MS", "STEP_TURN_MAX_MS"}
+NOT_READ = {
+    *("TILT_MS", "OBEYS_MS", "STEP_FORWARD_MAX_MS", "STEP_TURN_MAX_MS"),
+    *("SUPERVISION_MAX_MS", "AUTO_MM_S", "AUTO_OVERRULED_MS", "AUTO_LIMIT_MAX_S"),
+}
 
 
 @pytest.mark.parametrize("document", command.PAGES, ids=lambda path: path.name)
@@ -43,6 +46,12 @@ def test_every_failure_is_proven_by_tests_there_are_and_each_name_is_one_test() 
         assert failure.tests, failure.what
         for name in failure.tests:
             assert len(known.get(name, [])) == 1, name
+
+
+def test_every_failure_that_is_shown_has_its_picture_and_there_are_no_others() -> None:
+    shown = {failures.picture(failure) for failure in failures.FAILURES if failure.key}
+    assert set(failures.PICTURES.iterdir()) == shown
+    assert set(failure_pictures.CAUSES) == {f.what for f in failures.FAILURES if f.key}
 
 
 def test_every_hazard_names_promises_and_tests_there_are_or_says_that_nothing_prevents_it() -> None:

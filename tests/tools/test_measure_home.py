@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gazemeasure import carmen_log, home_odometry
+from gazemeasure import carmen_log, home_alarms, home_maps, home_odometry
 from gazemeasure.home_drives import Job, drive
+from gazemeasure.home_maps import WALLS_M, Judged
 from gazemeasure.report import Report
 
 
@@ -31,4 +32,22 @@ def test_a_short_drive_is_judged_by_the_truth() -> None:
     assert found.way_m > 0.5
     assert found.end_m < 0.03
     assert found.age_s.max() < 0.1
+    assert found.alarms == 0
+    assert np.percentile(found.map.off_m, 95) < WALLS_M
+    assert not found.map.doubled
     assert np.percentile(np.abs(found.speed_m_s), 90) < 0.05
+
+
+@pytest.mark.parametrize("kind", [home_alarms.STUCK_IN, home_alarms.PUSHED_BY])
+def test_what_happens_to_the_chair_is_reported_within_half_a_second(kind: str) -> None:
+    assert home_alarms.reported_after_s((kind, 1)) <= 0.5
+
+
+def test_a_room_that_is_twice_in_the_map_falls_short() -> None:
+    right = Judged(np.full(100, 0.01), np.full(20, 0.05))
+    twice = Judged(np.where(np.arange(100) < 10, 0.4, 0.01), np.full(20, 0.05))
+    bent = Judged(np.full(100, 0.01), np.full(20, 0.5))
+    for maps, ok in (([right], True), ([right, twice], False), ([right, bent], False)):
+        report = Report("home")
+        home_maps.add_rows(report, "two lidars", maps)
+        assert report.ok is ok

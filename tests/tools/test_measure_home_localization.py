@@ -17,7 +17,8 @@ POSE = np.array((3.0, -1.0, 2.0))
 
 
 def claimed(x_m: float, heading_deg: float) -> Location:
-    return Location(POSE + np.array((x_m, 0.0, math.radians(heading_deg))), Evidence(1.0, 0.0))
+    pose = POSE + np.array((x_m, 0.0, math.radians(heading_deg)))
+    return Location(pose, Evidence(1.0, 0.0), 0.02, 0.01)
 
 
 def test_right_is_within_10_cm_and_3_degrees_the_rest_is_confidently_wrong() -> None:

@@ -9,12 +9,10 @@ from collections.abc import Iterator
 
 import pytest
 from PIL import Image
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import Browser
 
-import gazesetup
 from gazechair.picture import Reducer
 from gazechair.picture.camera import Frame
-from gazedemo.browser import OPTIONS
 from gazemeasure.stamped_camera import READ, StampedCamera
 
 _DECODE = """async ([read, jpeg]) => {
@@ -32,22 +30,19 @@ def camera() -> Iterator[StampedCamera]:
 
 
 @pytest.mark.browser
-def test_the_stamp_survives_every_level(camera: StampedCamera) -> None:
+def test_the_stamp_survives_every_level(camera: StampedCamera, chromium: Browser) -> None:
     reducer = Reducer()
-    with sync_playwright() as playwright:
-        chromium = str(gazesetup.ensure_chromium())
-        browser = playwright.chromium.launch(executable_path=chromium, args=list(OPTIONS))
-        page = browser.new_page()
-        for level in range(reducer.top + 1):
-            before = round(time.time() * 1000)
-            jpeg = camera.stamped()
-            after = round(time.time() * 1000)
-            reduced = base64.b64encode(reducer.reduced(Frame(jpeg, 0.0), level)).decode()
-            stamp = page.evaluate(_DECODE, [READ, reduced])
-            assert (stamp - before) & 0xFFFF <= after - before, level
-        blank = base64.b64encode(_blank()).decode()
-        assert page.evaluate(_DECODE, [READ, blank]) is None
-        browser.close()
+    page = chromium.new_page()
+    for level in range(reducer.top + 1):
+        before = round(time.time() * 1000)
+        jpeg = camera.stamped()
+        after = round(time.time() * 1000)
+        reduced = base64.b64encode(reducer.reduced(Frame(jpeg, 0.0), level)).decode()
+        stamp = page.evaluate(_DECODE, [READ, reduced])
+        assert (stamp - before) & 0xFFFF <= after - before, level
+    blank = base64.b64encode(_blank()).decode()
+    assert page.evaluate(_DECODE, [READ, blank]) is None
+    page.close()
 
 
 def _blank() -> bytes:

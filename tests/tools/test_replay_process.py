@@ -118,7 +118,6 @@ def test_a_drive_of_a_board_process(
 
 
 @pytest.mark.long
-@pytest.mark.e2e
 def test_drives_of_the_demo(micropython: gazesetup.MicroPython, folder: Path) -> None:
     """With the whole host and its black box; the board is reset, the host is killed."""
     with Stack(str(micropython.path), room="open") as stack:

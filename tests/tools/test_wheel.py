@@ -70,7 +70,6 @@ def test_it_holds_the_firmware_to_flash(installed: Path) -> None:
     assert name == here.stdout.splitlines()[1], "not the firmware of this checkout"
 
 
-@pytest.mark.e2e
 def test_its_demo_runs_and_ends(installed: Path) -> None:
     demo = subprocess.Popen(
         [sys.executable, "-m", "gazechair", "demo", "--port", "0"],

@@ -3,17 +3,16 @@
 from collections.abc import Callable, Iterator
 
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page
 
-import gazesetup
 from fakehost import FakeHost
-from gazedemo.browser import OPTIONS
 from plugintiles import AHEAD, tiled
 from webperson import CARETAKER, Driver, save
 
 # Counts what reached the page, and lets a test speak on the page's own sockets.
 SPY = """
-window.spied = {token: 0, sockets: []};
+window.spied = {token: 0, sockets: [], x: -1};
+addEventListener("pointermove", ({ clientX }) => (spied.x = clientX), true);
 const Plain = WebSocket;
 window.WebSocket = class extends Plain {
   constructor(url) {
@@ -44,18 +43,6 @@ def serve() -> Iterator[Callable[[], FakeHost]]:
 @pytest.fixture
 def host(serve: Callable[[], FakeHost]) -> FakeHost:
     return serve()
-
-
-@pytest.fixture(scope="session")
-def chromium() -> Iterator[Browser]:
-    try:
-        path = gazesetup.ensure_chromium()
-    except gazesetup.NotAvailable as error:
-        pytest.skip(str(error))
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=str(path), args=list(OPTIONS))
-        yield browser
-        browser.close()
 
 
 @pytest.fixture

@@ -46,6 +46,17 @@ def test_a_refused_setting_says_why_and_shows_what_is_in_force(caretaker, host):
     assert caretaker.page.locator("[name=step_forward_ms]").input_value() == "2"
 
 
+def test_what_is_typed_stays_when_the_host_answers(caretaker, host):
+    tab(caretaker, "settings", "#profiles .row")
+    caretaker.page.locator("[name=dwell_ms]").press_sequentially("7")
+    typed = caretaker.page.locator("[name=dwell_ms]").input_value()
+    host.profiles.change({"save": {"id": "1", "name": "Piet"}}, True)
+    caretaker.state()
+    wait_until(lambda: caretaker.page.locator("[name=name]").input_value() == "Piet", "it")
+    assert caretaker.page.locator("[name=dwell_ms]").input_value() == typed
+    assert caretaker.page.evaluate("document.activeElement.name") == "dwell_ms"
+
+
 def test_people_are_made_chosen_tuned_and_deleted(caretaker, host):
     tab(caretaker, "settings", "#profiles .row")
     caretaker.page.locator("#profiles button").first.click()

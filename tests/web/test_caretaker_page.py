@@ -172,6 +172,26 @@ def test_bypass_while_held_with_what_is_left(caretaker):
     assert said[-1] == {"k": "bypass", "held": False}
 
 
+def test_a_chair_that_drives_itself_is_watched_while_the_button_is_held(caretaker):
+    button = caretaker.page.locator("#watch")
+    assert not button.is_visible()
+    caretaker.state(auto=["go", ""])
+    assert "rijdt zelf" in button.text_content()
+    button.scroll_into_view_if_needed()
+    caretaker.page.mouse.move(*caretaker.spot("watch"))
+    caretaker.page.mouse.down()
+    caretaker.advance(300)
+    said = caretaker.heard("watch")
+    assert len(said) >= 4
+    assert all("token" in message for message in said)
+    caretaker.state(auto=["", "go"])
+    assert not button.is_visible()
+    caretaker.forget()
+    caretaker.advance(300)
+    assert caretaker.heard("watch") == []
+    caretaker.page.mouse.up()
+
+
 def test_the_cap_is_told_and_shown(caretaker):
     slider = caretaker.page.locator("#cap")
     assert caretaker.text("#cap-word") == "geen grens"

@@ -86,6 +86,10 @@ def test_a_caretaker_is_led_from_step_to_step(caretaker):
     failed = {"step": "tune", "ok": False, "reason": "first_failed", "detail": "the chair slides"}
     now(ended=failed)
     assert said("told").endswith("the chair slides")
+    now(ended={**failed, "told": "tune_little", "fields": {"deg": 3.5}})
+    assert "De stoel draaide maar 3,5° per keer." in said("told")
+    now(ended={**failed, "told": "board_off", "fields": {"reason": "heading_bus"}})
+    assert "De richtingsensor antwoordt niet." in said("told")
     now(ended={**failed, "reason": "first_let_go"})
     assert said("told").startswith("Gestopt. Er is niets veranderd.")
     assert take(page) == [], "nothing moves by itself"

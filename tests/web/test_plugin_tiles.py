@@ -2,6 +2,7 @@
 
 import pytest
 
+from pluginrows import WELL
 from plugintiles import (
     AHEAD,
     HELD,
@@ -97,6 +98,33 @@ def test_in_step_mode_a_mode_is_held_all_the_same(ride):
     ride.forget()
     ride.advance(300, look=(0.5, 0.55))
     assert moves(ride) == [("stop", None, None)]
+
+
+def test_one_look_starts_what_nobody_holds_and_eyes_on_the_page_watch_it(ride):
+    tiled(ride, {**AHEAD, "auto": True})
+    ride.state(state="armed", you=True, owner="driver")
+    begin(ride, "plugin-0", "gaze")
+    ride.advance(400, look="plugin-0")
+    said = ride.heard("mode", "watch")
+    assert {m["k"] for m in said} == {"mode"}
+    assert len({m["edge"] for m in said}) == 1
+    ride.state(auto=["ahead", ""])
+    assert ride.text("#plugin-0 .small") == "rijdt zelf"
+    # The eyes leave the tile: nothing is stopped, and they watch while they move on the page.
+    for k in range(20):
+        ride.advance(50, look=(0.5 + k % 2 / 50, 0.55))
+    assert ride.heard("stop") == []
+    assert 2 <= len(ride.heard("watch")) <= 6
+    ride.forget()
+    ride.advance(1000)  # they are nowhere
+    assert ride.heard("watch", "stop") == []
+    # Any tile ends it; after an end before its goal the tile goes on.
+    ride.page.locator("#mode").click()
+    assert ride.heard("stop") == [{"k": "stop"}]
+    ride.state(auto=["", "ahead"])
+    assert ride.text("#plugin-0 .label") == "Verder"
+    ride.state(auto=["", ""])
+    assert ride.text("#plugin-0 .label") == "Ahead"
 
 
 def test_looking_from_a_mode_at_a_direction_and_back_steers_as_from_a_direction(ride):
@@ -195,3 +223,17 @@ def test_it_is_reached_by_scanning_with_one_switch(page, host):
     assert moves(scanner) == [("mode", "ahead", 1), ("stop", None, None)]
     more(scanner)
     scanner.wait_for("plugin-1", "plugin-2")
+
+
+def test_who_is_followed_has_a_tile_and_sentences_of_its_own(ride):
+    row = {"kind": "place", "name": "follow-person", "icon": "\U0001f6b6", "sign": "", **WELL}
+    names = {"nl": "Volg persoon", "en": "Follow person"}
+    tiled(ride, AHEAD, {**row, "names": names})
+    more(ride)
+    assert ride.text("#plugin-2 .label") == "Volg persoon"
+    assert ride.page.locator("#plugin-2 text").text_content() == "\U0001f6b6"
+    told = {"kind": "person", "mode": "follow-person", "name": "Volg persoon", "goal": {}}
+    ride.state(going={**told, "state": "waits", "reason": "person_choosing"})
+    assert "Wacht tot er iemand voor de stoel stilstaat." in ride.text("#status")
+    ride.state(going={**told, "state": "ended", "reason": "going_stopped"})
+    assert "Gestopt met volgen." in ride.text("#status")

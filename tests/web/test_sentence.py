@@ -23,6 +23,8 @@ WHO = [("nobody", False), ("driver", True), ("driver", False), ("caretaker", Fal
 VERDICTS = [("ok", "ok"), *itertools.product(("warning", "error"), MESSAGES)]
 # Asking to arm is worth a try: these end by it, or by themselves within a moment.
 MAY_ASK = ["none", "no_owner", "command_active"]
+# A setting's refusal answers who set it; no state reports one.
+REASONS = [one for one in codes.REASONS if not one.startswith("setting_")]
 FEW = ["none", "no_owner", "neutral_not_proven", "tilt", "obstacle_left", "obstacle_data_old"]
 
 
@@ -43,7 +45,7 @@ def combinations():
         for arm_reason, override in itertools.product(FEW, FEW):
             yield news(level, message, state, who, arm_reason, override)
     for state, who in itertools.product(codes.STATES, WHO):
-        for reason in codes.REASONS:
+        for reason in REASONS:
             yield news("ok", "ok", state, who, reason, "none")
             yield news("ok", "ok", state, who, "none", reason)
             yield news("warning", "camera_lost", state, who, reason, reason)
@@ -89,7 +91,7 @@ def outcomes(chromium, serve):
         "states": codes.STATES,
         "who": WHO,
         "few": FEW,
-        "reasons": codes.REASONS,
+        "reasons": REASONS,
     }
     told, chosen = page.evaluate(ASK.format(modes=json.dumps(MODES)), parts)
     unknown = page.evaluate(

@@ -16,17 +16,20 @@ from gazechair.people.profiles import fields
 from gazechair.plugins.child import LOST, RAISED, SETTING, STARTING
 from gazechair.plugins.found import GROUPS
 from gazechair.plugins.service import MISSING
+from gazechair.sensing.mapping import making, places
 from gazechair.web.minify import lean
 from gazelink import codes
 
 SUPERVISOR = Path(supervisor.__file__)
 FIRST_DRIVE = Path(first_drive.__file__).parent
+MAPPING = Path(making.__file__).parent
 WEB = Path(__file__).parents[2] / "web"
 LANGUAGES = ("nl", "en")
 HOST_KEYS = ["ok", "board_lost", "board_starting", "board_busy", "wrong_port", "version_differs"]
 HOST_KEYS += ["lidar_lost", "lidar_view", "lidar_starting", "camera_lost", "page_silent"]
 HOST_KEYS += ["lidar_silent", "lidar_frozen", "lidar_protection", "lidar_power", "lidar_mirror"]
 HOST_KEYS += ["lidar_damaged", "lidar_one", "host_slow", "host_hot"]
+HOST_KEYS += ["motion_stuck", "motion_uncommanded"]
 HOST_KEYS += ["not_owner", "stale_token", "bad_message", "too_fast", "not_allowed", "not_paired"]
 HOST_KEYS += ["wrong_code", "too_many_guesses"]
 PAGE_KEYS = ["link_lost", "unknown", "ready", "tap", "clicks", "code_missing", "no_answer"]
@@ -35,6 +38,9 @@ HOST_KEYS += ["profile_unknown", "profile_value", "profile_last", "profile_full"
 HOST_KEYS += ["profile_not_stored"]
 MODULES = sorted(WEB.glob("*.js"))
 PAGES = sorted(WEB.glob("*.html"))
+
+
+REFUSED_SETTINGS = ("out_of_range", "while_armed", "not_stored", "by_calibration")
 
 
 def table(language: str) -> dict:
@@ -50,7 +56,10 @@ def care_labels(language: str) -> dict:
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_every_reason_fault_and_host_key_has_words(language):
     keys = {*codes.REASONS, *(fault[1] for fault in codes.FAULTS), *HOST_KEYS, *PAGE_KEYS}
-    assert keys == set(table(language)["messages"])
+    care = {key for key in keys if key in table(f"{language}-care")["messages"]}
+    assert keys - care == set(table(language)["messages"])
+    # The driver's page asks for no settings.
+    assert care == {f"setting_{why}" for why in REFUSED_SETTINGS}
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -79,8 +88,24 @@ def test_both_languages_have_the_same_keys():
     assert list(care_labels("nl")) == list(care_labels("en"))
     assert list(table("nl-care")["messages"]) == list(table("en-care")["messages"])
     assert list(table("nl-plugins")["labels"]) == list(table("en-plugins")["labels"])
+    assert list(table("nl-assist")["labels"]) == list(table("en-assist")["labels"])
     for kind in ("labels", "messages"):
         assert list(table("nl-first")[kind]) == list(table("en-first")[kind])
+        assert list(table("nl-maps")[kind]) == list(table("en-maps")[kind])
+
+
+def test_everything_about_maps_has_words():
+    words = table("nl-maps")
+    code = "".join((WEB / name).read_text("utf-8") for name in ("maps.js", "map_tools.js"))
+    built = {f"maps_{tool}{end}" for tool in ("place", "no_go", "home") for end in ("", "_tap")}
+    named = set(re.findall(r'"(maps_\w+)"', code)) - {"maps_stored"}
+    assert set(words["labels"]) == named | built | {"map_damaged"}
+    sources = "".join(path.read_text("utf-8") for path in MAPPING.glob("*.py"))
+    reasons = set(re.findall(r'"(map_\w+)"', sources)) | {"maps_stored"}
+    reasons |= {f"map_{doubt}" for doubt in (making.BROKEN, making.FULL, making.SILENT)}
+    assert reasons - {"map_starting", "map_unknown", "map_lost"} == set(words["messages"])
+    icons = re.findall(r"^  (\w+): \"", (WEB / "map_words.js").read_text("utf-8"), re.M)
+    assert sorted(icons) == sorted(places.ICONS)
 
 
 def test_every_step_of_the_first_drive_and_why_it_is_refused_has_words():
@@ -92,6 +117,11 @@ def test_every_step_of_the_first_drive_and_why_it_is_refused_has_words():
     assert steps | facts | named == set(words["labels"])
     sources = "".join(path.read_text("utf-8") for path in FIRST_DRIVE.glob("*.py"))
     assert set(re.findall(r'"(first_\w+)"', sources)) == set(words["messages"])
+
+
+def test_everything_that_assist_shows_has_words():
+    code = (WEB / "assist_sign.js").read_text("utf-8")
+    assert set(re.findall(r'"(assist_\w+)"', code)) == set(table("nl-assist")["labels"])
 
 
 def test_everything_that_can_be_wrong_with_a_plug_in_has_words():

@@ -13,9 +13,10 @@ import os
 import sys
 import time
 import webbrowser
+from typing import Any
 
 import gazesetup
-from gazedemo import ending, pairing
+from gazedemo import ending, home, pairing
 from gazedemo.stack import Stack, StackError
 
 _CPYTHON = "cpython"
@@ -52,8 +53,10 @@ def _interpreter() -> str:
 
 def _show(arguments: argparse.Namespace) -> int:
     more = arguments.config.read_text("utf-8") if arguments.config else ""
-    room, profile, port = arguments.room, arguments.profile, arguments.port
-    with Stack(_interpreter(), room, profile, port, more_config=more) as stack:
+    with _stack(arguments, port=arguments.port, more_config=more) as stack:
+        if arguments.home:
+            home.allow(stack)
+            print("\nChoose 'Doorlopend' until it says 'Meer': there are the places of the home.")
         address = stack.invitation()
         print(
             f"\nThe driver's page: {address}\n"
@@ -72,17 +75,25 @@ def _show(arguments: argparse.Namespace) -> int:
             time.sleep(0.5)
 
 
+def _stack(arguments: argparse.Namespace, **more: Any) -> Stack:
+    if arguments.home:
+        more |= {"lidars": home.LIDARS, "prepare": home.prepare}
+    room = home.ROOM if arguments.home else arguments.room
+    return Stack(_interpreter(), room, arguments.profile, **more)
+
+
 def _check(arguments: argparse.Namespace) -> int:
     from gazedemo.check import CheckFailed, check
 
+    drive = home.check if arguments.home else check
     chromium = gazesetup.ensure_chromium()
     start_s = time.monotonic()
-    with Stack(_interpreter(), arguments.room, arguments.profile) as stack:
+    with _stack(arguments) as stack:
         figures: dict[str, object] = {"ready_s": round(time.monotonic() - start_s, 1)}
         code = 0
         with gazesetup.say("driving through the page"):
             try:
-                figures |= check(stack, chromium, arguments.artefacts)
+                figures |= drive(stack, chromium, arguments.artefacts)
                 figures["passed"] = True
             except CheckFailed as error:
                 figures |= {"passed": False, "failed": str(error)}

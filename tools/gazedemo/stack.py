@@ -14,7 +14,7 @@ import tempfile
 import threading
 import time
 import urllib.request
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -23,7 +23,7 @@ import gazesetup
 from gazechair.people.pairing.local import NotRunning
 from gazedemo import ending, pairing
 from gazedemo.sim_control import SimControl
-from gazesetup.family import dies_with_me
+from gazesetup.family import dies_with_me, simulates_a_device
 
 _START_S = 60.0
 _END_S = 8.0
@@ -37,6 +37,25 @@ mask = [[123, -123]]
 """
 """The simulated chair's part of a configuration: `board` and `lidar` are the simulator's ports.
 The chair itself blocks its lidar's view behind."""
+_TWO_LIDARS = """\
+[board]
+port = "{board}"
+[[lidar]]
+name = "front"
+kind = "s2"
+port = "{lidar}"
+x_m = 0.651
+y_m = 0.376
+mask = [[-180, -90]]
+[[lidar]]
+name = "rear"
+kind = "s2"
+port = "{lidar_2}"
+x_m = -0.451
+y_m = -0.376
+heading_deg = 180
+mask = [[-180, -90]]
+"""
 _HOST_CONFIG = """\
 [camera]
 kind = "http"
@@ -58,7 +77,8 @@ class Stack:
     only its folder: its processes end with the thread that entered it.
 
     `interpreter` is a MicroPython's path or "cpython"; `port` 0 takes any free one; `camera_url` ""
-    shows what the simulated camera sees; `more_config` follows the host's configuration, and
+    shows what the simulated camera sees; `lidars`: 1 or 2; `prepare` fills the host's state folder
+    before it starts; `more_config` follows the host's configuration, and
     `packages` is one more folder of packages, `environment` goes to the processes. Logs and ports
     live in `folder`, which goes at the end.
     """
@@ -73,6 +93,8 @@ class Stack:
         more_config: str = "",
         packages: str = "",
         environment: Mapping[str, str] = MappingProxyType({}),
+        lidars: int = 1,
+        prepare: Callable[[Path], None] = lambda _state_folder: None,
     ) -> None:
         self._interpreter = interpreter
         self._room = room
@@ -82,6 +104,8 @@ class Stack:
         self._more_config = more_config
         self._packages = packages
         self._environment = environment
+        self._lidars = lidars
+        self._prepare = prepare
         # Short: a unix socket's path must stay under 108 bytes, wherever the checkout is.
         self.folder = Path(tempfile.mkdtemp(prefix="gazechair-"))
         self._cookie = ""
@@ -152,15 +176,17 @@ class Stack:
         with gazesetup.say("simulator and firmware"):
             words = ["-m", "gazesim", "--dir", str(self.folder), "--micropython"]
             words += [self._interpreter, "--room", self._room, "--profile", self._profile]
+            words += ["--lidars", str(self._lidars)]
             self._spawn("simulator", words, stdout=subprocess.PIPE)
             self.paths = self._ready_line()
             self.sim = SimControl(Path(self.paths["control"]))
         with gazesetup.say("host and driver's page"):
             config = self.folder / "gazechair.toml"
             paths = self.paths | ({"camera": self._camera_url} if self._camera_url else {})
-            text = CHAIR_CONFIG + _HOST_CONFIG
+            text = (_TWO_LIDARS if self._lidars == 2 else CHAIR_CONFIG) + _HOST_CONFIG
             text = text.format(port=self._port, state=self.state_folder, **paths)
             config.write_text(text + self._more_config, "utf-8")
+            self._prepare(self.state_folder)
             self.start_host()
             self._wait_for_parts()
 
@@ -173,6 +199,7 @@ class Stack:
         env = {**gazesetup.source_environment(), **self._environment}
         if self._packages:
             env["PYTHONPATH"] += os.pathsep + self._packages
+        prepare = simulates_a_device if name == "simulator" else dies_with_me
         with ending.later(), open(self.folder / f"{name}.log", "ab") as log:
             self._processes[name] = subprocess.Popen(
                 [sys.executable, *words],
@@ -182,7 +209,7 @@ class Stack:
                 env=env,
                 cwd=gazesetup.ROOT,
                 start_new_session=True,  # Ctrl-C is for us; we end them in order
-                preexec_fn=dies_with_me(signal.SIGTERM),
+                preexec_fn=prepare(signal.SIGTERM),
             )
 
     def _ready_line(self) -> dict[str, Any]:

@@ -21,9 +21,15 @@ STOREYS: tuple[tuple[str, ...], ...] = (
     ("gazechair.cli", "gazeboard.main"),
     ("gazechair.daemon",),
     ("gazechair.first_drive",),
-    ("gazechair.service",),
+    ("gazechair.service", "gazechair.producers"),
     ("gazechair.web", "gazechair.plugins", "gazechair.blackbox", "gazeboard.app"),
-    ("gazechair.driving", "gazeboard.boards"),
+    (
+        "gazechair.driving",
+        "gazechair.assist",
+        "gazechair.following",
+        "gazechair.going",
+        "gazeboard.boards",
+    ),
     (
         "gazechair.people",
         "gazechair.sensing",
@@ -81,8 +87,10 @@ def _imported(tree: ast.AST, known: Mapping[str, Path]) -> Iterator[str]:
 
 
 def _running(tree: ast.AST) -> Iterator[ast.AST]:
-    """All nodes but what only a type checker reads."""
+    """All statements, and what holds some, but what only a type checker reads."""
     for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.expr):
+            continue
         if isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
             continue
         yield node

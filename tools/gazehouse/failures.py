@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 
 from gazechair.base.languages import label, message
 from gazechair.base.reasons import DRIVES, NOTE, PARTS, PLUGIN, REASONS, STANDS
@@ -13,6 +14,7 @@ from gazelink import codes
 from gazesetup import ROOT
 
 DOCUMENT = ROOT / "docs" / "when-it-fails.md"
+PICTURES = ROOT / "docs" / "failures"
 
 _HEAD = """# When it fails
 
@@ -24,6 +26,11 @@ Every part recovers by itself: the host opens its device or starts its process a
 a quarter of a second, then at growing intervals of some seconds. A part that has not worked
 in its first ten starts is disabled: the log says so once, it is tried once a minute, and the others
 go on."""
+
+_PICTURES = """## In pictures
+
+`tools/screenshot` causes each of these in the simulated chair and takes what its page shows
+then: the driver's, with no tablet or a full disk the caretaker's."""
 
 _SEVERITIES = {NOTE: "-", codes.WARNING: "warning", codes.ERROR: "error"}
 
@@ -160,6 +167,11 @@ FAILURES = (
 )
 
 
+def picture(failure: Failure) -> Path:
+    """Where the picture of what people see is, made by tools/screenshot."""
+    return PICTURES / (failure.what.replace(" ", "-") + ".jpg")
+
+
 def homes() -> dict[str, list[str]]:
     """{name of a test: the files that define it}."""
     found: dict[str, list[str]] = {}
@@ -175,6 +187,10 @@ def render() -> str:
     known = homes()
     names = ("What fails", "Dutch", "English", "The chair", "What to do", "Tests")
     parts = [_HEAD, table(names, [_row(failure, known) for failure in FAILURES])]
+    parts.append(_PICTURES)
+    shown = [failure for failure in FAILURES if failure.key]
+    pairs = [shown[at : at + 2] for at in range(0, len(shown), 2)]
+    parts.append(table(("What people see", ""), [tuple(map(_shown, pair)) for pair in pairs]))
     parts.append(
         "## Every reason\n\n`-`: no page shows it as a warning; the doctor or a list does."
     )
@@ -187,6 +203,11 @@ def render() -> str:
     ]
     parts.append(table(("Part", "After"), silent))
     return "\n\n".join(parts) + "\n"
+
+
+def _shown(failure: Failure) -> str:
+    file = picture(failure).relative_to(DOCUMENT.parent).as_posix()
+    return f"{failure.what}<br>![{failure.what}]({file})"
 
 
 def _row(failure: Failure, known: dict[str, list[str]]) -> tuple[str, ...]:

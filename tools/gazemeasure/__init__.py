@@ -11,6 +11,7 @@ from gazemeasure.report import Report
 BENCHMARKS = {
     "allday": ("gazemeasure.allday", "a day of driving: faults, alerts, power cuts, replays"),
     "glance": ("gazemeasure.glance", "from the page's event handler to the wipers and back"),
+    "go": ("gazemeasure.go", "from place to place by itself, in generated homes"),
     "home": ("gazemeasure.home", "where the chair is and how fast it moves: a real log, homes"),
     "link": ("gazemeasure.link", "the serial link: round trip beside a bare echo, re-plugs"),
     "obstacles": (
@@ -18,6 +19,7 @@ BENCHMARKS = {
         "past things and people: ours, the first prototype's rule",
     ),
     "page": ("gazemeasure.page", "the page on a bad network, the host under floods"),
+    "person": ("gazemeasure.go_person", "following a person: others between, doors, gaits"),
     "plugins": (
         "gazemeasure.plugins",
         "inputs and modes: gamepad and mode to the wipers, bad ones, twenty of them, a fuzzer",

@@ -28,6 +28,8 @@ DAEMON = "daemon"
 CHILDREN = {
     "gazechair.sensing.lidar.child": "lidar",
     "gazechair.picture.camera.child": "camera",
+    "gazechair.sensing.odometry.child": "odometry",
+    "gazechair.sensing.mapping.child": "map",
     "gazechair.blackbox.child": "log",
     "gazechair.alerts.child": "alerts",
     "gazechair.plugins.child": "input quiet0",

@@ -33,6 +33,8 @@ class Person:
         """Monotonic times at which the wipers followed a press."""
         self.to_wipers: list[tuple[float, float]] = []
         """(monotonic s, ms) of the presses that met no stall of the machine."""
+        self.told: dict[str, Any] = {}
+        """What the host has said last to the page that drives, or drove."""
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="person", daemon=True)
 
@@ -61,7 +63,10 @@ class Person:
                 contextlib.suppress(OSError, TimeoutError),
                 RawDriver(stack_port(self._stack), self._cookie) as driver,
             ):
-                self._drive(driver)
+                try:
+                    self._drive(driver)
+                finally:
+                    self.told = driver.state
 
     def _drive(self, driver: RawDriver) -> None:
         while driver.connected and not self._stopping.is_set():

@@ -94,7 +94,9 @@ def add(report: Report, micropython: str, lasts_s: float, seed: int = 14) -> Non
                         begun_s = time.monotonic()
                         times.setdefault(fault, []).append(recovery.of(fault))
                         if person.drove_after(time.monotonic(), _DRIVES_S) == float("inf"):
-                            stuck.append(f"{fault.part} {fault.how}: {stack.health()}")
+                            stuck.append(
+                                f"{fault.part} {fault.how}: {person.told} {stack.health()}"
+                            )
                         time.sleep(max(0.0, begun_s + _PERIOD_S - time.monotonic()))
             finally:
                 recovery.close()

@@ -19,6 +19,7 @@ MOTIONS = (
     (codes.RIGHT, codes.STEP),
     (codes.BACKWARD, codes.CONTINUOUS),
     (codes.DRIVE, codes.CONTINUOUS),
+    (codes.DRIVE, codes.AUTO),
 )
 
 
@@ -69,6 +70,7 @@ def locked_ticks(n):
             rig.host_alive = second % 11 != 10
         if k % 1000 == 400 and rig.app.safety.state == codes.ARMED:
             rig.press(verb, mode, 300, -200)
+            rig.watched = mode == codes.AUTO
         if k % 1000 == 900:
             rig.release()
         locked.ms()

@@ -176,6 +176,10 @@ class Measured:
             self.moved += 1
         return going and app_running
 
+    # The second half of each drive is a motion that nobody holds, supervised from before.
+    def _auto(self, ticks, since):
+        return ticks // 1000 % 5 == 4 and ticks % 1000 >= since
+
     def _speak(self, ticks):
         # A round: hello, then in turn command, clearance, order, ping.
         if app.link._session == 0:
@@ -192,7 +196,10 @@ class Measured:
             if ticks % 1000 < 200 or second < 2:
                 verb = codes.STOP
             mode = second // 5 % 2
-            edge = second % 255 + 1
+            edge = second % 127 + 1
+            if self._auto(ticks, 600):
+                mode = codes.AUTO
+                edge += 127
             messages.COMMAND.pack(
                 host.encoder.body, (verb, mode, edge, codes.DRIVER, 300, 400, -300, 1000, 0)
             )
@@ -207,6 +214,9 @@ class Measured:
                 + (bytes([min(arcs.FAR, ahead // arcs.UNIT_MM)] * arcs.SIZE),),
             )
             host.give(messages.CLEARANCE)
+        elif turn == 2 and self._auto(ticks, 560):
+            messages.SUPERVISION.pack(host.encoder.body, (second % 127 + 128, codes.DRIVER, 0))
+            host.give(messages.SUPERVISION)
         elif turn == 2:
             if app.safety.state == codes.DISARMED:
                 self._number = self._number % 255 + 1

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gazechair.sensing.odometry.doubts import PUSHED, STUCK
 from gazechair.sensing.odometry.odometry import Motion, Odometry
+from gazemeasure.home_maps import Judged, MapJudge
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, REAR, Drive
 
@@ -41,8 +43,12 @@ class Driven:
     """The same, in the standard deviations that were claimed."""
     age_s: Array
     """When the measurements were whole, since the time that the estimate is of."""
+    alarms: int
+    """How often it was called stuck or pushed: nobody held or pushed it."""
     core: float
     """Share of a core: computing time by driving time."""
+    map: Judged
+    """The map that was made on the way."""
 
 
 def drive(job: Job) -> Driven:
@@ -52,6 +58,8 @@ def drive(job: Job) -> Driven:
     speeds, sigmas, ages = [], [], []
     began = ended = None
     spent_s = 0.0
+    alarms, alarmed = 0, False
+    judge = MapJudge(driven.home)
     for event in driven.events(job.seconds):
         if isinstance(event, Motion):
             odometry.motion(event)
@@ -61,7 +69,10 @@ def drive(job: Job) -> Driven:
         spent_s += time.process_time() - begin_s
         if found is None:
             continue
+        was, alarmed = alarmed, bool({STUCK, PUSHED}.intersection(found.doubts))
+        alarms += alarmed and not was
         true = driven.truth(found.time_s)
+        judge.take(event, found, true)
         began = began or (found, true)
         ended = (found, true)
         speeds.append(found.speed_m_s - true.speed_m_s)
@@ -76,4 +87,4 @@ def drive(job: Job) -> Driven:
     end_m = math.hypot(c * x - s * y - x_true, s * x + c * y - y_true)
     core = spent_s / job.seconds
     arrays = (np.array(speeds), np.array(sigmas), np.array(ages))
-    return Driven(job, driven.way_m, end_m, *arrays, core)
+    return Driven(job, driven.way_m, end_m, *arrays, alarms, core, judge.judged())

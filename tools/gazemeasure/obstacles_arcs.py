@@ -14,8 +14,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from gazeboard.core.directions import ARC_BLOCKED
 from gazeboard.core.motion import Motion
-from gazeboard.core.obstacles import ARC_BLOCKED, Obstacles
+from gazeboard.core.obstacles import Obstacles
 from gazeboard.core.shared import Inputs
 from gazeboard.turning.turn import turn_controller
 from gazechair.board.board_commands import Clearance

@@ -21,6 +21,8 @@ from gazeprove.around import Around
 
 STEP_MS = 2000  # of the settings explored
 TURN_LIMIT_MS = 6000
+AUTO_LIMIT_S = 10
+SUPERVISION_MS = 3000
 _TOP = limits.AGE_MAX_MS
 
 # Where each counter lies among the words of Ages.
@@ -38,6 +40,7 @@ _WORDS = {
     "_steady_ms": ages.STEADY,
     "_button_ms": ages.BUTTON,
     "ttl_ms": ages.TTL,
+    "_supervised_ms": ages.SUPERVISED,
     "_host_count": ages.HOST_COUNT,
     "_service_count": ages.SERVICE_COUNT,
     "_clearance_count": ages.CLEARANCE_COUNT,
@@ -49,6 +52,8 @@ _WORDS = {
     "_reset_count": ages.RESET_COUNT,
     "_stop_count": ages.STOP_COUNT,
     "_emergency_count": ages.EMERGENCY_COUNT,
+    "_press_count": ages.PRESS_COUNT,
+    "_supervision_count": ages.SUPERVISION_COUNT,
     "_contact": ages.CONTACT,
     "_relay_fitted": ages.RELAY_FITTED,
     "_standing": ages.STANDING,
@@ -100,6 +105,7 @@ _BOUNDS: dict[str, tuple[int, ...]] = {
     "_steady_ms": (500,),
     "_button_ms": (3000, 3001),
     "ttl_ms": (1,),
+    "_supervised_ms": (1,),
 }
 # Counters of which every value matters.
 _EXACT = ("_wiper_bad",)
@@ -134,12 +140,14 @@ PASSING = (
     "ttl_ms",
     "_idle_ms",
     "_neutral_ms",
+    "_supervised_ms",
 )
 _WORDS_TOO = (*COUNTERS, "_session_count", "_contact")
 FIELDS = (*_PLAIN, *_WORDS_TOO)
 _WORDS_AT = tuple(_WORDS[name] for name in _WORDS_TOO)
 _COMPARED = tuple(at for name, at in _WORDS.items() if name.endswith("_count"))
 MOTION_FIELDS = ("_edge", "_elapsed_ms", "state", "_drives_straight")
+AUTO_FIELDS = ("left_ms", "overruled_ms")
 # What the core overwrites in every tick before it reads it; with the counters of the inputs, which
 # it only compares.
 FORGOTTEN: dict[str, Any] = {
@@ -151,9 +159,11 @@ FORGOTTEN: dict[str, Any] = {
 
 State = tuple[Any, ...]
 _AT = {name: k for k, name in enumerate(FIELDS)}
+_AUTO_AT = len(FIELDS) + len(MOTION_FIELDS)
 _plain_values = attrgetter(*_PLAIN)
 _word_values = itemgetter(*_WORDS_AT)
 _motion_values = attrgetter(*MOTION_FIELDS)
+_auto_values = attrgetter(*AUTO_FIELDS)
 
 
 def _classes(bounds: tuple[int, ...], top: int) -> tuple[list[int], dict[int, int]]:
@@ -167,18 +177,22 @@ def _classes(bounds: tuple[int, ...], top: int) -> tuple[list[int], dict[int, in
     return lowest, highest
 
 
+_TOPS = {"ttl_ms": limits.COMMAND_TTL_MS, "_supervised_ms": SUPERVISION_MS}
 _LOWEST = {}
 HIGHEST = {}
 for _name, _limits in _BOUNDS.items():
-    _LOWEST[_name], HIGHEST[_name] = _classes(
-        _limits, limits.COMMAND_TTL_MS if _name == "ttl_ms" else _TOP
-    )
+    _LOWEST[_name], HIGHEST[_name] = _classes(_limits, _TOPS.get(_name, _TOP))
 _ELAPSED = {
     codes.FORWARD: _classes((STEP_MS, STEP_MS + 1), _TOP),
     codes.LEFT: _classes((TURN_LIMIT_MS, TURN_LIMIT_MS + 1), _TOP),
 }
 _ELAPSED[codes.BACKWARD] = _ELAPSED[codes.FORWARD]
 _ELAPSED[codes.RIGHT] = _ELAPSED[codes.LEFT]
+# Of an auto motion: what is left of its time, and how long it has been overruled.
+_AUTO = {
+    "left_ms": _classes((1,), 1000 * AUTO_LIMIT_S),
+    "overruled_ms": _classes((1, limits.AUTO_OVERRULED_MS), _TOP),
+}
 _OFF, _OPEN = _AT["_off_ms"], _AT["_open_ms"]
 _TABLES = tuple((_AT[name], _LOWEST[name]) for name in COUNTERS)
 
@@ -214,9 +228,13 @@ class Core:
         words[:] = self._prepared
         motion = self.motion
         motion.stop()
-        motion.__dict__.update(zip(MOTION_FIELDS, state[len(FIELDS) :], strict=True))
+        motion.__dict__.update(zip(MOTION_FIELDS, state[len(FIELDS) :], strict=False))
+        auto = self.safety.auto
+        auto.__dict__.update(zip(AUTO_FIELDS, state[_AUTO_AT:], strict=True))
         for name in passed:
-            if name == "_elapsed_ms":
+            if name in _AUTO:
+                auto.__dict__[name] = _AUTO[name][1][auto.__dict__[name]]
+            elif name == "_elapsed_ms":
                 motion._elapsed_ms = _ELAPSED[self.safety._verb][1][motion._elapsed_ms]
             else:
                 words[_WORDS[name]] = HIGHEST[name][state[_AT[name]]]
@@ -236,7 +254,8 @@ class Core:
 
     def read(self) -> State:
         """The abstraction of what the objects are now."""
-        safety, motion = self.safety.values(), _motion_values(self.motion)
+        safety = self.safety.values()
+        motion = (*_motion_values(self.motion), *_auto_values(self.safety.auto))
         found = self._known.get((safety, motion))
         if found is None:
             found = self._known[safety, motion] = self._abstracted(safety, motion)
@@ -267,6 +286,10 @@ def _renamed(values: list[Any], motion: list[Any]) -> State:
     if not running or values[_AT["_verb"]] != codes.DRIVE:
         values[_AT["_straight"]] = False  # only a drive that goes on reads it
         motion[3] = False  # nor this
+    for at, name in enumerate(AUTO_FIELDS, len(MOTION_FIELDS)):
+        # Only an auto motion that goes on reads them.
+        on = running and values[_AT["_mode"]] == codes.AUTO
+        motion[at] = _AUTO[name][0][motion[at]] if on else 0
     if motion[0] and motion[0] == running:
         motion[0] = values[_AT["edge"]]
     elif motion[0]:
@@ -301,6 +324,13 @@ def can_pass(state: State, name: str) -> bool:
     """Whether a counter is not at the end of its class yet."""
     low = state[_AT[name]]
     return HIGHEST[name][low] not in (low, _TOP)
+
+
+@functools.lru_cache(maxsize=4)
+def auto_passable(state: State) -> tuple[str, ...]:
+    """The numbers of an auto motion that are not at the end of their class yet."""
+    values = zip(AUTO_FIELDS, state[_AUTO_AT:], strict=True)
+    return tuple(name for name, low in values if _AUTO[name][1][low] not in (low, _TOP))
 
 
 @functools.lru_cache(maxsize=4)

@@ -10,6 +10,8 @@ from gazeboard.core.motion import Motion
 from gazeboard.core.safety import Safety
 from gazeboard.core.tick import Tick
 
+AUTO_CAP = 400  # permille, of an auto motion
+
 
 @dataclass
 class Facts:
@@ -25,6 +27,7 @@ class Facts:
     reset: bool
     stopped: bool
     new_session: bool
+    presses: int = 0  # by anyone, with this tick
     verified: bool = True
     raised: bool = False
     stepped: bool = True
@@ -45,6 +48,7 @@ class Around:
     agreed = sluggish = owes = False
     arcs = None
     caps = (1000, 1000, 1000, 1000)  # what obstacles permit beside the blocked bits only reduces
+    auto_caps = (AUTO_CAP,) * 4
 
     facts: Facts
     strikes: Callable[[str], bool]
@@ -66,6 +70,23 @@ class Around:
     def step(self, i: Any, *_of_the_tick: Any) -> None:
         """What obstacles block; the profile check decides nothing."""
         self.blocked = i.clearance_blocked
+
+    def auto_blocked(self, i: Any) -> Any:
+        """For an auto motion, what no lidar sees, too."""
+        return Both(i.clearance_blocked, i.clearance_unseen)
+
+
+class Both:
+    """Bits that are set when either's are."""
+
+    def __init__(self, one: Any, other: Any) -> None:
+        self._either = one, other
+
+    def __and__(self, mask: int) -> Any:
+        if mask == 15:
+            return self
+        one, other = self._either
+        return one & mask | other & mask
 
 
 class _Obedience:

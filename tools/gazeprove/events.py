@@ -50,6 +50,9 @@ def tick(
         stopped=strikes("stop"),
         new_session=strikes("session") or abstract.get(state, "_session_count") == 0,
     )
+    auto = "auto" in causes and before == codes.ARMED  # before that, it is nothing
+    facts.presses = pick(3) if auto else 0
+    watched = auto and pick(2) == 1
     commanded = pick(2) == 1
     settled = before == codes.DISARMED or facts.new_session
     passing = (  # in the order of PASSING
@@ -66,10 +69,12 @@ def tick(
         not commanded,
         settled,
         settled,
+        not watched,
     )
     passed = [name for at, name in abstract.passable(state) if passing[at] and pick(2)]
     if abstract.step_can_pass(state) and pick(2):
         passed.append("_elapsed_ms")
+    passed += [name for name in abstract.auto_passable(state) if pick(2)]
     core.load(state, tuple(passed))
     was.update(core.safety.fields())
     running, spent = core.safety.edge, core.safety.spent_edge
@@ -93,6 +98,8 @@ def tick(
         disarm_count=1 if disarm else 0,
         arm_count=arms,
         reset_count=1 if reset else 0,
+        press_count=facts.presses,
+        supervision_count=1 if watched else 0,
     )
     raised = pick(3) if "exception" in causes else 0
     facts.raised = raised > 0
@@ -145,14 +152,14 @@ def _reveal(safety: abstract.Named, before: int, choices: Choices) -> None:
 
 
 def _all_well(read: dict[str, Any]) -> bool:
-    blocked = read.get("clearance_blocked")
+    seen = (read.get("clearance_blocked"), read.get("clearance_unseen"))
     return (
         not read.get("tilted", False)
         and not read.get("service_faults", 0)
         and read.get("calibrated", True)
         and not read.get("heading_faults", 0)
         and read.get("clearance_source", codes.REAL) == codes.REAL
-        and (blocked is None or not any(blocked.known.values()))
+        and not any(bits is not None and any(bits.known.values()) for bits in seen)
     )
 
 
@@ -165,8 +172,12 @@ def first_state(scope: Scope) -> tuple[Core, LazyInputs, Choices, State]:
     settings.step_forward_ms = abstract.STEP_MS
     settings.step_turn_limit_ms = abstract.TURN_LIMIT_MS
     choices = Choices()
+    settings.auto_limit_s = abstract.AUTO_LIMIT_S
+    settings.supervision_ms = abstract.SUPERVISION_MS
+    safety = abstract.Named(scope.simulated, scope.relay_fitted, scope.boot_faults)
+    safety.auto.configure(settings)
     core = Core(
-        abstract.Named(scope.simulated, scope.relay_fitted, scope.boot_faults),
+        safety,
         Motion(settings, AnyTurn(choices)),
         Around(),
         "relay" not in scope.causes and scope.relay_fitted,

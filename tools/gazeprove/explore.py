@@ -97,7 +97,7 @@ def _leading_to(goals: set[int], back: dict[int, set[int]]) -> set[int]:
 
 def describe(state: State) -> str:
     """A state in words: the fields that are not 0."""
-    names = (*FIELDS, *(f"motion.{name}" for name in abstract.MOTION_FIELDS))
+    names = (*FIELDS, *(f"motion.{name}" for name in abstract.MOTION_FIELDS), *abstract.AUTO_FIELDS)
     return " ".join(f"{n}={v:d}" for n, v in zip(names, state, strict=True) if v)
 
 

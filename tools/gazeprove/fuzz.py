@@ -38,11 +38,14 @@ class Outcome:
         return f"life {self.seed}, {' '.join(self.episodes)}, tick {self.ticks}: {self.broken}"
 
 
-def live(seed: int, kept: frozenset[int] | None = None, log: bool = False) -> Outcome:
-    """One life from its seed; `kept` leaves out all other episodes."""
+def live(
+    seed: int, kept: frozenset[int] | None = None, log: bool = False, only: str = ""
+) -> Outcome:
+    """One life from its seed; `kept` leaves out all other episodes, `only` all of other names."""
     outcome = Outcome(seed)
-    weights = [weight for weight, _ in EPISODES]
-    drawn = random.Random(seed ^ 0x5EED).choices(EPISODES, weights, k=EPISODES_PER_LIFE)
+    table = [(weight, one) for weight, one in EPISODES if only in ("", one.__name__)]
+    weights = [weight for weight, _ in table]
+    drawn = random.Random(seed ^ 0x5EED).choices(table, weights, k=EPISODES_PER_LIFE)
     place = str(_SHARED) if _SHARED.is_dir() else None
     with tempfile.TemporaryDirectory(prefix="gazefuzz-", dir=place) as folder:
         life = Life(seed, folder, log)
@@ -76,11 +79,11 @@ def fuzz(ticks: int, first: int, processes: int) -> Iterator[Outcome]:
                 return
 
 
-def first_breach(ticks: int, first: int) -> tuple[Outcome | None, int]:
+def first_breach(ticks: int, first: int, only: str = "") -> tuple[Outcome | None, int]:
     """The first life that breaks a promise, if any, and how many ticks it took to find it."""
     used = 0
     for seed in itertools.count(first):
-        outcome = live(seed)
+        outcome = live(seed, only=only)
         used += outcome.ticks
         if outcome.broken:
             return outcome, used
@@ -105,6 +108,7 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m gazeprove.fuzz", description=__doc__)
     parser.add_argument("--seed", type=int, default=1, help="of the first life")
     parser.add_argument("--ticks", type=int, default=200_000, help="until so many were run")
+    parser.add_argument("--only", default="", help="no other episode than this")
     parser.add_argument("--replay", action="store_true", help="only this life, shrunk, in words")
     options = parser.parse_args(arguments)
     if options.replay:
@@ -114,7 +118,7 @@ def main(arguments: list[str]) -> int:
             print("\n".join(outcome.story))
         print(outcome)
         return 1 if outcome.broken else 0
-    found, used = first_breach(options.ticks, options.seed)
+    found, used = first_breach(options.ticks, options.seed, options.only)
     print(f"{found} after {used} ticks" if found else f"nothing in {used} ticks")
     return 1 if found else 0
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from gazelink import codes, frame, messages
+from gazeprove import fuzz_auto as auto
 from gazeprove import fuzz_spoilt as spoilt
 from gazeprove.fuzz_life import Life, Script
 
@@ -336,6 +337,7 @@ def deaf_host(life: Life) -> Script:
 EPISODES: tuple[tuple[int, Callable[[Life], Script]], ...] = (
     (6, presses),
     (2, long_press),
+    (8, auto.auto),
     (4, lapse),
     (4, silence),
     (3, spoilt.stalled_service),

@@ -15,6 +15,7 @@ from gazeprove.fuzz_host import Sent
 from gazeprove.fuzz_rules import Rules
 
 MS = 1000
+_STORED_TICKS = 10  # a slice of the service loop, and the flash
 _DISTANCES = ("forward_mm", "backward_mm", "left_q4_deg", "right_q4_deg")
 _MOVES = frozenset((codes.FORWARD, codes.BACKWARD, codes.LEFT, codes.RIGHT, codes.DRIVE))
 
@@ -48,6 +49,8 @@ class Facts:
         self.rules = Rules()
         self.latched: set[str] = set()
         self.emergency_kept = True  # what the board stored of it is still there
+        self.tick_count = 0
+        self.emergency_stored_at = 0  # a reset before that tick may come before it was stored
         self.stats: dict[str, int] = {}
         self.past: dict[int, Output] = {}  # the last ticks by number
         self.boot()
@@ -55,9 +58,11 @@ class Facts:
     def boot(self) -> None:
         """The board has just come up: nothing of before counts."""
         now = self.world.now_us
+        stored = self.emergency_kept and self.tick_count >= self.emergency_stored_at
+        self.emergency_stored_at = 0
         self.tick_count = 0
         self.emergency_at = 50  # one that is known from before is reported by then
-        self.latched = {"P11"} & self.latched if self.emergency_kept else set()
+        self.latched = {"P11"} & self.latched if stored else set()
         self.rules.boot()
         self.last_tick_us = now
         self.slow_us = -(1 << 60)  # when ticks last came at another pace than 1 ms
@@ -97,7 +102,12 @@ class Facts:
         self.source = -1
         self.blocked_at = [-1] * 4
         self.arcs_at = -1  # since then no way of both axes at once is free
+        self.unseen_at = [-1] * 4
+        self.arcs_unseen_at = -1  # since then both axes at once enter what no lidar sees
         self.bypass_us = -1  # since when it is held
+        self.bypass_number = -1
+        self.watched = (0, -(1 << 60))  # the press that somebody watches, and when that was seen
+        self.waits_us = -1  # since when an obstacle overrules an auto motion
         self.bypass_until_us = -(1 << 60)
         self.asked_us = -(1 << 60)
         self.step = (0, 0)  # press, since when it moves
@@ -147,6 +157,10 @@ class Facts:
             self._on_clearance(sent)
         elif sent.message is messages.BYPASS and fresh:
             self._on_bypass(sent)
+        elif sent.message is messages.SUPERVISION and fresh:
+            if sent.fields["owner"] in (codes.DRIVER, codes.CARETAKER):
+                seen_us = sent.born_us - sent.fields["age_ms"] * MS
+                self.watched = (sent.fields["edge"], seen_us)
         elif sent.message is messages.SETTING:
             self.rules.asked_for(sent.fields)
 
@@ -162,6 +176,7 @@ class Facts:
             return
         if not fresh or not _possible(fields):
             return
+        self._pressed(sent.press)
         if self.enabled_at < 0:
             self.dead.add(sent.press)  # pressed before it was armed
         if fields["ttl_ms"] > 0:
@@ -172,6 +187,13 @@ class Facts:
         if old is not None and old.press == sent.press and not _same_press(old, sent):
             self.dead.add(sent.press)
         self.commands[fields["owner"]] = sent
+
+    def _pressed(self, press: int) -> None:
+        """Any press ends an auto motion (P20)."""
+        for command in self.commands.values():
+            if command.fields["mode"] == codes.AUTO and command.press != press:
+                self.dead.add(command.press)
+                self.count("P20")
 
     def _on_order(self, fields: dict[str, int], fresh: bool) -> None:
         action, owner, number = fields["action"], fields["owner"], fields["number"]
@@ -210,6 +232,7 @@ class Facts:
         if "P11" not in self.latched:
             self.latched.add("P11")
             self.emergency_at = self.tick_count
+            self.emergency_stored_at = self.tick_count + _STORED_TICKS
 
     def reset(self) -> None:
         """Somebody who may has reset the faults."""
@@ -230,6 +253,14 @@ class Facts:
                 self.blocked_at[way] = -1
             elif self.blocked_at[way] < 0:
                 self.blocked_at[way] = self.tick_count
+            if not fields["unseen"] >> way & 1:
+                self.unseen_at[way] = -1
+            elif self.unseen_at[way] < 0:
+                self.unseen_at[way] = self.tick_count
+        if fields["arc_views"] >> 4 != 15:
+            self.arcs_unseen_at = -1
+        elif self.arcs_unseen_at < 0:
+            self.arcs_unseen_at = self.tick_count
         if any(fields["arcs"]) and fields["arc_views"] & 15 != 15:
             self.arcs_at = -1
         elif self.arcs_at < 0:
@@ -237,8 +268,14 @@ class Facts:
 
     def _on_bypass(self, sent: Sent) -> None:
         now = self.world.now_us
-        if now - self.bypass_until_us > 5_000_000:
-            self.bypass_us = now  # other numbers in between make no new time
+        if sent.fields["number"] != self.bypass_number:
+            self.bypass_number = sent.fields["number"]
+            self._pressed(0)
+        # Other numbers in between make no new time; a short bypass takes a short pause. The board's
+        # own may have begun before this one's does: it was not pressed while it was not armed.
+        pause_us = max(900_000, (self.bypass_until_us - self.bypass_us) // 2 - 400_000)
+        if now - self.bypass_until_us > min(5_000_000, pause_us):
+            self.bypass_us = now
         self.bypass_until_us = sent.born_us + min(300, sent.fields["ttl_ms"]) * MS
 
     # -- what follows
@@ -266,7 +303,7 @@ class Facts:
 def _possible(fields: dict[str, int]) -> bool:
     return (
         fields["verb"] in _MOVES
-        and fields["mode"] <= codes.TUNE
+        and fields["mode"] <= codes.AUTO
         and fields["edge"] != 0
         and abs(fields["linear_permille"]) <= 1000
         and abs(fields["turn_permille"]) <= 1000

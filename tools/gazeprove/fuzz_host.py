@@ -105,6 +105,7 @@ class Host:
         self._due = [0, 0, 0, 0]
         self.held = Held()
         self.says_command = True
+        self.watched_us = -1  # when somebody was last seen to watch; -1: now
         self.view: View | None = View()
         self.bypass = 0
         self._order: dict[str, int] | None = None
@@ -200,6 +201,9 @@ class Host:
         """The held press as it stands now."""
         held = self.held
         now = self._world.now_us
+        if held.mode == codes.AUTO:
+            age_ms = 0 if self.watched_us < 0 else min(65535, (now - self.watched_us) // 1000)
+            self.send(messages.SUPERVISION, edge=held.edge, owner=codes.DRIVER, age_ms=age_ms)
         if held.refreshed:
             held.until_us = now + held.ttl_ms * 1000
         self.send_command(held, max(0, held.until_us - now) // 1000)

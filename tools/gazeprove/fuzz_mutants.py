@@ -25,6 +25,8 @@ _LINK = "firmware/gazeboard/io/link.py"
 _INCOMING = "firmware/gazeboard/io/incoming.py"
 _APP = "firmware/gazeboard/app.py"
 _MOTION = "firmware/gazeboard/core/motion.py"
+_AUTO = "firmware/gazeboard/core/auto.py"
+_OBSTACLES = "firmware/gazeboard/core/obstacles.py"
 
 
 @dataclass(frozen=True)
@@ -35,9 +37,56 @@ class Planted:
     file: str
     old: str
     new: str
+    only: str = ""
+    """The only episode of its lives: for what seldom comes about; "" for all."""
 
 
 PLANTED = (
+    Planted(
+        "supervision not counted down",
+        _AGES,
+        "supervised_ms -= 1",
+        "supervised_ms -= 0",
+        "auto",
+    ),
+    Planted(
+        "supervision of any press",
+        _AUTO,
+        " or i.supervision_edge != i.edge",
+        "",
+    ),
+    Planted(
+        "a planner's value lives like a person's",
+        _LIMITS,
+        "AUTO_TTL_MS = const(150)",
+        "AUTO_TTL_MS = const(300)",
+        "auto",
+    ),
+    Planted(
+        "auto as fast as a person",
+        _OBSTACLES,
+        "self.auto_caps[at] = most if most < cap else cap",
+        "self.auto_caps[at] = cap",
+    ),
+    Planted(
+        "overruled for ever",
+        _AUTO,
+        "_OVERRULED_MS = const(10000)",
+        "_OVERRULED_MS = const(1 << 29)",
+        "auto",
+    ),
+    Planted(
+        "auto where no lidar sees",
+        _OBSTACLES,
+        "| i.clearance_unseen & _ALL_BLOCKED",
+        "",
+    ),
+    Planted(
+        "auto goes on after a bypass press",
+        _INCOMING,
+        "if buf[_BYPASS_NUMBER] != back.bypass_number:",
+        "if False:",
+    ),
     Planted("time to live not counted", _AGES, "ttl_ms -= 1", "ttl_ms -= 0"),
     Planted(
         "sequence not checked",
@@ -60,10 +109,15 @@ PLANTED = (
     Planted(
         "stale order accepted",
         _INCOMING,
-        "elif age_ms > limits.FRAME_STALE_MS:\n            self.late",
-        "elif False:\n            self.late",
+        "elif age_ms > limits.FRAME_STALE_MS:\n            self.late()\n        elif (action",
+        "elif False:\n            self.late()\n        elif (action",
     ),
-    Planted("output not limited", _MOTION, "self._limit(i, verb, blocked, caps, arcs)\n", "pass\n"),
+    Planted(
+        "output not limited",
+        _MOTION,
+        "            self._limit(i, verb, blocked, caps, arcs)\n        if faults",
+        "            pass\n        if faults",
+    ),
     Planted(
         "host silent later", _LIMITS, "HOST_SILENT_MS = const(100)", "HOST_SILENT_MS = const(140)"
     ),
@@ -181,8 +235,9 @@ def find(planted: Planted, ticks: int, seed: int) -> Found:
     with tempfile.TemporaryDirectory(prefix="gazefuzz-") as folder:
         env = source_environment()
         env["PYTHONPATH"] = os.pathsep.join((*plant(planted, Path(folder)), env["PYTHONPATH"]))
+        words = [sys.executable, "-m", "gazeprove.fuzz", "--seed", str(seed), "--ticks", str(ticks)]
         done = subprocess.run(
-            [sys.executable, "-m", "gazeprove.fuzz", "--seed", str(seed), "--ticks", str(ticks)],
+            [*words, "--only", planted.only],
             env=env,
             capture_output=True,
             text=True,

@@ -8,7 +8,8 @@ of the world's clock; `tick` counts ticks since the board's boot.
 from __future__ import annotations
 
 from gazelink import codes
-from gazeprove.fuzz_facts import MS, Facts, Output, Violation
+from gazeprove.fuzz_auto_facts import AutoFacts
+from gazeprove.fuzz_facts import MS, Output, Violation
 from gazeprove.fuzz_host import Sent
 
 _FORWARD, _BACKWARD, _LEFT, _RIGHT = range(4)
@@ -22,7 +23,7 @@ _SPAN = 84
 _EXPLAINED = frozenset(("P5", "P6", "P7", "P16"))  # the reason is sent back
 
 
-class Oracle(Facts):
+class Oracle(AutoFacts):
     """Judges each tick. Raises Violation."""
 
     # -- what came out -------------------------------------------------------------------------
@@ -219,6 +220,8 @@ class Oracle(Facts):
             return
         press = command.press
         cause = self._cause(command, now, at, linear, turn)
+        if moving or not cause:
+            self.waits_us = -1
         if moving:
             if cause:
                 raise Violation(cause.partition(":")[0], cause)
@@ -226,9 +229,13 @@ class Oracle(Facts):
                 raise Violation("P14", f"press {press} moves again")
             self._judge_size(command.fields, linear, turn, now)
             self.count("moving")
+            if command.fields["mode"] == codes.AUTO:
+                self.count("auto")
             if self.step[0] != press:
                 self.step = (press, now)
                 self.count(codes.VERBS[command.fields["verb"]])
+        elif cause and self._waits(command, cause, now):
+            self.count(cause.partition(":")[0])
         elif cause and press not in self.dead:
             promise = cause.partition(":")[0]
             if self.step[0] == press:
@@ -254,17 +261,20 @@ class Oracle(Facts):
         stepping = mode == codes.STEP and verb != codes.DRIVE
         moved = self.step[0] == command.press
         if not stepping or not moved:
-            lives_us = min(300, fields["ttl_ms"]) * MS
+            longest = 150 if mode == codes.AUTO else 300
+            lives_us = min(longest, fields["ttl_ms"]) * MS
             if now - command.born_us > self._stretch(lives_us, now):
-                return "P3: the command is older than its time to live"
+                promise = "P17" if mode == codes.AUTO else "P3"
+                return f"{promise}: the command is older than its time to live"
+        if mode == codes.AUTO:
+            cause = self._auto_ends(command, moved, now)
+            if cause:
+                return cause
         if moved and mode != codes.CONTINUOUS and verb != codes.DRIVE:
             limit_ms = self._limit_ms(verb, mode, fields)
             if now - self.step[1] > self.late(limit_ms + 1, now):
                 return f"P4: longer than {limit_ms} ms"
-        return self._on_the_way(verb, now, at, linear, turn)
-
-    def _stretch(self, us: int, now: int) -> int:
-        return us if now - self.slow_us > 2_000_000 else us * 105 // 100 + self.period_us
+        return self._on_the_way(fields, now, at, linear, turn)
 
     def _limit_ms(self, verb: int, mode: int, fields: dict[str, int]) -> int:
         if mode == codes.TUNE:
@@ -273,22 +283,30 @@ class Oracle(Facts):
             return self.rules.step_forward_ms
         return self.rules.step_turn_limit_ms
 
-    def _on_the_way(self, verb: int, now: int, at: int, linear: int, turn: int) -> str:
+    def _on_the_way(self, fields: dict[str, int], now: int, at: int, linear: int, turn: int) -> str:
+        verb, auto = fields["verb"], fields["mode"] == codes.AUTO
+        bypassed = not auto and self._bypassed(now)
+        turns = verb in (codes.LEFT, codes.RIGHT) or turn != 0
         ways = [_WAY_OF[verb]] if verb in _WAY_OF and not (linear or turn) else []
+        if auto and not (linear or turn):  # it waits, for what it asks
+            linear, turn = fields["linear_permille"], fields["turn_permille"]
         if linear:
             ways.append(_FORWARD if linear > 0 else _BACKWARD)
         if turn and verb not in (codes.FORWARD, codes.BACKWARD) and not linear:
             ways.append(_LEFT if turn > 0 else _RIGHT)
         if linear and turn and verb == codes.DRIVE:
             ways = []
-            if 0 <= self.arcs_at <= at - 2 and not self._bypassed(now):
+            if 0 <= self.arcs_at <= at - 2 and not bypassed:
                 return "P5: no way of both axes at once"
+            if auto and 0 <= self.arcs_unseen_at <= at - 2:
+                return "P19: both axes where no lidar sees"
         for way in ways:
             since = self.blocked_at[way]
-            if since >= 0 and at >= since + 2 and not self._bypassed(now):
+            if auto and 0 <= self.unseen_at[way] <= at - 2:
+                return f"P19: {codes.DIRECTIONS[way]} where no lidar sees"
+            if since >= 0 and at >= since + 2 and not bypassed:
                 return f"P5: {codes.DIRECTIONS[way]} blocked"
-        turns = verb in (codes.LEFT, codes.RIGHT)
-        if (turns or turn) and self._no_heading(now):
+        if turns and self._no_heading(now):
             return "P7: no heading"
         return ""
 
@@ -340,6 +358,12 @@ class Oracle(Facts):
             most_turn = rules.hold_permille
         elif verb == codes.BACKWARD or straight:
             most_turn = 0
+        if mode == codes.AUTO:
+            caps = rules.auto_permille
+            along = caps[_FORWARD if linear > 0 else _BACKWARD]
+            aside = caps[_LEFT if turn > 0 else _RIGHT]
+            if abs(linear) > _counts(along) or abs(turn) > _counts(aside):
+                raise Violation("P19", f"auto moves {linear} {turn}, above its own speed")
         if abs(linear) > _counts(min(cap, rules.linear_permille)):
             raise Violation("P4", f"linear {linear} beyond what settings and command allow")
         if abs(turn) > _counts(min(cap, most_turn)):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from gazelink import codes
-from gazelink.settings_table import NAMES, TABLE
+from gazelink.settings_table import NAMES, TABLE, profile_row
 
 _DEFAULTS = {name: default for name, default, _, _ in TABLE}
 _NEUTRAL = ("neutral_linear_count", "neutral_turn_count")
@@ -23,6 +23,10 @@ class Rules:
     step_turn_limit_ms: int
     stop_margin_mm: int
     stop_margin_q4_deg: int
+    supervision_ms: int
+    auto_limit_s: int
+    profile: int
+    auto_permille: tuple[int, int, int, int]  # at most, however well the chair is known
 
     def __init__(self) -> None:
         self._stored: dict[str, int] = dict(_DEFAULTS)
@@ -89,4 +93,13 @@ class Rules:
         self.stop_margin_mm = values["stop_margin_mm"]
         self.stop_margin_q4_deg = values["stop_margin_q4_deg"]
         self.tilt_limit_deg = values["tilt_limit_q4_deg"] / 16
+        self.supervision_ms = values["supervision_ms"]
+        self.auto_limit_s = values["auto_limit_s"]
+        self.profile = values["profile"]
+        mm_s = values["auto_mm_s"]
+        most = (mm_s, mm_s, mm_s * 917 // 750, mm_s * 917 // 750)  # the turn's at 0.75 m
+        rows = ("forward_mm_s", "backward_mm_s", "left_q4_dps", "right_q4_dps")
+        full = [values[profile_row(self.profile, row)] for row in rows]
+        permille = [min(1000, m * 1000 // f) for m, f in zip(most, full, strict=True)]
+        self.auto_permille = (permille[0], permille[1], permille[2], permille[3])
         self.relay_fitted = values["relay_fitted"] == 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from gazeboard.core import limits
 from gazelink import codes
 
 # What can go wrong, one by one. The others stay well in a scope that does not name them.
@@ -27,13 +28,21 @@ CAUSES = (
     "exception",
     "stop",
     "session",
+    "auto",
 )
 _FEW_VERBS = (codes.STOP, codes.FORWARD, codes.LEFT)
 _ALL_VERBS = (*range(len(codes.VERBS)), len(codes.VERBS))  # and one that does not exist
 
 
 # Inputs whose values depend on more than the scope; what the others may be is kept for each scope.
-_EACH_TIME = ("mode", "edge", "stop_edge", "clearance_blocked")
+_EACH_TIME = (
+    "mode",
+    "edge",
+    "stop_edge",
+    "clearance_blocked",
+    "clearance_unseen",
+    "supervision_edge",
+)
 
 
 @dataclass(frozen=True)
@@ -90,6 +99,9 @@ class Blocked:
     def __and__(self, mask: int) -> Any:
         if mask == 15:
             return self
+        lowest = mask & -mask
+        if lowest != mask:
+            return (self & lowest) | (self & (mask - lowest))
         if mask not in self.known:
             self.known[mask] = mask * self._choices.pick(2)
         return self.known[mask]
@@ -118,8 +130,12 @@ class LazyInputs:
     def _values(self, name: str) -> tuple[Any, ...]:
         causes, full = self._scope.causes, self._scope.all_commands
         if name == "verb":
-            return _ALL_VERBS if full else _FEW_VERBS
+            if full:
+                return _ALL_VERBS
+            return (*_FEW_VERBS, codes.DRIVE) if "auto" in causes else _FEW_VERBS
         if name == "mode":
+            if "auto" in causes and self.verb in (codes.FORWARD, codes.DRIVE):
+                return (codes.CONTINUOUS, codes.AUTO)
             if not full:
                 return (codes.CONTINUOUS if self.verb == codes.FORWARD else codes.STEP,)
             return (codes.STEP, codes.CONTINUOUS)
@@ -129,8 +145,12 @@ class LazyInputs:
             return (codes.NOBODY, codes.DRIVER, codes.CARETAKER) if full else (codes.DRIVER,)
         if name in ("linear_permille", "turn_permille"):
             return (-1000, 0, 1000)
-        if name == "clearance_blocked":
+        if name in ("clearance_blocked", "clearance_unseen"):
             return (Blocked(self._choices),)
+        if name == "supervision_edge":
+            return self._presses
+        if name == "supervision_age_ms":
+            return (0, limits.AGE_MAX_MS)
         if name == "clearance_source":
             return (codes.REAL, codes.SIMULATED) if "source" in causes else (codes.REAL,)
         if name == "clearance_age_ms":

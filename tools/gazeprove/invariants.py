@@ -10,6 +10,7 @@ from collections.abc import Callable
 from gazelink import codes
 from gazeprove import abstract
 from gazeprove.inputs import Blocked
+from gazeprove.invariants_auto import AUTO_INVARIANTS
 from gazeprove.seen import After, bits
 
 _HEADING = bits(codes.HEADING_FROZEN, codes.HEADING_BUS, codes.HEADING_RESET, codes.HEADING_JUMP)
@@ -375,4 +376,5 @@ INVARIANTS: tuple[Callable[[After], bool], ...] = (
     a_chair_that_disobeys_is_disarmed,
     writes_that_often_fail_disarm,
     no_contact_moves_where_none_is_fitted,
+    *AUTO_INVARIANTS,
 )

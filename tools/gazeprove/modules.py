@@ -13,6 +13,8 @@ TESTS = ROOT / "tests" / "firmware"
 _CORE = (
     "tick",
     "safety",
+    "auto",
+    "directions",
     "ages",
     "motion",
     "obstacles",

@@ -19,8 +19,9 @@ _PLANTED_TICKS = 600_000
 _FUZZED = (
     "armings",
     "moving",
+    "auto",
     *codes.VERBS[1:],
-    *(f"P{number}" for number in (2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 14, 16)),
+    *(f"P{number}" for number in (2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 14, 16, 17, 18, 19, 20)),
 )
 
 

@@ -88,7 +88,8 @@ PROMISES = (
     Promise(
         "P14",
         "After any of P2 to P11, or a reconnect in any order",
-        "motion needs a new press; after disarming, arming again",
+        "motion needs a new press; after disarming, arming again (an obstacle's override of an"
+        " auto motion: P20)",
         "-",
     ),
     Promise("P15", "USB or board power pulled", "the relay opens; on return P1", "20 ms (relay)"),
@@ -98,6 +99,32 @@ PROMISES = (
         "neutral, with the reason; with a dead sensor: creep for at most 5 s in all, from ground"
         " last measured as level, then neutral with the reason",
         "100 ms",
+    ),
+    Promise(
+        "P17",
+        "Auto: no newer value of its planner",
+        "neutral, new press; a value counts from its birth",
+        "150 ms",
+    ),
+    Promise(
+        "P18",
+        "Auto: supervision older than its setting (0.5 to 10 s)",
+        "neutral, new press; counted down on the board",
+        "setting + 1 tick",
+    ),
+    Promise(
+        "P19",
+        "Auto: into an arc or direction that no lidar sees, by a bypass, or faster than its own"
+        " speed",
+        "never; the obstacle rule applies unchanged",
+        "2 ms",
+    ),
+    Promise(
+        "P20",
+        "Auto: any press, Stop, a bypass, a take-over; overruled by an obstacle for 10 s; its"
+        " limit of time",
+        "ends, new press; overruled for less than that, it stands and goes on by itself",
+        "1 tick",
     ),
     Promise(
         "P21",
@@ -173,5 +200,8 @@ NOT_COVERED = """\
   CRC includes a nonce of the board (32 bits from its random number generator, for each session) and
   the round. That protects against old frames, not against forgery: a CRC is not a signature, and
   another session fits by chance once in 4 billion.
+- An auto motion's speed is that of driving straight, or of the outermost point of a turn on the
+  spot; in a curve each axis has that limit by itself. Supervision proves that somebody was there,
+  not that they saw: it is no substitute for the obstacle rule.
 - Anyone who can write to the board's USB port can begin a new session. That disarms; driving
   needs arming and a new press."""

@@ -45,6 +45,11 @@ class After(NamedTuple):
         return self.facts.stepped and (by_order or self.core.safety._button_ms == 3000)
 
     @property
+    def auto(self) -> bool:
+        """It moves, and nobody holds it."""
+        return self.moving and self.read.get("mode") == codes.AUTO
+
+    @property
     def handed_over(self) -> bool:
         """Somebody else owns the chair than before this tick, or did in between."""
         s = self.core.safety

@@ -48,6 +48,7 @@ class Walk:
         self._trouble: dict[str, int] = {}  # ticks left of each cause
         self._next_trouble = 900
         self._hold_ms = 0
+        self._watches = True
         self.found = Walked()
 
     def _built(self) -> Core:
@@ -145,7 +146,9 @@ class Walk:
             if self._scope.all_commands and roll.random() < 0.3:
                 self._order(roll.choice((codes.DISARM, codes.ARM, codes.RESET_FAULTS)), facts)
         elif roll.random() < (0.03 if safety.state == codes.ARMED else 0.002):
-            self._press()
+            self._press(facts)
+        if "auto" in self._scope.causes and safety.state == codes.ARMED:
+            self._watch(facts)
 
     def _order(self, action: int, facts: Facts) -> None:
         i = self._i
@@ -161,7 +164,23 @@ class Walk:
             caretaker = self._scope.all_commands and self._random.random() < 0.2
             i.arm_owner = codes.CARETAKER if caretaker else codes.DRIVER
 
-    def _press(self) -> None:
+    def _watch(self, facts: Facts) -> None:
+        """Somebody supervises, mostly; and there are presses that are no command."""
+        roll, i = self._random, self._i
+        if roll.random() < 0.002:
+            self._pressed(facts)
+        if roll.random() < (0.05 if self._watches else 0.0002):
+            i.supervision_edge = i.edge if roll.random() < 0.99 else roll.randrange(256)
+            i.supervision_age_ms = roll.choice((0, 0, 0, 100, 2000))
+            i.supervision_count = (i.supervision_count + 1) & 0xFFFF
+        if roll.random() < 0.0005:
+            self._watches = not self._watches
+
+    def _pressed(self, facts: Facts) -> None:
+        self._i.press_count = (self._i.press_count + 1) & 0xFFFF
+        facts.presses += 1
+
+    def _press(self, facts: Facts) -> None:
         roll, i, safety = self._random, self._i, self._core.safety
         full = self._scope.all_commands
         i.verb = roll.randrange(7) if full else roll.choice((codes.FORWARD, codes.LEFT))
@@ -173,6 +192,14 @@ class Walk:
             i.turn_permille = roll.choice((-1000, 0, 1000))
         else:
             i.owner = codes.DRIVER
+        if "auto" in self._scope.causes and roll.random() < 0.5:
+            i.verb = roll.choice((codes.DRIVE, codes.DRIVE, codes.DRIVE, codes.FORWARD))
+            i.mode = roll.choice((codes.AUTO, codes.AUTO, codes.CONTINUOUS))
+            i.owner = codes.DRIVER
+            i.linear_permille = roll.choice((-1000, 0, 1000))
+            i.turn_permille = roll.choice((-1000, 0, 1000))
+            i.clearance_unseen = roll.choice((0, 0, 0, roll.randrange(16)))
+        self._pressed(facts)
         newest = safety.edge or safety.spent_edge
         new = (newest + roll.randrange(120)) % 255 + 1
         i.edge = roll.choice((new, new, roll.randrange(256), safety.edge, safety.spent_edge, 0))
@@ -211,9 +238,12 @@ class Walk:
     def _seen(self, was: dict[str, Any], facts: Facts) -> After:
         read = dict(self._i.__dict__)
         blocked = Blocked(self._choices)
+        unseen = Blocked(self._choices)
         for bit in (1, 2, 4, 8):
             blocked.known[bit] = read["clearance_blocked"] & bit
+            unseen.known[bit] = read["clearance_unseen"] & bit
         read["clearance_blocked"] = blocked
+        read["clearance_unseen"] = unseen
         return After.of(was, self._core, read, facts, self._scope)
 
 

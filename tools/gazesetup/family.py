@@ -1,14 +1,17 @@
-"""Child processes that end with their parent, however it ends."""
+"""Child processes that end with their parent, however it ends; and those that come first."""
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
 import signal
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
 _PR_SET_PDEATHSIG = 1
+_FIRST = "-10"  # the nice value of a session's processes together, see sched(7)
 _libc = ctypes.CDLL(None) if sys.platform == "linux" else None
 
 
@@ -27,5 +30,19 @@ def dies_with_me(number: signal.Signals) -> Callable[[], None]:
         _libc.prctl(_PR_SET_PDEATHSIG, number)
         if os.getppid() != parent:  # it ended before the request took effect
             os.kill(os.getpid(), number)
+
+    return prepare
+
+
+def simulates_a_device(number: signal.Signals) -> Callable[[], None]:
+    """As dies_with_me, for the leader of a new session that stands for a device: it comes before
+    all else, for a real one has a processor of its own. Only on Linux, and only for root.
+    """
+    dies = dies_with_me(number)
+
+    def prepare() -> None:
+        dies()
+        with contextlib.suppress(OSError):
+            Path("/proc/self/autogroup").write_text(_FIRST)
 
     return prepare

@@ -14,7 +14,6 @@ import time
 from pathlib import Path
 
 from gazechair.service.flash import FlashError
-from gazesim import plans
 from gazesim.board_process import CPYTHON
 from gazesim.chair import PROFILES
 from gazesim.simulator import EMULATED, Simulator
@@ -32,15 +31,17 @@ def main() -> int:
     parser.add_argument(
         "--board", metavar="m7:FOLDER", help="an emulated Teensy instead of a virtual board"
     )
-    parser.add_argument("--room", choices=plans.names(), default="living")
+    parser.add_argument("--room", default="living", help="living, wall, open, flat, home-NUMBER")
     parser.add_argument("--profile", choices=tuple(PROFILES), default="3.1")
+    parser.add_argument("--lidars", type=int, choices=(1, 2), default=1)
     arguments = parser.parse_args()
     if arguments.board and not arguments.board.startswith(EMULATED):
         parser.error(f"--board {arguments.board}: must be {EMULATED} and the emulation's folder")
     interpreter = arguments.board or arguments.micropython
     sys.setswitchinterval(0.0005)  # the camera's thread must not delay the board's bytes
     try:
-        simulator = Simulator(arguments.dir, interpreter, arguments.room, arguments.profile)
+        what = arguments.room, arguments.profile, arguments.lidars
+        simulator = Simulator(arguments.dir, interpreter, *what)
     except (OSError, ValueError, FlashError) as error:
         print(f"gazesim: {error}", file=sys.stderr)
         return 2
@@ -75,6 +76,7 @@ def _run(simulator: Simulator) -> int:
         "ready": True,
         "board": str(simulator.cable.port.path),
         "lidar": str(simulator.lidar_port.path),
+        "lidar_2": str(simulator.lidar_ports[-1].path),
         "camera": simulator.camera.url,
         "control": str(simulator.control.path),
     }

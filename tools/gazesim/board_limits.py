@@ -5,6 +5,7 @@ from gazechair.board.state import BoardLimits
 
 LIMITS = BoardLimits(
     limits.COMMAND_TTL_MS,
+    limits.AUTO_TTL_MS,
     limits.CLEARANCE_OLD_MS,
     limits.WIPER_MIN,
     limits.WIPER_MAX,

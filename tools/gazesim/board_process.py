@@ -13,7 +13,7 @@ from typing import BinaryIO
 import gazeboard
 import gazelink
 from gazeboard.boards import bank_layout as layout
-from gazesetup.family import dies_with_me
+from gazesetup.family import simulates_a_device
 from gazesim.bank import Bank
 from gazesim.cable import Cable
 from gazesim.cabled_board import CabledBoard
@@ -52,5 +52,5 @@ class BoardProcess(CabledBoard):
             stderr=log,
             env=environment,
             start_new_session=True,  # Ctrl-C at the terminal is for the simulator
-            preexec_fn=dies_with_me(signal.SIGKILL),
+            preexec_fn=simulates_a_device(signal.SIGKILL),
         )

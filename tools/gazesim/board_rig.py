@@ -78,6 +78,7 @@ class Rig(Steps, SmallHost):
         self.views = 0
         self.distances = [FAR] * 4  # per direction: mm, mm, 1/16 degree, 1/16 degree
         self.bypass = 0  # number of the press that is held, 0: none
+        self.watched = False  # the press is supervised in each frame
         self.source = codes.REAL
         self.command = (codes.STOP, codes.STEP, 0, codes.DRIVER, 0, 0)
         self.hold = False  # the command's time-to-live is refreshed with each frame
@@ -162,6 +163,8 @@ class Rig(Steps, SmallHost):
             return
         verb, mode, edge, owner, linear, turn = self.command
         ttl = 300 if self.hold else 0
+        if self.watched:
+            self.send(messages.SUPERVISION, (edge, owner, 0))
         self.send(messages.COMMAND, (verb, mode, edge, owner, ttl, linear, turn, 1000, 0))
         if self.lidar_alive:
             self.see()
@@ -216,6 +219,11 @@ class Rig(Steps, SmallHost):
         edge = self.command[2] % 255 + 1
         self.command = (verb, mode, edge, codes.DRIVER, linear, turn)
         self.hold = True
+
+    # A press that nobody holds, supervised from now on.
+    def auto(self, linear=500, turn=0):
+        self.press(codes.DRIVE, codes.AUTO, linear, turn)
+        self.watched = True
 
     def release(self):
         self.command = (codes.STOP, 0, self.command[2], codes.DRIVER, 0, 0)

@@ -18,7 +18,7 @@ from gazesim.lockstep_link import LockstepLink
 from gazesim.lockstep_teensy import Teensy
 from gazesim.rooms import Room
 from gazesim.usb_line import UsbLine
-from gazesim.world import World
+from gazesim.world import ONE, Mount, World
 
 NEUTRAL = (WIPER_NEUTRAL, WIPER_NEUTRAL)
 _CLEARANCE_MS = 50
@@ -28,11 +28,16 @@ class ChairRig(Steps):
     """All but a host. Times are milliseconds of the board's own ticks."""
 
     def __init__(
-        self, room: str | Room = "open", profile: str = "3.1", seed: int = 1, start_us: int = 0
+        self,
+        room: str | Room = "open",
+        profile: str = "3.1",
+        seed: int = 1,
+        start_us: int = 0,
+        mounts: tuple[Mount, ...] = ONE,
     ) -> None:
         self.now_ms = 0
         self.bank = Bank.in_memory()
-        self.world = World(self.bank, room, profile, seed)
+        self.world = World(self.bank, room, profile, seed, mounts=mounts)
         self.cable = UsbLine()
         self.board = Teensy(self.bank, self.cable, start_us)
         self.scanned = b""  # what the lidar sent in the last step

@@ -84,6 +84,7 @@ class Core(Steps):
         self.turn = Turn()
         self.settings = Settings()
         self.safety = Safety(simulated, relay_fitted, boot_faults)
+        self.safety.auto.configure(self.settings)
         self.motion = Motion(self.settings, self.turn)
         self.obstacles = Obstacles(self.settings)
         self.watch = Watch()
@@ -101,6 +102,7 @@ class Core(Steps):
         self.contact = None
         self.trusted = False  # the chair turns as the selected profile says
         self.hold_ms = 0  # time to live that each tick's command brings; 0: no new command
+        self.watched = False  # the auto motion is supervised in each tick
         self.toggled = False
         self._on_ms = 0
         self._off_ms = OPENS_MS
@@ -125,6 +127,8 @@ class Core(Steps):
             i.heading_count = (i.heading_count + 1) & 0xFFFF
         if self.hold_ms:
             self.command(self.hold_ms)
+        if self.watched:
+            self.watch_on()
         self.watch.agreed = self.trusted
         self.clock.late = self.late
         tick = self._tick
@@ -148,8 +152,22 @@ class Core(Steps):
         i.mode = mode
         i.edge = i.edge % 255 + 1
         i.owner = codes.DRIVER
+        i.press_count = (i.press_count + 1) & 0xFFFF
         self.hold_ms = hold_ms
         self.command(ttl_ms)
+
+    # A new press that nobody holds: held on by its planner and supervised, from now on.
+    def auto(self, linear=500, turn=0, hold_ms=150):
+        self.i.linear_permille = linear
+        self.i.turn_permille = turn
+        self.press(codes.DRIVE, codes.AUTO, hold_ms, hold_ms)
+        self.watched = True
+
+    # Somebody has just been seen to watch the newest press.
+    def watch_on(self, age_ms=0):
+        self.i.supervision_edge = self.i.edge
+        self.i.supervision_age_ms = age_ms
+        self.i.supervision_count = (self.i.supervision_count + 1) & 0xFFFF
 
     # Nothing is in any way.
     def free(self):

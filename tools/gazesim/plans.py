@@ -1,10 +1,15 @@
-"""Plans of the available rooms, by name."""
+"""Plans of the available rooms, by name; `home-7` is the generated home of seed 7."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
+from gazesim import home_plans
+from gazesim.home_routes import Router
+from gazesim.homes import Home
 from gazesim.rooms import Door, Person, Room, box
+
+_HOME = "home-"
 
 
 def _rectangle(
@@ -64,16 +69,57 @@ def _living() -> Room:
     )
 
 
-_ROOMS: dict[str, Callable[[], Room]] = {"living": _living, "wall": _wall, "open": _open}
+FLAT_PLACES = {
+    "Keuken": ("kitchen", 5.9, 0.9, 90.0),
+    "Bank": ("sofa", 1.3, 1.2, 180.0),
+    "Raam": ("window", 1.6, -0.9, 0.0),
+}
+"""Of the flat, where the chair can stand: sign, x, y in metres, heading in degrees."""
+
+
+def _flat() -> Room:
+    """A living room and a kitchen with a wide opening between them; nobody walks there."""
+    wall = 0.1
+    solids = (
+        box(3.6, -1.55, wall, 1.9, 0.0, 2.5, "wall"),  # the opening is 1.3 m wide
+        box(3.6, 1.6, wall, 1.8, 0.0, 2.5, "wall"),
+        box(0.2, -2.1, 1.9, 0.75, 0.0, 0.8, "sofa"),
+        box(-1.25, 1.7, 0.45, 1.3, 0.0, 1.9, "cupboard"),
+        box(2.5, 2.25, 1.2, 0.45, 0.0, 0.8, "cupboard"),
+        box(5.8, 2.2, 2.2, 0.6, 0.0, 0.9, "wood"),  # the kitchen's counter
+        box(6.7, -0.6, 0.6, 1.4, 0.0, 1.8, "cupboard"),
+        box(4.4, -2.2, 1.0, 0.6, 0.0, 0.75, "wood"),
+    )
+    return Room("flat", _rectangle(-1.5, -2.5, 7.0, 2.5), solids, start=(0.6, 0.0, 0.0))
+
+
+_ROOMS: dict[str, Callable[[], Room]] = {
+    "living": _living,
+    "wall": _wall,
+    "open": _open,
+    "flat": _flat,
+}
 
 
 def names() -> tuple[str, ...]:
-    """The names of all rooms."""
+    """The names of all rooms, homes aside."""
     return tuple(_ROOMS)
 
 
 def room(name: str) -> Room:
     """A fresh room of that name; ValueError when there is none."""
+    number = name.removeprefix(_HOME)
+    if number != name and number.isdecimal():
+        return _home(int(number))
     if name not in _ROOMS:
-        raise ValueError(f"no room {name!r}; there are {', '.join(_ROOMS)}")
+        raise ValueError(f"no room {name!r}; there are {', '.join(_ROOMS)}, {_HOME}NUMBER")
     return _ROOMS[name]()
+
+
+def _home(seed: int) -> Home:
+    """The chair starts where it has room to turn, in the first room that has such a place."""
+    home = home_plans.home(seed)
+    router = Router(home)
+    found = (router.place(*home.places[one]) for one in sorted(home.places))
+    home.start = (*next(one for one in found if one is not None), 0.0)
+    return home

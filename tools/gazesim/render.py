@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from gazesim.rooms import WALL_HEIGHT_M, Array, Room
+from gazesim.rooms import WALL_HEIGHT_M, Array, Room, Solid
 
 WIDTH = 640
 HEIGHT = 480
@@ -31,6 +31,8 @@ _COLOURS = {
     "pot": (186, 98, 66),
     "plant": (78, 134, 74),
     "window": (176, 214, 236),
+    "glass": (190, 216, 224),
+    "mirror": (204, 208, 216),
     "picture": (196, 96, 84),
     "door": (206, 186, 154),
     "trousers": (58, 66, 92),
@@ -114,7 +116,7 @@ class Renderer:
         return (_HORIZON - (height_m - EYE_M) * self._focal / depth).astype(np.float32)
 
     def _draw_walls(self, image: Image, room: Room, eye: tuple[float, float], rays: Array) -> Array:
-        depth, side, along = _nearest(np.array(room.walls), eye, rays)
+        depth, side, along = _nearest(_walls(room), eye, rays)
         shade = self._shade(depth) - 9.0 * side
         paper = np.where((along * 4.0).astype(np.int64) % 2 == 0, 0.0, -2.0)  # striped wallpaper
         colour = (_INDEX["wall"] + np.clip(shade + paper, 1, 62)).astype(np.uint16)
@@ -134,7 +136,8 @@ class Renderer:
         rays: Array,
         depth: Array,
     ) -> None:
-        shapes = [(np.array(s.corners), s.z0_m, s.z1_m, s.material) for s in room.solids()]
+        solids = [one for one in room.solids() if not _is_wall(one)]
+        shapes = [(np.array(s.corners), s.z0_m, s.z1_m, s.material) for s in solids]
         for person in room.people:
             shapes += _figure(person.x_m, person.y_m)
         seen = []
@@ -187,6 +190,19 @@ class Renderer:
         if z1_m < EYE_M:
             face = (base + np.clip(shade + 6.0, 1, 62)).astype(np.uint16)
             np.copyto(part, face, where=(rows >= lid) & (rows < top) & hit)
+
+
+def _is_wall(solid: Solid) -> bool:
+    return solid.z0_m <= 0.0 and solid.z1_m >= WALL_HEIGHT_M
+
+
+def _walls(room: Room) -> Array:
+    """Rows x1, y1, x2, y2 of all that reaches from floor to ceiling."""
+    rows = list(room.walls)
+    for solid in room.solids():
+        if _is_wall(solid):
+            rows += solid.edges()
+    return np.array(rows, dtype=np.float64)
 
 
 def _nearest(walls: Array, eye: tuple[float, float], rays: Array) -> tuple[Array, Array, Array]:

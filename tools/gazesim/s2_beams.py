@@ -25,8 +25,10 @@ class Beams:
     `noise_m`: standard deviation of a range. `speckle`: share of beams that return a false
     distance, as from dust or sunlight. `covered_deg`: (from, to), our angles, counter-
     clockwise, where the window is covered; None = nowhere. `frozen`: every turn equals the last.
+    `chair_arcs`: as CHAIR_ARCS.
     """
 
+    chair_arcs = CHAIR_ARCS
     noise_m = 0.006
     speckle = 0.0
 
@@ -54,7 +56,7 @@ class Beams:
         ours = -2.0 * math.pi * turns  # the mirror turns clockwise
         metres = np.asarray(self._ranger(ours), dtype=np.float64)
         degrees = np.degrees(ours) % 360.0
-        for start, stop, distance in CHAIR_ARCS:
+        for start, stop, distance in self.chair_arcs:
             metres = np.where((degrees >= start) & (degrees <= stop), distance, metres)
         noise = random.standard_normal(len(turns)) * self.noise_m
         seen = (metres >= _RANGE_M[0]) & (metres <= _RANGE_M[1])

@@ -18,7 +18,7 @@ from gazesim.emulated_board import EmulatedBoard
 from gazesim.faults import Argument, Fault
 from gazesim.pty_port import PtyPort
 from gazesim.rooms import Room
-from gazesim.world import World
+from gazesim.world import ONE, TWO, World
 
 EMULATED = "m7:"
 _STEP_S = 0.001
@@ -35,12 +35,18 @@ class Simulator:
 
     `interpreter` runs the firmware: a path or "cpython" (see BoardProcess), or "m7:" and the
     folder of the emulated Teensy, which starts with this checkout's firmware in its flash.
+    `lidars`: 1, in front, or 2, on opposite corners.
 
     Call everything from one thread: the board's process lives as long as that thread.
     """
 
     def __init__(
-        self, folder: Path, interpreter: str, room: str = "living", profile: str = "3.1"
+        self,
+        folder: Path,
+        interpreter: str,
+        room: str = "living",
+        profile: str = "3.1",
+        lidars: int = 1,
     ) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self.folder = folder
@@ -52,10 +58,13 @@ class Simulator:
             raise ValueError(f"{folder} is in use by another simulator") from error
         self.bank = Bank(folder / "bank")
         self.bank.power_on()
-        self.world = World(self.bank, room, profile, tick_stall_s=_TICK_STALL_S)
+        mounts = TWO if lidars == 2 else ONE
+        self.world = World(self.bank, room, profile, tick_stall_s=_TICK_STALL_S, mounts=mounts)
         self.cable = Cable(folder / "board")
         self.board = self._make_board(interpreter)
-        self.lidar_port = PtyPort(folder / "lidar")
+        names = ("lidar", "lidar-2")[: len(mounts)]
+        self.lidar_ports = [PtyPort(folder / name) for name in names]
+        self.lidar_port = self.lidar_ports[0]
         self.camera = Camera(self._scene)
         self.world.faults.add(self, RIG_FAULTS)
         self.control = Control(folder / "control", self.handle)
@@ -73,7 +82,8 @@ class Simulator:
 
     def start(self) -> None:
         """Start it all; OSError when the board's interpreter can't be run."""
-        self.lidar_port.plug()
+        for port in self.lidar_ports:
+            port.plug()
         self.cable.start()
         self.camera.start()
         self.board.start()
@@ -83,7 +93,8 @@ class Simulator:
         self.control.close()
         self.board.stop()
         self.cable.stop()
-        self.lidar_port.unplug()
+        for port in self.lidar_ports:
+            port.unplug()
         self.camera.stop()
         os.close(self._lock)
 
@@ -96,8 +107,9 @@ class Simulator:
             now_s = time.monotonic()
             owed_s += min(now_s - last_s, _STALL_S)
             last_s = now_s
-            if command := self.lidar_port.read():
-                self.world.lidar.receive(command)
+            for port, lidar in zip(self.lidar_ports, self.world.lidars, strict=True):
+                if command := port.read():
+                    lidar.receive(command)
             while owed_s >= _STEP_S:
                 owed_s -= _STEP_S
                 self._step(now_s)
@@ -110,8 +122,10 @@ class Simulator:
 
     def _step(self, now_s: float) -> None:
         wipers = self.world.wipers
-        if scan := self.world.step(_STEP_S):
-            self.lidar_port.write(scan)  # what the host does not take in time is lost
+        self.world.step(_STEP_S)
+        for port, scan in zip(self.lidar_ports, self.world.scans, strict=True):
+            if scan:
+                port.write(scan)  # what the host does not take in time is lost
         if self.world.wipers != wipers:
             self._wiper_changes += 1
             self._wiper_log.append(

@@ -6,6 +6,7 @@ No threads, no wall clock: only `step` moves time, so equal seeds and inputs giv
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,12 @@ from gazesim.s2 import S2
 from gazesim.s2_faults import LIDAR_FAULTS
 
 LIDAR_X_M = 0.50  # in the chair's frame, facing forward
+Mount = tuple[float, float, float]  # x, y in metres, and where its front looks, in degrees
+ONE: tuple[Mount, ...] = ((LIDAR_X_M, 0.0, 0.0),)
+"""In front: what the chair hides behind it is never seen."""
+TWO: tuple[Mount, ...] = ((0.651, 0.376, 0.0), (-0.451, -0.376, 180.0))
+"""On opposite corners, each seeing 270 degrees: nothing round the chair is unseen."""
+_CORNER_ARCS = ((181.0, 269.0, 0.22),)  # as s2_beams.CHAIR_ARCS
 LIDAR_HEIGHT_M = 0.25
 _COLLISION_S = 0.010
 _PEOPLE_S = 0.050
@@ -44,6 +51,7 @@ class World:
         profile: str = "3.1",
         seed: int = 1,
         tick_stall_s: float = 0.020,
+        mounts: tuple[Mount, ...] = ONE,
     ) -> None:
         self.bank = bank
         self.room = make_room(room) if isinstance(room, str) else room
@@ -53,7 +61,13 @@ class World:
         self.relay = Relay(bank, tick_stall_s)
         self.stuck_turn: float | None = None  # deflection at which the turn axis is stuck, if any
         self.imu = Bno055(bank, seed)
-        self.lidar = S2(self._ranges, seed)
+        self.lidars = [S2(partial(self._ranges, one), seed + k) for k, one in enumerate(mounts)]
+        if mounts == TWO:
+            for lidar in self.lidars:
+                lidar.beams.chair_arcs = _CORNER_ARCS
+        self.lidar = self.lidars[0]
+        self.scans = [b""] * len(self.lidars)
+        """What each lidar sent in the last step."""
         self.faults = Faults(self, WORLD_FAULTS + LIDAR_FAULTS)
         self.time_s = 0.0
         self.wipers = self.pot.poll()
@@ -64,7 +78,7 @@ class World:
         self._people_in_s = 0.0
 
     def step(self, dt_s: float) -> bytes:
-        """Advance by `dt_s` (1 ms is the board's tick; up to 5); returns what the lidar sends."""
+        """Advance by `dt_s` (1 ms is the board's tick; up to 5); what the first lidar sends."""
         self.time_s += dt_s
         self.bank.set_u32(layout.WORLD_MS_AT, round(self.time_s * 1000))
         self.relay.step(dt_s)
@@ -84,7 +98,8 @@ class World:
         if self._people_in_s <= 0.0:
             self._people_in_s += _PEOPLE_S
             self.room.step(_PEOPLE_S, *self.pose)
-        return self.lidar.step(dt_s)
+        self.scans = [lidar.step(dt_s) for lidar in self.lidars]
+        return self.scans[0]
 
     @property
     def pose(self) -> tuple[float, float, float]:
@@ -120,12 +135,13 @@ class World:
         if not self.room.collides(*self._good_pose):  # else something closed in: let it out
             chair.place(*self._good_pose)
 
-    def _ranges(self, angles_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _ranges(self, mount: Mount, angles_rad: NDArray[np.float64]) -> NDArray[np.float64]:
         x, y, heading_deg = self.pose
         heading = math.radians(heading_deg)
-        x += LIDAR_X_M * math.cos(heading)
-        y += LIDAR_X_M * math.sin(heading)
-        return self.room.cast(x, y, angles_rad + heading, LIDAR_HEIGHT_M)
+        x += mount[0] * math.cos(heading) - mount[1] * math.sin(heading)
+        y += mount[0] * math.sin(heading) + mount[1] * math.cos(heading)
+        looks = angles_rad + heading + math.radians(mount[2])
+        return self.room.cast(x, y, looks, LIDAR_HEIGHT_M)
 
     def truth(self) -> dict[str, Any]:
         """The true state, for tests and demonstrations; no device reports all of it."""

@@ -39,13 +39,20 @@ ARM_COUNT = const(20)
 RESET_COUNT = const(21)
 STOP_COUNT = const(22)
 EMERGENCY_COUNT = const(23)
-ARMS = const(24)  # orders to arm that came with this tick
+PRESS_COUNT = const(24)
+SUPERVISION_COUNT = const(25)
+ARMS = const(26)  # orders to arm that came with this tick
+PRESSES = const(27)  # presses that came with this tick
 # What is fitted and what boot found:
-STANDING = const(25)  # faults that stand until the next boot
-SIMULATED = const(26)  # the board: it takes any source of obstacle data
-RELAY_FITTED = const(27)  # a contact tells what the relay does
-CONTACT = const(28)  # with none fitted: bit 0 it was open for a while, bit 1 closed
-_WORDS = const(29)
+STANDING = const(28)  # faults that stand until the next boot
+SIMULATED = const(29)  # the board: it takes any source of obstacle data
+RELAY_FITTED = const(30)  # a contact tells what the relay does
+CONTACT = const(31)  # with none fitted: bit 0 it was open for a while, bit 1 closed
+# Of an auto motion:
+SUPERVISED = const(32)  # what is left of its supervision, ms
+SUPERVISION_MOST = const(33)  # so long it lasts, from the settings; before them, not at all
+_WORDS = const(34)
+_AUTO = const(3)  # codes.AUTO; a test compares
 
 LATCHED = 0
 for _row in codes.FAULTS:
@@ -105,13 +112,25 @@ class Ages:
         if count != w[COMMAND_COUNT]:
             w[COMMAND_COUNT] = count
             ttl_ms = int(i.ttl_ms)
-            if ttl_ms > int(limits.COMMAND_TTL_MS):
-                ttl_ms = int(limits.COMMAND_TTL_MS)
+            if int(i.mode) == _AUTO:
+                longest_ms = int(limits.AUTO_TTL_MS)
+            else:
+                longest_ms = int(limits.COMMAND_TTL_MS)
+            if ttl_ms > longest_ms:
+                ttl_ms = longest_ms
             ttl_ms -= int(limits.MARGIN_MS)
         else:
             ttl_ms -= 1
+        supervised_ms = w[SUPERVISED]
+        count = int(i.supervision_count)
+        if count != w[SUPERVISION_COUNT]:
+            w[SUPERVISION_COUNT] = count
+            supervised_ms = w[SUPERVISION_MOST] - int(i.supervision_age_ms)
+        else:
+            supervised_ms -= 1
         if missed_ms:
             ttl_ms -= missed_ms
+            supervised_ms -= missed_ms
             at = 0
             while at <= HEADING:
                 w[at] += missed_ms
@@ -121,6 +140,12 @@ class Ages:
         if ttl_ms < 0:
             ttl_ms = 0
         w[TTL] = ttl_ms
+        if supervised_ms < 0:
+            supervised_ms = 0
+        w[SUPERVISED] = supervised_ms
+        count = int(i.press_count)
+        w[PRESSES] = (count - w[PRESS_COUNT]) & 0xFFFF
+        w[PRESS_COUNT] = count
         if ttl_ms and int(i.verb) != int(codes.STOP):
             w[IDLE] = 0
         if relay_closed:

@@ -16,6 +16,7 @@ from gazelink.native import micropython, ptr8, ptr32
 
 # Numbers of other files once more, as in obstacles.py; tests/firmware/test_obstacle_numbers.py.
 _DRIVE = const(5)
+_AUTO = const(3)
 _LEVELS = const(16)
 _ROWS = const(8)
 _BOTH_ROWS = const(3)
@@ -37,7 +38,7 @@ _SPEED = const(1)
 _STOP = const(2)
 _OF_WAY = const(4)
 # then:
-_WANTED = const(16)  # which command it is
+_WANTED = const(16)  # which command it is; of a drive, its mode in the bits above 6
 _KEY = const(17)  # bits of the directions in which the chair may move; 0: not both axes
 _LEVEL = const(18)
 _BETTER_MS = const(19)
@@ -136,6 +137,7 @@ class Arcs:
                 wanted += 32
             elif turn < 0:
                 wanted += 64
+            wanted += int(i.mode) << 7
         if wanted == s[_WANTED]:
             return 0
         s[_WANTED] = wanted
@@ -149,9 +151,9 @@ class Arcs:
         s = ptr32(self.state)
         n = ptr32(self._numbers)
         wanted = s[_WANTED]
-        key = wanted >> 3
+        key = wanted >> 3 & 15
         if key == 0:
-            key = (1 << wanted) >> 1 & 15
+            key = (1 << (wanted & 7)) >> 1 & 15
         if wanted:
             what = _ROLLS
             left = _STOPPING_AT + _OF_STOPPING * (2 + trusted) + _HELD
@@ -285,7 +287,10 @@ class Arcs:
             near = 0
             if s[_OTHER_AT] and ways[s[_OTHER_AT] + row] * _UNIT_MM < stop_mm:
                 near = 1
-        views = int(i.clearance_arc_views) & 15
+        views = int(i.clearance_arc_views)
+        if s[_WANTED] >> 7 == _AUTO:
+            views |= views >> 4  # unseen: blocked for it, too
+        views &= 15
         at = 0
         while views:
             if views & 1 and key >> (at & 1) & 1 and key >> (2 + (at >> 1)) & 1:

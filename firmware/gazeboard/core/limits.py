@@ -59,6 +59,11 @@ RATE_MAX_Q4_DPS = const(16000)
 STEP_FORWARD_MAX_MS = const(5000)  # P4: longest step a setting can ask for
 STEP_TURN_MAX_MS = const(10000)
 TUNE_PULSE_MAX_MS = const(2000)  # P4: longest tuning pulse
+AUTO_TTL_MS = const(150)  # P17: the planner's value lives no longer
+SUPERVISION_MAX_MS = const(10000)  # P18: longest that a setting can ask for
+AUTO_MM_S = const(350)  # P19
+AUTO_OVERRULED_MS = const(10000)  # P20: an obstacle has overruled it for so long
+AUTO_LIMIT_MAX_S = const(1800)  # P20
 BYPASS_MAX_MS = const(20000)  # longest bypass of an obstacle; then the button must be pressed anew
 BYPASS_PAUSE_MS = const(1000)  # before the next at least, and half as long as the last one was
 

@@ -70,19 +70,27 @@ class Motion:
             self._begin(i)
         verb = i.verb
         mode = i.mode
-        self.linear_permille = 0
-        self.turn_permille = 0
         if verb == codes.DRIVE:
-            self._drive(i, faults)
-        elif mode == codes.CONTINUOUS:
-            self._hold(verb)
-        elif mode == codes.STEP:
-            self._step_on(i, verb)
+            linear = i.linear_permille
+            turn = i.turn_permille
+            if linear and turn:
+                self._drives_straight = False
+                self._drive_both(i.cap_permille, linear, turn, caps, arcs)
+            else:
+                self._drive(i, faults)
+                self._limit(i, verb, blocked, caps, arcs)
         else:
-            self._pulse(i)
-        if self.state == codes.MOVING_FORWARD and mode != codes.TUNE:
-            self._keep_straight(i, faults)
-        self._limit(i, verb, blocked, caps, arcs)
+            self.linear_permille = 0
+            self.turn_permille = 0
+            if mode == codes.CONTINUOUS:
+                self._hold(verb)
+            elif mode == codes.STEP:
+                self._step_on(i, verb)
+            else:
+                self._pulse(i)
+            if self.state == codes.MOVING_FORWARD and mode != codes.TUNE:
+                self._keep_straight(i, faults)
+            self._limit(i, verb, blocked, caps, arcs)
         if faults and faults & codes.TILT_LOST:
             linear = self.linear_permille
             self.linear_permille = max(-self._creep_backward, min(self._creep_forward, linear))
@@ -94,9 +102,6 @@ class Motion:
         s = self._settings
         cap = i.cap_permille
         linear = self.linear_permille
-        if linear and verb == codes.DRIVE and i.turn_permille:
-            self._limit_both(i, caps, arcs)
-            return
         if linear:
             most = s.linear_permille
             if cap < most:
@@ -139,32 +144,45 @@ class Motion:
         self.turn_permille = turn
 
     # What obstacles take from one axis is taken from the other in proportion, so that the driver's
-    # curve stays the same.
-    @micropython.native
-    def _limit_both(self, i, caps, arcs):
+    # curve stays the same. Nothing negative is divided.
+    @micropython.viper
+    def _drive_both(self, cap: int, linear: int, turn: int, caps, arcs):
         s = self._settings
-        cap = i.cap_permille
-        most = min(cap, s.linear_permille)
-        linear = self.linear_permille
-        linear = _clamped(linear, most)
-        most = min(cap, s.turn_permille)
-        turn = self.turn_permille
-        turn = _clamped(turn, most)
-        most_linear = caps[codes.DIR_FORWARD if linear > 0 else codes.DIR_BACKWARD]
-        most_turn = caps[codes.DIR_LEFT if turn > 0 else codes.DIR_RIGHT]
-        if arcs is not None:
-            if arcs.linear_cap < most_linear:
-                most_linear = arcs.linear_cap
-            if arcs.turn_cap < most_turn:
-                most_turn = arcs.turn_cap
-        size = abs(linear)
-        if size > most_linear:
-            turn = _share(turn, most_linear, size)
-            linear = _clamped(linear, most_linear)
-        size = abs(turn)
-        if size > most_turn:
-            linear = _share(linear, most_turn, size)
-            turn = _clamped(turn, most_turn)
+        back = linear < 0
+        right = turn < 0
+        most_linear = int(caps[1]) if back else int(caps[0])
+        most_turn = int(caps[3]) if right else int(caps[2])
+        if back:
+            linear = 0 - linear
+        if right:
+            turn = 0 - turn
+        most = int(s.linear_permille)
+        if cap < most:
+            most = cap
+        if linear > most:
+            linear = most
+        most = int(s.turn_permille)
+        if cap < most:
+            most = cap
+        if turn > most:
+            turn = most
+        if arcs:
+            most = int(arcs.linear_cap)
+            if most < most_linear:
+                most_linear = most
+            most = int(arcs.turn_cap)
+            if most < most_turn:
+                most_turn = most
+        if linear > most_linear:
+            turn = turn * most_linear // linear
+            linear = most_linear
+        if turn > most_turn:
+            linear = linear * most_turn // turn
+            turn = most_turn
+        if back:
+            linear = 0 - linear
+        if right:
+            turn = 0 - turn
         self.linear_permille = linear
         self.turn_permille = turn
 
@@ -285,14 +303,3 @@ class Motion:
         self._halt()
         self.ended = True
         self.end_reason = reason
-
-
-# value * part // whole, towards 0.
-@micropython.native
-def _share(value, part, whole):
-    return value * part // whole if value >= 0 else -(-value * part // whole)
-
-
-@micropython.native
-def _clamped(value, limit):
-    return limit if value > limit else -limit if value < -limit else value

@@ -11,6 +11,7 @@ from array import array
 from gazeboard.core import zone
 from gazeboard.core.arcs import Arcs
 from gazeboard.core.bypass import Bypass
+from gazeboard.core.directions import ARC_BLOCKED
 from gazeboard.core.speed import SpeedBound
 from gazeboard.core.stopping import Stopping
 from gazelink.const import const
@@ -28,13 +29,13 @@ _DECIDED_BLOCKED = const(2)
 _LEVELS = const(16)
 _AGE_MAX_MS = const(60000)
 _CLEAR_MS = const(300)
+_AUTO = const(3)
 
 _PERIOD_MS = const(8)  # each direction's turn comes round; well below any chair's dead time
 _BLOCKED = const(-1)  # level below all outputs
 _ALL_BLOCKED = const(15)
 _BLOCKED_BITS = const(17)  # of a direction: blocked, and as creep is more than it may be
 _ALL_DECIDED = const(0xAA)
-ARC_BLOCKED = const(256)  # in `blocked`: the command's two axes, or what rolls on, together
 # The turns of a period: forward and backward each are felt, then judged; both sides are felt at
 # once and judged one after the other; then the arcs.
 _FEEL_SIDES = const(4)
@@ -132,6 +133,8 @@ class Obstacles:
         self.blocked = _ALL_BLOCKED
         self.decisions = _ALL_DECIDED  # 2 bits per direction
         self.caps = [0] * 4  # most output per direction, permille
+        self.auto_caps = [0] * 4  # the same of an auto motion, which has a speed of its own
+        self._bypassed = 0  # bits per direction: not blocked only because of the bypass
         self._ways = [Way() for _ in range(4)]
         # Highest output of each direction since its last turn.
         self._most = array("i", [0] * 4)
@@ -241,7 +244,8 @@ class Obstacles:
     @micropython.native
     def _judge_arcs(self, i, trusted):
         arcs = self.arcs
-        arcs.judge(i, 4 if trusted else 0, self._age_ms, self.bypass.left_ms)
+        bypass_ms = 0 if i.mode == _AUTO else self.bypass.left_ms
+        arcs.judge(i, 4 if trusted else 0, self._age_ms, bypass_ms)
         if arcs.blocked:
             self.blocked |= ARC_BLOCKED
         else:
@@ -270,9 +274,18 @@ class Obstacles:
             for at in range(4):
                 if near & (1 << at):
                     ways[at].block()
-                    self._decide(at, ways[at], self._stopping[at])
+                    if self.bypass.left_ms:
+                        self._decide(at, ways[at], self._stopping[at])
+                    else:  # the same decision, sooner
+                        self.blocked |= 1 << at
+                        self.caps[at] = 0
+                        self.auto_caps[at] = 0
+                        self.decisions = (
+                            self.decisions & ~(3 << 2 * at) | _DECIDED_BLOCKED << 2 * at
+                        )
         arcs = self.arcs
-        if not (arcs.blocked or self.bypass.left_ms) and arcs.too_near(i, age_ms):
+        bypassed = self.bypass.left_ms and i.mode != _AUTO
+        if not (arcs.blocked or bypassed) and arcs.too_near(i, age_ms):
             arcs.block()
             self.blocked |= ARC_BLOCKED
 
@@ -301,7 +314,11 @@ class Obstacles:
     @micropython.native
     def _decide(self, at, way, stopping):
         level = way.level
+        if self._bypassed:
+            self._bypassed &= ~(1 << at)
         if self.bypass.left_ms and way.speed <= 2 * stopping.creep:
+            if level < 0:
+                self._bypassed |= 1 << at
             level = 0
         cap = 0
         bits = 1 << at
@@ -314,8 +331,15 @@ class Obstacles:
             decision = _DECIDED_FREE if level == _LEVELS else _DECIDED_SLOW
         self.blocked = self.blocked & ~(_BLOCKED_BITS << at) | bits
         self.caps[at] = cap
+        most = stopping.auto
+        self.auto_caps[at] = most if most < cap else cap
         at += at
         self.decisions = self.decisions & ~(3 << at) | (decision << at)
+
+    # What is blocked for an auto motion: also what no lidar sees, and what a bypass permits.
+    @micropython.native
+    def auto_blocked(self, i):
+        return self.blocked | self._bypassed | i.clearance_unseen & _ALL_BLOCKED
 
     # Upper bound of the speed forward or backward, mm/s.
     def speed_mm_s(self):

@@ -4,7 +4,8 @@
 # The default is no. A command moves the chair only while no check below objects; the first
 # objection is kept as the override, and the same press (edge) never moves the chair again.
 
-from gazeboard.core import ages, limits
+from gazeboard.core import ages, auto, limits
+from gazeboard.core.directions import ARC_BLOCKED, heads, of_arc
 from gazelink import codes
 from gazelink.native import micropython, ptr32
 
@@ -20,7 +21,6 @@ _PASSING = (
 _NEUTRAL = ~_WARNING
 _DISARMING = _NEUTRAL & ~_PASSING
 _ALL_BLOCKED = 15
-_ARC_BLOCKED = 256  # obstacles.ARC_BLOCKED; a test compares
 _LAST_REASON = codes.FAULT_REASON + len(codes.FAULTS) - 1
 
 
@@ -64,7 +64,9 @@ class Safety:
         self._quiet = False  # spent_edge ended as asked: nothing to explain
         self.ages = ages.Ages()
         self._words = words = self.ages.words
-        self._counted = (self.ages.count, self.ages.faults)
+        # Found once; not bound, which takes longer to call.
+        self._counted = (self.ages, ages.Ages.count, ages.Ages.faults)
+        self.auto = auto.Auto(words)
         words[ages.STANDING] = boot_faults & ~ages.LATCHED
         words[ages.SIMULATED] = simulated_board
         words[ages.RELAY_FITTED] = relay_fitted
@@ -83,13 +85,11 @@ class Safety:
     # what the pins say now; `late` is true when the time since the last tick exceeded the limit.
     @micropython.native
     def step(self, i, blocked, relay_closed, emergency_open, button_pressed, late):
-        count, find_faults = self._counted
+        our_ages, count, find_faults = self._counted
         missed_ms = self.missed_ms
-        if missed_ms:
-            self.missed_ms = 0
         # Every order has its own counter, so that none replaces another. An order to arm or to
         # reset that arrives together with a new session belongs to the old session.
-        news = count(i, relay_closed, button_pressed, late, self.enable, missed_ms)
+        news = count(our_ages, i, relay_closed, button_pressed, late, self.enable, missed_ms)
         reset = False
         if news:
             if news & ages.SESSION:
@@ -99,7 +99,7 @@ class Safety:
             if news & ages.EMERGENCY:
                 emergency_open = True
         old = self.faults
-        faults = find_faults(i, old, self.state, emergency_open, reset)
+        faults = find_faults(our_ages, i, old, self.state, emergency_open, reset)
         self.faults = faults
         if faults:
             if old == 0:
@@ -116,6 +116,8 @@ class Safety:
         if faults or self.state != codes.ARMED:
             self._advance(i)
         self._judge_command(i, news)
+        if missed_ms:
+            self.missed_ms = 0
 
     # After the write: did both wipers read back what was written, and was that neutral? Sets the
     # fault at the third failure in a row, before the enable line is toggled. Returns: toggle it
@@ -287,8 +289,13 @@ class Safety:
                 self._verb = verb
                 self._mode = i.mode
             self.override = codes.NO_REASON
+            if self.auto.overruled_ms:
+                self.auto.permitted(i)
             return
         self.permitted = False
+        if edge == self.edge and i.mode == codes.AUTO and self.auto.waits(reason, self.missed_ms):
+            self.override = reason
+            return
         self._end_press(reason)
         if edge != self.spent_edge:
             self._spend(edge)
@@ -304,6 +311,7 @@ class Safety:
             return codes.NOT_ARMED
         if i.owner != self.owner:
             return codes.NOT_OWNER
+        mode = i.mode
         faults = self.faults
         if faults and faults & _NEUTRAL:
             return fault_reason(faults & _NEUTRAL)
@@ -311,14 +319,20 @@ class Safety:
         running = edge == self.edge
         if edge == 0 or (not running and not ahead(edge, self.edge or self.spent_edge)):
             return codes.NEEDS_NEW_COMMAND
-        if running and (verb != self._verb or i.mode != self._mode):
+        if running and (verb != self._verb or mode != self._mode):
             return codes.BAD_COMMAND
         if self._words[ages.TTL] == 0:
             # A step ends by itself; a proportional command never does, whatever its mode says.
-            if not running or i.mode != codes.STEP or verb == codes.DRIVE:
+            if not running or mode != codes.STEP or verb == codes.DRIVE:
                 return codes.COMMAND_EXPIRED
-        if running and not faults and not self.blocked and not self._straight:
-            return codes.NO_REASON  # most ticks of a motion: none of what follows can say more
+        if mode == codes.AUTO:
+            reason = self.auto.why_not(i, running, self.missed_ms)
+            if reason != codes.NO_REASON:
+                return reason
+        blocked = self.blocked
+        if running and not faults and not self._straight:
+            if not blocked or not blocked & heads(i, verb):
+                return codes.NO_REASON  # most ticks: none of what follows can say more
         if verb == codes.FORWARD:
             reason = self._why_not_linear(1)
         elif verb == codes.BACKWARD:
@@ -331,8 +345,8 @@ class Safety:
             reason = self._why_not_drive(i, running)
         else:
             reason = codes.BAD_COMMAND
-        if reason == codes.NO_REASON and self.blocked & _ARC_BLOCKED:
-            return self._obstacle(_arc_direction(i))
+        if reason == codes.NO_REASON and blocked & ARC_BLOCKED:
+            return self._obstacle(of_arc(i))
         return reason
 
     # A press held at rest ends by what would end it in motion: old data ends all of it, a lost
@@ -377,13 +391,3 @@ class Safety:
         if self.blocked & (16 << direction):
             return codes.ABOVE_CREEP
         return codes.OBSTACLE_FORWARD + direction
-
-
-# How a blocked arc is reported: as the side to which it leads, or as the single axis' direction.
-@micropython.native
-def _arc_direction(i):
-    if i.verb != codes.DRIVE:
-        return i.verb - codes.FORWARD
-    if i.turn_permille:
-        return codes.DIR_LEFT if i.turn_permille > 0 else codes.DIR_RIGHT
-    return codes.DIR_FORWARD if i.linear_permille > 0 else codes.DIR_BACKWARD

@@ -7,6 +7,7 @@ from gazelink.native import micropython, ptr8, ptr32
 class Inputs:
     # Everything the tick reads. Counters change when their value is new; 16 bits, any difference
     # counts. stop_edge: the newest press when the last stop came. reset_count: the caretaker's.
+    # press_count: presses by anyone, a bypass included.
 
     FIELDS = (
         "host_count",
@@ -49,6 +50,10 @@ class Inputs:
         "tilted",
         "service_faults",  # what the service loop finds: bits of codes.FAULTS
         "calibrated",
+        "press_count",
+        "supervision_edge",
+        "supervision_age_ms",
+        "supervision_count",
     )
 
     def __init__(self):
@@ -101,6 +106,10 @@ class Inputs:
         self.tilted = o.tilted
         self.service_faults = o.service_faults
         self.calibrated = o.calibrated
+        self.press_count = o.press_count
+        self.supervision_edge = o.supervision_edge
+        self.supervision_age_ms = o.supervision_age_ms
+        self.supervision_count = o.supervision_count
 
     # All but service_count, and the arcs, as words; written out as well.
     @micropython.viper
@@ -145,10 +154,14 @@ class Inputs:
         w[36] = int(self.tilted)
         w[37] = int(self.service_faults)
         w[38] = int(self.calibrated)
+        w[39] = int(self.press_count)
+        w[40] = int(self.supervision_edge)
+        w[41] = int(self.supervision_age_ms)
+        w[42] = int(self.supervision_count)
         ways = ptr8(self.clearance_arcs)
         k = 0
         while k < int(arcs.SIZE):
-            w[39 + k] = ways[k]
+            w[43 + k] = ways[k]
             k += 1
 
 

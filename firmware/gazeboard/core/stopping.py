@@ -55,6 +55,7 @@ class Stopping:
         self.two_brake = 2 * self.brake
         self.time_ms = max(settings.reaction_ms, self.dead_ms + lag_ms)
         self._turns = turns
+        self.auto = self._permille(settings.auto_mm_s)  # most output of an auto motion
         self._make_table(settings, output, self._least(settings, direction, trusted))
 
     # The least output that moves the chair. 0: that might be faster than anything creeps. A turn

@@ -5,9 +5,11 @@
 
 from gazeboard.core import limits
 from gazelink import codes
+from gazelink.const import const
 from gazelink.native import micropython
 
 PERIOD_US = 1000
+_AUTO = const(3)  # codes.AUTO; a test compares
 
 
 class Tick:
@@ -40,17 +42,23 @@ class Tick:
         self.missed_ms = missed_ms
         late = clock.late
         self.late = late
+        armed = safety.state == codes.ARMED
         obstacles.step(
             i,
             motion.linear_permille,
             motion.turn_permille,
-            safety.state == codes.ARMED,
+            armed,
             profile_check.agreed,
             profile_check.sluggish,
         )
-        safety.step(i, obstacles.blocked, relay_closed, emergency_open, button_pressed, late)
+        blocked = obstacles.blocked
+        caps = obstacles.caps
+        if armed and i.mode == _AUTO:
+            blocked = obstacles.auto_blocked(i)
+            caps = obstacles.auto_caps
+        safety.step(i, blocked, relay_closed, emergency_open, button_pressed, late)
         if safety.permitted:
-            motion.step(i, safety.blocked, obstacles.caps, safety.faults, obstacles.arcs)
+            motion.step(i, safety.blocked, caps, safety.faults, obstacles.arcs)
             if motion.ended:
                 safety.finished(motion.end_reason)
         else:

@@ -5,6 +5,7 @@ from array import array
 
 from gazeboard.core.ages import Ages
 from gazeboard.core.arcs import Arcs
+from gazeboard.core.auto import Auto
 from gazeboard.core.bypass import Bypass
 from gazeboard.core.motion import Motion
 from gazeboard.core.obedience import Obedience
@@ -26,6 +27,7 @@ PARTS = (
     Tick,
     Safety,
     Ages,
+    Auto,
     Obstacles,
     Way,
     SpeedBound,

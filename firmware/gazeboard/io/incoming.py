@@ -1,4 +1,5 @@
-# The requests in the host's frames: command, order, clearance, bypass, setting, as inputs.
+# The requests in the host's frames: command, order, clearance, bypass, supervision, setting, as
+# inputs.
 #
 # Frames arrive here checked and in order; `age_ms` is what passed since the host sent one. Each
 # refused one is counted. No allocation.
@@ -30,6 +31,9 @@ _RIGHT_Q4 = messages.CLEARANCE.offsets["right_q4_deg"]
 _AGE = messages.CLEARANCE.offsets["age_ms"]
 _ARC_VIEWS = messages.CLEARANCE.offsets["arc_views"]
 _ARCS = messages.CLEARANCE.offsets["arcs"]
+_WATCHED = messages.SUPERVISION.offsets["edge"]
+_WATCHER = messages.SUPERVISION.offsets["owner"]
+_WATCHED_AGE = messages.SUPERVISION.offsets["age_ms"]
 _BYPASS_NUMBER = messages.BYPASS.offsets["number"]
 _BYPASS_TTL = messages.BYPASS.offsets["ttl_ms"]
 _REQUEST = messages.SETTING.offsets["request"]
@@ -72,6 +76,7 @@ class Incoming:
         back.verb = codes.STOP
         back.ttl_ms = 0
         back.bypass_ttl_ms = 0
+        back.supervision_edge = 0
         self._inbox.touch()
 
     def take(self, kind, buf, age_ms):
@@ -84,6 +89,8 @@ class Incoming:
             self._on_clearance(buf, back, age_ms)
         elif kind == messages.BYPASS.type_id:
             self._on_bypass(buf, back, age_ms)
+        elif kind == messages.SUPERVISION.type_id:
+            self._on_supervision(buf, back, age_ms)
         elif kind == messages.SETTING.type_id:
             self._on_setting(buf)
         else:
@@ -100,7 +107,7 @@ class Incoming:
         turn = i16(buf, _TURN)
         if (
             verb > codes.DRIVE
-            or buf[_MODE] > codes.TUNE
+            or buf[_MODE] > codes.AUTO
             or not -1000 <= linear <= 1000
             or not -1000 <= turn <= 1000
             or u16(buf, _CAP) > 1000
@@ -110,6 +117,8 @@ class Incoming:
         if age_ms > limits.FRAME_STALE_MS:
             self.late()
             return
+        if buf[_EDGE] != back.edge or buf[_OWNER] != back.owner:
+            back.press_count = (back.press_count + 1) & 0xFFFF
         back.verb = verb
         back.mode = buf[_MODE]
         back.edge = buf[_EDGE]
@@ -175,9 +184,21 @@ class Incoming:
         if age_ms > limits.FRAME_STALE_MS:
             self.late()
             return
+        if buf[_BYPASS_NUMBER] != back.bypass_number:
+            back.press_count = (back.press_count + 1) & 0xFFFF
         back.bypass_number = buf[_BYPASS_NUMBER]
         back.bypass_ttl_ms = max(0, u16(buf, _BYPASS_TTL) - age_ms)
         back.bypass_count = (back.bypass_count + 1) & 0xFFFF
+
+    def _on_supervision(self, buf, back, age_ms):
+        if buf[_WATCHER] != codes.DRIVER and buf[_WATCHER] != codes.CARETAKER:
+            self.refuse()
+        elif age_ms > limits.FRAME_STALE_MS:
+            self.late()
+        else:
+            back.supervision_edge = buf[_WATCHED]
+            back.supervision_age_ms = min(limits.AGE_MAX_MS, u16(buf, _WATCHED_AGE) + age_ms)
+            back.supervision_count = (back.supervision_count + 1) & 0xFFFF
 
     # Kept for the app, which owns settings and files; a newer request replaces one not yet
     # answered.

@@ -77,6 +77,7 @@ class Outgoing:
             self._limits,
             (
                 limits.COMMAND_TTL_MS,
+                limits.AUTO_TTL_MS,
                 limits.CLEARANCE_OLD_MS,
                 limits.WIPER_MIN,
                 limits.WIPER_MAX,

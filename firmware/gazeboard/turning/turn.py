@@ -64,8 +64,10 @@ class TurnController:
         self.model = model
         self._casters = casters
         self._slope = Slope(model)
+        # One ms of output, whatever the motion: follow(turn_permille). Casters may add nothing.
+        self.follow = self._follow if casters.any else model.step
         # What each tick uses, found at once; None for casters that add nothing.
-        self._followed = (model.step, casters.advance if casters.any else None)
+        self._followed = (model.step, casters.advance)
         self._looked_at = (model.state, casters if casters.any else None, self._slope)
         self._small = SmallMoves()
         self._left = left
@@ -97,13 +99,10 @@ class TurnController:
         self._forget()
         self._phase = _COAST  # no turn yet
 
-    # One ms of output, whatever the motion.
     @micropython.native
-    def follow(self, turn_permille):
+    def _follow(self, turn_permille):
         step, advance = self._followed
-        angle_q16 = step(turn_permille)
-        if advance is not None:
-            advance(angle_q16)
+        advance(step(turn_permille))
 
     # count: of heading samples. The turn begins some ms later, so that no tick has too much to do.
     @micropython.native

@@ -18,10 +18,12 @@ ANYONE, CARETAKER, TECHNICIAN = ("alert_anyone", "alert_caretaker", "alert_techn
 HELP_WANTED = "alert_help"
 OVERRULED = "alert_overruled"
 PART = "alert_part"
+STANDS = "motion_stuck"
 TRIED = "alert_test"
 
 # How long it must last before it is an alert.
 AT_ONCE_S = 0.0
+HELD_S = 5.0
 FAULT_S = 10.0
 LOST_S = 60.0
 EXTRA_S = 300.0  # the chair drives without it
@@ -68,6 +70,8 @@ REASONS: Mapping[str, Reason] = {
             _of("lidar_power", FAILURE, LOST_S),
             _of("lidar_mirror", FAILURE, LOST_S),
             _of("lidar_damaged", FAILURE, LOST_S),
+            _of("motion_uncommanded", FAILURE, AT_ONCE_S),
+            _of(STANDS, STUCK, HELD_S),
             _of("camera_lost", SYSTEM, EXTRA_S),
             _of("host_slow", SYSTEM, EXTRA_S),
             _of("host_hot", SYSTEM, EXTRA_S),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from gazechair.alerts.reasons import HELP_WANTED, OVERRULED, PART, REASONS, SYSTEM
+from gazechair.alerts.reasons import HELP_WANTED, OVERRULED, PART, REASONS, STANDS, SYSTEM
 
 MOVED_S = 2.0  # a chair that moved for so long is not stuck
 GAVE_UP_S = 30.0  # without another attempt for so long, the driver does not want to move
@@ -81,7 +81,8 @@ class Watch:
                 yield Change(key, False)
 
     def _stuck(self, now: Situation, open_keys: Collection[str], now_s: float) -> Iterator[Change]:
-        if not now.moving:
+        stands = STANDS in now.problems  # measured, whatever the board puts out
+        if stands or not now.moving:
             self._moving_since_s = None
         elif self._moving_since_s is None:
             self._moving_since_s = now_s
@@ -91,7 +92,7 @@ class Watch:
             self._stuck_since_s = None
             if OVERRULED in open_keys:
                 yield Change(OVERRULED, False)
-        elif now.overruled and tried:
+        elif (now.overruled or stands) and tried:
             self._tried_s = now_s
             if self._stuck_since_s is None:
                 self._stuck_since_s = now_s

@@ -49,6 +49,10 @@ PLUGIN = "plugin"
 PARTS: Mapping[str, Part] = {
     "board": Part(2.0, _MUST),
     "lidar": Part(2.0, _MUST),
+    "odometry": Part(2.0, _MAY, caretaker_only=True),
+    "motion": Part(2.0, {DEGRADED: codes.WARNING, LOST: codes.ERROR}),  # as odometry measures it
+    "map": Part(3.0, _MAY, caretaker_only=True),
+    "assist": Part(2.0, _NOTES),  # the driver's page shows it; without it the chair drives on
     "camera": Part(2.0, _MAY),
     "host": Part(2.0, _MAY),
     "log": Part(3.0, _MAY, caretaker_only=True),
@@ -127,6 +131,10 @@ REASONS: Mapping[str, Reason] = {
     "tuning_angle": Reason(_W, BUILDER, STANDS),
     "above_creep": Reason(_W, CARETAKER, ELSEWHERE),
     "setting_by_calibration": Reason(_W, BUILDER, DRIVES),
+    "supervision_lost": Reason(_W, DRIVER, STANDS),
+    "auto_overruled": Reason(_W, DRIVER, STANDS),
+    "auto_limit": Reason(_W, DRIVER, STANDS),
+    "another_press": Reason(_W, DRIVER, STANDS),
     # The board detects.
     **{name: Reason(severity, *_FAULTS[name]) for _bit, name, severity, _latched in codes.FAULTS},
     # The link to the board.
@@ -145,6 +153,21 @@ REASONS: Mapping[str, Reason] = {
     "lidar_one": Reason(_W, CARETAKER, ELSEWHERE),
     "lidar_damaged": Reason(_W, CARETAKER, SLOWLY),
     "lidar_view": Reason(_W, CARETAKER, ELSEWHERE),
+    # Odometry.
+    "odometry_starting": Reason(NOTE, CARETAKER, DRIVES),
+    "odometry_unsure": Reason(NOTE, CARETAKER, DRIVES),
+    "odometry_heading": Reason(_W, CARETAKER, DRIVES),
+    "motion_stuck": Reason(_W, DRIVER, STANDS),
+    "motion_uncommanded": Reason(_E, DRIVER, DRIVES),
+    "odometry_lost": Reason(_W, CARETAKER, DRIVES),
+    # Maps of the home.
+    "map_starting": Reason(NOTE, CARETAKER, DRIVES),
+    "map_unknown": Reason(NOTE, CARETAKER, DRIVES),
+    "map_damaged": Reason(_W, CARETAKER, DRIVES),
+    "map_lost": Reason(_W, CARETAKER, DRIVES),
+    # Help with steering.
+    "assist_starting": Reason(NOTE, CARETAKER, DRIVES),
+    "assist_lost": Reason(NOTE, CARETAKER, DRIVES),
     # Camera, page, and the host itself.
     "camera_starting": Reason(NOTE, DRIVER, DRIVES),
     "camera_lost": Reason(_W, CARETAKER, DRIVES),

@@ -24,6 +24,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from gazechair.base.child_process import drain, end, say_to, would_run
 from gazechair.base.rate_limit import RateLimit
@@ -119,6 +120,16 @@ def enter_child(outlives: bool = False) -> RecordWriter:
     fd = os.dup(1)
     os.dup2(2, 1)  # a library that prints must not break the records
     return RecordWriter(fd)
+
+
+def child_main(run: Callable[[Any, RecordWriter], int]) -> int:
+    """A child's main: `run` gets its JSON argument and serves until the parent closes a pipe."""
+    argument = json.loads(sys.argv[1])
+    out = enter_child()
+    try:
+        return run(argument, out)
+    except BrokenPipeError:
+        return 0
 
 
 class Supervisor:

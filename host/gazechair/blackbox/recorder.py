@@ -8,6 +8,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,8 @@ from gazechair.blackbox.ring import Ring
 from gazechair.config.configuration import LidarConfig, LogConfig
 from gazechair.picture.camera import Frame
 from gazechair.picture.reducer import LEVELS, Reducer
+from gazechair.sensing.mapping.whereabouts import Whereabouts
+from gazechair.sensing.odometry.odometry import Estimate
 
 LOST = "log_lost"
 MISSING = "log_missing"
@@ -29,6 +32,7 @@ _PICTURE_MOST = 1 << 16  # bytes
 _PICTURE_LEVEL = LEVELS.index(next(level for level in LEVELS if level.width >= 320))
 _PACE_S = 0.1
 _HEALTH_S = 1.0
+_MOTION_S = 0.095  # a lidar's half turns come each 50 ms
 _PATIENCE_S = 57.0  # a disk may take that long
 _NICE = 10
 _LINE = 500  # characters
@@ -70,6 +74,7 @@ class BlackBox(Supervised):
         self._reducer: Reducer | None = None
         self._picture = 0
         self._late_s = 0.0
+        self._motion_due_s = self._pose_due_s = 0.0
         self._told_dropped = 0
         self._figures: dict[str, int] = {}
         self._ended = threading.Event()
@@ -126,6 +131,21 @@ class BlackBox(Supervised):
     def scan(self, name: str, acquired_s: float, beams_mm: bytes) -> None:
         """A turn of a lidar."""
         self.note("scan", acquired_s, (name, beams_mm))
+
+    def motion(self, estimate: Estimate) -> None:
+        """What odometry has found, with its age; of several within 0.1 s, one."""
+        now_s = self._clock()
+        if now_s >= self._motion_due_s:
+            self._motion_due_s = now_s + _MOTION_S
+            age_s = now_s - estimate.time_s
+            self.note("motion", estimate.time_s, {**asdict(estimate), "age_s": age_s})
+
+    def pose(self, where: Whereabouts) -> None:
+        """Where the chair is in a map; of several within 0.1 s, one."""
+        if self._clock() < self._pose_due_s:
+            return
+        self._pose_due_s = self._clock() + _MOTION_S
+        self.note("pose", where.time_s, (where.map, where.x_m, where.y_m, where.heading_deg))
 
     def _on_figures(self, figures: bytes) -> None:
         self._figures = json.loads(figures)

@@ -45,6 +45,27 @@ float64 y
 float64 z
 float64 w
 {bar}
+MSG: geometry_msgs/Point
+float64 x
+float64 y
+float64 z
+{bar}
+MSG: geometry_msgs/Pose
+geometry_msgs/Point position
+geometry_msgs/Quaternion orientation
+{bar}
+MSG: geometry_msgs/PoseWithCovariance
+geometry_msgs/Pose pose
+float64[36] covariance
+{bar}
+MSG: geometry_msgs/Twist
+geometry_msgs/Vector3 linear
+geometry_msgs/Vector3 angular
+{bar}
+MSG: geometry_msgs/TwistWithCovariance
+geometry_msgs/Twist twist
+float64[36] covariance
+{bar}
 MSG: geometry_msgs/Transform
 geometry_msgs/Vector3 translation
 geometry_msgs/Quaternion rotation
@@ -71,6 +92,7 @@ string value
 """.format(bar="=" * 80)
 
 TWIST = "geometry_msgs/msg/Twist"
+ODOMETRY = "nav_msgs/msg/Odometry"
 SCAN = "sensor_msgs/msg/LaserScan"
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 PICTURE = "sensor_msgs/msg/CompressedImage"
@@ -78,6 +100,8 @@ LINE = "rcl_interfaces/msg/Log"
 PLACES = "tf2_msgs/msg/TFMessage"
 _STANDARD = {
     TWIST: "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular",
+    ODOMETRY: "std_msgs/Header header\nstring child_frame_id\n"
+    "geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist",
     SCAN: "std_msgs/Header header\nfloat32 angle_min\nfloat32 angle_max\nfloat32 angle_increment\n"
     "float32 time_increment\nfloat32 scan_time\nfloat32 range_min\nfloat32 range_max\n"
     "float32[] ranges\nfloat32[] intensities",

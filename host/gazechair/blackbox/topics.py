@@ -77,6 +77,65 @@ def _places(at_ns: int, lidars: list[tuple[str, float, float, float, bool]]) -> 
     yield "/tf_static", ros.PLACES, {"transforms": transforms}
 
 
+def _motion(at_ns: int, found: dict[str, Any]) -> Iterator[Said]:
+    half = math.radians(found["heading_deg"]) / 2
+    x_m, y_m = found["x_m"], found["y_m"]
+    twist = {
+        "linear": _vector(found["speed_m_s"]) | {"y": found["sideways_m_s"]},
+        "angular": _vector(z=math.radians(found["yaw_rate_deg_s"])),
+    }
+    yield (
+        "/odometry",
+        ros.ODOMETRY,
+        {
+            "header": _header(at_ns, f"odom_{found['track']}"),
+            "child_frame_id": CHAIR,
+            "pose": {
+                "pose": {
+                    "position": {"x": x_m, "y": y_m, "z": 0.0},
+                    "orientation": {"x": 0.0, "y": 0.0, "z": math.sin(half), "w": math.cos(half)},
+                },
+                "covariance": _place_covariance(found),
+            },
+            "twist": {
+                "twist": twist,
+                "covariance": [found["speed_sigma_m_s"] ** 2, *([0.0] * 35)],
+            },
+        },
+    )
+    values = {"age_ms": round(1000 * found["age_s"], 1), "matched": round(found["matched"], 3)}
+    status = _status(int(bool(found["doubts"])), "odometry", ", ".join(found["doubts"]), values)
+    yield (
+        "/odometry/doubts",
+        ros.DIAGNOSTICS,
+        {"header": _header(at_ns), "status": [status]},
+    )
+
+
+def _place_covariance(found: dict[str, Any]) -> list[float]:
+    """Rows of x, y, z, and turns about them; in the frame of the place, as ROS has it."""
+    turned = math.radians(found["heading_deg"])
+    c, s = math.cos(turned), math.sin(turned)
+    along, across = found["along_sigma_m"] ** 2, found["across_sigma_m"] ** 2
+    rows = [0.0] * 36
+    rows[0], rows[7] = c * c * along + s * s * across, s * s * along + c * c * across
+    rows[1] = rows[6] = c * s * (along - across)
+    rows[35] = math.radians(found["heading_sigma_deg"]) ** 2
+    return rows
+
+
+def _pose(at_ns: int, pose: tuple[str, float, float, float]) -> Iterator[Said]:
+    name, x_m, y_m, heading_deg = pose
+    half = math.radians(heading_deg) / 2
+    transform = {
+        "translation": {"x": x_m, "y": y_m, "z": 0.0},
+        "rotation": {"x": 0.0, "y": 0.0, "z": math.sin(half), "w": math.cos(half)},
+    }
+    header = _header(at_ns, f"map_{_frame(name)}")
+    row = {"header": header, "child_frame_id": CHAIR, "transform": transform}
+    yield "/tf", ros.PLACES, {"transforms": [row]}
+
+
 def _health(at_ns: int, parts: list[tuple[str, str, str, str]]) -> Iterator[Said]:
     status = [
         _status(_LEVELS[state], name, reason, {"state": state, "detail": detail})
@@ -107,6 +166,8 @@ _KINDS: dict[str, Callable[[int, Any], Iterator[Said]]] = {
     "down": _down,
     "scan": _scan,
     "places": _places,
+    "motion": _motion,
+    "pose": _pose,
     "health": _health,
     "figures": _figures,
     "picture": _picture,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -31,10 +32,20 @@ class Command:
     """No output beyond it, 0..1000."""
     pulse_ms: int = 0
     """Longest duration of a tuning pulse."""
+    watcher: int = codes.NOBODY
+    """Who supervises it, in mode auto."""
+    watched_s: float = 0.0
+    """When that was last proven, monotonic."""
 
     def same_as(self, other: Command) -> bool:
         """True if only the proof of holding may differ."""
-        return replace(self, ttl_deadline_s=0.0) == replace(other, ttl_deadline_s=0.0)
+        mine, others = (replace(c, ttl_deadline_s=0.0, watched_s=0.0) for c in (self, other))
+        return mine == others
+
+    def supervision(self, now_s: float) -> tuple[int, int, int]:
+        """The fields of a SUPERVISION frame sent at `now_s`."""
+        age_ms = max(0, min(math.ceil((now_s - self.watched_s) * 1000), _U16))
+        return (self.edge, self.watcher, age_ms)
 
     def fields(self, now_s: float, ttl_limit_ms: int) -> tuple[int, ...]:
         """The fields of a COMMAND frame sent at `now_s`, time to live counted down to it."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from typing import Any, Protocol
 
 from gazechair.board.events import SettingReply
@@ -43,8 +44,13 @@ class Link(Protocol):
 class CaretakerSettings:
     """Thread-safe. Every method waits for the board, about a second at most when it is silent."""
 
-    def __init__(self, link: Link) -> None:
+    def __init__(
+        self, link: Link, step_ms: Callable[[int, int, int], int | None] = lambda *_: None
+    ) -> None:
+        """`step_ms`: how long a step forward lasts with that row of PROFILES, `linear_permille` and
+        `step_ramp_ms`; None: as it did."""
         self._link = link
+        self._step_ms = step_ms
         self._lock = threading.Lock()
 
     def read(self) -> dict[str, Any]:
@@ -65,11 +71,24 @@ class CaretakerSettings:
             state = self._link.state()
             if state is not None and state.state != codes.DISARMED:
                 raise SettingsRefused("setting_while_armed", "switch driving off first")
+            changes += self._step(wishes)
             for index, value in changes:
                 self._ask(codes.SETTING_SET, index, value)
             if changes:
                 self._ask(codes.SETTING_SAVE)
             return self._read()
+
+    def _step(self, wishes: dict[str, Any]) -> list[tuple[int, int]]:
+        """A step forward goes as far in another profile, or with another output."""
+        if "step_forward_ms" in wishes or not {"profile", "linear_permille"} & set(wishes):
+            return []
+        names = ("profile", "linear_permille", "step_ramp_ms")
+        values = (
+            wishes[name] if name in wishes else self._ask(codes.SETTING_GET, index_of(name))
+            for name in names
+        )
+        step_ms = self._step_ms(*values)
+        return [] if step_ms is None else [(index_of("step_forward_ms"), step_ms)]
 
     def _read(self) -> dict[str, Any]:
         found: dict[str, dict[str, Any]] = {}

@@ -51,18 +51,21 @@ class BoardLink:
         clock: Clock = time.monotonic,
         answer_s: float = ANSWER_S,
         on_zone: Callable[[BoardZone], None] = lambda _zone: None,
+        on_state: Callable[[BoardState], None] = lambda _state: None,
         witness: Witness = lambda _way, _now_s, _frame: None,
         traced: bool = False,
     ) -> None:
         """`find_ports` lists the paths to try; `on_change` is called, from the link's own thread,
         after each STATE frame and each begin or end of a session. `answer_s` is for tests.
-        `on_zone` is called from that thread with how the board stops, whenever that changes.
+        `on_zone` is called from that thread with how the board stops, whenever that changes,
+        `on_state` with each STATE frame.
         `witness` sees every frame, with the link locked: it must not wait. `traced`: the board's
         trace, too."""
         self.health = health
         self._find_ports = find_ports
         self._on_change = on_change
         self._on_zone = on_zone
+        self._on_state = on_state
         self._clock = clock
         self._judge = LinkJudge(answer_s)
         self._story = StateLog()
@@ -261,6 +264,7 @@ class BoardLink:
                 self._judge.heard(now_s)
                 self._story.note(event)
                 self._state.put(event, event.received_s)
+                self._on_state(event)
                 changed = True
             elif isinstance(event, BoardStats):
                 self._stats.put(event, event.received_s)

@@ -155,6 +155,10 @@ class LinkProtocol:
         if now_s >= self._command_due_s:
             self._command_due_s = now_s + COMMAND_PERIOD_S
             ttl_ms = self._board.limits.command_ttl_ms
+            if self._command.mode == codes.AUTO:
+                ttl_ms = self._board.limits.auto_ttl_ms
+                watched = self._command.supervision(now_s)
+                out += self._frame(now_s, messages.SUPERVISION, watched)
             out += self._frame(now_s, messages.COMMAND, self._command.fields(now_s, ttl_ms))
         if self._clearance is not None and now_s >= self._clearance_due_s:
             self._clearance_due_s = now_s + CLEARANCE_PERIOD_S

@@ -14,6 +14,7 @@ class BoardLimits:
     """What is compiled into the board, by the names of its LIMITS frame."""
 
     command_ttl_ms: int
+    auto_ttl_ms: int
     clearance_old_ms: int
     wiper_min: int
     wiper_max: int

@@ -74,6 +74,13 @@ class LidarConfig:
 
 
 @dataclass(frozen=True)
+class OdometryConfig:
+    """Where the chair is and how fast it moves, by its lidars. Read docs/odometry.md."""
+
+    measure: bool = _setting(True, flag(), "false = not measured; the chair drives without it")
+
+
+@dataclass(frozen=True)
 class CameraConfig:
     """The picture behind the buttons. The chair drives without it."""
 
@@ -121,6 +128,9 @@ class DriverConfig:
     leave_grace_ms: int = _setting(200, integer(0, 500), "gaze off a button this long stops it")
     pointer_stale_ms: int = _setting(
         500, integer(300, 1000), "a pointer that stands still this long counts as looking away"
+    )
+    assist: bool = _setting(
+        False, flag(), "true = Rijhulp steers while Vooruit is held; read docs/assist.md"
     )
     backward: bool = _setting(False, flag(), "true = show the button that drives backward")
 
@@ -193,6 +203,7 @@ class Config:
 
     board: BoardConfig = field(default_factory=BoardConfig)
     lidar: tuple[LidarConfig, ...] = (LidarConfig(),)
+    odometry: OdometryConfig = field(default_factory=OdometryConfig)
     camera: CameraConfig = field(default_factory=CameraConfig)
     web: WebConfig = field(default_factory=WebConfig)
     driver: DriverConfig = field(default_factory=DriverConfig)
@@ -211,6 +222,7 @@ SEVERAL = ("lidar",)
 SECTIONS: dict[str, type[Any]] = {
     "board": BoardConfig,
     "lidar": LidarConfig,
+    "odometry": OdometryConfig,
     "camera": CameraConfig,
     "web": WebConfig,
     "driver": DriverConfig,

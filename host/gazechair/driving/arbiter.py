@@ -4,14 +4,18 @@ Times are monotonic seconds. One page owns the chair at a time; a stop from any 
 takes effect at once (a viewer changes nothing). The caretaker may take over at any time, a driver
 only when there is no owner. An input (a plug-in) never owns the chair: it drives beside the page
 of its person, while that page owns it. A press (edge) that has ended, for any reason, never moves
-the chair again: its person must press again.
+the chair again: its person must press again. A press on a mode that is auto is held by nobody: it
+lasts under supervision (Watch), until anything else is pressed.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+import math
+from dataclasses import replace
 
 from gazechair.board.board_commands import Bypass, Command
+from gazechair.driving.clients import ROLES, Client
+from gazechair.driving.help_call import HelpCall
 from gazechair.driving.messages import (
     DISARM,
     EMERGENCY,
@@ -28,31 +32,19 @@ from gazechair.driving.messages import (
     PageMessage,
     Take,
     UseMode,
+    Watch,
 )
 from gazechair.driving.press import DrivingPress, Presses
 from gazechair.driving.refusal import Refusal
 from gazechair.driving.tokens import Freshness
+from gazechair.driving.world import Wish
 from gazelink import codes
 
 LOOK_S = 0.025  # time acts at least so often: see tick()
 _TO_WHEELS_S = 0.005  # from here through the line and a tick of the board
 THERE_S = 3.0  # a message from a caretaker's page this recently: a call would reach somebody
-COMING_S = 600.0  # a caretaker who answered has come by then, or must be called again
 MODE_ANSWER_S = 0.3  # a mode that was pressed has said how to drive by then, or the press ends
 ARM_ANSWER_S = 1.0  # an order to arm that the board has not followed by then has failed
-
-# A viewer can never own the chair.
-ROLES = {"driver": codes.DRIVER, "caretaker": codes.CARETAKER, "viewer": codes.NOBODY}
-
-
-@dataclass
-class _Client:
-    role: int  # as owner: codes.DRIVER, ...
-    role_name: str
-    heard_s: float
-    beside: bool = False  # an input, not a page
-    told: set[str] = field(default_factory=set)  # refusals already sent about its newest press
-    bypass_told: int = 0  # edge of a bypass already refused
 
 
 class Arbiter:
@@ -64,15 +56,12 @@ class Arbiter:
         """The highest permitted output, 50..1000."""
         self.ttl_s = 0.0
         """How long a command lives, as the board said; until it has, nothing moves."""
-        self.call = False
-        """The driver has asked for help, and no caretaker has answered yet."""
-        self.calls = 0  # how often they have asked
+        self.help = HelpCall()
         self.stopped_s = 0.0
         """When anyone last said stop, of whatever kind."""
-        self._coming_till_s: float | None = None
         self.freshness = Freshness(first_token)
         self._bypass = Presses(last_edge)
-        self._clients: dict[int, _Client] = {}
+        self._clients: dict[int, Client] = {}
         self._next_client = 1
         self._press = DrivingPress(last_edge)
         self._mode_press = 0
@@ -82,6 +71,8 @@ class Arbiter:
         self._session = 0
         self._board_edge = 0
         self._orders: list[tuple[int, int]] = []
+        self.auto_modes: frozenset[str] = frozenset()
+        """The modes whose press nobody holds."""
         self.page_silent = False
         """No message from the owner has arrived for page_silent_s."""
 
@@ -125,16 +116,6 @@ class Arbiter:
         """The page's own edge of the press the board last took from it, 0 for none."""
         return self._press.page_edge(client, self._board_edge)
 
-    def coming(self, now_s: float) -> bool:
-        """A caretaker has answered the driver's call, and is coming."""
-        return self._coming_till_s is not None and now_s < self._coming_till_s
-
-    def answer_call(self, now_s: float) -> None:
-        """A caretaker has answered the driver's call elsewhere than on a page's socket."""
-        if self.call:
-            self.call = False
-            self._coming_till_s = now_s + COMING_S
-
     def somebody_hears(self, now_s: float) -> bool:
         """A caretaker's page is connected: a call would reach it."""
         pages = self._clients.values()
@@ -147,6 +128,16 @@ class Arbiter:
         if press is None or not press.alive:
             return "", self._mode_press
         return self._press.mode, self._mode_press
+
+    @property
+    def auto(self) -> str:
+        """The mode that drives while nobody holds it, "" for none."""
+        return self._press.mode if self._press.auto else ""
+
+    @property
+    def auto_over(self) -> str:
+        """The auto mode that has ended before it came to its end, "" for none."""
+        return "" if self._press.auto else self._press.unfinished
 
     def press_number(self) -> int:
         """The board's number for a press that is of no page."""
@@ -163,7 +154,7 @@ class Arbiter:
         """A page of `role`, or an input (`beside`); its client id. KeyError: an unknown role."""
         client = self._next_client
         self._next_client += 1
-        self._clients[client] = _Client(ROLES[role], role, now_s, beside)
+        self._clients[client] = Client(ROLES[role], role, now_s, beside)
         return client
 
     def disconnect(self, client: int, now_s: float) -> None:
@@ -189,10 +180,14 @@ class Arbiter:
             return Refusal("message", "not_allowed", "this device may only watch")
         if isinstance(message, Drive | UseMode):
             return self._drive(client, page, message, now_s)
+        if isinstance(message, Watch):
+            if self.freshness.fresh(message.proof, now_s):
+                self._press.watch(page.role, self.freshness.proven_s(message.proof, now_s))
+            return None
         if isinstance(message, Arm):
             return self._arm(client, page, message, now_s)
         if isinstance(message, Call):
-            return self._call(page, message, now_s)
+            return self.help.receive(page.role, message, now_s)
         if message in (STOP, DISARM, EMERGENCY):
             self.stopped_s = now_s
         if message is STOP:
@@ -212,18 +207,8 @@ class Arbiter:
             return self._care(client, page, message, now_s)
         return None
 
-    def _call(self, page: _Client, message: Call, now_s: float) -> Refusal | None:
-        # It outlasts the page that called: a tablet that goes dark still needs somebody.
-        if message.on and page.role != codes.DRIVER:
-            return Refusal("call", "not_allowed", "only the driver calls; a caretaker ends it")
-        # A caretaker answers a call, then reports their arrival; the driver can take it back.
-        answers = page.role == codes.CARETAKER and self.call
-        self._coming_till_s = now_s + COMING_S if answers else None
-        self.call, self.calls = message.on, self.calls + (message.on and not self.call)
-        return None
-
     def _care(
-        self, client: int, page: _Client, message: PageMessage, now_s: float
+        self, client: int, page: Client, message: PageMessage, now_s: float
     ) -> Refusal | None:
         # What only the caretaker may.
         if page.role != codes.CARETAKER:
@@ -242,8 +227,11 @@ class Arbiter:
             self._order(codes.RESET_FAULTS, client)
         return None
 
-    def board(self, session: int, state: int, edge: int, now_s: float) -> None:
+    def board(
+        self, session: int, state: int, edge: int, now_s: float, override: int = codes.NO_REASON
+    ) -> None:
         """What the board is now: session (0 = none), codes.DISARMED.., edge it last accepted."""
+        self._press.overruled(edge, override)
         if session != self._session:
             self._session = session
             self._press.drop()
@@ -276,7 +264,7 @@ class Arbiter:
         client = None if press is None else self._clients.get(press.client)
         return client is not None and client.beside and now_s - client.heard_s > self.page_silent_s
 
-    def _heard(self, client: int, page: _Client, now_s: float, proof: int | None) -> None:
+    def _heard(self, client: int, page: Client, now_s: float, proof: int | None) -> None:
         # An input that repeats one old moment has not lived since.
         page.heard_s = now_s
         if page.beside and proof is not None:
@@ -287,26 +275,27 @@ class Arbiter:
     # Driving
 
     def mode_says(
-        self, mode: str, number: int, wish: tuple[int, int] | None, till_s: float, now_s: float
+        self, mode: str, number: int, wish: Wish, till_s: float, now_s: float, reached: bool = True
     ) -> None:
         """How `mode` would drive in its press `number`: (linear, turn), None: not any more.
 
-        `till_s`: how long that lives. Without a live press on this mode it means nothing.
+        `till_s`: how long that lives; `reached`: what is over has come to its goal. Without a live
+        press on this mode it means nothing.
         """
         self.tick(now_s)
         if self.mode_press != (mode, number):
             return
         if wish is None:
-            self._press.end()
+            self._press.come_to_its_end(reached)
         elif now_s < till_s:
             self._press.steer(*wish, min(till_s, now_s + self.ttl_s))
 
-    def _may_drive(self, client: int, page: _Client) -> bool:
+    def _may_drive(self, client: int, page: Client) -> bool:
         # The owner's page, and the inputs of that page's person.
         return client == self._owner or (page.beside and page.role == self.owner_code)
 
     def _drive(
-        self, client: int, page: _Client, wish: Drive | UseMode, now_s: float
+        self, client: int, page: Client, wish: Drive | UseMode, now_s: float
     ) -> Refusal | None:
         what = "cmd" if isinstance(wish, Drive) and wish.verb != codes.DRIVE else "drive"
         if not self.freshness.fresh(wish.proof, now_s):
@@ -315,6 +304,7 @@ class Arbiter:
         new = self._press.is_new(client, wish.edge)
         if new:
             page.told.clear()
+            self._press.pressed()
         if not self._may_drive(client, page):
             reason = "not_armed" if self._owner is None else "not_owner"
             return self._refuse_once(what, page, wish.edge, reason)
@@ -333,23 +323,28 @@ class Arbiter:
         return None if alive else self._refuse_once(what, page, wish.edge, "needs_new_command")
 
     def _drive_by(
-        self, client: int, page: _Client, wish: UseMode, deadline_s: float, new: bool, now_s: float
+        self, client: int, page: Client, wish: UseMode, deadline_s: float, new: bool, now_s: float
     ) -> bool:
-        if not new:
-            return self._press.drive_by_on(client, wish, deadline_s)
-        answer_s = now_s + MODE_ANSWER_S
-        self._press.drive_by(client, wish, page.role, deadline_s, self._board_edge, answer_s)
-        self._mode_press += 1
+        if new:
+            auto, answer_s = wish.mode in self.auto_modes, now_s + MODE_ANSWER_S
+            deadline_s = math.inf if auto else deadline_s
+            self._press.drive_by(client, wish, page.role, deadline_s, self._board_edge, answer_s)
+            self._press.auto = auto
+            self._mode_press += 1
+        elif not self._press.drive_by_on(client, wish, deadline_s):
+            return False
+        # Whoever presses it is there, and so is whoever goes on pressing.
+        self._press.watch(page.role, self.freshness.proven_s(wish.proof, now_s))
         return True
 
-    def _refuse_once(self, what: str, page: _Client, edge: int, reason: str) -> Refusal | None:
+    def _refuse_once(self, what: str, page: Client, edge: int, reason: str) -> Refusal | None:
         # A pressed button repeats all the time; one refusal per press is enough.
         if reason in page.told:
             return None
         page.told.add(reason)
         return Refusal(what, reason, f"press {edge} does not move the chair: {reason}")
 
-    def _arm(self, client: int, page: _Client, wish: Arm, now_s: float) -> Refusal | None:
+    def _arm(self, client: int, page: Client, wish: Arm, now_s: float) -> Refusal | None:
         if page.beside:
             return Refusal("arm", "not_allowed", "an input drives beside its person's page")
         if not self.freshness.fresh(wish.proof, now_s):
@@ -358,14 +353,14 @@ class Arbiter:
             return Refusal("arm", "not_owner", "another page drives; it must stop driving first")
         return self._own("arm", client, page, now_s)
 
-    def _take(self, client: int, page: _Client, wish: Take, now_s: float) -> Refusal | None:
+    def _take(self, client: int, page: Client, wish: Take, now_s: float) -> Refusal | None:
         if page.beside:
             return Refusal("take", "not_allowed", "an input drives beside its person's page")
         if not self.freshness.fresh(wish.proof, now_s):
             return Refusal("take", "stale_token", "the wish to take over was too long on its way")
         return self._own("take", client, page, now_s)
 
-    def _own(self, what: str, client: int, page: _Client, now_s: float) -> Refusal | None:
+    def _own(self, what: str, client: int, page: Client, now_s: float) -> Refusal | None:
         # Armed, the board hands over: it stops, and waits for the new owner's own press.
         self._heard(client, page, now_s, None)
         if self._session == 0:
@@ -377,12 +372,13 @@ class Arbiter:
         return None
 
     def _hold_bypass(
-        self, client: int, page: _Client, wish: HoldBypass, now_s: float
+        self, client: int, page: Client, wish: HoldBypass, now_s: float
     ) -> Refusal | None:
         if not self.freshness.fresh(wish.proof, now_s):
             return Refusal("bypass", "stale_token", "the bypass was too long on its way")
         deadline_s = self.freshness.proven_s(wish.proof, now_s) + self.ttl_s
         if self._bypass.is_new(client, wish.edge):
+            self._press.pressed()
             self._bypass.begin(client, wish.edge, deadline_s)
             return None
         if self._bypass.refresh(client, wish.edge, deadline_s) or page.bypass_told == wish.edge:

@@ -12,7 +12,7 @@ from gazechair.alerts.watch import Situation
 from gazechair.base import health as states
 from gazechair.base.health import HealthRegistry
 from gazechair.base.latest_value import Clock
-from gazechair.board.board_commands import STOP_COMMAND, Bypass, Clearance
+from gazechair.board.board_commands import STOP_COMMAND, Bypass, Clearance, Command
 from gazechair.board.state import BoardLimits, BoardState
 from gazechair.config.configuration import Config
 from gazechair.driving import error_handler
@@ -25,7 +25,7 @@ from gazechair.driving.shown_state import board_key, board_words, bypass_ms
 from gazechair.driving.speed_cap_store import KeptCap
 from gazechair.driving.stop_seen import StopSeen
 from gazechair.driving.untuned import StepTurns, slowed
-from gazechair.driving.world import World, sensed
+from gazechair.driving.world import Wish, World, sensed
 from gazechair.people.profiles import ProfileRefused, Profiles, house_fields
 from gazechair.sensing.clearance.shown import shown
 from gazelink import codes
@@ -46,10 +46,11 @@ class Control:
         profiles: Profiles | None = None,
         kept_cap: KeptCap | None = None,
         alerts: Calls | None = None,
+        steer: Callable[[Command, float], Command] = lambda command, _now_s: command,
     ) -> None:
         """`picture_age_s` is the age of the newest picture, None before the first; `profiles`
         are those on disk, None: the configured one, in memory; `kept_cap`: the speed cap's file;
-        `alerts` None: calls reach pages only.
+        `alerts` None: calls reach pages only; `steer`: corrects what is sent to the board.
         """
         self._config = config
         self._link = link
@@ -61,8 +62,8 @@ class Control:
         self._kept_cap = kept_cap or KeptCap(None)
         self._arbiter = Arbiter(secrets.randbelow(256), secrets.randbelow(1 << 30))
         self._arbiter.cap_permille = self._kept_cap.read()
-        self._alerts = alerts
-        self._arbiter.call = alerts is not None and alerts.help_wanted
+        self._alerts, self._steer = alerts, steer
+        self._arbiter.help.on = alerts is not None and alerts.help_wanted
         self._stop_seen, self._step_turns = StopSeen(), StepTurns()
         self._errors = error_handler.ErrorHandler(), error_handler.ErrorHandler()
         self._verdicts = (error_handler.Verdict("ok", "ok"),) * 2  # all, what the driver is told
@@ -150,6 +151,7 @@ class Control:
                 self._arbiter.mode_says(mode, self._arbiter.mode_press[1], None, 0.0, now_s)
             else:
                 self._tiles[mode] = tile
+            self._arbiter.auto_modes = frozenset(m for m, t in self._tiles.items() if t.get("auto"))
             self._refresh(now_s)
 
     def show_plugins(self, rows: Callable[[], list[Message]]) -> None:
@@ -157,13 +159,13 @@ class Control:
         self._plugins = rows
 
     def mode_says(
-        self, mode: str, number: int, wish: tuple[int, int] | None, till_s: float
+        self, mode: str, number: int, wish: Wish, till_s: float, reached: bool = True
     ) -> None:
         """How `mode` would drive in its press `number`; see Arbiter.mode_says."""
         with self._lock:
             now_s = self._clock()
             self._hear_board(now_s)
-            self._arbiter.mode_says(mode, number, wish, till_s, now_s)
+            self._arbiter.mode_says(mode, number, wish, till_s, now_s, reached)
             self._tell_board()
 
     def world(self) -> World:
@@ -182,9 +184,9 @@ class Control:
             armed = state is not None and state.state == codes.ARMED
             command = self._arbiter.command
             return Situation(
-                self._arbiter.call,
-                self._arbiter.calls,
-                self._arbiter.coming(now_s),
+                self._arbiter.help.on,
+                self._arbiter.help.count,
+                self._arbiter.help.coming(now_s),
                 command.edge,
                 command.verb != codes.STOP and command.ttl_deadline_s > now_s,
                 state is not None and armed and state.override != codes.NO_REASON,
@@ -200,7 +202,7 @@ class Control:
     def answer_call(self) -> None:
         """A caretaker has answered the driver's call by acknowledging the alert."""
         with self._lock:
-            self._arbiter.answer_call(self._clock())
+            self._arbiter.help.answer(self._clock())
 
     def person(self) -> Message:
         """The profile of the present driver."""
@@ -224,13 +226,11 @@ class Control:
 
     def disconnect(self, client: int) -> None:
         with self._lock:
-            now_s = self._clock()
-            self._arbiter.disconnect(client, now_s)
+            self._arbiter.disconnect(client, self._clock())
             self._stop_seen.gone(client)
-            self._refresh(now_s)
+            self._refresh(self._clock())
 
     def welcome(self, client: int) -> Message:
-        limits = self._limits
         return {
             "k": "welcome",
             "role": self.role(client),
@@ -238,7 +238,7 @@ class Control:
             "backward": self._config.driver.backward,
             "heartbeat_ms": HEARTBEAT_MS,
             "token_ms": MAX_SINCE_MS,
-            "command_ttl_ms": limits.command_ttl_ms if limits else None,
+            "command_ttl_ms": self._limits and self._limits.command_ttl_ms,
             "latched": [name for _, name, _, latched in codes.FAULTS if latched],
             "modes": [{"mode": name, **tile} for name, tile in sorted(self._tiles.items())],
             "plugins": self._plugins(),
@@ -268,12 +268,13 @@ class Control:
                 **{name: parts[name].state for name in ("board", "lidar", "camera")},
                 "owner": codes.OWNERS[self._arbiter.owner_code],
                 "you": self._arbiter.owner == client,
+                "auto": [self._arbiter.auto, self._arbiter.auto_over],
                 "edge": self._arbiter.page_edge(client),
                 "heading_deg": state.heading_deg if state and state.heading_known else None,
                 "output_permille": [state.linear_permille, state.turn_permille] if state else None,
                 "cap_permille": self._arbiter.cap_permille,
-                "call": self._arbiter.call,
-                "coming": self._arbiter.coming(now_s),
+                "call": self._arbiter.help.on,
+                "coming": self._arbiter.help.coming(now_s),
                 "heard": self._heard(now_s),
                 "alerts": self._alerts.revision if self._alerts else 0,
                 "stops": self._stop_seen.seen(client),
@@ -324,12 +325,10 @@ class Control:
         if board is not None and board.limits != self._limits:
             self._limits = board.limits
             self._arbiter.ttl_s = board.limits.command_ttl_ms / 1000
-        self._arbiter.board(
-            0 if board is None or state is None else board.session,
-            codes.DISARMED if state is None else state.state,
-            0 if state is None else state.edge,
-            now_s,
-        )
+        shown = (codes.DISARMED, 0) if state is None else (state.state, state.edge)
+        override = codes.NO_REASON if state is None else state.override
+        session = 0 if board is None or state is None else board.session
+        self._arbiter.board(session, *shown, now_s, override)
         return state
 
     def _refresh(self, now_s: float) -> None:
@@ -345,14 +344,15 @@ class Control:
             *(part.state for part in parts.values()),
             self._arbiter.owner,
             self._arbiter.cap_permille,
-            self._arbiter.call,
-            self._arbiter.coming(now_s),
+            self._arbiter.help.on,
+            self._arbiter.help.coming(now_s),
             self._heard(now_s),
             self._alerts.revision if self._alerts else 0,
             self._stop_seen.all_seen(),
             self._step_turns.told,
             self._profiles.revision,
             self._arbiter.bypass is None,
+            (self._arbiter.auto, self._arbiter.auto_over),
             self._simulated(),
             self._limits,
             tuple(self._tiles),
@@ -363,9 +363,8 @@ class Control:
             self._lock.notify_all()
 
     def _heard(self, now_s: float) -> bool:
-        if self._arbiter.somebody_hears(now_s):
-            return True
-        return self._alerts is not None and self._alerts.reaches_somebody()
+        reached = self._alerts is not None and self._alerts.reaches_somebody()
+        return reached or self._arbiter.somebody_hears(now_s)
 
     def _problems(self, state: BoardState | None, now_s: float) -> list[error_handler.Problem]:
         clearance, silent = self._clearance, self._arbiter.page_silent
@@ -377,7 +376,8 @@ class Control:
         # Orders first: nothing may move between a disarming and its order.
         for action, owner in self._arbiter.take_orders():
             self._link.order(action, owner)
-        command = slowed(self._arbiter.command, self._link.state())
+        command = self._steer(self._arbiter.command, self._clock())
+        command = slowed(command, self._link.state())
         if command != self._sent:
             self._sent = command
             self._link.command(command)

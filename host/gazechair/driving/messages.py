@@ -72,6 +72,13 @@ class Beat:
 
 
 @dataclass(frozen=True)
+class Watch:
+    """Somebody supervises the motion that nobody holds: looks at the page, or holds a button."""
+
+    proof: int
+
+
+@dataclass(frozen=True)
 class Cap:
     """The highest permitted output."""
 
@@ -109,9 +116,9 @@ END_BYPASS = Plain("bypass")
 _PLAIN = {plain.kind: plain for plain in (STOP, DISARM, EMERGENCY, RESET, RELEASE)}
 # What only an input says: its person let go. A page says stop.
 LET_GO = Plain("let_go")
-_OTHERS = ("cmd", "drive", "mode", "arm", "take", "hb", "cap", "call", "bypass")
+_OTHERS = ("cmd", "drive", "mode", "arm", "take", "hb", "cap", "call", "bypass", "watch")
 
-PageMessage = Drive | UseMode | Arm | Take | Beat | Cap | Call | HoldBypass | Plain
+PageMessage = Drive | UseMode | Arm | Take | Beat | Watch | Cap | Call | HoldBypass | Plain
 
 
 def parse(message: dict[str, Any]) -> PageMessage:
@@ -121,6 +128,8 @@ def parse(message: dict[str, Any]) -> PageMessage:
         return _PLAIN[kind]
     if kind == "hb":
         return Beat(None if message.get("token") is None else _proof(message))
+    if kind == "watch":
+        return Watch(_proof(message))
     if kind == "arm":
         return Arm(_proof(message))
     if kind == "take":

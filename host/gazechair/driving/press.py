@@ -87,6 +87,13 @@ class Presses:
             self.end()
 
 
+_WAITS = (
+    codes.NO_REASON,
+    *range(codes.OBSTACLE_FORWARD, codes.OBSTACLE_RIGHT + 1),
+    codes.ABOVE_CREEP,
+)
+
+
 class DrivingPress(Presses):
     """The press that moves the chair, and its command."""
 
@@ -97,6 +104,10 @@ class DrivingPress(Presses):
         self.mode = ""
         """The mode that this press is on, "" for none."""
         self._mode_till_s = 0.0  # what the mode said last lives until then
+        self._auto = False
+        self._watched = (codes.NOBODY, 0.0)  # who supervises it, and when that was proven
+        self.unfinished = ""
+        """The mode of the newest auto motion until that comes to its end by itself."""
 
     @property
     def command(self) -> Command:
@@ -110,7 +121,59 @@ class DrivingPress(Presses):
         deadline_s = self.now.deadline_s
         if self.mode:
             deadline_s = min(deadline_s, self._mode_till_s)
-        return replace(self._command, edge=self.now.number, ttl_deadline_s=deadline_s)
+        watcher, watched_s = self._watched if self._auto else (codes.NOBODY, 0.0)
+        return replace(
+            self._command,
+            edge=self.now.number,
+            ttl_deadline_s=deadline_s,
+            watcher=watcher,
+            watched_s=watched_s,
+        )
+
+    @property
+    def auto(self) -> bool:
+        """It is alive, and nobody holds it."""
+        return self._auto and self.now is not None and self.now.alive
+
+    @auto.setter
+    def auto(self, auto: bool) -> None:
+        self._auto = auto
+        if auto:
+            self.unfinished = self.mode
+        self._watched = (codes.NOBODY, 0.0)
+
+    def watch(self, role: int, proven_s: float) -> None:
+        """Somebody supervised it at that moment."""
+        if self.auto and proven_s > self._watched[1]:
+            self._watched = role, proven_s
+
+    def pressed(self) -> None:
+        """Anything else was pressed, by anyone: an auto motion is over."""
+        if self.auto:
+            self.drop()
+
+    def overruled(self, board_edge: int, override: int) -> None:
+        """What the board says of its newest press: an auto motion waits for obstacles only."""
+        running = self.auto and self.now is not None and self.now.number == board_edge
+        if running and override not in _WAITS:
+            self.end()
+
+    def come_to_its_end(self, reached: bool) -> None:
+        """The mode has: of an auto motion nothing is left that somebody could release."""
+        if self.auto:
+            self.unfinished = "" if reached else self.mode
+            self.drop()
+        else:
+            self.end()
+
+    def release(self, client: int) -> None:
+        if not self.auto:  # which nobody holds
+            super().release(client)
+
+    def gone(self, client: int) -> None:
+        if self.now is not None and self.now.client == client:
+            self.drop()
+        super().gone(client)
 
     def page_edge(self, client: int, board_edge: int) -> int:
         """The page's own edge of the press that the board calls `board_edge`, 0 for none."""
@@ -123,6 +186,7 @@ class DrivingPress(Presses):
         """A new press; `board_edge` is the edge the board last took."""
         self.begin(client, wish.edge, deadline_s, board_edge)
         self.mode = ""
+        self.auto = False
         self._command = Command(
             wish.verb, wish.mode, 0, role, 0.0, wish.linear_permille, wish.turn_permille
         )
@@ -157,6 +221,7 @@ class DrivingPress(Presses):
         self._command = replace(
             self._command,
             verb=codes.DRIVE,
+            mode=codes.AUTO if self._auto else codes.CONTINUOUS,
             linear_permille=linear_permille,
             turn_permille=turn_permille,
         )

@@ -1,4 +1,4 @@
-"""What modes may know: who presses, the board's word, and the clearance."""
+"""What modes may know (who presses, the board's word, the clearance), and what they answer."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ from gazechair.board.board_commands import Clearance
 from gazechair.board.state import BoardState
 from gazechair.sensing.clearance.shown import shown
 from gazelink import codes
+
+Wish = tuple[int, int] | None
+"""How a mode would drive: linear and turn, permille; None: not any more."""
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,13 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
 
 from gazechair.base.health import HealthRegistry
+from gazechair.base.told import ToldError
 from gazechair.board.board_commands import Clearance
 from gazechair.board.link import BoardLink
 from gazechair.config.configuration import Config, LidarConfig
@@ -24,14 +26,16 @@ from gazechair.first_drive.held import Held
 from gazechair.first_drive.moves import Moves
 from gazechair.first_drive.record import Record, fitted_as
 from gazechair.people.profiles import Profiles
-from gazechair.sensing.lidar.mask import LEAST_SCANS, MaskError
+from gazechair.sensing.lidar.mask import LEAST_SCANS
 from gazechair.sensing.lidar.recorded import BEAMS
 from gazechair.sensing.lidar.scan import Scan
 from gazechair.service.board_settings import BoardSettings, SettingRefused, SettingsError
-from gazechair.service.calibrate import CalibrateError, JoystickCalibration
+from gazechair.service.calibrate import JoystickCalibration
 from gazechair.service.lidar_tools import learned_mask
 from gazechair.service.tune.command import Tuning
-from gazechair.service.tune.errors import TuneError
+from gazechair.service.tune.errors import StoppedError
+from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
+from gazechair.service.tune.forward_runner import ForwardRunner, Measured
 from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.recording import Recording
 from gazechair.service.tune.runner import Runner
@@ -45,6 +49,7 @@ _ANSWER_S = 600.0
 _POLL_S = 0.05
 _SCANS_S = 30.0
 _MOST_MM = 12_000
+_READY_S = 10.0  # for the board, from one part of tuning to the next
 
 log = logging.getLogger(__name__)
 
@@ -78,8 +83,11 @@ class Guide:
         remask: Callable[[tuple[LidarConfig, ...]], None],
         clock: Callable[[], float] = time.monotonic,
         wait: Callable[[float], None] = time.sleep,
+        measured: Measured | None = None,
+        keep: Callable[[str, ForwardNumbers], None] = lambda _profile, _numbers: None,
     ) -> None:
-        """`remask` starts the lidars anew with other masks; `wait` lets seconds of `clock` pass."""
+        """`remask` starts the lidars anew with other masks; `wait` lets seconds of `clock` pass;
+        `measured`: odometry's newest estimate, `keep` gets what tuning finds with it, as Tuning."""
         self._config = config
         self._link = link
         self._parts = parts
@@ -89,6 +97,8 @@ class Guide:
         self._remask = remask
         self._clock = clock
         self._wait = wait
+        self._measured = measured
+        self._keep = keep
         self.held = Held(link, clock, control.stopped_s)
         self._lock = threading.Lock()
         self._step = ""  # that runs
@@ -215,7 +225,7 @@ class Guide:
         return tuple(one for one in self._config.lidar if one.kind != "off")
 
     def _run(self, step: str, value: Any) -> None:
-        ended = {"step": step, "ok": True, "reason": "", "detail": ""}
+        ended: dict[str, Any] = {"step": step, "ok": True, "reason": "", "detail": ""}
         try:
             getattr(self, f"_{step}")(value)
         except SettingRefused as refused:
@@ -223,10 +233,10 @@ class Guide:
             ended |= {"ok": False, "reason": reason, "detail": str(refused)}
         except StepRefused as refused:
             ended |= {"ok": False, "reason": refused.reason, "detail": str(refused)}
-        except (TuneError, CalibrateError, SettingsError, MaskError) as error:
-            let_go = step in MOVES and str(error).startswith("stopped")
-            reason = "first_let_go" if let_go else "first_failed"
-            ended |= {"ok": False, "reason": reason, "detail": str(error)}
+        except ToldError as error:
+            let_go = isinstance(error, StoppedError)
+            ended |= {"ok": False, "reason": "first_let_go" if let_go else "first_failed"}
+            ended |= {"detail": str(error), "told": error.key, "fields": error.fields}
         except Exception as error:
             log.exception("the first drive's step %s", step)
             ended |= {"ok": False, "reason": "first_failed", "detail": repr(error)}
@@ -328,8 +338,21 @@ class Guide:
             runner = Runner(self.held, self._clock, self._wait, self._aborted, say, numbers)
             return runner.run(believed, neutral_count)
 
-        board = BoardSettings(self._link)
-        Tuning(board, record, self._lines.append, lambda: True).run(state.profile, False)
+        straight = None if self._measured is None else partial(self._straight, self._measured)
+        board, say = BoardSettings(self._link), self._lines.append
+        Tuning(board, record, say, lambda: True, straight, self._keep).run(state.profile, False)
+
+    def _straight(self, measured: Measured) -> list[ForwardRecording]:
+        end_s = self._clock() + _READY_S
+        while (state := self._link.state()) is None or state.state or state.arm_reason:
+            if self._clock() > end_s or self._aborted():
+                break  # what stands against it is told by the attempt
+            self._wait(_POLL_S)
+        numbers, say = self._control.press_number, self._lines.append
+        runner = ForwardRunner(
+            self.held, self._clock, self._wait, self._aborted, say, measured, numbers
+        )
+        return runner.run()
 
     def _turn(self, _: Any) -> None:
         state = self._link.state()

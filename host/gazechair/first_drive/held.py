@@ -31,6 +31,8 @@ class Held:
         self._lock = threading.Lock()
         self._presses = Presses(0)
         self._moved = False  # by the newest press
+        self.cap_permille = 1000
+        """Nothing that passes exceeds it."""
 
     def press(self, client: int, edge: int, deadline_s: float) -> bool:
         """The button is pressed, proven until `deadline_s`; True when this is a new press."""
@@ -94,7 +96,8 @@ class Held:
             elif self._lasts() and (press := self._presses.now) is not None:
                 self._moved = True
                 till_s = min(command.ttl_deadline_s, press.deadline_s)
-                self._link.command(replace(command, ttl_deadline_s=till_s))
+                cap = min(command.cap_permille, self.cap_permille)
+                self._link.command(replace(command, ttl_deadline_s=till_s, cap_permille=cap))
 
     def order(self, action: int, owner: int) -> None:
         """Arm, disarm."""

@@ -36,15 +36,15 @@ class Moves(ArmedSession):
     def relay(self) -> None:
         """See the relay closed while armed, and open when not. Nothing drives."""
         with self.armed():
-            self._sees(True, "the relay was not reported closed; check its feedback contact")
-        self._sees(False, "the relay was not reported open; check its feedback contact")
+            self._sees(True)
+        self._sees(False)
 
     def turns(self) -> tuple[float, float]:
         """A step to the left and one back to the right, slowly; degrees turned, left positive."""
         with self.armed():
             return self._turn(codes.LEFT), self._turn(codes.RIGHT)
 
-    def _sees(self, closed: bool, otherwise: str) -> None:
+    def _sees(self, closed: bool) -> None:
         since_s = self._clock()
         while self._clock() < since_s + _RELAY_S:
             self._pause()
@@ -55,7 +55,12 @@ class Moves(ArmedSession):
                 continue
             if bool(stats.counters["relay"]) == closed:
                 return
-        raise TuneError(otherwise)
+        if closed:
+            text = "the relay was not reported closed; check its feedback contact"
+            raise TuneError(text, "relay_not_closed")
+        raise TuneError(
+            "the relay was not reported open; check its feedback contact", "relay_not_open"
+        )
 
     def _turn(self, verb: int) -> float:
         command = Command(
@@ -78,10 +83,12 @@ class Moves(ArmedSession):
             if state is not None and state.edge == command.edge:
                 self._overruled(state)
             if now_s > began_s + (_ENDS_S if moved else _BEGINS_S):
-                raise TuneError("the board does not turn the chair; repeat, with free space around")
+                text = "the board does not turn the chair; repeat, with free space around"
+                raise TuneError(text, "turn_none")
         return (self._state().heading_deg - start_deg + 180.0) % 360.0 - 180.0
 
     def _overruled(self, state: BoardState) -> None:
         # A step that ends off its mark is a result, and what this step of the first drive shows.
         if state.override not in (codes.NO_REASON, codes.TIME_LIMIT):
-            raise TuneError(f"the board stopped the turn: {state.override_name}")
+            text = "the board stopped the turn: {reason}"
+            raise TuneError(text, "turn_stopped", reason=state.override_name)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from gazechair.driving.control import Control
 from gazechair.driving.driver_port import Message
 from gazechair.driving.messages import BadMessage, HoldBypass, parse
@@ -12,15 +14,18 @@ from gazelink import codes
 _STOPS = ("stop", "disarm", "emergency", "release")
 # What another page must not begin while a step moves the chair: it stops the step first.
 _OTHERS = ("arm", "take", "cmd", "drive", "mode", "bypass", "cap", "reset")
+_FULL_PERMILLE = 1000
 _KEEPS_S = 0.3  # a proof of holding; the board's own limit is the same
 
 
 class FirstDrivePort:
     """The DriverPort of `control`, with {"k": "step"} besides."""
 
-    def __init__(self, control: Control, guide: Guide) -> None:
+    def __init__(self, control: Control, guide: Guide, facts: Callable[[], Message] = dict) -> None:
+        """`facts`: what each state says besides, from outside of `control`."""
         self._control = control
         self._guide = guide
+        self._facts = facts
         # As they are.
         self.connect = control.connect
         self.welcome = control.welcome
@@ -48,7 +53,7 @@ class FirstDrivePort:
         return self._control.receive(client, message)
 
     def snapshot(self, client: int) -> Message:
-        state = self._control.snapshot(client)
+        state = self._control.snapshot(client) | self._facts()
         moving = self._guide.moving
         return {**state, "owner": "caretaker", "step": moving} if moving else {**state, "step": ""}
 
@@ -69,11 +74,18 @@ class FirstDrivePort:
             return Refusal("step", "stale_token", "the held button was too long on its way")
         if self._guide.held.press(client, press.edge, proven_s + _KEEPS_S):
             try:
-                if self._control.snapshot(client)["owner"] != codes.OWNERS[codes.NOBODY]:
-                    # The board may not have armed for them yet.
-                    raise StepRefused("setting_while_armed")
-                self._guide.begin(str(message.get("step")))
+                self._begin(str(message.get("step")), self._control.snapshot(client))
             except StepRefused as refused:
                 self._guide.held.release(client)
                 return Refusal("step", refused.reason, str(refused))
         return None
+
+    def _begin(self, step: str, state: Message) -> None:
+        if state["owner"] != codes.OWNERS[codes.NOBODY]:
+            # The board may not have armed for them yet.
+            raise StepRefused("setting_while_armed")
+        if step == "tune" and state["cap_permille"] < _FULL_PERMILLE:
+            raise StepRefused("first_cap", "tuning turns the chair as fast as it can")
+        # As long as the step moves the chair, nobody changes it.
+        self._guide.held.cap_permille = state["cap_permille"]
+        self._guide.begin(step)

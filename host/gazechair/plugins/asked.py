@@ -34,7 +34,9 @@ def build(plugin: type[Any], title: str, settings: Mapping[str, Any]) -> Any:
 def facts(plugin: type[Any]) -> Facts:
     """What it says of itself."""
     about = (plugin.__doc__ or "").strip().partition("\n")[0]
-    return Facts(about[:200], plugin.icon[:4], {"nl": plugin.nl[:20], "en": plugin.en[:20]})
+    names = {"nl": plugin.nl[:20], "en": plugin.en[:20]}
+    auto = issubclass(plugin, Mode) and plugin.auto
+    return Facts(about[:200], plugin.icon[:4], names, auto)
 
 
 class AskedInput:

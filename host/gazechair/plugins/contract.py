@@ -134,6 +134,10 @@ class Input(_Plugin):
 class Mode(_Plugin):
     """A way of driving: says how to drive while somebody presses it. Its docstring describes it."""
 
+    auto: ClassVar[bool] = False
+    """It drives while nobody holds it: one press starts it, under supervision; any other press ends
+    it (promises P17 to P20). Each world must be answered anew: an answer lives for 150 ms."""
+
     def drive(self, world: World) -> tuple[int, int] | None:
         """(linear, turn) in permille, as drive(); None: this press has come to its end."""
         raise NotImplementedError

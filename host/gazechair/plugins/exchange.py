@@ -17,6 +17,8 @@ LONGEST = 4096
 """Bytes of a record."""
 LIFE_S = 0.25
 """How long a value moves the chair after it was sensed; below the 300 ms of promise P3."""
+AUTO_LIFE_S = 0.15
+"""The same of a mode that nobody holds: promise P17."""
 WORLD_OLD_S = 0.15
 """A mode is not asked about a world that is older."""
 RECORDS_PER_S = 400.0
@@ -80,6 +82,7 @@ class Facts:
     about: str
     icon: str
     names: dict[str, str]
+    auto: bool = False
 
     def pack(self) -> bytes:
         """As sent."""
@@ -91,7 +94,8 @@ def unpack_facts(payload: bytes) -> Facts:
     try:
         fields = json.loads(payload)
         names = {plain(k, 2): plain(v, 20) for k, v in list(fields["names"].items())[:20]}
-        return Facts(plain(fields["about"], 200), plain(fields["icon"], 4), names)
+        auto = fields.get("auto") is True
+        return Facts(plain(fields["about"], 200), plain(fields["icon"], 4), names, auto)
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise BadValue("no facts") from None
 

@@ -12,8 +12,9 @@ from gazechair.base.latest_value import Clock
 from gazechair.driving.messages import LET_GO, STOP, Beat, Drive, PageMessage, UseMode
 from gazechair.driving.refusal import Refusal
 from gazechair.driving.tokens import VALID_S
+from gazechair.driving.world import Wish
 from gazechair.plugins.contract import DIRECTIONS, Intent
-from gazechair.plugins.exchange import LIFE_S, BadValue, Value, unpack
+from gazechair.plugins.exchange import AUTO_LIFE_S, LIFE_S, BadValue, Value, unpack
 from gazelink import codes
 
 _AHEAD_S = 0.002  # one clock serves all processes: what is later is made up
@@ -31,7 +32,7 @@ class Port(Protocol):
     def stopped_s(self) -> float: ...
     def act(self, client: int, meaning: PageMessage) -> Refusal | None: ...
     def mode_says(
-        self, mode: str, number: int, wish: tuple[int, int] | None, till_s: float
+        self, mode: str, number: int, wish: Wish, till_s: float, reached: bool = True
     ) -> None: ...
 
 
@@ -115,20 +116,22 @@ class InputProducer:
 class ModeProducer:
     """One life of a mode's process."""
 
-    def __init__(self, port: Port, name: str, clock: Clock) -> None:
+    def __init__(self, port: Port, name: str, clock: Clock, auto: bool = False) -> None:
         self._port = port
         self._name = name
+        self._life_s = AUTO_LIFE_S if auto else LIFE_S
         self._times = _Times(clock)
 
-    def take(self, payload: bytes) -> Value:
-        """Act on a value; raises BadValue."""
+    def take(self, payload: bytes, reached: bool = True) -> Value:
+        """Act on a value; raises BadValue. `reached`: its end, when it says one, is its goal."""
         value = unpack(payload)
         if value.intent.do not in ("nothing", "drive"):
             raise BadValue("an intent that is no mode's")
         if self._times.fresh(value.born_s) and value.press:
             i = value.intent
             wish = (i.linear_permille, i.turn_permille) if i.do == "drive" else None
-            self._port.mode_says(self._name, value.press, wish, value.born_s + LIFE_S)
+            till_s = value.born_s + self._life_s
+            self._port.mode_says(self._name, value.press, wish, till_s, reached)
         return value
 
 

@@ -128,7 +128,8 @@ class Plugin(Supervised):
         tile = asdict(self._facts)
         del tile["about"]
         self._port.offer_mode(self.config.name, tile)
-        return producer.ModeProducer(self._port, self.config.name, self._clock)
+        auto = self._facts.auto
+        return producer.ModeProducer(self._port, self.config.name, self._clock, auto)
 
     def _end(self) -> None:
         life, self._life = self._life, None
@@ -175,11 +176,15 @@ class Plugins:
             for config in configs
         }
         self._modes = {p.config.name: p for p in self.running.values() if p.config.kind == "mode"}
-        port.show_plugins(lambda: [plugin.row() for plugin in self.running.values()])
+        port.show_plugins(self.rows)
         self._port = port
         self._clock = clock
         self._stopping = threading.Event()
         self._threads = [threading.Thread(target=self._tell_modes, name="modes", daemon=True)]
+
+    def rows(self) -> list[dict[str, Any]]:
+        """What the pages show of each."""
+        return [plugin.row() for plugin in self.running.values()]
 
     def start(self, start: Callable[[Plugin, Health], None]) -> None:
         """Start each of them by `start`, which turns a failure into its health."""

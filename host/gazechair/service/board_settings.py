@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator, Sequence
 
 from gazechair.base.health import Health
+from gazechair.base.told import ToldError
 from gazechair.board import ports
 from gazechair.board.link import BoardLink
 from gazechair.board.state import BoardState
@@ -26,7 +27,7 @@ _REFUSALS = {
 }
 
 
-class SettingsError(Exception):
+class SettingsError(ToldError):
     """A refusal or a board that does not answer: one line, what and what to do."""
 
 
@@ -97,7 +98,8 @@ class BoardSettings:
                 reason = _REFUSALS.get(reply.refused, codes.reason_name(reply.refused))
                 raise SettingRefused(f"{what} {NAMES[index]} refused: {reason}", reply.refused)
             return reply.value
-        raise SettingsError(f"{what}: the board does not answer; is its firmware of this version?")
+        text = "{what}: the board does not answer; is its firmware of this version?"
+        raise SettingsError(text, "board_no_answer", what=what)
 
 
 @contextlib.contextmanager

@@ -15,6 +15,7 @@ from gazechair.picture.camera import Frame
 from gazechair.web import WebError, WebServer
 from gazechair.web.alert_routes import AlertBook
 from gazechair.web.first_drive_routes import Steps
+from gazechair.web.map_routes import Maps
 
 
 class FrontDoor:
@@ -28,6 +29,7 @@ class FrontDoor:
         settings: CaretakerSettings,
         alerts: AlertBook,
         steps: Steps,
+        maps: Maps,
     ) -> None:
         """Arguments as of WebServer."""
         self._config = config
@@ -36,6 +38,7 @@ class FrontDoor:
         self._settings = settings
         self._alerts = alerts
         self._steps = steps
+        self._maps = maps
         self._desk: PairingDesk | None = None
         self._web: WebServer | None = None
         self._side: LocalDoor | None = None
@@ -62,6 +65,7 @@ class FrontDoor:
                 self._settings,
                 self._alerts,
                 self._steps,
+                self._maps,
             )
             self._side = LocalDoor(self._desk, folder, self._pairing_url)
             self._side.start()

@@ -23,6 +23,7 @@ from gazechair.web import (
     alert_routes,
     files,
     first_drive_routes,
+    map_routes,
     pairing_routes,
     profile_routes,
     settings_routes,
@@ -61,11 +62,13 @@ class WebServer:
         settings: CaretakerSettings,
         alerts: alert_routes.AlertBook,
         steps: first_drive_routes.Steps,
+        maps: map_routes.Maps,
     ) -> None:
         """`video`: the slot with the newest picture, None without a camera; `folder`: for state."""
         self._settings = settings
         self._alerts = alerts
         self._steps = steps
+        self._maps = maps
         self._config = config
         self._driver_port = port
         self._desk = desk
@@ -158,6 +161,7 @@ class WebServer:
         settings_routes.add_routes(app, self._settings)
         alert_routes.add_routes(app, self._alerts)
         first_drive_routes.add_routes(app, self._steps)
+        map_routes.add_routes(app, self._maps)
         sock = Sock(app)
 
         @app.get("/health")

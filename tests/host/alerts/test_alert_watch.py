@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from gazechair.alerts.reasons import HELP_WANTED, OVERRULED, PART, REASONS
+from gazechair.alerts.reasons import HELP_WANTED, OVERRULED, PART, REASONS, STANDS
 from gazechair.alerts.watch import GAVE_UP_S, MOVED_S, Situation, Watch
 
 QUIET = Situation()
@@ -101,3 +101,17 @@ def test_a_chair_that_moves_in_between_or_a_driver_who_waits_is_not_stuck(scene:
     scene.see(replace(QUIET, press=100, overruled=True), GAVE_UP_S + 60.0)
     tries(scene, 5, 10.0, 101)
     assert scene.seen == []
+
+
+def test_what_odometry_measures_counts_whatever_the_board_puts_out(scene: Scene) -> None:
+    held = replace(QUIET, wants=True, moving=True, problems={STANDS})
+    scene.see(replace(QUIET, moving=True, problems={"motion_uncommanded"}), 1)
+    assert scene.seen == [(0.0, "motion_uncommanded", True)]
+    scene.seen.clear()
+    for press in range(20):  # each try for 4 s: no alert of its own, but it does not get on
+        scene.see(replace(held, press=press), 4)
+        scene.see(replace(QUIET, press=press), 1)
+    assert [key for _, key, _ in scene.seen] == [OVERRULED]
+    scene.seen.clear()
+    scene.see(held, 6)
+    assert [key for _, key, _ in scene.seen] == [STANDS]

@@ -32,7 +32,7 @@ def reported() -> set[str]:
         found |= {*SET.findall(text), *PROBLEM.findall(text)}
         found |= {*CONSTANT.findall(text)} - {"board_program"}  # a file of `gazechair calibrate`
     found |= {f"{PLUGIN}_{how}" for how in HOW.findall(SOURCES[HOST / "base" / "supervisor.py"])}
-    started = {Health(name).reason for name in PARTS if name not in (PLUGIN, "host")}
+    started = {Health(name).reason for name in PARTS if name not in (PLUGIN, "host", "motion")}
     return found | started | {Health("mode some").reason}
 
 
@@ -76,6 +76,10 @@ def test_a_source_is_silent_after_its_own_time() -> None:
     assert {name: part.silent_s for name, part in PARTS.items()} == {
         "board": 2.0,
         "lidar": 2.0,
+        "odometry": 2.0,
+        "motion": 2.0,
+        "map": 3.0,
+        "assist": 2.0,
         "camera": 2.0,
         "host": 2.0,
         "log": 3.0,

@@ -6,6 +6,7 @@ import io
 import math
 import re
 from collections import Counter
+from dataclasses import asdict
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ import gazesetup
 from gazechair.blackbox import ros, topics
 from gazechair.blackbox.reader import LogFile
 from gazechair.sensing.lidar.scan import Pose
+from gazechair.sensing.odometry.odometry import Estimate
 from gazelink import codes, messages
 
 BEAMS_MM = range(1000, 1719)
@@ -136,6 +138,32 @@ def test_every_message_of_the_wire_goes_into_a_file_and_out(name: str, tmp_path:
         if isinstance(got, str):
             got = got.encode()
         assert (bytes(got) if isinstance(value, bytes) else got) == value, field
+
+
+def test_odometry_is_a_message_of_ros_with_its_uncertainty_and_age(tmp_path: Path) -> None:
+    estimate = Estimate(3.5, 1.0, 2.0, 90.0, 0.4, 0.01, 5.0, 0.2, 0.1, 1.0, 0.05, 0.9, ("x",), 2)
+    out = io.BytesIO()
+    writer = Writer(out)
+    for topic, kind, fields in topics.said("motion", 10**9, {**asdict(estimate), "age_s": 0.07}):
+        schema = writer.register_msgdef(kind, ros.DEFINITIONS[kind])
+        writer.write_message(topic, schema, fields)
+    writer.finish()
+    file = tmp_path / "one.mcap"
+    file.write_bytes(out.getvalue())
+    found = read(file)
+    (said,), (doubted,) = found["/odometry"], found["/odometry/doubts"]
+    assert (said.header.frame_id, said.child_frame_id) == ("odom_2", "chair")
+    assert (said.pose.pose.position.x, said.pose.pose.position.y) == (1.0, 2.0)
+    assert said.pose.pose.orientation.z == pytest.approx(math.sqrt(0.5))
+    # It looks along y: what it is unsure of along its way is y.
+    covariance = said.pose.covariance
+    assert [covariance[0], covariance[7]] == pytest.approx([0.1**2, 0.2**2])
+    assert said.twist.twist.linear.x == 0.4
+    assert said.twist.twist.angular.z == pytest.approx(math.radians(5.0))
+    assert said.twist.covariance[0] == pytest.approx(0.05**2)
+    (status,) = doubted.status
+    assert (status.level, status.message) == (1, "x")
+    assert {row.key: row.value for row in status.values}["age_ms"] == "70.0"
 
 
 def test_a_topic_is_named_as_ros_wants_it() -> None:

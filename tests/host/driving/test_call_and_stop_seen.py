@@ -7,7 +7,8 @@ from dataclasses import replace
 import pytest
 
 from controlrig import QUIET, Rig
-from gazechair.driving.arbiter import COMING_S, THERE_S
+from gazechair.driving.arbiter import THERE_S
+from gazechair.driving.help_call import COMING_S
 
 
 @pytest.fixture

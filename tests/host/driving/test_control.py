@@ -120,6 +120,7 @@ def test_snapshot_has_every_key_of_the_protocol(rig: Rig) -> None:
         "camera": "ok",
         "owner": "nobody",
         "you": False,
+        "auto": ["", ""],
         "edge": 0,
         "heading_deg": 90.0,
         "output_permille": [0, 12],

@@ -135,3 +135,16 @@ def test_a_new_language_is_one_file(tmp_path, monkeypatch):
     assert (mine["language"], mine["name"]) == ("xx", "driver in xx")
     with pytest.raises(configuration.ConfigError, match="web/strings"):
         configuration.parse('[web]\nlanguage = "yy"')
+
+
+def test_assist_is_a_caretakers_to_switch_and_is_on_or_off():
+    profiles = Profiles(None, FIELDS)
+    wish = {"save": {"id": "1", "assist": True}}
+    with pytest.raises(ProfileRefused, match="caretaker"):
+        profiles.change(wish, False)
+    for value in (1, "on", None, [True], {"on": True}):
+        with pytest.raises(ProfileRefused):
+            profiles.change({"save": {"id": "1", "assist": value}}, True)
+    assert profiles.chosen()["assist"] is False
+    profiles.change(wish, True)
+    assert profiles.chosen()["assist"] is True

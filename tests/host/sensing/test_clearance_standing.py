@@ -7,12 +7,14 @@ import math
 import numpy as np
 import pytest
 
+from gazeboard.core import limits
 from gazeboard.core.stopping import Stopping
 from gazeboard.io.settings import Settings
 from gazechair.base.footprint import Footprint
 from gazechair.sensing.clearance.reach import LidarReach
 from gazechair.sensing.clearance.standing import Approach, Standing
-from gazelink import codes
+from gazechair.sensing.clearance.walls import goes_on
+from gazelink import codes, zone
 from gazelink.settings_table import PROFILES
 from gazesim.rooms import Person, Room, box
 from gazesim.zone import zone_of
@@ -126,6 +128,34 @@ def test_the_ten_seconds_begin_again_with(disturbed: dict) -> None:
     judged.look(**disturbed)
     assert judged.look(0.35, 9.5) == 0.0
     assert judged.look(0.35, 1.0) == AHEAD.creep_way_m
+
+
+def test_what_looks_like_a_wall_between_has_stood_nevertheless() -> None:
+    judged = Judged()
+    for _ in range(6):
+        judged.look(0.35, 1.5)
+        judged.look(math.inf, 0.3)
+    assert judged.look(0.35) == AHEAD.creep_way_m
+    judged.look(math.inf, 3.0)
+    assert judged.look(0.35) == 0.0
+
+
+def test_the_board_goes_on_to_furniture_after_it_was_blocked() -> None:
+    # What a clearance plays, and what the board needs more before it goes on.
+    ahead = ZONE.of(codes.DIR_FORWARD)
+    assert ahead is not None
+    assert AHEAD.creep_way_m - 0.04 > ahead.told[zone.CREEP] + limits.BAND_MM / 1000.0
+
+
+def test_a_piece_of_wall_seen_through_a_door_is_nobody() -> None:
+    wall = np.column_stack((np.full(60, 2.0), np.linspace(-1.0, 1.0, 60)))
+    piece = wall[np.abs(wall[:, 1]) < 0.3]
+    assert goes_on(piece, wall)
+    assert not goes_on(piece, wall[wall[:, 1] < 0.3])  # nobody sees it go on
+    assert not goes_on(piece - (0.12, 0.0), wall)  # somebody leans against it
+    person = wall.copy()
+    person[np.abs(wall[:, 1]) < 0.25, 0] -= 0.1
+    assert not goes_on(piece, person)
 
 
 def test_furniture_can_be_crept_up_to_until_it_walks_or_is_left() -> None:

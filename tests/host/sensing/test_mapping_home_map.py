@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -111,19 +112,27 @@ def test_a_damaged_file_is_refused_never_read_in_part(home: HomeMap, tmp_path: P
         path.write_bytes(spoilt)
         with pytest.raises(MapError, match="is damaged"):
             home_map.load(path)
-    for spoilt, why in ((b"gazechair-map 2\n" + data, "newer version"), (b"PK", "no map")):
+    for spoilt, why in ((b"gazechair-map 3\n" + data, "newer version"), (b"PK", "no map")):
         path.write_bytes(spoilt)
         with pytest.raises(MapError, match=why):
             home_map.load(path)
 
 
 def test_ros_gets_the_same_map_and_gives_it_back(home: HomeMap, tmp_path: Path) -> None:
-    yaml = ros_map.write(home, tmp_path)
+    place = {"name": "Bed", "icon": "bed", "x": 2.0, "y": 4.0, "heading": 90.0}
+    drawn = home.drawn.with_place(place).with_area([[1.0, 1.0], [2.0, 1.0], [2.0, 2.0]])
+    yaml = ros_map.write(replace(home, drawn=drawn), tmp_path)
     found = ros_map.read(yaml, "back")
+    assert found.drawn == drawn
     assert (found.grid.occupied == home.grid.occupied).all()
     assert (found.grid.free == home.grid.free).all()
     assert found.grid.low_m == pytest.approx(home.grid.low_m, abs=1e-3)
     assert "resolution: 0.025\n" in yaml.read_text()
+    (tmp_path / "places.json").write_text('{"places": 7}')
+    with pytest.raises(MapError, match=r"places\.json can't be used"):
+        ros_map.read(yaml, "back")
+    (tmp_path / "places.json").unlink()
+    assert ros_map.read(yaml, "back").drawn.places == ()
 
 
 @pytest.mark.parametrize(

@@ -133,6 +133,22 @@ def test_people_all_around_never_make_it_claim_a_wrong_place(grid: OccupancyGrid
         assert location is None or is_right(location, at)
 
 
+def test_where_much_is_not_as_mapped_it_waits_for_looks_from_elsewhere(grid: OccupancyGrid) -> None:
+    near = [Person(((2.0 + 0.9 * math.cos(a), 1.8 + 0.9 * math.sin(a)),)) for a in (0.5, 2.5, 4.5)]
+    room = flat(people=near)
+    localization = Localization(grid)
+    for number in range(12):
+        assert localization.look(look(room, HERE), STANDING, 0.5 * number) is None
+    for number in range(12):
+        turn = np.array((0.0, 0.0, math.radians(10.0 * number)))
+        found = localization.look(look(room, HERE + turn), turn, 10.0 + 0.5 * number)
+        if found is not None:
+            break
+    assert found is not None
+    assert found.evidence.explained < 0.8
+    assert is_right(found, HERE + turn)
+
+
 def test_carried_away_is_noticed_within_five_seconds(grid: OccupancyGrid) -> None:
     for away in ((7.5, 1.7, 0.2), (7.3, 6.0, 2.0), (2.2, 6.1, -1.0)):
         localization = Localization(grid)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
+import pytest
 
 from gazechair.sensing.odometry import doubts
 from gazechair.sensing.odometry.odometry import Estimate, Motion, Odometry
@@ -187,3 +188,50 @@ def test_without_a_heading_it_follows_slow_turns_and_says_so() -> None:
     assert found[-1] is not None
     assert doubts.HEADING in found[-1].doubts
     assert abs(found[-1].heading_deg - 5.0 * (found[-1].time_s - 1.0)) < 1.5
+
+
+def test_a_slow_profile_is_not_stuck_and_a_held_chair_is_before_it_was_ever_driven() -> None:
+    slow = say(room(), lambda t: (0.04 * max(0.0, t - 0.5), 0.0, 0.0), lambda t: (250, 0), 4.0)
+    assert first(slow, doubts.STUCK) == math.inf
+    assert first(say(room(), still, lambda t: (700, 0), 2.0), doubts.STUCK) < 1.3
+
+
+def test_a_chair_that_changes_direction_is_not_stuck() -> None:
+    def path(time_s: float) -> tuple[float, float, float]:
+        return (0.3 if time_s > 2.5 else 0.0) * (2.5 - time_s), 0.0, 0.0
+
+    found = say(room(), path, lambda t: (600 if t < 2.0 else -600, 0), 3.0)
+    assert not [one for one in found if 2.0 < one.time_s < 2.6 and doubts.STUCK in one.doubts]
+
+
+@pytest.mark.parametrize("wrong", [lambda t: 2.0 * t, lambda t: 0.1 * 30.0 * t])
+def test_a_heading_that_the_lidars_contradict_is_said_and_counts_less(
+    wrong: Callable[[float], float],
+) -> None:
+    odometry = Odometry()
+    found = []
+    for piece in pieces(room(), lambda t: (0.0, 0.0, 30.0 * max(0.0, t - 1.0)), 5.0):
+        for time_s in np.arange(piece.times_s[0], piece.times_s[-1], 0.02):
+            turned = max(0.0, float(time_s) - 1.0)
+            heading = 30.0 * turned + wrong(turned)
+            odometry.motion(Motion(float(time_s), heading % 360.0, 0, 700))
+        estimate = odometry.piece(piece)
+        assert estimate is not None
+        found.append(estimate)
+    assert 1.0 < first(found, doubts.DIFFERS) < 2.2
+    assert doubts.DIFFERS in found[-1].doubts
+    assert abs(found[-1].heading_deg - 30.0 * (found[-1].time_s - 1.0)) < 0.5
+
+
+def test_a_fast_chair_that_rolls_out_is_not_pushed_and_one_that_never_stops_is() -> None:
+    def rolls(time_s: float) -> tuple[float, float, float]:
+        """0.65 m/s until 1.5 s; then 0.35 m/s2 slower and slower."""
+        passed_s = min(max(0.0, time_s - 1.5), 0.65 / 0.35)
+        return -2.0 + 0.65 * (min(time_s, 1.5) + passed_s) - 0.175 * passed_s**2, 0.0, 0.0
+
+    def command(time_s: float) -> tuple[int, int]:
+        return (900 if time_s < 1.5 else 0), 0
+
+    assert first(say(room(), rolls, command, 5.0), doubts.PUSHED) == math.inf
+    runs = say(room(5.0), lambda t: (-2.0 + 0.65 * t, 0.0, 0.0), command, 5.0)
+    assert 2.7 < first(runs, doubts.PUSHED) < 4.5

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import simple_websocket
 
@@ -20,6 +21,10 @@ from gazechair.board.state import BoardState
 from gazechair.config.configuration import Config, WebConfig
 from gazechair.people.pairing import Paired, PairingDesk
 from gazechair.picture.camera import Frame
+from gazechair.sensing.mapping.desk import MapDesk
+from gazechair.sensing.mapping.home_map import HomeMap
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.store import MapStore
 from gazechair.web import WebServer, control_sockets, files, page_client
 from gazelink import codes
 from gazelink.settings_table import TABLE
@@ -244,6 +249,16 @@ def steps() -> FakeSteps:
 
 
 @pytest.fixture
+def maps(tmp_path: Path) -> MapDesk:
+    """One map, "a", of a floor of 2 m by 2 m; no lidar."""
+    cells = np.full((40, 40), 5, dtype=np.uint16)
+    cells[0] = 0
+    grid = OccupancyGrid(0.05, np.zeros(2), 5 - cells, cells)
+    HomeMap("home", grid).save(tmp_path / "maps" / "a.map")
+    return MapDesk(MapStore(tmp_path / "maps"), None)
+
+
+@pytest.fixture
 def server(
     port: FakePort,
     video: Latest[Frame],
@@ -252,6 +267,7 @@ def server(
     board: FakeBoard,
     alerts: FakeAlerts,
     steps: FakeSteps,
+    maps: MapDesk,
     tmp_path: Path,
 ) -> Iterator[WebServer]:
     server = WebServer(
@@ -263,6 +279,7 @@ def server(
         CaretakerSettings(board),
         alerts,
         steps,
+        maps,
     )
     server.start()
     yield server

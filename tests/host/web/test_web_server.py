@@ -72,7 +72,14 @@ def test_the_health_of_all_parts_is_shown(get: Any) -> None:
 
 
 def test_a_taken_port_is_one_plain_line(
-    server: WebServer, port: Any, desk: Any, board: Any, alerts: Any, steps: Any, tmp_path: Path
+    server: WebServer,
+    port: Any,
+    desk: Any,
+    board: Any,
+    alerts: Any,
+    steps: Any,
+    maps: Any,
+    tmp_path: Path,
 ) -> None:
     second = WebServer(
         Config(web=WebConfig(port=server.port)),
@@ -83,6 +90,7 @@ def test_a_taken_port_is_one_plain_line(
         CaretakerSettings(board),
         alerts,
         steps,
+        maps,
     )
     with pytest.raises(WebError, match=r"can't serve the page at .*choose another web\.port"):
         second.start()

@@ -221,11 +221,12 @@ def encrypted(
     board: Any,
     alerts: Any,
     steps: Any,
+    maps: Any,
     certificate_folder: Path,
 ) -> Iterator[Encrypted]:
     config = Config(web=WebConfig(port=0, tls=True))
     settings = CaretakerSettings(board)
-    server = WebServer(config, port, None, desk, certificate_folder, settings, alerts, steps)
+    server = WebServer(config, port, None, desk, certificate_folder, settings, alerts, steps, maps)
     server.start()
     paired = desk.pair(desk.new_code("driver").text, "tablet", "192.0.2.1")
     assert isinstance(paired, Paired)

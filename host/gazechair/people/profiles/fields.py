@@ -39,6 +39,8 @@ class Field:
     choices: tuple[str, ...] = ()
     longest: int = MOST_NAME
     """Of a text, in characters; it may be empty if its default is."""
+    care: bool = False
+    """Only the caretaker changes it."""
 
     def accept(self, name: str, value: Any) -> Any:
         """The value, if this field takes it. Raises ProfileRefused."""
@@ -84,6 +86,8 @@ def fields(languages: Sequence[str], house: Mapping[str, Any]) -> dict[str, Fiel
         "pointer_stale_ms": Field(500, 300, 1000, 100),
         "growth_percent": Field(20, 0, 20, 5),
         "auto_off_s": Field(15, 10, 20, 1),
+        "auto": Field(False, care=True),
+        "assist": Field(False, care=True),
         "scan": Field("off", choices=("off", "rows", "single")),
         "scan_switch": Field("space", choices=_SWITCHES),
         "scan_ms": Field(1500, 500, 4000, 100),

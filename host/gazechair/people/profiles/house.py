@@ -19,6 +19,7 @@ def house_fields(config: Config) -> dict[str, Field]:
             "dwell_ms": driver.dwell_ms,
             "leave_grace_ms": driver.leave_grace_ms,
             "pointer_stale_ms": driver.pointer_stale_ms,
+            "assist": driver.assist,
             "language": config.web.language,
         },
     )

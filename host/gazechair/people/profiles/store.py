@@ -79,7 +79,7 @@ class Profiles:
             if kind == "choose":
                 chosen = self._known(what)
             elif kind == "save":
-                id, profile = self._saved(what)
+                id, profile = self._saved(what, caretaker)
                 profiles[id] = profile
             elif kind == "create":
                 id, profile = self._created(what)
@@ -112,7 +112,7 @@ class Profiles:
             raise ProfileRefused("profile_unknown", "there is no profile of that id")
         return id
 
-    def _saved(self, what: Any) -> tuple[str, Profile]:
+    def _saved(self, what: Any, caretaker: bool) -> tuple[str, Profile]:
         if not isinstance(what, dict):
             raise ProfileRefused("bad_message", '"save" must be an object')
         id = self._known(what.get("id"))
@@ -122,7 +122,10 @@ class Profiles:
                 continue
             if name not in self._fields:
                 raise ProfileRefused("profile_value", f"{name} is no field of a profile")
-            profile[name] = self._fields[name].accept(name, value)
+            field = self._fields[name]
+            if field.care and not caretaker:
+                raise ProfileRefused("not_allowed", f"only the caretaker may change {name}")
+            profile[name] = field.accept(name, value)
         check_whole(profile)
         return id, profile
 

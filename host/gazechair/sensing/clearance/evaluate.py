@@ -54,7 +54,8 @@ class Evaluator:
             self._use(zone)
         for at, view in enumerate(views):
             if view is not self._judged[at][0]:
-                self._judged[at] = (view, self._lidars[at].update(view))
+                others = (*self._lidars[:at], *self._lidars[at + 1 :])
+                self._judged[at] = (view, self._lidars[at].update(view, others))
         least = [min(reach[way] for _, reach in self._judged) for way in range(len(_PLAY))]
         self._held = [_held(*values) for values in zip(self._held, least, _PLAY, strict=True)]
         forward_m, backward_m, left_deg, right_deg = self._held

@@ -7,6 +7,7 @@ or the same place in two turns: an isolated return far ahead slows nothing.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +15,16 @@ from numpy.typing import NDArray
 from gazechair.base.footprint import FloatArray, Footprint
 from gazechair.sensing.clearance.arcs import Bytes, arc_reach
 from gazechair.sensing.clearance.movers import Movers
-from gazechair.sensing.clearance.standing import Approach, Standing, like_persons, stands
+from gazechair.sensing.clearance.standing import (
+    AGAIN_M,
+    Approach,
+    Standing,
+    like_persons,
+    stands,
+)
 from gazechair.sensing.clearance.surface import Surfaces, surfaces
 from gazechair.sensing.clearance.sweeps import Sweeps
+from gazechair.sensing.clearance.walls import goes_on
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 from gazechair.sensing.lidar.scan import ChairView
 from gazelink import arcs, codes
@@ -24,8 +32,7 @@ from gazelink.zone import CREEP
 
 _SAME_PLACE_M = 0.25  # within a turn of the lidar the chair moves and turns by about as much
 _TURN_S = (0.06, 0.35)  # another turn, and not one of long ago
-
-_AGAIN_M = 0.11  # that the board needs more before it goes on (BAND_MM), and what a clearance plays
+_OLD_S = 0.15  # another lidar's view
 
 Reach = tuple[float, float, float, float]
 """Metres forward and backward, degrees left and right; inf = free as far as is seen."""
@@ -47,6 +54,10 @@ class LidarReach:
         self._across_m = (across_m.min(), across_m.max())
         self._movers: Movers | None = None
         self._standing = {way: Standing() for way in (codes.DIR_FORWARD, codes.DIR_BACKWARD)}
+        self.seen_m: FloatArray = np.zeros((0, 2))
+        """The newest view, in the chair's frame, and when it was acquired."""
+        self.seen_s = -math.inf
+        self._others: list[FloatArray] = []
         self._speckles = _Speckles()
         self._arc_speckles = _Speckles()
         self.use(UNKNOWN)
@@ -57,7 +68,7 @@ class LidarReach:
         backward = zone.of(codes.DIR_BACKWARD)
         self._margin_m = 0.0 if backward is None else backward.margin
         forward = zone.of(codes.DIR_FORWARD)
-        self._creeps_m = 0.0 if forward is None else float(forward.told[CREEP]) + _AGAIN_M
+        self._creeps_m = 0.0 if forward is None else float(forward.told[CREEP]) + AGAIN_M
         # A bend that is longer limits nothing.
         self._bend_m = math.inf if backward is None else float(backward.told.max())
         self._arc_zone = 1000.0 * zone.far[: codes.DIR_LEFT].max() / arcs.UNIT_MM
@@ -66,8 +77,11 @@ class LidarReach:
         if self._movers is not None:
             self._movers.zone = zone
 
-    def update(self, view: ChairView) -> Reach:
-        """The reach of each motion, in the order of codes.DIRECTIONS."""
+    def update(self, view: ChairView, others: Sequence[LidarReach] = ()) -> Reach:
+        """The reach of each motion, in the order of codes.DIRECTIONS; `others`: other lidars."""
+        now_s = view.acquired_s
+        self._others = [one.seen_m for one in others if now_s - one.seen_s < _OLD_S]
+        self.seen_m, self.seen_s = view.points_m, view.acquired_s
         if not len(view.points_m):
             self.arcs = NOTHING_NEAR
             return FREE
@@ -112,7 +126,12 @@ class LidarReach:
         low_m, high_m = self._across_m
         across_m = seen.points_m[:, 1]
         in_way = (across_m > low_m) & (across_m < high_m)
-        return [thing[in_way[thing]] for thing in like_persons(seen) if in_way[thing].any()]
+        return [
+            thing[in_way[thing]]
+            for thing in like_persons(seen)
+            if in_way[thing].any()
+            and not any(goes_on(seen.points_m[thing], other) for other in self._others)
+        ]
 
     def _arcs_of(self, seen: Surfaces, contacts: FloatArray, at_s: float) -> Bytes:
         # As for straight motions: beyond the zone a single beam does not count yet.

@@ -27,7 +27,10 @@ _APART_RAD = 0.03
 _WIDE_M = (0.08, 0.9)  # from a leg in trousers to somebody broad, seen askew
 _LEAST_BEAMS = 3
 
+AGAIN_M = 0.11
+"""What the board needs beyond that before it goes on (BAND_MM), and what a clearance plays."""
 _CALM_S = 10.0
+_HIDDEN_S = 1.0  # what looks like a person may look like a part of a wall between
 _SAME_M = 0.05
 _AWAY_M = 0.3
 _STANDS_M_S = 0.03
@@ -51,7 +54,7 @@ class Approach:
         walked_m = _WALK_M_S * np.maximum(stopping.times_s - still_s, stopping.time_s(0.0))
         self._from_m = (stopping.stops - stopping.margin + walked_m)[zone.CREEP :]
         self._told_m = stopping.told[zone.CREEP :]
-        self.creep_way_m = float(self._told_m[0])
+        self.creep_way_m = float(self._told_m[0]) + AGAIN_M
         self.blocked_within_m = float(self._from_m[0])
 
     def told_m(self, way_m: float) -> float:
@@ -87,7 +90,7 @@ class Standing:
         self.approach = Approach(None)
         """As the board stops; may change at any time."""
         self._near_m = np.inf
-        self._since_s = 0.0
+        self._since_s = self._seen_s = 0.0
         self._furniture = False
 
     def update(self, way_m: float, chair_stands: bool, walks: bool, at_s: float) -> float:
@@ -96,6 +99,10 @@ class Standing:
         `way_m`: distance to the nearest possible person. `walks`: some object approaches.
         """
         approach = self.approach
+        if not np.isinf(way_m):
+            self._seen_s = at_s
+        elif at_s - self._seen_s < _HIDDEN_S and not walks and (chair_stands or self._furniture):
+            return way_m
         if self._furniture:
             self._furniture = not walks and way_m < self._near_m + _AWAY_M
         if walks or not chair_stands or abs(way_m - self._near_m) > _SAME_M:

@@ -6,17 +6,16 @@ has seen another quarter turn. It is ended and started anew as a whole when a th
 
 from __future__ import annotations
 
-import json
 import sys
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, BinaryIO
 
 import numpy as np
 
 from gazechair.base import health as states
-from gazechair.base.supervisor import RecordWriter, enter_child
+from gazechair.base.supervisor import RecordWriter, child_main
 from gazechair.config.configuration import FootprintConfig, LidarConfig
 from gazechair.sensing.clearance.evaluate import Evaluator, footprint_of
 from gazechair.sensing.lidar import recorded
@@ -92,15 +91,13 @@ class Pipeline:
         self,
         configs: tuple[LidarConfig, ...],
         evaluate: Evaluate | None,
-        inbox_fd: int | None = None,
+        inbox_fds: Sequence[int] = (),
     ) -> None:
-        """`inbox_fd`: odometry's inbox, which gets every half turn."""
+        """`inbox_fds`: inboxes that get every half turn."""
         self._evaluate = evaluate
         self._news = threading.Event()
         self.lidars = tuple(
-            Lidar(
-                config, self._news.set, None if inbox_fd is None else HalfTurns(at, inbox_fd).take
-            )
+            Lidar(config, self._news.set, HalfTurns(at, inbox_fds).take if inbox_fds else None)
             for at, config in enumerate(configs)
         )
 
@@ -170,7 +167,7 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
     corners_m = tuple((x, y) for x, y in fields["corners_m"])
     footprint = footprint_of(FootprintConfig(**{**fields, "corners_m": corners_m}))
     evaluator = Evaluator(footprint, [(config.x_m, config.y_m) for config in configs])
-    pipeline = Pipeline(configs, evaluator, argument["inbox_fd"])
+    pipeline = Pipeline(configs, evaluator, argument["inbox_fds"])
     ear = threading.Thread(
         target=hear, args=(sys.stdin.buffer, evaluator), name="zone", daemon=True
     )
@@ -193,12 +190,7 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
 
 def main() -> int:
     """Entry of `python -m gazechair.sensing.lidar.child JSON`: lidars, footprint, ..."""
-    argument = json.loads(sys.argv[1])
-    out = enter_child()
-    try:
-        return run(argument, out)
-    except BrokenPipeError:
-        return 0
+    return child_main(run)
 
 
 if __name__ == "__main__":

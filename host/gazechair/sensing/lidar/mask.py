@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.base.footprint import distance_m, inside
+from gazechair.base.told import ToldError
 from gazechair.sensing.lidar.blind import BINS, FAR_M, runs
 from gazechair.sensing.lidar.nodes import FloatArray
 from gazechair.sensing.lidar.scan import Arc, Pose, Scan
@@ -25,7 +26,7 @@ _HALF = BINS // 2
 BoolArray = NDArray[np.bool_]
 
 
-class MaskError(Exception):
+class MaskError(ToldError):
     """No mask can be learned here; the text is one plain line: why, what to do."""
 
 
@@ -46,7 +47,8 @@ def learn(scans: Sequence[Scan], pose: Pose, outline_m: FloatArray) -> Learned:
     MaskError when they are not, when something moves, or when next to nothing would be left.
     """
     if len(scans) < LEAST_SCANS:
-        raise MaskError(f"only {len(scans)} turns were seen, {LEAST_SCANS} are needed: try again")
+        text = "only {seen} turns were seen, {needed} are needed: try again"
+        raise MaskError(text, "mask_few", seen=len(scans), needed=LEAST_SCANS)
     nearest = np.array([_nearest(scan) for scan in scans])
     share = np.isfinite(nearest).mean(axis=0)
     often = share >= _OFTEN
@@ -60,21 +62,29 @@ def learn(scans: Sequence[Scan], pose: Pose, outline_m: FloatArray) -> Learned:
     if near.any():
         at = int(np.argmin(np.where(near, to_chair_m, np.inf)))
         raise MaskError(
-            f"something stands {to_chair_m[at]:.2f} m from the chair at {at - _HALF} degrees of"
-            f" this lidar; make room for {_ROOM_M:g} m all round, or correct pose and footprint"
+            "something stands {metres} m from the chair at {deg} degrees of this lidar; make room"
+            " for {room} m all round, or correct pose and footprint",
+            "mask_near",
+            metres=round(float(to_chair_m[at]), 2),
+            deg=at - _HALF,
+            room=_ROOM_M,
         )
     spread = np.zeros(BINS)
     spread[chair] = np.ptp(np.percentile(_finite(nearest[:, chair]), (10, 90), axis=0), axis=0)
     if (spread > _STEADY_M).any():
         at = int(np.argmax(spread))
-        raise MaskError(f"something moves at {at - _HALF} degrees of this lidar; keep all still")
+        text = "something moves at {deg} degrees of this lidar; keep all still"
+        raise MaskError(text, "mask_moves", deg=at - _HALF)
     nothing = share < _HARDLY
     _refuse_open(nothing, often, middle)
     masked = _merged(_grown(chair | nothing, _GROW_DEG))
     total = int(np.count_nonzero(masked))
     if total > MOST_DEG:
         raise MaskError(
-            f"{total} of {BINS} degrees would be masked; is it covered, or its pose wrong?"
+            "{masked} of {all} degrees would be masked; is it covered, or its pose wrong?",
+            "mask_covered",
+            masked=total,
+            all=BINS,
         )
     return Learned(_arcs(masked), _arcs(chair), _arcs(nothing))
 
@@ -113,8 +123,11 @@ def _refuse_open(nothing: BoolArray, often: BoolArray, middle: FloatArray) -> No
         borders = [at % BINS for at in (first - 1, first + count) if often[at % BINS]]
         if borders and count < BINS and min(middle[at] for at in borders) >= FAR_M:
             raise MaskError(
-                f"no end is seen at {first - _HALF} degrees of this lidar; do this in a room"
-                f" whose walls are nearer than {FAR_M:g} m"
+                "no end is seen at {deg} degrees of this lidar; do this in a room whose walls are"
+                " nearer than {far} m",
+                "mask_open",
+                deg=first - _HALF,
+                far=FAR_M,
             )
 
 

@@ -39,12 +39,12 @@ class LidarService(Supervised):
         publish: Publish,
         health: Health,
         record: Record | None = None,
-        inbox_fd: int | None = None,
+        inbox_fds: tuple[int, ...] = (),
     ) -> None:
         """`publish` is called on the lidars' thread, some 40 times a second, and must not block;
-        `record`, twice a second for each lidar, too. `inbox_fd`: odometry's, gets every half turn.
+        `record`, twice a second for each lidar, too. `inbox_fds`: get every half turn.
         """
-        self._inbox_fd = inbox_fd
+        self._inbox_fds = inbox_fds
         self._configs = tuple(config for config in lidars if config.kind != "off")
         self._footprint = footprint
         self._publish = publish
@@ -64,7 +64,7 @@ class LidarService(Supervised):
             "lidars": [asdict(config) for config in self._configs],
             "footprint": asdict(self._footprint),
             "record": self._record is not None,
-            "inbox_fd": self._inbox_fd,
+            "inbox_fds": self._inbox_fds,
         }
         self._supervisor = Supervisor(
             "gazechair.sensing.lidar.child",
@@ -75,7 +75,7 @@ class LidarService(Supervised):
             silent_s=PARTS["lidar"].silent_s,
             listens=True,
             on_facts=self._on_scan,
-            fds=() if self._inbox_fd is None else (self._inbox_fd,),
+            fds=self._inbox_fds,
         )
         self._supervisor.tell(self._zone)
         self._supervisor.start()

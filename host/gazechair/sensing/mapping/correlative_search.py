@@ -30,6 +30,32 @@ class Candidate:
     """Mean of the field over the scan's points, 0..1."""
 
 
+class _Window:
+    """The scan at every heading, its origin at the window's corner, on the field around it."""
+
+    def __init__(self, field: LikelihoodField, base: Ints, spans: Ints) -> None:
+        """`base` (headings, points, 2): cells; `spans` (2,): the window's shifts."""
+        self.spans = spans
+        low, high = base.min(axis=(0, 1)), base.max(axis=(0, 1)) + spans
+        parts = [field.part(level, low, high) for level in range(len(field.levels))]
+        self._values = [part.ravel() for part in parts]
+        self._row = parts[0].shape[1]
+        self._base = (base[..., 0] - low[0]) * self._row + base[..., 1] - low[1]
+
+    def bounds(self, level: int, blocks: Ints) -> FloatArray:
+        """Of blocks (heading, shifts): no shift within scores better."""
+        found = np.empty(len(blocks))
+        shifts = blocks[:, 1] * self._row + blocks[:, 2]
+        values, points = self._values[level], self._base.shape[1]
+        piece = max(1, _LOOKUPS_AT_ONCE // max(1, points))
+        for at in range(0, len(blocks), piece):
+            part = slice(at, at + piece)
+            cells = self._base[blocks[part, 0]] + shifts[part, None]
+            found[part] = values.take(cells).sum(axis=1)
+        found /= points
+        return found
+
+
 def search(
     field: LikelihoodField,
     points_m: FloatArray,
@@ -39,37 +65,38 @@ def search(
     least: float,
     apart_m: float = math.inf,
     ratio: float = 1.0,
+    most: int = 1000,
 ) -> list[Candidate]:
     """Best fits of `points_m` (N, 2) with the scan's origin between `low_m` and `high_m` (x, y).
 
-    Best first; no score below `least` or `ratio` times the best; of any two candidates one is
-    `apart_m` from the other or turned by 30 degrees.
+    Best first, `most` at most; no score below `least` or `ratio` times the best; of any two
+    candidates one is `apart_m` from the other or turned by 30 degrees.
     """
     turned = _turned(points_m, headings_rad)
-    base = field.cells(low_m + turned)  # (headings, points, 2), the origin at the window's corner
     spans = np.ceil((high_m - low_m) / field.cell_m).astype(np.int64) + 1
+    window = _Window(field, field.cells(low_m + turned), spans)
     top = len(field.levels) - 1
     steps = [np.arange(0, span, 1 << top) for span in spans]
     grid = np.meshgrid(np.arange(len(headings_rad)), *steps, indexing="ij")
     blocks: Ints = np.stack(grid, axis=-1).reshape(-1, 3)
-    bounds = _bounds(field, top, base, blocks)
+    bounds = window.bounds(top, blocks)
     keep = bounds >= least
     blocks, bounds = blocks[keep], bounds[keep]
     if not len(blocks):
         return []
     first = np.argsort(-bounds)[:_DEPTH_FIRST]
-    reached = _depth_first(field, base, blocks[first], bounds[first], spans)
+    reached = _depth_first(window, top, blocks[first], bounds[first])
     enough = max(least, ratio * reached)
     for level in range(top - 1, -1, -1):
         blocks = _divided(blocks[bounds >= enough], 1 << level, spans)
         if not len(blocks):
             return []
-        bounds = _bounds(field, level, base, blocks)
+        bounds = window.bounds(level, blocks)
     order = np.argsort(-bounds)
     order = order[bounds[order] >= max(least, ratio * float(bounds[order[0]]))]
     blocks, scores = blocks[order], bounds[order]
     poses = np.column_stack((low_m + blocks[:, 1:] * field.cell_m, headings_rad[blocks[:, 0]]))
-    return _apart(poses, scores, apart_m)
+    return _apart(poses, scores, apart_m, most)
 
 
 def _turned(points_m: FloatArray, headings_rad: FloatArray) -> FloatArray:
@@ -78,13 +105,11 @@ def _turned(points_m: FloatArray, headings_rad: FloatArray) -> FloatArray:
     return np.stack((c * x - s * y, s * x + c * y), axis=-1)
 
 
-def _depth_first(
-    field: LikelihoodField, base: Ints, blocks: Ints, bounds: FloatArray, spans: Ints
-) -> float:
+def _depth_first(window: _Window, top: int, blocks: Ints, bounds: FloatArray) -> float:
     # A few blocks down to single shifts: a score that the best one has at least.
-    for level in range(len(field.levels) - 2, -1, -1):
-        blocks = _divided(blocks, 1 << level, spans)
-        bounds = _bounds(field, level, base, blocks)
+    for level in range(top - 1, -1, -1):
+        blocks = _divided(blocks, 1 << level, window.spans)
+        bounds = window.bounds(level, blocks)
         kept = np.argsort(-bounds)[:_DEPTH_FIRST]
         blocks, bounds = blocks[kept], bounds[kept]
     return float(bounds.max())
@@ -96,20 +121,10 @@ def _divided(blocks: Ints, half: int, spans: Ints) -> Ints:
     return np.asarray(parts[(parts[:, 1] < spans[0]) & (parts[:, 2] < spans[1])])
 
 
-def _bounds(field: LikelihoodField, level: int, base: Ints, blocks: Ints) -> FloatArray:
-    found = np.empty(len(blocks))
-    piece = max(1, _LOOKUPS_AT_ONCE // max(1, base.shape[1]))
-    for at in range(0, len(blocks), piece):
-        part = blocks[at : at + piece]
-        cells = base[part[:, 0]] + part[:, None, 1:]
-        found[at : at + piece] = field.at(level, cells).mean(axis=1)
-    return found
-
-
-def _apart(poses: FloatArray, scores: FloatArray, apart_m: float) -> list[Candidate]:
+def _apart(poses: FloatArray, scores: FloatArray, apart_m: float, most: int) -> list[Candidate]:
     chosen: list[Candidate] = []
     left = np.ones(len(poses), dtype=np.bool_)
-    while left.any():
+    while left.any() and len(chosen) < most:
         at = int(np.argmax(left))
         chosen.append(Candidate(poses[at], float(scores[at])))
         near = np.hypot(*(poses[:, :2] - poses[at, :2]).T) < apart_m

@@ -1,7 +1,8 @@
-"""A home's map and its file: occupancy grid, the track it was made on; whole or not at all.
+"""A home's map and its file: occupancy grid, track, what people drew on it; whole or not at all.
 
-The file: a line `gazechair-map 1`, a line of JSON (name, made, cell_m, low_m, shape, track), then
-zlib of the hits and passes (u16, little-endian, row by row), then u32 CRC-32 of everything before.
+The file: a line `gazechair-map 2`, a line of JSON (name, made, cell_m, low_m, shape, track, drawn),
+then zlib of the hits and passes (u16, little-endian, row by row), then u32 CRC-32 of everything
+before. Version 1 has no `drawn`.
 """
 
 from __future__ import annotations
@@ -17,15 +18,22 @@ import numpy as np
 from gazechair.base.footprint import FloatArray
 from gazechair.base.state_folder import replace_file
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.places import Drawn, EditRefused, drawn_of
 
-_MAGIC = b"gazechair-map 1\n"
+_MAGIC = b"gazechair-map 2\n"
+_FIRST_MAGIC = b"gazechair-map 1\n"
 _ANY_VERSION = b"gazechair-map "
-_LARGEST = 64 << 20  # bytes, and cells
+_LARGEST = 64 << 20  # bytes
+_MOST_CELLS = 16 << 20
 _CRC = struct.Struct("<I")
 
 
 class MapError(Exception):
     """A map can't be used; the text is one plain line."""
+
+
+class NewerMapError(MapError):
+    """A newer gazechair has written it."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +46,7 @@ class HomeMap:
     """When: ISO 8601, UTC."""
     track: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     """(N, 3): key poses of the drive that made it; none of an imported one."""
+    drawn: Drawn = field(default_factory=Drawn)
 
     def save(self, path: Path) -> None:
         """Replace the file as a whole, on the disk when this returns. Raises MapError."""
@@ -48,6 +57,7 @@ class HomeMap:
             "low_m": self.grid.low_m.tolist(),
             "shape": list(self.grid.hits.shape),
             "track": np.round(self.track, 4).tolist(),
+            "drawn": self.drawn.as_json(),
         }
         counts = np.stack((self.grid.hits, self.grid.passes)).astype("<u2").tobytes()
         data = _MAGIC + json.dumps(header).encode() + b"\n" + zlib.compress(counts)
@@ -63,16 +73,16 @@ def load(path: Path) -> HomeMap:
         data = path.read_bytes()
     except OSError as error:
         raise MapError(f"{path} can't be read: {error.strerror}") from None
-    if not data.startswith(_MAGIC):
+    if not data.startswith((_MAGIC, _FIRST_MAGIC)):
         if data.startswith(_ANY_VERSION):
-            raise MapError(f"{path} was written by a newer version of gazechair")
+            raise NewerMapError(f"{path} was written by a newer version of gazechair")
         raise MapError(f"{path} is no map of gazechair")
     data, crc = data[: -_CRC.size], data[-_CRC.size :]
     if len(data) > _LARGEST or crc != _CRC.pack(zlib.crc32(data)):
         raise MapError(f"{path} is damaged")
     try:
         return _parsed(data[len(_MAGIC) :])
-    except (ValueError, KeyError, TypeError, zlib.error):
+    except (ValueError, KeyError, TypeError, EditRefused, zlib.error):
         raise MapError(f"{path} is damaged") from None
 
 
@@ -80,7 +90,7 @@ def _parsed(data: bytes) -> HomeMap:
     line, _, body = data.partition(b"\n")
     header = json.loads(line)
     nx, ny = (int(one) for one in header["shape"])
-    if min(nx, ny) <= 0 or nx * ny > _LARGEST:
+    if min(nx, ny) <= 0 or nx * ny > _MOST_CELLS:
         raise ValueError("shape")
     inflated = zlib.decompressobj().decompress(body, 4 * nx * ny)
     hits, passes = np.frombuffer(inflated, dtype="<u2").reshape(2, nx, ny).astype(np.uint16)
@@ -91,4 +101,5 @@ def _parsed(data: bytes) -> HomeMap:
     if not (np.isfinite(low_m).all() and np.isfinite(track).all()):
         raise ValueError("numbers")
     grid = OccupancyGrid(cell_m, low_m, hits, passes)
-    return HomeMap(str(header["name"]), grid, str(header["made"]), track)
+    drawn = drawn_of(header["drawn"]) if "drawn" in header else Drawn()
+    return HomeMap(str(header["name"]), grid, str(header["made"]), track, drawn)

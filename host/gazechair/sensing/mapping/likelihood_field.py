@@ -55,6 +55,18 @@ class LikelihoodField:
         j = np.clip(cells[..., 1] + first, 0, ny - 1)
         return np.asarray(values.ravel().take(i * ny + j))
 
+    def part(self, level: int, low: Ints, high: Ints) -> Floats32:
+        """Values of `level`, as `at` gives them, in all cells from `low` to `high`, (2,) each."""
+        values = self.levels[level]
+        first = low + (1 << level) - 1
+        found = np.zeros(tuple((high - low + 1).tolist()), dtype=np.float32)
+        begin = np.maximum(first, 0)
+        end = np.minimum(first + found.shape, values.shape)
+        if (begin < end).all():
+            (i0, j0), (i1, j1) = begin - first, end - first
+            found[i0:i1, j0:j1] = values[begin[0] : end[0], begin[1] : end[1]]
+        return found
+
 
 def _blurred(values: Floats32, reach: int, step: float) -> Floats32:
     # A Gaussian of the distance to the nearest: maxima of products, one axis after the other.

@@ -1,7 +1,7 @@
 """Occupancy grid: in how many key scans a beam ended in each cell, and in how many it passed.
 
 A cell is occupied when beams ended there again and again and few passed: who walked by leaves
-nothing, and a thin wall stays.
+nothing, and a thin wall stays. Where the chair itself stood, the floor is free.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ _MIDDLE = 0.35  # of a cell, from its centre: a beam that cuts a corner says not
 _LEAST_HITS = 2
 _OCCUPIED_SHARE = 0.25
 _BORDER = 4  # cells
+_STOOD_M = 0.25  # around the drive axle's middle: no beam of a lidar in front passes there
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class OccupancyGrid:
 
     @property
     def free(self) -> BoolArray:
-        """Where a beam has passed and nothing stands; what is neither is unknown."""
+        """Where a beam has passed, or the chair stood, and nothing stands; else it is unknown."""
         return np.asarray((self.passes > 0) & ~self.occupied)
 
     def occupied_m(self) -> FloatArray:
@@ -55,20 +56,28 @@ class OccupancyGrid:
 
 def occupancy_of(keys: Iterable[KeyScan], cell_m: float = CELL_M) -> OccupancyGrid:
     """The grid of key scans at the poses they have now. ValueError without any point."""
+    keys = list(keys)
     scans = [_in_map(key) for key in keys]
     ends = np.concatenate([end for _, end in scans]) if scans else np.zeros((0, 2))
     if not len(ends):
         raise ValueError("no lidar points to make a map of")
-    everything = np.concatenate([ends, *(start for start, _ in scans)])
+    stood = np.array([key.pose[:2] for key in keys])
+    around = [stood - _STOOD_M, stood + _STOOD_M]
+    everything = np.concatenate([ends, *(start for start, _ in scans), *around])
     low = np.floor(everything.min(axis=0) / cell_m).astype(np.int64) - _BORDER
     shape = np.floor(everything.max(axis=0) / cell_m).astype(np.int64) + _BORDER + 1 - low
     hits, passes = (np.zeros(int(shape.prod()), dtype=np.uint16) for _ in range(2))
     depth = int(shape[1])
-    for start, end in scans:
+    side = np.arange(-_STOOD_M, _STOOD_M, cell_m)
+    disc = np.stack([one.ravel() for one in np.meshgrid(side, side)], axis=1)
+    disc = disc[np.hypot(*disc.T) < _STOOD_M]
+    for (start, end), place in zip(scans, stood, strict=True):
         cells = np.floor(end / cell_m).astype(np.int64) - low
         hit = np.unique(cells[:, 0] * depth + cells[:, 1])
         hits[hit] += 1
-        passed = np.unique(_passed(start / cell_m - low, end / cell_m - low, depth, cell_m))
+        here = np.floor((place + disc) / cell_m).astype(np.int64) - low
+        beams = _passed(start / cell_m - low, end / cell_m - low, depth, cell_m)
+        passed = np.unique(np.concatenate((beams, here[:, 0] * depth + here[:, 1])))
         passes[np.setdiff1d(passed, hit, assume_unique=True)] += 1
     grid = tuple(shape.tolist())
     return OccupancyGrid(cell_m, low * cell_m, hits.reshape(grid), passes.reshape(grid))

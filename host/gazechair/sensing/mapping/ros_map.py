@@ -1,7 +1,11 @@
-"""Maps in ROS's format, as nav2's map server reads and writes them: `map.yaml` and a PGM image."""
+"""Maps in ROS's format, as nav2's map server reads and writes them: `map.yaml` and a PGM image.
+
+ROS's format knows no places: what people drew goes into a file beside it, `places.json`.
+"""
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,9 +16,11 @@ from numpy.typing import NDArray
 from gazechair.base.state_folder import replace_file
 from gazechair.sensing.mapping.home_map import HomeMap, MapError
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.places import Drawn, EditRefused, drawn_of
 
 _OCCUPIED, _FREE, _UNKNOWN = 0, 254, 205  # grey values of the map server's mode `trinary`
 _OCCUPIED_THRESH, _FREE_THRESH = 0.65, 0.196
+_PLACES = "places.json"
 _SURE = 10  # key scans that an imported cell stands for
 _HEAD = re.compile(
     rb"(P[25])(?:\s+#[^\n]*)*\s+(\d+)(?:\s+#[^\n]*)*\s+(\d+)(?:\s+#[^\n]*)*\s+(\d+)\s"
@@ -22,7 +28,10 @@ _HEAD = re.compile(
 
 
 def write(home: HomeMap, folder: Path) -> Path:
-    """Write `map.pgm` and `map.yaml` into the folder; the path of the latter. Raises MapError."""
+    """Write `map.pgm`, `map.yaml` and `places.json` into the folder; the path of `map.yaml`.
+
+    Raises MapError.
+    """
     grid = home.grid
     grey = np.full(grid.hits.shape, _UNKNOWN, dtype=np.uint8)
     grey[grid.free], grey[grid.occupied] = _FREE, _OCCUPIED
@@ -36,6 +45,7 @@ def write(home: HomeMap, folder: Path) -> Path:
     try:
         replace_file(folder / "map.pgm", image)
         replace_file(folder / "map.yaml", yaml.encode())
+        replace_file(folder / _PLACES, json.dumps(home.drawn.as_json(), indent=1).encode())
     except OSError as error:
         raise MapError(f"{folder} can't be written: {error.strerror}") from None
     return folder / "map.yaml"
@@ -66,7 +76,19 @@ def read(path: Path, name: str) -> HomeMap:
     hits = np.where(found.occupied, _SURE, 0).astype(np.uint16)
     passes = np.where(found.free, _SURE, 0).astype(np.uint16)
     low_m = np.array((found.x_m, found.y_m))
-    return HomeMap(name, OccupancyGrid(found.cell_m, low_m, hits, passes))
+    grid = OccupancyGrid(found.cell_m, low_m, hits, passes)
+    return HomeMap(name, grid, drawn=_drawn(path.parent / _PLACES))
+
+
+def _drawn(path: Path) -> Drawn:
+    if not path.exists():
+        return Drawn()
+    try:
+        return drawn_of(json.loads(path.read_bytes()))
+    except OSError as error:
+        raise MapError(f"{path} can't be read: {error.strerror}") from None
+    except (ValueError, KeyError, TypeError, EditRefused) as error:
+        raise MapError(f"{path} can't be used: {error}") from None
 
 
 def cells(path: Path, plain: bool = False) -> RosCells:

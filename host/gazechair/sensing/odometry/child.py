@@ -7,13 +7,13 @@ import select
 import socket
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any, NoReturn
 
 import numpy as np
 
-from gazechair.base.supervisor import RecordWriter, enter_child
+from gazechair.base.supervisor import RecordWriter, child_main
 from gazechair.config.configuration import LidarConfig
 from gazechair.sensing.lidar.scan import Pose, in_arcs
 from gazechair.sensing.odometry import inbox
@@ -32,6 +32,16 @@ class Lidars:
     def __init__(self, configs: tuple[LidarConfig, ...]) -> None:
         self._configs = configs
         self._poses = [Pose(c.x_m, c.y_m, c.heading_deg, c.upside_down) for c in configs]
+
+    @classmethod
+    def of(cls, rows: Sequence[Mapping[str, Any]]) -> Lidars:
+        """Of a child's argument."""
+        return cls(
+            tuple(
+                LidarConfig(**{**fields, "mask": tuple(tuple(arc) for arc in fields["mask"])})
+                for fields in rows
+            )
+        )
 
     def piece(self, half: HalfTurn) -> Piece | None:
         """Without what is masked; None: nothing is left."""
@@ -53,15 +63,10 @@ class Lidars:
 
 def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:
     """Serve until the parent closes the pipe (BrokenPipeError)."""
-    lidars = Lidars(
-        tuple(
-            LidarConfig(**{**fields, "mask": tuple(tuple(arc) for arc in fields["mask"])})
-            for fields in argument["lidars"]
-        )
-    )
+    lidars = Lidars.of(argument["lidars"])
     reader = socket.socket(fileno=argument["fd"])
     reader.setblocking(False)
-    odometry = Odometry()
+    odometry = Odometry(time.monotonic_ns() // 1_000_000)  # no track of a process before this one
     pulse_s = 0.0
     while True:
         now_s = time.monotonic()
@@ -84,12 +89,7 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:
 
 def main() -> int:
     """Entry of `python -m gazechair.sensing.odometry.child JSON`: lidars, fd."""
-    argument = json.loads(sys.argv[1])
-    out = enter_child()
-    try:
-        run(argument, out)
-    except BrokenPipeError:
-        return 0
+    return child_main(run)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -10,6 +11,7 @@ import numpy as np
 from gazechair.base.footprint import FloatArray
 
 HEADING = "no_heading"  # the board gives none: turns come from the lidars alone
+DIFFERS = "heading_differs"  # the lidars see it turn otherwise than the sensor says
 LITTLE = "little_seen"  # an empty hall, or all is blind
 CORRIDOR = "corridor"  # what is seen does not tell the place in one direction
 CHANGED = "changed"  # much of what is seen is not where it was: people, or moved furniture
@@ -19,13 +21,17 @@ STUCK = "stuck"  # is told to move, and does not
 CARRIED = "carried"  # moves sideways, as no wheelchair does
 LOST = "lost"  # knows nothing of what it sees: it begins afresh
 
+# What makes a measured speed unsure.
+UNSURE = frozenset((LITTLE, CORRIDOR, CHANGED, LATE, CARRIED, LOST))
+
 _LASTS_S = {
     HEADING: 0.3,
+    DIFFERS: 0.3,
     LITTLE: 0.2,
     CORRIDOR: 0.2,
     CHANGED: 0.3,
     LATE: 0.3,
-    PUSHED: 0.2,
+    PUSHED: 0.1,
     STUCK: 0.1,
     CARRIED: 0.3,
     LOST: 2.0,
@@ -35,8 +41,27 @@ _FEW = 60  # points
 _LEAST_SHARE, _LEAST_INFORMATION = 0.02, 2500.0  # of the direction known best; 1/m^2
 _MATCHED, _LOST_MATCHED = 0.5, 0.35
 _MOVES_M_S, _MOVES_DEG_S, _STANDS_M_S = 0.06, 6.0, 0.03
+_MOVED_M_S = 0.075
 _SIDEWAYS_M_S = 0.12
-_COMMAND, _NO_COMMAND = 150, 0  # permille
+_DIFFERS_DEG = 0.6
+_HEARD_S = 0.1  # the board's word is that old at most
+_STOPS_S, _STOPPED_S = 1.2, 2.5  # most chairs have stopped, all have
+# A command that moves any chair in its slowest profile: its deadband and its stiction are less.
+_DRIVE, _TURN = 600, 800
+_DEADBAND = 150
+_EXPECTED_M_S = 0.08
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """What the board has put out, permille, without signs."""
+
+    drive: int
+    """The least, one way, for as long as the chair takes to start."""
+    turn: int
+    """Likewise."""
+    idle_s: float
+    """For how long there has been none at all; at most some seconds are known."""
 
 
 @dataclass(frozen=True)
@@ -53,9 +78,14 @@ class Seen:
     speed_sigma_m_s: float
     sideways_m_s: float
     yaw_rate_deg_s: float
-    outputs: tuple[int, int] | None
-    """The least that the board put out for as long as the chair takes to start, and the most for
-    as long as it takes to stop, of either axis; permille; None: not known."""
+    got_on_m_s: float
+    """Mean speed of the last moments, by the place alone."""
+    outputs: Outputs | None
+    """None: not known."""
+    full_m_s: float
+    """The least that a full command may move it, as learned of this chair; 0: nothing learned."""
+    heading_off_deg: float
+    """By how much the lidars see it turn otherwise than the heading says, lately."""
     silent_s: float
     """For how long the lidar that is silent longest has said nothing of use."""
 
@@ -65,10 +95,16 @@ class Doubts:
 
     def __init__(self) -> None:
         self._since_s: dict[str, float] = {}
+        self._least: tuple[float, ...] = (
+            math.inf,
+        ) * 3  # slowest since nothing is commanded: see _motion
 
     def judge(self, seen: Seen) -> tuple[str, ...]:
         """Those that have lasted long enough."""
-        now = set(_now(seen))
+        commanded = seen.outputs is None or seen.outputs.idle_s < _HEARD_S
+        before: tuple[float, ...] = (math.inf,) * 3 if commanded else self._least
+        self._least = tuple(map(min, before, _motion(seen)))
+        now = set(_now(seen, self._least))
         self._since_s = {key: self._since_s.get(key, seen.time_s) for key in now}
         return tuple(
             key
@@ -81,7 +117,24 @@ class Doubts:
         self._since_s.clear()
 
 
-def _now(seen: Seen) -> Iterable[str]:
+def _motion(seen: Seen) -> tuple[float, float, float]:
+    """Speeds: m/s as filtered, m/s by the place alone, degrees/s."""
+    return abs(seen.speed_m_s), seen.got_on_m_s, abs(seen.yaw_rate_deg_s)
+
+
+def _pushed(seen: Seen, outputs: Outputs, least: tuple[float, ...]) -> bool:
+    """Moves after it should have come to rest; sooner, when it gets faster with no command."""
+    if outputs.idle_s < _STOPS_S:
+        return False
+    if outputs.idle_s >= _STOPPED_S:
+        least = (0.0,) * 3
+    speed, got_on, yaw = _motion(seen)
+    turns = yaw > least[2] + _MOVES_DEG_S and abs(seen.heading_off_deg) <= _DIFFERS_DEG
+    faster = speed > least[0] + _MOVES_M_S + seen.speed_sigma_m_s
+    return faster or got_on > least[1] + _MOVED_M_S or turns
+
+
+def _now(seen: Seen, least: tuple[float, ...]) -> Iterable[str]:
     if not seen.heading_known:
         yield HEADING
     if seen.points < _FEW:
@@ -92,6 +145,8 @@ def _now(seen: Seen) -> Iterable[str]:
     turns = abs(seen.yaw_rate_deg_s) > _MOVES_DEG_S
     if seen.matched < _LOST_MATCHED and speed < _MOVES_M_S and not turns:
         yield LOST  # one that moves sees new rooms
+    if abs(seen.heading_off_deg) > _DIFFERS_DEG:
+        yield DIFFERS
     if seen.matched < _MATCHED:
         yield CHANGED
     if seen.silent_s > 0.0:
@@ -100,11 +155,15 @@ def _now(seen: Seen) -> Iterable[str]:
         yield CARRIED
     if seen.outputs is None or seen.matched < _MATCHED:
         return
-    least, most = seen.outputs
-    moves = speed > _MOVES_M_S + seen.speed_sigma_m_s
-    if most <= _NO_COMMAND and (moves or turns):
+    if _pushed(seen, seen.outputs, least):
         yield PUSHED
-    if least >= _COMMAND and speed < _STANDS_M_S and not turns:
+    expected_m_s = seen.full_m_s * (seen.outputs.drive - _DEADBAND) / (1000 - _DEADBAND)
+    told = seen.outputs.drive >= _DRIVE or seen.outputs.turn >= _TURN
+    if (
+        (told or expected_m_s > _EXPECTED_M_S)
+        and min(speed, seen.got_on_m_s) < _STANDS_M_S
+        and not turns
+    ):
         yield STUCK
 
 

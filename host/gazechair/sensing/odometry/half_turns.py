@@ -1,6 +1,8 @@
-"""Cuts what a lidar measures into half turns, and sends each to odometry, in the lidar's thread."""
+"""Cuts what a lidar measures into half turns, and sends each to inboxes, in the lidar's thread."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -14,10 +16,10 @@ _GAP_S = 0.02
 class HalfTurns:
     """Feed it nodes as they are decoded."""
 
-    def __init__(self, lidar: int, fd: int) -> None:
-        """`lidar`: its place in the configuration; `fd`: odometry's inbox."""
+    def __init__(self, lidar: int, fds: Sequence[int]) -> None:
+        """`lidar`: its place in the configuration; `fds`: the inboxes."""
         self._lidar = lidar
-        self._fd = fd
+        self._fds = fds
         self._pieces: list[Nodes] = []
         self._count = 0
         self._last_s = 0.0
@@ -42,4 +44,6 @@ class HalfTurns:
             received_s,
         )
         self._pieces, self._count = [], 0
-        send(self._fd, pack_scan(half))
+        datagram = pack_scan(half)
+        for fd in self._fds:
+            send(fd, datagram)

@@ -1,4 +1,6 @@
-"""What odometry is fed: datagrams of scans and of the board's words, on a socket of its own.
+"""What odometry and mapping are fed: datagrams of scans and of the board's words, on a socket each.
+
+Mapping gets odometry's estimates, too.
 
 The lidars' child and the daemon write without ever waiting: what does not fit is lost, as if
 nobody listened. The socket outlives each child at either end.
@@ -6,16 +8,17 @@ nobody listened. The socket outlives each child at either end.
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import socket
 import struct
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
-from gazechair.sensing.odometry.odometry import Motion
+from gazechair.sensing.odometry.odometry import Estimate, Motion
 
 LONGEST = 1 << 16
 _SCAN = struct.Struct("<cBHdd")  # kind, lidar, measurements, times of the first and the last
@@ -69,15 +72,23 @@ def pack_motion(motion: Motion) -> bytes:
     return _MOTION.pack(b"M", motion.time_s, heading, *outputs)
 
 
-def unpack(datagram: bytes) -> HalfTurn | Motion | None:
+def pack_estimate(estimate: Estimate) -> bytes:
+    """As one datagram."""
+    return b"E" + json.dumps(asdict(estimate)).encode()
+
+
+def unpack(datagram: bytes) -> HalfTurn | Motion | Estimate | None:
     """What it says; None: nonsense."""
     try:
+        if datagram[:1] == b"E":
+            fields = json.loads(datagram[1:])
+            return Estimate(**{**fields, "doubts": tuple(fields["doubts"])})
         if datagram[:1] == b"M":
             _, time_s, heading, linear, turn = _MOTION.unpack(datagram)
             return Motion(time_s, None if math.isnan(heading) else heading, linear, turn)
         _, lidar, count, first_s, last_s = _SCAN.unpack_from(datagram)
         angles = np.frombuffer(datagram, "<i2", count, _SCAN.size) / _ANGLE
         metres = np.frombuffer(datagram, "<u2", count, _SCAN.size + 2 * count) / 1000.0
-    except (struct.error, ValueError):
+    except (struct.error, ValueError, TypeError, KeyError):
         return None
     return HalfTurn(lidar, angles, metres, first_s, last_s)

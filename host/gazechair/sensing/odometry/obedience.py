@@ -54,8 +54,9 @@ class Obedience:
         change = (wanted - speed_m_s) * follow
         most = (_FASTER_M_S2 if abs(wanted) > abs(speed_m_s) else _SLOWER_M_S2) * dt_s
         self._expected_m_s = max(-most, min(change, most))
-        # What is not known yet of this chair is no surprise.
-        allowed = _SURPRISE_M_S2 + 2.0 * abs(command) * full_sigma_m_s / _LAG_S
+        allowed = _SURPRISE_M_S2
+        if changing or abs(change) <= most:  # what is not known yet of this chair is no surprise
+            allowed += 2.0 * abs(command) * full_sigma_m_s / _LAG_S
         if abs(self._surprise_m_s2) > allowed + changing * _CHANGING_M_S2:  # pushed, or held
             return Change(0.0, 1.0, 0.0, _CHANGING_Q)
         q = _CHANGING_Q if changing else _STEADY_Q

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
-from gazechair.sensing.odometry.doubts import LOST, Doubts, Seen, is_corridor
+from gazechair.sensing.odometry.doubts import DIFFERS, LOST, Doubts, Outputs, Seen, is_corridor
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
 from gazechair.sensing.odometry.match import (
     ERROR,
@@ -35,13 +35,16 @@ _HEADING_ERROR_RAD = math.radians(0.1)
 _DRIFT_RAD_S = math.radians(0.02)
 _SCALE = 0.006  # of a turn
 _UNKNOWN_RAD_S = math.radians(60.0)  # how fast it may turn without a heading
+_DIFFERS_RAD_S = math.radians(20.0)
+_ERROR_S, _FOLLOWED_S, _MATCHED = 0.3, 1.0, 0.5
 _FULL_M_S, _FULL_SIGMA_M_S = 0.5, 0.25
 _SIDEWAYS_M_S, _SIDEWAYS_S = 0.05, 0.3  # what a chair slips sideways, and for how long
 _KEPT_S = 3.0  # of motion
 _SLOPE_S = 0.08
 _OLD_S = 0.3  # a heading
 _SILENT_S = 0.2  # a lidar
-_STARTS_S, _STOPS_S = 0.6, 1.2  # until then the chair is neither stuck nor pushed
+_STARTS_S = 0.6  # until then the chair is not stuck
+_STANDS_S = 0.3  # the way of so long tells whether it stands
 _DRIFT_M2_PER_M = 0.006**2
 
 _KNOWN = 0.85  # less of what is seen is known: look here once more
@@ -91,7 +94,8 @@ class Estimate:
 class Odometry:
     """Feed it `motion` and pieces in the order of their times."""
 
-    def __init__(self) -> None:
+    def __init__(self, track: int = 0) -> None:
+        """`track`: of its beginning."""
         self._motions: deque[Motion] = deque()
         self._turned_deg = 0.0
         self._map = LocalMap(0.10)
@@ -100,9 +104,12 @@ class Odometry:
         self._state[FULL] = _FULL_M_S
         self._covariance = _first_covariance()
         self._drift = np.zeros((2, 2))  # of the remembered surfaces, since the beginning
-        self._track = 0
+        self._track = track
         self._doubts = Doubts()
         self._obedience = Obedience()
+        self._places: deque[tuple[float, float, float]] = deque()
+        self._error_rad = self._followed_rad = 0.0  # what the heading was off, lately
+        self._differs = False  # the heading counts less then
         self._heard_s: dict[tuple[float, float], float] = {}  # by the lidar's place
         self._time_s: float | None = None
         self._heading_rad = 0.0  # of the sensor, at the newest piece, not wrapped
@@ -141,7 +148,9 @@ class Odometry:
         yaw = self._yaw_rate(at_s, times, headings)
         self._grow(found)
         change = float(found.state[FORWARD] - self._state[FORWARD])
-        self._obedience.judge(change, at_s - self._time_s)
+        dt_s = at_s - self._time_s
+        self._obedience.judge(change, dt_s)
+        self._cross_check(found, dt_s)
         self._state, self._covariance = found.state, found.covariance
         self._time_s, self._heading_rad = at_s, heading
         self._heard_s[piece.origin_m] = at_s
@@ -156,14 +165,25 @@ class Odometry:
             math.sqrt(self._covariance[FORWARD, FORWARD]),
             float(self._state[SIDEWAYS]),
             yaw,
+            self._got_on(at_s),
             self._outputs(at_s),
+            float(self._state[FULL]) - 2.0 * math.sqrt(self._covariance[FULL, FULL]),
+            math.degrees(self._error_rad + self._followed_rad),
             max(0.0, at_s - min(self._heard_s.values()) - _SILENT_S),
         )
         doubts = self._doubts.judge(seen)
+        self._differs = DIFFERS in doubts
         estimate = self._estimate(yaw, found, doubts)
         if LOST in doubts:
             self._begin_afresh()
         return estimate
+
+    def _cross_check(self, found: Fit, dt_s: float) -> None:
+        """How far the lidars see the heading elsewhere than the sensor says, lately."""
+        seen_rad = float(found.state[ERROR]) if found.matched > _MATCHED else 0.0
+        self._error_rad += (seen_rad - self._error_rad) * (1.0 - math.exp(-dt_s / _ERROR_S))
+        self._followed_rad *= math.exp(-dt_s / _FOLLOWED_S)
+        self._followed_rad += float(found.state[OFFSET] - self._state[OFFSET])
 
     def _grow(self, found: Fit) -> None:
         """What the remembered surfaces are off grows with the way, and where nothing tells."""
@@ -185,18 +205,31 @@ class Odometry:
         self._state[[FORWARD, SIDEWAYS]] = 0.0
         self._covariance = _first_covariance()
 
-    def _outputs(self, at_s: float) -> tuple[int, int] | None:
-        """The least output for as long as the chair takes to start, the most as long as to stop."""
-        recent = [m for m in self._motions if at_s - _STOPS_S <= m.time_s <= at_s]
+    def _got_on(self, at_s: float) -> float:
+        """Mean speed of the last moments, by the place alone: no command has a say in it."""
+        self._places.append((at_s, float(self._state[X]), float(self._state[Y])))
+        while self._places[0][0] < at_s - _STANDS_S and len(self._places) > 2:
+            self._places.popleft()
+        begin_s, x, y = self._places[0]
+        passed_s = max(at_s - begin_s, _STANDS_S)
+        return math.hypot(self._state[X] - x, self._state[Y] - y) / passed_s
+
+    def _outputs(self, at_s: float) -> Outputs | None:
+        recent = [m for m in self._motions if m.time_s <= at_s]
         found = [
-            (m.time_s, max(abs(m.linear_permille), abs(m.turn_permille)))
+            (m.time_s, m.linear_permille, m.turn_permille)
             for m in recent
             if m.linear_permille is not None and m.turn_permille is not None
         ]
-        if not found or len(found) < len(recent):
+        if not found or len(found) < len(recent) or found[0][0] > at_s - _STARTS_S:
             return None
-        least = min((output for time_s, output in found if time_s >= at_s - _STARTS_S), default=0)
-        return least, max(output for _, output in found)
+        newest = [row for row in found if row[0] >= at_s - _STARTS_S] or [(at_s, 0, 0)]
+        drive, turn = [row[1] for row in newest], [row[2] for row in newest]
+        return Outputs(
+            max(min(drive), -max(drive), 0),
+            max(min(turn), -max(turn), 0),
+            at_s - max((row[0] for row in found if row[1] or row[2]), default=found[0][0]),
+        )
 
     def _headings(self) -> tuple[FloatArray, FloatArray]:
         known = [(m.time_s, m.heading_deg) for m in self._motions if m.heading_deg is not None]
@@ -243,6 +276,8 @@ class Odometry:
         gain[FORWARD, 0] = gain[SIDEWAYS, 1] = 1.0
         covariance += gain @ np.diag((speed.q * dt, slip)) @ gain.T
         covariance[OFFSET, OFFSET] += (_DRIFT_RAD_S * dt) ** 2 + (_SCALE * turn) ** 2
+        if self._differs:
+            covariance[OFFSET, OFFSET] += (_DIFFERS_RAD_S * dt) ** 2
         if not heading_known:
             covariance[OFFSET, OFFSET] += (_UNKNOWN_RAD_S * dt) ** 2
         covariance[FULL, FULL] += 1e-5 * dt

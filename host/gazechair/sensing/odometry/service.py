@@ -3,72 +3,84 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+import time
+from collections.abc import Callable
 
+from gazechair.base import health as states
+from gazechair.base.health import Health
 from gazechair.base.latest_value import Latest
-from gazechair.base.supervisor import Status, Supervised, Supervisor
+from gazechair.base.supervisor import Status
 from gazechair.config.configuration import LidarConfig
-from gazechair.sensing.odometry import inbox
-from gazechair.sensing.odometry.odometry import Estimate, Motion
+from gazechair.sensing.odometry import doubts
+from gazechair.sensing.odometry.inbox_service import InboxService
+from gazechair.sensing.odometry.obeys import Obeys
+from gazechair.sensing.odometry.odometry import Estimate
 
 LOST = "odometry_lost"
-_SILENT_S = 2.0
+UNSURE = "odometry_unsure"
+DIFFERS = "odometry_heading"
+_DIFFERS_S = 10.0  # shown for so long: a scale shows in turns only
+_LASTS_S = 5.0  # a doubt that lasts for less is not reported
 _NICE = 5  # what drives the chair comes first
 
 
-class OdometryService(Supervised):
+class OdometryService(InboxService):
     """Nothing here waits for odometry, and nothing that drives the chair needs it."""
 
-    def __init__(self, lidars: tuple[LidarConfig, ...]) -> None:
+    def __init__(self, lidars: tuple[LidarConfig, ...], health: Health, obeys: Obeys) -> None:
         """`lidars`: in the order in which their scans are numbered."""
-        self._lidars = lidars
-        self._writers, self._reader = inbox.open_inbox()
+        super().__init__(lidars)
+        self._health = health
+        self._listeners: list[Callable[[Estimate], None]] = []
+        self._obeys = obeys
+        self._doubted_s: float | None = None
+        self._differs_s = 0.0
         self.latest: Latest[Estimate] = Latest()
         """Born when its measurements were made."""
-        self.status: Status | None = None
 
-    @property
-    def inbox_fd(self) -> int:
-        """Where the lidars' child sends its half turns."""
-        return self._writers.fileno()
+    def subscribe(self, listener: Callable[[Estimate], None]) -> None:
+        """Before the start. `listener` gets each estimate, on a thread that must not wait."""
+        self._listeners.append(listener)
 
     def start(self) -> None:
         """Start the child process."""
-        fd = self._reader.fileno()
-        lidars = [asdict(config) for config in self._lidars]
-        self._supervisor = Supervisor(
-            "gazechair.sensing.odometry.child",
-            json.dumps({"lidars": lidars, "fd": fd}),
-            self._on_data,
-            self._on_status,
-            lost_reason=LOST,
-            silent_s=_SILENT_S,
-            start_s=60.0,
-            nice=_NICE,
-            fds=(fd,),
-        )
-        self._supervisor.start()
-
-    def stop(self) -> None:
-        """End the child process."""
-        super().stop()
-        self._writers.close()
-        self._reader.close()
-
-    def motion(self, motion: Motion) -> None:
-        """What the board said. Never waits."""
-        inbox.send(self._writers.fileno(), inbox.pack_motion(motion))
+        child = "gazechair.sensing.odometry.child"
+        self._supervise(child, "odometry", {}, lost_reason=LOST, nice=_NICE)
 
     def _on_data(self, payload: bytes) -> None:
         fields = json.loads(payload)
         if fields is None:  # nothing is measured
             self.latest.clear()
+            self._obeys.unknown()
+            if self._health.now().state != states.STARTING:
+                self._judge("no scans arrive")
             return
         fields["doubts"] = tuple(fields["doubts"])
         estimate = Estimate(**fields)
         self.latest.put(estimate, estimate.time_s)
-        self.status = None
+        self._obeys.judge(estimate)
+        if doubts.DIFFERS in estimate.doubts:
+            self._differs_s = time.monotonic()
+        self._judge(", ".join(doubts.UNSURE.intersection(estimate.doubts)))
+        for listener in self._listeners:
+            listener(estimate)
+
+    def _judge(self, doubt: str) -> None:
+        """Report a doubt once it has lasted."""
+        now_s = time.monotonic()
+        if not doubt:
+            self._doubted_s = None
+        if now_s < self._differs_s + _DIFFERS_S:
+            self._health.set(states.DEGRADED, DIFFERS, "the lidars see another heading")
+        elif not doubt:
+            self._health.set(states.OK)
+        elif self._doubted_s is None:
+            self._doubted_s = now_s
+        elif now_s - self._doubted_s >= _LASTS_S:
+            self._health.set(states.DEGRADED, UNSURE, doubt)
 
     def _on_status(self, status: Status) -> None:
-        self.status = status
         self.latest.clear()
+        self._obeys.unknown()
+        self._doubted_s = None
+        self._health.set(status.state, status.reason, status.detail)

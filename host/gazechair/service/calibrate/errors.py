@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from gazechair.base.told import ToldError
 
-class CalibrateError(Exception):
+
+class CalibrateError(ToldError):
     """The calibration cannot continue; the text is one line: what, where, what to do."""

@@ -75,7 +75,7 @@ class JoystickCalibration:
                 self._adjust(channel)
             self._say(f"linear {self._counts[0]}, turn {self._counts[1]}: type 'save' to keep them")
             if self._answer("save") != "save":
-                raise CalibrateError("not saved; the neutral counts are as before")
+                raise CalibrateError("not saved; the counts are as before", "neutral_not_saved")
             self._board.save()
             saved = True
         finally:
@@ -86,27 +86,29 @@ class JoystickCalibration:
     def _check_state(self) -> None:
         state = self._state()
         if state.state != codes.DISARMED:
-            raise CalibrateError("driving is on; switch it off first (Rijden uit)")
+            raise CalibrateError("driving is on; switch it off first (Rijden uit)", "board_armed")
         self._check_read_back(state)
 
     def _state(self) -> BoardState:
         state = self._board.state()
         if state is None:
-            raise CalibrateError("the board is gone; check its cable and repeat")
+            raise CalibrateError("the board is gone; check its cable and repeat", "board_gone")
         return state
 
     def _check_read_back(self, state: BoardState) -> None:
         if state.faults >> codes.WIPER & 1:
             raise CalibrateError(
                 "the potentiometer does not read back what is written (fault wiper); check its"
-                " supply, SDA, SCL and pull-ups, then switch the board off and on"
+                " supply, SDA, SCL and pull-ups, then switch the board off and on",
+                "neutral_wiper",
             )
 
     def _confirm_unplugged(self) -> None:
         self._say("this moves the joystick's neutral: a chair on the DB9 would drive")
         self._say(f"pull the DB9 plug, switch the 12 V of a bench supply on, type '{CONFIRMATION}'")
         if self._answer(CONFIRMATION) != CONFIRMATION:
-            raise CalibrateError("the DB9 was not confirmed as unplugged; nothing was changed")
+            text = "the DB9 was not confirmed as unplugged; nothing was changed"
+            raise CalibrateError(text, "neutral_plugged")
 
     def _adjust(self, channel: int) -> None:
         name, what, pin = _CHANNELS[channel]
@@ -123,7 +125,7 @@ class JoystickCalibration:
             if answer == "ok":
                 return
             if answer == "quit":
-                raise CalibrateError("not saved; the neutral counts are as before")
+                raise CalibrateError("not saved; the counts are as before", "neutral_not_saved")
             steps = {"+": 1, "-": -1}
             if answer in steps:
                 answer = str(self._counts[channel] + steps[answer])
@@ -149,8 +151,11 @@ class JoystickCalibration:
                     break
             if self._clock() > end_s:
                 raise CalibrateError(
-                    f"the board puts out {output} permille, not neutral {self._counts}; check that"
-                    " nothing drives it"
+                    "the board puts out {output} permille, not neutral {counts}; check that nothing"
+                    " drives it",
+                    "neutral_driven",
+                    output=str(output),
+                    counts=str(self._counts),
                 )
             self._wait(_POLL_S)
         self._say(
@@ -162,7 +167,8 @@ class JoystickCalibration:
         self.asks = asks
         line = self._read_line()
         if not line:
-            raise CalibrateError("no more input; not saved, the neutral counts are as before")
+            text = "no more input; not saved, the neutral counts are as before"
+            raise CalibrateError(text, "neutral_not_saved")
         return line.strip().lower()
 
     def _restore(self, before: list[int]) -> None:
@@ -171,7 +177,9 @@ class JoystickCalibration:
                 self._board.set_neutral(index_of(name), count)
         except SettingsError as error:
             raise CalibrateError(
-                f"the neutral counts could not be put back ({error}); switch the board off and"
-                " on, it then starts with what it saved"
+                "the neutral counts could not be put back ({error}); switch the board off and on,"
+                " it then starts with what it saved",
+                "neutral_lost",
+                error=str(error),
             ) from None
         self._say(f"back at linear {before[0]}, turn {before[1]}")

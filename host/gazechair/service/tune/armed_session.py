@@ -12,7 +12,7 @@ from typing import Protocol
 
 from gazechair.board.board_commands import STOP_COMMAND, Command
 from gazechair.board.state import BoardId, BoardState
-from gazechair.service.tune.errors import TuneError
+from gazechair.service.tune.errors import StoppedError, TuneError
 from gazelink import codes
 
 _POLL_S = 0.002
@@ -78,17 +78,17 @@ class ArmedSession:
     def _arm(self) -> None:
         state = self._state()
         if state.state != codes.DISARMED:
-            raise TuneError("driving is on; switch it off first (Rijden uit)")
+            raise TuneError("driving is on; switch it off first (Rijden uit)", "board_armed")
         if state.arm_reason:
-            raise TuneError(
-                f"the board is not ready: {state.arm_reason_name}; see gazechair doctor"
-            )
+            text = "the board is not ready: {reason}; see gazechair doctor"
+            raise TuneError(text, "board_not_ready", reason=state.arm_reason_name)
         self._edge = state.edge
         self._link.order(codes.ARM, codes.CARETAKER)
         end_s = self._clock() + _ARM_S
         while self._state().state != codes.ARMED:
             if self._clock() > end_s:
-                raise TuneError(f"the board does not arm: {self._state().arm_reason_name}")
+                text, why = "the board does not arm: {reason}", self._state().arm_reason_name
+                raise TuneError(text, "board_no_arm", reason=why)
             self._pause()
 
     def _next(self) -> BoardState | None:
@@ -97,15 +97,17 @@ class ArmedSession:
         state = self._state()
         if state.state != codes.ARMED:
             why = state.override_name if state.override else state.arm_reason_name
-            raise TuneError(f"the board switched driving off: {why}; clear that and repeat")
+            text = "the board switched driving off: {reason}; clear that and repeat"
+            raise TuneError(text, "board_off", reason=why)
         if not state.heading_known:
-            raise TuneError("the heading sensor failed; see gazechair doctor")
+            raise TuneError("the heading sensor failed; see gazechair doctor", "heading_failed")
         if state is not self._last:
             self._last = state
             self._heard_s = self._clock()
             return state
         if self._clock() - self._heard_s > _SILENT_S:
-            raise TuneError("the board has fallen silent; check its cable and repeat")
+            text = "the board has fallen silent; check its cable and repeat"
+            raise TuneError(text, "board_silent")
         return None
 
     def _new_edge(self) -> int:
@@ -123,9 +125,9 @@ class ArmedSession:
 
     def _pause(self) -> None:
         if self._aborted():
-            raise TuneError("stopped; nothing was changed")
+            raise StoppedError
         self._wait(_POLL_S)
 
 
 def _gone() -> TuneError:
-    return TuneError("the board is gone; check its cable and repeat")
+    return TuneError("the board is gone; check its cable and repeat", "board_gone")

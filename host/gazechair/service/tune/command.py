@@ -6,7 +6,10 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from gazechair.service.board_settings import SettingsError
-from gazechair.service.tune.errors import TuneError
+from gazechair.service.tune.errors import StoppedError, TuneError
+from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
+from gazechair.service.tune.forward import identify as identify_straight
+from gazechair.service.tune.forward_rows import straight_rows, straight_told
 from gazechair.service.tune.identify import Fit, identify
 from gazechair.service.tune.judge import fits_profile, judge
 from gazechair.service.tune.numbers import TurnNumbers
@@ -20,6 +23,8 @@ Tuning profile {profile}: the chair turns left and right by itself, ten short pu
   - An even, firm floor; a metre free all round. Check the area behind the chair first: the lidar
     may not see it. Nobody touches the chair.
   - Any key or Ctrl-C stops it at once. So do the emergency button and every other stop."""
+_STRAIGHT = """\
+Then it drives straight on three times, two metres in all at most: leave three metres free ahead."""
 _ROWS = (
     ("left_q4_dps", "left, full deflection", "deg/s", 16),
     ("right_q4_dps", "right, full deflection", "deg/s", 16),
@@ -54,20 +59,29 @@ class Tuning:
         record: Callable[[TurnNumbers, int], Sequence[Recording]],
         say: Callable[[str], None],
         confirm: Callable[[], bool],
+        straight: Callable[[], Sequence[ForwardRecording]] | None = None,
+        keep: Callable[[str, ForwardNumbers], None] = lambda _profile, _numbers: None,
     ) -> None:
-        """`confirm`: the person has read the explanation and agrees."""
+        """`confirm`: the person has read the explanation and agrees; `straight` runs the presses
+        straight on (see forward_runner.ForwardRunner.run), None: nothing measures them;
+        `keep` gets what was found of them, OSError when it cannot."""
         self._board = board
         self._record = record
         self._say = say
         self._confirm = confirm
+        self._straight = straight
+        self._keep = keep
+        self._found: ForwardNumbers | None = None
 
     def run(self, profile: str, dry_run: bool) -> None:
         """Tune `profile` (of settings_table.PROFILES). TuneError or SettingsError with the reason;
         nothing is changed then."""
         before = self._board.all()
         self._say(_BEFORE.format(profile=profile))
+        if self._straight is not None:
+            self._say(_STRAIGHT)
         if not self._confirm():
-            raise TuneError("nobody said go; nothing was changed")
+            raise TuneError("nobody said go; nothing was changed", "tune_no_go")
         believed = TurnNumbers.default(profile)
         recordings = self._record(believed, before[index_of("neutral_turn_count")])
         fit = identify(recordings, believed)
@@ -75,10 +89,16 @@ class Tuning:
         fits_profile(fit.numbers, profile)
         rows = fit.numbers.rows(profile)
         self._show(profile, before, rows, fit)
+        rows |= self._straight_rows(profile, before, fit.numbers)
         if dry_run:
             self._say("dry run: nothing was changed")
             return
         self._store(before, rows | {"profile": PROFILES.index(profile)})
+        if self._found is not None:
+            try:
+                self._keep(profile, self._found)
+            except OSError as error:
+                self._say(f"a change of the profile does not change the step: {error}")
         self._say(f"stored; the board now drives with profile {profile}")
 
     def _show(self, profile: str, before: Sequence[int], rows: dict[str, int], fit: Fit) -> None:
@@ -89,11 +109,28 @@ class Tuning:
             old, new = before[index_of(setting)] / per, rows[setting] / per
             self._say(f"{words:<24}{old:>10.1f}{new:>10.1f} {unit}")
         self._say(f"the chair's turns are explained to within {fit.residual_deg:.2f} degrees")
+
+    def _straight_rows(
+        self, profile: str, before: Sequence[int], turns: TurnNumbers
+    ) -> dict[str, int]:
+        """{setting: value} of driving straight on; none when it could not be measured."""
+        row = PROFILES.index(profile)
         brake = before[index_of(profile_row(row, "brake_mm_s2"))]
-        self._say(
-            f"braking while driving forward stays {brake} mm/s2: it cannot be measured, the chair"
-            " has no speed sensor; see docs/turning.md"
-        )
+        why = "it cannot be measured here"
+        try:
+            if self._straight is not None:
+                found = identify_straight(self._straight())
+                rows = straight_rows(found, profile, before, turns)
+                for line in straight_told(found, rows, before, profile):
+                    self._say(line)
+                self._found = found
+                return rows
+        except StoppedError:
+            raise
+        except TuneError as error:
+            why = str(error)
+        self._say(f"braking while driving forward stays {brake} mm/s2: {why}")
+        return {}
 
     def _store(self, before: Sequence[int], rows: dict[str, int]) -> None:
         # Whatever ends this halfway, the profile counts as not tuned then: not tuned first, that it
@@ -113,10 +150,13 @@ class Tuning:
                     self._board.set(index, value)
             except SettingsError:
                 raise TuneError(
-                    f"not stored ({error}), and what was changed could not be put back; switch the"
-                    " board off and on, it then starts with what it saved"
+                    "not stored ({error}), and what was changed could not be put back; switch the"
+                    " board off and on, it then starts with what it saved",
+                    "store_lost",
+                    error=str(error),
                 ) from None
-            raise TuneError(f"not stored: {error}; the settings are as before") from None
+            text = "not stored: {error}; the settings are as before"
+            raise TuneError(text, "store_failed", error=str(error)) from None
 
 
 def _last(index: int, values: dict[int, int]) -> list[tuple[int, int]]:

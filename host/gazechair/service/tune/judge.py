@@ -31,24 +31,33 @@ def judge(recordings: Sequence[Recording], fit: Fit) -> None:
     mean = sum(turned) / len(turned)
     if mean < _TURNED_DEG:
         raise TuneError(
-            f"the chair turned only {mean:.1f} degrees a pulse; is something in its way, or a"
-            " slower profile selected than the chair turns with?"
+            "the chair turned only {deg} degrees a pulse; is something in its way, or a slower"
+            " profile selected than the chair turns with?",
+            "tune_little",
+            deg=round(mean, 1),
         )
     if fit.residual_deg > max(_RESIDUAL_DEG, _RESIDUAL_SHARE * mean) or fit.uneven > _UNEVEN:
         raise TuneError(
-            f"the chair's turns do not repeat (they differ by {100 * fit.uneven:.0f} % from each"
-            f" other, and by {fit.residual_deg:.1f} degrees from any one chair's); repeat on an"
-            " even, firm floor, with nobody touching the chair"
+            "the chair's turns do not repeat (they differ by {percent} % from each other, and by"
+            " {deg} degrees from any one chair's); repeat on an even, firm floor, with nobody"
+            " touching the chair",
+            "tune_uneven",
+            percent=round(100 * fit.uneven),
+            deg=round(fit.residual_deg, 1),
         )
     n = fit.numbers
     if max(fit.spread.left_dps, fit.spread.right_dps) > _SURE:
         raise TuneError(
-            "the pulses do not show how fast the chair turns; give it more space and repeat"
+            "the pulses do not show how fast the chair turns; give it more space and repeat",
+            "tune_vague",
         )
     if not 1 / _APART < n.left_dps / n.right_dps < _APART:
         raise TuneError(
-            f"it turns {n.left_dps:.0f} degrees/s to the left and {n.right_dps:.0f} to the right;"
-            " is a brake dragging, or a caster caught?"
+            "it turns {left} degrees/s to the left and {right} to the right; is a brake dragging,"
+            " or a caster caught?",
+            "tune_sides",
+            left=round(n.left_dps),
+            right=round(n.right_dps),
         )
     _within_limits(n)
 
@@ -61,8 +70,13 @@ def _within_limits(numbers: TurnNumbers) -> None:
         if not low < value < high:
             what = name.partition("_")[2].partition("_")[2]
             raise TuneError(
-                f"{what} would be {value}, at or beyond the limit {low}..{high}; repeat on an even"
-                " floor; if it stays, the chair is unlike any this was made for"
+                "{what} would be {value}, at or beyond the limit {low}..{high}; repeat on an even"
+                " floor; if it stays, the chair is unlike any this was made for",
+                "tune_limit",
+                what=what,
+                value=value,
+                low=low,
+                high=high,
             )
 
 
@@ -73,14 +87,17 @@ def fits_profile(numbers: TurnNumbers, profile: str) -> None:
         return
     best = min(PROFILES, key=lambda other: _off(numbers, other))
     text = (
-        f"it turns {numbers.left_dps:.0f} degrees/s to the left and {numbers.right_dps:.0f} to the"
-        f" right: not as profile {profile} does"
+        "it turns {left} degrees/s to the left and {right} to the right: not as profile {profile}"
+        " does"
     )
+    left, right = round(numbers.left_dps), round(numbers.right_dps)
     if _off(numbers, best) * _OTHER < off:
-        text += f", rather as {best}; select the profile on the chair and name the same one here"
+        text += ", rather as {best}; select the profile on the chair and name the same one here"
+        key = "tune_other_profile"
     else:
         text += ", nor any other; check the wiring of the turn channel"
-    raise TuneError(text)
+        key, best = "tune_no_profile", ""
+    raise TuneError(text, key, left=left, right=right, profile=profile, best=best)
 
 
 def _off(numbers: TurnNumbers, profile: str) -> float:

@@ -106,7 +106,8 @@ class Procedure:
             if self._for_ms(s) > _RESTS_MS[1]:
                 raise TuneError(
                     "the heading does not come to rest; is the chair on a slope, pushed, or the"
-                    " heading sensor loose?"
+                    " heading sensor loose?",
+                    "tune_restless",
                 )
             return
         if not self._plan:
@@ -144,19 +145,21 @@ class Procedure:
 
     def _push(self, s: Sample, moves: bool) -> None:
         if s.override:
-            raise TuneError(_overruled(s.override))
+            raise _overruled(s.override)
         if moves:
             self._began = len(self._past) - 1
             self._enter(_RUN, s)
         elif self._for_ms(s) > _STARTS_MS:
-            raise TuneError("the board does not move the wiper; repeat, and report it if it stays")
+            text = "the board does not move the wiper; repeat, and report it if it stays"
+            raise TuneError(text, "tune_wiper")
 
     def _run(self, s: Sample, moves: bool) -> None:
         heading = s.heading_deg - self._start_deg
         if s.override and s.override != codes.TUNING_ANGLE:
-            raise TuneError(_overruled(s.override))
+            raise _overruled(s.override)
         if abs(heading) > FAR_DEG:
-            raise TuneError(f"the chair turned {abs(heading):.0f} degrees: far more than asked for")
+            text = "the chair turned {deg} degrees: far more than asked for"
+            raise TuneError(text, "tune_far", deg=round(abs(heading)))
         coast = self._coast_deg()
         if coast * heading > 0 and abs(heading + coast) > CUT_DEG:
             self.wanted = None
@@ -181,7 +184,9 @@ class Procedure:
         if recording is None:
             self._repeats += 1
             if self._repeats > _REPEATS:
-                raise TuneError("this computer stalls; end other programs and repeat")
+                raise TuneError(
+                    "this computer stalls; end other programs and repeat", "tune_stalls"
+                )
         else:
             self.recordings.append(recording)
             self._learn(recording)
@@ -206,7 +211,8 @@ class Procedure:
         if abs(count - self._count(self._pulse.turn_permille)) > _COUNTS:
             raise TuneError(
                 "the board turns slower than asked for: something is near the chair, or its"
-                " settings limit the turn; give it free space all round"
+                " settings limit the turn; give it free space all round",
+                "tune_slower",
             )
         before = np.mean([p.heading_deg for p in past[:began]])
         full = self._count(1000 if count > self._neutral else -1000)
@@ -235,7 +241,8 @@ class Procedure:
     def _learn(self, recording: Recording) -> None:
         """How much further than expected it turned, and whether it responds at all."""
         if recording.noise_deg > _NOISE_DEG:
-            raise TuneError("the heading is noisy though the chair stands; is the sensor loose?")
+            text = "the heading is noisy though the chair stands; is the sensor loose?"
+            raise TuneError(text, "tune_noisy")
         sign = 1 if recording.deflection > 0 else -1
         believed = angle_deg(self._believed, recording.deflection, recording.pulse_s)
         self._believed_deg += believed
@@ -249,14 +256,17 @@ class Procedure:
         if max(map(abs, turned)) < _MOVED_DEG:
             raise TuneError(
                 "the chair did not turn; is it switched on, its brakes engaged (not in"
-                " free-wheel), the DB9 plugged in, the relay closed?"
+                " free-wheel), the DB9 plugged in, the relay closed?",
+                "tune_no_turn",
             )
         # Casters alone may do that to a few pulses, and take most of what a slow chair turns.
         if len(along) == len(PULSES) and sum(along) < -_REVERSED * self._believed_deg:
             raise TuneError(
-                "the chair turned the other way; the turn channel is reversed: see docs/wiring.md"
+                "the chair turned the other way; the turn channel is reversed: see docs/wiring.md",
+                "tune_reversed",
             )
 
 
-def _overruled(reason: int) -> str:
-    return f"the board stopped the pulse: {codes.reason_name(reason)}; clear that and repeat"
+def _overruled(override: int) -> TuneError:
+    text = "the board stopped the pulse: {reason}; clear that and repeat"
+    return TuneError(text, "pulse_stopped", reason=str(codes.reason_name(override)))

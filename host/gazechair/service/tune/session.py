@@ -13,14 +13,21 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from gazechair.base.health import Health
+from gazechair.base.state_folder import state_folder
 from gazechair.board import ports
 from gazechair.board.board_commands import Clearance
 from gazechair.board.link import BoardLink
 from gazechair.config.configuration import Config
 from gazechair.sensing.lidar import LidarService
+from gazechair.sensing.odometry.feed import Feed
+from gazechair.sensing.odometry.obeys import Obeys
+from gazechair.sensing.odometry.service import OdometryService
 from gazechair.service.board_settings import BoardSettings, wait_for_board
 from gazechair.service.tune.command import Tuning
 from gazechair.service.tune.errors import TuneError
+from gazechair.service.tune.forward import ForwardRecording
+from gazechair.service.tune.forward_runner import ForwardRunner
+from gazechair.service.tune.forward_store import ForwardStore
 from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.recording import Recording
 from gazechair.service.tune.runner import Runner
@@ -35,7 +42,7 @@ _GO = "\nEnter: go. Anything else: leave all as it is. "
 
 def tune(config: Config, profile: str, dry_run: bool, say: Callable[[str], None]) -> None:
     """Run `gazechair tune` on the board and lidars of `config`. TuneError, SettingsError."""
-    with _board_and_lidars(config) as (link, looked):
+    with _board_and_lidars(config) as (link, looked, odometry):
         _ready(link)
         with _keyboard() as pressed:
 
@@ -45,7 +52,14 @@ def tune(config: Config, profile: str, dry_run: bool, say: Callable[[str], None]
                 runner = Runner(link, time.monotonic, time.sleep, pressed, say)
                 return runner.run(believed, neutral_count)
 
-            Tuning(BoardSettings(link), record, say, _confirmed).run(profile, dry_run)
+            def straight() -> list[ForwardRecording]:
+                _ready(link)
+                measured = odometry.latest.entry
+                return ForwardRunner(link, time.monotonic, time.sleep, pressed, say, measured).run()
+
+            keep = ForwardStore(state_folder(config.web.state_folder)).keep
+            tuning = Tuning(BoardSettings(link), record, say, _confirmed, straight, keep)
+            tuning.run(profile, dry_run)
 
 
 def with_eyes(clearance: Clearance) -> Clearance:
@@ -55,29 +69,38 @@ def with_eyes(clearance: Clearance) -> Clearance:
 
 
 @contextlib.contextmanager
-def _board_and_lidars(config: Config) -> Iterator[tuple[BoardLink, threading.Event]]:
-    """The link, and an event to set once a person has looked all round."""
+def _board_and_lidars(
+    config: Config,
+) -> Iterator[tuple[BoardLink, threading.Event, OdometryService]]:
+    """The link, an event to set once a person has looked all round, and odometry."""
     board, eyes, looked = Health("board"), Health("lidar"), threading.Event()
+    fitted = tuple(lidar for lidar in config.lidar if lidar.kind != "off")
+    obeys = Obeys(Health("motion"), lambda: None)
+    odometry = OdometryService(fitted, Health("odometry"), obeys)
+    feed = Feed([odometry.inbox_fd])
     link = BoardLink(
         ports.finder(config.board.port, ports.BOARD),
         board,
         on_zone=lambda zone: lidars.zone(zone),
+        on_state=feed.board,
     )
 
     def told(clearance: Clearance) -> None:
         link.clearance(with_eyes(clearance) if looked.is_set() else clearance)
 
-    lidars = LidarService(config.lidar, config.footprint, told, eyes)
+    lidars = LidarService(config.lidar, config.footprint, told, eyes, inbox_fds=feed.fds)
     link.start()
     try:
         lidars.start()
+        odometry.start()
         end_s = time.monotonic() + _CONNECT_S
         wait_for_board(link, board, end_s)
         _wait_for_lidars(link, eyes, end_s)
-        yield link, looked
+        yield link, looked, odometry
     finally:
         lidars.stop()
         link.stop()
+        odometry.stop()
 
 
 def _wait_for_lidars(link: BoardLink, eyes: Health, end_s: float) -> None:

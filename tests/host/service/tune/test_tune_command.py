@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 import pytest
 
 from gazechair.service.board_settings import SettingsError
 from gazechair.service.tune.command import Tuning
-from gazechair.service.tune.errors import TuneError
+from gazechair.service.tune.errors import StoppedError, TuneError
+from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
 from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.recording import Recording
 from gazelink.settings_table import PROFILES, TABLE, index_of
@@ -65,6 +68,7 @@ def tune(
     profile: str = "3.1",
     dry_run: bool = False,
     go: bool = True,
+    straight: Callable[[], Sequence[ForwardRecording]] | None = None,
 ) -> str:
     said: list[str] = []
 
@@ -72,7 +76,7 @@ def tune(
         assert neutral_count == 170
         return recordings
 
-    Tuning(board, measured, said.append, lambda: go).run(profile, dry_run)
+    Tuning(board, measured, said.append, lambda: go, straight).run(profile, dry_run)
     return "\n".join(said)
 
 
@@ -90,6 +94,44 @@ def test_what_is_found_is_stored_for_that_profile_alone(
     assert "stops it at once" in said
     assert "braking while driving forward stays 500 mm/s2: it cannot be measured" in said
     assert TurnNumbers.of("3.1", board.values).left_dps == pytest.approx(45.5, rel=0.06)
+
+
+def straight_on() -> list[ForwardRecording]:
+    """As a chair of known numbers drives."""
+    time_s = np.arange(0.0, 5.0, 0.01)
+    share = np.where((time_s > 0.5) & (time_s < 2.5), 0.6, 0.0)
+    way = ForwardNumbers(0.36, 0.08, 0.15, 0.3, 0.6, 1.0).ways(share)
+    return [ForwardRecording(time_s, share, time_s[::5], way[::5])]
+
+
+def test_driving_straight_on_is_stored_with_it(
+    board: MemoryBoard, recordings: list[Recording]
+) -> None:
+    said = tune(board, recordings, straight=straight_on)
+    assert "three metres free ahead" in said
+    assert "a step forward goes 0.50 m in profile 3.1" in said
+    assert board.values[index_of("p3_1_forward_mm_s")] == pytest.approx(378, rel=0.1)
+    assert board.values[index_of("step_forward_ms")] == pytest.approx(2850, rel=0.05)
+    assert board.saved == board.values
+
+
+def test_what_cannot_be_driven_straight_on_keeps_its_braking_and_a_stop_keeps_all(
+    board: MemoryBoard, recordings: list[Recording]
+) -> None:
+    def blocked() -> list[ForwardRecording]:
+        raise TuneError("the board stopped the chair: obstacle_forward")
+
+    def stopped() -> list[ForwardRecording]:
+        raise StoppedError
+
+    before = board.all()
+    with pytest.raises(StoppedError):
+        tune(board, recordings, straight=stopped)
+    assert (board.values, board.saved) == (before, None)
+    said = tune(board, recordings, straight=blocked)
+    assert "stays 500 mm/s2: the board stopped the chair: obstacle_forward" in said
+    assert board.values[index_of("p3_1_tuned")] == 1
+    assert board.values[index_of("p3_1_brake_mm_s2")] == 500
 
 
 def test_a_dry_run_shows_and_changes_nothing(

@@ -1,0 +1,1 @@
+"""Assist: while the driver holds forward, steers towards the free way ahead."""

@@ -1,0 +1,262 @@
+"""Assist: from what the lidars see and where the driver points, how to drive. Decides at 20 Hz."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from gazechair.assist.own_steering import OwnSteering
+from gazechair.assist.permits import Permits
+from gazechair.assist.surroundings import Surroundings
+from gazechair.assist.ways import Way, Ways
+from gazechair.base.footprint import FloatArray, Footprint
+from gazechair.sensing.odometry.odometry import Motion
+from gazechair.sensing.odometry.points import Piece
+
+FULL = 1000
+MOST_TURN = 600
+"""Permille of turning that assist asks for at most."""
+_COAST_S = 0.42  # the chair's dead time and lag: it turns on so long
+_DONE_DEG = 0.4
+_SPOT_DEG, _SPOT_END_DEG = 8.0, 0.5  # farther off it turns on the spot; nearer it goes on
+_SPOT_S = 5.0  # the longest such turn
+_EASIER_S, _EASIER_DEG_S = 1.5, 0.5  # after so long it may end so much farther off
+_RESTS_DEG_S = 1.0
+_DEADBAND = 60  # less turns no chair
+_CURVE_PERMILLE_DEG, _CURVE_PERMILLE = 25.0, 300
+_SPOT_PERMILLE_DEG, _SPOT_PERMILLE = 20.0, 400
+_LEAST_CURVE, _LEAST_SPOT = 95, 180
+_SLOW = 250
+_FASTER = 100  # than it is, asked for in a curve: the board slows both axes alike
+_STICKS_DEG_S = 2.0
+_STILL_PERMILLE = 30  # moves no chair
+_MORE_PERMILLE_S = 300.0  # on the spot, while nothing turns
+_ROLLS_PERMILLE = 60
+_SHORTEST_LEG_M, _LONG_LEG_M = 0.1, 2.0
+_SHORT_M, _ROLLS_M = 0.03, 0.13
+_FORGETS_S = 4.0  # where the driver pointed, in favour of where the chair points now
+_STUCK_S, _GIVES_UP_S = 1.5, 3.0  # what is not permitted for so long is let be for a while
+_FREE_M, _BESIDE_DEG = 0.8, 20.0  # so far ahead, with something so near a corner
+_SHUT_M, _SHUT_S = 0.12, 0.8  # nearer the board lets nothing begin, nor so soon after
+_NEEDED_M = 1.2  # straight on ends so soon: worth a stop to turn on the spot
+
+
+@dataclass(frozen=True)
+class Advice:
+    """How to drive now, permille; `linear_permille` is never above what forward itself gives."""
+
+    linear_permille: int
+    turn_permille: int
+    steers: bool
+    """It does something else than drive straight on."""
+
+
+STRAIGHT_ON = Advice(FULL, 0, False)
+
+
+@dataclass(frozen=True)
+class _Leg:
+    """The first leg of a way, after the turn on the spot towards it."""
+
+    ends_m: float
+    """So much is free straight ahead where it ends."""
+    then_deg: float
+    """The heading of the second one, not wrapped."""
+
+
+class Assist:
+    """One chair. Feed it what `Surroundings` and `Permits` take, and ask."""
+
+    def __init__(self, footprint: Footprint, lidars: int) -> None:
+        self.permits = Permits()
+        self._surroundings = Surroundings(lidars)
+        self._ways = Ways(footprint)
+        self._own = OwnSteering()
+        self._press = 0
+        self._wish_deg = 0.0
+        self._way: Way | None = None
+        self._spot_deg: float | None = None
+        self._spot_till_s = self._turned_s = 0.0
+        self._leg: _Leg | None = None
+        self._turned_then = False
+        self._waits_s = 0.0
+        self._sticks_s = 0.0
+        self._last_s = 0.0
+        self._gave_up_s = 0.0
+        self._shut_s = -math.inf
+        self._chosen_deg = 0.0
+
+    def motion(self, motion: Motion) -> None:
+        """The board's word."""
+        self._surroundings.motion(motion)
+        self.permits.output(motion.time_s, motion.linear_permille or 0, motion.turn_permille or 0)
+
+    def see(self, lidar: int, piece: Piece) -> None:
+        """Half a turn of one lidar."""
+        self._surroundings.see(lidar, piece)
+
+    def knows(self, now_s: float) -> bool:
+        """It sees where forward and turns lead: it could advise."""
+        return self.permits.seen and self._surroundings.points_m(now_s) is not None
+
+    def turns_himself(self, now_s: float) -> None:
+        """The driver holds a turn: ask for each of its moments."""
+        heading = self._surroundings.heading_deg(now_s)
+        if heading is not None:
+            self._own.turns(heading, now_s)
+
+    def advise(self, press: int, now_s: float) -> Advice | None:
+        """How to drive in this press of forward; None: not known, drive as without."""
+        advice = self._advise(press, now_s)
+        if advice is not None and advice.steers:
+            self._own.steered(now_s)
+        return advice
+
+    def _advise(self, press: int, now_s: float) -> Advice | None:
+        points = self._surroundings.points_m(now_s)
+        heading = self._surroundings.heading_deg(now_s)
+        if points is None or heading is None or not self.permits.seen:
+            self._press = 0
+            return None
+        if press != self._press:
+            self._press, self._wish_deg = press, heading
+            self._way, self._spot_deg, self._leg = None, None, None
+            self._turned_s = self._shut_s = -math.inf
+            self._waits_s = self._sticks_s = 0.0
+            self._last_s = now_s
+        dt_s, self._last_s = min(0.2, now_s - self._last_s), now_s
+        self._wish_deg += (heading - self._wish_deg) * dt_s / _FORGETS_S
+        before = None if self._way is None else self._seen_from(heading)
+        wish = math.radians(self._wish_deg - heading)
+        if self._spot_deg is not None:
+            advice = self._turn_on_the_spot(self._spot_deg - heading, now_s, dt_s)
+            if advice is not None:
+                return advice
+            self._begin_leg(points)
+        leg = self._on_leg(points, heading, now_s, dt_s)
+        if leg is not None:
+            return leg
+        if self.permits.forward_m < _SHUT_M and now_s > self._turned_s + _SHUT_S:
+            self._shut_s = now_s
+        shut = now_s - self._shut_s < _SHUT_S
+        turns_deg, share = self.permits.turns_deg, self._own.help(now_s)
+        self._way = self._ways.choose(points, wish, before, turns_deg, shut, share)
+        self._chosen_deg = heading
+        return self._drive(self._way, now_s, dt_s)
+
+    def _begin_leg(self, points: FloatArray) -> None:
+        # Turned on the spot: what it turned for is driven, whatever else looks better meanwhile.
+        way, self._leg = self._way, None
+        if way is not None and way.first_m > _SHORTEST_LEG_M and not self._turned_then:
+            then_deg = self._chosen_deg + math.degrees(way.then_rad)
+            self._leg = _Leg(self._ways.straight_m(points) - way.first_m, then_deg)
+
+    def _on_leg(
+        self, points: FloatArray, heading: float, now_s: float, dt_s: float
+    ) -> Advice | None:
+        leg = self._leg
+        if leg is None:
+            return None
+        left_m = self._ways.straight_m(points) - leg.ends_m
+        if self.permits.forward_m >= _SHUT_M and _SHORT_M < left_m < _LONG_LEG_M:
+            if left_m > self._short_m():
+                return Advice(FULL, 0, True)
+            self._turned_then, self._spot_deg = True, leg.then_deg
+            self._spot_till_s = now_s + _SPOT_S
+        self._leg = None
+        if self._spot_deg is None:
+            return None
+        return self._turn_on_the_spot(self._spot_deg - heading, now_s, dt_s)
+
+    def _seen_from(self, heading_deg: float) -> Way:
+        # The way of the last time, the chair having turned since.
+        assert self._way is not None
+        turned = math.radians(heading_deg - self._chosen_deg)
+        first, then = self._way.first_rad - turned, self._way.then_rad - turned
+        return replace(self._way, first_rad=first, then_rad=then)
+
+    def _drive(self, way: Way | None, now_s: float, dt_s: float) -> Advice:
+        if way is None:
+            return self._straight_on(dt_s)
+        aim_deg = math.degrees(way.first_rad if way.first_m > self._short_m() else way.then_rad)
+        error_deg = aim_deg - self._surroundings.rate_deg_s() * _COAST_S
+        if way.straight_m > _FREE_M and min(self.permits.turns_deg) < _BESIDE_DEG:
+            return self._straight_on(dt_s)  # between posts
+        ahead_m = min(way.straight_m, self.permits.forward_m)
+        needed = ahead_m < _NEEDED_M and now_s > self._gave_up_s
+        shut = now_s - self._shut_s < _SHUT_S
+        if not shut and not (needed and abs(aim_deg) > _SPOT_DEG):
+            advice = self._curve(error_deg)
+            if advice is not None:
+                return advice
+            if not needed or abs(aim_deg) <= _SPOT_END_DEG:
+                return self._straight_on(dt_s)
+        self._spot_deg, self._turned_then = self._chosen_deg + aim_deg, False
+        self._spot_till_s = now_s + _SPOT_S
+        return self._turn_on_the_spot(aim_deg, now_s, dt_s) or self._straight_on(dt_s)
+
+    def _short_m(self) -> float:
+        # A leg as short as the chair rolls on has been gone.
+        return _SHORT_M + _ROLLS_M * self.permits.linear_now / FULL
+
+    def _curve(self, error_deg: float) -> Advice | None:
+        if abs(error_deg) <= _DONE_DEG:
+            return None
+        turn = _output(error_deg, _CURVE_PERMILLE_DEG, _LEAST_CURVE, _CURVE_PERMILLE)
+        fast = min(FULL, max(_SLOW, self.permits.linear_now + _FASTER))
+        for linear, some in ((fast, turn), (_SLOW, turn), (_SLOW, _least(turn))):
+            if self.permits.both(linear, some):
+                self._waits_s = self._sticks_s = 0.0
+                return Advice(linear, some, True)
+        return None
+
+    def _straight_on(self, dt_s: float) -> Advice:
+        # A turn that has not ended yet may be more than the board permits while driving.
+        self._sticks_s = 0.0
+        if self.permits.turned and not self.permits.both(FULL, 0):
+            self._waits_s += dt_s
+            if self._waits_s < _STUCK_S:
+                return self._wait()
+        else:
+            self._waits_s = 0.0
+        return STRAIGHT_ON
+
+    def _wait(self) -> Advice:
+        # Not neutral: where the board permits no more than creep, it ends a press that asks for
+        # nothing while the chair still rolls and turns.
+        left_deg, right_deg = self.permits.turns_deg
+        still = _STILL_PERMILLE if left_deg > right_deg else -_STILL_PERMILLE
+        return Advice(0, still if self.permits.on_the_spot(still) else 0, True)
+
+    def _turn_on_the_spot(self, off_deg: float, now_s: float, dt_s: float) -> Advice | None:
+        """Towards the direction that was chosen; None: it is there, or may not turn there."""
+        rate_deg_s = self._surroundings.rate_deg_s()
+        error_deg = off_deg - rate_deg_s * _COAST_S
+        turn = 0
+        long_s = max(0.0, now_s - (self._spot_till_s - _SPOT_S) - _EASIER_S)
+        if abs(error_deg) > _DONE_DEG + _EASIER_DEG_S * long_s:
+            least = _LEAST_SPOT + round(_MORE_PERMILLE_S * self._sticks_s)
+            turn = _output(error_deg, _SPOT_PERMILLE_DEG, least, max(least, _SPOT_PERMILLE))
+        elif abs(rate_deg_s) < _RESTS_DEG_S or now_s > self._spot_till_s:
+            self._spot_deg, self._turned_s = None, now_s
+            return None
+        rolls = self.permits.linear_permille > _ROLLS_PERMILLE
+        may = self.permits.on_the_spot(turn) and (not rolls or self.permits.both(0, turn))
+        if turn and not may:
+            self._waits_s += dt_s
+            if self._waits_s < _STUCK_S:
+                return self._wait()
+            self._gave_up_s, self._spot_deg = now_s + _GIVES_UP_S, None
+            return None
+        self._waits_s = 0.0
+        self._sticks_s = 0.0 if abs(rate_deg_s) >= _STICKS_DEG_S else self._sticks_s + dt_s
+        return Advice(0, turn, True) if turn else self._wait()
+
+
+def _output(error_deg: float, per_deg: float, least: int, most: int) -> int:
+    size = min(MOST_TURN, most, max(least, _DEADBAND + round(per_deg * abs(error_deg))))
+    return size if error_deg > 0.0 else -size
+
+
+def _least(turn: int) -> int:
+    return _LEAST_CURVE if turn > 0 else -_LEAST_CURVE

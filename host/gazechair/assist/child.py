@@ -1,0 +1,110 @@
+"""Assist's child process: sees what the lidars see, and says how to drive while Vooruit is held."""
+
+from __future__ import annotations
+
+import json
+import select
+import socket
+import sys
+import time
+from collections.abc import Mapping
+from typing import Any, NoReturn
+
+from gazechair.assist.assist import Assist
+from gazechair.assist.word import Word, unpacked
+from gazechair.base.newest_line import NewestLine
+from gazechair.base.supervisor import RecordWriter, child_main
+from gazechair.config.configuration import FootprintConfig
+from gazechair.sensing.clearance.evaluate import footprint_of
+from gazechair.sensing.odometry import inbox
+from gazechair.sensing.odometry.child import Lidars
+from gazechair.sensing.odometry.inbox import HalfTurn
+from gazechair.sensing.odometry.odometry import Motion
+
+_EVERY_S = 0.05
+_PULSE_S = 0.25  # while nothing is held
+_OLD_S = 0.2  # what waited in the inbox that long is of no use
+
+
+class Advisor:
+    """One chair's assist, fed by datagrams and words. No clock, no process."""
+
+    def __init__(self, argument: Mapping[str, Any]) -> None:
+        """`argument`: lidars and footprint, as the daemon has them."""
+        self._lidars = Lidars.of(argument["lidars"])
+        fields = argument["footprint"]
+        corners = tuple(tuple(corner) for corner in fields["corners_m"])
+        footprint = footprint_of(FootprintConfig(**{**fields, "corners_m": corners}))
+        self._assist = Assist(footprint, len(argument["lidars"]))
+        self._word = Word()
+
+    @property
+    def held(self) -> bool:
+        """There is something to decide."""
+        return self._word.on and (self._word.press > 0 or self._word.turns)
+
+    def hear(self, line: bytes) -> None:
+        """The daemon's newest word. Nonsense counts as silence."""
+        try:
+            word, zone = unpacked(line)
+        except ValueError:
+            return
+        if word.zone != self._word.zone:
+            self._assist.permits.zone = zone
+        self._word = word
+        self._assist.permits.clearance = word.clearance
+
+    def take(self, datagram: bytes, now_s: float) -> None:
+        """One from the inbox."""
+        said = inbox.unpack(datagram) if self._word.on else None
+        if isinstance(said, Motion) and said.time_s > now_s - _OLD_S:
+            self._assist.motion(said)
+        elif isinstance(said, HalfTurn) and said.last_s > now_s - _OLD_S:
+            piece = self._lidars.piece(said)
+            if piece is not None:
+                self._assist.see(said.lidar, piece)
+
+    def say(self, now_s: float) -> list[Any]:
+        """[knows its surroundings, press, linear, turn, steers, when]; press 0: no advice."""
+        word = self._word
+        knows = word.on and self._assist.knows(now_s)
+        if word.turns:
+            self._assist.turns_himself(now_s)
+        advice = self._assist.advise(word.press, now_s) if knows and word.press else None
+        if advice is None:
+            return [knows, 0, 0, 0, False, now_s]
+        linear, turn = advice.linear_permille, advice.turn_permille
+        return [knows, word.press, linear, turn, advice.steers, now_s]
+
+
+def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:
+    """Serve until the parent closes the pipe (BrokenPipeError)."""
+    advisor = Advisor(argument)
+    fd = int(argument["fd"])
+    reader = socket.socket(fileno=fd)
+    reader.setblocking(False)
+    lines = NewestLine()
+    said_s = 0.0
+    while True:
+        now_s = time.monotonic()
+        due_s = said_s + (_EVERY_S if advisor.held else _PULSE_S)
+        if now_s >= due_s:
+            out.data(json.dumps(advisor.say(now_s)).encode())
+            said_s = now_s
+            continue
+        ready = select.select([fd, 0], [], [], due_s - now_s)[0]
+        if 0 in ready:
+            line = lines.read()
+            if line is not None:
+                advisor.hear(line)
+        if fd in ready:
+            advisor.take(reader.recv(inbox.LONGEST), time.monotonic())
+
+
+def main() -> int:
+    """Entry of `python -m gazechair.assist.child JSON`: lidars, footprint, fd."""
+    return child_main(run)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

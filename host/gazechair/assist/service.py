@@ -1,0 +1,118 @@
+"""Assist's part in the daemon: its child process, what it is told, and what its advice does."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Callable
+from dataclasses import asdict, replace
+
+from gazechair.assist.steering import Advised, Steering
+from gazechair.assist.word import Word, packed
+from gazechair.base import health as states
+from gazechair.base.health import Health
+from gazechair.base.supervisor import Status
+from gazechair.board.board_commands import Clearance, Command
+from gazechair.board.zone import BoardZone
+from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.sensing.odometry.inbox_service import InboxService
+from gazelink import codes
+
+LOST = "assist_lost"
+_TURNS = (codes.LEFT, codes.RIGHT)
+
+
+class AssistService(InboxService):
+    """Nothing waits for it: without advice the chair does what the driver says.
+
+    The child process starts when a driver first wants assist; while none does, it looks at nothing.
+    """
+
+    def __init__(
+        self,
+        lidars: tuple[LidarConfig, ...],
+        footprint: FootprintConfig,
+        health: Callable[[], Health],
+        wanted: Callable[[], bool],
+    ) -> None:
+        """`health` is asked for when the process starts; `wanted`: the driver has assist on."""
+        super().__init__(lidars)
+        self._footprint = footprint
+        self._health = health
+        self._wanted = wanted
+        self._steering = Steering()
+        self._lock = threading.Lock()  # of the word
+        self._word = Word()
+        self._stopped = False
+
+    def start(self) -> None:
+        """Start the child process."""
+        with self._lock:
+            if self._stopped:
+                return
+            more = {"footprint": asdict(self._footprint)}
+            self._supervise(
+                "gazechair.assist.child", "assist", more, lost_reason=LOST, listens=True
+            )
+            self._tell()
+
+    def renew(self, lidars: tuple[LidarConfig, ...]) -> None:
+        if self._supervisor is None:
+            self._lidars = lidars
+        else:
+            super().renew(lidars)
+
+    def stop(self) -> None:
+        with self._lock:
+            self._stopped = True
+        super().stop()
+
+    def zone(self, zone: BoardZone) -> None:
+        """How the board stops. From any thread."""
+        with self._lock:
+            self._word = replace(self._word, zone=zone)
+            self._tell()
+
+    def clearance(self, clearance: Clearance) -> None:
+        """What the board is sent. From any thread."""
+        with self._lock:
+            self._word = replace(self._word, clearance=clearance)
+            if self._word.on:
+                self._tell()
+
+    def steer(self, command: Command, now_s: float) -> Command:
+        """The driver's command as the board gets it. From one thread at a time; never waits."""
+        wanted = self._wanted()
+        if wanted and self._supervisor is None:
+            self.start()
+        steered = self._steering.steer(command, wanted, now_s)
+        alive = command.ttl_deadline_s > now_s and command.owner == codes.DRIVER
+        press = command.edge if alive and steered.verb != command.verb else 0
+        turns = alive and command.verb in _TURNS
+        with self._lock:
+            word = replace(self._word, on=wanted, press=press, turns=turns)
+            if word != self._word:
+                self._word = word
+                self._tell()
+        return steered
+
+    def shown(self, now_s: float) -> list[bool] | None:
+        """For the driver's page: [it is at work, it steers]; None: off."""
+        if not self._wanted():
+            return None
+        return [self._steering.works(now_s), self._steering.steers(now_s)]
+
+    def _tell(self) -> None:
+        if self._supervisor is not None and not self._stopped:
+            self._supervisor.tell(packed(self._word))
+
+    def _on_data(self, payload: bytes) -> None:
+        knows, press, linear, turn, steers, born_s = json.loads(payload)
+        advised = Advised(int(press), int(linear), int(turn), bool(steers), float(born_s))
+        self._steering.advised = advised
+        if knows:
+            self._steering.knows_s = advised.born_s
+        self._health().set(states.OK)
+
+    def _on_status(self, status: Status) -> None:
+        self._health().set(status.state, status.reason, status.detail)

@@ -1,0 +1,82 @@
+"""What assist may make of the driver's command: bounded here, whatever its process says. Pure."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from gazechair.assist.assist import FULL, MOST_TURN
+from gazechair.board.board_commands import Command
+from gazelink import codes
+
+OLD_S = 0.15
+"""Older advice is none: the chair drives straight on, as without assist."""
+_FIRST_S = 0.15  # so long a press waits for the first advice: it may not be straight on
+_KNOWS_S = 0.6  # since it last said that it knows its surroundings
+_SHOWN_S = 0.6  # so long a page shows that it steered
+
+
+@dataclass(frozen=True)
+class Advised:
+    """Advice from assist's process."""
+
+    press: int
+    """The board's number of the press that it is for; 0: nothing is held."""
+    linear_permille: int
+    turn_permille: int
+    steers: bool
+    born_s: float
+    """When it was made, monotonic, from what was not old then."""
+
+
+class Steering:
+    """Of the driver's held *Vooruit*, and of nothing else. Not thread-safe.
+
+    On the board a press keeps its verb, so it is decided as it begins whether assist steers it:
+    such a press goes there as DRIVE, which straight ahead is the same motion as FORWARD.
+    """
+
+    def __init__(self) -> None:
+        self.advised: Advised | None = None
+        """The newest."""
+        self.knows_s = -math.inf
+        """When its process last knew its surroundings."""
+        self._edge = 0
+        self._assisted = False
+        self._first_till_s = 0.0
+        self._steered_s = -math.inf
+
+    def steer(self, command: Command, wanted: bool, now_s: float) -> Command:
+        """The command for the board. `wanted`: the driver has assist on."""
+        forward = command.verb == codes.FORWARD and command.mode == codes.CONTINUOUS
+        if not forward or command.owner != codes.DRIVER:
+            self._edge = 0
+            return command
+        if command.edge != self._edge:
+            self._edge = command.edge
+            self._assisted = wanted and self.works(now_s)
+            self._first_till_s = now_s + _FIRST_S
+        if not self._assisted:
+            return command
+        linear, turn = FULL if now_s >= self._first_till_s or not wanted else 0, 0
+        advised = self.advised
+        if wanted and advised is not None and self._counts(advised, command, now_s):
+            linear = max(0, min(FULL, advised.linear_permille))
+            turn = max(-MOST_TURN, min(MOST_TURN, advised.turn_permille))
+            self._first_till_s = now_s
+            if advised.steers:
+                self._steered_s = now_s
+        return replace(command, verb=codes.DRIVE, linear_permille=linear, turn_permille=turn)
+
+    @staticmethod
+    def _counts(advised: Advised, command: Command, now_s: float) -> bool:
+        young = 0.0 <= now_s - advised.born_s <= OLD_S
+        return young and advised.press == command.edge and now_s < command.ttl_deadline_s
+
+    def works(self, now_s: float) -> bool:
+        """It knows its surroundings: a press that begins now would be steered."""
+        return 0.0 <= now_s - self.knows_s <= _KNOWS_S
+
+    def steers(self, now_s: float) -> bool:
+        """Whether it steers now, or has just done so."""
+        return bool(self._edge) and now_s - self._steered_s <= _SHOWN_S

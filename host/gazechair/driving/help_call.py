@@ -1,0 +1,38 @@
+"""The driver's call for help, and the caretaker who has answered it. Pure."""
+
+from __future__ import annotations
+
+from gazechair.driving.messages import Call
+from gazechair.driving.refusal import Refusal
+from gazelink import codes
+
+COMING_S = 600.0  # a caretaker who answered has come by then, or must be called again
+
+
+class HelpCall:
+    """One call at a time. It outlasts the page that called: its tablet may go dark."""
+
+    def __init__(self) -> None:
+        self.on = False
+        """The driver has asked for help, and no caretaker has answered yet."""
+        self.count = 0  # how often they have asked
+        self._coming_till_s: float | None = None
+
+    def coming(self, now_s: float) -> bool:
+        """A caretaker has answered the driver's call, and is coming."""
+        return self._coming_till_s is not None and now_s < self._coming_till_s
+
+    def answer(self, now_s: float) -> None:
+        """A caretaker has answered the driver's call elsewhere than on a page's socket."""
+        if self.on:
+            self.on = False
+            self._coming_till_s = now_s + COMING_S
+
+    def receive(self, role: int, message: Call, now_s: float) -> Refusal | None:
+        """A caretaker answers a call, then reports their arrival; the driver can take it back."""
+        if message.on and role != codes.DRIVER:
+            return Refusal("call", "not_allowed", "only the driver calls; a caretaker ends it")
+        answers = role == codes.CARETAKER and self.on
+        self._coming_till_s = now_s + COMING_S if answers else None
+        self.on, self.count = message.on, self.count + (message.on and not self.on)
+        return None

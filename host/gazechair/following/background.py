@@ -1,0 +1,116 @@
+"""Background: what stands still. From the map where there is one, else from the last seconds.
+
+A square of 5 cm is background once returns came from it for more than a second; a beam that passes
+through it makes it foreground again. Nothing is learned next to a person who is tracked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+
+_CELL_M = 0.05
+_CELLS = 256  # along each side of the window round the chair
+_RECENTRE_M = 2.5
+_STANDS = 12  # scans with a return
+_MOST = 40
+_BEYOND_M = 0.20  # a beam that ends so far behind a square has passed through it
+_PASSED = 3  # returns that one such beam undoes
+_FORGET_EVERY = 3  # scans
+_BINS = 1440
+_KEPT_M = 0.45  # round a tracked person
+_MAP_M = 0.10  # round what the map holds
+
+
+class Background:
+    """Feed it every scan. `grid`: the map, when poses are in its frame."""
+
+    def __init__(self, grid: OccupancyGrid | None = None) -> None:
+        self.has_map = grid is not None
+        self._low = np.zeros(2)
+        self._counts: NDArray[np.int16] = np.zeros((_CELLS, _CELLS), dtype=np.int16)
+        self._number = 0
+        if grid is not None:
+            self._map = _wider(grid.occupied, round(_MAP_M / grid.cell_m))
+            self._map_low, self._map_cell_m = grid.low_m, grid.cell_m
+
+    def stands(self, points_m: FloatArray, origin_m: FloatArray) -> BoolArray:
+        """Which of a scan's points, (N, 2), are background. `origin_m`: the lidar."""
+        if self._number == 0:
+            self._low = origin_m - 0.5 * _CELLS * _CELL_M
+        self._recentre(origin_m)
+        cells = self._cells(points_m)
+        found = np.asarray(_wider(self._counts >= _STANDS, 1)[cells[:, 0], cells[:, 1]])
+        if self.has_map:
+            at = np.floor((points_m - self._map_low) / self._map_cell_m).astype(np.int64)
+            inside = ((at >= 0) & (at < self._map.shape)).all(axis=1)
+            found[inside] |= self._map[at[inside, 0], at[inside, 1]]
+        return found
+
+    def learn(
+        self, points_m: FloatArray, origin_m: FloatArray, people_m: Sequence[tuple[float, float]]
+    ) -> None:
+        """The same scan, once it is known where people are."""
+        self._number += 1
+        kept = np.ones(len(points_m), dtype=np.bool_)
+        for x, y in people_m:
+            kept &= np.hypot(points_m[:, 0] - x, points_m[:, 1] - y) > _KEPT_M
+        cells = np.unique(self._cells(points_m[kept]), axis=0)
+        at = cells[:, 0], cells[:, 1]
+        self._counts[at] = np.minimum(self._counts[at] + 1, _MOST)
+        if self._number % _FORGET_EVERY == 0:
+            self._forget(points_m, origin_m)
+
+    def _forget(self, points_m: FloatArray, origin_m: FloatArray) -> None:
+        """Squares that beams have passed through."""
+        farthest = np.zeros(_BINS)
+        offset = points_m - origin_m
+        np.maximum.at(farthest, _bins(offset), np.hypot(offset[:, 0], offset[:, 1]))
+        x, y = np.nonzero(self._counts)
+        offset = (np.stack((x, y), axis=1) + 0.5) * _CELL_M + self._low - origin_m
+        passed = np.hypot(offset[:, 0], offset[:, 1]) < farthest[_bins(offset)] - _BEYOND_M
+        x, y = x[passed], y[passed]
+        self._counts[x, y] = np.maximum(self._counts[x, y] - _PASSED, 0)
+
+    def _cells(self, points_m: FloatArray) -> NDArray[np.int64]:
+        """Those outside the window count as its border, which is beyond every track."""
+        cells = np.floor((points_m - self._low) / _CELL_M).astype(np.int64)
+        return np.asarray(np.clip(cells, 0, _CELLS - 1))
+
+    def _recentre(self, origin_m: FloatArray) -> None:
+        off = np.round((origin_m - self._low) / _CELL_M - 0.5 * _CELLS).astype(np.int64)
+        if np.abs(off).max() * _CELL_M < _RECENTRE_M:
+            return
+        moved = np.zeros_like(self._counts)
+        to, begin = np.maximum(-off, 0), np.maximum(off, 0)
+        size = np.maximum(_CELLS - np.abs(off), 0)
+        moved[to[0] : to[0] + size[0], to[1] : to[1] + size[1]] = self._counts[
+            begin[0] : begin[0] + size[0], begin[1] : begin[1] + size[1]
+        ]
+        self._counts = moved
+        self._low = self._low + off * _CELL_M
+
+
+def _bins(offset: FloatArray) -> NDArray[np.int64]:
+    bearings = np.arctan2(offset[:, 1], offset[:, 0]) / (2.0 * np.pi)
+    return np.asarray((bearings * _BINS).astype(np.int64) % _BINS)
+
+
+def _wider(cells: BoolArray, by: int) -> BoolArray:
+    """Grown by so many cells on every side, as a square."""
+    found = cells.copy()
+    for axis in (0, 1):
+        grown = found.copy()
+        for step in range(1, by + 1):
+            ahead = [slice(None), slice(None)]
+            back = [slice(None), slice(None)]
+            ahead[axis], back[axis] = slice(step, None), slice(None, -step)
+            grown[tuple(ahead)] |= found[tuple(back)]
+            grown[tuple(back)] |= found[tuple(ahead)]
+        found = grown
+    return found

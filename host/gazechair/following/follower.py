@@ -1,0 +1,94 @@
+"""Person follower: one scan and the chair's pose in, the state and a request out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gazechair.base.footprint import DEFAULT_CORNERS, FloatArray
+from gazechair.following.background import Background
+from gazechair.following.legs import Scan, clusters
+from gazechair.following.person import Person, State
+from gazechair.following.request import Request
+from gazechair.following.tracks import Tracks
+from gazechair.following.trail import Trail
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.poses import to_frame
+
+_FRONT_M = max(x for x, _ in DEFAULT_CORNERS)
+_LONGEST_S = 0.2  # between two scans: a later one bounds what is asked for as if it came then
+
+
+@dataclass(frozen=True)
+class Followed:
+    """After one scan. `person_m`: where the person is, in the frame of the poses."""
+
+    state: State
+    request: Request
+    person_m: tuple[float, float] | None
+
+
+class PersonFollower:
+    """Call `choose`, then `look` with every scan. A request is valid until the next scan is due.
+
+    `grid`: the map, when poses are in its frame; without one, poses are odometry's. A new frame
+    needs a new follower.
+    """
+
+    def __init__(self, grid: OccupancyGrid | None = None, front_m: float = _FRONT_M) -> None:
+        self._background = Background(grid)
+        self._tracks = Tracks()
+        self._person = Person(front_m, needs_steps=grid is None)
+        self._trail = Trail(front_m)
+        self._at_s: float | None = None
+        self._follows = False
+
+    @property
+    def state(self) -> State:
+        """After the last scan."""
+        return self._person.state
+
+    def choose(self, at_s: float, bearing_rad: float | None = None) -> None:
+        """Whoever is seen in that direction of the chair; None: who stands in front for 2 s."""
+        self._person.choose(at_s, bearing_rad)
+        self._follows = False
+
+    def stop(self) -> None:
+        """Follow nobody."""
+        self._person.stop()
+        self._follows = False
+
+    def look(self, scan: Scan, pose: FloatArray) -> Followed:
+        """One scan; `pose` of the drive axle then: x, y, heading in radians."""
+        points = to_frame(scan.points_m, pose)
+        origin = to_frame(np.array((scan.origin_m,)), pose)[0]
+        stands = self._background.stands(points, origin)
+        tracks = self._tracks
+        tracks.look(clusters(points, origin, ~stands), scan.at_s)
+        hidden = self._person.look(tracks.all, tracks.ended, pose, scan.at_s)
+        tracks.all = [one for one in tracks.all if one is not hidden]
+        people = [
+            (one.x_m, one.y_m)
+            for one in tracks.all
+            if one.walked or (self._background.has_map and one.person_like)
+        ]
+        self._background.learn(points, origin, people)
+        return self._followed(scan.at_s, pose)
+
+    def _followed(self, at_s: float, pose: FloatArray) -> Followed:
+        dt_s = 0.0 if self._at_s is None else min(max(at_s - self._at_s, 0.0), _LONGEST_S)
+        self._at_s = at_s
+        state, track = self._person.state, self._person.track
+        if state is not State.FOLLOWS or track is None:
+            if state is not State.HIDDEN:
+                self._follows = False
+            return Followed(state, self._trail.stop(), None)
+        if not self._follows:
+            self._follows = True
+            self._trail.begin(pose)
+        at_m = (track.x_m, track.y_m)
+        if not track.legs or track.contested:
+            return Followed(state, self._trail.coast(dt_s), at_m)
+        self._trail.walked(*at_m)
+        return Followed(state, self._trail.request(pose, *at_m, dt_s), at_m)

@@ -1,0 +1,84 @@
+"""Legs in a scan: clusters of foreground returns that are as wide as a leg, or as both together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gazechair.base.footprint import BoolArray, FloatArray
+
+FARTHEST_M = 5.5
+_MOST = 60
+"""Clusters of one scan, the nearest: the cost of a scan stays bounded."""
+_GAP_M, _GAP_PER_M = 0.09, 0.012
+_LEAST_POINTS, _LEAST_FAR_POINTS = 3, 2
+_FAR_M = 3.5
+_THIN_M, _LEG_M = 0.05, 0.23  # thinner is a cane, or the leg of a chair
+_PERSON_M = 0.62
+_NEARER_M = 0.10
+_BEHIND_SHARE = 0.35  # the middle lies behind the side that is seen
+_BEHIND_MOST_M = 0.15
+
+
+@dataclass(frozen=True)
+class Scan:
+    """One turn of a lidar: `points_m` (N, 2) in the chair's frame, in the order of bearing.
+
+    `origin_m`: where the lidar sits. Returns only: a beam without one is left out.
+    """
+
+    points_m: FloatArray
+    origin_m: tuple[float, float]
+    at_s: float
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Returns that belong together. `wide`: too wide for one leg, such as a skirt.
+
+    `whole`: nothing nearer hides a part of it.
+    """
+
+    x_m: float
+    y_m: float
+    wide: bool
+    whole: bool
+
+
+def clusters(points_m: FloatArray, origin_m: FloatArray, foreground: BoolArray) -> list[Cluster]:
+    """What may be a leg, or both; the nearest first. All in one frame, in the order of bearing."""
+    offset = points_m - origin_m
+    ranges = np.hypot(offset[:, 0], offset[:, 1])
+    at = np.flatnonzero(foreground & (ranges < FARTHEST_M))
+    if not len(at):
+        return []
+    step = np.diff(points_m[at], axis=0)
+    apart = np.hypot(step[:, 0], step[:, 1]) > _GAP_M + _GAP_PER_M * ranges[at[1:]]
+    # Something else is seen between them.
+    apart |= np.diff(at) > 1
+    begins = np.concatenate(((0,), np.flatnonzero(apart) + 1))
+    count = np.diff(begins, append=len(at))
+    middle = np.add.reduceat(points_m[at], begins) / count[:, None]
+    ends = points_m[at[begins + count - 1]] - points_m[at[begins]]
+    # One beam's width more: the edges lie between beams.
+    width = np.hypot(ends[:, 0], ends[:, 1]) * (count + 1) / np.maximum(count, 1)
+    away = middle - origin_m
+    range_m = np.maximum(np.hypot(away[:, 0], away[:, 1]), 1e-6)
+    first, last = at[begins], at[begins + count - 1]
+    nearer = np.minimum(
+        ranges[np.maximum(first - 1, 0)] - ranges[first],
+        ranges[np.minimum(last + 1, len(ranges) - 1)] - ranges[last],
+    )
+    whole = nearer > -_NEARER_M
+    least = np.where(range_m > _FAR_M, _LEAST_FAR_POINTS, _LEAST_POINTS)
+    chosen = np.flatnonzero((count >= least) & (width >= _THIN_M) & (width <= _PERSON_M))
+    # What shows between two other things may be any part of a wall.
+    chosen = chosen[whole[chosen] | (width[chosen] <= _LEG_M)]
+    chosen = chosen[np.argsort(range_m[chosen], kind="stable")][:_MOST]
+    behind = np.minimum(_BEHIND_SHARE * width, _BEHIND_MOST_M) / range_m
+    middle = middle + away * behind[:, None]
+    return [
+        Cluster(float(middle[k, 0]), float(middle[k, 1]), bool(width[k] > _LEG_M), bool(whole[k]))
+        for k in chosen
+    ]

@@ -1,0 +1,254 @@
+"""Line follower: pictures and poses in, a request out that keeps the drive axle on the line.
+
+Where the camera no longer sees it, near the chair, the line is remembered by the odometry. Lost
+means stopped: whoever goes on chooses the line again.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import Enum
+
+import numpy as np
+
+from gazechair.base.footprint import DEFAULT_CORNERS, FloatArray
+from gazechair.following.line_trace import trace
+from gazechair.following.line_view import FAR_M, NOT_SEEN, LineColour, Picture, PlanMaker, chosen
+from gazechair.following.request import STOP, Request
+from gazechair.picture.floor import FloorCamera
+from gazechair.sensing.mapping.poses import to_frame
+
+CAP_M_S = 0.35
+LOST_S = 0.3
+"""Without the line where it should be seen, or without a picture: stopped."""
+GONE_S = 1.0
+"""Without it for longer: chosen anew. Until then the chair stands, and goes on when it is seen."""
+ACCELERATE_M_S2, BRAKE_M_S2 = 0.3, 0.4
+"""Bounds of what is asked for; a lost line ends it at once."""
+_FRONT_M = max(x for x, _ in DEFAULT_CORNERS)
+_LEAST_POINTS = 3
+_REMEMBERED_M = 1.2  # driven without any of the line in view: round a bend, or up to its end
+_LOOK_M = 0.4
+_BEND_M = 1.2  # ahead: slower in time
+_CURVATURE_M = 0.16
+_TURN_FIRST_RAD, _DRIVE_AGAIN_RAD = math.radians(50.0), math.radians(10.0)
+_LEAST_RAD_S = math.radians(12.0)  # turns a standing chair
+_TURNS_PER_S = 1.2
+_LEAST_M_S = 0.08
+_BEHIND_M = 1.0
+_SAME_M = 0.25
+_FROZEN_M, _FROZEN_RAD = 0.04, math.radians(2.0)
+_EVEN_M = 0.04  # between points of the line: progress along it is told by the nearest
+_EXPECTED_POINTS, _ROUND_M = 8, 0.14  # so much well within the picture, and the line should be seen
+_SHARE = 0.85  # of the turn rate that the chair has: the rest corrects
+
+
+class State(Enum):
+    """What the follower does."""
+
+    OFF = "off"
+    FOLLOWS = "follows"
+    LOST = "lost"
+    ENDED = "ended"
+
+
+class LineFollower:
+    """One camera; `choose`, then `look` with every picture and `step` every period."""
+
+    def __init__(
+        self,
+        camera: FloorCamera,
+        most_rad_s: float,
+        delay_s: float,
+        front_m: float = _FRONT_M,
+    ) -> None:
+        """`camera`: of the small pictures. `most_rad_s`: turn rate the chair has both ways.
+        `delay_s`: of the chair, dead time and lag.
+        """
+        self._plans = PlanMaker(camera)
+        self._camera = camera
+        self._most_rad_s = most_rad_s
+        self._delay_s = delay_s
+        self._front_m = front_m
+        self._colour: LineColour | None = None
+        self._line = np.zeros((0, 2))
+        """The line in the poses' frame, from behind the chair to the farthest that was seen."""
+        self._ends = False
+        self._seen_s = -math.inf
+        self._looked_s = -math.inf
+        self._blind_m = 0.0
+        self._last = STOP
+        self._turns = False
+        self._shown: Picture | None = None
+        self._shown_at: FloatArray = np.zeros(3)
+        self.state = State.OFF
+
+    @property
+    def line_m(self) -> FloatArray:
+        """(N, 2) in the poses' frame, to be shown."""
+        return self._line
+
+    def stop(self) -> None:
+        """Follow nothing."""
+        self.state, self._last = State.OFF, STOP
+
+    def choose(
+        self, picture: Picture, pixel: tuple[float, float], pose: FloatArray, at_s: float
+    ) -> str:
+        """Follow the line that was tapped at `pixel`; the reason when there is none, else ""."""
+        self.stop()
+        if not self._plans.fits(picture):
+            return NOT_SEEN
+        plan = self._plans(picture)
+        point = self._camera.floor_m(np.array((pixel,), dtype=np.float64))[0]
+        if not np.isfinite(point).all():
+            return NOT_SEEN
+        found = chosen(plan, point)
+        if isinstance(found, str):
+            return found
+        self._colour, start, heading = found
+        if math.cos(heading) < 0.0:
+            heading += math.pi
+        nearer = trace(plan, self._colour, start, heading + math.pi).points_m[::-1]
+        farther = trace(plan, self._colour, start, heading)
+        seen = np.concatenate((nearer, farther.points_m))
+        if len(seen) < _LEAST_POINTS:
+            return NOT_SEEN
+        # From the chair straight to where the line is seen first.
+        self._line = to_frame(_evenly(np.concatenate((np.zeros((1, 2)), seen))), pose)
+        self._ends = farther.ended
+        self._seen_s = self._looked_s = at_s
+        self._blind_m, self._turns = 0.0, False
+        self.state = State.FOLLOWS
+        return ""
+
+    def look(self, picture: Picture, pose: FloatArray, at_s: float) -> None:
+        """One picture; `pose` of the drive axle when it was taken: x, y, heading in radians."""
+        if self.state is not State.FOLLOWS or self._colour is None:
+            return
+        if not self._plans.fits(picture) or self._frozen(picture, pose):
+            return
+        self._looked_s = at_s
+        plan = self._plans(picture)
+        c, s = math.cos(pose[2]), math.sin(pose[2])
+        known = (self._line - pose[:2]) @ np.array(((c, -s), (s, c)))
+        nearest = int(np.hypot(*known.T).argmin())
+        within = plan.seen(known)
+        within[:nearest] = False
+        if not within.any():
+            return
+        self._blind_m = 0.0
+        first = int(within.argmax())
+        for start in range(first, min(first + 12, len(known)), 4):
+            ahead = known[min(start + 2, len(known) - 1)] - known[max(start - 2, 0)]
+            found = trace(plan, self._colour, known[start], math.atan2(ahead[1], ahead[0]))
+            if len(found.points_m) >= _LEAST_POINTS:
+                break
+        else:
+            return
+        self._seen_s = at_s
+        kept = np.concatenate((known[:start], found.points_m))
+        end = found.points_m[-1]
+        beyond = known[start:][np.hypot(*(known[start:] - end).T).argmin() + 1 :]
+        if not found.ended and len(beyond) and np.hypot(*(beyond[0] - end)) < _SAME_M:
+            kept = np.concatenate((kept, beyond))
+        else:
+            self._ends = found.ended
+        self._line = to_frame(_evenly(kept), pose)
+        self._forget(pose)
+
+    def step(
+        self, pose: FloatArray, speed_m_s: float, rate_rad_s: float, now_s: float, dt_s: float
+    ) -> Request:
+        """What to ask of the chair for the next `dt_s`."""
+        if self.state is not State.FOLLOWS:
+            return STOP
+        self._blind_m += abs(speed_m_s) * dt_s
+        unseen_s = now_s - (self._looked_s if self._remembers(pose) else self._seen_s)
+        if unseen_s > GONE_S or self._blind_m > _REMEMBERED_M:
+            self.state, self._last = State.LOST, STOP
+            return STOP
+        # What is asked for now holds until the next step.
+        if unseen_s + dt_s > LOST_S:
+            self._last = STOP
+            return STOP
+        then = self._moved(pose, speed_m_s, rate_rad_s)
+        gaps = np.hypot(*(self._line - then[:2]).T)
+        nearest = int(gaps.argmin())
+        ahead = self._line[nearest:]
+        left_m = float(np.hypot(*np.diff(ahead, axis=0).T).sum()) - self._front_m
+        if left_m < 0.02:
+            self.state, self._last = State.ENDED if self._ends else State.LOST, STOP
+            return STOP
+        self._last = self._request(then, ahead, left_m, dt_s)
+        return self._last
+
+    def _frozen(self, picture: Picture, pose: FloatArray) -> bool:
+        """The camera shows, from another place, what it has shown before: that is no picture."""
+        if self._shown is None or not np.array_equal(picture, self._shown):
+            self._shown, self._shown_at = picture.copy(), pose
+        off = pose - self._shown_at
+        return math.hypot(off[0], off[1]) > _FROZEN_M or abs(off[2]) > _FROZEN_RAD
+
+    def _remembers(self, pose: FloatArray) -> bool:
+        """Nothing of the line should be in view: it bends away near the chair, or ends there."""
+        c, s = math.cos(pose[2]), math.sin(pose[2])
+        known = (self._line - pose[:2]) @ np.array(((c, -s), (s, c)))
+        known = known[int(np.hypot(*known.T).argmin()) :]
+        round_m = np.array((0.0, _ROUND_M))
+        beside = (known + round_m, known - round_m)
+        seen = self._camera.sees(beside[0]) & self._camera.sees(beside[1])
+        seen &= (known[:, 0] > self._plans.near_m) & (known[:, 0] < FAR_M)
+        return int(seen.sum()) < _EXPECTED_POINTS
+
+    def _moved(self, pose: FloatArray, speed_m_s: float, rate_rad_s: float) -> FloatArray:
+        """The pose when what is asked now takes effect."""
+        turned, way = rate_rad_s * self._delay_s, speed_m_s * self._delay_s
+        middle = pose[2] + 0.5 * turned
+        moved = np.array((way * math.cos(middle), way * math.sin(middle), turned))
+        return np.asarray(pose + moved)
+
+    def _request(self, pose: FloatArray, ahead: FloatArray, left_m: float, dt_s: float) -> Request:
+        along = np.concatenate(((0.0,), np.cumsum(np.hypot(*np.diff(ahead, axis=0).T))))
+        aim = np.array([np.interp(_LOOK_M, along, ahead[:, k]) for k in (0, 1)]) - pose[:2]
+        off = math.remainder(math.atan2(aim[1], aim[0]) - pose[2], 2.0 * math.pi)
+        self._turns = abs(off) > (_DRIVE_AGAIN_RAD if self._turns else _TURN_FIRST_RAD)
+        if self._turns:
+            size = min(self._most_rad_s, max(_LEAST_RAD_S, _TURNS_PER_S * abs(off)))
+            slow = self._last.linear_m_s - BRAKE_M_S2 * dt_s
+            return Request(max(0.0, slow), math.copysign(size, off))
+        curvature = 2.0 * math.sin(off) / max(0.2, float(np.hypot(*aim)))
+        most = max(abs(curvature), _most_curvature(ahead, along))
+        speed = min(CAP_M_S, _SHARE * self._most_rad_s / max(most, 1e-6))
+        speed = max(speed, _LEAST_M_S)
+        speed = min(speed, math.sqrt(2.0 * BRAKE_M_S2 * 0.6 * max(0.0, left_m)) + 0.02)
+        before = self._last.linear_m_s
+        speed = max(before - BRAKE_M_S2 * dt_s, min(before + ACCELERATE_M_S2 * dt_s, speed))
+        yaw = max(-self._most_rad_s, min(self._most_rad_s, curvature * max(speed, _LEAST_M_S)))
+        return Request(speed, yaw)
+
+    def _forget(self, pose: FloatArray) -> None:
+        """What lies well behind the chair."""
+        gaps = np.hypot(*(self._line - pose[:2]).T)
+        nearest = int(gaps.argmin())
+        behind = np.flatnonzero(gaps[:nearest] > _BEHIND_M)
+        if len(behind):
+            self._line = self._line[behind[-1] + 1 :]
+
+
+def _evenly(points: FloatArray) -> FloatArray:
+    """The same polyline, with points all along what was bridged: from the chair, over gaps."""
+    along = np.concatenate(((0.0,), np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
+    at = np.linspace(0.0, along[-1], max(2, round(float(along[-1]) / _EVEN_M) + 1))
+    return np.column_stack([np.interp(at, along, points[:, k]) for k in (0, 1)])
+
+
+def _most_curvature(ahead: FloatArray, along: FloatArray) -> float:
+    """The sharpest bend of the next metre or so, 1/m."""
+    at = np.arange(0.0, min(_BEND_M, float(along[-1])) + 1e-9, _CURVATURE_M)
+    if len(at) < 3:
+        return 0.0
+    points = np.column_stack([np.interp(at, along, ahead[:, k]) for k in (0, 1)])
+    steps = np.diff(points, axis=0)
+    turns = np.diff(np.unwrap(np.arctan2(steps[:, 1], steps[:, 0])))
+    return float(np.abs(turns).max()) / _CURVATURE_M

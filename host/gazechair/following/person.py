@@ -1,0 +1,266 @@
+"""Who is followed: chosen by a look or by standing in front, and in doubt nobody.
+
+Another person is never taken silently. A track that was seen at the same time as the person cannot
+be the person. One that appears after the person was hidden is, only if it appears where and as the
+person was expected, soon, and nobody else could have come there; else the driver chooses anew.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from gazechair.base.footprint import FloatArray
+from gazechair.following.tracks import Track
+
+HIDDEN_S = 0.25
+"""Not surely seen for longer: the chair stops."""
+LOST_S = 1.0
+"""Hidden for longer: chosen anew."""
+_FRONT_M = (0.8, 1.6)
+_FRONT_RAD = math.radians(25.0)
+_STANDS_M_S, _STANDS_S = 0.25, 2.0
+_CHOOSING_S = 15.0
+_LOOK_RAD, _LOOK_ALONE_RAD = math.radians(8.0), math.radians(16.0)
+_LOOK_S, _LOOKED_S = 1.5, 0.6  # there for the second while: who walks through the look is not meant
+_LOOK_FAR_M = 4.5
+_ALONE_M = 0.7
+_TOUCH_M, _TOUCHES = 0.42, 2
+_JUMP_M = 0.30
+_BACK_M, _BACK_M_PER_S = 0.18, 0.25
+_BACK_M_S = 0.5
+_BACK_LOOKS, _BACK_S = 4, 0.5
+_BACK_ALONE_M = 0.8
+_REACH_M, _REACH_M_S = 0.4, 1.4
+_REMEMBERED_S = 3.0
+
+
+class State(Enum):
+    """What becomes of following; `LOST` and `UNSURE` last until somebody is chosen."""
+
+    NOBODY = "nobody"
+    CHOOSING = "choosing"
+    FOLLOWS = "follows"
+    HIDDEN = "hidden"
+    LOST = "person_lost"
+    UNSURE = "person_unsure"
+
+
+@dataclass(frozen=True)
+class _Left:
+    """Where and how somebody was last seen."""
+
+    x_m: float
+    y_m: float
+    vx_m_s: float
+    vy_m_s: float
+    at_s: float
+
+    @classmethod
+    def of(cls, track: Track) -> _Left:
+        return cls(track.x_m, track.y_m, track.vx_m_s, track.vy_m_s, track.seen_s)
+
+    def to(self, x_m: float, y_m: float) -> float:
+        return math.hypot(self.x_m - x_m, self.y_m - y_m)
+
+
+class Person:
+    """The chosen one. `front_m`: from the drive axle to the chair's front."""
+
+    def __init__(self, front_m: float, needs_steps: bool) -> None:
+        self.state = State.NOBODY
+        self.track: Track | None = None
+        self._front_m = front_m
+        self._needs_steps = needs_steps
+        """Without a map, only what has walked is surely a person."""
+        self._bearing_rad: float | None = None
+        self._until_s = 0.0
+        self._since_s: dict[int, float] = {}
+        """Tracks that are where the chosen one should be, since when."""
+        self._last = _Left(0.0, 0.0, 0.0, 0.0, 0.0)
+        self._touches = 0
+        self._others: list[_Left] = []
+
+    def choose(self, at_s: float, bearing_rad: float | None = None) -> None:
+        """Whoever stands in that direction (chair's frame); None: right in front, for 2 s."""
+        self.stop()
+        self.state, self._bearing_rad = State.CHOOSING, bearing_rad
+        self._until_s = at_s + (_CHOOSING_S if bearing_rad is None else _LOOK_S)
+
+    def stop(self) -> None:
+        """Nobody."""
+        self.state, self.track, self._since_s, self._touches = State.NOBODY, None, {}, 0
+
+    def look(
+        self, tracks: Sequence[Track], ended: Sequence[Track], pose: FloatArray, at_s: float
+    ) -> Track | None:
+        """One scan's tracks; returns one to forget: the person's own, once hidden."""
+        self._others += [_Left.of(one) for one in ended if one is not self.track]
+        self._others = [one for one in self._others if at_s - one.at_s < _REMEMBERED_S]
+        if self.state is State.CHOOSING:
+            self._choose(tracks, pose, at_s)
+        elif self.state is State.FOLLOWS:
+            return self._keep(tracks, at_s)
+        elif self.state is State.HIDDEN:
+            self._find(tracks, at_s)
+        return None
+
+    # -- choosing ----------------------------------------------------------------------------------
+
+    def _choose(self, tracks: Sequence[Track], pose: FloatArray, at_s: float) -> None:
+        people = [
+            one
+            for one in tracks
+            if one.legs and (one.walked or (one.person_like and not self._needs_steps))
+        ]
+        if self._bearing_rad is None:
+            self._in_front(tracks, people, pose, at_s)
+        else:
+            self._looked_at(tracks, people, pose, self._bearing_rad, at_s)
+        if self.state is State.CHOOSING and at_s > self._until_s:
+            self.stop()
+
+    def _in_front(
+        self,
+        tracks: Sequence[Track],
+        people: Sequence[Track],
+        pose: FloatArray,
+        at_s: float,
+    ) -> None:
+        def stands(one: Track) -> bool:
+            ahead_m, bearing = _seen_from(pose, one)
+            low, high = (self._front_m + limit for limit in _FRONT_M)
+            here = low <= ahead_m <= high and abs(bearing) < _FRONT_RAD
+            return here and one.speed_m_s < _STANDS_M_S
+
+        self._hold([one for one in people if stands(one)], at_s)
+        long = [one for one in people if self._held_s(one, at_s) >= _STANDS_S]
+        if len(long) == 1 and _alone(long[0], tracks, _ALONE_M):
+            self._take(long[0])
+        elif long:
+            self.state = State.UNSURE
+
+    def _hold(self, there: Sequence[Track], at_s: float) -> None:
+        self._since_s = {one.number: self._since_s.get(one.number, at_s) for one in there}
+
+    def _held_s(self, one: Track, at_s: float) -> float:
+        return at_s - self._since_s.get(one.number, at_s)
+
+    def _looked_at(
+        self,
+        tracks: Sequence[Track],
+        people: Sequence[Track],
+        pose: FloatArray,
+        bearing_rad: float,
+        at_s: float,
+    ) -> None:
+        def meant(one: Track, within_rad: float) -> bool:
+            far_m, bearing = _seen_from(pose, one)
+            return far_m < _LOOK_FAR_M and abs(_wrapped(bearing - bearing_rad)) < within_rad
+
+        found = [one for one in people if meant(one, _LOOK_RAD)]
+        self._hold(found, at_s)
+        if not found:
+            return
+        nearest = min(found, key=lambda one: _seen_from(pose, one)[0])
+        # Perhaps somebody is meant of whom little or, for now, nothing is seen: who stands there,
+        # one leg behind the other, while somebody walks past.
+        others = [
+            one
+            for one in tracks
+            if one is not nearest
+            and (one.legs or one.walked or one.still)
+            and meant(one, _LOOK_ALONE_RAD if one.walked else _LOOK_RAD)
+        ]
+        if others:
+            self.state = State.UNSURE
+        elif self._held_s(nearest, at_s) >= _LOOKED_S - 1e-6:
+            self._take(nearest)
+
+    def _take(self, track: Track) -> None:
+        self.state, self.track, self._touches = State.FOLLOWS, track, 0
+        self._last = _Left.of(track)
+
+    # -- keeping -----------------------------------------------------------------------------------
+
+    def _keep(self, tracks: Sequence[Track], at_s: float) -> Track | None:
+        mine = self.track
+        assert mine is not None
+        if any(one is not mine and _touches(one, mine) for one in tracks):
+            self._touches += 1
+        else:
+            self._touches = 0
+        seen = bool(mine.legs) and not mine.contested
+        jumped = seen and mine.off_m > _JUMP_M
+        if self._touches >= _TOUCHES or jumped:
+            self.state, self.track = State.UNSURE, None
+            return None
+        if seen:
+            self._last = _Left.of(mine)
+        elif at_s - self._last.at_s > HIDDEN_S:
+            self.state, self.track = State.HIDDEN, None
+            return mine
+        return None
+
+    def _find(self, tracks: Sequence[Track], at_s: float) -> None:
+        """The person anew, where and as expected."""
+        young = [one for one in tracks if one.born_s > self._last.at_s and self._expected(one)]
+        ready = [one for one in young if one.looks >= _BACK_LOOKS and one.legs]
+        for one in ready:
+            if not one.person_like:
+                continue
+            slower = math.hypot(one.vx_m_s - self._last.vx_m_s, one.vy_m_s - self._last.vy_m_s)
+            if slower > _BACK_M_S or not self._nobody_else(one, tracks):
+                self.state = State.UNSURE
+            else:
+                self._take(one)
+            return
+        waits_s = LOST_S + (_BACK_S if young else 0.0)
+        if at_s - self._last.at_s > waits_s:
+            self.state = State.LOST
+
+    def _expected(self, one: Track) -> bool:
+        """Whether it appeared, soon enough, where the person was expected."""
+        later_s = one.born_s - self._last.at_s
+        x = self._last.x_m + self._last.vx_m_s * later_s
+        y = self._last.y_m + self._last.vy_m_s * later_s
+        off_m = math.hypot(one.first_m[0] - x, one.first_m[1] - y)
+        return later_s <= LOST_S and off_m < _BACK_M + _BACK_M_PER_S * later_s
+
+    def _nobody_else(self, one: Track, tracks: Sequence[Track]) -> bool:
+        """Whether nobody else is near, or could have come there unseen."""
+        if not _alone(one, tracks, _BACK_ALONE_M):
+            return False
+        unseen = [_Left.of(t) for t in tracks if t is not one and t.walked and not t.legs]
+        return all(
+            left.to(*one.first_m) > _REACH_M + _REACH_M_S * max(0.0, one.born_s - left.at_s)
+            for left in (*self._others, *unseen)
+        )
+
+
+def _touches(one: Track, mine: Track) -> bool:
+    """Whether its legs may as well be mine."""
+    if one.walked and _near(one, mine, _TOUCH_M):
+        return True
+    near = any(mine.to(leg.x_m, leg.y_m) < _TOUCH_M for leg in one.legs)
+    return near and not one.still
+
+
+def _alone(one: Track, tracks: Sequence[Track], within_m: float) -> bool:
+    return not any(t is not one and t.perhaps_person and _near(t, one, within_m) for t in tracks)
+
+
+def _near(one: Track, other: Track, within_m: float) -> bool:
+    return one.to(other.x_m, other.y_m) < within_m
+
+
+def _seen_from(pose: FloatArray, one: Track) -> tuple[float, float]:
+    """Distance from the drive axle, and bearing."""
+    dx, dy = one.x_m - pose[0], one.y_m - pose[1]
+    return math.hypot(dx, dy), _wrapped(math.atan2(dy, dx) - pose[2])
+
+
+def _wrapped(angle_rad: float) -> float:
+    return (angle_rad + math.pi) % (2.0 * math.pi) - math.pi

@@ -1,0 +1,16 @@
+"""What a follower asks of the chair."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Request:
+    """Speed forward, and turn rate, left positive."""
+
+    linear_m_s: float = 0.0
+    yaw_rad_s: float = 0.0
+
+
+STOP = Request()

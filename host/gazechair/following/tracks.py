@@ -1,0 +1,249 @@
+"""Tracks of persons: a Kalman filter of place and velocity each, fed by one or two legs.
+
+A leg belongs to one track only, and goes to the nearest. A track whose leg may as well be that of
+another track, which is not seen elsewhere, is contested in that scan.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from gazechair.following.legs import Cluster
+
+_GATE_M = 0.34
+_SECOND_GATE_M = 0.55
+_LEGS_APART_M = 0.55
+_ADOPTED_M, _ADOPTED_PAIR_M = 0.42, 0.22
+_PAIR_M = 0.26  # between where both legs are and where the person is expected
+_CONTEST_M = 0.12
+_ACCELERATION_M_S2 = 1.3
+_PAIR_SIGMA_M, _ONE_SIGMA_M, _WIDE_SIGMA_M = 0.06, 0.20, 0.09
+_FIRST_SIGMA_M_S = 0.6
+_FORGET_S, _FORGET_SHORT_S = 1.0, 0.3
+_KNOWN_LOOKS = 5
+_WALKED_M, _WALKED_SHAPES = 0.45, 4
+_STILL_LOOKS, _STILL_M_S = 8, 0.15
+_SAME_M = 0.18
+_MOST_TRACKS = 40
+_FASTEST_M_S = 2.0
+
+
+@dataclass(eq=False)
+class Track:
+    """Perhaps a person, at the time of the last scan."""
+
+    number: int
+    x_m: float
+    y_m: float
+    born_s: float
+    vx_m_s: float = 0.0
+    vy_m_s: float = 0.0
+    seen_s: float = 0.0
+    looks: int = 1
+    shapes: int = 0
+    """Looks that showed two legs, or one wide thing."""
+    walked: bool = False
+    contested: bool = False
+    legs: list[Cluster] = field(default_factory=list)
+    """In the last scan."""
+    first_m: tuple[float, float] = (0.0, 0.0)
+    """Where it appeared."""
+    off_m: float = 0.0
+    """How far from where it was expected its legs were last seen."""
+    _from: tuple[float, float] = (0.0, 0.0)
+    _at_s: float = 0.0
+    _pp: float = _ONE_SIGMA_M**2
+    _pv: float = 0.0
+    _vv: float = _FIRST_SIGMA_M_S**2
+
+    @property
+    def speed_m_s(self) -> float:
+        """How fast it walks."""
+        return math.hypot(self.vx_m_s, self.vy_m_s)
+
+    @property
+    def person_like(self) -> bool:
+        """Whether it has looked like a person often enough."""
+        return self.shapes >= _WALKED_SHAPES and 3 * self.shapes >= self.looks
+
+    @property
+    def perhaps_person(self) -> bool:
+        """Whether it has ever looked like one: one leg may hide the other since."""
+        return self.walked or self.shapes >= _WALKED_SHAPES
+
+    @property
+    def still(self) -> bool:
+        """A thing that has stood there for a while, or somebody who has not walked yet."""
+        return not self.walked and self.looks >= _STILL_LOOKS and self.speed_m_s < _STILL_M_S
+
+    def to(self, x_m: float, y_m: float) -> float:
+        """The distance to there."""
+        return math.hypot(self.x_m - x_m, self.y_m - y_m)
+
+    def predict(self, at_s: float) -> None:
+        """To this time."""
+        dt = max(0.0, at_s - self._at_s)
+        self._at_s = at_s
+        self.x_m += self.vx_m_s * dt
+        self.y_m += self.vy_m_s * dt
+        q = _ACCELERATION_M_S2**2 * dt
+        self._pp += 2.0 * dt * self._pv + dt * dt * self._vv + q * dt * dt / 3.0
+        self._pv += dt * self._vv + 0.5 * q * dt
+        self._vv += q
+        self.legs, self.contested = [], False
+
+    def takes(self, leg: Cluster) -> bool:
+        """Whether it is one of its legs, and takes it."""
+        if not self.legs:
+            if self.to(leg.x_m, leg.y_m) > _GATE_M:
+                return False
+        elif not self._second(leg):
+            return False
+        self.legs.append(leg)
+        return True
+
+    def _second(self, leg: Cluster) -> bool:
+        if len(self.legs) > 1 or leg.wide or self.legs[0].wide:
+            return False
+        one = self.legs[0]
+        if math.hypot(one.x_m - leg.x_m, one.y_m - leg.y_m) > _LEGS_APART_M:
+            return False
+        return self.to(0.5 * (one.x_m + leg.x_m), 0.5 * (one.y_m + leg.y_m)) < _PAIR_M
+
+    def adopts(self, leg: Cluster) -> bool:
+        """Whether a leg that was another track's is its second one, and takes it."""
+        one = self.legs[0]
+        if one.wide or leg.wide:
+            return False
+        if math.hypot(one.x_m - leg.x_m, one.y_m - leg.y_m) > _ADOPTED_M:
+            return False
+        if self.to(0.5 * (one.x_m + leg.x_m), 0.5 * (one.y_m + leg.y_m)) > _ADOPTED_PAIR_M:
+            return False
+        self.legs.append(leg)
+        return True
+
+    def correct(self, at_s: float) -> None:
+        """By its legs of this scan."""
+        x = sum(leg.x_m for leg in self.legs) / len(self.legs)
+        y = sum(leg.y_m for leg in self.legs) / len(self.legs)
+        shape = _shape(self.legs)
+        sigma = _ONE_SIGMA_M
+        if shape:
+            sigma = _WIDE_SIGMA_M if self.legs[0].wide else _PAIR_SIGMA_M
+        total = self._pp + sigma**2
+        gain, gain_v = self._pp / total, self._pv / total
+        dx, dy = x - self.x_m, y - self.y_m
+        self.off_m = math.hypot(dx, dy)
+        self.x_m, self.y_m = self.x_m + gain * dx, self.y_m + gain * dy
+        self.vx_m_s, self.vy_m_s = self.vx_m_s + gain_v * dx, self.vy_m_s + gain_v * dy
+        if self.speed_m_s > _FASTEST_M_S:
+            share = _FASTEST_M_S / self.speed_m_s
+            self.vx_m_s, self.vy_m_s = self.vx_m_s * share, self.vy_m_s * share
+        self._vv -= gain_v * self._pv
+        self._pv *= 1.0 - gain
+        self._pp *= 1.0 - gain
+        self.seen_s = at_s
+        self.looks += 1
+        self.shapes += shape
+        if self.looks == _KNOWN_LOOKS:
+            self._from = (self.x_m, self.y_m)
+        if self.looks > _KNOWN_LOOKS and self.person_like and self.to(*self._from) > _WALKED_M:
+            self.walked = True
+
+
+class Tracks:
+    """All of them. Poses and legs in one frame that does not move."""
+
+    def __init__(self) -> None:
+        self.all: list[Track] = []
+        self.ended: list[Track] = []
+        """Those that ended within the last scan."""
+        self._number = 0
+
+    def look(self, legs: Sequence[Cluster], at_s: float) -> None:
+        """One scan."""
+        for track in self.all:
+            track.predict(at_s)
+        free = self._assign(legs)
+        for track in self.all:
+            if track.legs:
+                track.correct(at_s)
+        self._begin(free, at_s)
+        self._end(at_s)
+
+    def _assign(self, legs: Sequence[Cluster]) -> list[Cluster]:
+        """Legs to tracks, the nearest first; returns those that are left."""
+        pairs = sorted(
+            (track.to(leg.x_m, leg.y_m), number, k)
+            for number, track in enumerate(self.all)
+            for k, leg in enumerate(legs)
+            if abs(track.x_m - leg.x_m) < _SECOND_GATE_M
+            and abs(track.y_m - leg.y_m) < _SECOND_GATE_M
+        )
+        owner: dict[int, Track] = {}
+        for _ in range(2):  # again: a second leg may lie nearer than the first one found
+            for _, number, k in pairs:
+                if k not in owner and self.all[number].takes(legs[k]):
+                    owner[k] = self.all[number]
+        for far_m, number, k in pairs:
+            other = self.all[number]
+            mine = owner.get(k)
+            if mine is None or other.legs or not other.walked or far_m > _GATE_M:
+                continue
+            if far_m < mine.to(legs[k].x_m, legs[k].y_m) + _CONTEST_M:
+                mine.contested = True
+        self._join()
+        return [leg for k, leg in enumerate(legs) if k not in owner]
+
+    def _join(self) -> None:
+        """A track that only ever was one leg, beside another's only leg: its second one."""
+        gone: list[Track] = []
+        for track in self.all:
+            for other in self.all:
+                if other is track or other in gone or track in gone or other.shapes:
+                    continue
+                if len(track.legs) == len(other.legs) == 1 and track.adopts(other.legs[0]):
+                    gone.append(other)
+        self.all = [track for track in self.all if track not in gone]
+
+    def _begin(self, free: list[Cluster], at_s: float) -> None:
+        """Tracks of the legs that belong to none: two together first."""
+        while free and len(self.all) < _MOST_TRACKS:
+            leg = free.pop(0)
+            mine = [leg]
+            near = [
+                one
+                for one in free
+                if not (leg.wide or one.wide)
+                and math.hypot(one.x_m - leg.x_m, one.y_m - leg.y_m) < _LEGS_APART_M
+            ]
+            if near:
+                mine.append(min(near, key=lambda o: math.hypot(o.x_m - leg.x_m, o.y_m - leg.y_m)))
+                free.remove(mine[1])
+            x = sum(one.x_m for one in mine) / len(mine)
+            y = sum(one.y_m for one in mine) / len(mine)
+            self._number += 1
+            made = Track(self._number, x, y, at_s, seen_s=at_s, legs=mine)
+            made.first_m, made._at_s = (x, y), at_s
+            made.shapes = int(_shape(mine))
+            self.all.append(made)
+
+    def _end(self, at_s: float) -> None:
+        """Tracks that were not seen for a while, and doubles of older ones."""
+        kept: list[Track] = []
+        self.ended = []
+        for track in self.all:
+            for_s = _FORGET_S if track.walked else _FORGET_SHORT_S
+            double = not track.walked and any(t.to(track.x_m, track.y_m) < _SAME_M for t in kept)
+            if at_s - track.seen_s > for_s:
+                self.ended.append(track)
+            elif not double:
+                kept.append(track)
+        self.all = kept
+
+
+def _shape(legs: Sequence[Cluster]) -> bool:
+    """Whether they look like a person: two legs, or one wide thing."""
+    return legs[0].wide or (len(legs) > 1 and any(leg.whole for leg in legs))

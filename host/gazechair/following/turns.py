@@ -1,0 +1,107 @@
+"""Whole turns of the foremost lidar, de-skewed, with the pose that odometry gives for them.
+
+Odometry gets the same pieces, and its estimates come after them. One lidar only: a person whom it
+does not see in a turn is not seen, whatever those behind see.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.following.legs import Scan
+from gazechair.sensing.mapping.poses import from_frame, to_frame
+from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.points import Piece
+
+_SAME_S = 1e-4
+_TURN_S, _SOON_S = 0.1, 0.09  # of a mirror, and from one turn to the next at least
+_NEAREST_M = 0.15
+_KEPT = 64  # for those who ask seldom
+
+
+@dataclass(frozen=True)
+class Turn:
+    """`pose`: x, y, heading in radians, in the frame of `track`; see Estimate."""
+
+    scan: Scan
+    pose: FloatArray
+    track: int
+
+
+class Turns:
+    """Feed it the pieces that odometry gets, then odometry's estimates."""
+
+    def __init__(self) -> None:
+        self._waiting: deque[Piece] = deque(maxlen=_KEPT)
+        self._parts: deque[tuple[Piece, Estimate]] = deque(maxlen=_KEPT)
+        self._told_s = -math.inf
+        self._origin_m: tuple[float, float] | None = None
+
+    def piece(self, piece: Piece) -> None:
+        """A piece of a turn, whose estimate is still to come."""
+        if self._origin_m is None or piece.origin_m[0] > self._origin_m[0]:
+            self._origin_m = piece.origin_m
+            self._waiting.clear()
+            self._parts.clear()
+        if piece.origin_m == self._origin_m:
+            self._waiting.append(piece)
+
+    def estimate(self, estimate: Estimate) -> Turn | None:
+        """An estimate; every tenth of a second, what was seen since a turn ago."""
+        waiting = self._waiting
+        while waiting and waiting[0].middle_s < estimate.time_s - _SAME_S:
+            waiting.popleft()
+        if not waiting or waiting[0].middle_s > estimate.time_s + _SAME_S:
+            return None
+        piece = waiting.popleft()
+        if self._parts and self._parts[-1][1].track != estimate.track:
+            self._parts.clear()
+        self._parts.append((piece, estimate))
+        last_s = float(piece.times_s[-1])
+        while self._parts[0][0].times_s[-1] <= last_s - _TURN_S:
+            self._parts.popleft()
+        if last_s < self._told_s + _SOON_S:
+            return None
+        self._told_s = last_s
+        return _whole(list(self._parts), last_s)
+
+
+def _whole(parts: list[tuple[Piece, Estimate]], last_s: float) -> Turn:
+    """As from the newest pose, in the order of bearing; it is cut behind the lidar."""
+    newest_piece, newest = parts[-1]
+    pose = _pose(newest)
+    points = np.concatenate(
+        [to_frame(_points(*part, last_s - _TURN_S), _pose(part[1])) for part in parts]
+    )
+    points = from_frame(points, pose)
+    origin_m = newest_piece.origin_m
+    bearing = np.arctan2(points[:, 1] - origin_m[1], points[:, 0] - origin_m[0])
+    ordered = points[np.argsort(bearing, kind="stable")]
+    return Turn(Scan(ordered, origin_m, last_s), pose, newest.track)
+
+
+def _points(piece: Piece, estimate: Estimate, since_s: float) -> FloatArray:
+    """(N, 2) of the returns since then, in the chair's frame of the estimate."""
+    seen = (piece.distances_m >= _NEAREST_M) & (piece.times_s > since_s + _SAME_S)
+    angle, distance = np.radians(piece.directions_deg[seen]), piece.distances_m[seen]
+    after_s = piece.times_s[seen] - estimate.time_s
+    turned = math.radians(estimate.yaw_rate_deg_s) * after_s
+    x = piece.origin_m[0] + distance * np.cos(angle)
+    y = piece.origin_m[1] + distance * np.sin(angle)
+    c, s = np.cos(turned), np.sin(turned)
+    return np.stack(
+        (
+            c * x - s * y + estimate.speed_m_s * after_s,
+            s * x + c * y + estimate.sideways_m_s * after_s,
+        ),
+        axis=1,
+    )
+
+
+def _pose(estimate: Estimate) -> FloatArray:
+    return np.array((estimate.x_m, estimate.y_m, math.radians(estimate.heading_deg)))

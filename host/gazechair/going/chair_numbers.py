@@ -1,0 +1,173 @@
+"""The selected profile's numbers as the board stores them, in SI units, and a model of an axis."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from gazelink.settings_table import profile_row
+
+CAP_M_S = 0.35
+"""Most that a chair drives by itself."""
+SPOT_DEG_S = 30.0
+_RAMP_M_S2 = 0.6  # of the chair's own controller, estimated
+_STEP_S = 0.02
+
+
+@dataclass(frozen=True)
+class ChairNumbers:
+    """What the planner's side knows of the chair."""
+
+    forward_m_s: float
+    backward_m_s: float
+    brake_m_s2: float
+    left_deg_s: float
+    right_deg_s: float
+    deadband: float
+    dead_s: float
+    lag_s: float
+    accelerate_deg_s2: float
+    brake_deg_s2: float
+    breakaway_deg_s: float
+    linear_most: int
+    """Permille that the settings let out."""
+    turn_most: int
+
+    @classmethod
+    def of(cls, settings: Mapping[str, int]) -> ChairNumbers:
+        """From the board's settings by name."""
+
+        def row(name: str) -> float:
+            return float(settings[profile_row(settings["profile"], name)])
+
+        return cls(
+            row("forward_mm_s") / 1000.0,
+            row("backward_mm_s") / 1000.0,
+            row("brake_mm_s2") / 1000.0,
+            row("left_q4_dps") / 16.0,
+            row("right_q4_dps") / 16.0,
+            row("deadband_permille") / 1000.0,
+            row("dead_time_ms") / 1000.0,
+            row("lag_ms") / 1000.0,
+            row("accelerate_dps2"),
+            row("brake_dps2"),
+            row("breakaway_q4_dps") / 16.0,
+            settings["linear_permille"],
+            settings["turn_permille"],
+        )
+
+    @property
+    def most_m_s(self) -> float:
+        """The fastest that it drives by itself."""
+        share = (self.linear_most / 1000.0 - self.deadband) / (1.0 - self.deadband)
+        return min(CAP_M_S, share * self.forward_m_s)
+
+    @property
+    def most_deg_s(self) -> float:
+        """Likewise, turning."""
+        share = (self.spot_permille / 1000.0 - self.deadband) / (1.0 - self.deadband)
+        return share * min(self.left_deg_s, self.right_deg_s)
+
+    @property
+    def spot_permille(self) -> int:
+        """Of a turn on the spot: an easy rate, but one that breaks the chair loose."""
+        rate = max(SPOT_DEG_S, 1.4 * self.breakaway_deg_s)
+        share = min(1.0, rate / min(self.left_deg_s, self.right_deg_s))
+        return min(self.turn_most, round(1000.0 * (self.deadband + share * (1.0 - self.deadband))))
+
+    def linear_permille(self, speed_m_s: float) -> int:
+        """The output that makes that speed, 0 for hardly any."""
+        full = self.forward_m_s if speed_m_s > 0.0 else self.backward_m_s
+        return self._permille(speed_m_s / full, 0.01 / full, self.linear_most)
+
+    def turn_permille(self, rate_deg_s: float) -> int:
+        """Likewise, left positive."""
+        full = self.left_deg_s if rate_deg_s > 0.0 else self.right_deg_s
+        return self._permille(rate_deg_s / full, 0.2 / full, self.turn_most)
+
+    def _permille(self, share: float, least: float, most: int) -> int:
+        if abs(share) < least:
+            return 0
+        size = self.deadband + min(1.0, abs(share)) * (1.0 - self.deadband)
+        return int(math.copysign(min(round(1000.0 * size), most), share))
+
+    def linear_axis(self) -> AxisModel:
+        """Of the speed, m/s."""
+        ramps = (_RAMP_M_S2, self.brake_m_s2)
+        return AxisModel(self, self.forward_m_s, self.backward_m_s, ramps, 0.0)
+
+    def turn_axis(self) -> AxisModel:
+        """Of the turn rate, degrees/s."""
+        ramps = (self.accelerate_deg_s2, self.brake_deg_s2)
+        full = (self.left_deg_s, self.right_deg_s)
+        return AxisModel(self, *full, ramps, self.breakaway_deg_s)
+
+
+class AxisModel:
+    """Dead time, deadband, ramp, lag: predicts how an axis moves on."""
+
+    def __init__(
+        self,
+        numbers: ChairNumbers,
+        positive: float,
+        negative: float,
+        ramps: tuple[float, float],
+        breakaway: float,
+    ) -> None:
+        self._numbers = numbers
+        self._positive, self._negative = positive, negative
+        self._up, self._down = ramps
+        self._breakaway = breakaway
+        self._follow = 1.0 - math.exp(-_STEP_S / numbers.lag_s)
+        self._delay = max(1, round(numbers.dead_s / _STEP_S))
+        self._pending: deque[float] = deque([0.0] * self._delay, maxlen=self._delay)
+        self._ramp = 0.0
+        self.speed = 0.0
+
+    def _asked(self, permille: float) -> float:
+        deadband = self._numbers.deadband
+        share = (abs(permille) / 1000.0 - deadband) / (1.0 - deadband)
+        if share <= 0.0:
+            return 0.0
+        return share * self._positive if permille > 0.0 else -share * self._negative
+
+    def put_out(self, permille: float, seconds: float, measured: float | None = None) -> None:
+        """Outputs of the last `seconds`; `measured`: the speed now, where it is known."""
+        for _ in range(max(1, round(seconds / _STEP_S))):
+            wanted = self._pending[0]
+            self._pending.append(self._asked(permille))
+            self._ramp, self.speed = self._step(self._ramp, self.speed, wanted)
+        if measured is not None:
+            self.speed += 0.3 * (measured - self.speed)
+
+    def _step(self, ramp: float, speed: float, wanted: float) -> tuple[float, float]:
+        faster = abs(wanted) > abs(ramp) and wanted * ramp >= 0.0
+        change = (self._up if faster else self._down) * _STEP_S
+        ramp += max(-change, min(change, wanted - ramp))
+        drive = ramp
+        if abs(speed) < 0.05 * self._breakaway and abs(ramp) < self._breakaway:
+            return ramp, 0.0
+        return ramp, speed + (drive - speed) * self._follow
+
+    def runs(self, permille: float, seconds: float) -> float:
+        """How far it comes yet when `permille` is put out for so long, then nothing."""
+        ramp, speed, way = self._ramp, self.speed, 0.0
+        asked = self._asked(permille)
+        count = round(seconds / _STEP_S)
+        todo = [*self._pending, *([asked] * count)]
+        n = 0
+        while n < len(todo) or (n < 200 and (abs(ramp) > 1e-6 or abs(speed) > 0.02 * self._up)):
+            ramp, speed = self._step(ramp, speed, todo[n] if n < len(todo) else 0.0)
+            way += speed * _STEP_S
+            n += 1
+        return way + speed * self._numbers.lag_s
+
+    def dead_way(self) -> tuple[float, float]:
+        """How far it comes within the dead time, and the speed then."""
+        ramp, speed, way = self._ramp, self.speed, 0.0
+        for wanted in self._pending:
+            ramp, speed = self._step(ramp, speed, wanted)
+            way += speed * _STEP_S
+        return way, speed

@@ -1,0 +1,159 @@
+"""Costmap: where the chair's true footprint fits, by the map, no-go areas and what is seen now.
+
+What no beam has passed counts as occupied. What the lidars see and the map does not hold is kept
+for some seconds after it was seen last.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from gazechair.base.footprint import BoolArray, FloatArray, Footprint, inside
+from gazechair.going.distance_field import Distances, discs_of, distances
+
+FAR_M = 0.9  # the distance field ends here
+_SPECK_M = 0.06  # unknown cells this near to free ones are gaps between beams
+_KNOWN_M = 0.12  # a return this near to what the map holds is explained by it
+KEPT_S = 6.0  # an obstacle that the map does not hold, after it was seen last
+_PAD_M = 1.2
+_LIVE_FAR_M = 4.0  # of the chair: farther returns are not overlaid
+
+
+class Costmap:
+    """The floor in the map's frame."""
+
+    def __init__(
+        self,
+        occupied: BoolArray,
+        free: BoolArray,
+        cell_m: float,
+        low_m: FloatArray,
+        footprint: Footprint,
+        no_go: Sequence[FloatArray] = (),
+    ) -> None:
+        """`no_go`: polygons (N, 2) in the map's frame."""
+        pad = int(np.ceil(_PAD_M / cell_m))
+        self.cell_m = cell_m
+        self.low_m = np.asarray(low_m, dtype=np.float64) - pad * cell_m
+        stands = np.pad(occupied, pad)
+        unknown = np.pad(~(occupied | free), pad, constant_values=True)
+        seen = distances(~unknown, cell_m, 4 * _SPECK_M)
+        self.known_m = distances(stands, cell_m, FAR_M)
+        self._static = stands | (unknown & (seen > _SPECK_M)) | self._within(no_go, stands)
+        self.static_m = distances(self._static, cell_m, FAR_M)
+        self._seen_s = np.full(stands.shape, -np.inf)
+        self._live = np.zeros(stands.shape, dtype=np.bool_)
+        self.distances_m: Distances = self.static_m
+        self.changes = 0
+        """Counts what changed it."""
+        discs = discs_of(footprint.body)
+        in_cells = discs[:, :2].astype(np.float32) / np.float32(cell_m)
+        self._disc_cells = in_cells[:, 0], in_cells[:, 1], discs[:, 2].astype(np.float32)
+        self.reach_m = float(np.hypot(footprint.body[:, 0], footprint.body[:, 1]).max())
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Cells along x and y."""
+        nx, ny = self.known_m.shape
+        return nx, ny
+
+    def _within(self, no_go: Sequence[FloatArray], like: BoolArray) -> BoolArray:
+        found = np.zeros(like.shape, dtype=np.bool_)
+        cells = np.argwhere(~found)
+        centres = (cells + 0.5) * self.cell_m + self.low_m
+        for polygon in no_go:
+            # A drawn strip may be thinner than a cell: its outline counts, too.
+            found.reshape(-1)[inside(np.asarray(polygon), centres)] = True
+            ends = np.roll(polygon, -1, axis=0)
+            for a, b in zip(np.asarray(polygon), ends, strict=True):
+                count = int(np.hypot(*(b - a)) / self.cell_m * 2.0) + 2
+                found[self._cells(a + (b - a) * np.linspace(0.0, 1.0, count)[:, None])] = True
+        return found
+
+    def _cells(self, points_m: FloatArray) -> tuple[np.ndarray, np.ndarray]:
+        cells = np.floor((points_m - self.low_m) / self.cell_m).astype(np.int64)
+        nx, ny = self.shape
+        return np.clip(cells[:, 0], 0, nx - 1), np.clip(cells[:, 1], 0, ny - 1)
+
+    def see(
+        self, points_m: FloatArray, at_s: float, chair_m: tuple[float, float], ignore: bool = False
+    ) -> FloatArray:
+        """Take in a scan's returns, in the map's frame; returns those the map does not explain.
+
+        `ignore`: nothing is overlaid (the pose is in doubt).
+        """
+        near = np.hypot(points_m[:, 0] - chair_m[0], points_m[:, 1] - chair_m[1]) < _LIVE_FAR_M
+        points_m = points_m[near]
+        cells = self._cells(points_m)
+        new = self.known_m[cells] > _KNOWN_M
+        found = points_m[new]
+        if not ignore:
+            self._seen_s[cells[0][new], cells[1][new]] = at_s
+        return np.asarray(found)
+
+    def refresh(self, now_s: float) -> bool:
+        """Bring the distances up to date with what was seen; True when they have changed."""
+        live = self._seen_s > now_s - KEPT_S
+        if np.array_equal(live, self._live):
+            return False
+        self._live = live
+        self.changes += 1
+        if not live.any():
+            self.distances_m = self.static_m
+            return True
+        # Only round what is live can anything be nearer than by the map.
+        reach = int(np.ceil(FAR_M / self.cell_m)) + 1
+        xs, ys = np.nonzero(live)
+        x0, x1 = max(0, xs.min() - reach), xs.max() + reach + 1
+        y0, y1 = max(0, ys.min() - reach), ys.max() + reach + 1
+        found = self.static_m.copy()
+        own = distances(live[x0:x1, y0:y1], self.cell_m, FAR_M)
+        np.minimum(found[x0:x1, y0:y1], own, out=found[x0:x1, y0:y1])
+        self.distances_m = found
+        return True
+
+    def clearance_m(
+        self, x_m: FloatArray, y_m: FloatArray, heading_rad: FloatArray | float
+    ) -> FloatArray:
+        """Of poses, any shape: metres from the outline to the nearest obstacle, below 0 within."""
+        if isinstance(heading_rad, float):
+            return self._clearance_at(x_m, y_m, heading_rad)
+        x, y, heading = np.broadcast_arrays(x_m, y_m, heading_rad)
+        c, s = np.cos(heading)[..., None], np.sin(heading)[..., None]
+        ahead, left, radii = self._disc_cells
+        x0, y0 = (x - self.low_m[0]) / self.cell_m, (y - self.low_m[1]) / self.cell_m
+        found = self._distances_at(
+            x0[..., None] + c * ahead - s * left, y0[..., None] + s * ahead + c * left
+        )
+        return np.asarray((found - radii).min(axis=-1, initial=np.float32(FAR_M)))
+
+    def _clearance_at(self, x_m: FloatArray, y_m: FloatArray, heading_rad: float) -> FloatArray:
+        """Of many poses with one heading."""
+        c, s = math.cos(heading_rad), math.sin(heading_rad)
+        x0, y0 = (x_m - self.low_m[0]) / self.cell_m, (y_m - self.low_m[1]) / self.cell_m
+        least = np.full(x0.shape, np.float32(FAR_M))
+        for ahead, left, radius in zip(*self._disc_cells, strict=True):
+            found = self._distances_at(x0 + (c * ahead - s * left), y0 + (s * ahead + c * left))
+            np.minimum(least, found - radius, out=least)
+        return least
+
+    def _distances_at(self, x: FloatArray, y: FloatArray) -> Distances:
+        """At places in cells."""
+        field = self.distances_m
+        i, j = x.astype(np.int32), y.astype(np.int32)
+        np.minimum(np.maximum(i, 0, out=i), field.shape[0] - 1, out=i)
+        np.minimum(np.maximum(j, 0, out=j), field.shape[1] - 1, out=j)
+        i *= field.shape[1]
+        i += j
+        return np.asarray(field.reshape(-1).take(i))
+
+    def is_live(self, x_m: float, y_m: float, within_m: float) -> bool:
+        """Whether something that the map does not hold is so near to a point."""
+        reach = int(np.ceil(within_m / self.cell_m))
+        cx, cy = self._cells(np.array([[x_m, y_m]]))
+        x, y = int(cx[0]), int(cy[0])
+        part = self._live[max(0, x - reach) : x + reach + 1, max(0, y - reach) : y + reach + 1]
+        return bool(part.any())

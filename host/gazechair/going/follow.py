@@ -1,0 +1,302 @@
+"""Follower: from a way and the pose to the stick, every 50 ms.
+
+Legs are driven straight; errors are steered away where there is room on both sides, and where it
+is narrow the stick points straight ahead, so that the board holds the heading. Turns on the spot
+end when the model of the chair (dead time, ramps, lag) says that it runs out at the target.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gazechair.going.chair_numbers import ChairNumbers
+from gazechair.going.plan import Pose, Way
+from gazechair.going.spot_turn import SpotTurn
+
+PERIOD_S = 0.05
+ACCELERATE_M_S2, JERK_M_S3 = 0.3, 1.0
+"""Bounds of the speed that is asked for."""
+ARRIVED_M = 0.12
+_TURNED_RAD = math.radians(1.2)  # before a leg, and at the end
+_ROUGHLY_RAD = math.radians(3.0)  # where there is room to steer
+_TURN_AGAIN_RAD = math.radians(20.0)
+_SHORT_M = 0.3  # so much of a leg may be left out
+_OFF_M = 0.30  # farther from its leg, another way is needed
+_NARROW_M = 0.22  # beside the chair: less, and only the board steers
+_LOOK_M = 1.0
+_STEER_M, _STEER_RAD = 0.02, math.radians(1.0)
+_CALM_M, _CALM_RAD = 0.008, math.radians(0.4)
+_STEER_MOST_RAD = math.radians(18.0)
+_STEER_PER_S, _STEER_DEG_S = 0.9, 18.0
+_WIDE_M = 0.30  # beside the chair: room to be less exact
+_RUNS_OUT_RAD = math.radians(5.0)
+_BEND_RAD, _ROUND_M = math.radians(32.0), 0.25  # a bend so small is driven round
+_BEND_ROOM_M = 0.22
+_SHARP_RAD, _SHARP_M_S = math.radians(8.0), 0.22
+_STANDS_M_S, _ROLLS_M_S = 0.04, 0.08
+_ENDS_DEG_S = 5.0  # turning so slowly, it may begin a leg
+_END_M, _END_WIDE_M = 0.02, 0.06
+_LEAST_M_S = 0.02  # a start from rest
+
+
+@dataclass(frozen=True)
+class Stick:
+    """Both axes, permille; forward and left positive."""
+
+    linear_permille: int = 0
+    turn_permille: int = 0
+
+
+STOP = Stick()
+
+
+class Follower:
+    """Follows one way after another; feed it what was put out and measured, then ask for more."""
+
+    def __init__(self, numbers: ChairNumbers) -> None:
+        self._numbers = numbers
+        self._linear = numbers.linear_axis()
+        self._turn = numbers.turn_axis()
+        self._way: Way | None = None
+        self._at = 0
+        """Index of the leg that is driven, or turned to."""
+        self._turning = True
+        self._steers = False
+        self._speed, self._acceleration = _LEAST_M_S, 0.0
+        self._spot = SpotTurn(self._turn, numbers.spot_permille, PERIOD_S)
+        self._last_stick = STOP
+        self.turns_on_spot = False
+        self.lost_way = False
+        """Too far from it: another one is needed."""
+        self.arrived = False
+
+    @property
+    def leg(self) -> int:
+        """The present leg's index."""
+        return self._at
+
+    def take(self, way: Way, pose: Pose) -> None:
+        """Another way, from where the chair is; it rolls on if that leads on ahead."""
+        a, b = way.points_m[:2]
+        off = math.remainder(math.atan2(b[1] - a[1], b[0] - a[0]) - pose[2], 2.0 * math.pi)
+        aligned = abs(off) < _RUNS_OUT_RAD and not way.backward
+        self._way, self._at, self._turning = way, 0, not aligned
+        self.lost_way = self.arrived = False
+        self._spot.start()
+
+    def drop(self) -> None:
+        """No way."""
+        self._way = None
+
+    def moved(self, stick: Stick, speed_m_s: float | None, rate_deg_s: float | None) -> None:
+        """What the board put out in the last period, and how the chair moves now."""
+        self._linear.put_out(stick.linear_permille, PERIOD_S, speed_m_s)
+        self._turn.put_out(stick.turn_permille, PERIOD_S, rate_deg_s)
+
+    def left_m(self, pose: Pose) -> float:
+        """Of the way."""
+        if self._way is None or self.arrived:
+            return 0.0
+        points = self._way.points_m
+        after = points[self._at + 1 :]
+        if not len(after):
+            return 0.0
+        gap = math.hypot(after[0][0] - pose[0], after[0][1] - pose[1])
+        return gap + float(np.hypot(*np.diff(after, axis=0).T).sum())
+
+    def step(self, pose: Pose, most_m_s: float, room_m: float) -> Stick:
+        """The stick for the next period.
+
+        `pose`: now. `most_m_s`: no faster (people). `room_m`: what is free beside the chair, here
+        and for the next steps.
+        """
+        stick = STOP
+        self.turns_on_spot = False
+        if self._way is not None and not self.arrived:
+            stick = (
+                self._turn_on_spot(pose, room_m)
+                if self._turning
+                else self._drive(pose, most_m_s, room_m)
+            )
+        if not stick.linear_permille:
+            self._speed, self._acceleration = _LEAST_M_S, 0.0
+        self._last_stick = stick
+        return stick
+
+    # -- turns -------------------------------------------------------------------------------------
+
+    def _target_rad(self, pose: Pose) -> float | None:
+        """Where to turn before the present leg; None: it needs no turn."""
+        assert self._way is not None
+        points = self._way.points_m
+        if self._at >= len(points) - 1:
+            return self._way.heading_rad
+        a, b = points[self._at], points[self._at + 1]
+        backward = self._way.backward and self._at == 0
+        if float(np.hypot(*(b - a))) < 0.03:
+            return None
+        along, _across, length = _on_leg(a, b, pose)
+        if length - along < 0.05:
+            return None
+        aim = a + (b - a) * (min(length, along + max(_LOOK_M, 0.5 * length)) / length)
+        heading = math.atan2(aim[1] - pose[1], aim[0] - pose[0])
+        if length - along < 0.4:
+            heading = math.atan2(b[1] - a[1], b[0] - a[0])
+        return heading + math.pi if backward else heading
+
+    def _turn_on_spot(self, pose: Pose, room_m: float) -> Stick:
+        assert self._way is not None
+        last = self._at >= len(self._way.points_m) - 1
+        rolls = _ROLLS_M_S if room_m > _NARROW_M and not last else _STANDS_M_S
+        if abs(self._linear.speed) > rolls:
+            return STOP
+        target = self._target_rad(pose)
+        if target is None:
+            return self._turned(last)
+        self.turns_on_spot = True
+        within = _TURNED_RAD if last or room_m < _NARROW_M else _ROUGHLY_RAD
+        if not last and self._runs_out_near(pose, target, room_m, within):
+            return self._turned(last)  # the rest is steered while driving
+        output = self._spot.step(pose[2], target, within)
+        if output is None:
+            return self._turned(last)
+        return Stick(0, output)
+
+    def _runs_out_near(self, pose: Pose, target: float, room_m: float, within: float) -> bool:
+        """Let go now, the chair would come to rest near enough, and soon."""
+        wide = room_m > _WIDE_M
+        error = math.degrees(math.remainder(target - pose[2], 2.0 * math.pi))
+        if abs(self._turn.speed) > (20.0 if wide else _ENDS_DEG_S) or abs(error) > 12.0:
+            return False
+        off = abs(error - self._turn.runs(0.0, 0.0))
+        return off < math.degrees(_RUNS_OUT_RAD if wide else within)
+
+    def _turned(self, last: bool) -> Stick:
+        if last:
+            self.arrived = True
+        else:
+            self._turning = False
+            self._steers = False
+        return STOP
+
+    # -- legs --------------------------------------------------------------------------------------
+
+    def _drive(self, pose: Pose, most_m_s: float, room_m: float) -> Stick:
+        assert self._way is not None
+        points = self._way.points_m
+        a, b = points[self._at], points[self._at + 1]
+        backward = self._way.backward and self._at == 0
+        ahead_m, _ = self._linear.dead_way()
+        turned_deg, _ = self._turn.dead_way()
+        heading = pose[2] + math.radians(turned_deg)
+        middle = pose[2] + 0.5 * math.radians(turned_deg)
+        then = (pose[0] + ahead_m * math.cos(middle), pose[1] + ahead_m * math.sin(middle), heading)
+        along, across, length = _on_leg(a, b, then)
+        line = math.atan2(b[1] - a[1], b[0] - a[0]) + (math.pi if backward else 0.0)
+        error = math.remainder(line - heading, 2.0 * math.pi)
+        left_m = length - along
+        bends = self._bend_ahead(backward) if room_m > _BEND_ROOM_M else None
+        if bends is not None:
+            if left_m < _ROUND_M:
+                self._at += 1
+                return self._last_stick
+            left_m += bends
+        elif length < 0.03 or left_m < (_END_WIDE_M if room_m > _WIDE_M else _END_M):
+            return self._end_leg()
+        if abs(across) > _OFF_M:
+            self.lost_way = True
+            return STOP
+        if abs(error) > _TURN_AGAIN_RAD + _STEER_MOST_RAD:
+            self._begin_turn()
+            return STOP
+        if abs(error) > _SHARP_RAD:
+            most_m_s = min(most_m_s, _SHARP_M_S)
+        speed = self._speed_m_s(left_m, most_m_s)
+        turn = self._steer(across if not backward else -across, error, room_m, left_m)
+        linear = self._numbers.linear_permille(-speed if backward else speed)
+        return Stick(linear, turn if linear else 0)
+
+    def _bend_ahead(self, backward: bool) -> float | None:
+        """The next leg's length, if it is driven into without a stop."""
+        assert self._way is not None
+        points = self._way.points_m
+        if backward or self._at + 2 >= len(points):
+            return None
+        a, b, c = points[self._at : self._at + 3]
+        bend = math.atan2(c[1] - b[1], c[0] - b[0]) - math.atan2(b[1] - a[1], b[0] - a[0])
+        if abs(math.remainder(bend, 2.0 * math.pi)) > _BEND_RAD:
+            return None
+        return float(np.hypot(*(c - b)))
+
+    def _end_leg(self) -> Stick:
+        self._at += 1
+        self._begin_turn()
+        return STOP
+
+    def early_turn_rad(self, pose: Pose) -> float | None:
+        """Near enough to a leg's end to end it here: where to turn then, None: nowhere near."""
+        if self._way is None or self._turning:
+            return None
+        points = self._way.points_m
+        gap = math.hypot(points[self._at + 1][0] - pose[0], points[self._at + 1][1] - pose[1])
+        if self._at >= len(points) - 2:
+            heading = self._way.heading_rad
+            return (pose[2] if heading is None else heading) if gap <= ARRIVED_M else None
+        x, y = points[self._at + 2]
+        return math.atan2(y - pose[1], x - pose[0]) if gap <= _SHORT_M else None
+
+    def end_leg_early(self) -> None:
+        """The board lets the chair go no farther: the leg is over."""
+        self._end_leg()
+
+    def _begin_turn(self) -> None:
+        self._turning = True
+        self._spot.start()
+
+    def _speed_m_s(self, left_m: float, most_m_s: float) -> float:
+        """Bounded acceleration and jerk; slow enough to stop at the leg's end."""
+        n = self._numbers
+        delay = n.lag_s + 0.5 * PERIOD_S
+        braked = ACCELERATE_M_S2
+        to_stop = -braked * delay + math.sqrt((braked * delay) ** 2 + 2.0 * braked * left_m)
+        wanted = min(n.most_m_s, most_m_s, max(to_stop, 0.04))
+        gap = wanted - self._speed
+        aim = max(-2.0 * ACCELERATE_M_S2, min(ACCELERATE_M_S2, gap / 0.3))
+        change = JERK_M_S3 * PERIOD_S
+        self._acceleration += max(-2.0 * change, min(change, aim - self._acceleration))
+        self._speed = max(0.0, self._speed + self._acceleration * PERIOD_S)
+        if self._speed >= wanted:
+            self._speed = max(wanted, self._speed - 2.0 * ACCELERATE_M_S2 * PERIOD_S)
+        return self._speed if wanted > 0.0 else 0.0
+
+    def _steer(self, across: float, error: float, room_m: float, left_m: float) -> int:
+        # Towards the line, more so the farther off; nothing where all is well or narrow.
+        toward = math.atan2(-across, max(0.5, min(_LOOK_M, left_m)))
+        toward = max(-_STEER_MOST_RAD, min(_STEER_MOST_RAD, 1.5 * toward))
+        aim = error + toward
+        if room_m < _NARROW_M:
+            self._steers = False
+            return 0
+        off = abs(across) > _STEER_M or abs(aim) > _STEER_RAD
+        calm = abs(across) < _CALM_M and abs(aim) < _CALM_RAD
+        self._steers = off or (self._steers and not calm)
+        if not self._steers:
+            return 0
+        rate = math.degrees(aim) * _STEER_PER_S
+        return self._numbers.turn_permille(max(-_STEER_DEG_S, min(_STEER_DEG_S, rate)))
+
+
+def _on_leg(
+    a: np.ndarray, b: np.ndarray, pose: tuple[float, float, float]
+) -> tuple[float, float, float]:
+    """Along, across (left positive) and the leg's length."""
+    dx, dy = float(b[0] - a[0]), float(b[1] - a[1])
+    length = math.hypot(dx, dy)
+    if length < 1e-9:
+        return 0.0, 0.0, 0.0
+    ux, uy = dx / length, dy / length
+    px, py = pose[0] - float(a[0]), pose[1] - float(a[1])
+    return ux * px + uy * py, ux * py - uy * px, length

@@ -1,0 +1,278 @@
+"""Search over place and heading: cost from every pose to the goal, by a wave of numpy steps.
+
+A lattice of 7.5 cm and 16 headings, laid along the map's walls. A move goes forward along the
+heading or turns on the spot by one heading; both end on the lattice exactly. Costs are
+milliseconds / 75 of a slow chair, dearer where it is narrow.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazechair.base.footprint import FloatArray
+from gazechair.going.costmap import Costmap
+
+STEP_M = 0.075
+_STEPS = np.array((
+    (1, 0), (2, 1), (1, 1), (1, 2), (0, 1), (-1, 2), (-1, 1), (-2, 1),
+    (-1, 0), (-2, -1), (-1, -1), (-1, -2), (0, -1), (1, -2), (1, -1), (2, -1),
+))  # fmt: skip
+HEADINGS = len(_STEPS)
+_ANGLES = np.unwrap(np.arctan2(_STEPS[:, 1], _STEPS[:, 0]))
+_STRAIGHT = np.round(5.0 * np.hypot(_STEPS[:, 0], _STEPS[:, 1])).astype(np.int64)
+_LEAST_COST = 5
+_TURN_COST = 18
+_NARROW_TURN_COST = 12
+UNREACHED = np.iinfo(np.int32).max
+LOOSE_M, STRICT_M = -0.03, 0.0
+"""Least clearance of a pose: smoothing centres where only the lattice does not fit."""
+NO_TURN_M = 0.15
+"""Of a place where the board did not let the chair turn."""
+_EASIER_M = 0.03
+_EASY_M = 0.15  # clearance from which on a way costs nothing extra
+_NARROW = 3.0  # as much again where there is none
+_STOP_M, _FREE_M = 0.30, 0.75  # ahead: the board drives no nearer, and from there on creeps
+_CREEPS = 5.0
+_JAMS_M, _JAMS = 0.05, 6.0
+_BLOCKED = -1.0
+_BORDER = 3
+
+Ints = NDArray[np.int64]
+
+
+class Lattice:
+    """The poses of one costmap; `refresh` when that has changed."""
+
+    def __init__(self, costmap: Costmap) -> None:
+        self._costmap = costmap
+        nx, ny = costmap.shape
+        self.turned_rad = _walls_rad(costmap)
+        c, s = math.cos(self.turned_rad), math.sin(self.turned_rad)
+        self._turn = np.array(((c, s), (-s, c)))  # of rows: lattice to map
+        size = np.array((nx, ny)) * float(costmap.cell_m)
+        corners = np.array(((0.0, 0.0), (size[0], 0.0), (0.0, size[1]), tuple(size)))
+        corners = (corners + costmap.low_m) @ self._turn.T
+        self._low = corners.min(axis=0)
+        shape = np.ceil((corners.max(axis=0) - self._low) / STEP_M).astype(int) + 1
+        self._shape: tuple[int, int] = (int(shape[0]), int(shape[1]))
+        self._layer = int(shape.prod())
+        self.headings_rad = _ANGLES + self.turned_rad
+        self._changes = -1
+        self._least_m, self._turn_m = LOOSE_M, 0.0
+        self._no_turns: list[tuple[float, float]] = []
+        self._still = self._clearances(np.arange(self._layer))
+        self._clear = self._still
+        self._prepare()
+
+    def _clearances(self, places: Ints) -> NDArray[np.float32]:
+        """(2 HEADINGS, len(places)): of each heading, and halfway to the next one."""
+        x, y = self.metres(places).T
+        found = np.full((2 * HEADINGS, len(places)), _BLOCKED, dtype=np.float32)
+        i, j = np.divmod(places, self._shape[1])
+        within = (i >= _BORDER) & (i < self._shape[0] - _BORDER)
+        within &= (j >= _BORDER) & (j < self._shape[1] - _BORDER)
+        cost = self._costmap
+        cx = ((x - cost.low_m[0]) / cost.cell_m).astype(int)
+        cy = ((y - cost.low_m[1]) / cost.cell_m).astype(int)
+        within &= (cx >= 0) & (cx < cost.shape[0]) & (cy >= 0) & (cy < cost.shape[1])
+        at = np.flatnonzero(within)
+        at = at[cost.distances_m[cx[at], cy[at]] > 0.2]
+        ends = np.append(_ANGLES, _ANGLES[0] + 2.0 * math.pi)
+        for k in range(HEADINGS):
+            for half in (0, 1):
+                angle = self.turned_rad + ends[k] + 0.5 * half * (ends[k + 1] - ends[k])
+                found[2 * k + half, at] = cost.clearance_m(x[at], y[at], float(angle))
+        return found
+
+    def refresh(self) -> None:
+        """Bring it up to date with the costmap."""
+        if self._changes == self._costmap.changes:
+            return
+        differs = self._costmap.distances_m < self._costmap.static_m - 1e-6
+        self._clear = self._still
+        if differs.any():
+            xs, ys = np.nonzero(differs)
+            low = np.array((xs.min(), ys.min())) * self._costmap.cell_m + self._costmap.low_m
+            high = np.array((xs.max(), ys.max())) * self._costmap.cell_m + self._costmap.low_m
+            places = np.arange(self._layer)
+            at = self.metres(places)
+            reach = self._costmap.reach_m
+            near = ((at > low - reach) & (at < high + reach)).all(axis=1)
+            self._clear = self._still.copy()
+            self._clear[:, near] = self._clearances(np.flatnonzero(near))
+        self._prepare()
+
+    def _ahead(self, whole: NDArray[np.float32], way_m: float) -> NDArray[np.float32]:
+        """The clearance of each pose so far ahead of it."""
+        found = np.full_like(whole, _BLOCKED)
+        for k, (i, j) in enumerate(_STEPS):
+            steps = round(way_m / (STEP_M * math.hypot(i, j)))
+            shift = steps * int(i * self._shape[1] + j)
+            if shift >= 0:
+                found[k, : self._layer - shift] = whole[k, shift:]
+            else:
+                found[k, -shift:] = whole[k, :shift]
+        return found
+
+    def use(self, least_m: float, turn_m: float, no_turns: Sequence[tuple[float, float]]) -> None:
+        """Poses are free with so much clearance, turns with `turn_m`; none near `no_turns`."""
+        if (least_m, turn_m, list(no_turns)) != (self._least_m, self._turn_m, self._no_turns):
+            self._least_m, self._turn_m, self._no_turns = least_m, turn_m, list(no_turns)
+            self._prepare()
+
+    def _prepare(self) -> None:
+        self._changes = self._costmap.changes
+        whole, half = self._clear[::2], self._clear[1::2]
+        least = self._least_m
+        narrow = np.clip((_EASY_M - whole) / _EASY_M, 0.0, 1.2)
+        self._free = ((whole >= least) & (self._ahead(whole, _STOP_M) >= least)).reshape(-1)
+        self._stands = (whole >= least).reshape(-1)
+        creeps = self._ahead(whole, _FREE_M) < least
+        dearer = _NARROW * narrow + _CREEPS * creeps + _JAMS * (whole < _JAMS_M)
+        self._dearer = (256.0 * dearer).astype(np.int64).reshape(-1)
+        # Turning from k to k + 1 must be free half a heading beyond: the board wants room to stop.
+        after, beyond = np.roll(whole, -1, axis=0), np.roll(half, -1, axis=0)
+        before, past = np.roll(half, 1, axis=0), np.roll(whole, 1, axis=0)
+        between = np.minimum(np.minimum(whole, half), after)
+        self._left = (np.minimum(between, beyond) >= self._turn_m).reshape(-1)
+        self._right = (np.minimum(between, before) >= self._turn_m).reshape(-1)
+        self._tight = (np.minimum(between, past) < self._turn_m + _EASIER_M).reshape(-1)
+        for x, y in self._no_turns:
+            u, v = (np.array((x, y)) @ self._turn.T - self._low) / STEP_M
+            i, j = np.divmod(np.arange(self._layer), self._shape[1])
+            near = np.tile(np.hypot(i - u, j - v) * STEP_M < NO_TURN_M, HEADINGS)
+            self._left &= ~near
+            self._right &= ~near
+
+    # -- places ------------------------------------------------------------------------------------
+
+    def metres(self, places: Ints) -> FloatArray:
+        """(N, 2) in the map's frame."""
+        cells = np.stack(np.divmod(places % self._layer, self._shape[1]), axis=1)
+        return np.asarray((cells * STEP_M + self._low) @ self._turn)
+
+    def near(
+        self, x_m: float, y_m: float, heading_rad: float, within_m: float, turned_rad: float
+    ) -> Ints:
+        """The free poses within a distance and an angle of one."""
+        u, v = (np.array((x_m, y_m)) @ self._turn.T - self._low) / STEP_M
+        reach = math.ceil(within_m / STEP_M)
+        found = []
+        for i in range(max(0, round(u) - reach), min(self._shape[0], round(u) + reach + 1)):
+            for j in range(max(0, round(v) - reach), min(self._shape[1], round(v) + reach + 1)):
+                if math.hypot(i - u, j - v) * STEP_M > within_m:
+                    continue
+                for k in range(HEADINGS):
+                    off = math.remainder(self.headings_rad[k] - heading_rad, 2.0 * math.pi)
+                    at = k * self._layer + i * self._shape[1] + j
+                    if abs(off) <= turned_rad and self._stands[at]:
+                        found.append(at)
+        return np.array(found, dtype=np.int64)
+
+    def heading_rad(self, pose: int) -> float:
+        """Of a pose."""
+        return float(self.headings_rad[pose // self._layer])
+
+    # -- search ------------------------------------------------------------------------------------
+
+    def costs_to(self, goals: Ints, prices: Ints, starts: Ints) -> NDArray[np.int32]:
+        """Cost from each pose to the cheapest of `goals`; where `starts` are known, it ends."""
+        costs = np.full(HEADINGS * self._layer, UNREACHED, dtype=np.int32)
+        settled = np.zeros(len(costs), dtype=np.bool_)
+        buckets: dict[int, list[Ints]] = {}
+        np.minimum.at(costs, goals, prices.astype(np.int32))
+        for bucket in np.unique(costs[goals] // _LEAST_COST):
+            buckets[int(bucket)] = [goals[costs[goals] // _LEAST_COST == bucket]]
+        spare = 40
+        while buckets:
+            bucket = min(buckets)
+            poses = np.unique(np.concatenate(buckets.pop(bucket)))
+            poses = poses[~settled[poses] & (costs[poses] // _LEAST_COST == bucket)]
+            if not len(poses):
+                continue
+            settled[poses] = True
+            for before, price in self._before(poses):
+                cost = costs[poses[price >= 0]] + price[price >= 0]
+                before = before[price >= 0]
+                better = cost < costs[before]
+                before, cost = before[better], cost[better]
+                if not len(before):
+                    continue
+                np.minimum.at(costs, before, cost.astype(np.int32))
+                into = costs[before] // _LEAST_COST
+                for one in np.unique(into):
+                    buckets.setdefault(int(one), []).append(before[into == one])
+            if len(starts) and settled[starts].any():
+                spare -= 1
+                if spare < 0:
+                    break
+        return costs
+
+    def _before(self, poses: Ints) -> list[tuple[Ints, Ints]]:
+        """For each move: the pose before each of `poses`, and its price; -1: not possible."""
+        layer, heading = self._layer, poses // self._layer
+        place = poses % layer
+        found = []
+        for side, turns in ((1, self._left), (-1, self._right)):
+            # Turned left from heading - 1, or right from heading + 1.
+            other = (heading - side) % HEADINGS
+            before = other * layer + place
+            # `_left` is kept at the heading it starts from, `_right` at the one it ends in.
+            possible = turns[before] if side > 0 else turns[poses]
+            tight = self._tight[before if side > 0 else poses]
+            price = np.where(possible, _TURN_COST + _NARROW_TURN_COST * tight, -1)
+            found.append((before, price))
+        step = _STEPS[heading] @ np.array((self._shape[1], 1))
+        before = poses - step
+        before = np.where((before >= heading * layer) & (before < (heading + 1) * layer), before, 0)
+        straight = _STRAIGHT[heading]
+        price = straight + (straight * self._dearer[before] >> 8)
+        found.append((before, np.where(self._stands[before] & self._free[poses], price, -1)))
+        return found
+
+    def route(self, costs: NDArray[np.int32], start: int) -> list[int]:
+        """Poses from `start` down to the goal."""
+        found = [start]
+        layer = self._layer
+        while True:
+            at = found[-1]
+            heading, place = divmod(at, layer)
+            left = ((heading + 1) % HEADINGS) * layer + place
+            right = ((heading - 1) % HEADINGS) * layer + place
+            ahead = at + int(_STEPS[heading] @ np.array((self._shape[1], 1)))
+            options = []
+            if self._left[at]:
+                options.append((int(costs[left]) + _TURN_COST, left))
+            if self._right[right]:
+                options.append((int(costs[right]) + _TURN_COST, right))
+            if self._free[ahead] and self._stands[at]:
+                options.append((int(costs[ahead]) + int(_STRAIGHT[heading]), ahead))
+            best = min(options, default=(UNREACHED, at))
+            if costs[best[1]] >= costs[at]:
+                return found
+            found.append(best[1])
+
+
+def _walls_rad(costmap: Costmap) -> float:
+    """How the walls lie: the angle, below a quarter turn, in which most of them line up."""
+    occupied = np.argwhere(costmap.known_m <= 0.0)
+    if len(occupied) < 20:
+        return 0.0
+    points = occupied[:: max(1, len(occupied) // 4000)].astype(np.float64) * costmap.cell_m
+    best = (-1.0, 0.0, 0.0)
+    for deg in np.arange(-45.0, 45.0, 1.0):
+        best = max(best, (_lined_up(points, math.radians(deg)), -abs(deg), deg))[:3]
+    return math.radians(best[2])
+
+
+def _lined_up(points: FloatArray, angle: float) -> float:
+    c, s = math.cos(angle), math.sin(angle)
+    total = 0.0
+    for across in (points @ (c, s), points @ (-s, c)):
+        bins = np.bincount(((across - across.min()) / 0.05).astype(np.int64))
+        total += float((bins.astype(np.float64) ** 2).sum())
+    return total

@@ -1,0 +1,368 @@
+"""A mission: from where the chair is to a place, whatever happens on the way. Pure, time injected.
+
+Every 50 ms: what was put out, the pose and what the lidars saw go in, a stick comes out. Plans are
+made beside it, by whatever `submit` is (a thread): until one is there, the chair stands, or drives
+on to the goal that it had before.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray, Footprint
+from gazechair.going.chair_numbers import ChairNumbers
+from gazechair.going.costmap import Costmap
+from gazechair.going.follow import ARRIVED_M, STOP, Follower, Stick
+from gazechair.going.people import People, speed_within
+from gazechair.going.plan import NO_WAY, NoWay, Planner, Pose, Refused, Way
+
+# States.
+IDLE, PLANNING, DRIVING, WAITING, BLOCKED = "idle", "planning", "driving", "waiting", "blocked"
+ARRIVED, LOST, PAUSED = "arrived", "lost", "paused"
+# Reasons, keys of the string tables; the planner's are others.
+PERSON, OBSTACLE, POSE_LOST = "going_person", "going_obstacle", "going_pose_lost"
+
+POSE_OLD_S = 0.4
+_LOOK_AHEAD_M = 2.5
+_CHECK_S = 0.3
+_ALONG_M = 0.1
+_HIT_M = -0.04  # by the map and what is seen: less than this ahead, and the way is blocked
+_GO_ROUND_S, _AGAIN_S = 3.0, 2.0
+_RETRY_S = 4.0
+_NEARER = 2
+_MOVED_M, _MOVED_RAD = 0.04, math.radians(2.0)
+_BESIDE_M = 0.45
+_NEAR_PERSON_M = 1.6
+_JUMP_M, _JUMP_RAD = 0.30, math.radians(15.0)
+# Where the board lets nothing out. It takes furniture for a person until that has stood for 10 s.
+_NO_TURN_S, _OTHER_WAY_S, _PATIENCE_S = 1.8, 1.5, 13.0
+_EARLY_S = 0.6
+_ASKS_S, _OF_S = 0.2, 1.0  # asks meanwhile: the board counts how long it overrules
+_DEARER_S, _SHUT_S = 12.0, 60.0
+
+Planned = Way | NoWay
+
+
+@dataclass(frozen=True)
+class Located:
+    """Where the chair was at a time, and how fast."""
+
+    pose: Pose
+    speed_m_s: float
+    rate_deg_s: float
+    time_s: float
+
+
+@dataclass
+class _Stuck:
+    """Where and since when the chair asks and does not get on, and what was tried."""
+
+    pose: Pose | None = None
+    since_s: float | None = None
+    looked: bool = False
+
+
+def at_once(job: Callable[[], Planned]) -> Future[Planned]:
+    """Plans within the step."""
+    done: Future[Planned] = Future()
+    done.set_result(job())
+    return done
+
+
+@dataclass
+class Mission:
+    """One chair in one map."""
+
+    costmap: Costmap
+    planner: Planner
+    numbers: ChairNumbers
+    footprint: Footprint
+    submit: Callable[[Callable[[], Planned]], Future[Planned]] = at_once
+    state: str = IDLE
+    reason: str = ""
+    goal: Pose | tuple[float, float] | None = None
+    way: Way | None = None
+    plans: int = 0
+    _located: Located | None = None
+    _people: People = field(default_factory=People)
+    _stuck: _Stuck = field(default_factory=_Stuck)
+    _checked_s: float = -math.inf
+    _hit_since_s: float | None = None
+    _gave_up_s: float = 0.0
+    _went_round_s: float = -math.inf
+    _wants_plan: bool = False
+    _pending: Future[Planned] | None = None
+    _outdated: bool = False
+    """Another goal was asked for since."""
+    _refused: list[Refused] = field(default_factory=list)
+    _asked: Stick = STOP
+    _room_m: float = 0.0
+    _free_m: float = math.inf
+    _nearer: int = 0
+    """Ways from where one ended, too far from the goal."""
+
+    def __post_init__(self) -> None:
+        self._follower = Follower(self.numbers)
+
+    # -- what people ask ---------------------------------------------------------------------------
+
+    def go(self, goal: Pose | tuple[float, float]) -> None:
+        """To there; at any time. It drives on the old way until the new one is known."""
+        self.goal = goal
+        self._nearer = 0
+        self._stuck = _Stuck()
+        self._refused = []
+        self._outdated = self._pending is not None
+        self._ask_plan(drives_on=self.state == DRIVING)
+
+    def pause(self) -> None:
+        """Stand until `resume`."""
+        if self.state not in (IDLE, ARRIVED):
+            self.state, self.reason = PAUSED, ""
+
+    def resume(self) -> None:
+        """Go on, by a new way."""
+        if self.state == PAUSED:
+            self._stuck = _Stuck()
+            self._ask_plan()
+
+    def stop(self) -> None:
+        """The mission is over."""
+        self.state, self.reason, self.goal, self.way = IDLE, "", None, None
+        self._follower.drop()
+
+    @property
+    def turns_on_spot(self) -> bool:
+        """Whether it turns on the spot now."""
+        return self.state == DRIVING and self._follower.turns_on_spot
+
+    @property
+    def left_m(self) -> float:
+        """Way that is left."""
+        return 0.0 if self._located is None else self._follower.left_m(self._located.pose)
+
+    # -- what is measured --------------------------------------------------------------------------
+
+    def locate(self, located: Located | None) -> None:
+        """Where the chair is; None: not known."""
+        before = self._located
+        self._located = located
+        if before is None or located is None or self.state != DRIVING:
+            return
+        dt = located.time_s - before.time_s
+        moved = math.dist(located.pose[:2], before.pose[:2]) - abs(before.speed_m_s) * dt
+        turned = math.remainder(located.pose[2] - before.pose[2], 2.0 * math.pi)
+        turned -= math.radians(before.rate_deg_s) * dt
+        if moved > _JUMP_M or abs(turned) > _JUMP_RAD:
+            self._ask_plan()  # it was somewhere else than thought
+
+    def scan(self, points_m: FloatArray, at_s: float, pose: Pose) -> None:
+        """A turn's returns in the chair's frame, and the pose at that time."""
+        c, s = math.cos(pose[2]), math.sin(pose[2])
+        in_map = points_m @ np.array(((c, s), (-s, c))) + pose[:2]
+        own = self.footprint.contains(points_m)
+        new = self.costmap.see(in_map[~own], at_s, (pose[0], pose[1]), self._located is None)
+        self._people.look(new, at_s)
+
+    # -- each period -------------------------------------------------------------------------------
+
+    def step(self, now_s: float, put_out: Stick) -> Stick:
+        """The stick for the next 50 ms. `put_out`: what the board has put out since."""
+        at = self._located
+        speeds = (None, None) if at is None else (at.speed_m_s, at.rate_deg_s)
+        self._follower.moved(put_out, *speeds)
+        self._asked = self._step(now_s, put_out)
+        return self._asked
+
+    def waits(self, put_out: Stick) -> None:
+        """A period has passed without a step: a plan was made in between."""
+        self._follower.moved(put_out, None, None)
+
+    def _step(self, now_s: float, put_out: Stick) -> Stick:
+        at = self._located
+        if self.goal is None or self.state in (PAUSED, ARRIVED):
+            return STOP
+        if at is None or now_s - at.time_s > POSE_OLD_S:
+            self.state, self.reason = LOST, POSE_LOST
+            return STOP
+        if self.state == LOST:
+            self._ask_plan()
+        pose = _moved(at, now_s - at.time_s)
+        if self.state == BLOCKED and now_s - self._gave_up_s > _RETRY_S:
+            self._wants_plan = True
+        self._plan(pose, now_s)
+        if self.state in (BLOCKED, PLANNING):
+            return STOP
+        self._look_ahead(pose, now_s)
+        stick = self._follower.step(pose, speed_within(self._free_m), self._room_m)
+        if self._pending is not None or self._wants_plan:
+            return STOP if self._follower.arrived or self._follower.lost_way else stick
+        if self._follower.arrived:
+            if self._nearer < _NEARER and self._gap_m(pose) > ARRIVED_M:
+                self._nearer += 1
+                self._ask_plan()
+                return STOP
+            self.state, self.reason = ARRIVED, ""
+            return STOP
+        if self._follower.lost_way:
+            self._ask_plan()
+            return STOP
+        if self._follower.turns_on_spot and self._free_m < 0.05:
+            stick = STOP
+        return self._insist(at, stick, put_out, now_s)
+
+    def _gap_m(self, pose: Pose) -> float:
+        assert self.goal is not None
+        return math.hypot(self.goal[0] - pose[0], self.goal[1] - pose[1])
+
+    def _ask_plan(self, drives_on: bool = False) -> None:
+        self._wants_plan = True
+        if not drives_on:
+            self.state, self.reason = PLANNING, ""
+
+    def _plan(self, pose: Pose, now_s: float) -> None:
+        """Ask for a plan, or take the one that is ready."""
+        if self._pending is None and self._wants_plan:
+            assert self.goal is not None
+            self._wants_plan = False
+            self.plans += 1
+            self.costmap.refresh(now_s)
+            goal, refused = self.goal, tuple(self._refused)
+            self._pending = self.submit(lambda: self.planner.plan(pose, goal, refused))
+        if self._pending is None or not self._pending.done():
+            return
+        ready, self._pending = self._pending, None  # a plan that raised does so once
+        found = ready.result()
+        if self._outdated:
+            self._outdated, self._wants_plan = False, True
+            return
+        self._hit_since_s = None
+        if isinstance(found, NoWay):
+            self._give_up(found.reason, now_s)
+            return
+        self.way = found
+        self._follower.take(found, pose)
+        if self.state != WAITING:
+            self.state, self.reason = DRIVING, ""
+
+    def _give_up(self, reason: str, now_s: float) -> None:
+        self.state, self.reason, self._gave_up_s = BLOCKED, reason, now_s
+        self._refused = []
+        self._stuck = _Stuck()
+        self._follower.drop()
+
+    def _look_ahead(self, pose: Pose, now_s: float) -> None:
+        """Is the way still free, nobody about to be in it, and room beside the chair?"""
+        if now_s - self._checked_s < _CHECK_S or self.way is None:
+            return
+        self._checked_s = now_s
+        self.costmap.refresh(now_s)
+        poses = self._ahead(pose)
+        clear = self.costmap.clearance_m(poses[:, 0], poses[:, 1], poses[:, 2])
+        near = poses[:, 3] < _BESIDE_M + 0.3
+        self._room_m = float(clear[near].min()) if near.any() else 0.0
+        self._free_m = self._people.free_m(poses[poses[:, 3] < 2.0], self.footprint)
+        if float(clear[1:].min(initial=1.0)) >= _HIT_M:
+            self._hit_since_s = None
+        elif self._hit_since_s is None:
+            self._hit_since_s = now_s
+        elif (
+            now_s - self._hit_since_s > (_GO_ROUND_S if self._person_near(pose) else 0.8)
+            and now_s - self._went_round_s > _AGAIN_S
+        ):
+            self._went_round_s = now_s
+            self._ask_plan(drives_on=True)
+
+    def _ahead(self, pose: Pose) -> FloatArray:
+        """Poses (N, 4) of the next metres of the way, with how far off they are."""
+        assert self.way is not None
+        points = [np.array(pose[:2]), *self.way.points_m[self._follower.leg + 1 :]]
+        rows = [(pose[0], pose[1], pose[2], 0.0)]
+        done = 0.0
+        for number, (a, b) in enumerate(itertools.pairwise(points)):
+            length = float(np.hypot(*(b - a)))
+            if length < 0.02:
+                continue
+            heading = math.atan2(b[1] - a[1], b[0] - a[0])
+            if self.way.backward and self._follower.leg + number == 0:
+                heading += math.pi
+            for along in np.arange(_ALONG_M, length, _ALONG_M):
+                if done + along > _LOOK_AHEAD_M:
+                    return np.array(rows)
+                x, y = a + (b - a) * (along / length)
+                rows.append((float(x), float(y), heading, done + float(along)))
+            done += length
+        return np.array(rows)
+
+    def _person_near(self, pose: Pose) -> bool:
+        return any(
+            math.dist((one.x_m, one.y_m), pose[:2]) < _NEAR_PERSON_M + 1.0 and one.walks
+            for one in self._people.tracks
+        )
+
+    def _insist(self, at: Located, stick: Stick, put_out: Stick, now_s: float) -> Stick:
+        """What to do where the board lets nothing out, or the chair does not get on."""
+        stuck = self._stuck
+        waits = self._free_m < 0.3
+        if stuck.pose is None or _apart(stuck.pose, at.pose) or (stick == STOP and not waits):
+            self._stuck = _Stuck(at.pose)
+            if self.state == WAITING:
+                self.state, self.reason = DRIVING, ""
+            return stick
+        if stuck.since_s is None:
+            stuck.since_s = now_s
+        for_s = now_s - stuck.since_s
+        if for_s < _EARLY_S or (for_s < _GO_ROUND_S and put_out != STOP):
+            return stick
+        turns = self._follower.turns_on_spot
+        early_rad = None if turns or waits else self._follower.early_turn_rad(at.pose)
+        if early_rad is not None and self.planner.turns_freely(at.pose, early_rad):
+            self._follower.end_leg_early()
+            return STOP
+        if for_s > 1.0:
+            self.state = WAITING
+            self.reason = PERSON if self._person_near(at.pose) else OBSTACLE
+        if for_s > (_NO_TURN_S if turns else _OTHER_WAY_S) and not stuck.looked:
+            stuck.looked = True
+            self._refuse(at.pose, turns, _SHUT_S if turns else _DEARER_S)
+        elif for_s > (_GO_ROUND_S if turns else _PATIENCE_S):
+            if self._shut_before(at.pose, turns):
+                self._give_up(NO_WAY, now_s)
+                return STOP
+            self._refuse(at.pose, turns, _SHUT_S)
+            self._stuck = _Stuck(at.pose, looked=True)
+        return stick if for_s % _OF_S < _ASKS_S else STOP
+
+    def _refuse(self, pose: Pose, turns: bool, price_s: float) -> None:
+        """The board does not let it go on from here: another way, unless all are dearer."""
+        self._refused.append(Refused(*pose, turns, price_s))
+        self._ask_plan(drives_on=True)
+
+    def _shut_before(self, pose: Pose, turns: bool) -> bool:
+        return any(
+            one.turns == turns and one.price_s >= _SHUT_S and not _apart(one.pose, pose)
+            for one in self._refused[:-1]
+        )
+
+
+def _apart(a: Pose, b: Pose) -> bool:
+    turned = abs(math.remainder(a[2] - b[2], 2.0 * math.pi))
+    return math.dist(a[:2], b[:2]) > _MOVED_M or turned > _MOVED_RAD
+
+
+def _moved(at: Located, seconds: float) -> Pose:
+    """The pose that much later."""
+    turned = math.radians(at.rate_deg_s) * seconds
+    middle = at.pose[2] + 0.5 * turned
+    way = at.speed_m_s * seconds
+    return (
+        at.pose[0] + way * math.cos(middle),
+        at.pose[1] + way * math.sin(middle),
+        at.pose[2] + turned,
+    )

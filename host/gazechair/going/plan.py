@@ -1,0 +1,239 @@
+"""Planner: from a pose to a place, as straight legs with turns on the spot between them.
+
+The lattice finds a route; smoothing takes vertices out and moves the others until legs are long
+and clear on both sides. A leg may begin the way out of, or end it into, what is too narrow to turn
+in: straight on, at the heading that the chair has or must have there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.going.costmap import Costmap
+from gazechair.going.lattice import (
+    LOOSE_M,
+    NO_TURN_M,
+    STEP_M,
+    STRICT_M,
+    UNREACHED,
+    Ints,
+    Lattice,
+)
+from gazechair.going.smooth import (
+    ALONG_M,
+    TURN_EASY_M,
+    TURN_M,
+    Pose,
+    Refused,
+    Smoother,
+    refused_s,
+    turn_poses,
+)
+
+__all__ = ["GOAL_BLOCKED", "NO_WAY", "START_BLOCKED", "NoWay", "Planner", "Pose", "Refused", "Way"]
+
+GOAL_BLOCKED, START_BLOCKED, NO_WAY = "going_goal_blocked", "going_start_blocked", "going_no_way"
+
+LEAST_M = -0.01
+"""Least clearance of a way, by the map, whose own error is as large. The board sees the rest."""
+# Least clearance of poses and turns in the search, one after another until there is a way. In turns
+# the board keeps 7 cm off; a loose search may lead where smoothing finds no way.
+_CLEAR_M = ((LOOSE_M, 0.085), (LOOSE_M, 0.0), (STRICT_M, 0.03))
+_LEG_STEPS_M = (0.0, 0.3, 0.6, 0.9, 1.2, 1.6)
+_GOAL_M = 0.9 * STEP_M
+_SNAP_RAD = math.radians(12.0)
+_COST_PER_S = 15.0  # of the lattice
+
+
+@dataclass(frozen=True)
+class Way:
+    """Vertices (N, 2) from the chair to the goal, and the heading to end with (None: any)."""
+
+    points_m: FloatArray
+    heading_rad: float | None
+    backward: bool = False
+    """The first leg is driven backward."""
+    clearance_m: float = 0.0
+
+    @property
+    def length_m(self) -> float:
+        """All legs."""
+        return float(np.hypot(*np.diff(self.points_m, axis=0).T).sum())
+
+
+@dataclass(frozen=True)
+class NoWay:
+    """There is none; `reason` is a key of the string tables."""
+
+    reason: str
+
+
+class Planner:
+    """Plans on one costmap; what was searched for a goal is kept until something changes."""
+
+    def __init__(self, costmap: Costmap, may_reverse: bool = False) -> None:
+        """`may_reverse`: lidars see behind the chair."""
+        self._costmap = costmap
+        self._lattice = Lattice(costmap)
+        self._may_reverse = may_reverse
+        self._refused: Sequence[Refused] = ()
+
+    def plan(
+        self, start: Pose, goal: Pose | tuple[float, float], refused: Sequence[Refused] = ()
+    ) -> Way | NoWay:
+        """The way; takes a tenth of a second. A goal without a heading is reached in any."""
+        self._refused = refused
+        self._lattice.refresh()
+        turns = [(one.x_m, one.y_m) for one in refused if one.turns]
+        found: Way | NoWay = NoWay(NO_WAY)
+        for least_m, turn_m in _CLEAR_M:
+            self._lattice.use(least_m, turn_m, turns)
+            found = self._plan(start, goal)
+            if isinstance(found, Way) or found.reason != NO_WAY:
+                break
+        return found
+
+    def turns_freely(self, pose: Pose, to_rad: float) -> bool:
+        """Whether the board will let it turn there."""
+        clear = self._costmap.clearance_m(*turn_poses(pose, to_rad))
+        return bool(clear.min() >= TURN_M)
+
+    def _plan(self, start: Pose, goal: Pose | tuple[float, float]) -> Way | NoWay:
+        heading = goal[2] if len(goal) == 3 else None
+        goals = self._ends(goal[0], goal[1], heading)
+        if not len(goals[0]):
+            return NoWay(GOAL_BLOCKED)
+        starts = self._starts(start)
+        if not starts:
+            return NoWay(START_BLOCKED)
+        every = np.concatenate([one[0] for one in starts])
+        costs = self._lattice.costs_to(goals[0], goals[1], every)
+        best = None
+        for poses, leg_m, dearer_s in starts:
+            for pose in poses[costs[poses] < UNREACHED]:
+                off = math.remainder(self._lattice.heading_rad(pose) - start[2], 2.0 * math.pi)
+                gap = self._lattice.metres(np.array([pose]))[0] - _ahead(start, leg_m)
+                price = costs[pose] + 20.0 * abs(off) + 200.0 * float(np.hypot(*gap))
+                price += 70.0 * abs(leg_m) * (2.0 if leg_m < 0.0 else 1.0) + _COST_PER_S * dearer_s
+                if best is None or price < best[0]:
+                    best = (price, int(pose), leg_m)
+        if best is None:
+            return NoWay(NO_WAY)
+        route = self._lattice.route(costs, best[1])
+        leg_in_m = goals[2][route[-1]]
+        points = [np.array(start[:2])]
+        if best[2]:
+            points.append(_ahead(start, best[2]))
+        places = self._lattice.metres(np.array(route))
+        points += [places[k] for k in _corners(route, self._lattice)]
+        if leg_in_m and heading is not None:
+            points.append(_ahead((goal[0], goal[1], heading), -leg_in_m))
+        points.append(np.array(goal[:2]))
+        backward = best[2] < 0.0
+        fixed = 1 + (best[2] != 0.0)
+        fixed_end = 1 + (leg_in_m > 0.0)
+        smooth = Smoother(self._costmap, start[2], heading, backward, self._refused)
+        found, clear = smooth(_merged(points, fixed, fixed_end), fixed, fixed_end)
+        if clear < LEAST_M - 0.02:
+            return NoWay(NO_WAY)
+        return Way(found, heading, backward, clear)
+
+    def _ends(
+        self, x_m: float, y_m: float, heading: float | None
+    ) -> tuple[Ints, Ints, dict[int, float]]:
+        """Lattice poses from which the goal is reached, their prices, and the leg from each."""
+        legs: dict[int, float] = {}
+        prices: dict[int, int] = {}
+        here = np.array([x_m]), np.array([y_m])
+        for leg_m in _LEG_STEPS_M if heading is not None else (0.0,):
+            if heading is None:
+                found = self._lattice.near(x_m, y_m, 0.0, _GOAL_M, 4.0)
+            else:
+                along = np.arange(0.0, leg_m + 0.01, ALONG_M)
+                x, y = x_m - along * math.cos(heading), y_m - along * math.sin(heading)
+                headings = np.full(len(along), heading)
+                if self._costmap.clearance_m(x, y, headings).min() < LEAST_M:
+                    break
+                around = 4.0 if leg_m else _SNAP_RAD
+                found = self._lattice.near(float(x[-1]), float(y[-1]), heading, _GOAL_M, around)
+                if not leg_m and self._turns_freely(x_m, y_m):
+                    found = self._lattice.near(x_m, y_m, heading, _GOAL_M, 4.0)
+            for pose in found:
+                off = 0.0
+                if heading is not None:
+                    off = abs(
+                        math.remainder(self._lattice.heading_rad(pose) - heading, 2.0 * math.pi)
+                    )
+                apart = self._lattice.metres(np.array([pose]))[0] - (
+                    here[0][0] - leg_m * math.cos(heading or 0.0),
+                    here[1][0] - leg_m * math.sin(heading or 0.0),
+                )
+                price = int(70.0 * leg_m + 46.0 * off + (20 if off > 0.05 else 0))
+                price += int(100.0 * float(np.hypot(*apart)))
+                if price < prices.get(int(pose), UNREACHED):
+                    prices[int(pose)], legs[int(pose)] = price, leg_m
+        poses = np.array(list(prices), dtype=np.int64)
+        return poses, np.array(list(prices.values()), dtype=np.int64), legs
+
+    def _turns_freely(self, x_m: float, y_m: float) -> bool:
+        around = np.linspace(0.0, 2.0 * math.pi, 72, endpoint=False)
+        found = self._costmap.clearance_m(np.full(72, x_m), np.full(72, y_m), around)
+        return bool(found.min() > TURN_EASY_M)
+
+    def _starts(self, start: Pose) -> list[tuple[Ints, float, float]]:
+        """Lattice poses to begin at, after a leg straight on, backward below 0; its price."""
+        found = []
+        clear = self._costmap.clearance_m(*(np.array([one]) for one in start))[0]
+        if clear < -0.15:
+            return []
+        least = min(LEAST_M, float(clear) - 0.01)
+        no_turn = any(
+            one.turns and math.dist(one.pose[:2], start[:2]) < NO_TURN_M for one in self._refused
+        )
+        for sign in (1.0, -1.0) if self._may_reverse else (1.0,):
+            refused = 0.0
+            if sign > 0.0:
+                refused = refused_s(self._refused, np.array(start[:2]), start[2])
+            for leg_m in _LEG_STEPS_M[1:] if sign < 0.0 else _LEG_STEPS_M:
+                along = sign * np.arange(0.0, leg_m + 0.01, ALONG_M)
+                x, y = start[0] + along * math.cos(start[2]), start[1] + along * math.sin(start[2])
+                if self._costmap.clearance_m(x, y, np.full(len(x), start[2])).min() < least:
+                    break
+                aligned_rad = 0.2 if no_turn and abs(leg_m) < NO_TURN_M else 0.42
+                poses = self._lattice.near(float(x[-1]), float(y[-1]), start[2], 0.12, aligned_rad)
+                if len(poses):
+                    found.append((poses, sign * leg_m, refused if leg_m else 0.0))
+        return found
+
+
+def _ahead(pose: Pose, leg_m: float) -> FloatArray:
+    return np.array((pose[0] + leg_m * math.cos(pose[2]), pose[1] + leg_m * math.sin(pose[2])))
+
+
+def _corners(route: list[int], lattice: Lattice) -> list[int]:
+    """Where the heading changes, and both ends."""
+    headings = [lattice.heading_rad(pose) for pose in route]
+    found = [0]
+    found += [k for k in range(1, len(route)) if headings[k] != headings[k - 1]]
+    found.append(len(route) - 1)
+    return sorted(set(found))
+
+
+def _merged(points: list[FloatArray], fixed: int, fixed_end: int) -> list[FloatArray]:
+    """Without vertices that lie on the ones which stay."""
+    first, last = points[:fixed], points[-fixed_end:]
+    middle = [
+        one
+        for one in points[fixed : len(points) - fixed_end]
+        if all(float(np.hypot(*(one - other))) > 0.1 for other in (*first[-1:], *last[:1]))
+    ]
+    kept: list[FloatArray] = []
+    for one in middle:
+        if not kept or float(np.hypot(*(one - kept[-1]))) > 1e-9:
+            kept.append(one)
+    return [*first, *kept, *last]

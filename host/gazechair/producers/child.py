@@ -1,0 +1,80 @@
+"""A producer's child process: its inbox, the daemon's words, and a step every 50 ms."""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import socket
+import sys
+import time
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, NoReturn
+
+from gazechair.base.footprint import Footprint, Margins
+from gazechair.base.newest_line import NewestLine
+from gazechair.base.supervisor import RecordWriter, enter_child
+from gazechair.producers.contract import STEP_S, Setup
+from gazechair.producers.kinds import build
+from gazechair.producers.runner import Runner
+from gazechair.sensing.mapping.whereabouts import unpack
+from gazechair.sensing.odometry import inbox
+from gazechair.sensing.odometry.child import Lidars
+
+
+def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:
+    """Serve until the parent closes a pipe (BrokenPipeError)."""
+    fd = int(argument["fd"])
+    reader = socket.socket(fileno=fd)
+    reader.setblocking(False)
+    setup = _setup(argument)
+    runner = Runner(
+        build(argument["kind"], setup),
+        Lidars.of(argument["lidars"]),
+        out,
+        ThreadPoolExecutor(1, thread_name_prefix=argument["kind"]),
+    )
+    lines = NewestLine()
+    tick_s = time.monotonic()
+    while True:
+        left_s = max(0.0, tick_s - time.monotonic())
+        ready = select.select([fd, 0], [], [], left_s)[0]
+        if 0 in ready:
+            line = lines.read()
+            if line is not None:
+                runner.word(json.loads(line))
+        if fd in ready:
+            datagram = reader.recv(inbox.LONGEST)
+            runner.heard(unpack(datagram) or inbox.unpack(datagram), time.monotonic())
+        now_s = time.monotonic()
+        if now_s >= tick_s:
+            tick_s = max(tick_s + STEP_S, now_s)
+            runner.tick(now_s)
+
+
+def _setup(argument: Mapping[str, Any]) -> Setup:
+    outline = argument["footprint"]
+    corners = tuple((float(x), float(y)) for x, y in outline["corners_m"])
+    footprint = Footprint(corners, Margins(*outline["margins_m"]))
+    return Setup(footprint, Path(argument["maps"]))
+
+
+def main() -> int:
+    """Entry of `python -m gazechair.producers.child JSON`: kind, lidars, fd, footprint, maps."""
+    argument = json.loads(sys.argv[1])
+    out = enter_child()
+    try:
+        run(argument, out)
+    except BrokenPipeError:
+        code = 0
+    except Exception as error:  # the daemon's log needs its line
+        sys.excepthook(type(error), error, error.__traceback__)
+        code = 1
+    sys.stderr.flush()
+    os._exit(code)  # a step that hangs holds no process
+
+
+if __name__ == "__main__":
+    sys.exit(main())

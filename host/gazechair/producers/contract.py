@@ -1,0 +1,87 @@
+"""The contract with a kind of producer: what it is given, and what it says in each step. Pure.
+
+A kind is one class, named in kinds.py. It runs in a child process of its own and is asked every
+50 ms while its mode is pressed. It has no clock, no thread and no pipe: child.py has those.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from gazechair.base.footprint import Footprint
+from gazechair.sensing.mapping.whereabouts import Whereabouts
+from gazechair.sensing.odometry.odometry import Estimate, Motion
+from gazechair.sensing.odometry.points import Piece
+
+STEP_S = 0.05
+"""From one step to the next."""
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What does not change while the process lives."""
+
+    footprint: Footprint
+    maps: Path
+    """The folder of the stored maps."""
+    thinker: Executor = field(default_factory=lambda: ThreadPoolExecutor(1))
+    """For what takes longer than a step."""
+
+
+@dataclass(frozen=True)
+class Press:
+    """What its person pressed."""
+
+    number: int
+    target: Mapping[str, Any]
+    """As the daemon's Targets gave it."""
+    settings: Mapping[str, int]
+    """The board's, by name: those that ChairNumbers asks for."""
+    may_reverse: bool
+    """Lidars see behind the chair."""
+    at_s: float
+
+
+@dataclass
+class Sensed:
+    """What has come since the step before, each in the order of its times."""
+
+    pieces: list[Piece] = field(default_factory=list)
+    estimates: list[Estimate] = field(default_factory=list)
+    motions: list[Motion] = field(default_factory=list)
+    where: Whereabouts | None = None
+    """The newest pose in a map; None: no newer one."""
+
+
+@dataclass(frozen=True)
+class Said:
+    """What a producer says in a step."""
+
+    stick: tuple[int, int] | None
+    """Permille, forward and left positive; None: this press is over."""
+    state: str = ""
+    """For the pages: "thinks", "drives", "waits", "blocked", "arrived" or "ended"."""
+    reason: str = ""
+    """Why it waits, is blocked or has ended: a key of the string tables."""
+    shown: Mapping[str, Any] = field(default_factory=dict)
+    """More for the pages, small: see docs/going.md."""
+
+
+class Producer(ABC):
+    """One kind. What it raises ends its process, which is started again."""
+
+    def __init__(self, setup: Setup) -> None:
+        self.setup = setup
+
+    @abstractmethod
+    def press(self, press: Press) -> None:
+        """Its mode was pressed anew: begin. What was before is over."""
+
+    @abstractmethod
+    def step(self, sensed: Sensed, now_s: float) -> Said:
+        """Every 50 ms while it is pressed. While one takes longer, the chair stands."""

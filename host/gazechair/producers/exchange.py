@@ -1,0 +1,58 @@
+"""What a producer's process and the daemon say to each other: small JSON, checked on arrival.
+
+Down, a word: {"at_s", "press", "target", "settings", "may_reverse"}, press 0 when nobody presses
+its mode. Up, a record: a plug-in's value, and what the pages are told beside it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from gazechair.plugins.contract import NOTHING, drive
+from gazechair.plugins.exchange import BadValue, Value
+from gazechair.producers.contract import Said
+
+WORD_OLD_S = 0.3
+"""A word that is older tells nothing of who presses."""
+LONGEST = 16384
+"""Bytes of a record."""
+STATES = ("thinks", "drives", "waits", "blocked", "arrived", "ended")
+_MOST_REASON = 40
+
+
+@dataclass(frozen=True)
+class Record:
+    """What arrived."""
+
+    value: bytes
+    """For plugins.producer.ModeProducer."""
+    state: str
+    reason: str
+    shown: Mapping[str, Any]
+
+
+def pack(born_s: float, press: int, said: Said) -> bytes:
+    """What its process says."""
+    intent = NOTHING if said.stick is None else drive(*said.stick)
+    value = Value(born_s, press, intent).pack().decode()
+    return json.dumps(
+        {"value": value, "state": said.state, "reason": said.reason, "shown": dict(said.shown)}
+    ).encode()
+
+
+def unpack(payload: bytes) -> Record:
+    """What it said. Raises BadValue."""
+    try:
+        fields = json.loads(payload)
+        value, shown = fields["value"].encode(), fields["shown"]
+        state, reason = fields["state"], fields["reason"]
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        raise BadValue("no record") from None
+    if state not in ("", *STATES) or not isinstance(shown, dict):
+        raise BadValue("a state that there is not")
+    if not isinstance(reason, str) or len(reason) > _MOST_REASON:
+        raise BadValue("a reason that there is not")
+    return Record(value, state, reason, shown)

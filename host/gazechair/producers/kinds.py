@@ -1,0 +1,19 @@
+"""The kinds of producers: where the class of each is."""
+
+from __future__ import annotations
+
+import importlib
+
+from gazechair.producers.contract import Producer, Setup
+
+KINDS = {
+    "place": "gazechair.producers.place:PlaceProducer",
+    "person": "gazechair.producers.person:PersonProducer",
+}
+
+
+def build(kind: str, setup: Setup) -> Producer:
+    """Import it here and nowhere else: what one kind needs, the others do not load."""
+    module, _, name = KINDS[kind].partition(":")
+    made: Producer = getattr(importlib.import_module(module), name)(setup)
+    return made

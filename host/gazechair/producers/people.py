@@ -1,0 +1,12 @@
+"""The tile that follows a person."""
+
+from __future__ import annotations
+
+from gazechair.producers.places import Target
+
+
+def people(allowed: bool) -> dict[str, Target]:
+    """Follow whoever stands in front; `allowed`: its driver may be moved by itself."""
+    if not allowed:
+        return {}
+    return {"follow-person": Target("Volg persoon", "", {}, "Follow person", "\U0001f6b6")}

@@ -1,0 +1,90 @@
+"""Kind "person": follows whoever stands in front of the chair when it is pressed, or comes there.
+
+Sight of the person is all it goes by: no map. What the lidar has seen in the seconds before the
+press counts, so somebody who has walked up to the chair is known at once.
+"""
+
+from __future__ import annotations
+
+import math
+
+from gazechair.following.follower import Followed, PersonFollower
+from gazechair.following.person import State
+from gazechair.following.request import STOP, Request
+from gazechair.following.turns import Turns
+from gazechair.going.chair_numbers import ChairNumbers
+from gazechair.producers.contract import Press, Producer, Said, Sensed, Setup
+
+SIGHT_LOST = "person_no_sight"
+"""No turn of the lidar, or no pose by odometry, in time."""
+UNSEEN = "person_unseen_behind"
+"""No lidar sees behind the chair: the board permits no turn, and the chair would just stand."""
+OLD_S = 0.25
+"""A turn that is older asks for nothing."""
+_GONE_S = 1.0  # older: the press is over
+_BEGINS_S = 1.5  # after the press, until the first turn
+_STATES = {State.CHOOSING: "waits", State.FOLLOWS: "drives", State.HIDDEN: "waits"}
+_REASONS = {
+    State.NOBODY: "person_nobody",
+    State.CHOOSING: "person_choosing",
+    State.FOLLOWS: "person_follows",
+    State.HIDDEN: "person_hidden",
+    State.LOST: "person_lost",
+    State.UNSURE: "person_unsure",
+}
+
+
+class PersonProducer(Producer):
+    """One person after another."""
+
+    def __init__(self, setup: Setup) -> None:
+        super().__init__(setup)
+        self._front_m = float(setup.footprint.body[:, 0].max())
+        self._turns = Turns()
+        self._follower = PersonFollower(front_m=self._front_m)
+        self._said = Followed(State.NOBODY, STOP, None)
+        self._track: int | None = None
+        self._may_turn = False
+        self._begun_s = self._seen_s = 0.0
+
+    def press(self, press: Press) -> None:
+        self._numbers = ChairNumbers.of(press.settings)
+        self._may_turn = press.may_reverse
+        self._begin(press.at_s)
+
+    def step(self, sensed: Sensed, now_s: float) -> Said:
+        if not self._may_turn:
+            return Said(None, "ended", UNSEEN)
+        for piece in sensed.pieces:
+            self._turns.piece(piece)
+        for turn in filter(None, map(self._turns.estimate, sensed.estimates)):
+            if turn.track != self._track:
+                if self._said.state is not State.CHOOSING:
+                    return Said(None, "ended", SIGHT_LOST)  # odometry began afresh
+                self._begin(self._begun_s)
+                self._track = turn.track
+            self._seen_s = turn.scan.at_s
+            self._said = self._follower.look(turn.scan, turn.pose)
+        late_s = now_s - max(self._seen_s, self._begun_s + _BEGINS_S - _GONE_S)
+        if late_s > _GONE_S:
+            return Said(None, "ended", SIGHT_LOST)
+        state = self._said.state
+        if state not in _STATES:
+            return Said(None, "ended", _REASONS[state])
+        if late_s > OLD_S:
+            return Said((0, 0), "waits", SIGHT_LOST)
+        return Said(self._stick(self._said.request), _STATES[state], _REASONS[state])
+
+    def _begin(self, at_s: float) -> None:
+        self._follower = PersonFollower(front_m=self._front_m)
+        self._follower.choose(at_s)
+        self._said = Followed(State.CHOOSING, STOP, None)
+        self._track = None
+        self._begun_s, self._seen_s = at_s, -math.inf
+
+    def _stick(self, request: Request) -> tuple[int, int]:
+        numbers = self._numbers
+        return (
+            numbers.linear_permille(min(request.linear_m_s, numbers.most_m_s)),
+            numbers.turn_permille(math.degrees(request.yaw_rad_s)),
+        )

@@ -1,0 +1,86 @@
+"""Which places the driver can be taken to now: the tiles, and what each means."""
+
+from __future__ import annotations
+
+import math
+import re
+import time
+import zlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from gazechair.base.latest_value import Clock
+from gazechair.sensing.mapping.places import Place
+from gazechair.sensing.mapping.store import MapStore, Stored
+
+_PREFIX = "to"
+_KEPT_S = 20.0  # the tiles of a map that the chair is not known to be in any more
+_MODE = re.compile(r"[\w-]{1,20}")  # as messages.parse takes it
+
+
+@dataclass(frozen=True)
+class Target:
+    """One tile of a producer."""
+
+    name: str
+    """As people call it."""
+    icon: str
+    """One of places.ICONS."""
+    more: Mapping[str, Any]
+    """What its producer is told; what changes here ends a motion there."""
+    english: str = ""
+    """Its name in English, where it is not one that people gave it."""
+    letters: str = ""
+    """Characters that are drawn where `icon` is empty."""
+
+
+class Places:
+    """The places of the map that the chair is in."""
+
+    def __init__(
+        self,
+        store: MapStore,
+        here: Callable[[], str],
+        allowed: Callable[[], bool],
+        clock: Clock = time.monotonic,
+    ) -> None:
+        """`here`: the id of that map, "" unknown; `allowed`: its driver may be taken there."""
+        self._store = store
+        self._here = here
+        self._allowed = allowed
+        self._clock = clock
+        self._known, self._known_s = "", -math.inf
+
+    def __call__(self) -> dict[str, Target]:
+        """By the name of their mode, which no other map's place has."""
+        map_ = self._map() if self._allowed() else ""
+        stored = self._store.get(map_) if map_ else None
+        if stored is None or stored.map is None:
+            return {}
+        drawn = f"{stored.map.drawn.no_go}"
+        mark = f"{zlib.crc32(stored.id.encode()):08x}"
+        found = {
+            f"{_PREFIX}-{mark}-{place.number}": _target(stored, place, drawn)
+            for place in stored.map.drawn.places
+        }
+        return {mode: target for mode, target in found.items() if _MODE.fullmatch(mode)}
+
+    def _map(self) -> str:
+        """The present one; for a moment, the one before: no tile flickers with the pose."""
+        here = self._here()
+        if here or self._clock() > self._known_s + _KEPT_S:
+            self._known, self._known_s = here, self._clock()
+        return self._known
+
+
+def _target(stored: Stored, place: Place, drawn: str) -> Target:
+    spot = place.spot
+    more = {
+        "map": stored.id,
+        "x": spot.x_m,
+        "y": spot.y_m,
+        "heading": spot.heading_deg,
+        "drawn": zlib.crc32(drawn.encode()),
+    }
+    return Target(place.name, place.icon, more)

@@ -1,0 +1,76 @@
+"""All producers of the daemon: one thread that follows what is pressed."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from gazechair.base.health import Health
+from gazechair.config.configuration import LidarConfig
+from gazechair.producers.board_settings import BoardSettings, Link
+from gazechair.producers.service import Port, ProducerService
+
+_LOOK_S = 0.004  # while a mode of theirs is pressed
+_IDLE_LOOK_S = 0.02
+
+
+class Producers:
+    """Starts and stops them, and ticks them."""
+
+    def __init__(self, services: Sequence[ProducerService]) -> None:
+        self.services = tuple(services)
+        self._settings: BoardSettings
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="producers", daemon=True)
+
+    def connect(self, port: Port, link: Link) -> None:
+        """Before the start."""
+        self._settings = BoardSettings(link)
+
+        def override() -> str:
+            state = link.state()
+            return "" if state is None else str(state.override_name)
+
+        for service in self.services:
+            service.connect(port, lambda: self._settings.known, override)
+
+    def start(self, start: Callable[[ProducerService, Health], None]) -> None:
+        """Start each of them by `start`, which turns a failure into its health."""
+        for service in self.services:
+            start(service, service.health)
+        if self.services:
+            self._thread.start()
+
+    def stop(self) -> None:
+        """End all processes and the thread."""
+        self._stopping.set()
+        if self._thread.is_alive():
+            self._thread.join(5.0)
+        for service in self.services:
+            service.stop()
+
+    def renew(self, lidars: tuple[LidarConfig, ...]) -> None:
+        """With these lidars in place of those before."""
+        for service in self.services:
+            service.renew(lidars)
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Every tile."""
+        return [row for service in self.services for row in service.rows()]
+
+    def news(self) -> dict[str, Any] | None:
+        """Of the motion that goes on, else of the newest that has ended."""
+        told = [news for service in self.services if (news := service.news()) is not None]
+        told.sort(key=lambda one: one["state"] in ("arrived", "ended"))
+        return told[0] if told else None
+
+    def _run(self) -> None:
+        pause_s = _IDLE_LOOK_S
+        while not self._stopping.wait(pause_s):
+            for service in self.services:
+                service.tick()
+            rides = any(service.rides for service in self.services)
+            pause_s = _LOOK_S if rides else _IDLE_LOOK_S
+            if not rides:
+                self._settings.refresh()

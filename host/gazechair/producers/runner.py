@@ -1,0 +1,130 @@
+"""A producer's process without its pipes: takes words and datagrams, steps the kind, says values.
+
+A step that takes longer than a value lives goes on in a thread of its own; meanwhile the chair
+stands, and this says so.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from concurrent.futures import Executor, Future, wait
+from typing import Any, Protocol
+
+from gazechair.producers.contract import Press, Producer, Said, Sensed
+from gazechair.producers.exchange import WORD_OLD_S, pack
+from gazechair.sensing.mapping.whereabouts import Whereabouts
+from gazechair.sensing.odometry.child import Lidars
+from gazechair.sensing.odometry.inbox import HalfTurn
+from gazechair.sensing.odometry.odometry import Estimate, Motion
+from gazechair.sensing.odometry.points import Piece
+
+PULSE_S = 0.25
+_WAITS_S = 0.03  # for a step, before it says that it thinks
+_HANGS_S = 20.0  # a step
+_OLD_S = 0.5  # what waited in the inbox that long is of no use
+_KEPT = 64
+_IDLE = Said(None)
+_STANDS = (0, 0)
+
+
+class Out(Protocol):
+    """Where it reports to; see RecordWriter."""
+
+    def data(self, payload: bytes) -> None: ...
+
+
+class Runner:
+    """Feed it `word` and `heard`, and `tick` it every STEP_S. What hangs or raises ends it."""
+
+    def __init__(self, producer: Producer, lidars: Lidars, out: Out, thinker: Executor) -> None:
+        """`thinker`: runs one step at a time."""
+        self._producer = producer
+        self._lidars = lidars
+        self._out = out
+        self._thinker = thinker
+        self._press: Press | None = None
+        self._begun = 0  # the press that the kind knows of
+        self._over = 0  # the press that the kind has ended
+        self._step: Future[Said] | None = None
+        self._step_of, self._step_s = 0, 0.0
+        self._shown = _IDLE
+        self._pieces: deque[Piece] = deque(maxlen=_KEPT)
+        self._estimates: deque[Estimate] = deque(maxlen=_KEPT)
+        self._motions: deque[Motion] = deque(maxlen=_KEPT)
+        self._where: Whereabouts | None = None
+        self._word_s = self._said_s = float("-inf")
+
+    def word(self, word: Mapping[str, Any]) -> None:
+        """What the daemon says; see exchange."""
+        self._word_s = float(word["at_s"])
+        number = int(word["press"])
+        if number == 0:
+            self._press = None
+        elif self._press is None or self._press.number != number:
+            more = word["target"], word["settings"], word["may_reverse"]
+            self._press = Press(number, *more, self._word_s)
+
+    def heard(self, said: HalfTurn | Motion | Estimate | Whereabouts | None, now_s: float) -> None:
+        """What came through the inbox."""
+        if isinstance(said, HalfTurn):
+            piece = self._lidars.piece(said) if said.last_s > now_s - _OLD_S else None
+            if piece is not None:
+                self._pieces.append(piece)
+        elif isinstance(said, Estimate):
+            self._estimates.append(said)
+        elif isinstance(said, Motion):
+            self._motions.append(said)
+        elif isinstance(said, Whereabouts):
+            self._where = said
+
+    def tick(self, now_s: float) -> None:
+        """Say what is to be said now. Raises what the kind raises, RuntimeError when it hangs."""
+        press = self._press if now_s - self._word_s <= WORD_OLD_S else None
+        if self._step is None and press is not None and press.number != self._over:
+            self._begin(press, now_s)
+        if self._step is not None:
+            wait((self._step,), _WAITS_S)
+            if self._step.done():
+                self._finish(press)
+                return
+            if now_s - self._step_s > _HANGS_S:
+                raise RuntimeError(f"a step takes longer than {_HANGS_S:g} s")
+        if press is not None and press.number == self._over:
+            self._say(now_s, press.number, self._shown)  # again: only the newest record is read
+        elif press is not None:
+            mine = self._shown if self._begun == press.number else _IDLE
+            self._say(now_s, press.number, Said(_STANDS, "thinks", mine.reason, mine.shown))
+        elif now_s >= self._said_s + PULSE_S:  # alive, though nobody presses
+            self._say(now_s, 0, _IDLE)
+
+    def _begin(self, press: Press, now_s: float) -> None:
+        sensed = Sensed(list(self._pieces), list(self._estimates), list(self._motions), self._where)
+        for kept in (self._pieces, self._estimates, self._motions):
+            kept.clear()
+        self._where = None
+        anew, self._begun = press.number != self._begun, press.number
+        if anew:
+            self._shown = _IDLE
+
+        def work() -> Said:
+            if anew:
+                self._producer.press(press)
+            return self._producer.step(sensed, now_s)
+
+        self._step_of, self._step_s = press.number, now_s
+        self._step = self._thinker.submit(work)
+
+    def _finish(self, press: Press | None) -> None:
+        assert self._step is not None
+        said, self._step = self._step.result(), None
+        if press is None or press.number != self._step_of:
+            return  # it was for a press that is over
+        self._shown = said
+        if said.stick is None:
+            self._over = press.number
+        self._say(self._step_s, press.number, said)
+
+    def _say(self, born_s: float, press: int, said: Said) -> None:
+        self._said_s = born_s
+        self._out.data(pack(born_s, press, said))

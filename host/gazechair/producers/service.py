@@ -1,0 +1,288 @@
+"""A producer's part in the daemon: its child process, its tiles, and what pages are told of it."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+from gazechair.base import health as states
+from gazechair.base.health import Health
+from gazechair.base.latest_value import Clock
+from gazechair.base.reasons import PLUGIN
+from gazechair.base.supervisor import Status
+from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.driving.world import World
+from gazechair.plugins import producer
+from gazechair.plugins.child import LOST
+from gazechair.producers import exchange
+from gazechair.producers.places import Target
+from gazechair.sensing.mapping.whereabouts import Whereabouts, pack
+from gazechair.sensing.odometry import inbox
+from gazechair.sensing.odometry.inbox_service import InboxService
+from gazechair.sensing.odometry.odometry import Estimate
+
+# Why a motion ended, besides what its producer and the board say.
+STOPPED, CHANGED, FAILED = "going_stopped", "going_changed", "going_failed"
+_BOARD_SAYS = ("supervision_lost", "auto_overruled", "auto_limit")
+
+_OFFER_S = 0.25  # from one look at what can be chosen to the next
+_WORD_S = 0.018  # 50 a second, and never late for one
+_IDLE_WORD_S = 0.1
+_TOLD_S = 60.0  # the end of a motion
+_LATE_S = 0.12  # without a value for so long, its producer is the reason
+_NICE = 5  # what computes does not take the processor from those who stop the chair
+
+
+Settings = Callable[[], Mapping[str, int] | None]
+
+
+class Port(producer.Port, Protocol):
+    """What it needs of Control."""
+
+    def offer_mode(self, mode: str, tile: dict[str, Any] | None) -> None: ...
+    def world(self) -> World: ...
+
+
+@dataclass
+class _Ride:
+    """One press of one of its tiles."""
+
+    mode: str
+    number: int
+    target: Target
+    judge: producer.ModeProducer
+    record: exchange.Record | None = None
+    said_s: float = 0.0
+    ended_s: float | None = None
+    reason: str = ""
+    removed: bool = False
+    settings: Mapping[str, int] = field(default_factory=dict)
+
+
+class ProducerService(InboxService):
+    """One kind. Nothing here waits for it, and nothing that drives the chair by hand needs it."""
+
+    def __init__(
+        self,
+        kind: str,
+        lidars: tuple[LidarConfig, ...],
+        setup: Mapping[str, Any],
+        health: Health,
+        targets: Callable[[], Mapping[str, Target]],
+        clock: Clock = time.monotonic,
+    ) -> None:
+        """`setup` of the child, see child_setup; `targets`: what can be chosen now, by the name of
+        its mode."""
+        super().__init__(lidars)
+        self.kind = kind
+        self.health = health
+        self._setup = setup
+        self._targets = targets
+        self._port: Port
+        self._settings: Settings
+        self._override: Callable[[], str]
+        self._clock = clock
+        self._lock = threading.RLock()
+        self._lives = False
+        self._shown: dict[str, Target] = {}
+        self._offered: dict[str, Target] = {}  # of those, what can be pressed
+        self._offer_s = self._word_s = float("-inf")
+        self._state_s = 0.0
+        self._ride: _Ride | None = None  # the newest, over or not
+
+    def connect(self, port: Port, settings: Settings, override: Callable[[], str]) -> None:
+        """Before the start. `settings`: the board's, None: not known; `override`: what the board
+        says of its newest press."""
+        self._port, self._settings, self._override = port, settings, override
+
+    def start(self) -> None:
+        """Start the child process."""
+        self._supervise(
+            "gazechair.producers.child",
+            PLUGIN,
+            {"kind": self.kind, **self._setup},
+            lost_reason=LOST,
+            listens=True,
+            longest=exchange.LONGEST,
+            nice=_NICE,
+            name=self.health.name,
+        )
+
+    def stop(self) -> None:
+        """End the child process, and what it moves."""
+        super().stop()
+        self._dies()
+
+    # What it is fed beside what the lidars' child and the board write
+
+    def estimate(self, estimate: Estimate) -> None:
+        """What odometry says. Never waits."""
+        inbox.send(self.inbox_fd, inbox.pack_estimate(estimate))
+
+    def where(self, where: Whereabouts) -> None:
+        """What mapping says. Never waits."""
+        inbox.send(self.inbox_fd, pack(where))
+
+    # What pages are told
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Its tiles, as plug-ins' rows; `sign`: one of places.ICONS."""
+        now = self.health.now()
+        with self._lock:
+            return [
+                {
+                    "kind": "place",
+                    "name": mode,
+                    "icon": target.letters,
+                    "sign": target.icon,
+                    "names": {"nl": target.name, "en": target.english or target.name},
+                    "state": now.state,
+                    "reason": now.reason,
+                    "detail": "",
+                    "again": None,
+                }
+                for mode, target in self._shown.items()
+            ]
+
+    def news(self) -> dict[str, Any] | None:
+        """Of the newest motion: goal, way, how it goes or why it ended; None: none lately."""
+        with self._lock:
+            ride = self._ride
+            if ride is None:
+                return None
+            if ride.ended_s is not None and self._clock() - ride.ended_s > _TOLD_S:
+                return None
+            record = ride.record
+            state = "thinks" if record is None else record.state
+            if ride.ended_s is not None:
+                state = "arrived" if state == "arrived" else "ended"
+            reason = ride.reason or ("" if record is None else record.reason)
+            return {
+                **(dict(record.shown) if record is not None else {}),
+                "kind": self.kind,
+                "mode": ride.mode,
+                "name": ride.target.name,
+                "state": state,
+                "reason": "" if state == "arrived" else reason,
+                "goal": {key: ride.target.more[key] for key in _SHOWN if key in ride.target.more},
+            }
+
+    # What happens
+
+    def tick(self) -> None:
+        """Often: 250 times a second while its mode is pressed, 50 times else."""
+        with self._lock:
+            now_s = self._clock()
+            if now_s >= self._offer_s + _OFFER_S:
+                self._offer_s = now_s
+                self._offer()
+            world = self._port.world()
+            self._follow(world, now_s)
+            self._tell(world, now_s)
+
+    @property
+    def rides(self) -> bool:
+        """Its mode is pressed."""
+        return self._ride is not None and self._ride.ended_s is None
+
+    def _offer(self) -> None:
+        self._shown = dict(self._targets()) if self._settings() else {}
+        wanted = self._shown if self._lives else {}
+        for mode, target in list(self._offered.items()):
+            if wanted.get(mode) != target:
+                del self._offered[mode]
+                if self.rides and self._ride is not None and self._ride.mode == mode:
+                    self._ride.removed = True
+                self._port.offer_mode(mode, None)
+        for mode, target in wanted.items():
+            if mode not in self._offered:
+                self._offered[mode] = target
+                self._port.offer_mode(mode, {"auto": True})
+
+    def _follow(self, world: World, now_s: float) -> None:
+        ride = self._ride
+        if ride is not None and ride.ended_s is None:
+            if (ride.mode, ride.number) == (world.mode, world.press):
+                return
+            self._end(ride, now_s)
+        target = self._offered.get(world.mode)
+        if target is None or (ride is not None and ride.number == world.press):
+            return
+        judge = producer.ModeProducer(self._port, world.mode, self._clock, auto=True)
+        settings = self._settings() or {}
+        self._ride = _Ride(world.mode, world.press, target, judge, said_s=now_s, settings=settings)
+        self._word_s = float("-inf")
+
+    def _end(self, ride: _Ride, now_s: float) -> None:
+        ride.ended_s = now_s
+        self._word_s = float("-inf")
+        if ride.record is not None and ride.record.state in ("arrived", "ended"):
+            return
+        override = self._override()
+        if not self._lives or (override not in _BOARD_SAYS and now_s - ride.said_s > _LATE_S):
+            ride.reason = FAILED
+        elif ride.removed:
+            ride.reason = CHANGED
+        else:
+            ride.reason = override if override in _BOARD_SAYS else STOPPED
+
+    def _tell(self, world: World, now_s: float) -> None:
+        rides = self.rides
+        if rides and (world.state_s == self._state_s or now_s - self._word_s < _WORD_S):
+            return
+        if not rides and now_s - self._word_s < _IDLE_WORD_S:
+            return
+        self._word_s, self._state_s = now_s, world.state_s
+        word: dict[str, Any] = {"at_s": now_s, "press": 0}
+        if rides and self._ride is not None:
+            word |= {
+                "at_s": world.state_s,  # a board that is silent is no reason to drive on
+                "press": self._ride.number,
+                "target": dict(self._ride.target.more),
+                "settings": dict(self._ride.settings),
+                "may_reverse": world.view["backward"] != "unseen",
+            }
+        self._say(json.dumps(word).encode())
+
+    def _say(self, word: bytes) -> None:
+        if self._supervisor is not None:
+            self._supervisor.tell(word)
+
+    def _on_data(self, payload: bytes) -> None:
+        record = exchange.unpack(payload)
+        with self._lock:
+            if not self._lives:
+                self._lives = True
+                self._offer()
+            ride = self._ride
+            if ride is not None and ride.ended_s is None:
+                value = ride.judge.take(record.value, record.state == "arrived")
+                if value.press == ride.number:
+                    ride.record, ride.said_s = record, self._clock()
+        self.health.set(states.OK)
+
+    def _on_status(self, status: Status) -> None:
+        if status.state == states.LOST:
+            self._dies()
+        reason = f"plugin_{status.how}" if status.how else status.reason
+        self.health.set(status.state, reason, status.detail)
+
+    def _dies(self) -> None:
+        with self._lock:
+            self._lives = False
+            self._offer()
+
+
+_SHOWN = ("map", "x", "y", "heading")
+
+
+def child_setup(footprint: FootprintConfig, maps: Path) -> dict[str, Any]:
+    """What a child needs; `maps`: the folder of the stored maps."""
+    margins = footprint.front_margin_m, footprint.side_margin_m, footprint.rear_margin_m
+    outline = {"corners_m": footprint.corners_m, "margins_m": margins}
+    return {"footprint": outline, "maps": str(maps)}

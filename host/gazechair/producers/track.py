@@ -1,0 +1,73 @@
+"""Where the chair is in a map at this moment: the map's newest pose, carried on by odometry."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterable
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.sensing.mapping.poses import between, compose
+from gazechair.sensing.mapping.whereabouts import Whereabouts
+from gazechair.sensing.odometry import doubts
+from gazechair.sensing.odometry.odometry import Estimate
+
+POSE_OLD_S = 0.35
+"""A map's pose that is older is lost: the motion must end within 0.5 s."""
+_ESTIMATE_OLD_S = 0.25
+_SIGMA_M, _SIGMA_DEG = 0.12, 3.0  # known worse, it is not known
+_SAME_S = 1e-3
+_DOUBTED = frozenset((doubts.LITTLE, doubts.LATE, doubts.CARRIED, doubts.LOST))
+_KEPT = 64
+
+
+class MapTrack:
+    """Feed it what comes; ask for the pose in one map."""
+
+    def __init__(self) -> None:
+        self._estimates: deque[Estimate] = deque(maxlen=_KEPT)
+        self._where: Whereabouts | None = None
+        self._frame: FloatArray | None = None  # odometry's frame in the map's
+
+    def take(self, estimates: Iterable[Estimate], where: Whereabouts | None) -> None:
+        """What is new."""
+        for estimate in estimates:
+            if self._estimates and estimate.track != self._estimates[-1].track:
+                self._estimates.clear()
+                self._where = None  # carried on from nothing
+            self._estimates.append(estimate)
+        if where is not None:
+            self._place(where)
+
+    def _place(self, where: Whereabouts) -> None:
+        near = min(self._estimates, key=lambda one: abs(one.time_s - where.time_s), default=None)
+        if near is None or abs(near.time_s - where.time_s) > _SAME_S:
+            return
+        in_map = np.array((where.x_m, where.y_m, math.radians(where.heading_deg)))
+        self._frame = compose(in_map, between(pose_of(near), np.zeros(3)))
+        self._where = where
+
+    @property
+    def newest(self) -> Estimate | None:
+        """Of odometry."""
+        return self._estimates[-1] if self._estimates else None
+
+    def pose(self, map_: str, now_s: float) -> FloatArray | None:
+        """(3,) at the time of `newest`, in that map; None: it is not known well enough."""
+        where, newest = self._where, self.newest
+        if where is None or newest is None or self._frame is None or where.map != map_:
+            return None
+        if now_s - where.time_s > POSE_OLD_S or now_s - newest.time_s > _ESTIMATE_OLD_S:
+            return None
+        if where.sigma_m > _SIGMA_M or where.sigma_deg > _SIGMA_DEG:
+            return None
+        if _DOUBTED.intersection(newest.doubts):
+            return None
+        return compose(self._frame, pose_of(newest))
+
+
+def pose_of(estimate: Estimate) -> FloatArray:
+    """In odometry's frame."""
+    return np.array((estimate.x_m, estimate.y_m, math.radians(estimate.heading_deg)))

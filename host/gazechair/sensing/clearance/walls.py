@@ -1,0 +1,32 @@
+"""Tells a stretch of wall from a person: one lidar sees it through a door, another sees it go on.
+
+Through an opening a lidar sees a piece of the wall behind as wide as a person. It is none when the
+other lidar sees a flat surface there that continues on both sides. Somebody who leans against that
+wall stands out from it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+
+_AROUND_M = 0.7  # of the wall, on both sides of the piece's middle
+_FLAT_M = 0.03
+_BEYOND_M = 0.1
+_LEAST_POINTS = 8
+
+
+def goes_on(piece_m: FloatArray, others_m: FloatArray) -> bool:
+    """Whether `piece_m` (N, 2) is part of a wall among `others_m`, what another lidar sees."""
+    middle = piece_m.mean(axis=0)
+    near = others_m[np.hypot(*(others_m - middle).T) < _AROUND_M]
+    if len(near) < _LEAST_POINTS:
+        return False
+    along = np.linalg.svd(piece_m - middle, full_matrices=False)[2][0]
+    off = np.abs((near - middle) @ (-along[1], along[0]))
+    if off.max() > _FLAT_M or np.abs((piece_m - middle) @ (-along[1], along[0])).max() > _FLAT_M:
+        return False
+    own, there = (piece_m - middle) @ along, (near - middle) @ along
+    ends = there.min() < own.min() - _BEYOND_M and there.max() > own.max() + _BEYOND_M
+    return bool(ends and np.diff(np.sort(there)).max() < 2.0 * _BEYOND_M)

@@ -1,0 +1,163 @@
+"""In which of the known maps is the chair, and where? Rather nowhere than in the wrong one.
+
+A pose counts when it fits one map alone. Where the chair was known before and odometry went on
+without a break, a pose elsewhere needs stronger evidence: an unmapped room may look like a mapped
+one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.sensing.mapping.localization import Localization, Location
+from gazechair.sensing.mapping.looks import Seen
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.poses import between, compose
+
+# Since it was last known, odometry may be off by so much, and by a share of the distance driven.
+_OFF_M, _OFF_SHARE, _OFF_RAD = 0.5, 0.05, math.radians(10.0)
+_ELSEWHERE_EXPLAINED, _ELSEWHERE_THROUGH = 0.8, 0.02
+
+
+@dataclass
+class _Sheet:
+    grid: OccupancyGrid
+    localization: Localization
+
+
+@dataclass
+class _Known:
+    """Where the chair was when it was last known."""
+
+    id: str
+    pose: FloatArray
+    odometry: FloatArray
+    track: int
+    driven_m: float = 0.0
+
+
+class Atlas:
+    """Feed it looks; `location` tells where the chair is, `id` in which map; "": not known."""
+
+    def __init__(self, alive: Callable[[], None] = lambda: None) -> None:
+        """`alive` is called whenever a map has been searched: many take long."""
+        self._alive = alive
+        self._sheets: dict[str, _Sheet] = {}
+        self._last: _Known | None = None
+        self._odometry: FloatArray | None = None
+        self._track = 0
+        self.id = ""
+        self.searched = False
+        """Whether the newest look was searched in whole maps."""
+
+    @property
+    def ids(self) -> list[str]:
+        """The maps that it knows."""
+        return list(self._sheets)
+
+    @property
+    def location(self) -> Location | None:
+        """None: not known."""
+        return self._sheets[self.id].localization.location if self.id else None
+
+    def know(self, grids: Mapping[str, OccupancyGrid]) -> None:
+        """These are the maps from now on; ValueError never: an empty one is left out."""
+        for id_ in [one for one in self._sheets if one not in grids]:
+            del self._sheets[id_]
+        for id_, grid in grids.items():
+            known = self._sheets.get(id_)
+            if known is not None and _same(known.grid, grid):
+                continue
+            self._sheets.pop(id_, None)
+            if grid.occupied.any():
+                self._sheets[id_] = _Sheet(grid, Localization(grid))
+        if self.id not in self._sheets or self.location is None:
+            self.id = ""
+        if self._last is not None and self._last.id not in self._sheets:
+            self._last = None
+
+    def look(self, seen: Seen) -> Location | None:
+        """The location after this look."""
+        track = seen.estimate.track
+        if self._odometry is not None and track != self._track:
+            self.forget()  # carried, or odometry has lost itself
+        self._advance(seen.odometry, track)
+        at_s, self.searched = seen.estimate.time_s, False
+        if self.id:
+            location = self._sheets[self.id].localization.look(seen.look, seen.odometry, at_s)
+            if location is not None:
+                self._last = _Known(self.id, location.pose, seen.odometry, track)
+                return location
+            self.id = ""
+            self._forget_looks()
+            return None
+        for id_, sheet in self._sheets.items():
+            found = sheet.localization.look(seen.look, seen.odometry, at_s)
+            self.searched = self.searched or sheet.localization.searched
+            self._alive()
+            if found is not None:
+                return self._settle(id_, found, seen)
+        return None
+
+    def place(self, id_: str, pose: FloatArray, odometry: FloatArray, track: int) -> None:
+        """The chair is there: it has just made this map."""
+        self.forget()
+        if id_ in self._sheets:
+            self._sheets[id_].localization.place(pose, odometry)
+            self.id, self._odometry, self._track = id_, odometry, track
+            self._last = _Known(id_, pose, odometry, track)
+
+    def forget(self) -> None:
+        """Begin anew: nothing of what was known counts."""
+        self.id, self._last, self._odometry = "", None, None
+        self._forget_looks()
+
+    def _settle(self, id_: str, found: Location, seen: Seen) -> Location | None:
+        rivals = (
+            other.localization.fits_as_well(found, seen.odometry)
+            for one, other in self._sheets.items()
+            if one != id_
+        )
+        if not self._expected(id_, found, seen.odometry) or any(rivals):
+            self._forget_looks()
+            return None
+        self.id = id_
+        self._last = _Known(id_, found.pose, seen.odometry, seen.estimate.track)
+        return found
+
+    def _expected(self, id_: str, found: Location, odometry: FloatArray) -> bool:
+        last = self._last
+        if last is None:
+            return True
+        if last.id == id_:
+            guess = compose(last.pose, between(last.odometry, odometry))
+            off = between(guess, found.pose)
+            off_m = math.hypot(off[0], off[1])
+            if off_m < _OFF_M + _OFF_SHARE * last.driven_m and abs(off[2]) < _OFF_RAD:
+                return True
+        evidence = found.evidence
+        return evidence.explained >= _ELSEWHERE_EXPLAINED and evidence.through <= _ELSEWHERE_THROUGH
+
+    def _advance(self, odometry: FloatArray, track: int) -> None:
+        if self._odometry is not None and self._last is not None:
+            moved = between(self._odometry, odometry)
+            self._last.driven_m += math.hypot(moved[0], moved[1])
+        self._odometry, self._track = odometry, track
+
+    def _forget_looks(self) -> None:
+        for sheet in self._sheets.values():
+            sheet.localization.forget()
+
+
+def _same(one: OccupancyGrid, other: OccupancyGrid) -> bool:
+    return one is other or (
+        one.cell_m == other.cell_m
+        and np.array_equal(one.low_m, other.low_m)
+        and np.array_equal(one.hits, other.hits)
+        and np.array_equal(one.passes, other.passes)
+    )

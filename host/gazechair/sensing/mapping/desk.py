@@ -1,0 +1,135 @@
+"""What caretakers do with maps, and what pages are told of them."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import Any
+
+from gazechair.sensing.mapping.picture import Picture, drawn
+from gazechair.sensing.mapping.places import EditRefused
+from gazechair.sensing.mapping.service import MappingService
+from gazechair.sensing.mapping.store import ACTS, MapStore, Stored
+
+_OLD_S = 1.0  # a pose
+
+
+class MapDesk:
+    """From any thread. `service` None: there is no lidar, so no map is made and no pose known."""
+
+    def __init__(self, store: MapStore, service: MappingService | None) -> None:
+        self._store = store
+        self._service = service
+        self._lock = threading.Lock()
+        self._drawn: tuple[Stored, Picture] | None = None  # the newest picture
+        store.tidy()
+
+    def as_json(self) -> dict[str, Any]:
+        """All maps, what is being made, and where the chair is."""
+        service = self._service
+        ended = service.ended if service is not None else None
+        return {
+            "state": service.state if service is not None else "off",
+            "wants": service.wants if service is not None else "know",
+            "making": service.making if service is not None else None,
+            "ended": vars(ended) if ended is not None else None,
+            "where": self.where(),
+            "maps": [_row(one) for one in self._store.all()],
+        }
+
+    def where(self) -> dict[str, Any] | None:
+        """The chair's pose; None: it does not know where it is."""
+        entry = self._service.latest.entry() if self._service is not None else None
+        if entry is None or time.monotonic() - entry.born_s > _OLD_S:
+            return None
+        one = entry.value
+        return {
+            "map": one.map,
+            "x": round(one.x_m, 3),
+            "y": round(one.y_m, 3),
+            "heading": round(one.heading_deg, 1),
+            "sigma": round(one.sigma_m, 3),
+            "sigma_deg": round(one.sigma_deg, 2),
+        }
+
+    def details(self, id_: str) -> dict[str, Any]:
+        """One map: where its picture lies, and what is drawn on it. Raises EditRefused."""
+        stored = self._usable(id_)
+        assert stored.map is not None
+        picture = self._picture(stored)
+        return {**_row(stored), "picture": picture.as_json(), **stored.map.drawn.as_json()}
+
+    def picture(self, id_: str) -> bytes:
+        """A map as PNG. Raises EditRefused."""
+        return self._picture(self._usable(id_)).png
+
+    def growing(self) -> Picture | None:
+        """The map that is being made; None before there is something to see."""
+        return self._service.picture if self._service is not None else None
+
+    def change(self, wish: dict[str, Any]) -> None:
+        """One act: of making, or on the map `map`. Raises EditRefused."""
+        acts = [key for key in wish if key != "map"]
+        if len(acts) != 1:
+            raise EditRefused("map_wish", "send one act")
+        (act,) = acts
+        value = wish[act]
+        if "map" not in wish:
+            self._making(act, value)
+            return
+        id_ = wish["map"]
+        if not isinstance(id_, str):
+            raise EditRefused("map_wish", '"map" is a text')
+        if act in ACTS:
+            self._store.draw(id_, act, value)
+        elif act == "rename":
+            self._store.rename(id_, value)
+        elif act == "delete" and value is True:
+            self._store.delete(id_)
+        else:
+            raise EditRefused("map_wish", f"there is no act {act!r}")
+
+    def _making(self, act: str, value: Any) -> None:
+        service = self._service
+        if act not in ("make", "save", "discard") or (act != "save" and value is not True):
+            raise EditRefused("map_wish", f"there is no act {act!r}")
+        if service is None:
+            raise EditRefused("map_no_lidar", "there is no lidar, or odometry is off")
+        if act == "make":
+            if len(self._store.all()) >= MapStore.MOST:
+                raise EditRefused("map_full", f"there are at most {MapStore.MOST} maps")
+            done = service.make()
+        elif act == "save":
+            name = self._store.check_name(value)
+            done = service.save(self._store.path_of_new(), name)
+        else:
+            done = service.discard()
+        if not done:
+            raise EditRefused("map_busy", f"it is doing something else: {service.wants}")
+
+    def _usable(self, id_: str) -> Stored:
+        stored = self._store.get(id_)
+        if stored is None:
+            raise EditRefused("map_gone", f"there is no map {id_!r} any more")
+        if stored.map is None:
+            raise EditRefused("map_damaged", stored.problem)
+        return stored
+
+    def _picture(self, stored: Stored) -> Picture:
+        assert stored.map is not None
+        with self._lock:
+            if self._drawn is None or self._drawn[0] is not stored:
+                self._drawn = stored, drawn(stored.map)
+            return self._drawn[1]
+
+
+def _row(stored: Stored) -> dict[str, Any]:
+    home = stored.map
+    problem = "map_before" if stored.problem else ""
+    return {
+        "map": stored.id,
+        "name": home.name if home is not None else "",
+        "made": home.made if home is not None else "",
+        "floor_m2": stored.floor_m2,
+        "problem": problem if home is not None else "map_damaged",
+    }

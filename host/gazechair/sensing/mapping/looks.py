@@ -1,0 +1,84 @@
+"""Looks at the home: the last turn of every lidar, de-skewed, at the pose that odometry gives."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.sensing.mapping.map_match import Look, together
+from gazechair.sensing.mapping.poses import between
+from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.points import Piece, seen_points
+
+_SAME_S = 1e-4
+_TURN_S = 0.11  # of a mirror, and a little
+_KEPT = 16  # pieces: of four lidars
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What is seen from the pose that an estimate gives."""
+
+    look: Look
+    odometry: FloatArray
+    """(3,): x, y in metres, heading in radians, full turns counted; in odometry's frame."""
+    estimate: Estimate
+
+
+class Looks:
+    """Feed it the pieces that odometry gets, and odometry's estimates."""
+
+    def __init__(self) -> None:
+        self._pieces: deque[Piece] = deque(maxlen=_KEPT)
+        self._known: deque[tuple[Piece, Estimate]] = deque(maxlen=_KEPT)
+
+    def piece(self, piece: Piece) -> None:
+        """A piece of a turn, whose estimate is still to come."""
+        self._pieces.append(piece)
+
+    def estimate(self, estimate: Estimate) -> bool:
+        """An estimate; True: `seen` tells what was seen there."""
+        if self._known and self._known[-1][1].track != estimate.track:
+            self._known.clear()
+        for piece in self._pieces:
+            if abs(piece.middle_s - estimate.time_s) < _SAME_S:
+                self._known.append((piece, estimate))
+                return True
+        return False
+
+    @property
+    def newest(self) -> Estimate:
+        """The newest estimate."""
+        return self._known[-1][1]
+
+    @property
+    def track(self) -> int:
+        """Of the newest estimate; see Estimate.track."""
+        return self.newest.track
+
+    @property
+    def pose(self) -> FloatArray:
+        """Of the newest estimate; see Seen.odometry."""
+        return _pose(self.newest)
+
+    def seen(self) -> Seen:
+        """Everything since one turn ago, as from the newest pose."""
+        newest = self.newest
+        here = self.pose
+        looks = []
+        for piece, estimate in self._known:
+            if estimate.time_s > newest.time_s - _TURN_S:
+                after_s = piece.times_s - estimate.time_s
+                turned = math.radians(estimate.yaw_rate_deg_s) * after_s
+                points, _ = seen_points(piece, turned, estimate.speed_m_s, estimate.sideways_m_s)
+                origins = np.tile(piece.origin_m, (len(points), 1))
+                looks.append(Look(points, origins).moved(between(here, _pose(estimate))))
+        return Seen(together(looks), here, newest)
+
+
+def _pose(estimate: Estimate) -> FloatArray:
+    return np.array((estimate.x_m, estimate.y_m, math.radians(estimate.heading_deg)))

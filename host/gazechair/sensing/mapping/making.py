@@ -1,0 +1,128 @@
+"""Making a map of a home during one drive: key scans, how it goes, and the map at the end."""
+
+from __future__ import annotations
+
+import math
+from datetime import datetime, timezone
+from typing import Any
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.sensing.mapping.home_map import HomeMap
+from gazechair.sensing.mapping.looks import Looks
+from gazechair.sensing.mapping.mapper import KEY_M, KEY_RAD, STEP_SIGMA_M, KeyScan, Mapper
+from gazechair.sensing.mapping.mirrors import without_mirrored
+from gazechair.sensing.mapping.occupancy_grid import occupancy_of
+from gazechair.sensing.mapping.poses import between, compose, rotation
+
+BROKEN = "broken"  # carried, or odometry has lost itself: what follows does not fit any more
+FULL = "full"
+SILENT = "silent"  # nothing comes from the lidars just now
+_MOST_KEYS = 3000
+_NEIGHBOUR_M = 0.2
+
+
+class Making:
+    """Feed it looks; `doubt` tells why it takes no more, "" while it does."""
+
+    def __init__(self) -> None:
+        self._mapper = Mapper()
+        self._track: int | None = None
+        self._turned_rad = 0.0  # of the map against the heading sensor: walls along its axes
+        self._along_m2 = 0.0
+        self._odometry: FloatArray = np.zeros(3)  # at the newest key scan
+        self._pose: FloatArray = np.zeros(3)
+        self.doubt = ""
+
+    @property
+    def keys(self) -> list[KeyScan]:
+        """What is collected."""
+        return self._mapper.keys
+
+    def take(self, looks: Looks) -> bool:
+        """The newest estimate and what was seen there; True: it became a key scan."""
+        track, pose = looks.track, looks.pose
+        if self._track is None:
+            self._track = track
+        if track != self._track:
+            self.doubt = BROKEN
+        elif len(self.keys) >= _MOST_KEYS:
+            self.doubt = FULL
+        if self.doubt:
+            return False
+        moved = between(self._odometry, pose)
+        if self.keys and math.hypot(moved[0], moved[1]) < KEY_M and abs(moved[2]) < KEY_RAD:
+            self._pose = compose(self.keys[-1].pose, moved)
+            return False
+        seen = looks.seen()
+        points = seen.look.points_m
+        if not len(points):
+            return False
+        if not self.keys:
+            self._turned_rad = -_slant(points, pose[2])
+        along_m2 = seen.estimate.along_sigma_m**2
+        sigma_m = max(STEP_SIGMA_M, math.sqrt(max(0.0, along_m2 - self._along_m2)))
+        heading = pose[2] + self._turned_rad
+        time_s = seen.estimate.time_s
+        taken = self._mapper.add(pose, points, heading, time_s, sigma_m, seen.look.origins_m)
+        if taken:
+            self._along_m2, self._odometry = along_m2, pose
+            self._pose = self.keys[-1].pose
+        return taken
+
+    def as_json(self) -> dict[str, Any]:
+        """How it goes, as plain JSON values."""
+        x_m, y_m, heading_rad = self._pose.tolist()
+        return {
+            "keys": len(self.keys),
+            "loops": self._mapper.loops,
+            "driven_m": round(self.keys[-1].driven_m, 1) if self.keys else 0.0,
+            "doubt": self.doubt,
+            "x": round(x_m, 3),
+            "y": round(y_m, 3),
+            "heading": round(math.degrees(heading_rad) % 360.0, 1),
+        }
+
+    def place(self, looks: Looks) -> FloatArray | None:
+        """Where the chair is now, in the finished map; None: it was carried."""
+        if not self.keys or looks.track != self._track or self.doubt == BROKEN:
+            return None
+        return compose(self.keys[-1].pose, between(self._odometry, looks.pose))
+
+    def finished(self, name: str) -> HomeMap:
+        """The map of it; takes a while. ValueError: too little was seen."""
+        self._mapper.finish()
+        if not self.keys:
+            raise ValueError("no lidar points to make a map of")
+        slant = _mean_slant([_fours(key.points_m, key.pose[2]) for key in self.keys])
+        upright = np.array((0.0, 0.0, -slant))
+        for key in self.keys:
+            key.pose = compose(upright, key.pose)
+        track = np.array([key.pose for key in self.keys])
+        grid = occupancy_of(self.keys)
+        if grid.occupied.any():
+            grid = occupancy_of(without_mirrored(self.keys, grid))
+        if not grid.occupied.any():
+            raise ValueError("too little was seen to make a map of")
+        made = datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
+        return HomeMap(name, grid, made, track)
+
+
+def _slant(points_m: FloatArray, heading_rad: float) -> float:
+    """How far most walls are turned from the axes, within an eighth of a turn."""
+    return _mean_slant([_fours(points_m, heading_rad)])
+
+
+def _fours(points_m: FloatArray, heading_rad: float) -> complex:
+    """Sum of the walls' directions, four times their angle: all sides of a room agree."""
+    steps = np.diff(points_m @ rotation(heading_rad).T, axis=0)
+    length = np.hypot(steps[:, 0], steps[:, 1])
+    near = (length > 0.0) & (length < _NEIGHBOUR_M)
+    angles = np.arctan2(steps[near, 1], steps[near, 0])
+    return complex((length[near] * np.exp(4j * angles)).sum())
+
+
+def _mean_slant(fours: list[complex]) -> float:
+    total = sum(fours)
+    return float(np.angle(total)) / 4.0 if total else 0.0

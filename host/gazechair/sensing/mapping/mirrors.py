@@ -1,0 +1,195 @@
+"""Finds mirrors along the walls of a finished map, and leaves out the rooms seen in them.
+
+What is seen in a mirror is the room before it once more, turned over at the mirror's line: where
+the ends of nearly all beams that cross a piece of a line, turned over there, lie on what is known
+before it, that piece is a mirror. A doorway is none: the chair has driven through it, or the room
+behind is another one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.sensing.mapping.mapper import KeyScan
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.poses import to_frame
+
+_MOST_BEAMS = 60_000  # looked at
+_LINE_M = 0.025  # from one line to the next
+_BEHIND_M = 0.12  # an end less far behind a line says nothing
+_NEAR_M = 0.075  # of what is known: an end that lies on it
+_BIN_M = 0.05
+_LEAST_ENDS = 1  # of beams in a bin
+_MATCHED = 0.9
+_SHORTEST_M, _LONGEST_M = 0.3, 3.0
+_DEEP_M = 0.4  # the room behind, on average: less is a niche, or what stands at the wall
+_SPREAD_M = 0.4  # of the depths: one wall alone may well be as far behind as another is before
+_LEAST_BEAMS = 60
+_OFF_M, _SHARPER = 0.15, 0.3  # so much fewer match at a line so far off
+_WALL_M, _WALL_SHARE = 0.35, 0.6  # a wall goes on so far at both ends
+_BEHIND_WALL_M = 0.0, 0.1  # a mirror hangs before its wall
+_WIDER_M = 0.1  # than what was found
+
+
+@dataclass(frozen=True)
+class Mirror:
+    """A piece of a line `axis` = `at_m` (0: x, 1: y), seen from the side `side` (-1: below)."""
+
+    axis: int
+    at_m: float
+    low_m: float
+    high_m: float
+    side: int
+    beams: int
+
+    def crossed(self, starts_m: FloatArray, ends_m: FloatArray) -> BoolArray:
+        """Which beams go through it."""
+        beyond, along = _crossing(self.axis, self.at_m, self.side, starts_m, ends_m)
+        inside = (along > self.low_m - _WIDER_M) & (along < self.high_m + _WIDER_M)
+        return np.asarray(beyond & inside)
+
+
+def without_mirrored(keys: Sequence[KeyScan], grid: OccupancyGrid) -> list[KeyScan]:
+    """The key scans without what they saw in mirrors."""
+    kept = list(keys)
+    for mirror in found(keys, grid):
+        for number, key in enumerate(kept):
+            beams = to_frame(key.origins_m, key.pose), to_frame(key.points_m, key.pose)
+            stays = ~mirror.crossed(*beams)
+            if not stays.all():
+                points, origins = key.points_m[stays], key.origins_m[stays]
+                kept[number] = replace(key, points_m=points, origins_m=origins)
+    return kept
+
+
+def found(keys: Sequence[KeyScan], grid: OccupancyGrid) -> list[Mirror]:
+    """The mirrors that these key scans show; the clearest first, none beside another."""
+    starts = np.concatenate([to_frame(key.origins_m, key.pose) for key in keys])
+    ends = np.concatenate([to_frame(key.points_m, key.pose) for key in keys])
+    every = max(1, len(ends) // _MOST_BEAMS)
+    starts, ends = starts[::every], ends[::every]
+    track = np.array([key.pose[:2] for key in keys])
+    known = _Known(grid)
+    candidates: list[Mirror] = []
+    for axis in (0, 1):
+        low, high = ends[:, axis].min(), ends[:, axis].max()
+        for at_m in np.arange(low, high, _LINE_M).tolist():
+            for side in (-1, 1):
+                candidates += _on_line(axis, at_m, side, starts, ends, known, track)
+    chosen: list[Mirror] = []
+    for one in sorted(candidates, key=lambda mirror: -mirror.beams):
+        if not any(_same_wall(one, other) for other in chosen):
+            chosen.append(one)
+    return chosen
+
+
+class _Known:
+    """Whether a place lies on what is occupied."""
+
+    def __init__(self, grid: OccupancyGrid) -> None:
+        reach = round(_NEAR_M / grid.cell_m)
+        wide = np.pad(grid.occupied, reach)
+        near = np.zeros(wide.shape, dtype=bool)
+        for di in range(-reach, reach + 1):
+            for dj in range(-reach, reach + 1):
+                near |= np.roll(wide, (di, dj), axis=(0, 1))
+        self._near: BoolArray = near
+        self._low_m, self._cell_m = grid.low_m - reach * grid.cell_m, grid.cell_m
+
+    def at(self, places_m: FloatArray) -> BoolArray:
+        """(N,), of places (N, 2)."""
+        cells = np.floor((places_m - self._low_m) / self._cell_m).astype(np.int64)
+        known = self._near
+        inside = np.asarray(((cells >= 0) & (cells < known.shape)).all(axis=1))
+        i, j = np.where(inside[:, None], cells, 0).T
+        return np.asarray(inside & known[i, j])
+
+
+def _on_line(
+    axis: int,
+    at_m: float,
+    side: int,
+    starts: FloatArray,
+    ends: FloatArray,
+    known: _Known,
+    track: FloatArray,
+) -> list[Mirror]:
+    beyond, along = _crossing(axis, at_m, side, starts, ends)
+    if np.count_nonzero(beyond) < _LEAST_BEAMS:
+        return []
+    along, behind = along[beyond], ends[beyond].copy()
+    depth = np.abs(behind[:, axis] - at_m)
+    behind[:, axis] = 2.0 * at_m - behind[:, axis]
+    matched = known.at(behind)
+    begin_m = float(along.min())
+    bins = ((along - begin_m) / _BIN_M).astype(np.int64)
+    count = np.bincount(bins)
+    share = np.bincount(bins, matched) / np.maximum(count, 1)
+    good = (count >= _LEAST_ENDS) & (share >= _MATCHED)
+    edges = np.flatnonzero(np.diff(np.pad(good, 1).astype(np.int8)))
+    mirrors = []
+    for first, last in zip(edges[::2], edges[1::2], strict=True):
+        low_m, high_m = begin_m + first * _BIN_M, begin_m + last * _BIN_M
+        inside = (bins >= first) & (bins < last)
+        if not _SHORTEST_M <= high_m - low_m <= _LONGEST_M or inside.sum() < _LEAST_BEAMS:
+            continue
+        if depth[inside].mean() < _DEEP_M or depth[inside].std() < _SPREAD_M:
+            continue
+        mirror = Mirror(axis, at_m, low_m, high_m, side, int(matched[inside].sum()))
+        if not _hangs(mirror, known):
+            continue
+        # Walls that run towards the line lie on themselves at any line near it.
+        elsewhere = []
+        for off_m in (-_OFF_M, _OFF_M):
+            moved = behind[inside]
+            moved[:, axis] += 2.0 * off_m
+            elsewhere.append(float(known.at(moved).mean()))
+        if float(matched[inside].mean()) - max(elsewhere) < _SHARPER:
+            continue
+        if not (mirror.crossed(track[:-1], track[1:]) | _driven(mirror, track)).any():
+            mirrors.append(mirror)
+    return mirrors
+
+
+def _hangs(mirror: Mirror, known: _Known) -> bool:
+    """A wall goes on at both of its ends."""
+    beside = np.arange(0.5 * _BIN_M, _WALL_M, 0.5 * _BIN_M)
+    for along in (mirror.low_m - beside, mirror.high_m + beside):
+        wall = np.zeros(len(along), dtype=bool)
+        for behind_m in _BEHIND_WALL_M:
+            at = np.full(len(along), mirror.at_m - mirror.side * behind_m)
+            places = np.stack((at, along) if mirror.axis == 0 else (along, at), axis=1)
+            wall |= known.at(places)
+        if wall.mean() < _WALL_SHARE:
+            return False
+    return True
+
+
+def _driven(mirror: Mirror, track: FloatArray) -> BoolArray:
+    """Key scans made right behind it: the chair was there."""
+    off = -mirror.side * (track[:-1, mirror.axis] - mirror.at_m)
+    along = track[:-1, 1 - mirror.axis]
+    return np.asarray(
+        (off > 0.0) & (off < _LONGEST_M) & (along > mirror.low_m) & (along < mirror.high_m)
+    )
+
+
+def _crossing(
+    axis: int, at_m: float, side: int, starts: FloatArray, ends: FloatArray
+) -> tuple[BoolArray, FloatArray]:
+    """Which beams come from `side` of the line and end behind it, and where all cross it."""
+    before, after = side * (starts[:, axis] - at_m), side * (ends[:, axis] - at_m)
+    beyond = (before > 0.0) & (after < -_BEHIND_M)
+    share = np.where(beyond, before / np.where(beyond, before - after, 1.0), 0.0)
+    other = 1 - axis
+    return beyond, starts[:, other] + share * (ends[:, other] - starts[:, other])
+
+
+def _same_wall(one: Mirror, other: Mirror) -> bool:
+    if one.axis != other.axis or abs(one.at_m - other.at_m) > 4.0 * _WIDER_M:
+        return False
+    return one.low_m < other.high_m and other.low_m < one.high_m

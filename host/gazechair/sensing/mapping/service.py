@@ -1,0 +1,194 @@
+"""Mapping's part in the daemon: its child process, its inbox, where the chair is in which map."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gazechair.base import health as states
+from gazechair.base.health import Health
+from gazechair.base.latest_value import Latest
+from gazechair.base.supervisor import Status
+from gazechair.config.configuration import LidarConfig
+from gazechair.sensing.mapping.picture import Picture
+from gazechair.sensing.mapping.whereabouts import Fix, Whereabouts, onward
+from gazechair.sensing.mapping.worker import AGAIN, UNKNOWN
+from gazechair.sensing.odometry import inbox
+from gazechair.sensing.odometry.inbox_service import InboxService
+from gazechair.sensing.odometry.odometry import Estimate
+
+LOST = "map_lost"
+NOWHERE = "map_unknown"
+DAMAGED = "map_damaged"
+_LASTS_S = 10.0  # until then nobody is told that it does not know
+_NICE = 10  # what drives the chair comes first, and odometry
+_PATIENCE_S = 20.0  # so it may wait for a processor, and is not hung
+
+
+@dataclass(frozen=True)
+class Ended:
+    """What became of a map that was to be made."""
+
+    reason: str
+    """A key of the texts; "": it is stored."""
+    detail: str
+    map: str
+
+
+class MappingService(InboxService):
+    """Nothing here waits for mapping, and nothing that drives the chair by hand needs it."""
+
+    def __init__(self, lidars: tuple[LidarConfig, ...], folder: Path, health: Health) -> None:
+        """`lidars`: in the order in which their scans are numbered; `folder`: of the maps."""
+        super().__init__(lidars)
+        self._folder = folder
+        self._health = health
+        self._lock = threading.Lock()
+        self._number = 0
+        self._wants = "know"
+        self._lost_s: float | None = None  # since when it does not know
+        self._listeners: list[Callable[[Whereabouts], None]] = []
+        self._fix: Fix | None = None
+        self.latest: Latest[Whereabouts] = Latest()
+        """As of odometry's newest estimate, and born with it; cleared when it does not know."""
+        self.state = UNKNOWN
+        self.making: dict[str, Any] | None = None
+        """How the map that is being made goes; see Making.as_json."""
+        self.ended: Ended | None = None
+        """Of the newest map that was to be made."""
+        self.picture: Picture | None = None
+        """Of the map that is being made."""
+
+    def subscribe(self, listener: Callable[[Whereabouts], None]) -> None:
+        """Before the start. `listener` gets each pose, on a thread that must not wait."""
+        self._listeners.append(listener)
+
+    def start(self) -> None:
+        """Start the child process."""
+        self._supervise(
+            "gazechair.sensing.mapping.child",
+            "map",
+            {"folder": str(self._folder)},
+            lost_reason=LOST,
+            listens=True,
+            nice=_NICE,
+            patience_s=_PATIENCE_S,
+            on_facts=self._on_facts,
+        )
+
+    def renew(self, lidars: tuple[LidarConfig, ...]) -> None:
+        """Start the child process anew, with these lidars in place of those before."""
+        self._give_up("map_making_lost", "the lidars' masks have changed")
+        super().renew(lidars)
+
+    def estimate(self, estimate: Estimate) -> None:
+        """What odometry says. Never waits."""
+        inbox.send(self._writers.fileno(), inbox.pack_estimate(estimate))
+        fix = self._fix
+        where = onward(fix, estimate) if fix is not None else None
+        if where is None:
+            self.latest.clear()
+            return
+        self.latest.put(where, where.time_s)
+        for listener in self._listeners:
+            listener(where)
+
+    def make(self) -> bool:
+        """Begin to make a map; False: one is being made."""
+        with self._lock:
+            if self._wants != "know":
+                return False
+            self.ended = self.picture = None
+            self._want("make")
+            return True
+
+    def save(self, path: Path, name: str) -> bool:
+        """Store the map that is being made; `ended` will tell. False: none is."""
+        with self._lock:
+            if self._wants != "make":
+                return False
+            self.ended = None
+            self._want("save", path=str(path), name=name)
+            return True
+
+    def discard(self) -> bool:
+        """Forget the map that is being made. False: none is, or it is being stored."""
+        with self._lock:
+            if self._wants != "make":
+                return False
+            self._want("know")
+            return True
+
+    @property
+    def wants(self) -> str:
+        """What was asked for: "know", "make" or "save"."""
+        return self._wants
+
+    def _want(self, do: str, **more: str) -> None:
+        self._number += 1
+        self._wants = do
+        if self._supervisor is not None:
+            word = {"n": self._number, "do": do, **more}
+            self._supervisor.tell(json.dumps(word).encode())
+
+    def _on_data(self, payload: bytes) -> None:
+        fields = json.loads(payload)
+        self.state = str(fields["state"])
+        self.making = fields["making"] if self._wants != "know" else None
+        fix = fields["fix"]
+        self._fix = Fix(**fix) if fix is not None else None
+        if fix is None:
+            self.latest.clear()
+        self._judge(str(fields["problem"]))
+
+    def _judge(self, problem: str) -> None:
+        now_s = time.monotonic()
+        if self.state != UNKNOWN:
+            self._lost_s = None
+        elif self._lost_s is None:
+            self._lost_s = now_s
+        if problem:
+            self._health.set(states.DEGRADED, DAMAGED, problem)
+        elif self._lost_s is not None and now_s - self._lost_s >= _LASTS_S:
+            self._health.set(states.DEGRADED, NOWHERE, "not in any of the maps, as far as it sees")
+        elif self._lost_s is None or self._health.reason != NOWHERE:
+            self._health.set(states.OK)
+
+    def _on_facts(self, payload: bytes) -> None:
+        line, _, rest = payload.partition(b"\n")
+        fields = json.loads(line)
+        if "picture" in fields:
+            place = fields["picture"]
+            sides = int(place["width"]), int(place["height"])
+            self.picture = Picture(rest, place["cell_m"], place["x"], place["y"], *sides)
+            return
+        ended = fields["ended"]
+        with self._lock:
+            if ended["n"] != self._number:
+                return
+            self.ended = Ended(ended["reason"], ended["detail"], ended["map"])
+            if ended["reason"] in AGAIN and self._wants == "save":
+                self._wants = "make"
+            else:
+                self._want("know")
+
+    def _on_status(self, status: Status) -> None:
+        self._fix = None
+        self.latest.clear()
+        self._lost_s = None
+        if status.state == states.LOST:
+            self._give_up("map_making_lost", status.detail)
+        self._health.set(status.state, status.reason, status.detail)
+
+    def _give_up(self, reason: str, detail: str) -> None:
+        """Its process ends: what it had collected is gone, what it was storing may be stored."""
+        with self._lock:
+            if self._wants == "make":
+                self.ended = Ended(reason, detail, "")
+                self._want("know")
+            self.making = None

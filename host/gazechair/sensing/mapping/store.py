@@ -1,0 +1,196 @@
+"""The stored maps: a file each in a folder of the state folder, changed whole or not at all.
+
+`ID.map` is the map, `ID.before` what it was before its last change. A file that cannot be used is
+told; the version before it serves in its place. Names are in the files: no file is named by what
+somebody typed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import secrets
+import threading
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from gazechair.base.state_folder import set_aside
+from gazechair.sensing.mapping.home_map import HomeMap, MapError, NewerMapError, load
+from gazechair.sensing.mapping.places import Drawn, EditRefused, name_of, same_name
+
+FOLDER = "maps"  # in the state folder
+_SUFFIX, _BEFORE = ".map", ".before"
+_HALVES = ".new", ".kept"
+_ID = re.compile(r"[A-Za-z0-9_-]{1,40}")
+
+_Facts = tuple[int, int, int]
+
+
+@dataclass(frozen=True)
+class Stored:
+    """One file: its map, and what is wrong with it."""
+
+    id: str
+    map: HomeMap | None
+    """None: neither the file nor the version before it can be used."""
+    problem: str = ""
+    """One plain line; with a map: that is the version before."""
+    newer: bool = False
+    """A newer gazechair has written it: it is left alone."""
+    floor_m2: float = 0.0
+    """Free floor."""
+
+
+class MapStore:
+    """From any thread. Reads a file again when it has changed, whoever changed it."""
+
+    MOST = 20
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._lock = threading.Lock()
+        self._read: dict[str, tuple[_Facts, Stored]] = {}
+
+    def tidy(self) -> None:
+        """At the start: what a process left that ended while it stored."""
+        for suffix in _HALVES:
+            for path in self.folder.glob("*" + suffix):
+                with contextlib.suppress(OSError):
+                    path.unlink()
+
+    def all(self) -> list[Stored]:
+        """Every map there is, by its id; at most MOST."""
+        with self._lock:
+            return self._all()
+
+    def get(self, id_: str) -> Stored | None:
+        """None: there is no such map."""
+        return next((one for one in self.all() if one.id == id_), None)
+
+    def path_of_new(self) -> Path:
+        """Where a map that is made now is to be saved."""
+        return self.folder / f"{secrets.token_hex(4)}{_SUFFIX}"
+
+    def check_name(self, text: Any, but: str = "") -> str:
+        """The name for a map that is not `but`. Raises EditRefused."""
+        name = name_of(text)
+        others = [one for one in self.all() if one.id != but]
+        if any(one.map is not None and same_name(one.map.name, name) for one in others):
+            raise EditRefused("map_name_taken", f"there is a map {name} already")
+        if len(others) >= self.MOST:
+            raise EditRefused("map_full", f"there are at most {self.MOST} maps")
+        return name
+
+    def rename(self, id_: str, text: Any) -> None:
+        """Raises EditRefused."""
+        name = self.check_name(text, but=id_)
+        self._change(id_, lambda home: replace(home, name=name))
+
+    def draw(self, id_: str, act: str, value: Any) -> None:
+        """One of ACTS on what people drew on the map. Raises EditRefused."""
+
+        def drawn(home: HomeMap) -> HomeMap:
+            found = ACTS[act](home.drawn, value)
+            _inside(home, found)
+            return replace(home, drawn=found)
+
+        self._change(id_, drawn)
+
+    def delete(self, id_: str) -> None:
+        """With the version before it. Raises EditRefused."""
+        if self.get(id_) is None:
+            raise _gone(id_)
+        with self._lock:
+            try:
+                for suffix in (_BEFORE, _SUFFIX):
+                    with contextlib.suppress(FileNotFoundError):
+                        (self.folder / (id_ + suffix)).unlink()
+            except OSError as error:
+                raise EditRefused("map_not_stored", f"not deleted: {error.strerror}") from None
+
+    def _all(self) -> list[Stored]:
+        found: dict[str, tuple[_Facts, Stored]] = {}
+        for path in sorted(self.folder.glob("*" + _SUFFIX)):
+            if _ID.fullmatch(path.stem) and len(found) < self.MOST:
+                with contextlib.suppress(OSError):  # it has just gone
+                    found[path.stem] = self._one(path)
+        self._read = found
+        return [one for _, one in found.values()]
+
+    def _change(self, id_: str, act: Any) -> None:
+        with self._lock:
+            stored = next((one for one in self._all() if one.id == id_), None)
+            if stored is None:
+                raise _gone(id_)
+            path = self.folder / (id_ + _SUFFIX)
+            if stored.map is None or stored.newer:
+                raise EditRefused("map_damaged", stored.problem)
+            changed = act(stored.map)
+            try:
+                if stored.problem:
+                    set_aside(path)
+                else:
+                    _keep(path)
+                changed.save(path)
+            except OSError as error:
+                raise EditRefused("map_not_stored", f"not stored: {error.strerror}") from None
+            except MapError as error:
+                raise EditRefused("map_not_stored", str(error)) from None
+
+    def _one(self, path: Path) -> tuple[_Facts, Stored]:
+        facts = path.stat()
+        key = facts.st_mtime_ns, facts.st_size, facts.st_ino
+        known = self._read.get(path.stem)
+        if known is not None and known[0] == key:
+            return known
+        try:
+            return key, _stored(path.stem, load(path))
+        except MapError as error:
+            problem, newer = str(error), isinstance(error, NewerMapError)
+        try:
+            return key, _stored(path.stem, load(path.with_suffix(_BEFORE)), problem, newer)
+        except MapError:
+            return key, Stored(path.stem, None, problem, newer)
+
+
+def _stored(id_: str, home: HomeMap, problem: str = "", newer: bool = False) -> Stored:
+    floor_m2 = float(home.grid.free.sum()) * home.grid.cell_m**2
+    return Stored(id_, home, problem, newer, round(floor_m2, 1))
+
+
+# What can be drawn: {act: it}
+ACTS = {
+    "place": Drawn.with_place,
+    "remove_place": Drawn.without_place,
+    "no_go": Drawn.with_area,
+    "remove_no_go": Drawn.without_area,
+    "home": Drawn.with_home,
+}
+
+
+def _keep(path: Path) -> None:
+    """The file as it is becomes the version before, which is never absent meanwhile."""
+    fresh = path.with_suffix(_HALVES[1])
+    with contextlib.suppress(FileNotFoundError):
+        fresh.unlink()
+    os.link(path, fresh)
+    os.replace(fresh, path.with_suffix(_BEFORE))
+
+
+def _inside(home: HomeMap, drawn: Drawn) -> None:
+    spots = [(one.spot.x_m, one.spot.y_m) for one in drawn.places]
+    spots += [(drawn.home.x_m, drawn.home.y_m)] if drawn.home is not None else []
+    spots += [corner for area in drawn.no_go for corner in area.corners_m]
+    low_x, low_y = home.grid.low_m.tolist()
+    nx, ny = home.grid.hits.shape
+    for x, y in spots:
+        if not 0.0 <= x - low_x <= nx * home.grid.cell_m:
+            raise EditRefused("map_outside", "that is not on the map")
+        if not 0.0 <= y - low_y <= ny * home.grid.cell_m:
+            raise EditRefused("map_outside", "that is not on the map")
+
+
+def _gone(id_: str) -> EditRefused:
+    return EditRefused("map_gone", f"there is no map {id_!r} any more")

@@ -1,0 +1,96 @@
+"""Where the chair is now: what mapping found a moment ago, and how odometry has moved since.
+
+And as a datagram, for those who go by it.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.sensing.mapping.poses import between, compose
+from gazechair.sensing.odometry.odometry import Estimate
+
+CONFIRMED_S = 1.0  # what mapping found counts for so long; it looks ten times a second
+_DRIFT = 0.02  # of the way, and degrees a degree: what odometry alone adds
+
+
+@dataclass(frozen=True)
+class Fix:
+    """What mapping found at a time, and where odometry had the chair then; metres, degrees."""
+
+    time_s: float
+    map: str
+    x_m: float
+    y_m: float
+    heading_deg: float
+    sigma_m: float
+    sigma_deg: float
+    explained: float
+    odometry: tuple[float, float, float]
+    track: int
+
+
+@dataclass(frozen=True)
+class Whereabouts:
+    """Where the chair is in a map; uncertainties are standard deviations."""
+
+    time_s: float
+    """Monotonic: of the measurements."""
+    map: str
+    """Its id in the store."""
+    x_m: float
+    y_m: float
+    heading_deg: float
+    """Counter-clockwise, 0..360; x and y are the drive axle's."""
+    sigma_m: float
+    sigma_deg: float
+    explained: float
+    """Share of what was seen that the map knows, 0..1: in a crowd, or where much was moved, low."""
+    confirmed_s: float
+    """Monotonic: when the map last said so; since then odometry alone."""
+
+
+def onward(fix: Fix, estimate: Estimate) -> Whereabouts | None:
+    """At the time of the estimate; None: odometry has begun anew, or the fix is too old."""
+    age_s = estimate.time_s - fix.time_s
+    if estimate.track != fix.track or abs(age_s) > CONFIRMED_S:
+        return None
+    here = _pose(estimate.x_m, estimate.y_m, estimate.heading_deg)
+    moved = between(_pose(*fix.odometry), here)
+    x_m, y_m, heading_rad = compose(_pose(fix.x_m, fix.y_m, fix.heading_deg), moved).tolist()
+    way_m, turned_deg = math.hypot(moved[0], moved[1]), abs(math.degrees(moved[2]))
+    return Whereabouts(
+        estimate.time_s,
+        fix.map,
+        x_m,
+        y_m,
+        math.degrees(heading_rad) % 360.0,
+        math.hypot(fix.sigma_m, _DRIFT * way_m),
+        math.hypot(fix.sigma_deg, _DRIFT * turned_deg),
+        fix.explained,
+        fix.time_s,
+    )
+
+
+def pack(where: Whereabouts) -> bytes:
+    """As one datagram."""
+    return b"W" + json.dumps(asdict(where)).encode()
+
+
+def unpack(datagram: bytes) -> Whereabouts | None:
+    """What it says; None: it is none."""
+    if datagram[:1] != b"W":
+        return None
+    try:
+        return Whereabouts(**json.loads(datagram[1:]))
+    except (ValueError, TypeError):
+        return None
+
+
+def _pose(x_m: float, y_m: float, heading_deg: float) -> FloatArray:
+    return np.array((x_m, y_m, math.radians(heading_deg)))

@@ -1,0 +1,49 @@
+"""Whether the chair moves when it is told to, and only then: a part of the health of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from gazechair.base import health as states
+from gazechair.base.health import Health
+from gazechair.board.state import BoardState
+from gazechair.sensing.odometry.doubts import PUSHED, STUCK, UNSURE
+from gazechair.sensing.odometry.odometry import Estimate
+from gazelink import codes
+
+_ARMED_S = 1.5  # before that it may still roll from being driven by hand
+_KEPT_S = 1.0  # what was reported stays readable
+
+
+class Obeys:
+    """Judges while driving is on; nothing is known of a chair whose motion is not measured."""
+
+    def __init__(self, health: Health, state: Callable[[], BoardState | None]) -> None:
+        self._health = health
+        self._state = state
+        self._armed_s: float | None = None
+        self._bad_s = 0.0
+        self.unknown()
+
+    def unknown(self) -> None:
+        """Nothing is measured."""
+        self._health.set(states.OK)
+
+    def judge(self, estimate: Estimate) -> None:
+        """Report what `estimate` says of it."""
+        now_s = estimate.time_s
+        state = self._state()
+        if state is None or state.state != codes.ARMED:
+            self._armed_s = None
+        elif self._armed_s is None:
+            self._armed_s = now_s
+        sure = not UNSURE.intersection(estimate.doubts)
+        armed_s = 0.0 if self._armed_s is None else now_s - self._armed_s
+        if sure and armed_s > _ARMED_S and PUSHED in estimate.doubts:
+            self._bad_s = now_s
+            self._health.set(states.LOST, "motion_uncommanded", "it moves, and is not told to")
+        elif sure and armed_s > 0.0 and STUCK in estimate.doubts:
+            self._bad_s = now_s
+            self._health.set(states.DEGRADED, "motion_stuck", "it is told to move, and stands")
+        elif now_s - self._bad_s > _KEPT_S:
+            self._health.set(states.OK)

@@ -1,0 +1,98 @@
+"""HTTP routes of the maps: where the chair is, pictures for every page; changed by caretakers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from flask import Flask, Response, request
+
+from gazechair.sensing.mapping.picture import Picture
+from gazechair.sensing.mapping.places import EditRefused
+from gazechair.web.answers import BadRequest, answer, body, refuse, unless_caretaker
+
+_STATUS = {
+    "map_gone": 404,
+    "map_name_taken": 409,
+    "map_full": 409,
+    "map_damaged": 409,
+    "map_busy": 409,
+    "map_no_lidar": 409,
+    "map_not_stored": 507,
+}
+
+
+class Maps(Protocol):
+    """What the pages need of the maps (gazechair.sensing.mapping.desk.MapDesk)."""
+
+    def as_json(self) -> dict[str, Any]: ...
+    def where(self) -> dict[str, Any] | None: ...
+    def details(self, id_: str) -> dict[str, Any]: ...
+    def picture(self, id_: str) -> bytes: ...
+    def growing(self) -> Picture | None: ...
+    def change(self, wish: dict[str, Any]) -> None: ...
+
+
+def add_routes(app: Flask, maps: Maps) -> None:
+    """GET and POST /maps, and what belongs to one map."""
+
+    @app.get("/maps")
+    def all_maps() -> Response:
+        return unless_caretaker() or answer(maps.as_json())
+
+    @app.post("/maps")
+    def change_maps() -> Response:
+        refusal = unless_caretaker()
+        if refusal is not None:
+            return refusal
+        try:
+            maps.change(body())
+        except BadRequest as error:
+            return error.response()
+        except EditRefused as error:
+            return _refused(error)
+        return answer(maps.as_json())
+
+    @app.get("/maps/where")
+    def where() -> Response:
+        return answer({"where": maps.where()})
+
+    @app.get("/maps/growing")
+    def growing() -> Response:
+        picture = maps.growing()
+        return unless_caretaker() or answer({"picture": picture and picture.as_json()})
+
+    @app.get("/maps/growing.png")
+    def growing_picture() -> Response:
+        refusal = unless_caretaker()
+        picture = maps.growing()
+        if refusal is not None or picture is None:
+            return refusal or refuse(404, "map_gone", "no map is being made")
+        return _png(picture.png)
+
+    @app.get("/maps/<id_>")
+    def one_map(id_: str) -> Response:
+        return _either(lambda: answer(maps.details(id_)))
+
+    @app.get("/maps/<id_>.png")
+    def map_picture(id_: str) -> Response:
+        return _either(lambda: _png(maps.picture(id_)))
+
+
+def _either(act: Callable[[], Response]) -> Response:
+    try:
+        return act()
+    except EditRefused as error:
+        return _refused(error)
+
+
+def _refused(error: EditRefused) -> Response:
+    return refuse(_STATUS.get(error.reason, 400), error.reason, str(error))
+
+
+def _png(data: bytes) -> Response:
+    response = Response(data, mimetype="image/png")
+    response.add_etag()
+    response.make_conditional(request)
+    response.headers["Cache-Control"] = "no-cache"
+    return response

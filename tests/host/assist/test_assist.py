@@ -1,0 +1,97 @@
+"""Assist's advice: only with fresh scans, heading and clearance, and towards the free way."""
+
+import math
+
+import numpy as np
+import pytest
+
+from gazechair.assist.assist import STRAIGHT_ON, Assist
+from gazechair.base.footprint import Footprint
+from gazechair.board.board_commands import Clearance
+from gazechair.sensing.odometry.odometry import Motion
+from gazechair.sensing.odometry.points import Piece
+from gazelink import codes
+from gazesim.rooms import Room, cast_rays
+from gazesim.zone import zone_of
+
+RAYS = 1600
+
+
+def half(room, now_s, first_deg):
+    angles = first_deg - 180.0 * (np.arange(RAYS // 2) + 0.5) / (RAYS // 2)
+    segments = room.segments(0.25)
+    metres = cast_rays(0.5, 0.0, np.radians(angles), segments, np.zeros((0, 3)))
+    metres = np.where(np.isfinite(metres), metres, 0.0)
+    times = np.linspace(now_s - 0.05, now_s, len(angles))
+    wrapped = (angles + 180.0) % 360.0 - 180.0
+    return Piece(wrapped, metres, times, (0.5, 0.0), RAYS)
+
+
+def before_a_door(aside_m, heading_deg=0.0):
+    """Assist that has seen a 0.9 m door 2 m ahead of the axle, `aside_m` to the left."""
+    low, high = aside_m - 0.45, aside_m + 0.45
+    walls = ((2.0, high, 2.0, 4.0), (2.0, low, 2.0, -4.0), (-3.0, -4.0, -3.0, 4.0))
+    room = Room("door", walls)
+    assist = Assist(Footprint(), 1)
+    assist.permits.zone = zone_of()
+    assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=1200)
+    for k in range(20):
+        assist.motion(Motion(0.9 + 0.01 * k, heading_deg, 0, 0))
+    assist.see(0, half(room, 1.04, 90.0))
+    assist.see(0, half(room, 1.09, -90.0))
+    return assist
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_it_steers_towards_a_door_beside_the_way(side):
+    advice = before_a_door(side * 0.25).advise(1, 1.1)
+    assert advice.steers
+    assert advice.turn_permille * side > 0
+    assert 0 <= advice.linear_permille <= 1000
+
+
+def test_straight_through_a_door_is_left_alone():
+    assert before_a_door(0.0).advise(1, 1.1) == STRAIGHT_ON
+
+
+def test_it_knows_nothing_without_fresh_scans():
+    assist = before_a_door(0.25)
+    for k in range(30):
+        assist.motion(Motion(1.1 + 0.01 * k, 0.0, 0, 0))
+    assert assist.advise(1, 1.09 + 0.14) is not None
+    assert assist.advise(1, 1.09 + 0.16) is None
+
+
+def test_it_knows_nothing_without_a_heading():
+    assist = before_a_door(0.25)
+    assist.motion(Motion(1.1, None, 0, 0))
+    assert assist.advise(1, 1.1) is None
+
+
+def test_it_knows_nothing_while_a_lidar_is_missing():
+    both = Assist(Footprint(), 2)
+    both.permits.zone = zone_of()
+    both.permits.clearance = Clearance(0, codes.REAL, 1.0)
+    for k in range(20):
+        both.motion(Motion(0.9 + 0.01 * k, 0.0, 0, 0))
+    room = Room("open", ((-3.0, -4.0, -3.0, 4.0),))
+    both.see(0, half(room, 1.04, 90.0))
+    both.see(0, half(room, 1.09, -90.0))
+    assert both.advise(1, 1.1) is None
+
+
+def test_it_knows_nothing_where_a_lidar_is_blind():
+    assist = before_a_door(0.25)
+    assist.permits.clearance = Clearance(1 << codes.DIR_LEFT, codes.REAL, 1.0)
+    assert assist.advise(1, 1.1) is None
+
+
+def test_points_stay_where_they_are_while_the_chair_turns():
+    assist = before_a_door(0.0)
+    for k in range(5):
+        assist.motion(Motion(1.1 + 0.01 * k, 10.0, 0, 0))
+    points = assist._surroundings.points_m(1.15)
+    post = points[np.argmin(np.hypot(points[:, 0] - 2.0, points[:, 1]))]
+    turned = math.degrees(math.atan2(post[1], post[0]))
+    assert abs(turned) > 1.0
+    assert np.hypot(*points.T).min() == pytest.approx(2.05, abs=0.05)

@@ -1,0 +1,158 @@
+"""Assist's process, and its end in the daemon: what it hears, what it says, and when it fails."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import time
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from gazechair.assist.child import Advisor
+from gazechair.assist.service import AssistService
+from gazechair.assist.word import Word, packed
+from gazechair.base.health import Health
+from gazechair.board.board_commands import STOP_COMMAND, Clearance, Command
+from gazechair.board.zone import BoardZone
+from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.sensing.odometry import inbox
+from gazechair.sensing.odometry.inbox import HalfTurn
+from gazechair.sensing.odometry.odometry import Motion
+from gazelink import codes
+from gazesim.core_rig import Core
+from patience import wait_until
+
+LIDAR = LidarConfig(kind="s2", port="/nowhere", x_m=0.5, mask=((123.0, -123.0),))
+ZONE = BoardZone(tuple(bytes(one) for one in Core().obstacles.zone))
+
+
+def half_turn(at_s: float, second: bool) -> bytes:
+    """In the middle of a room 6 m square."""
+    angles = (-(np.arange(400) + 0.5) * 0.45 - (180.0 if second else 0.0) + 180.0) % 360.0 - 180.0
+    c, s = np.abs(np.cos(np.radians(angles))), np.abs(np.sin(np.radians(angles)))
+    return inbox.pack_scan(HalfTurn(0, angles, 3.0 / np.maximum(c, s), at_s - 0.05, at_s))
+
+
+def vooruit(edge: int) -> Command:
+    till_s = time.monotonic() + 0.3
+    return Command(codes.FORWARD, codes.CONTINUOUS, edge, codes.DRIVER, till_s)
+
+
+class Chair:
+    """That stands, with assist's service."""
+
+    def __init__(self) -> None:
+        self.on = True
+        self.health = Health("assist")
+        self.service = AssistService(
+            (LIDAR,), FootprintConfig(), lambda: self.health, lambda: self.on
+        )
+        self.service.zone(ZONE)
+
+    def feed(self) -> bool:
+        """A tenth of a second of it; whether assist knows its surroundings."""
+        for second in (False, True):
+            now_s = time.monotonic()
+            inbox.send(self.service.inbox_fd, inbox.pack_motion(Motion(now_s, 90.0, 0, 0)))
+            inbox.send(self.service.inbox_fd, half_turn(now_s, second))
+            self.service.clearance(Clearance(0, codes.SIMULATED, now_s))
+            time.sleep(0.05)
+        self.service.steer(STOP_COMMAND, time.monotonic())
+        return self.service.shown(time.monotonic()) == [True, False]
+
+
+@pytest.fixture
+def chair() -> Iterator[Chair]:
+    made = Chair()
+    yield made
+    made.service.stop()
+
+
+def test_its_process_starts_when_wanted_advises_and_a_killed_one_changes_nothing(
+    chair: Chair,
+) -> None:
+    service = chair.service
+    chair.on = False
+    service.steer(vooruit(1), time.monotonic())
+    assert service.pid is None
+    assert service.shown(time.monotonic()) is None
+    chair.on = True
+    wait_until(chair.feed, "it knows its surroundings")
+    assert chair.health.now().state == "ok"
+
+    wait_until(lambda: held(chair, 2), "its advice")
+    pid = service.pid
+    assert pid is not None
+    os.kill(pid, signal.SIGKILL)
+    wait_until(lambda: service.pid != pid, "it is started again")
+    sent = service.steer(vooruit(2), time.monotonic())
+    assert (sent.verb, sent.linear_permille, sent.turn_permille) == (codes.DRIVE, 1000, 0)
+    forward = vooruit(3)
+    wait_until(lambda: not service._steering.works(time.monotonic()), "it is known to be blind")
+    assert service.steer(forward, time.monotonic()) is forward
+
+
+def held(chair: Chair, edge: int) -> bool:
+    """Vooruit held for a tenth of a second; whether its advice has come."""
+    for second in (False, True):
+        now_s = time.monotonic()
+        inbox.send(chair.service.inbox_fd, inbox.pack_motion(Motion(now_s, 90.0, 0, 0)))
+        inbox.send(chair.service.inbox_fd, half_turn(now_s, second))
+        chair.service.clearance(Clearance(0, codes.SIMULATED, now_s))
+        chair.service.steer(vooruit(edge), now_s)
+        time.sleep(0.05)
+    advised = chair.service._steering.advised
+    return advised is not None and advised.press == edge
+
+
+def advisor(**word: object) -> Advisor:
+    """One that knows its surroundings at 10.0 s."""
+    argument = {"lidars": [vars(LIDAR)], "footprint": vars(FootprintConfig())}
+    made = Advisor(json.loads(json.dumps(argument)))
+    clearance = Clearance(0, codes.SIMULATED, 10.0)
+    made.hear(packed(Word(**{"on": True, "zone": ZONE, "clearance": clearance, **word})))  # type: ignore[arg-type]
+    for at_s, second in ((9.9, False), (9.95, True), (10.0, False)):
+        made.take(inbox.pack_motion(Motion(at_s, 90.0, 0, 0)), at_s)
+        made.take(half_turn(at_s, second), at_s)
+    return made
+
+
+def test_it_advises_the_held_press_and_knows_when_nothing_is_held() -> None:
+    assert advisor().say(10.0) == [True, 0, 0, 0, False, 10.0]
+    assert advisor(press=9).say(10.0) == [True, 9, 1000, 0, False, 10.0]
+    assert advisor(turns=True).say(10.0) == [True, 0, 0, 0, False, 10.0]
+
+
+def test_it_looks_at_nothing_while_nobody_wants_it() -> None:
+    assert advisor(on=False, press=9).say(10.0) == [False, 0, 0, 0, False, 10.0]
+
+
+def test_a_lidar_lost_or_blind_or_a_word_without_clearance_is_no_advice() -> None:
+    one = advisor(press=9)
+    assert one.say(10.3)[:2] == [False, 0]  # nothing newer has come
+    blind = Clearance(1 << codes.DIR_FORWARD, codes.SIMULATED, 10.0)
+    assert advisor(press=9, clearance=blind).say(10.0)[:2] == [False, 0]
+    assert advisor(press=9, clearance=None).say(10.0)[:2] == [False, 0]
+
+
+def test_foreign_words_and_datagrams_change_nothing() -> None:
+    one = advisor(press=9)
+    for line in (b"", b"\xff" * 4000, b"[]", b'[true, 4, false, ["00"]]', b'{"on": false}'):
+        one.hear(line)
+    for datagram in (b"", b"S", b"\xff" * 60000, inbox.pack_motion(Motion(5.0, 0.0, 0, 0))):
+        one.take(datagram, 10.0)
+    assert one.say(10.0) == [True, 9, 1000, 0, False, 10.0]
+
+
+NONSENSE = [b"", b"\xff", b"null", b"[]", b"[1,2,3]", b'[true,"a",0,0,true,1.0]']
+
+
+@pytest.mark.parametrize("record", [*NONSENSE, b"[true,1,NaN,0,true,1]"])
+def test_a_record_of_nonsense_is_an_error_of_the_child(chair: Chair, record: bytes) -> None:
+    before = chair.service._steering.advised
+    with pytest.raises((ValueError, TypeError)):
+        chair.service._on_data(record)
+    assert chair.service._steering.advised is before

@@ -1,0 +1,56 @@
+"""What the daemon tells assist's process arrives as it was said, and nonsense not at all."""
+
+import select
+
+import pytest
+
+from gazechair.assist.word import Word, packed, unpacked
+from gazechair.board.board_commands import Clearance
+from gazechair.board.zone import BoardZone
+from gazelink import arcs, codes, zone
+from gazesim.core_rig import Core
+
+
+def whole():
+    points = tuple(bytes(one) for one in Core().obstacles.zone)
+    assert all(len(one) == zone.SIZE for one in points)
+    clearance = Clearance(
+        3, codes.SIMULATED, 12.25, 1, 900, 800, 77, 88, 5, tuple(range(arcs.SIZE))
+    )
+    return Word(True, 255, True, BoardZone(points), clearance)
+
+
+def test_it_arrives_as_it_was_said_on_one_short_line():
+    word = whole()
+    line = packed(word)
+    assert b"\n" not in line
+    assert len(line) < select.PIPE_BUF - 1
+    found, stopping = unpacked(line)
+    assert found.clearance is not None
+    assert list(found.clearance.arcs) == list(range(arcs.SIZE))
+    assert (found.zone, found.press, found.on, found.turns) == (word.zone, 255, True, True)
+    assert found.clearance.forward_mm == 900
+    assert stopping.of(codes.DIR_FORWARD) is not None
+    assert unpacked(packed(Word()))[0] == Word()
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"",
+        b"\xff" * 300,
+        b"null",
+        b"{}",
+        b"[true]",
+        b'[true, "x", false, []]',
+        b"[true, 1, false, [12]]",
+        b'[true, 1, false, ["zz"]]',
+        b'[true, 1, false, ["00"]]',
+        b"[true, 1, false, [], [1, 2]]",
+        b"[true, 1, false, [], 5]",
+        packed(whole())[:-40],
+    ],
+)
+def test_nonsense_is_refused(line):
+    with pytest.raises(ValueError, match=r".*"):
+        unpacked(line)

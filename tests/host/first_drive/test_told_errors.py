@@ -1,0 +1,63 @@
+"""Why a step of the first drive failed has a sentence in Dutch for every error that can end it."""
+
+import ast
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+import gazechair
+
+HOST = Path(gazechair.__file__).parent
+NL = Path(__file__).parents[3] / "web" / "strings" / "nl-first.json"
+SOURCES = [
+    "first_drive/moves.py",
+    "sensing/lidar/mask.py",
+    "service/board_settings.py",
+    "service/calibrate/joystick.py",
+    "service/tune/armed_session.py",
+    "service/tune/command.py",
+    "service/tune/judge.py",
+    "service/tune/procedure.py",
+]
+# For a terminal only: what is typed there, and the tools' own connection.
+TERMINAL = ("no setting", "must be a whole number", "no board")
+
+
+def errors(source: str) -> list[tuple[str, list[str], set[str]]]:
+    """(what is raised, its keys, its fields), of each error made there."""
+    tree = ast.parse((HOST / source).read_text("utf-8"))
+    found = []
+    for call in ast.walk(tree):
+        if not isinstance(call, ast.Call) or not isinstance(call.func, ast.Name):
+            continue
+        if call.func.id not in ("TuneError", "CalibrateError", "MaskError", "SettingsError"):
+            continue
+        keys = []
+        if len(call.args) > 1:
+            key = call.args[1]
+            named = [key.value] if isinstance(key, ast.Constant) else named_as(tree, key.id)
+            keys = [str(one) for one in named]
+        found.append((ast.unparse(call), keys, {str(one.arg) for one in call.keywords}))
+    return found
+
+
+def named_as(tree: ast.Module, name: str) -> list[str]:
+    """What is assigned to `name`, alone or first in a tuple."""
+    text = ast.unparse(tree)
+    return re.findall(rf"^ +{name}(?:, \w+)? = '?\(?'(\w+)'", text, re.MULTILINE)
+
+
+@pytest.mark.parametrize("source", SOURCES)
+def test_every_error_of_a_step_has_a_dutch_sentence_with_its_fields(source):
+    told = json.loads(NL.read_text("utf-8"))["told"]
+    for call, keys, fields in errors(source):
+        assert keys or any(words in call for words in TERMINAL), call
+        for key in keys:
+            assert set(re.findall(r"{(\w+)}", told[key])) <= fields, key
+
+
+def test_no_dutch_sentence_is_left_over():
+    told = json.loads(NL.read_text("utf-8"))["told"]
+    assert set(told) == {key for one in SOURCES for _, keys, _ in errors(one) for key in keys}

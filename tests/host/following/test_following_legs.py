@@ -1,0 +1,91 @@
+"""Legs, background and tracks in single scans."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from followrig import Scene, legs
+from gazechair.following.background import Background
+from gazechair.following.legs import Cluster, clusters
+from gazechair.following.tracks import Tracks
+from gazesim.gaits import FOREIGN, PLAIN, Actor
+
+_ORIGIN = np.array((0.5, 0.0))
+
+
+def _seen(discs: list[tuple[float, float, float]]) -> list[Cluster]:
+    points = Scene().scan(discs).points_m
+    near = np.hypot(points[:, 0], points[:, 1]) < 4.0
+    return clusters(points, _ORIGIN, near)
+
+
+def test_two_legs_are_two_clusters() -> None:
+    found = _seen(legs((2.5, 0.0)))
+    assert sorted((round(one.x_m, 1), round(one.y_m, 1), one.wide) for one in found) == [
+        (2.5, -0.1, False),
+        (2.5, 0.1, False),
+    ]
+
+
+def test_a_skirt_is_one_wide_cluster() -> None:
+    (one,) = _seen([(2.5, 0.3, 0.18)])
+    assert one.wide
+    assert (one.x_m, one.y_m) == pytest.approx((2.5, 0.3), abs=0.06)
+
+
+def test_a_pole_is_nobody() -> None:
+    assert _seen([(1.8, 0.2, 0.015)]) == []
+
+
+def test_a_part_of_something_wide_is_nobody() -> None:
+    # Two legs before a wall of which a strip shows between them.
+    found = _seen([(1.5, 0.28, 0.06), (1.5, -0.28, 0.06), (3.2, 0.0, 1.0)])
+    assert not any(one.wide for one in found)
+
+
+def test_what_stands_becomes_background_and_what_leaves_does_not_stay() -> None:
+    scene, background = Scene(), Background()
+    post = [(2.5, 0.0, 0.06)]
+    for _ in range(20):
+        points = scene.scan(post).points_m
+        stands = background.stands(points, _ORIGIN)
+        background.learn(points, _ORIGIN, [])
+    near = np.hypot(points[:, 0] - 2.5, points[:, 1]) < 0.2
+    assert stands[near].all()
+    for _ in range(40):
+        points = scene.scan([]).points_m
+        background.stands(points, _ORIGIN)
+        background.learn(points, _ORIGIN, [])
+    points = scene.scan(post).points_m
+    near = np.hypot(points[:, 0] - 2.5, points[:, 1]) < 0.2
+    assert not background.stands(points, _ORIGIN)[near].any()
+
+
+def test_nothing_is_learned_next_to_a_person() -> None:
+    scene, background = Scene(), Background()
+    for _ in range(40):
+        points = scene.scan(legs((2.5, 0.0))).points_m
+        stands = background.stands(points, _ORIGIN)
+        background.learn(points, _ORIGIN, [(2.5, 0.0)])
+    near = np.hypot(points[:, 0] - 2.5, points[:, 1]) < 0.3
+    assert not stands[near].any()
+
+
+@pytest.mark.parametrize("gait", [PLAIN, *sorted(set(FOREIGN))])
+def test_a_walker_is_one_track(gait: str) -> None:
+    import random
+
+    actor = Actor(2.2, -1.0, gait, random.Random(3))
+    tracks, scene = Tracks(), Scene()
+    for k in range(50):
+        actor.go(2.2, -1.0 + 0.04 * k)
+        points = scene.scan(actor.legs()).points_m
+        near = np.hypot(points[:, 0], points[:, 1]) < 4.0
+        tracks.look(clusters(points, _ORIGIN, near), 0.1 * k)
+        people = [one for one in tracks.all if one.walked]
+    (one,) = people
+    assert math.dist((one.x_m, one.y_m), (actor.x_m, actor.y_m)) < 0.25
+    assert one.vy_m_s == pytest.approx(0.4, abs=0.25)

@@ -1,0 +1,159 @@
+"""Who is followed: choosing, losing, finding again, and never taking another person."""
+
+from __future__ import annotations
+
+import pytest
+
+from followrig import Disc, Scene, legs
+from gazechair.following.person import State
+from gazechair.following.request import STOP
+
+
+def test_chosen_by_standing_in_front() -> None:
+    scene = Scene()
+    said = scene.comes()
+    assert said.state is State.FOLLOWS
+    assert said.person_m == pytest.approx((1.85, 0.0), abs=0.08)
+
+
+def test_not_chosen_before_two_seconds() -> None:
+    scene = Scene()
+    for k in range(30):
+        scene.look(legs((3.35 - 0.05 * k, 0.0), 0.05 * k))
+    scene.follower.choose(scene.at_s)
+    states = [scene.look(legs((1.85, 0.0))).state for _ in range(18)]
+    assert set(states) == {State.CHOOSING}
+
+
+def test_two_in_front_are_not_chosen_from() -> None:
+    scene = Scene()
+    for k in range(30):
+        far = 3.35 - 0.05 * k
+        scene.look([*legs((far, -0.3), 0.05 * k), *legs((far, 0.3), 0.05 * k)])
+    scene.follower.choose(scene.at_s)
+    for _ in range(24):
+        said = scene.look([*legs((1.85, -0.3)), *legs((1.85, 0.3))])
+    assert said.state is State.UNSURE
+    assert said.request == STOP
+
+
+def test_chosen_by_a_look() -> None:
+    scene = Scene()
+    for k in range(30):
+        far = 3.35 - 0.05 * k
+        scene.look([*legs((far, -0.8), 0.05 * k), *legs((far, 0.8), 0.05 * k)])
+    scene.follower.choose(scene.at_s, 0.38)
+    for _ in range(8):
+        said = scene.look([*legs((1.85, -0.8)), *legs((1.85, 0.8))])
+    assert said.state is State.FOLLOWS
+    assert said.person_m == pytest.approx((1.85, 0.8), abs=0.1)
+
+
+def test_a_look_between_two_is_unsure() -> None:
+    scene = Scene()
+    for k in range(30):
+        far = 3.35 - 0.05 * k
+        scene.look([*legs((far, -0.3), 0.05 * k), *legs((far, 0.3), 0.05 * k)])
+    scene.follower.choose(scene.at_s, 0.05)
+    assert scene.look([*legs((1.85, -0.3)), *legs((1.85, 0.3))]).state is State.UNSURE
+
+
+def test_who_walks_through_a_look_is_not_taken_for_who_is_meant() -> None:
+    scene = Scene()
+    for k in range(30):
+        scene.look(legs((1.85, 2.0 - 0.05 * k), 0.05 * k, 1.57))
+    scene.follower.choose(scene.at_s, 0.0)  # at nobody whom the lidar sees
+    states = {scene.look(legs((1.85, 0.5 - 0.1 * k), 0.1 * k, 1.57)).state for k in range(20)}
+    assert states == {State.CHOOSING, State.NOBODY}
+
+
+def test_what_never_walked_is_not_chosen_without_a_map() -> None:
+    scene = Scene()
+    scene.follower.choose(0.0)
+    states = {scene.look(legs((1.85, 0.0))).state for _ in range(40)}
+    assert State.FOLLOWS not in states
+
+
+def test_out_of_sight_asks_for_nothing_at_once_and_is_said() -> None:
+    scene = Scene()
+    scene.comes()
+    for k in range(15):
+        said = scene.look(legs((1.85 + 0.06 * k, 0.0), 0.06 * k))
+    assert said.request.linear_m_s > 0.2
+    away = [scene.look([]) for _ in range(15)]
+    assert all(one.request == STOP for one in away)
+    assert away[-1].state is State.LOST
+    # Whoever comes now has to be chosen.
+    assert all(scene.look(legs((2.5, 0.0))).state is State.LOST for _ in range(20))
+
+
+def test_a_scan_without_the_person_costs_a_little_speed_only() -> None:
+    scene = Scene()
+    scene.comes()
+    for k in range(20):
+        before = scene.look(legs((1.85 + 0.06 * k, 0.0), 0.06 * k)).request.linear_m_s
+    assert scene.look([]).request == STOP
+    after = scene.look(legs((1.85 + 0.06 * 21, 0.0), 0.06 * 21)).request.linear_m_s
+    assert before - 0.06 < after <= before + 0.03
+
+
+def _walks_behind_something(scene: Scene, hidden: int) -> float:
+    """The person walks to the left, then is not seen for so many scans; returns where they were."""
+    left = 0.0
+    for k in range(20):
+        left = 0.05 * k
+        scene.look(legs((2.2, left), left, 1.57))
+    for _ in range(hidden):
+        scene.look([])
+    return left + 0.05 * hidden
+
+
+def test_found_again_where_and_as_expected() -> None:
+    scene = Scene()
+    scene.comes()
+    left = _walks_behind_something(scene, 5)
+    assert scene.follower.state is State.HIDDEN
+    for k in range(1, 10):
+        said = scene.look(legs((2.2, left + 0.05 * k), left + 0.05 * k, 1.57))
+    assert said.state is State.FOLLOWS
+
+
+@pytest.mark.parametrize(("x_m", "step_m"), [(2.2, -0.06), (2.75, 0.05), (1.7, 0.05)])
+def test_another_who_appears_instead_is_not_followed(x_m: float, step_m: float) -> None:
+    scene = Scene()
+    scene.comes()
+    left = _walks_behind_something(scene, 5)
+    for k in range(1, 25):
+        there = left + step_m * k
+        assert scene.look(legs((x_m, there), there, 1.57)).state is not State.FOLLOWS
+
+
+def test_two_who_touch_are_unsure() -> None:
+    scene = Scene()
+    scene.comes()
+    states = []
+    for k in range(30):
+        far = max(0.30, 2.0 - 0.08 * k)
+        discs: list[Disc] = [*legs((1.85, 0.0)), *legs((1.85, far), 0.08 * k, 1.57)]
+        states.append(scene.look(discs).state)
+    assert states[8] is State.FOLLOWS
+    assert states[-1] is State.UNSURE
+
+
+def test_one_who_crosses_behind_changes_nothing() -> None:
+    scene = Scene()
+    scene.comes()
+    for k in range(40):
+        other = legs((2.9, 2.0 - 0.1 * k), 0.1 * k, 1.57)
+        said = scene.look([*legs((1.85, 0.0)), *other])
+        assert said.state is State.FOLLOWS
+        assert said.person_m == pytest.approx((1.85, 0.0), abs=0.15)
+
+
+def test_one_who_crosses_between_is_never_followed() -> None:
+    scene = Scene()
+    scene.comes()
+    for k in range(40):
+        said = scene.look([*legs((1.85, 0.0)), *legs((1.2, 2.0 - 0.1 * k), 0.1 * k, 1.57)])
+        if said.person_m is not None:
+            assert said.person_m == pytest.approx((1.85, 0.0), abs=0.2)

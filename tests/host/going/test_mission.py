@@ -1,0 +1,203 @@
+"""Mission: arrives, says what is in the way, where it is lost; pause, another goal, people."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import Future
+
+import numpy as np
+import pytest
+
+from gazechair.base.footprint import Footprint
+from gazechair.going.follow import ACCELERATE_M_S2, STOP, Pose, Stick
+from gazechair.going.mission import (
+    ARRIVED,
+    BLOCKED,
+    IDLE,
+    LOST,
+    PAUSED,
+    POSE_LOST,
+    WAITING,
+    Planned,
+)
+from gazechair.going.people import People
+from gazechair.going.plan import GOAL_BLOCKED
+from goingrig import TWO_ROOMS, GoingChair, floor
+
+START, GOAL = (1.5, 2.0, 0.0), (6.5, 2.0, math.pi / 2)
+
+
+@pytest.fixture
+def chair() -> GoingChair:
+    made = GoingChair(floor(TWO_ROOMS), START)
+    made.mission.go(GOAL)
+    return made
+
+
+def test_through_a_door_to_a_heading(chair: GoingChair) -> None:
+    assert chair.run(90.0) == ARRIVED
+    chair.run(1.0)
+    assert math.dist(chair.pose[:2], GOAL[:2]) < 0.1
+    assert abs(math.degrees(chair.pose[2] - GOAL[2])) < 4.0
+    assert chair.least_m > 0.02
+
+
+def test_another_goal_on_the_way(chair: GoingChair) -> None:
+    chair.run(8.0)
+    chair.mission.go((6.5, 1.0, 0.0))
+    moves = [chair.step() != STOP for _ in range(10)]
+    assert any(moves)
+    assert chair.run(90.0) == ARRIVED
+    assert math.dist(chair.pose[:2], (6.5, 1.0)) < 0.1
+
+
+def test_a_chair_found_beside_its_goal_at_the_end_goes_there(chair: GoingChair) -> None:
+    chair.mission._follower.step = end_of_way(chair)  # type: ignore[method-assign]
+    assert chair.run(90.0) == ARRIVED
+    chair.run(1.0)
+    assert math.dist(chair.pose[:2], GOAL[:2]) < 0.12
+
+
+def end_of_way(chair: GoingChair) -> Callable[[Pose, float, float], Stick]:
+    """The follower's step; its way ends, once, 0.4 m before it does."""
+    follower = chair.mission._follower
+    step = follower.step
+    ended: list[bool] = []
+
+    def shorter(pose: Pose, most_m_s: float, room_m: float) -> Stick:
+        if not ended and math.dist(pose[:2], GOAL[:2]) < 0.4:
+            ended.append(True)
+            follower.arrived = True
+        return step(pose, most_m_s, room_m)
+
+    return shorter
+
+
+def test_pause_and_resume(chair: GoingChair) -> None:
+    chair.run(8.0)
+    chair.mission.pause()
+    assert all(chair.step() == STOP for _ in range(20))
+    assert chair.mission.state == PAUSED
+    chair.mission.resume()
+    assert chair.run(90.0) == ARRIVED
+
+
+def test_it_drives_on_until_the_new_way_is_known(chair: GoingChair) -> None:
+    chair.run(8.0)
+    jobs: list[tuple[Callable[[], Planned], Future[Planned]]] = []
+
+    def later(job: Callable[[], Planned]) -> Future[Planned]:
+        jobs.append((job, Future()))
+        return jobs[-1][1]
+
+    chair.mission.submit = later
+    chair.mission.go((6.5, 1.0, 0.0))
+    old = chair.mission.way
+    assert all(chair.step() != STOP for _ in range(6))
+    chair.mission.go((6.5, 1.5, 0.0))  # before the plan is there: that one counts
+    for n in range(2):
+        job, found = jobs[n]
+        found.set_result(job())
+        chair.step()
+        chair.step()
+        assert len(jobs) == 2
+    assert chair.mission.way is not old
+    assert chair.run(90.0) == ARRIVED
+    assert math.dist(chair.pose[:2], (6.5, 1.5)) < 0.1
+
+
+def test_where_nothing_is_let_out_it_asks_a_third_of_the_time(chair: GoingChair) -> None:
+    chair.run(8.0)
+    chair.refuses = True
+    chair.run(2.0)
+    asked = 0
+    for _ in range(200):
+        chair.step()
+        asked += chair.asked != STOP
+    assert 10 < asked < 80
+
+
+def test_stop_ends_it(chair: GoingChair) -> None:
+    chair.run(8.0)
+    chair.mission.stop()
+    assert chair.step() == STOP
+    assert chair.mission.state == IDLE
+
+
+def test_a_lost_pose_is_said_within_half_a_second_and_nothing_moves(chair: GoingChair) -> None:
+    chair.run(8.0)
+    chair.located = False
+    for _ in range(10):
+        chair.step()
+    assert (chair.mission.state, chair.mission.reason) == (LOST, POSE_LOST)
+    assert chair.stick == STOP
+    chair.located = True
+    assert chair.run(90.0) == ARRIVED
+
+
+def test_a_pose_that_jumps_half_a_metre_makes_another_plan(chair: GoingChair) -> None:
+    chair.run(8.0)
+    plans = chair.mission.plans
+    chair.chair.place(chair.pose[0] - 0.5, chair.pose[1], math.degrees(chair.pose[2]))
+    chair.step()
+    chair.step()
+    assert chair.mission.plans == plans + 1
+    assert chair.run(90.0) == ARRIVED
+
+
+def test_a_board_that_lets_nothing_out_is_said_within_ten_seconds(chair: GoingChair) -> None:
+    chair.run(8.0)
+    chair.refuses = True
+    chair.run(3.5)
+    assert chair.mission.state == WAITING
+    chair.run(30.0)
+    assert chair.mission.reason
+
+
+def test_a_goal_in_a_wall_is_said_at_once() -> None:
+    chair = GoingChair(floor(TWO_ROOMS), START)
+    chair.mission.go((4.0, 0.5, 0.0))
+    chair.run(0.2)
+    assert (chair.mission.state, chair.mission.reason) == (BLOCKED, GOAL_BLOCKED)
+
+
+def test_a_door_that_is_closed_now_is_said_within_ten_seconds(chair: GoingChair) -> None:
+    door = np.stack((np.full(60, 4.0), np.linspace(1.45, 2.45, 60)), axis=1)
+    said = None
+    for k in range(400):
+        chair.step()
+        if k % 2 == 0:
+            x, y, heading = chair.pose
+            c, s = math.cos(heading), math.sin(heading)
+            own = (door - (x, y)) @ np.array(((c, -s), (s, c)))
+            chair.mission.scan(own, chair.now_s, chair.pose)
+        if chair.mission.state == BLOCKED:
+            said = chair.now_s
+            break
+    assert said is not None
+    assert said < 10.0 + 5.0
+    assert chair.least_m > 0.0
+
+
+def test_speed_grows_gently(chair: GoingChair) -> None:
+    speeds = []
+    for _ in range(400):
+        chair.step()
+        speeds.append(chair.chair.speed_m_s)
+    change = np.diff(speeds) / 0.05
+    assert change.max() < 1.7 * ACCELERATE_M_S2
+
+
+def test_who_walks_into_the_way_in_two_seconds_limits_the_speed() -> None:
+    people = People()
+    for k in range(12):
+        x, y = 3.0, 4.0 - 0.1 * k
+        around = np.array(((x, y - 0.05), (x, y), (x + 0.05, y), (x, y + 0.05)))
+        people.look(around, 0.1 * k)
+    assert people.tracks[0].walks
+    assert people.tracks[0].vy_m_s == pytest.approx(-1.0, abs=0.3)
+    way = np.array([(0.1 * k, 2.0, 0.0, 0.1 * k) for k in range(40)])
+    free = people.free_m(way, Footprint())
+    assert 1.0 < free < 3.0
+    assert math.isinf(people.free_m(way - (0.0, 3.0, 0.0, 0.0), Footprint()))

@@ -1,0 +1,113 @@
+"""Planner: through doors, docking, bounded, and a reason when there is no way."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+from gazechair.base.footprint import Footprint
+from gazechair.going.costmap import Costmap
+from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, START_BLOCKED, NoWay, Planner, Pose, Way
+from goingrig import TWO_ROOMS, floor
+
+START, GOAL = (1.5, 2.0, 0.0), (6.5, 2.0, math.pi / 2)
+
+
+def planned(
+    boxes=TWO_ROOMS, start: Pose = START, goal=GOAL, reverse=False, **floor_of
+) -> Way | NoWay:
+    return Planner(floor(boxes, **floor_of), reverse).plan(start, goal)
+
+
+def test_through_a_door() -> None:
+    found = planned()
+    assert isinstance(found, Way)
+    assert found.clearance_m > 0.05
+    assert found.points_m[0].tolist() == [1.5, 2.0]
+    assert found.points_m[-1].tolist() == [6.5, 2.0]
+    assert found.length_m < 5.5
+
+
+@pytest.mark.parametrize("turned", [0.0, 13.0])
+def test_through_a_door_of_85_centimetres(turned: float) -> None:
+    narrow = ((3.95, 0.0, 4.05, 1.525), (3.95, 2.375, 4.05, 4.0))
+    start = (1.5, 2.0, math.radians(turned))
+    found = planned(narrow, start)
+    assert isinstance(found, Way)
+    assert found.clearance_m > 0.0
+
+
+def test_a_door_as_wide_as_the_chair_is_none() -> None:
+    too_narrow = ((3.95, 0.0, 4.05, 1.65), (3.95, 2.35, 4.05, 4.0))
+    assert planned(too_narrow) == NoWay(NO_WAY)
+
+
+def test_a_goal_in_a_wall_is_blocked() -> None:
+    assert planned(goal=(4.0, 0.7, 0.0)) == NoWay(GOAL_BLOCKED)
+
+
+def test_a_start_in_an_obstacle_is_blocked() -> None:
+    assert planned(start=(4.0, 0.7, 0.0)) == NoWay(START_BLOCKED)
+
+
+def test_a_no_go_area_round_the_start() -> None:
+    drawn = np.array(((0.5, 1.0), (2.5, 1.0), (2.5, 3.0), (0.5, 3.0)))
+    assert planned(no_go=(drawn,)) == NoWay(START_BLOCKED)
+
+
+def test_nothing_seen_is_no_floor() -> None:
+    assert isinstance(planned(unseen=((0.0, 0.0, 8.0, 4.0),)), NoWay)
+
+
+def test_docking_ends_straight_on() -> None:
+    # Between two legs, 0.95 m apart: no turning there.
+    legs = ((6.6, 1.45, 7.6, 1.5), (6.6, 2.45, 7.6, 2.5))
+    found = planned((*TWO_ROOMS, *legs), goal=(6.7, 1.975, 0.0))
+    assert isinstance(found, Way)
+    last = found.points_m[-1] - found.points_m[-2]
+    assert abs(math.atan2(last[1], last[0])) < 0.05
+    assert found.clearance_m > 0.03
+
+
+def test_out_of_a_dead_end_backward_only_where_it_is_seen() -> None:
+    niche = ((1.0, 1.45, 2.9, 1.5), (1.0, 2.5, 2.9, 2.55), (2.85, 1.45, 2.9, 2.55))
+    start = (1.7, 2.0, 0.0)
+    backward = planned(niche, start, (5.5, 2.0, 0.0), reverse=True)
+    assert isinstance(backward, Way)
+    assert backward.backward
+    assert isinstance(planned(niche, start, (5.5, 2.0, 0.0)), NoWay)
+
+
+def test_another_goal_is_planned_within_half_a_second() -> None:
+    planner = Planner(floor(TWO_ROOMS))
+    spent = []
+    for y in (1.0, 1.5, 2.0, 2.5, 3.0):
+        begin_s = time.process_time()
+        assert isinstance(planner.plan(START, (6.5, y, 1.0)), Way)
+        spent.append(time.process_time() - begin_s)
+    assert sorted(spent)[2] < 0.5
+
+
+def test_rotated_walls_are_no_obstacle_to_a_door() -> None:
+    angle = math.radians(31.0)
+    c, s = math.cos(angle), math.sin(angle)
+    xs, ys = np.meshgrid(np.arange(0, 8, 0.01), np.arange(0, 4, 0.01), indexing="ij")
+    walls = (np.abs(xs - 4.0) < 0.05) & (np.abs(ys - 2.0) > 0.475)
+    walls |= (xs < 0.05) | (xs > 7.95) | (ys < 0.05) | (ys > 3.95)
+    u, v = c * xs - s * ys + 3.0, s * xs + c * ys + 1.0
+    occupied = np.zeros((420, 360), dtype=np.bool_)
+    free = np.zeros_like(occupied)
+    cells = (u / 0.025).astype(int), (v / 0.025).astype(int)
+    free[cells] = True
+    occupied[cells[0][walls], cells[1][walls]] = True
+    costmap = Costmap(occupied, free & ~occupied, 0.025, np.zeros(2), Footprint())
+
+    def turned(x: float, y: float, heading: float) -> Pose:
+        return c * x - s * y + 3.0, s * x + c * y + 1.0, heading + angle
+
+    found = Planner(costmap).plan(turned(1.5, 2.0, 0.0), turned(6.5, 2.0, 0.0))
+    assert isinstance(found, Way)
+    assert found.clearance_m > 0.0

@@ -1,0 +1,175 @@
+"""Kind "person": what it says while it chooses, follows, and once nothing is seen or known."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gazechair.base.footprint import Footprint
+from gazechair.producers.contract import Press, Said, Sensed, Setup
+from gazechair.producers.person import OLD_S, SIGHT_LOST, UNSEEN, PersonProducer
+from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.points import Piece
+from gazelink.settings_table import TABLE
+from gazesim import rays
+
+_LIDAR_M, _HALL_M, _HALF_S = 0.5, 6.0, 0.05
+_SETTINGS = {row[0]: row[1] for row in TABLE}
+
+
+class Chair:
+    """Stands in a round hall. `person`: distance ahead of its axle, None: nobody there."""
+
+    def __init__(self) -> None:
+        self.producer = PersonProducer(Setup(Footprint(), Path("none")))
+        self.now_s = 100.0
+        self.person: float | None = 3.4
+        self.track = 1
+        self._way = 0.0
+        self._random = np.random.default_rng(3)
+        self.said = Said(None)
+
+    def press(self, sees_behind: bool = True) -> None:
+        self.producer.press(Press(7, {}, _SETTINGS, sees_behind, self.now_s))
+
+    def half(self, number: int) -> tuple[Piece, Estimate]:
+        """Half a turn that ends now."""
+        directions = -180.0 * number - np.linspace(0.0, 179.5, 360)
+        angles = np.radians(directions)
+        here = np.full(len(angles), _LIDAR_M), np.zeros(len(angles))
+        swing = 0.17 * math.sin(math.pi * self._way / 0.35)
+        legs = []
+        if self.person is not None:
+            legs = [(self.person + side * swing, side * 0.09, 0.055) for side in (1.0, -1.0)]
+        seen = rays.cast_discs(*here, angles, np.array(legs, dtype=np.float64).reshape(-1, 3))
+        along = here[0] * np.cos(angles)
+        hall = -along + np.sqrt(along**2 - _LIDAR_M**2 + _HALL_M**2)
+        metres = np.minimum(seen, hall) + self._random.normal(0.0, 0.006, len(angles))
+        times = self.now_s + np.linspace(-_HALF_S, -0.0001, len(angles))
+        piece = Piece(directions, metres, times, (_LIDAR_M, 0.0), 720)
+        sure = (0.0, 0.0, 0.1, 0.02, 1.0, ())
+        return piece, Estimate(piece.middle_s, *(0.0,) * 6, *sure, self.track)
+
+    def runs(self, seconds: float, walk_m_s: float = 0.0, asked: bool = True) -> list[Said]:
+        """So long; what it says in each step."""
+        found, kept = [], Sensed()
+        for number in range(round(seconds / _HALF_S)):
+            self.now_s += _HALF_S
+            if self.person is not None:
+                self.person += walk_m_s * _HALF_S
+                self._way += abs(walk_m_s) * _HALF_S
+            piece, estimate = self.half(number)
+            kept.pieces.append(piece)
+            kept.estimates.append(estimate)
+            if asked:
+                found.append(self.producer.step(kept, self.now_s))
+                kept = Sensed()
+        self.waiting = kept
+        return found
+
+    def blind(self, seconds: float) -> list[Said]:
+        """So long without a lidar, or without odometry."""
+        found = []
+        for _ in range(round(seconds / _HALF_S)):
+            self.now_s += _HALF_S
+            found.append(self.producer.step(Sensed(), self.now_s))
+        return found
+
+    def follows(self) -> None:
+        """Somebody comes, stands there, and walks on."""
+        self.press()
+        self.runs(3.0, -0.5)
+        self.runs(2.6)
+        said = self.runs(2.0, 0.4)[-1]
+        assert said.state == "drives"
+        assert said.stick is not None
+        assert said.stick[0] > 100
+
+
+@pytest.fixture
+def chair() -> Chair:
+    return Chair()
+
+
+def test_stands_until_somebody_stands_before_it_then_follows(chair: Chair) -> None:
+    chair.press()
+    said = chair.runs(4.0, -0.39)
+    assert {(one.stick, one.state, one.reason) for one in said} == {
+        ((0, 0), "waits", "person_choosing")
+    }
+    assert chair.runs(2.6)[-1].state == "drives"
+    said = chair.runs(2.0, 0.4)
+    assert said[-1].stick is not None
+    assert said[-1].stick[0] > 100
+
+
+def test_who_came_before_the_press_need_not_come_again(chair: Chair) -> None:
+    chair.person = 2.55
+    chair.runs(1.4, -0.5, asked=False)
+    heard = chair.waiting
+    chair.runs(1.8, asked=False)
+    heard.pieces += chair.waiting.pieces
+    heard.estimates += chair.waiting.estimates
+    chair.press()
+    chair.producer.step(heard, chair.now_s)
+    assert chair.runs(0.5)[-1].state == "drives"
+
+
+def test_nobody_comes(chair: Chair) -> None:
+    chair.person = None
+    chair.press()
+    said = chair.runs(16.0)
+    assert (said[-1].stick, said[-1].state, said[-1].reason) == (None, "ended", "person_nobody")
+    assert all(one.stick in ((0, 0), None) for one in said)
+
+
+def test_out_of_sight_stands_then_ends_and_says_why(chair: Chair) -> None:
+    chair.follows()
+    chair.person = None
+    said = chair.runs(1.5)
+    assert said[3].stick == (0, 0)  # with the first whole turn
+    assert said[10].reason == "person_hidden"
+    assert (said[-1].stick, said[-1].state, said[-1].reason) == (None, "ended", "person_lost")
+
+
+def test_without_a_lidar_or_odometry_it_stands_then_ends(chair: Chair) -> None:
+    chair.follows()
+    said = chair.blind(1.5)
+    late = round(OLD_S / _HALF_S)
+    assert all(one.stick == (0, 0) for one in said[late + 1 : 2 * late])
+    assert said[2 * late].reason == SIGHT_LOST
+    assert (said[-1].stick, said[-1].state, said[-1].reason) == (None, "ended", SIGHT_LOST)
+
+
+def test_without_a_lidar_from_the_start_it_says_so(chair: Chair) -> None:
+    chair.press()
+    said = chair.blind(2.0)
+    assert all(one.stick in ((0, 0), None) for one in said)
+    assert said[-1].reason == SIGHT_LOST
+
+
+def test_a_chair_that_does_not_see_behind_itself_says_so_at_once(chair: Chair) -> None:
+    chair.press(sees_behind=False)
+    assert chair.runs(0.1)[0] == Said(None, "ended", UNSEEN)
+
+
+def test_odometry_that_begins_afresh_ends_it(chair: Chair) -> None:
+    chair.follows()
+    chair.track = 2
+    assert Said(None, "ended", SIGHT_LOST) in chair.runs(0.2)
+    chair.press()  # anew: whoever stands there is chosen anew
+    assert chair.runs(0.3)[-1].reason == "person_choosing"
+
+
+def test_the_same_piece_again_is_no_sight(chair: Chair) -> None:
+    chair.follows()
+    piece, estimate = chair.half(0)
+    said = []
+    for _ in range(20):
+        chair.now_s += _HALF_S
+        said.append(chair.producer.step(Sensed([piece], [estimate]), chair.now_s))
+    assert all(one.stick in ((0, 0), None) for one in said[8:])
+    assert said[-1].reason == SIGHT_LOST

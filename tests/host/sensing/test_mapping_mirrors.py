@@ -1,0 +1,48 @@
+"""A room seen in a mirror is left out of the map; a room behind a doorway stays."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gazechair.sensing.mapping.mapper import KeyScan
+from gazechair.sensing.mapping.mirrors import found, without_mirrored
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
+from gazemeasure.home_localization import _somewhere, look
+from gazesim import home_plans
+from gazesim.home_drive import FRONT, REAR
+from gazesim.homes import MIRROR, Home
+
+
+def seen(number: int) -> tuple[Home, list[KeyScan], OccupancyGrid]:
+    home = home_plans.home(number)
+    home.people = ()
+    chance = np.random.default_rng(number)
+    keys = []
+    for _ in range(60):
+        pose = _somewhere(home, chance)
+        one = look(home, pose, chance, (FRONT, REAR))
+        keys.append(KeyScan(pose, one.points_m, one.origins_m, 0.0, 0.0, 0.0))
+    return home, keys, occupancy_of(keys)
+
+
+def test_a_mirror_is_found_and_nothing_else_is_taken_for_one() -> None:
+    home, keys, grid = seen(13)
+    true = [solid.corners for solid in home.solids() if solid.material == MIRROR]
+    mirrors = found(keys, grid)
+    assert len(mirrors) == len(true) == 1
+    across = [corner[mirrors[0].axis] for corner in true[0]]
+    along = [corner[1 - mirrors[0].axis] for corner in true[0]]
+    assert mirrors[0].at_m == pytest.approx(np.mean(across), abs=0.04)
+    ends = mirrors[0].low_m, mirrors[0].high_m
+    assert ends == pytest.approx((min(along), max(along)), abs=0.25)
+    assert outside_of(home, grid) > 100
+    assert outside_of(home, occupancy_of(without_mirrored(keys, grid))) < 30
+
+
+def outside_of(home: Home, grid: OccupancyGrid) -> int:
+    """How many occupied cells lie outside of the home."""
+    rows = home.segments(0.25).reshape(-1, 2)
+    stands = grid.occupied_m()
+    low, high = rows.min(axis=0) - 0.1, rows.max(axis=0) + 0.1
+    return int(((stands < low) | (stands > high)).any(axis=1).sum())

@@ -1,0 +1,168 @@
+"""From a drive to a stored map and back: made, found again, told apart, deleted under way."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gazechair.base.health import Health
+from gazechair.config.configuration import LidarConfig
+from gazechair.sensing.mapping.desk import MapDesk
+from gazechair.sensing.mapping.home_map import HomeMap, load
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.places import EditRefused
+from gazechair.sensing.mapping.poses import between, compose
+from gazechair.sensing.mapping.service import MappingService
+from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.odometry.odometry import Estimate
+from maprig import START_S, Chair, made
+from patience import wait_until
+
+HOME, OTHER = 3, 1
+MADE_S, FOUND_S = 26.0, 9.0
+
+
+@pytest.fixture(scope="module")
+def maker(tmp_path_factory: pytest.TempPathFactory) -> Chair:
+    return made(tmp_path_factory.mktemp("maps"), HOME, "a", MADE_S)
+
+
+@pytest.fixture(scope="module")
+def found(maker: Chair) -> Chair:
+    """The chair in the same home, where it was made, and started anew; there is another map."""
+    made(maker.folder, OTHER, "b", 8.0)
+    return Chair(maker.folder, HOME, HOME)
+
+
+def test_a_drive_becomes_a_map_with_its_name(maker: Chair) -> None:
+    assert maker.told.ended == [{"n": 2, "reason": "", "detail": "", "map": "a"}]
+    assert maker.told.newest["making"] is None
+    assert len(maker.told.pictures) >= 3
+    place, png = maker.told.pictures[-1]
+    assert png.startswith(b"\x89PNG")
+    assert place["width"] > 50
+    assert maker.told.newest["state"] == "known"  # who made it knows where it is
+    maker.go(1.0)
+    assert maker.told.newest["fix"]["map"] == "a"
+    home = load(maker.folder / "a.map")
+    assert home.name == "home a"
+    assert home.grid.free.sum() * home.grid.cell_m**2 > 10.0
+    assert len(home.track) > 10
+    # Walls lie along the axes: at a slant they would fill all rows and columns alike.
+    occupied = home.grid.occupied
+    assert max(occupied.sum(axis=0).max(), occupied.sum(axis=1).max()) > 50
+
+
+def test_the_chair_is_found_in_its_map_and_in_no_other(found: Chair) -> None:
+    pairs = []
+
+    def look(_: Estimate) -> None:
+        newest = found.told.newest["fix"]
+        if newest is not None:
+            assert newest["map"] == "a"
+            true = found.drive.truth(newest["time_s"] - START_S)
+            pose = np.array((newest["x_m"], newest["y_m"], math.radians(newest["heading_deg"])))
+            heading = math.radians(true.heading_deg)
+            pairs.append((newest, pose, np.array((true.x_m, true.y_m, heading))))
+
+    found.go(FOUND_S, look)
+    assert pairs, found.told.newest
+    # The map's frame in the home's, by the first pose; all others agree.
+    _, first, true = pairs[0]
+    frame = compose(true, between(first, np.zeros(3)))
+    for newest, pose, true in pairs:
+        off = between(true, compose(frame, pose))
+        assert math.hypot(off[0], off[1]) < 0.05
+        assert abs(off[2]) < math.radians(2.0)
+        assert 0.005 < newest["sigma_m"] < 0.1
+    times = sorted({newest["time_s"] for newest, *_ in pairs})
+    assert len(times) > 5
+    assert np.diff(times).max() < 0.2  # at least five poses a second
+
+
+def test_drawn_on_made_anew_and_deleted_while_it_is_in_use(found: Chair) -> None:
+    """Only the last of these makes the chair forget where it is."""
+    MapStore(found.folder).draw("a", "home", {"x": 0.0, "y": 0.0, "heading": 0.0})
+    found.go(2.0)
+    assert found.told.newest["fix"]["map"] == "a"
+    found.word("make")
+    found.go(2.0)
+    assert found.told.newest["state"] == "making"
+    assert found.told.newest["fix"] is None
+    keys = found.told.newest["making"]["keys"]
+    assert keys >= 1
+    found.track = 1  # carried
+    found.go(1.0)
+    assert found.told.newest["making"]["doubt"] == "broken"
+    assert found.told.newest["making"]["keys"] <= keys + 1
+    found.word("know")
+    found.word("make")
+    found.now_s += 3.0  # the lidar is pulled
+    found.worker.tick()
+    assert found.told.newest["making"]["doubt"] == "silent"
+    found.word("know")
+    assert found.told.newest["making"] is None
+    (found.folder / "a.map").unlink()
+    (found.folder / "b.map").unlink()
+    found.go(2.0)
+    assert found.told.newest["state"] == "no_maps"
+
+
+def test_without_anything_seen_nothing_is_stored_and_it_says_so(tmp_path: Path) -> None:
+    chair = Chair(tmp_path, HOME, HOME)
+    chair.word("make")
+    chair.word("save", path=str(tmp_path / "a.map"), name="a")
+    chair.until(lambda: bool(chair.told.ended))
+    assert chair.told.ended[0]["reason"] == "map_empty"
+    # Its process was killed after it had stored: the next one finds it done; before: it is gone.
+    again = Chair(tmp_path, HOME, HOME)
+    again.word("save", path=str(tmp_path / "b.map"), name="a")
+    assert again.told.ended[0]["reason"] == "map_making_lost"
+    HomeMap("b", grid()).save(tmp_path / "b.map")
+    again.word("save", path=str(tmp_path / "b.map"), name="b")
+    assert again.told.ended[1] == {"n": 2, "reason": "", "detail": "", "map": "b"}
+
+
+def grid() -> OccupancyGrid:
+    cells = np.full((40, 40), 5, dtype=np.uint16)
+    return OccupancyGrid(0.05, np.zeros(2), cells, cells)
+
+
+@pytest.fixture
+def service(tmp_path: Path) -> Iterator[MappingService]:
+    lidar = LidarConfig(kind="s2", port="/nowhere", x_m=0.5)
+    made = MappingService((lidar,), tmp_path, Health("map"))
+    made.start()
+    yield made
+    made.stop()
+
+
+def test_killed_while_a_map_is_made_it_says_so_and_goes_on(service: MappingService) -> None:
+    desk = MapDesk(MapStore(service._folder), service)
+    wait_until(lambda: service.state == "no_maps", "its process")
+    assert service._health.state == "ok"
+    assert desk.as_json()["wants"] == "know"
+    desk.change({"make": True})
+    wait_until(lambda: desk.as_json()["making"] is not None, "it makes a map")
+    with pytest.raises(EditRefused, match="something else"):
+        desk.change({"make": True})
+    assert service.pid is not None
+    os.kill(service.pid, signal.SIGKILL)
+    wait_until(lambda: service.ended is not None, "that it is gone")
+    assert desk.as_json()["ended"]["reason"] == "map_making_lost"
+    assert desk.as_json()["making"] is None
+    wait_until(lambda: service._health.state == "ok" and service.state == "no_maps", "it is back")
+    desk.change({"make": True})
+    wait_until(lambda: service.state == "making", "it makes another")
+    desk.change({"save": "home"})
+    wait_until(lambda: service.ended is not None, "an empty map")
+    assert desk.as_json()["ended"]["reason"] == "map_empty"
+    assert desk.as_json()["wants"] == "make"  # drive on, and try again
+    desk.change({"discard": True})
+    assert desk.as_json()["wants"] == "know"

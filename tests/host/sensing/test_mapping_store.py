@@ -1,0 +1,263 @@
+"""The stored maps: names and drawings, damaged files, two who edit at once, a kill in a save."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gazechair.sensing.mapping import home_map
+from gazechair.sensing.mapping.desk import MapDesk
+from gazechair.sensing.mapping.home_map import HomeMap
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.places import EditRefused, name_of
+from gazechair.sensing.mapping.store import MapStore
+from patience import wait_until
+
+BED = {"name": "Bed", "icon": "bed", "x": 1.0, "y": 0.5, "heading": -90.0}
+SQUARE = [[0.1, 0.1], [1.0, 0.1], [1.0, 1.0]]
+
+
+def home(name: str = "home") -> HomeMap:
+    """2 m by 2 m, with a wall along one side."""
+    hits = np.zeros((40, 40), dtype=np.uint16)
+    hits[0] = 5
+    passes = np.where(hits, 0, 5).astype(np.uint16)
+    return HomeMap(name, OccupancyGrid(0.05, np.zeros(2), hits, passes), "2026-11-22T20:00:00Z")
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> MapStore:
+    home().save(tmp_path / "a.map")
+    home("other").save(tmp_path / "b.map")
+    return MapStore(tmp_path)
+
+
+def refused(act: Any, *values: Any) -> str:
+    with pytest.raises(EditRefused) as caught:
+        act(*values)
+    assert str(caught.value)
+    return caught.value.reason
+
+
+def test_what_is_drawn_is_stored_and_read_back(store: MapStore, tmp_path: Path) -> None:
+    store.draw("a", "place", BED)
+    store.draw("a", "place", {**BED, "name": "Desk", "icon": "desk"})
+    store.draw("a", "place", {**BED, "number": 1, "name": "My bed"})
+    store.draw("a", "no_go", SQUARE)
+    store.draw("a", "home", {"x": 1, "y": 1, "heading": 0})
+    store.draw("a", "remove_place", 2)
+    store.rename("a", "  my \t home ")
+    found = home_map.load(tmp_path / "a.map")
+    assert found.name == "my home"
+    assert found.drawn.as_json() == {
+        "places": [{**BED, "number": 1, "name": "My bed", "heading": 270.0}],
+        "no_go": [{"number": 1, "corners": SQUARE}],
+        "home": {"x": 1.0, "y": 1.0, "heading": 0.0},
+    }
+    before = home_map.load(tmp_path / "a.before")
+    assert (before.name, before.drawn) == ("home", found.drawn)
+
+
+@pytest.mark.parametrize(
+    ("act", "value", "reason"),
+    [
+        ("place", {**BED, "x": 50.0}, "map_outside"),
+        ("place", {**BED, "x": float("nan")}, "map_wish"),
+        ("place", {**BED, "y": True}, "map_wish"),
+        ("place", {**BED, "heading": "north"}, "map_wish"),
+        ("place", {**BED, "icon": "../../bed"}, "map_wish"),
+        ("place", {**BED, "name": ""}, "map_name"),
+        ("place", {**BED, "number": 7}, "map_gone"),
+        ("place", [1], "map_wish"),
+        ("remove_place", 1, "map_gone"),
+        ("remove_place", "x", "map_gone"),
+        ("no_go", SQUARE[:2], "map_area"),
+        ("no_go", [[0.1, 0.1]] * 3, "map_area"),
+        ("no_go", SQUARE * 20, "map_area"),
+        ("no_go", [[0.1], 1, 2], "map_area"),
+        ("no_go", [[0.1, 0.1], [1e9, 0.1], [1.0, 1.0]], "map_wish"),
+        ("remove_no_go", None, "map_gone"),
+        ("home", {"x": -1.0, "y": 0.0, "heading": 0.0}, "map_outside"),
+    ],
+)
+def test_a_drawing_that_makes_no_sense_is_refused(
+    store: MapStore, tmp_path: Path, act: str, value: Any, reason: str
+) -> None:
+    data = (tmp_path / "a.map").read_bytes()
+    assert refused(store.draw, "a", act, value) == reason
+    assert (tmp_path / "a.map").read_bytes() == data
+
+
+@pytest.mark.parametrize(
+    "name", ["", "  ", "\U0001f3e0" * 10_000, "x" * 41, "a\x00b", "a\u202eb", 7, None, ["a"]]
+)
+def test_a_name_that_is_none(store: MapStore, name: Any) -> None:
+    assert refused(store.rename, "a", name) == "map_name"
+
+
+def test_names_may_be_what_they_like_and_name_no_file(store: MapStore, tmp_path: Path) -> None:
+    for name in ("../../etc/passwd", "\U0001f468\u200d\U0001f469\u200d\U0001f467 thuis", "C:\\"):
+        store.rename("a", name)
+        assert store.get("a").map.name == name_of(name)  # type: ignore[union-attr]
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["a.before", "a.map", "b.map"]
+    assert refused(store.rename, "a", "OTHER") == "map_name_taken"
+    for id_ in ("../b", "c", ""):
+        assert store.get(id_) is None
+        assert refused(store.delete, id_) == "map_gone"
+
+
+@pytest.mark.parametrize("spoilt", [b"", b"\xff" * 5000, b"half", b"PK\x03\x04"])
+def test_a_file_that_cannot_be_used_is_told_and_the_one_before_serves(
+    store: MapStore, tmp_path: Path, spoilt: bytes
+) -> None:
+    store.draw("a", "place", BED)
+    path = tmp_path / "a.map"
+    path.write_bytes(path.read_bytes()[:-40] if spoilt == b"half" else spoilt)
+    stored = store.get("a")
+    assert stored is not None
+    assert stored.map is not None  # the one before
+    assert stored.map.drawn.places == ()
+    assert "a.map" in stored.problem
+    assert store.get("b").problem == ""  # type: ignore[union-attr]
+    # A change goes on from there, and what was damaged is kept aside.
+    store.draw("a", "place", BED)
+    assert store.get("a").problem == ""  # type: ignore[union-attr]
+    assert (tmp_path / "a.damaged").exists()
+    # Without one before it, the map cannot be used, and is told.
+    (tmp_path / "a.before").unlink()
+    path.write_bytes(spoilt)
+    assert store.get("a").map is None  # type: ignore[union-attr]
+    assert refused(store.draw, "a", "place", BED) == "map_damaged"
+    desk = MapDesk(store, None)
+    assert [row["problem"] for row in desk.as_json()["maps"]] == ["map_damaged", ""]
+    assert refused(desk.details, "a") == "map_damaged"
+    store.delete("a")
+    assert [one.id for one in store.all()] == ["b"]
+
+
+def test_a_file_of_a_newer_version_is_left_alone(store: MapStore, tmp_path: Path) -> None:
+    path = tmp_path / "a.map"
+    newer = b"gazechair-map 3\n" + path.read_bytes()
+    path.write_bytes(newer)
+    assert refused(store.rename, "a", "mine") == "map_damaged"
+    assert path.read_bytes() == newer
+
+
+def test_a_file_of_the_first_version_is_read(tmp_path: Path) -> None:
+    import json
+    import zlib
+
+    home().save(tmp_path / "a.map")
+    _, line, rest = (tmp_path / "a.map").read_bytes().split(b"\n", 2)
+    header = json.loads(line)
+    del header["drawn"]
+    data = b"gazechair-map 1\n" + json.dumps(header).encode() + b"\n" + rest[:-4]
+    (tmp_path / "a.map").write_bytes(data + zlib.crc32(data).to_bytes(4, "little"))
+    assert home_map.load(tmp_path / "a.map").name == "home"
+
+
+def test_two_who_edit_at_once_lose_nothing(store: MapStore) -> None:
+    wrong: list[Exception] = []
+
+    def draw(who: str) -> None:
+        try:
+            for number in range(10):
+                store.draw("a", "place", {**BED, "name": f"{who} {number}"})
+        except Exception as error:
+            wrong.append(error)
+
+    threads = [threading.Thread(target=draw, args=(who,)) for who in ("anna", "bert")]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert wrong == []
+    places = store.get("a").map.drawn.places  # type: ignore[union-attr]
+    assert len(places) == 20
+    assert len({one.number for one in places}) == 20
+
+
+SAVES = """
+import sys
+from pathlib import Path
+from gazechair.sensing.mapping.store import MapStore
+store = MapStore(Path(sys.argv[1]))
+number = 0
+while True:
+    number += 1
+    store.rename("a", f"home {number}")
+    print(number, flush=True)
+"""
+
+
+def test_killed_in_the_middle_of_a_save_the_map_is_whole(store: MapStore, tmp_path: Path) -> None:
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    for _ in range(2):
+        child = subprocess.Popen(
+            [sys.executable, "-c", SAVES, str(tmp_path)], env=environment, stdout=subprocess.PIPE
+        )
+        assert child.stdout is not None
+        for _ in range(5):
+            assert child.stdout.readline()
+        child.send_signal(signal.SIGKILL)
+        child.wait()
+        child.stdout.close()
+        assert home_map.load(tmp_path / "a.map").name.startswith("home ")
+        assert home_map.load(tmp_path / "a.before").name.startswith("home")
+    (tmp_path / "c.new").write_bytes(b"half")
+    MapDesk(store, None)
+    assert not list(tmp_path.glob("*.new"))
+
+
+def test_at_most_20_maps(store: MapStore, tmp_path: Path) -> None:
+    for number in range(25):
+        home(f"h{number}").save(tmp_path / f"m{number:02}.map")
+    assert len(store.all()) == 20
+    assert refused(store.check_name, "one more") == "map_full"
+    wait_until(lambda: len(store.all()) == 20, "it stays so")
+
+
+def test_a_full_disk_is_told(store: MapStore, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(home_map, "replace_file", full)
+    assert refused(store.draw, "a", "place", BED) == "map_not_stored"
+    assert store.get("a").map.drawn.places == ()  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize(
+    "wish",
+    [
+        {},
+        {"map": "a"},
+        {"map": 7, "rename": "x"},
+        {"map": "a", "rename": "x", "delete": True},
+        {"map": "a", "delete": 1},
+        {"map": "a", "make": True},
+        {"fly": True},
+        {"discard": "yes"},
+    ],
+)
+def test_a_wish_that_is_none(store: MapStore, wish: dict[str, Any]) -> None:
+    assert refused(MapDesk(store, None).change, wish) == "map_wish"
+
+
+def test_without_a_lidar_maps_are_kept_and_none_is_made(store: MapStore) -> None:
+    desk = MapDesk(store, None)
+    assert refused(desk.change, {"make": True}) == "map_no_lidar"
+    desk.change({"map": "a", "rename": "mine"})
+    rows = desk.as_json()["maps"]
+    assert [(row["map"], row["name"]) for row in rows] == [("a", "mine"), ("b", "other")]
+    assert desk.where() is None
+    details = desk.details("a")
+    assert details["picture"] == {"cell_m": 0.05, "x": 0.0, "y": 0.0, "width": 40, "height": 40}
+    assert desk.picture("a").startswith(b"\x89PNG")

@@ -1,0 +1,29 @@
+"""The benchmark of assist: a door and a room by a simulated gaze driver; judged by the truth."""
+
+import math
+from itertools import pairwise
+
+from gazemeasure.go_assist import BARE, HELPED, Run, cluttered, door
+
+
+def test_a_door_beside_the_way_is_passed_with_assist_in_few_commands():
+    outcome = Run(door(5, 0.90), HELPED, 5, "3.1")()
+    assert outcome.arrived
+    assert not outcome.contact
+    assert outcome.commands <= 4
+    assert outcome.loose == 0
+
+
+def test_without_the_rule_the_same_person_bumps_into_the_door():
+    outcome = Run(door(5, 0.81), BARE, 5, "3.1")()
+    assert outcome.contact
+    assert not outcome.arrived
+
+
+def test_a_cluttered_room_has_a_route_that_keeps_off_everything():
+    task = cluttered(3)
+    assert len(task.route) >= 2
+    start = task.room.start
+    route = (start[:2], *task.route)
+    for (x, y), (nx, ny) in pairwise(route[1:]):
+        assert not task.room.collides(x, y, math.degrees(math.atan2(ny - y, nx - x)))

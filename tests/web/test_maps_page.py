@@ -1,0 +1,172 @@
+"""Maps on the pages: made while driving, drawn on by taps; a quiet one for the driver."""
+
+import numpy as np
+import pytest
+
+from gazechair.sensing.mapping.home_map import HomeMap
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.picture import drawn
+from layoutshift import WATCH, take
+from patience import wait_until
+
+pytestmark = pytest.mark.browser
+
+CELLS = np.full((80, 60), 5, dtype=np.uint16)
+CELLS[0] = 0
+PICTURE = drawn(HomeMap("Thuis", OccupancyGrid(0.1, np.array((-1.0, -2.0)), 5 - CELLS, CELLS)))
+ROW = {"map": "a1", "name": "Thuis", "made": "2026-11-22T20:00:00Z", "floor_m2": 40, "problem": ""}
+NOTHING = {"places": [], "no_go": [], "home": None}
+DETAILS = {**ROW, "picture": PICTURE.as_json(), **NOTHING}
+WHERE = {"map": "a1", "x": 3.0, "y": 1.0, "heading": 90.0, "sigma": 0.02, "sigma_deg": 0.5}
+IDLE = {
+    "state": "no_maps",
+    "wants": "know",
+    "making": None,
+    "ended": None,
+    "where": None,
+    "maps": [],
+}
+KNOWN = {**IDLE, "state": "known", "where": WHERE, "maps": [ROW]}
+MAKING = {"keys": 9, "loops": 2, "driven_m": 12.4, "doubt": "", "x": 3.0, "y": 1.0, "heading": 0.0}
+
+
+def test_a_caretaker_makes_a_map_and_draws_on_it(caretaker):
+    host, page = caretaker.host, caretaker.page
+    host.pictures |= {"a1": PICTURE.png, "growing": PICTURE.png}
+    host.replies |= {
+        "GET /maps/a1": (200, DETAILS),
+        "GET /maps/growing": (200, {"picture": PICTURE.as_json()}),
+    }
+
+    def now(answer) -> None:
+        """The host's answer from now on, and the page has shown it."""
+        host.replies |= {"GET /maps": (200, answer), "POST /maps": (200, answer)}
+        for _ in range(3):
+            caretaker.advance(600)
+            page.wait_for_load_state("networkidle")
+
+    def told() -> str:
+        return page.locator("#maps .told").inner_text()
+
+    def posted(wish) -> None:
+        wait_until(lambda: ("/maps", wish) in host.posted, f"{wish} among {host.posted[-3:]}")
+
+    def press(text: str) -> None:
+        page.locator("#maps button", has_text=text).locator("visible=true").first.click()
+
+    now(IDLE)
+    page.locator("#tab-settings").click()
+    page.locator("#tab-maps").click()
+    caretaker.wait_until(lambda: caretaker.advance(600) or "nog geen kaart" in told(), "the list")
+    press("Kaart maken")
+    posted({"make": True})
+    now({**IDLE, "state": "making", "wants": "make", "making": MAKING})
+    assert told() == "De kaart groeit: 12 m gereden, 2 keer teruggevonden."
+    page.evaluate(WATCH)
+    take(page)
+    now({**IDLE, "state": "making", "wants": "make", "making": {**MAKING, "driven_m": 230.0}})
+    assert take(page) == [], "nothing moves by itself"
+    caretaker.screenshot("map_making")
+    now({**IDLE, "wants": "make", "making": {**MAKING, "doubt": "broken"}})
+    assert "telt niet mee" in told()
+    page.locator("#maps .making input").fill("Thuis")
+    press("Bewaren")
+    posted({"save": "Thuis"})
+    stored = {"reason": "", "detail": "", "map": "a1"}
+    now({**KNOWN, "ended": stored})
+    assert "is bewaard" in told()
+
+    # A place: two taps, a name, a sign. The map is 8 m by 6 m.
+    press("Plek")
+    assert told() == "Tik waar de stoel dan staat."
+    box = page.locator("#maps canvas").bounding_box()
+    scale = min(box["width"] / 8.0, box["height"] / 6.0)
+
+    def tap(x: float, y: float) -> None:
+        """At these metres of the map."""
+        left, top = (box["width"] - 8.0 * scale) / 2, (box["height"] - 6.0 * scale) / 2
+        at = {"x": left + (x + 1.0) * scale, "y": top + (4.0 - y) * scale}
+        page.locator("#maps canvas").click(position=at)
+
+    tap(2.0, 1.0)
+    tap(2.0, 3.0)
+    page.locator("#maps .form input").fill("Bed van opa")
+    page.locator("#maps .form select").select_option("bed")
+    press("Bewaren")
+    wait_until(lambda: "place" in host.posted[-1][1], "the place")
+    wish = host.posted[-1][1]
+    assert (wish["map"], wish["place"]["name"], wish["place"]["icon"]) == (
+        "a1",
+        "Bed van opa",
+        "bed",
+    )
+    found = [wish["place"][name] for name in ("x", "y", "heading")]
+    assert found == pytest.approx([2.0, 1.0, 90.0], abs=1.5)
+    assert found[:2] == pytest.approx([2.0, 1.0], abs=0.1)
+    # An area: three corners or more; a refusal is told in plain words.
+    press("Verboden gebied")
+    for corner in ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)):
+        tap(*corner)
+    host.replies["POST /maps"] = (400, {"reason": "map_area", "detail": "no extent"})
+    press("Klaar")
+    wait_until(lambda: "no_go" in host.posted[-1][1], "the area")
+    assert len(host.posted[-1][1]["no_go"]) == 3
+    caretaker.wait_until(lambda: "geen gebied" in told(), "why not")
+    # Removed and deleted only at the second press.
+    place = {"number": 1, "name": "Bed", "icon": "bed", "x": 2.0, "y": 1.0, "heading": 90.0}
+    host.replies["GET /maps/a1"] = (200, {**DETAILS, "places": [place]})
+    now({**KNOWN, "maps": [{**ROW, "name": "Ons huis"}]})
+    caretaker.wait_until(lambda: page.locator("#maps li").count() == 1, "the place's row")
+    caretaker.screenshot("map_drawn")
+    before = len(host.posted)
+    delete = page.locator("#maps .rename .sure")
+    delete.click()
+    assert len(host.posted) == before
+    caretaker.advance(1000)
+    delete.click()
+    posted({"map": "a1", "delete": True})
+
+
+def test_a_driver_sees_a_small_map_that_is_calm_and_no_target(driver):
+    host, page = driver.host, driver.page
+    host.pictures["a1"] = PICTURE.png
+    host.replies["GET /maps/a1"] = (200, DETAILS)
+    small = page.locator("#small-map")
+    driver.run_for(3000)
+    assert small.count() == 0  # not even fetched
+    page.evaluate(WATCH)
+
+    def shown() -> bool:
+        host.say_state(where=WHERE)
+        driver.run_for(500)
+        return small.count() == 1 and small.is_visible()
+
+    wait_until(shown, "the small map")
+    driver.screenshot("map_small")
+    assert take(page) == [], "nothing else has moved"
+    box = small.bounding_box()
+    at = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    under = "([x, y]) => document.elementFromPoint(x, y).closest('#small-map') === null"
+    assert page.evaluate(under, at)
+    before = small.screenshot()
+    host.say_state(where={**WHERE, "x": 4.0})
+    driver.run_for(500)
+    assert small.screenshot() == before  # at most every 2 s
+
+    def tell(**news) -> None:
+        """For 2.5 s, as a host does."""
+        for _ in range(5):
+            host.say_state(**news)
+            driver.run_for(500)
+
+    tell(where={**WHERE, "x": 4.0})
+    assert small.screenshot() != before
+    # What is told needs the room; and where the chair is not known, there is no map.
+    host.say_state(level="error", message="board_lost")
+    driver.run_for(200)
+    assert not small.is_visible()
+    host.say_state(level="ok", message="ok")
+    driver.run_for(200)
+    assert small.is_visible()
+    tell(where=None)
+    assert not small.is_visible()

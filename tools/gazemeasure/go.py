@@ -1,0 +1,85 @@
+"""Measures how the chair takes itself from place to place: missions in generated homes.
+
+The board's real core decides in every millisecond what of it may be put out; the simulator's truth
+alone judges. A mission has one press, as a person gives it: where the board ends that, it has not
+arrived. See go_rig for the parts, go_missions for what is drawn, go_ideal for what time is compared
+with.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from multiprocessing import get_context
+
+import numpy as np
+
+from gazemeasure import go_assist, go_floor, go_line
+from gazemeasure.go_missions import KINDS, Job, Result, mission
+from gazemeasure.report import Report, percentile
+
+_QUICK = 3
+_PROCESSES = 2
+_MOST_SPENT = 7
+_LEAST_ARRIVED = {"two lidars": 99.0, "one lidar": 95.0, "foreign chairs": 95.0}
+
+_NOT_YET = (
+    "the pose from odometry and map match (here: the truth with errors of 1.5 cm, 0.3 deg)",
+    "the whole firmware with its frames (here: its core, with auto presses and supervision)",
+    "ROS maps, closed doors on the way, 1000 missions in 100 homes",
+)
+_ONE_LIDAR = "one lidar in front: what turns sweep is unseen, so the board lets no auto motion turn"
+
+
+def measure(quick: bool) -> Report:
+    """Run everything; see Report."""
+    report = Report("go: from place to place by itself")
+    jobs = [
+        Job(kind, seed)
+        for kind, count in KINDS.items()
+        for seed in range(_QUICK if quick else count)
+    ]
+    with get_context("fork").Pool(_PROCESSES) as pool:
+        done = pool.map(mission, jobs, chunksize=1)
+    for kind in KINDS:
+        _add(report, kind, [one for one in done if one.job.kind == kind])
+    plan_s = [value for one in done for value in one.plan_s]
+    step_ms = [value for one in done for value in one.step_ms]
+    report.add("planning, 95 %", percentile(plan_s, 0.95), "s CPU", 0.5)
+    report.add("a step of the mission, 95 %", percentile(step_ms, 0.95), "ms CPU")
+    report.add("acceleration, most", max(one.acceleration for one in done), "m/s2")
+    report.add("jerk, 99 %", float(np.median([one.jerk for one in done])), "m/s3")
+    _add_spent(report, done)
+    go_floor.measure(report, quick)
+    go_line.measure(report, quick)
+    go_assist.measure(report, quick)
+    for line in _NOT_YET:
+        report.note(f"not measured yet: {line}")
+    report.note(_ONE_LIDAR)
+    for one in done:
+        if not one.arrived:
+            report.note(f"{one.job.kind} {one.job.seed}: {one.why}")
+    return report
+
+
+def _add_spent(report: Report, done: list[Result]) -> None:
+    """What the time of all missions went to, in percent, the largest first."""
+    total: Counter[str] = Counter()
+    for one in done:
+        total.update(one.spent_s)
+    for what, seconds in total.most_common(_MOST_SPENT):
+        report.add(f"time: {what.strip()}", 100.0 * seconds / total.total(), "%")
+
+
+def _add(report: Report, kind: str, done: list[Result]) -> None:
+    arrived = 100.0 * float(np.mean([one.arrived for one in done]))
+    least = _LEAST_ARRIVED.get(kind)
+    report.add(f"{kind}: arrived", arrived, f"% of {len(done)}", least, at_least=True)
+    report.add("  collisions", sum(one.collisions for one in done), "", 0.0)
+    report.add("  smallest gap to anything", min(one.least_m for one in done), "m")
+    ratios = [one.ratio for one in done if one.arrived]
+    if ratios:
+        limit = 1.3 if kind == "two lidars" else None
+        report.add("  time by the ideal, median", percentile(ratios, 0.5), "", limit)
+    moved = [one.moves_after_s for one in done if one.moves_after_s is not None]
+    if moved:
+        report.add("  another goal: new motion after, 95 %", percentile(moved, 0.95), "s", 0.5)

@@ -1,0 +1,60 @@
+"""The ideal time of a way: the permitted speed on its legs, time-optimal turns between them.
+
+Permitted is what the board's cap for auto motions lets out, at most 0.35 m/s of the chair's
+outermost point; until it trusts the profile, of the fastest chair that it might be. No ramps on the
+legs, nothing for creeping through what is narrow.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from gazeboard.core.stopping import Stopping
+from gazechair.going.chair_numbers import CAP_M_S, ChairNumbers
+from gazechair.going.plan import Pose, Way
+from gazelink import codes
+
+
+class Permitted:
+    """What auto motions of one chair may do, forward and turning on the spot."""
+
+    def __init__(self, settings: Any, numbers: ChairNumbers, trusted: bool) -> None:
+        """`settings`: the board's. `trusted`: the chair turns as the selected profile says."""
+        self.numbers = numbers
+        forward, left, right = (
+            self._share(Stopping(settings, direction, trusted).auto)
+            for direction in (codes.DIR_FORWARD, codes.DIR_LEFT, codes.DIR_RIGHT)
+        )
+        self.m_s = min(CAP_M_S, forward * numbers.forward_m_s)
+        self.deg_s = max(left * numbers.left_deg_s, right * numbers.right_deg_s)
+
+    def _share(self, permille: int) -> float:
+        deadband = self.numbers.deadband
+        return (permille / 1000.0 - deadband) / (1.0 - deadband)
+
+
+def ideal_s(way: Way, start: Pose, permitted: Permitted) -> float:
+    """The same way at the permitted speed, and time-optimal turns on the spot."""
+    total, before = way.length_m / permitted.m_s, start[2]
+    for number, (a, b) in enumerate(zip(way.points_m[:-1], way.points_m[1:], strict=True)):
+        heading = math.atan2(b[1] - a[1], b[0] - a[0])
+        if way.backward and number == 0:
+            heading += math.pi
+        total += _turn_s(heading - before, permitted)
+        before = heading
+    if way.heading_rad is not None:
+        total += _turn_s(way.heading_rad - before, permitted)
+    return total
+
+
+def _turn_s(angle_rad: float, permitted: Permitted) -> float:
+    """Full deflection, full brake, dead time once; the lag as a delay."""
+    angle = abs(math.degrees(math.remainder(angle_rad, 2.0 * math.pi)))
+    if angle < 2.0:
+        return 0.0
+    numbers, most = permitted.numbers, permitted.deg_s
+    up, down = numbers.accelerate_deg_s2, numbers.brake_deg_s2
+    peak = min(most, math.sqrt(2.0 * angle * up * down / (up + down)))
+    ramps = peak / up + peak / down
+    return numbers.dead_s + numbers.lag_s + ramps + (angle - 0.5 * peak * ramps) / most

@@ -1,0 +1,101 @@
+"""A map made on a drive through a generated home, judged by the home itself."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazechair.sensing.mapping.home_map import HomeMap
+from gazechair.sensing.mapping.looks import Looks
+from gazechair.sensing.mapping.making import Making
+from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.sensing.odometry.points import Piece
+from gazemeasure.report import Report
+from gazesim.home_drive import LIDAR_HEIGHT_M, Truth
+from gazesim.homes import Home
+
+Array = NDArray[np.float64]
+
+WALLS_M = 0.03  # 95 % of what is occupied is so near a surface
+# A room is doubled when key scans are so far off, or much of what is occupied is nowhere near.
+_DOUBLED_M, _NOWHERE_M, _NOWHERE_SHARE = 0.3, 0.15, 0.03
+_AT_ONCE = 500
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What a map is worth."""
+
+    off_m: Array
+    """Each occupied cell's distance from the nearest surface."""
+    keys_off_m: Array
+    """Each key scan's distance from where it was made."""
+
+    @property
+    def doubled(self) -> bool:
+        """A room is where it is not."""
+        nowhere = float((self.off_m > _NOWHERE_M).mean())
+        return bool(self.keys_off_m.max() > _DOUBLED_M) or nowhere > _NOWHERE_SHARE
+
+
+class MapJudge:
+    """Makes the map of a drive; feed it what odometry gets and gives."""
+
+    def __init__(self, home: Home) -> None:
+        self._home = home
+        self._looks, self._making = Looks(), Making()
+        self._true: list[tuple[float, float]] = []
+        self._states: dict[object, Array] = {}
+
+    def take(self, piece: Piece, estimate: Estimate, true: Truth) -> None:
+        """A piece, its estimate and the truth."""
+        self._looks.piece(piece)
+        if self._looks.estimate(estimate) and self._making.take(self._looks):
+            self._true.append((true.x_m, true.y_m))
+            doors = tuple(door.open for door in self._home.doors)
+            state = doors, tuple(solid.corners for solid in self._home.furniture)
+            if state not in self._states:
+                self._states[state] = self._home.segments(LIDAR_HEIGHT_M)
+
+    def judged(self) -> Judged:
+        """After the drive. Whatever stood somewhere meanwhile is right there."""
+        home: HomeMap = self._making.finished("judged")
+        true, found = np.array(self._true), home.track[:, :2]
+        # The map's frame in the home's: what fits the key scans best.
+        here, there = found - found.mean(axis=0), true - true.mean(axis=0)
+        products = here.T @ there
+        turn = math.atan2(products[0, 1] - products[1, 0], products[0, 0] + products[1, 1])
+        c, s = math.cos(turn), math.sin(turn)
+        rotation = np.array(((c, s), (-s, c)))
+
+        def placed(points_m: Array) -> Array:
+            return np.asarray((points_m - found.mean(axis=0)) @ rotation + true.mean(axis=0))
+
+        surfaces = np.unique(np.concatenate(list(self._states.values())), axis=0)
+        off_m = _off_m(placed(home.grid.occupied_m()), surfaces)
+        return Judged(off_m, np.hypot(*(placed(found) - true).T))
+
+
+def add_rows(report: Report, lidars: str, maps: list[Judged]) -> None:
+    """What became of the maps of all drives with these lidars."""
+    off_m = np.concatenate([one.off_m for one in maps])
+    report.add(f"maps of homes, {lidars}: walls, 95 %", np.percentile(off_m, 95), "m", WALLS_M)
+    worst = max(float(np.percentile(one.off_m, 95)) for one in maps)
+    report.add("  in the worst home", worst, "m")
+    report.add("  key scans, most off", max(float(one.keys_off_m.max()) for one in maps), "m")
+    report.add("  homes with a doubled room", float(sum(one.doubled for one in maps)), "", 0.0)
+
+
+def _off_m(places_m: Array, surfaces: Array) -> Array:
+    begin, along = surfaces[:, :2], surfaces[:, 2:] - surfaces[:, :2]
+    length = np.maximum((along**2).sum(axis=1), 1e-12)
+    found = []
+    for at in range(0, len(places_m), _AT_ONCE):
+        off = places_m[at : at + _AT_ONCE, None] - begin
+        share = np.clip((off * along).sum(axis=2) / length, 0.0, 1.0)
+        apart = off - share[..., None] * along
+        found.append(np.hypot(apart[..., 0], apart[..., 1]).min(axis=1))
+    return np.concatenate(found)

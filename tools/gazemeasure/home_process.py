@@ -1,0 +1,76 @@
+"""Odometry's process, fed in real time as the lidars' process and the board feed it."""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import replace
+from pathlib import Path
+
+from gazechair.base.health import Health
+from gazechair.config.configuration import LidarConfig
+from gazechair.sensing.odometry import inbox
+from gazechair.sensing.odometry.inbox import HalfTurn
+from gazechair.sensing.odometry.obeys import Obeys
+from gazechair.sensing.odometry.odometry import Motion
+from gazechair.sensing.odometry.points import Piece
+from gazechair.sensing.odometry.service import OdometryService
+from gazemeasure.growth import Holding
+from gazemeasure.report import Report
+from gazesim import home_plans
+from gazesim.home_drive import FRONT, Drive
+
+_SECONDS, _SECONDS_QUICK = 120.0, 8.0
+_STARTS_S = 30.0
+_SHARE, _MOST_MB = 25.0, 200.0
+_HOME = 2
+
+
+def measure(report: Report, quick: bool, per_turn: int) -> None:
+    """Add the rows: share of a core, memory and by how much it grew."""
+    seconds = _SECONDS_QUICK if quick else _SECONDS
+    events = list(Drive(home_plans.home(_HOME), _HOME, (FRONT,), per_turn).events(seconds))
+    lidar = LidarConfig(kind="s2", x_m=FRONT.x_m)
+    service = OdometryService((lidar,), Health("odometry"), Obeys(Health("motion"), lambda: None))
+    heard: list[float] = []
+    service.subscribe(lambda estimate: heard.append(time.monotonic() - estimate.time_s))
+    service.start()
+    try:
+        first = next(event for event in events if not isinstance(event, Motion))
+        end_s = time.monotonic() + _STARTS_S
+        while not heard and time.monotonic() < end_s:
+            _send(service, first, time.monotonic() - first.times_s[-1])
+            time.sleep(0.05)
+        assert service.pid is not None
+        holding, before_s = Holding(), _cpu_s(service.pid)
+        holding.look(service.pid, 0.0)
+        heard.clear()
+        begin_s = time.monotonic()
+        for event in events:
+            at_s = event.time_s if isinstance(event, Motion) else event.times_s[-1]
+            time.sleep(max(0.0, begin_s + at_s - time.monotonic()))
+            _send(service, event, begin_s)
+        passed_s = time.monotonic() - begin_s
+        core = 100.0 * (_cpu_s(service.pid) - before_s) / passed_s
+        report.add("odometry's process, a dense lidar: share of a core", core, "%", _SHARE)
+        holding.look(service.pid, passed_s)
+        (_, before_mb), (_, after_mb) = holding.memory_mb
+        report.add("  memory", after_mb, "MB", _MOST_MB)
+        report.add(f"  grown in {passed_s:.0f} s", after_mb - before_mb, "MB")
+        report.add("  estimates a second", len(heard) / passed_s, "")
+    finally:
+        service.stop()
+
+
+def _send(service: OdometryService, event: Motion | Piece, later_s: float) -> None:
+    if isinstance(event, Motion):
+        datagram = inbox.pack_motion(replace(event, time_s=event.time_s + later_s))
+    else:
+        times = float(event.times_s[0]) + later_s, float(event.times_s[-1]) + later_s
+        datagram = inbox.pack_scan(HalfTurn(0, event.directions_deg, event.distances_m, *times))
+    inbox.send(service.inbox_fd, datagram)
+
+
+def _cpu_s(pid: int) -> float:
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

@@ -1,0 +1,34 @@
+// What assist (Rijhulp) does, in words on the tile of Vooruit.
+
+import { setText } from "./dom.js";
+
+const HOME = "nl";
+let labels = null;
+
+const link = document.createElement("link");
+[link.rel, link.href] = ["stylesheet", "/static/assist_sign.css"];
+const sign = document.createElement("span");
+[sign.id, sign.className] = ["assist-sign", "small"];
+document.head.append(link);
+document.getElementById("forward").append(sign);
+
+/** The words in this language, Dutch when there are none. */
+async function fetchWords(language) {
+  labels = {};
+  for (const name of [language, HOME]) {
+    const answer = await fetch(`/strings/${name}-assist.json`).catch(() => null);
+    if (answer?.ok) return (labels = (await answer.json()).labels);
+  }
+  labels = null; // asked again with the next state
+}
+
+/** [it sees enough to help, it steers], as the host tells it; null: the driver has it off. */
+export function show(told, { language }) {
+  sign.hidden = !told;
+  if (!told) return;
+  if (!labels) fetchWords(language);
+  const [works, steers] = told;
+  sign.dataset.steers = works && steers;
+  const key = works ? (steers ? "assist_steers" : "assist_on") : "assist_blind";
+  setText("assist-sign", labels[key] ?? "");
+}

@@ -1,0 +1,28 @@
+// A ride that nobody holds, on the driver's page: eyes that move on the page watch it.
+
+/** Between two words of them; the board's supervision lasts seconds. */
+const WATCH_MS = 250;
+
+export class AutoRide {
+  /** The mode that drives, and the one that has ended before its goal; "" for none. */
+  mode = "";
+  over = "";
+  #saidAt = -Infinity;
+
+  /** `watch()`: somebody looks. */
+  constructor(watch) {
+    addEventListener("pointermove", () => {
+      const now = performance.now();
+      if (!this.mode || document.hidden || now - this.#saidAt < WATCH_MS) return;
+      this.#saidAt = now;
+      watch();
+    });
+  }
+
+  /** Takes the host's state; true when something is another. */
+  update([mode, over]) {
+    const changed = mode !== this.mode || over !== this.over;
+    [this.mode, this.over] = [mode, over];
+    return changed;
+  }
+}

@@ -1,0 +1,65 @@
+// Where the chair takes itself, on the caretaker's page: goal, way, why it stands; a pause.
+
+import { ARRIVED, goingWords } from "./going.js";
+import { MapView } from "./map_view.js";
+
+const NOTHING = { places: [], no_go: [], home: null };
+
+/** The part, in `root`. `on` receives pause(), tone(shape). Throws when its words do not come. */
+export async function careGoing(root, strings, on) {
+  return new CareGoing(root, await goingWords(strings), on);
+}
+
+class CareGoing {
+  #words;
+  #on;
+  #box = document.createElement("div");
+  #line = document.createElement("p");
+  #canvas = document.createElement("canvas");
+  #pause = document.createElement("button");
+  #view;
+  #map = "";
+  #state = "";
+
+  constructor(root, words, on) {
+    [this.#words, this.#on] = [words, on];
+    [this.#box.id, this.#canvas.id, this.#line.dir] = ["going", "going-map", "auto"];
+    this.#line.setAttribute("role", "status");
+    this.#canvas.setAttribute("aria-hidden", "true");
+    this.#pause.type = "button";
+    this.#pause.textContent = words.label("going_pause");
+    this.#pause.addEventListener("click", () => on.pause());
+    this.#box.append(this.#line, this.#canvas, this.#pause);
+    root.prepend(this.#box);
+    this.#view = new MapView(this.#canvas, () => {});
+    this.#view.show(NOTHING, { points: [], closed: false });
+  }
+
+  /** Takes `going` and `where` of the host's state. */
+  update(going, where, rides) {
+    this.#box.hidden = !going;
+    if (!going) return;
+    const { text, do: advice } = this.#words.says(going);
+    const line = [text, rides ? this.#words.left(going) : advice].filter(Boolean).join(" ");
+    if (this.#line.textContent !== line) this.#line.textContent = line;
+    this.#pause.hidden = !rides;
+    const before = this.#state;
+    this.#state = going.state;
+    if (going.state === "arrived" && before && before !== "arrived") this.#on.tone(ARRIVED);
+    if (going.goal?.map && going.goal.map !== this.#map) this.#open(going.goal.map);
+    this.#view.way(going);
+    this.#view.chair(where?.map === this.#map ? where : null);
+  }
+
+  async #open(id) {
+    this.#map = id;
+    try {
+      const answer = await fetch(`/maps/${id}`, { cache: "no-store" });
+      if (!answer.ok) throw new Error(`the host answered ${answer.status}`);
+      this.#view.picture(`/maps/${id}.png`, (await answer.json()).picture);
+    } catch (error) {
+      console.warn(`map of the way: ${error.message}`);
+      this.#map = "";
+    }
+  }
+}

@@ -1,0 +1,14 @@
+// Parts of the driver's page that show what the host does not always tell.
+
+/** What the host may tell, and who shows it from then on. */
+const PARTS = { where: "./small_map.js", assist: "./assist_sign.js" };
+const coming = {};
+
+/** `news`: the host's state. */
+export function show(news, strings) {
+  for (const [name, file] of Object.entries(PARTS)) {
+    const told = news[name];
+    if (told) coming[name] ??= import(file).catch(() => null);
+    coming[name]?.then((part) => part?.show(told, strings, news));
+  }
+}

@@ -1,0 +1,139 @@
+// What a caretaker draws on a map: places, no-go areas, the home spot; their list and forms.
+
+import { ICONS } from "./map_words.js";
+import { sureButton } from "./sure.js";
+
+const TOOLS = ["place", "no_go", "home"];
+const MOST_CORNERS = 24;
+const MOST_NAME = 40;
+
+export const element = (name, className = "", text = "") => {
+  const made = document.createElement(name);
+  [made.className, made.textContent, made.dir] = [className, text, "auto"];
+  return made;
+};
+
+export const button = (text, act, className = "") => {
+  const made = element("button", className, text);
+  made.type = "button";
+  made.addEventListener("click", act);
+  return made;
+};
+
+/** A field for a name. */
+export const nameField = (words) => {
+  const made = element("input");
+  made.maxLength = MOST_NAME;
+  made.placeholder = made.ariaLabel = words.label("maps_name");
+  return made;
+};
+
+/** `on`: post(wish), true when it is done; tell(text); changed(). */
+export class MapTools {
+  #words;
+  #on;
+  #tool = "";
+  #points = [];
+  #buttons = element("p", "buttons");
+  #form = element("div", "form");
+  #list = element("ul");
+  #shown = null;
+  root = element("div", "tools");
+
+  constructor(words, on) {
+    this.#words = words;
+    this.#on = on;
+    for (const tool of TOOLS) {
+      const one = button(words.label(`maps_${tool}`), () => this.take(tool));
+      one.dataset.tool = tool;
+      this.#buttons.append(one);
+    }
+    this.root.append(this.#buttons, this.#form, this.#list);
+  }
+
+  /** What is being tapped. */
+  get draft() {
+    return { points: this.#points, closed: this.#tool === "no_go" && this.#points.length > 2 };
+  }
+
+  /** Another tool, or none: what was begun is forgotten. */
+  take(tool) {
+    const was = this.#tool;
+    this.#tool = tool === was ? "" : tool;
+    this.#points = [];
+    if (this.#tool) this.#on.tell(this.#words.label(`maps_${this.#tool}_tap`));
+    else if (was) this.#on.tell("");
+    this.#form.replaceChildren();
+    if (this.#tool === "no_go") {
+      this.#form.append(this.#strong("maps_done", () => this.#post({ no_go: this.#points })));
+    }
+    for (const one of this.#buttons.children) one.ariaPressed = one.dataset.tool === this.#tool;
+    this.#on.changed();
+  }
+
+  /** A tap, in metres. */
+  tapped(x, y) {
+    if (!this.#tool) return;
+    const full = this.#tool === "no_go" ? MOST_CORNERS : 2;
+    if (this.#points.length >= full) this.#points.pop();
+    this.#points.push([x, y].map((metres) => Math.round(100 * metres) / 100));
+    if (this.#tool !== "no_go") {
+      const both = this.#points.length === 2;
+      this.#on.tell(this.#words.label(both ? "maps_ready" : "maps_heading"));
+      if (both && !this.#form.firstChild) this.#spotForm();
+    }
+    this.#on.changed();
+  }
+
+  /** The list of what is drawn. */
+  show(drawing) {
+    if (drawing === this.#shown) return;
+    this.#shown = drawing;
+    const label = (key, fields) => this.#words.label(key, fields);
+    this.#list.replaceChildren(
+      ...(drawing.home ? [this.#row(`⌂ ${label("maps_home")}`, { home: null })] : []),
+      ...drawing.places.map(({ number, name, icon }) => {
+        return this.#row(`${ICONS[icon] ?? ""} ${name}`, { remove_place: number });
+      }),
+      ...drawing.no_go.map(({ number }) => {
+        return this.#row(`⊘ ${label("maps_area", { n: number })}`, { remove_no_go: number });
+      }),
+    );
+  }
+
+  #row(text, wish) {
+    const label = (key) => this.#words.label(key);
+    const act = () => this.#on.post(wish);
+    const item = element("li");
+    item.append(element("p", "", text), sureButton(label("maps_remove"), label("maps_sure"), act));
+    return item;
+  }
+
+  #strong(key, act) {
+    return button(this.#words.label(key), act, "strong");
+  }
+
+  async #post(wish) {
+    const points = this.#points;
+    // What was begun meanwhile stays.
+    if ((await this.#on.post(wish)) && points === this.#points) this.take("");
+  }
+
+  #spot() {
+    const [[x, y], [toX, toY]] = this.#points;
+    return { x, y, heading: Math.round((Math.atan2(toY - y, toX - x) * 180) / Math.PI) };
+  }
+
+  #spotForm() {
+    if (this.#tool === "home") {
+      this.#form.append(this.#strong("maps_save", () => this.#post({ home: this.#spot() })));
+      return;
+    }
+    const name = nameField(this.#words);
+    const icon = element("select");
+    icon.ariaLabel = this.#words.label("maps_icon");
+    icon.append(...Object.entries(ICONS).map(([key, sign]) => new Option(sign, key)));
+    const place = () => ({ name: name.value, icon: icon.value, ...this.#spot() });
+    this.#form.append(icon, name, this.#strong("maps_save", () => this.#post({ place: place() })));
+  }
+}

@@ -1,0 +1,167 @@
+// A map's picture on a canvas, the chair and what people drew on it; taps as metres in the map.
+
+import { ICONS } from "./map_words.js";
+
+const CHAIR = "#0b6b99";
+const NO_GO = "rgb(200 30 41 / 45%)";
+const INK = "#10202b";
+const WAY = "#0b6b99";
+const DOT = 5;
+const ARROW = 14;
+
+export class MapView {
+  #canvas;
+  #image = new Image();
+  #place = null; // where the picture lies: cell_m, x, y, width, height
+  #drawing = { places: [], no_go: [], home: null };
+  #draft = { points: [], closed: false };
+  #where = null;
+  #going = null;
+
+  /** `tapped(x, y)`: metres in the map. */
+  constructor(canvas, tapped) {
+    this.#canvas = canvas;
+    this.#image.addEventListener("load", () => this.#draw());
+    canvas.addEventListener("click", (event) => {
+      const point = this.#place && this.#metres(event);
+      if (point) tapped(...point);
+    });
+  }
+
+  /** Another picture; null: none. */
+  picture(url, place) {
+    this.#place = place;
+    if (url) this.#image.src = url;
+    this.#draw();
+  }
+
+  /** What is drawn on it; `draft`: points that are being tapped. */
+  show(drawing, draft) {
+    [this.#drawing, this.#draft] = [drawing, draft];
+    this.#draw();
+  }
+
+  /** Where it takes itself: `way` and `goal` of the host's `going`, or null. */
+  way(going) {
+    const on = going && !["arrived", "ended"].includes(going.state) ? going : null;
+    if (JSON.stringify(on?.way) === JSON.stringify(this.#going?.way)) return;
+    this.#going = on;
+    this.#draw();
+  }
+
+  /** The chair: x, y, heading, or null. */
+  chair(where) {
+    const before = JSON.stringify(this.#where);
+    this.#where = where;
+    if (JSON.stringify(where) !== before) this.#draw();
+  }
+
+  /** Pixels of the canvas by one metre, and the corner of the picture. */
+  #scale() {
+    const { cell_m: cell, width, height } = this.#place;
+    const [wide, high] = [this.#canvas.width, this.#canvas.height];
+    const pixels = Math.min(wide / width, high / height);
+    return {
+      pixels: pixels / cell,
+      left: (wide - width * pixels) / 2,
+      top: (high - height * pixels) / 2,
+      wide: width * pixels,
+      high: height * pixels,
+    };
+  }
+
+  #metres(event) {
+    const box = this.#canvas.getBoundingClientRect();
+    const { pixels, left, top, wide, high } = this.#scale();
+    const ratio = this.#canvas.width / box.width;
+    const x = (event.clientX - box.left) * ratio - left;
+    const y = (event.clientY - box.top) * ratio - top;
+    if (x < 0 || y < 0 || x > wide || y > high) return null;
+    return [this.#place.x + x / pixels, this.#place.y + (high - y) / pixels];
+  }
+
+  #draw() {
+    const canvas = this.#canvas;
+    const ratio = globalThis.devicePixelRatio ?? 1;
+    const size = [canvas.clientWidth * ratio, canvas.clientHeight * ratio].map(Math.round);
+    if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
+    const pen = canvas.getContext("2d");
+    pen.clearRect(0, 0, canvas.width, canvas.height);
+    if (!this.#place || !this.#image.naturalWidth) return;
+    const { pixels, left, top, wide, high } = this.#scale();
+    pen.imageSmoothingEnabled = false;
+    pen.drawImage(this.#image, left, top, wide, high);
+    const at = (x, y) => {
+      return [left + (x - this.#place.x) * pixels, top + high - (y - this.#place.y) * pixels];
+    };
+    for (const { corners } of this.#drawing.no_go) this.#area(pen, corners, at, ratio);
+    const { home } = this.#drawing;
+    if (home) this.#spot(pen, at(home.x, home.y), home.heading, "⌂", "", ratio);
+    for (const { x, y, heading, icon, name } of this.#drawing.places) {
+      this.#spot(pen, at(x, y), heading, ICONS[icon] ?? "", name, ratio);
+    }
+    this.#area(pen, this.#draft.points, at, ratio, this.#draft.closed);
+    if (this.#going) this.#path(pen, this.#going, at, ratio);
+    if (this.#where) this.#arrow(pen, at(this.#where.x, this.#where.y), this.#where.heading, ratio);
+  }
+
+  #area(pen, corners, at, ratio, closed = true) {
+    if (corners.length === 0) return;
+    pen.beginPath();
+    for (const [x, y] of corners) pen.lineTo(...at(x, y));
+    pen.fillStyle = NO_GO;
+    pen.strokeStyle = INK;
+    pen.lineWidth = ratio;
+    if (closed) pen.fill();
+    pen.stroke();
+    for (const [x, y] of closed ? [] : corners) this.#dot(pen, at(x, y), ratio);
+  }
+
+  #path(pen, { way, goal }, at, ratio) {
+    pen.beginPath();
+    for (const [x, y] of way ?? []) pen.lineTo(...at(x, y));
+    pen.strokeStyle = WAY;
+    pen.lineWidth = 3 * ratio;
+    pen.stroke();
+    this.#dot(pen, at(goal.x, goal.y), ratio);
+  }
+
+  #dot(pen, [x, y], ratio) {
+    pen.beginPath();
+    pen.arc(x, y, DOT * ratio, 0, 2 * Math.PI);
+    pen.fillStyle = INK;
+    pen.fill();
+  }
+
+  #spot(pen, [x, y], heading, sign, name, ratio) {
+    this.#dot(pen, [x, y], ratio);
+    const turned = (-heading * Math.PI) / 180;
+    pen.beginPath();
+    pen.moveTo(x, y);
+    pen.lineTo(x + ARROW * ratio * Math.cos(turned), y + ARROW * ratio * Math.sin(turned));
+    pen.strokeStyle = INK;
+    pen.lineWidth = 3 * ratio;
+    pen.stroke();
+    pen.font = `${13 * ratio}px sans-serif`;
+    pen.textAlign = "center";
+    pen.fillStyle = INK;
+    pen.fillText(`${sign} ${name}`.trim(), x, y - 10 * ratio);
+  }
+
+  #arrow(pen, [x, y], heading, ratio) {
+    pen.save();
+    pen.translate(x, y);
+    pen.rotate((-heading * Math.PI) / 180);
+    pen.beginPath();
+    for (const [ahead, aside] of [[12, 0], [-8, 7], [-4, 0], [-8, -7]]) {
+      pen.lineTo(ahead * ratio, aside * ratio);
+    }
+    pen.closePath();
+    pen.fillStyle = CHAIR;
+    pen.strokeStyle = "#fff";
+    pen.lineWidth = 1.5 * ratio;
+    pen.fill();
+    pen.stroke();
+    pen.restore();
+  }
+}

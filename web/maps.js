@@ -1,0 +1,223 @@
+// Maps on the caretaker's page: make one while driving, draw on it, rename, delete.
+
+import { MapTools, button, element, nameField } from "./map_tools.js";
+import { MapView } from "./map_view.js";
+import { mapWords } from "./map_words.js";
+import { sureButton } from "./sure.js";
+
+const JSON_TYPE = { "Content-Type": "application/json" };
+const POLL_MS = 500;
+const PICTURE_MS = 2000;
+const NOTHING = { places: [], no_go: [], home: null };
+
+const put = (made, text) => {
+  if (made.textContent !== text) made.textContent = text;
+};
+
+/** Ready to be shown; throws when its words do not come. */
+export async function maps(root, strings) {
+  return new Maps(root, await mapWords(strings));
+}
+
+class Maps {
+  #words;
+  #view;
+  #parts = {};
+  #all = null; // the host's newest answer
+  #chosen = ""; // map
+  #details = null; // of the chosen map
+  #tools;
+  #askedMs = -Infinity;
+  #pictureMs = -Infinity;
+  #asking = false;
+  #rows = "";
+
+  constructor(root, words) {
+    this.#words = words;
+    const label = (key) => words.label(key);
+    const canvas = element("canvas");
+    canvas.setAttribute("role", "img");
+    canvas.ariaLabel = label("maps_picture");
+    this.#view = new MapView(canvas, (x, y) => this.#details && this.#tools.tapped(x, y));
+    this.#tools = new MapTools(words, {
+      post: (wish) => this.#post({ map: this.#chosen, ...wish }),
+      tell: (text) => this.#tell(text),
+      changed: () => this.#arrange(),
+    });
+    const parts = this.#parts;
+    parts.choose = element("select");
+    parts.choose.ariaLabel = label("maps_choose");
+    parts.choose.addEventListener("change", () => this.#open(parts.choose.value));
+    parts.make = button(label("maps_make"), () => this.#post({ make: true }), "strong");
+    parts.told = element("p", "told");
+    parts.told.setAttribute("role", "status");
+    parts.making = this.#makingForm();
+    parts.rename = this.#renameForm();
+    const top = element("p", "top");
+    top.append(parts.choose, parts.make);
+    root.replaceChildren(top, parts.told, canvas, parts.making, this.#tools.root, parts.rename);
+    this.#arrange();
+  }
+
+  tick(now) {
+    if (this.#asking || now - this.#askedMs < POLL_MS) return;
+    this.#askedMs = now;
+    this.#ask("/maps", { cache: "no-store" }).then((answer) => answer && this.#show(answer, now));
+  }
+
+  #makingForm() {
+    const label = (key) => this.#words.label(key);
+    const form = element("div", "making");
+    const name = nameField(this.#words);
+    const buttons = element("p", "buttons");
+    buttons.append(
+      button(label("maps_save"), () => this.#post({ save: name.value }), "strong"),
+      sureButton(label("maps_discard"), label("maps_sure"), () => this.#post({ discard: true })),
+    );
+    form.append(element("p", "note", label("maps_how")), name, buttons);
+    return form;
+  }
+
+  #renameForm() {
+    const label = (key) => this.#words.label(key);
+    const form = element("div", "rename");
+    const name = nameField(this.#words);
+    this.#parts.name = name;
+    const buttons = element("p", "buttons");
+    const act = (wish) => this.#post({ map: this.#chosen, ...wish });
+    buttons.append(
+      button(label("maps_rename"), () => act({ rename: name.value })),
+      sureButton(label("maps_delete"), label("maps_sure"), () => act({ delete: true })),
+    );
+    form.append(name, buttons);
+    return form;
+  }
+
+  async #ask(path, request) {
+    this.#asking = true;
+    try {
+      const answer = await fetch(path, request);
+      const found = await answer.json();
+      if (answer.ok) return found;
+      this.#tell(this.#words.reason(found.reason));
+    } catch (error) {
+      console.warn(`maps: ${error.message}`);
+      this.#tell(this.#words.reason("no_answer"));
+    } finally {
+      this.#asking = false;
+    }
+    return null;
+  }
+
+  /** True when the host has done it. */
+  async #post(wish) {
+    const request = { method: "POST", headers: JSON_TYPE, body: JSON.stringify(wish) };
+    this.#tell("");
+    const answer = await this.#ask("/maps", request);
+    if (!answer) return false;
+    this.#show(answer, performance.now());
+    if (this.#chosen) await this.#load();
+    return true;
+  }
+
+  #tell(text) {
+    this.#parts.said = text;
+    put(this.#parts.told, text);
+  }
+
+  #show(answer, now) {
+    const was = this.#all;
+    this.#all = answer;
+    const making = answer.wants !== "know";
+    if (this.#parts.said === this.#words.reason("no_answer")) this.#tell("");
+    const ended = answer.ended;
+    if (ended && JSON.stringify(ended) !== JSON.stringify(was?.ended)) {
+      this.#tell(this.#words.reason(ended.reason || "maps_stored"));
+      if (!ended.reason) this.#chosen = ended.map;
+    }
+    const rows = JSON.stringify(answer.maps.map(({ map, name }) => [map, name]));
+    if (rows !== this.#rows) this.#list(rows);
+    if (making) {
+      if (was?.wants === "know") this.#view.picture("", null);
+      this.#view.chair(answer.making);
+      if (now - this.#pictureMs > PICTURE_MS) this.#grow(now);
+    } else if (was && was.wants !== "know") this.#open(this.#chosen);
+    else this.#view.chair(answer.where?.map === this.#chosen ? answer.where : null);
+    this.#sentence();
+    if (!was || (was.wants !== "know") !== making) this.#arrange();
+  }
+
+  #list(rows) {
+    this.#rows = rows;
+    const { maps, where } = this.#all;
+    const options = maps.map(({ map, name, problem }) => {
+      return new Option(name || this.#words.label(problem || "maps_choose"), map);
+    });
+    this.#parts.choose.replaceChildren(...options);
+    const there = maps.some(({ map }) => map === this.#chosen);
+    const first = where?.map ?? maps[0]?.map ?? "";
+    const chosen = there ? this.#chosen : first;
+    this.#parts.choose.value = chosen;
+    this.#open(chosen);
+  }
+
+  /** What is going on, in one line; what was answered last stands until something is done. */
+  #sentence() {
+    if (this.#parts.said) return;
+    const { state, wants, making, where, maps } = this.#all;
+    const label = (key, fields) => this.#words.label(key, fields);
+    const number = (value) => this.#words.number(value, 0);
+    let text = "";
+    if (wants === "save") text = label("maps_saving");
+    else if (making?.doubt) text = this.#words.reason(`map_${making.doubt}`);
+    else if (wants === "make") {
+      const fields = { m: number(making?.driven_m ?? 0), n: number(making?.loops ?? 0) };
+      text = label("maps_growing", fields);
+    } else if (state === "off") text = this.#words.reason("map_no_lidar");
+    else if (maps.length === 0) text = label("maps_none");
+    else if (where) {
+      const name = maps.find(({ map }) => map === where.map)?.name ?? "?";
+      text = label("maps_here", { name });
+    } else text = label("maps_nowhere");
+    put(this.#parts.told, text);
+  }
+
+  async #grow(now) {
+    this.#pictureMs = now;
+    const answer = await this.#ask("/maps/growing", { cache: "no-store" });
+    if (answer?.picture) this.#view.picture(`/maps/growing.png?${Math.round(now)}`, answer.picture);
+  }
+
+  #open(map) {
+    this.#chosen = map;
+    this.#details = null;
+    this.#tools.take("");
+    if (this.#all?.wants !== "know") return;
+    this.#view.picture("", null);
+    this.#load();
+  }
+
+  async #load() {
+    const map = this.#chosen;
+    const usable = this.#all.maps.some((one) => one.map === map && one.problem !== "map_damaged");
+    const details = usable ? await this.#ask(`/maps/${map}`, { cache: "no-store" }) : null;
+    if (map !== this.#chosen || this.#all.wants !== "know") return;
+    this.#details = details;
+    this.#parts.name.value = details?.name ?? "";
+    if (details) this.#view.picture(`/maps/${map}.png`, details.picture);
+    this.#arrange();
+  }
+
+  /** Which parts are there: while a map is made, only what belongs to that. */
+  #arrange() {
+    const making = this.#all !== null && this.#all.wants !== "know";
+    const parts = this.#parts;
+    parts.making.hidden = !making;
+    parts.make.disabled = parts.choose.disabled = Boolean(making);
+    this.#tools.root.hidden = making || !this.#details;
+    parts.rename.hidden = making || !this.#chosen;
+    const drawing = (making ? null : this.#details) ?? NOTHING;
+    this.#tools.show(drawing);
+    this.#view.show(drawing, this.#tools.draft);
+  }
+}

@@ -1,0 +1,61 @@
+// A quiet small map for the driver, in the status corner while all is well and there is room.
+
+import { MapView } from "./map_view.js";
+
+/** Nothing on it moves more often. */
+const CALM_MS = 2000;
+const NOTHING = { places: [], no_go: [], home: null };
+
+const link = document.createElement("link");
+[link.rel, link.href] = ["stylesheet", "/static/small_map.css"];
+const canvas = document.createElement("canvas");
+canvas.id = "small-map";
+canvas.setAttribute("aria-hidden", "true");
+canvas.hidden = true;
+const status = document.getElementById("status");
+document.head.append(link);
+status.after(canvas);
+const view = new MapView(canvas, () => {});
+
+let map = ""; // shown
+let movedMs = -Infinity;
+
+/** Only where the status leaves room for it. */
+function look() {
+  const words = document.createRange();
+  words.selectNodeContents(status);
+  const below = words.getBoundingClientRect().bottom > canvas.getBoundingClientRect().top;
+  canvas.dataset.fits = status.dataset.level === "ok" && !below;
+}
+new MutationObserver(look).observe(status, { childList: true, subtree: true, attributes: true });
+addEventListener("resize", look);
+
+async function open(id) {
+  map = id;
+  try {
+    const answer = await fetch(`/maps/${id}`, { cache: "no-store" });
+    if (!answer.ok) throw new Error(`the host answered ${answer.status}`);
+    const { picture } = await answer.json();
+    canvas.hidden = false;
+    view.show(NOTHING, { points: [], closed: false });
+    view.picture(`/maps/${id}.png`, picture);
+    look();
+  } catch (error) {
+    console.warn(`small map: ${error.message}`);
+    canvas.hidden = true;
+  }
+}
+
+/** Where the chair is, as the host tells it (null: not known), and the way it goes by itself. */
+export function show(where, _strings, { going }) {
+  const now = performance.now();
+  if (now - movedMs < CALM_MS) return;
+  movedMs = now;
+  if (where && where.map !== map) open(where.map);
+  if (!where) {
+    canvas.hidden = true;
+    map = "";
+  }
+  view.way(going?.goal?.map === map ? going : null);
+  view.chair(where);
+}
