@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from pathlib import Path
 from typing import Protocol
 
 from gazechair.alerts.service import Alerts
@@ -27,11 +28,16 @@ from gazechair.first_drive.port import FirstDrivePort
 from gazechair.first_drive.record import Record
 from gazechair.people.profiles import Profiles, house_fields
 from gazechair.picture.camera import CameraService
+from gazechair.picture.floor_store import FloorStore
+from gazechair.picture.newest import PictureSlot
 from gazechair.plugins.service import Plugins
+from gazechair.producers.lines import lines
 from gazechair.producers.people import people
 from gazechair.producers.places import Places
 from gazechair.producers.producers import Producers
 from gazechair.producers.service import ProducerService, child_setup
+from gazechair.producers.spot_port import SpotPort
+from gazechair.producers.spot_service import SpotService
 from gazechair.sensing.lidar import LidarService
 from gazechair.sensing.mapping.desk import MapDesk
 from gazechair.sensing.mapping.service import MappingService
@@ -79,7 +85,8 @@ class Daemon:
         store = MapStore(maps)
         self._maps = MapDesk(store, self._mapping)
         profiles = Profiles(folder, house_fields(config))
-        self._producers = Producers(self._driving_itself(fitted, store, profiles))
+        self._pictures = PictureSlot()
+        self._producers = Producers(self._driving_itself(fitted, store, profiles, folder))
         self._assist = AssistService(
             fitted,
             config.footprint,
@@ -113,6 +120,7 @@ class Daemon:
             feed.fds,
         )
         self._camera = CameraService(config.camera, self.parts.part("camera"))
+        self._camera.subscribe(self._pictures.put)
         self._alerts = Alerts(config, folder, self.parts)
         self.control = Control(
             config,
@@ -136,7 +144,11 @@ class Daemon:
         )
         self._web = FrontDoor(
             config,
-            FirstDrivePort(self.control, self._guide, self._facts),
+            SpotPort(
+                FirstDrivePort(self.control, self._guide, self._facts),
+                self.control,
+                self._producers.choose,
+            ),
             self._camera.latest(),
             CaretakerSettings(self.link, forward.step_ms),
             self._alerts,
@@ -211,17 +223,19 @@ class Daemon:
             if part is not None:
                 part.stop()
         self._log.stop()
+        self._pictures.close()
 
     def _measuring(self, lidars: tuple[LidarConfig, ...]) -> OdometryService:
         obeys = Obeys(self.parts.part("motion"), lambda: self.link.state())
         return OdometryService(lidars, self.parts.part("odometry"), obeys)
 
     def _driving_itself(
-        self, lidars: tuple[LidarConfig, ...], store: MapStore, profiles: Profiles
+        self, lidars: tuple[LidarConfig, ...], store: MapStore, profiles: Profiles, state: Path
     ) -> list[ProducerService]:
         if self._mapping is None:
             return []
-        setup = child_setup(self._config.footprint, store.folder)
+        setup = child_setup(self._config.footprint, store.folder, state)
+        floor = FloorStore(state)
 
         def allowed() -> bool:
             return bool(profiles.chosen()["auto"])
@@ -231,10 +245,19 @@ class Daemon:
             ("place", "mode places", places),
             ("person", "mode follow-person", lambda: people(allowed())),
         )
-        return [
+        made = [
             ProducerService(kind, lidars, setup, self.parts.part(name), targets)
             for kind, name, targets in kinds
         ]
+        if self._config.camera.kind != "off":
+            # A spot of the picture is for who looks or points.
+            spots = SpotService(
+                *("line", lidars, setup, self.parts.part("mode follow-line")),
+                lambda: lines(allowed() and profiles.chosen()["scan"] == "off", floor),
+                pictures=self._pictures.fd,
+            )
+            made.append(spots)
+        return made
 
     def _remask(self, lidars: tuple[LidarConfig, ...]) -> None:
         self._lidar.renew(lidars)
@@ -256,6 +279,7 @@ class Daemon:
             "speed": shown(measured, now_s),
             "where": self._maps.where(),
             "going": self._producers.news(),
+            "spot": self._producers.spot(),
             "assist": self._assist.shown(now_s),
         }
 

@@ -20,6 +20,7 @@ from e2e.lockstep import Lockstep
 from gazechair.base.footprint import Footprint
 from gazechair.base.health import Health
 from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.picture.newest import Shot
 from gazechair.producers.contract import Setup
 from gazechair.producers.kinds import build
 from gazechair.producers.places import Places, Target
@@ -105,10 +106,9 @@ class GoingChair(Lockstep):
         self.located = self.looks = self.alive = self.allowed = True
         self.stopped = False
         assert self.host is not None
-        setup = child_setup(FootprintConfig(), folder)
+        setup = child_setup(FootprintConfig(), folder, folder)
         self.health = Health("mode places", self.now_s)
-        targets = self._targets()
-        self.service = Service(self.kind, LIDARS, setup, self.health, targets, self.now_s)
+        self.service = self._new_service(self.kind, LIDARS, setup, self.health, self._targets())
         self.settings: dict[str, int] | None = None
         self.service.connect(self.host.control, lambda: self.settings, self._override)
         self._folder = folder
@@ -127,14 +127,21 @@ class GoingChair(Lockstep):
     def _targets(self) -> Callable[[], Mapping[str, Target]]:
         return Places(self.store, lambda: self.map, lambda: self.allowed, self.now_s)
 
+    def _new_service(self, *parts: Any) -> Service:
+        return Service(*parts, self.now_s)
+
+    def _picture(self) -> Shot | None:
+        return None
+
     def _override(self) -> str:
         return str(self.page.shown.get("override", ""))
 
     def begin_child(self) -> None:
         """Another process."""
         self._pipe = _Pipe()
-        setup = Setup(Footprint(), self._folder, Inline())
-        self._runner = Runner(build(self.kind, setup), self._lidars, self._pipe, Inline())
+        setup = Setup(Footprint(), self._folder, self._folder, Inline())
+        kind = build(self.kind, setup)
+        self._runner = Runner(kind, self._lidars, self._pipe, Inline(), self._picture)
         self.alive, self.stopped = True, False
         self._told: bytes | None = None
 

@@ -13,6 +13,7 @@ from gazechair.board.board_commands import Clearance
 from gazechair.board.zone import BoardZone
 from gazechair.config.configuration import Config
 from gazechair.driving.control import Control
+from gazechair.driving.driver_port import DriverPort
 from gazechair.sensing.clearance.evaluate import Evaluator, footprint_of
 from gazechair.sensing.lidar.blind import Blindness
 from gazechair.sensing.lidar.scan import Pose, Scan, to_chair
@@ -48,6 +49,7 @@ class Host:
             for name in ("board", "lidar", "camera"):
                 self.parts.part(name).set(OK)
             self.control = Control(Config(), self.link, self.parts, clock=clock)
+        self.port: DriverPort = self.control
         self._clock = clock
         self.streams = [ByteStream("standard", codes.SIMULATED) for _ in mounts]
         self._poses = [Pose(*mount) for mount in mounts]
@@ -92,7 +94,7 @@ class Host:
         if isinstance(message, str):
             self.refusals.append("bad_message")
             return
-        for refusal in self.control.receive(client, message):
+        for refusal in self.port.receive(client, message):
             self.refusals.append(refusal["reason"])
 
     def _judge_scan(self) -> None:

@@ -115,6 +115,10 @@ class Page:
         self.edge += 1
         self._send_fresh(k="mode", mode=mode, edge=self.edge)
 
+    def spot(self, tile: str, at: tuple[float, float] | None) -> None:
+        """Dwell on a spot of the picture, for that tile."""
+        self._send_fresh(k="spot", tile=tile, at=at)
+
     def look(self) -> None:
         """Eyes on the page: what it says of them while a chair drives itself."""
         self._send_fresh(k="watch")

@@ -157,6 +157,12 @@ class LineFollower:
         self._line = to_frame(_evenly(kept), pose)
         self._forget(pose)
 
+    def rest(self, pose: FloatArray, now_s: float) -> None:
+        """In place of a step, while nobody asks: what is gone meanwhile is lost, too."""
+        self._last, self._turns = STOP, False
+        if self.state is State.FOLLOWS and self._unseen_s(pose, now_s) > GONE_S:
+            self.state = State.LOST
+
     def step(
         self, pose: FloatArray, speed_m_s: float, rate_rad_s: float, now_s: float, dt_s: float
     ) -> Request:
@@ -164,7 +170,7 @@ class LineFollower:
         if self.state is not State.FOLLOWS:
             return STOP
         self._blind_m += abs(speed_m_s) * dt_s
-        unseen_s = now_s - (self._looked_s if self._remembers(pose) else self._seen_s)
+        unseen_s = self._unseen_s(pose, now_s)
         if unseen_s > GONE_S or self._blind_m > _REMEMBERED_M:
             self.state, self._last = State.LOST, STOP
             return STOP
@@ -189,6 +195,10 @@ class LineFollower:
             self._shown, self._shown_at = picture.copy(), pose
         off = pose - self._shown_at
         return math.hypot(off[0], off[1]) > _FROZEN_M or abs(off[2]) > _FROZEN_RAD
+
+    def _unseen_s(self, pose: FloatArray, now_s: float) -> float:
+        """Since the line was seen, or a picture that should not show it."""
+        return now_s - (self._looked_s if self._remembers(pose) else self._seen_s)
 
     def _remembers(self, pose: FloatArray) -> bool:
         """Nothing of the line should be in view: it bends away near the chair, or ends there."""

@@ -16,6 +16,7 @@ from typing import Any, NoReturn
 from gazechair.base.footprint import Footprint, Margins
 from gazechair.base.newest_line import NewestLine
 from gazechair.base.supervisor import RecordWriter, enter_child
+from gazechair.picture.newest import PictureReader
 from gazechair.producers.contract import STEP_S, Setup
 from gazechair.producers.kinds import build
 from gazechair.producers.runner import Runner
@@ -29,12 +30,13 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:
     fd = int(argument["fd"])
     reader = socket.socket(fileno=fd)
     reader.setblocking(False)
-    setup = _setup(argument)
+    pictures = argument["pictures"]
     runner = Runner(
-        build(argument["kind"], setup),
+        build(argument["kind"], _setup(argument)),
         Lidars.of(argument["lidars"]),
         out,
         ThreadPoolExecutor(1, thread_name_prefix=argument["kind"]),
+        (lambda: None) if pictures is None else PictureReader(pictures).take,
     )
     lines = NewestLine()
     tick_s = time.monotonic()
@@ -58,11 +60,11 @@ def _setup(argument: Mapping[str, Any]) -> Setup:
     outline = argument["footprint"]
     corners = tuple((float(x), float(y)) for x, y in outline["corners_m"])
     footprint = Footprint(corners, Margins(*outline["margins_m"]))
-    return Setup(footprint, Path(argument["maps"]))
+    return Setup(footprint, Path(argument["maps"]), Path(argument["state"]))
 
 
 def main() -> int:
-    """Entry of `python -m gazechair.producers.child JSON`: kind, lidars, fd, footprint, maps."""
+    """Entry of `python -m gazechair.producers.child JSON`: kind, lidars, fds, what is set."""
     argument = json.loads(sys.argv[1])
     out = enter_child()
     try:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from gazechair.base.footprint import Footprint
+from gazechair.picture.newest import Shot
 from gazechair.sensing.mapping.whereabouts import Whereabouts
 from gazechair.sensing.odometry.odometry import Estimate, Motion
 from gazechair.sensing.odometry.points import Piece
@@ -29,6 +30,8 @@ class Setup:
     footprint: Footprint
     maps: Path
     """The folder of the stored maps."""
+    state: Path = Path()
+    """The folder of what survives a restart, as the camera's calibration."""
     thinker: Executor = field(default_factory=lambda: ThreadPoolExecutor(1))
     """For what takes longer than a step."""
 
@@ -47,6 +50,18 @@ class Press:
     at_s: float
 
 
+@dataclass(frozen=True)
+class Ask:
+    """A spot of the picture that somebody chose. Nothing drives before a press."""
+
+    number: int
+    at: tuple[float, float]
+    """Shares of the picture's width, from its left, and height, from its top."""
+    settings: Mapping[str, int]
+    """As those of a press."""
+    at_s: float
+
+
 @dataclass
 class Sensed:
     """What has come since the step before, each in the order of its times."""
@@ -56,6 +71,8 @@ class Sensed:
     motions: list[Motion] = field(default_factory=list)
     where: Whereabouts | None = None
     """The newest pose in a map; None: no newer one."""
+    picture: Shot | None = None
+    """The camera's newest; None: no newer one."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +82,8 @@ class Said:
     stick: tuple[int, int] | None
     """Permille, forward and left positive; None: this press is over."""
     state: str = ""
-    """For the pages: "thinks", "drives", "waits", "blocked", "arrived" or "ended"."""
+    """For the pages: "thinks", "drives", "waits", "blocked", "arrived" or "ended"; of a
+    spot that was chosen "thinks", "ready" (it may be pressed) or "ended"."""
     reason: str = ""
     """Why it waits, is blocked or has ended: a key of the string tables."""
     shown: Mapping[str, Any] = field(default_factory=dict)
@@ -85,3 +103,18 @@ class Producer(ABC):
     @abstractmethod
     def step(self, sensed: Sensed, now_s: float) -> Said:
         """Every 50 ms while it is pressed. While one takes longer, the chair stands."""
+
+
+class SpotProducer(Producer):
+    """One kind whose person first chooses a spot of the picture. It is pressed once that is ready.
+
+    The target of a press says the number of the ask that it is for.
+    """
+
+    @abstractmethod
+    def ask(self, ask: Ask) -> None:
+        """A spot was chosen. What was chosen before is forgotten."""
+
+    @abstractmethod
+    def wait(self, sensed: Sensed, now_s: float) -> Said:
+        """Every 50 ms while nobody presses. The chair is other people's business meanwhile."""

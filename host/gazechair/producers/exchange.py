@@ -1,7 +1,9 @@
 """What a producer's process and the daemon say to each other: small JSON, checked on arrival.
 
 Down, a word: {"at_s", "press", "target", "settings", "may_reverse"}, press 0 when nobody presses
-its mode. Up, a record: a plug-in's value, and what the pages are told beside it.
+its mode; "ask": the spot of the picture that was chosen, as {"number", "at", "settings", "at_s"}.
+Up, a record: a plug-in's value, and what the pages are told beside it; "ask": of which ask that is,
+0 for the press.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ WORD_OLD_S = 0.3
 """A word that is older tells nothing of who presses."""
 LONGEST = 16384
 """Bytes of a record."""
-STATES = ("thinks", "drives", "waits", "blocked", "arrived", "ended")
+STATES = ("thinks", "drives", "waits", "blocked", "arrived", "ended", "ready")
 _MOST_REASON = 40
 
 
@@ -32,15 +34,15 @@ class Record:
     state: str
     reason: str
     shown: Mapping[str, Any]
+    ask: int
 
 
-def pack(born_s: float, press: int, said: Said) -> bytes:
+def pack(born_s: float, press: int, said: Said, ask: int = 0) -> bytes:
     """What its process says."""
     intent = NOTHING if said.stick is None else drive(*said.stick)
     value = Value(born_s, press, intent).pack().decode()
-    return json.dumps(
-        {"value": value, "state": said.state, "reason": said.reason, "shown": dict(said.shown)}
-    ).encode()
+    told = {"state": said.state, "reason": said.reason, "shown": dict(said.shown), "ask": ask}
+    return json.dumps({"value": value, **told}).encode()
 
 
 def unpack(payload: bytes) -> Record:
@@ -48,11 +50,13 @@ def unpack(payload: bytes) -> Record:
     try:
         fields = json.loads(payload)
         value, shown = fields["value"].encode(), fields["shown"]
-        state, reason = fields["state"], fields["reason"]
+        state, reason, ask = fields["state"], fields["reason"], fields["ask"]
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         raise BadValue("no record") from None
     if state not in ("", *STATES) or not isinstance(shown, dict):
         raise BadValue("a state that there is not")
     if not isinstance(reason, str) or len(reason) > _MOST_REASON:
         raise BadValue("a reason that there is not")
-    return Record(value, state, reason, shown)
+    if type(ask) is not int:
+        raise BadValue("an ask that there is not")
+    return Record(value, state, reason, shown, ask)

@@ -8,6 +8,7 @@ from gazechair.producers.contract import Producer, Setup
 
 KINDS = {
     "place": "gazechair.producers.place:PlaceProducer",
+    "line": "gazechair.producers.line:LineProducer",
     "person": "gazechair.producers.person:PersonProducer",
 }
 

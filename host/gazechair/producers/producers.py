@@ -10,6 +10,7 @@ from gazechair.base.health import Health
 from gazechair.config.configuration import LidarConfig
 from gazechair.producers.board_settings import BoardSettings, Link
 from gazechair.producers.service import Port, ProducerService
+from gazechair.producers.spot_service import At, SpotService
 
 _LOOK_S = 0.004  # while a mode of theirs is pressed
 _IDLE_LOOK_S = 0.02
@@ -20,6 +21,7 @@ class Producers:
 
     def __init__(self, services: Sequence[ProducerService]) -> None:
         self.services = tuple(services)
+        self._spots = [one for one in self.services if isinstance(one, SpotService)]
         self._settings: BoardSettings
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="producers", daemon=True)
@@ -64,6 +66,19 @@ class Producers:
         told = [news for service in self.services if (news := service.news()) is not None]
         told.sort(key=lambda one: one["state"] in ("arrived", "ended"))
         return told[0] if told else None
+
+    def spot(self) -> dict[str, Any] | None:
+        """The spot of the picture that was chosen, see SpotService.spot."""
+        told = [service.spot() for service in self._spots]
+        return next(filter(None, told), None)
+
+    def choose(self, tile: str, at: At | None, at_s: float) -> bool:
+        """As SpotService.choose; what was chosen for other kinds is forgotten."""
+        taken = [service for service in self._spots if service.choose(tile, at, at_s)]
+        for service in self._spots:
+            if taken and service not in taken:
+                service.forget()
+        return bool(taken)
 
     def _run(self) -> None:
         pause_s = _IDLE_LOOK_S

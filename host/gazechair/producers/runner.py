@@ -7,11 +7,12 @@ stands, and this says so.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, Future, wait
 from typing import Any, Protocol
 
-from gazechair.producers.contract import Press, Producer, Said, Sensed
+from gazechair.picture.newest import Shot
+from gazechair.producers.contract import Ask, Press, Producer, Said, Sensed, SpotProducer
 from gazechair.producers.exchange import WORD_OLD_S, pack
 from gazechair.sensing.mapping.whereabouts import Whereabouts
 from gazechair.sensing.odometry.child import Lidars
@@ -37,12 +38,24 @@ class Out(Protocol):
 class Runner:
     """Feed it `word` and `heard`, and `tick` it every STEP_S. What hangs or raises ends it."""
 
-    def __init__(self, producer: Producer, lidars: Lidars, out: Out, thinker: Executor) -> None:
-        """`thinker`: runs one step at a time."""
+    def __init__(
+        self,
+        producer: Producer,
+        lidars: Lidars,
+        out: Out,
+        thinker: Executor,
+        picture: Callable[[], Shot | None] = lambda: None,
+    ) -> None:
+        """`thinker`: runs one step at a time; `picture`: takes the newest, None: no newer one."""
         self._producer = producer
         self._lidars = lidars
         self._out = out
         self._thinker = thinker
+        self._picture = picture
+        self._ask: Ask | None = None
+        self._asked = 0  # the ask that the kind knows of
+        self._answered = 0  # the ask that it has ended, saying this
+        self._answer = _IDLE
         self._press: Press | None = None
         self._begun = 0  # the press that the kind knows of
         self._over = 0  # the press that the kind has ended
@@ -58,6 +71,8 @@ class Runner:
     def word(self, word: Mapping[str, Any]) -> None:
         """What the daemon says; see exchange."""
         self._word_s = float(word["at_s"])
+        ask = word.get("ask")
+        self._ask = None if ask is None else Ask(**ask)
         number = int(word["press"])
         if number == 0:
             self._press = None
@@ -83,6 +98,9 @@ class Runner:
         press = self._press if now_s - self._word_s <= WORD_OLD_S else None
         if self._step is None and press is not None and press.number != self._over:
             self._begin(press, now_s)
+        ask = self._ask if press is None and now_s - self._word_s <= WORD_OLD_S else None
+        if self._step is None and ask is not None and ask.number != self._answered:
+            self._begin_waiting(ask, now_s)
         if self._step is not None:
             wait((self._step,), _WAITS_S)
             if self._step.done():
@@ -96,13 +114,32 @@ class Runner:
             mine = self._shown if self._begun == press.number else _IDLE
             self._say(now_s, press.number, Said(_STANDS, "thinks", mine.reason, mine.shown))
         elif now_s >= self._said_s + PULSE_S:  # alive, though nobody presses
-            self._say(now_s, 0, _IDLE)
+            over = ask is not None and ask.number == self._answered
+            self._say(now_s, 0, self._answer if over else _IDLE, self._answered if over else 0)
 
-    def _begin(self, press: Press, now_s: float) -> None:
-        sensed = Sensed(list(self._pieces), list(self._estimates), list(self._motions), self._where)
+    def _sensed(self) -> Sensed:
+        heard = list(self._pieces), list(self._estimates), list(self._motions)
         for kept in (self._pieces, self._estimates, self._motions):
             kept.clear()
-        self._where = None
+        where, self._where = self._where, None
+        return Sensed(*heard, where, self._picture())
+
+    def _begin_waiting(self, ask: Ask, now_s: float) -> None:
+        kind, sensed = self._producer, self._sensed()
+        if not isinstance(kind, SpotProducer):
+            raise TypeError("a spot was chosen for a kind that has none")
+        anew, self._asked = ask.number != self._asked, ask.number
+
+        def work() -> Said:
+            if anew:
+                kind.ask(ask)
+            return kind.wait(sensed, now_s)
+
+        self._step_of, self._step_s = 0, now_s
+        self._step = self._thinker.submit(work)
+
+    def _begin(self, press: Press, now_s: float) -> None:
+        sensed = self._sensed()
         anew, self._begun = press.number != self._begun, press.number
         if anew:
             self._shown = _IDLE
@@ -118,6 +155,12 @@ class Runner:
     def _finish(self, press: Press | None) -> None:
         assert self._step is not None
         said, self._step = self._step.result(), None
+        if self._step_of == 0:
+            if said.state == "ended":
+                self._answered, self._answer = self._asked, said
+            if press is None:
+                self._say(self._step_s, 0, said, self._asked)
+            return
         if press is None or press.number != self._step_of:
             return  # it was for a press that is over
         self._shown = said
@@ -125,6 +168,6 @@ class Runner:
             self._over = press.number
         self._say(self._step_s, press.number, said)
 
-    def _say(self, born_s: float, press: int, said: Said) -> None:
+    def _say(self, born_s: float, press: int, said: Said, ask: int = 0) -> None:
         self._said_s = born_s
-        self._out.data(pack(born_s, press, said))
+        self._out.data(pack(born_s, press, said, ask))

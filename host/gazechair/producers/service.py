@@ -75,14 +75,16 @@ class ProducerService(InboxService):
         health: Health,
         targets: Callable[[], Mapping[str, Target]],
         clock: Clock = time.monotonic,
+        pictures: int | None = None,
     ) -> None:
         """`setup` of the child, see child_setup; `targets`: what can be chosen now, by the name of
-        its mode."""
+        its mode; `pictures`: a PictureSlot's descriptor."""
         super().__init__(lidars)
         self.kind = kind
         self.health = health
         self._setup = setup
         self._targets = targets
+        self._pictures = pictures
         self._port: Port
         self._settings: Settings
         self._override: Callable[[], str]
@@ -105,7 +107,8 @@ class ProducerService(InboxService):
         self._supervise(
             "gazechair.producers.child",
             PLUGIN,
-            {"kind": self.kind, **self._setup},
+            {"kind": self.kind, "pictures": self._pictures, **self._setup},
+            () if self._pictures is None else (self._pictures,),
             lost_reason=LOST,
             listens=True,
             longest=exchange.LONGEST,
@@ -192,7 +195,7 @@ class ProducerService(InboxService):
 
     def _offer(self) -> None:
         self._shown = dict(self._targets()) if self._settings() else {}
-        wanted = self._shown if self._lives else {}
+        wanted = self._choices() if self._lives else {}
         for mode, target in list(self._offered.items()):
             if wanted.get(mode) != target:
                 del self._offered[mode]
@@ -203,6 +206,10 @@ class ProducerService(InboxService):
             if mode not in self._offered:
                 self._offered[mode] = target
                 self._port.offer_mode(mode, {"auto": True})
+
+    def _choices(self) -> Mapping[str, Target]:
+        """What can be pressed, by its mode."""
+        return self._shown
 
     def _follow(self, world: World, now_s: float) -> None:
         ride = self._ride
@@ -238,7 +245,7 @@ class ProducerService(InboxService):
         if not rides and now_s - self._word_s < _IDLE_WORD_S:
             return
         self._word_s, self._state_s = now_s, world.state_s
-        word: dict[str, Any] = {"at_s": now_s, "press": 0}
+        word: dict[str, Any] = {"at_s": now_s, "press": 0, **self._besides()}
         if rides and self._ride is not None:
             word |= {
                 "at_s": world.state_s,  # a board that is silent is no reason to drive on
@@ -249,6 +256,10 @@ class ProducerService(InboxService):
             }
         self._say(json.dumps(word).encode())
 
+    def _besides(self) -> Mapping[str, Any]:
+        """What a word says besides."""
+        return {}
+
     def _say(self, word: bytes) -> None:
         if self._supervisor is not None:
             self._supervisor.tell(word)
@@ -256,6 +267,7 @@ class ProducerService(InboxService):
     def _on_data(self, payload: bytes) -> None:
         record = exchange.unpack(payload)
         with self._lock:
+            self._hear(record)
             if not self._lives:
                 self._lives = True
                 self._offer()
@@ -265,6 +277,9 @@ class ProducerService(InboxService):
                 if value.press == ride.number:
                     ride.record, ride.said_s = record, self._clock()
         self.health.set(states.OK)
+
+    def _hear(self, record: exchange.Record) -> None:
+        """What its process says besides of a press."""
 
     def _on_status(self, status: Status) -> None:
         if status.state == states.LOST:
@@ -281,8 +296,8 @@ class ProducerService(InboxService):
 _SHOWN = ("map", "x", "y", "heading")
 
 
-def child_setup(footprint: FootprintConfig, maps: Path) -> dict[str, Any]:
-    """What a child needs; `maps`: the folder of the stored maps."""
+def child_setup(footprint: FootprintConfig, maps: Path, state: Path) -> dict[str, Any]:
+    """What a child needs; `maps`: the folder of the stored maps, `state`: of all that is stored."""
     margins = footprint.front_margin_m, footprint.side_margin_m, footprint.rear_margin_m
     outline = {"corners_m": footprint.corners_m, "margins_m": margins}
-    return {"footprint": outline, "maps": str(maps)}
+    return {"footprint": outline, "maps": str(maps), "state": str(state)}

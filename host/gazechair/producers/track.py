@@ -19,7 +19,8 @@ POSE_OLD_S = 0.35
 _ESTIMATE_OLD_S = 0.25
 _SIGMA_M, _SIGMA_DEG = 0.12, 3.0  # known worse, it is not known
 _SAME_S = 1e-3
-_DOUBTED = frozenset((doubts.LITTLE, doubts.LATE, doubts.CARRIED, doubts.LOST))
+DOUBTED = frozenset((doubts.LITTLE, doubts.LATE, doubts.CARRIED, doubts.LOST))
+"""With any of these an estimate is no place to drive by."""
 _KEPT = 64
 
 
@@ -63,7 +64,7 @@ class MapTrack:
             return None
         if where.sigma_m > _SIGMA_M or where.sigma_deg > _SIGMA_DEG:
             return None
-        if _DOUBTED.intersection(newest.doubts):
+        if DOUBTED.intersection(newest.doubts):
             return None
         return compose(self._frame, pose_of(newest))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict
 
 from gazechair.base import health as states
@@ -23,10 +24,15 @@ class CameraService(Supervised):
         self._config = config
         self._health = health
         self._latest: Latest[Frame] = Latest()
+        self._takes: list[Callable[[bytes, float], None]] = []
 
     def latest(self) -> Latest[Frame]:
         """The slot of the newest picture; its birth time is the picture's acquisition."""
         return self._latest
+
+    def subscribe(self, take: Callable[[bytes, float], None]) -> None:
+        """Before the start: `take` gets each picture, and when it was taken; it must not wait."""
+        self._takes.append(take)
 
     def start(self) -> None:
         """Start the child process; with kind "off" there is none and that is no fault."""
@@ -47,6 +53,8 @@ class CameraService(Supervised):
         frame = Frame.unpack(payload)
         if is_jpeg(frame.jpeg):
             self._latest.put(frame, frame.acquired_monotonic)
+            for take in self._takes:
+                take(frame.jpeg, frame.acquired_monotonic)
             self._health.set(states.OK)
 
     def _on_status(self, status: Status) -> None:

@@ -33,9 +33,16 @@ class InboxService(Supervised, ABC):
     def start(self) -> None:
         """Start the child process."""
 
-    def _supervise(self, module: str, part: str, more: Mapping[str, Any], **options: Any) -> None:
-        """`part`: its name among the parts; `more` of the child's argument; `options` of its
-        Supervisor."""
+    def _supervise(
+        self,
+        module: str,
+        part: str,
+        more: Mapping[str, Any],
+        fds: tuple[int, ...] = (),
+        **options: Any,
+    ) -> None:
+        """`part`: its name among the parts; `more` of the child's argument; `fds`: that it has
+        besides its inbox; `options` of its Supervisor."""
         fd = self._reader.fileno()
         lidars = [asdict(config) for config in self._lidars]
         self._supervisor = Supervisor(
@@ -45,7 +52,7 @@ class InboxService(Supervised, ABC):
             self._on_status,
             silent_s=PARTS[part].silent_s,
             start_s=_START_S,
-            fds=(fd,),
+            fds=(fd, *fds),
             **options,
         )
         self._supervisor.start()

@@ -1,0 +1,70 @@
+"""Keeps where the camera sits over the floor, as its calibration found it."""
+
+from __future__ import annotations
+
+import json
+import logging
+import math
+from dataclasses import asdict, fields
+from pathlib import Path
+
+from gazechair.base.state_folder import replace_file
+from gazechair.picture.floor import FloorCamera
+from gazechair.picture.floor_calibration import RESIDUAL_M, SIGMA_M, Calibration
+
+FILE_NAME = "camera_floor.json"
+_NAMES = tuple(field.name for field in fields(FloorCamera))
+_PIXELS = ("width_px", "height_px")
+
+log = logging.getLogger(__name__)
+
+
+class FloorStore:
+    """A file of the state folder. What is damaged counts as not calibrated."""
+
+    def __init__(self, folder: Path) -> None:
+        self._path = folder / FILE_NAME
+        self._seen: tuple[int, int] | None = None
+        self._known: Calibration | None = None
+
+    def keep(self, calibration: Calibration) -> None:
+        """In place of an older one. OSError."""
+        replace_file(self._path, json.dumps(asdict(calibration), indent=1).encode())
+
+    def get(self) -> Calibration | None:
+        """The newest; None: the camera is not calibrated. Reads a file that has changed only."""
+        try:
+            status = self._path.stat()
+        except OSError:
+            self._seen = self._known = None
+            return None
+        seen = status.st_mtime_ns, status.st_ino
+        if seen != self._seen:
+            self._seen, self._known = seen, self._read()
+        return self._known
+
+    def _read(self) -> Calibration | None:
+        try:
+            found = json.loads(self._path.read_bytes())
+            rows = {name: found["camera"][name] for name in _NAMES}
+            values = {n: int(v) if n in _PIXELS else float(v) for n, v in rows.items()}
+            camera = FloorCamera(**values)
+            calibration = Calibration(camera, float(found["residual_m"]), float(found["sigma_m"]))
+        except (OSError, ValueError, TypeError, KeyError) as error:
+            log.error("%s: %s; the camera counts as not calibrated", self._path, error)
+            return None
+        return calibration if _sound(calibration) else None
+
+
+def _sound(one: Calibration) -> bool:
+    """What a calibration never says would be driven by."""
+    camera = one.camera
+    numbers = [getattr(camera, name) for name in _NAMES]
+    return (
+        all(map(math.isfinite, numbers))
+        and min(camera.width_px, camera.height_px) > 0
+        and camera.focal_px > 0.0
+        and camera.height_m > 0.0
+        and 0.0 <= one.residual_m <= RESIDUAL_M
+        and 0.0 <= one.sigma_m <= SIGMA_M
+    )

@@ -1,0 +1,26 @@
+"""A JPEG's pixels, as small as they are wanted; with Pillow, where it is installed."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazechair.picture.reducer import Image
+
+CAN_DECODE = Image is not None
+"""The extra "picture" is installed."""
+
+
+def pixels(jpeg: bytes, width_px: int) -> NDArray[np.uint8] | None:
+    """(height, width, 3), red, green, blue; None: not a picture that can be read."""
+    try:
+        picture: Any = Image.open(io.BytesIO(jpeg), formats=("JPEG",))
+        size = (width_px, max(1, round(width_px * picture.height / picture.width)))
+        picture.draft("RGB", (2 * size[0], 2 * size[1]))  # decodes no more than that needs
+        picture = picture.convert("RGB").resize(size, Image.Resampling.BOX)
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
+        return None
+    return np.asarray(picture, dtype=np.uint8)

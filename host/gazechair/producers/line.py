@@ -1,0 +1,191 @@
+"""Kind "line": follows the line on the floor that was chosen in the picture, up to its end.
+
+The line is looked for in every picture from the choice on, so what is shown before the press is
+what would be followed. Without a picture or the line for 0.3 s nothing is asked for.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.following.line import GONE_S, LineFollower, State
+from gazechair.following.line_view import NOT_SEEN
+from gazechair.following.request import STOP, Request
+from gazechair.going.chair_numbers import ChairNumbers
+from gazechair.picture.floor import FloorCamera
+from gazechair.picture.floor_store import FloorStore
+from gazechair.picture.newest import Shot
+from gazechair.picture.pixels import pixels
+from gazechair.producers.contract import STEP_S, Ask, Press, Said, Sensed, Setup, SpotProducer
+from gazechair.producers.odometry_track import OdometryTrack
+
+# Reasons, keys of the string tables.
+NO_PICTURE, NO_PLACE, UNSEEN_BEHIND = "line_no_picture", "line_no_place", "line_unseen_behind"
+LOST, NOT_NOW, UNCALIBRATED = "line_lost", "line_not_now", "camera_uncalibrated"
+WIDTH_PX = 160
+"""Of the pictures that it looks at."""
+_CHOOSES_S = 3.0  # until there is a picture, and the chair stands
+_KEPT_S = 60.0  # a choice that nobody presses
+_BRAKES_S = 3.0  # after a press, or the look; moved by others, the choice is over
+_OLD_S = 1.0  # a picture
+_STANDS_M_S, _STANDS_DEG_S = 0.03, 2.0
+_MOST_POINTS = 24  # of a line that is shown
+
+
+class LineProducer(SpotProducer):
+    """One line after another."""
+
+    def __init__(self, setup: Setup) -> None:
+        super().__init__(setup)
+        self._front_m = float(setup.footprint.body[:, 0].max())
+        self._floor = FloorStore(setup.state)
+        self._track = OdometryTrack()
+        self._ask: Ask | None = None
+        self._camera: FloorCamera | None = None
+        self._follower: LineFollower | None = None
+        self._track_of: int | None = None  # the frame that the line is in
+        self._pressed_s = self._placed_s = -math.inf
+        self._refused = ""
+        self._may_turn = False
+
+    def ask(self, ask: Ask) -> None:
+        self._ask, self._follower, self._refused = ask, None, ""
+        known = self._floor.get()
+        if known is None:
+            self._refused = UNCALIBRATED
+            return
+        self._camera = known.camera.scaled(WIDTH_PX)
+
+    def wait(self, sensed: Sensed, now_s: float) -> Said:
+        self._track.take(sensed.estimates)
+        ask = self._ask
+        if ask is None:
+            return Said(None, "ended")
+        if self._follower is None and not self._refused:
+            self._choose(ask, sensed.picture, now_s)
+        if self._follower is None:
+            return Said(None, "ended" if self._refused else "thinks", self._refused)
+        reason = self._look(sensed.picture, now_s)
+        since_s = now_s - max(ask.at_s, self._pressed_s)
+        if not reason and (since_s > _KEPT_S or (since_s > _BRAKES_S and not self._stands)):
+            reason = NOT_NOW
+        if reason:
+            return self._over(reason)
+        pose = self._track.pose(now_s)
+        if pose is not None:
+            self._follower.rest(pose, now_s)
+        return Said(None, "ready", "", self._shown(pose))
+
+    def press(self, press: Press) -> None:
+        self._numbers = ChairNumbers.of(press.settings)
+        self._may_turn = press.may_reverse
+        self._pressed_s = press.at_s
+        if self._ask is None or press.target["ask"] != self._ask.number:
+            self._over(LOST)
+
+    def step(self, sensed: Sensed, now_s: float) -> Said:
+        self._track.take(sensed.estimates)
+        self._pressed_s = now_s
+        if not self._may_turn:
+            return Said(None, "ended", UNSEEN_BEHIND)
+        follower = self._follower
+        reason = LOST if follower is None else self._look(sensed.picture, now_s)
+        if follower is None or reason:
+            return self._over(reason)
+        pose, newest = self._track.pose(now_s), self._track.newest
+        if pose is None or newest is None or not self._track.known(now_s):
+            return Said((0, 0), "waits", NO_PLACE)
+        moves = newest.speed_m_s, math.radians(newest.yaw_rate_deg_s)
+        request = follower.step(pose, *moves, now_s, STEP_S)
+        if follower.state is State.ENDED:
+            return self._over("", "arrived")
+        if follower.state is State.LOST:
+            return self._over(LOST)
+        shown = self._shown(pose)
+        if request == STOP:
+            return Said((0, 0), "waits", "line_hidden", shown)
+        return Said(self._stick(request), "drives", "line_follows", shown)
+
+    def _over(self, reason: str, state: str = "ended") -> Said:
+        """Going on needs a new choice."""
+        self._ask = self._follower = None
+        return Said(None, state, reason)
+
+    @property
+    def _stands(self) -> bool:
+        newest = self._track.newest
+        if newest is None:
+            return False
+        return abs(newest.speed_m_s) < _STANDS_M_S and abs(newest.yaw_rate_deg_s) < _STANDS_DEG_S
+
+    def _choose(self, ask: Ask, shot: Shot | None, now_s: float) -> None:
+        """With the first picture that was taken after the look, of a chair that stands."""
+        late = now_s - ask.at_s > _CHOOSES_S
+        newest = self._track.newest
+        if newest is None or not self._track.known(now_s):
+            self._refused = NO_PLACE if late else ""
+            return
+        pose = None if shot is None else self._track.pose(shot.acquired_s)
+        if shot is None or pose is None or not self._stands or shot.acquired_s < ask.at_s:
+            self._refused = (NO_PICTURE if self._stands else NOT_NOW) if late else ""
+            return
+        picture = pixels(shot.jpeg, WIDTH_PX)
+        if picture is None or self._camera is None:
+            return
+        numbers, camera = ChairNumbers.of(ask.settings), self._camera
+        most_rad_s = math.radians(min(numbers.left_deg_s, numbers.right_deg_s))
+        delay_s = numbers.dead_s + numbers.lag_s
+        try:
+            follower = LineFollower(camera, most_rad_s, delay_s, self._front_m)
+        except ValueError:
+            self._refused = NOT_SEEN  # this camera shows no floor ahead
+            return
+        pixel = ask.at[0] * camera.width_px, ask.at[1] * camera.height_px
+        self._refused = follower.choose(picture, pixel, pose, shot.acquired_s)
+        if not self._refused:
+            self._follower, self._track_of, self._placed_s = follower, newest.track, now_s
+
+    def _look(self, shot: Shot | None, now_s: float) -> str:
+        """Take a new picture; why the line is over, "" while it is not."""
+        follower, newest = self._follower, self._track.newest
+        assert follower is not None
+        if follower.state is not State.FOLLOWS:
+            return LOST
+        if newest is None or newest.track != self._track_of:
+            return NO_PLACE
+        if self._track.known(now_s):
+            self._placed_s = now_s
+        elif now_s - self._placed_s > GONE_S:
+            return NO_PLACE
+        if shot is not None and now_s - shot.acquired_s <= _OLD_S:
+            pose, picture = self._track.pose(shot.acquired_s), pixels(shot.jpeg, WIDTH_PX)
+            if pose is not None and picture is not None:
+                follower.look(picture, pose, shot.acquired_s)
+        return ""
+
+    def _shown(self, pose: FloatArray | None) -> dict[str, list[list[float]]]:
+        """The line over the picture."""
+        if pose is None or self._follower is None or self._camera is None:
+            return {}
+        return {"px": over_picture(self._camera, self._follower.line_m, pose)}
+
+    def _stick(self, request: Request) -> tuple[int, int]:
+        numbers = self._numbers
+        return (
+            numbers.linear_permille(min(request.linear_m_s, numbers.most_m_s)),
+            numbers.turn_permille(math.degrees(request.yaw_rad_s)),
+        )
+
+
+def over_picture(camera: FloorCamera, points_m: FloatArray, pose: FloatArray) -> list[list[float]]:
+    """Those of the points (N, 2), in the frame of `pose`, that the picture shows: shares of it."""
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    points = (points_m - pose[:2]) @ np.array(((c, -s), (s, c)))
+    points = points[(points[:, 0] > 0.0) & camera.sees(points)]
+    if len(points) > _MOST_POINTS:
+        points = points[np.linspace(0, len(points) - 1, _MOST_POINTS).round().astype(int)]
+    shares = camera.pixels(points) / (camera.width_px, camera.height_px)
+    return [[round(float(u), 3), round(float(v), 3)] for u, v in shares]

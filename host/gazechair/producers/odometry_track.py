@@ -1,0 +1,72 @@
+"""Where the chair is and was in odometry's frame: for what a picture showed some time ago."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterable
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.producers.track import DOUBTED, pose_of
+from gazechair.sensing.odometry.odometry import Estimate
+
+OLD_S = 0.25
+"""The newest estimate that is older says nothing of now."""
+_KEPT_S = 1.5
+_AHEAD_S = 0.2  # what lies between the newest estimate and a picture, at most
+
+
+class OdometryTrack:
+    """Feed it estimates in the order of their times. `track`: the frame's, None: none yet."""
+
+    def __init__(self) -> None:
+        self._kept: deque[Estimate] = deque()
+
+    def take(self, estimates: Iterable[Estimate]) -> None:
+        """What is new. A new track forgets the one before."""
+        for one in estimates:
+            if self._kept and one.track != self._kept[-1].track:
+                self._kept.clear()
+            self._kept.append(one)
+            while self._kept[0].time_s < one.time_s - _KEPT_S:
+                self._kept.popleft()
+
+    @property
+    def newest(self) -> Estimate | None:
+        """The newest estimate."""
+        return self._kept[-1] if self._kept else None
+
+    def known(self, now_s: float) -> bool:
+        """Where the chair is now, and without doubt."""
+        newest = self.newest
+        if newest is None or now_s - newest.time_s > OLD_S:
+            return False
+        return not DOUBTED.intersection(newest.doubts)
+
+    def pose(self, at_s: float) -> FloatArray | None:
+        """(3,) at that time; None: too long ago, or too late to tell."""
+        if not self._kept or at_s < self._kept[0].time_s:
+            return None
+        after = next((one for one in self._kept if one.time_s >= at_s), None)
+        if after is None:
+            newest = self._kept[-1]
+            late_s = at_s - newest.time_s
+            return _moved(newest, late_s) if late_s <= _AHEAD_S else None
+        before = max((o for o in self._kept if o.time_s <= at_s), key=lambda o: o.time_s)
+        gap_s = after.time_s - before.time_s
+        share = 0.0 if gap_s <= 0.0 else (at_s - before.time_s) / gap_s
+        start, end = pose_of(before), pose_of(after)
+        turned = math.remainder(end[2] - start[2], 2.0 * math.pi)
+        step = np.array((*(end[:2] - start[:2]), turned))
+        return np.asarray(start + share * step)
+
+
+def _moved(last: Estimate, late_s: float) -> FloatArray:
+    turned = math.radians(last.yaw_rate_deg_s) * late_s
+    middle = math.radians(last.heading_deg) + 0.5 * turned
+    c, s = math.cos(middle), math.sin(middle)
+    ahead, left = last.speed_m_s * late_s, last.sideways_m_s * late_s
+    step = np.array((c * ahead - s * left, s * ahead + c * left, turned))
+    return np.asarray(pose_of(last) + step)

@@ -1,0 +1,106 @@
+"""The part in the daemon of a kind whose person first chooses a spot of the camera's picture.
+
+A spot starts nothing: its process says what it would do there, the pages show it, and only while
+that stands is there a mode to be pressed. Each spot has a mode of its own, so no press is ever for
+a spot that was chosen before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from gazechair.driving.world import World
+from gazechair.producers import exchange
+from gazechair.producers.places import Target
+from gazechair.producers.service import ProducerService
+
+At = tuple[float, float]
+_MOST = 100_000  # a mode's name is short
+
+
+class SpotService(ProducerService):
+    """One kind. Its targets are tiles, by name; a tile's `more` has the picture's "aspect"."""
+
+    _number = 0
+    _ask: Mapping[str, Any] | None = None
+    _tile = ""
+    _answer: exchange.Record | None = None
+
+    def choose(self, tile: str, at: At | None, at_s: float) -> bool:
+        """A spot of the picture, in shares of its width and height, for that tile; None: none any
+        more. False: the tile is not this kind's, or does not work now."""
+        with self._lock:
+            settings = self._settings()
+            if tile not in self._shown or settings is None or not self._lives:
+                return False
+            self.forget()
+            if at is not None:
+                self._number = self._number % _MOST + 1
+                rest = {"at": at, "settings": dict(settings), "at_s": at_s}
+                self._ask, self._tile = {"number": self._number, **rest}, tile
+            return True
+
+    def forget(self) -> None:
+        """No spot is chosen; what was pressed for one ends."""
+        with self._lock:
+            if self._ask is not None:
+                self._ask = self._answer = None
+                self._word_s = float("-inf")
+                self._offer()
+
+    def spot(self) -> dict[str, Any] | None:
+        """For the pages: the spot, what it would lead to, and the mode that can be pressed."""
+        with self._lock:
+            if self._ask is None:
+                return None
+            answer = self._answer
+            told = {} if answer is None else dict(answer.shown)
+            return {
+                **told,
+                "tile": self._tile,
+                "mode": self._mode if self._mode in self._offered else "",
+                "at": list(self._ask["at"]),
+                "state": "thinks" if answer is None else answer.state,
+                "reason": "" if answer is None else answer.reason,
+            }
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Its tiles: no modes, they open the choice of a spot."""
+        aspects = {tile: target.more["aspect"] for tile, target in self._shown.items()}
+        return [
+            {**row, "kind": "spot", "aspect": aspects.get(row["name"], 1.0)}
+            for row in super().rows()
+        ]
+
+    @property
+    def _mode(self) -> str:
+        return f"{self._tile}-{self._number}"
+
+    def _choices(self) -> Mapping[str, Target]:
+        ready = self.rides or (self._answer is not None and self._answer.state == "ready")
+        target = self._shown.get(self._tile)
+        if self._ask is None or not ready or target is None:
+            return {}
+        more = {**target.more, "ask": self._ask["number"]}
+        return {self._mode: Target(target.name, target.icon, more, target.english, target.letters)}
+
+    def _follow(self, world: World, now_s: float) -> None:
+        if self._ask is not None and (not world.armed or self._tile not in self._shown):
+            self.forget()
+        super()._follow(world, now_s)
+
+    def _besides(self) -> Mapping[str, Any]:
+        return {"ask": self._ask}
+
+    def _hear(self, record: exchange.Record) -> None:
+        if self._ask is None or self.rides or record.ask != self._ask["number"]:
+            return
+        before, self._answer = self._answer, record
+        if before is None or before.state != record.state:
+            self._offer()
+
+    def _dies(self) -> None:
+        with self._lock:
+            self._ask = self._answer = None  # another process has not seen what was chosen
+            super()._dies()
