@@ -95,7 +95,6 @@ const acts = {
     if (!(await menu.show("main"))) notice("refused", "part_missing");
     else if (body.dataset.state === "disarmed") open("menu");
   },
-  next: () => plugins.next(),
   help: () =>
     socket.send("call", { on: !(state?.call || state?.coming) }) || notice("refused", "no_answer"),
   back: () => body.dataset.view === "menu" && menu.back(),
@@ -106,21 +105,21 @@ const targets = new Targets({
   drive(verb, mode, edge) {
     asked = verb;
     autoOff.used(performance.now());
-    const held = plugins.mode(verb);
+    const held = plugins.part?.mode(verb);
     if (practice.on) practice.drive(held ?? verb, edge);
-    else if (held) plugins.use(held, edge);
+    else if (held) plugins.part.use(held, edge);
     else socket.sendFresh("cmd", { verb, mode, edge });
-    if (driving) return;
+    if (driving || plugins.part?.picks(verb)) return;
     driving = true;
     if (practice.armed || state?.you) tones.play("start");
   },
   stop(wished) {
     // Another's driving is stopped by looking at Stop, not by looking away from this page.
-    if (wished || (!plugins.auto(asked) && (state === null || state.you))) socket.send("stop");
+    if (wished || (!plugins.part?.auto(asked) && (state?.you ?? true))) socket.send("stop");
     if (wished) stopSeen.asked(socket.stops, performance.now());
     ended();
   },
-  act: (name) => [plugins.use(), acts[name]?.()],
+  act: (name) => [plugins.part?.act(name), acts[name]?.()],
   unable: () => notice("refused", "mode_unable"),
   tap() {
     if (clicksAlone < CLICKS_MEAN_STEPS) return notice("tap_title", "tap");
@@ -144,6 +143,8 @@ const plugins = new Plugins(strings, {
   unable: (names) => (targets.unable = names),
   ride: (kind, more) => (kind === "stop" ? socket.send(kind) : socket.sendFresh(kind, more)),
   tone: (shape) => tones.play(shape),
+  open,
+  dwellMs: () => profiles.current.button_dwell_ms,
   gone: () => body.dataset.mode === "more" && setMode(profiles.current.mode),
 });
 
@@ -267,9 +268,7 @@ function applyProfile() {
   autoOff.configure(mine);
   hint.scans = mine.scan !== "off";
   tones.on = mine.tones;
-  setData("tones", mine.tones);
-  setData("contrast", mine.contrast);
-  setData("mirrored", mine.mirrored);
+  for (const name of ["tones", "contrast", "mirrored"]) setData(name, mine[name]);
   setMode(mine.mode);
   if (body.dataset.view === "menu") menu.show();
   scan.configure(mine);

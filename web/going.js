@@ -47,6 +47,13 @@ class GoingWords {
     return { text: text.replace("{name}", ISOLATE + cut + END_ISOLATE), do: advice };
   }
 
+  /** {text, do} of a spot that is to be chosen for a tile, or was. */
+  spot({ tile, state, reason }) {
+    const key = reason || `spot_${state}`;
+    const known = this.#table.messages[`${key}_${tile}`] ?? this.#table.messages[key];
+    return known ?? this.#strings.message(reason);
+  }
+
   /** The page's sentence `told`; where that is that all is well, how the motion goes. */
   sentence(told, going) {
     if (!going || told.level !== "ok") return told;

@@ -19,7 +19,7 @@ export class PluginList {
 
   /** Takes `welcome.plugins`. */
   update(rows) {
-    this.#rows = rows.filter(({ kind }) => kind !== "place");
+    this.#rows = rows.filter(({ kind }) => kind === "input" || kind === "mode");
   }
 
   /** Shows them; `token`: the host's newest, by which times are told. */

@@ -4,13 +4,17 @@ import { AutoRide } from "./auto_ride.js";
 import { byId, setData } from "./dom.js";
 import { ARRIVED, goingWords } from "./going.js";
 import { ICONS } from "./map_words.js";
+import { Pick } from "./pick.js";
 import { pluginWords } from "./plugins.js";
+import { button, styled } from "./tile.js";
 
 /** Places on the page of modes, those of Vooruit, Links and Rechts; place 0 is Achteruit's. */
 const PLACES = 3;
+/** Rows that have a tile; a "spot" is no mode, its tile opens the choice of one. */
+const KINDS = ["mode", "place", "spot"];
 /** Height of an icon's characters in its mark of 100, by their number. */
 const SIZES = [60, 60, 40, 28, 22];
-const STYLE = "/static/plugin_tiles.css";
+const STYLES = ["/static/plugin_tiles.css", "/static/pick.css"];
 
 let words = null;
 let going = null; // words, too
@@ -19,27 +23,7 @@ let going = null; // words, too
 export async function ready(strings) {
   words = await pluginWords(strings.language);
   going = await goingWords(strings);
-  await new Promise((resolve, reject) => {
-    const link = document.createElement("link");
-    [link.rel, link.href, link.onload] = ["stylesheet", STYLE, resolve];
-    link.onerror = () => reject(new Error(`${STYLE} does not come`));
-    document.head.append(link);
-  });
-}
-
-/** A button as the others: its mark with the ring, a label, a small line. */
-function button(id, like, kind) {
-  const tile = document.createElement("button");
-  [tile.type, tile.id, tile.className] = ["button", id, `target ${kind}`];
-  const mark = byId(like).querySelector(".mark").cloneNode(true);
-  for (const name of ["label", "small"]) {
-    const line = document.createElement("span");
-    [line.className, line.dir] = [name, "auto"];
-    tile.append(line);
-  }
-  tile.prepend(mark);
-  byId("stop").before(tile);
-  return tile;
+  await Promise.all(STYLES.map(styled));
 }
 
 /**
@@ -49,7 +33,8 @@ function button(id, like, kind) {
  * `on` receives shown() when other tiles are shown, replaced() before a place means another mode,
  * unable(names) for the tiles whose mode does not work now, gone() when that page has no modes;
  * ride("watch") while somebody looks at a ride that nobody holds, ride("stop") when anything else
- * is pressed, ride("mode", fields) for a mode that is held; tone(shape).
+ * is pressed, ride("mode", fields) for a mode that is held, ride("spot", fields) for a spot of the
+ * picture; tone(shape), open(view), dwellMs().
  */
 export class PluginTiles {
   /** There is a page of modes. */
@@ -65,6 +50,7 @@ export class PluginTiles {
   #auto = []; // names of the modes that nobody holds
   #ride;
   #going = null; // the host's word of it
+  #pick;
   #edge = 0; // of the newest press
   #paused = 0; // the press that paused it: what is left of its hold starts nothing
 
@@ -79,6 +65,7 @@ export class PluginTiles {
       shape.replaceWith(icon);
       this.#tiles.push(tile);
     }
+    this.#pick = new Pick(strings, going, on);
     button("next", "mode", "").querySelector(".label").textContent = words.label("plugin_next");
     // A new element has no place yet that it could be moved from.
     const choices = byId("mode").querySelector(".words");
@@ -99,6 +86,7 @@ export class PluginTiles {
   }
 
   mode(target) {
+    if (target === this.#pick.target) return this.#pick.mode;
     return this.#modes[this.#tiles.findIndex((tile) => tile.id === target)];
   }
 
@@ -107,12 +95,20 @@ export class PluginTiles {
     return this.#auto.includes(this.mode(target));
   }
 
-  /**
-   * A mode is held, with this press; on the tile of the ride a new press is a pause. Without a
-   * mode: something that does not drive was pressed, which ends a ride.
-   */
+  /** It opens the choice of a spot. */
+  picks(target) {
+    return this.#spot(this.mode(target)) !== undefined;
+  }
+
+  /** A mode is held, with this press; on the tile of the ride a new press is a pause. */
   use(mode, edge) {
-    if (!mode) return this.#ride.mode && this.#on.ride("stop");
+    const spot = this.#spot(mode);
+    if (spot) {
+      // Not within the press: it ends what is held.
+      if (edge > this.#edge) queueMicrotask(() => this.#pick.open(spot));
+      this.#edge = edge;
+      return;
+    }
     const again = mode === this.#ride.mode && edge > this.#edge;
     if (again) this.#paused = edge;
     this.#edge = edge;
@@ -120,8 +116,19 @@ export class PluginTiles {
     else if (edge !== this.#paused) this.#on.ride("mode", { mode, edge });
   }
 
-  /** Takes what the host says of such a ride. */
-  rides({ auto, going: told }) {
+  /** What does not drive was pressed: that ends a ride. */
+  act(name) {
+    if (this.#ride.mode) this.#on.ride("stop");
+    if (name === "next") {
+      this.#from += PLACES;
+      this.#show();
+    }
+    this.#pick.act(name);
+  }
+
+  /** Takes what the host says of such a ride, and of a spot that was chosen. */
+  rides(state) {
+    const { auto, going: told } = state;
     const before = this.#going;
     this.#going = told ?? null;
     setData("going", told?.state ?? "");
@@ -130,19 +137,32 @@ export class PluginTiles {
     if (arrived) this.#on.tone(ARRIVED);
     const farther = told?.left_m !== before?.left_m;
     if (this.#ride.update(auto ?? ["", ""]) || farther) this.#fillAll();
-  }
-
-  next() {
-    this.#from += PLACES;
-    this.#show();
+    const { mode, over } = this.#ride;
+    if (this.#pick.update(state, mode, over, words)) this.#tellUnable();
   }
 
   sentence(told, token) {
-    return going.sentence(words.sentence(told, this.#rows, token), this.#going);
+    const said = words.sentence(told, this.#rows, token);
+    return this.#pick.sentence(said) ?? going.sentence(said, this.#going);
+  }
+
+  #spot(mode) {
+    return this.#rows.find(({ kind, name }) => kind === "spot" && name === mode);
+  }
+
+  #works({ kind, name, state }) {
+    return kind === "spot" ? state === "ok" : this.#able.includes(name);
+  }
+
+  #tellUnable() {
+    const unable = this.#filled.map((row) => row !== undefined && !this.#works(row));
+    const names = this.#tiles.filter((_, place) => unable[place]).map(({ id }) => id);
+    if (!this.#able.includes(this.#pick.mode)) names.push(this.#pick.target);
+    this.#on.unable(names);
   }
 
   #show() {
-    const rows = this.#rows.filter(({ kind }) => kind === "mode" || kind === "place");
+    const rows = this.#rows.filter(({ kind }) => KINDS.includes(kind));
     if (this.#from >= rows.length) this.#from = 0;
     // A place is on the page of modes alone: one of many is none to have under one's eyes always.
     const first = rows[0]?.kind === "mode" ? rows[0] : undefined;
@@ -159,8 +179,7 @@ export class PluginTiles {
     byId("next").querySelector(".small").textContent = `${this.#from / PLACES + 1} / ${pages}`;
     this.#filled = places;
     this.#fillAll();
-    const unable = (place) => modes[place] && !this.#able.includes(modes[place]);
-    this.#on.unable(this.#tiles.map(({ id }) => id).filter((_, place) => unable(place)));
+    this.#tellUnable();
     if (!this.more) this.#on.gone();
     this.#on.shown();
   }
@@ -172,7 +191,7 @@ export class PluginTiles {
   #fill(tile, row) {
     tile.hidden = row === undefined;
     if (!row) return;
-    const able = this.#able.includes(row.name);
+    const able = this.#works(row);
     const icon = ICONS[row.sign] ?? (words.icon(row) || "●");
     const shape = tile.querySelector("text");
     shape.textContent = icon;

@@ -117,10 +117,11 @@ export class Scanning {
 
 /** Tiles of the modes that plug-ins bring, and what is wrong with plug-ins, where there are any. */
 export class Plugins {
+  /** The PluginTiles, null while there are none. */
+  part = null;
   #rest;
   #welcome;
   #coming = null;
-  #part = null;
 
   /** `rest`: what PluginTiles is made of. */
   constructor(...rest) {
@@ -130,42 +131,22 @@ export class Plugins {
   /** Takes the host's welcome. */
   async update(welcome) {
     this.#welcome = welcome;
-    if (!this.#part && !welcome.plugins?.length) return;
+    if (!this.part && !welcome.plugins?.length) return;
     const ready = (loaded) => loaded.ready(this.#rest[0]);
     const loaded = await (this.#coming ??= fetchPart("plugin_tiles", ready));
-    this.#part ??= new loaded.PluginTiles(...this.#rest);
-    this.#part.update(this.#welcome);
+    this.part ??= new loaded.PluginTiles(...this.#rest);
+    this.part.update(this.#welcome);
   }
 
   /** More modes than the page has room for beside the directions: their page can be opened. */
   get more() {
-    return this.#part?.more ?? false;
-  }
-
-  /** The mode of a tile; undefined for every other target. */
-  mode(target) {
-    return this.#part?.mode(target);
-  }
-
-  /** It starts a ride that nobody holds. */
-  auto(target) {
-    return this.#part?.auto(target);
-  }
-
-  /** Something is pressed; a mode, with that press, or not. */
-  use(mode, edge) {
-    this.#part?.use(mode, edge);
-  }
-
-  /** The next tiles of the page of modes. */
-  next() {
-    this.#part?.next();
+    return this.part?.more ?? false;
   }
 
   /** The sentence `told`; where that is that all is well, what a plug-in or this page lacks. */
   sentence(told, state) {
-    if (state) this.#part?.rides(state);
-    const said = this.#part?.sentence(told, state?.token) ?? told;
+    if (state) this.part?.rides(state);
+    const said = this.part?.sentence(told, state?.token) ?? told;
     const lacks = missing.size > 0 && said.level === "ok";
     return lacks ? { ...said, level: "wait", key: "part_missing" } : said;
   }

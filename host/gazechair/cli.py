@@ -104,6 +104,22 @@ def _parser() -> argparse.ArgumentParser:
     heading.set_defaults(act=_calibrate_heading)
     joystick = parts.add_parser("joystick", help="the joystick's neutral, with a meter")
     joystick.set_defaults(act=_calibrate_joystick)
+    camera = parts.add_parser("camera", help="where the camera sits over the floor, by marks on it")
+    camera.add_argument(
+        "--picture", type=Path, metavar="JPEG", help="take it; with --marks: use it"
+    )
+    camera.add_argument(
+        "--marks", type=Path, metavar="FILE", help="a line for each mark: pixels u v, metres x y"
+    )
+    for name, default, unit in (
+        ("height", 1.1, "M"),
+        ("down", 25.0, "DEG"),
+        ("field", 70.0, "DEG"),
+    ):
+        text = f"the camera's, by eye (default: {default:g})"
+        camera.add_argument(f"--{name}", type=float, default=default, metavar=unit, help=text)
+    camera.add_argument("--config", type=Path, metavar="FILE", help="configuration file")
+    camera.set_defaults(act=_calibrate_camera)
     for part in (heading, joystick):
         part.add_argument("--port", default="auto", help="the board's serial port")
     tune = commands.add_parser("tune", help="find out how the chair turns, in one speed profile")
@@ -268,6 +284,27 @@ def _calibrate_joystick(options: argparse.Namespace) -> int:
         return refuse(str(error))
     except KeyboardInterrupt:
         return refuse("stopped; the neutral counts are as before")
+    return 0
+
+
+def _calibrate_camera(options: argparse.Namespace) -> int:
+    from gazechair.service.calibrate import CalibrateError, camera
+
+    config = configuration.load(options.config)
+    given = options.height, options.down, options.field
+    try:
+        if options.marks and not options.picture:
+            raise CalibrateError("--marks needs the --picture that they are in")
+        if options.marks:
+            camera.store(config, options.picture, options.marks, *given, print)
+        elif options.picture:
+            camera.take_picture(config, options.picture, print)
+        else:
+            camera.show(config, print)
+    except CalibrateError as error:
+        return refuse(str(error))
+    except KeyboardInterrupt:
+        return refuse("stopped; nothing was changed")
     return 0
 
 

@@ -14,6 +14,15 @@ CAN_DECODE = Image is not None
 """The extra "picture" is installed."""
 
 
+def size_px(jpeg: bytes) -> tuple[int, int] | None:
+    """Width and height; None: not a JPEG."""
+    try:
+        picture: Any = Image.open(io.BytesIO(jpeg), formats=("JPEG",))
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
+        return None
+    return int(picture.width), int(picture.height)
+
+
 def pixels(jpeg: bytes, width_px: int) -> NDArray[np.uint8] | None:
     """(height, width, 3), red, green, blue; None: not a picture that can be read."""
     try:

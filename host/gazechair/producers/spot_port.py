@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any
 
@@ -68,4 +67,4 @@ def _at(value: Any) -> At | None:
 
 
 def _is_share(value: Any) -> bool:
-    return type(value) in (int, float) and math.isfinite(value) and 0.0 <= value <= 1.0
+    return type(value) in (int, float) and 0.0 <= value <= 1.0  # nan is not

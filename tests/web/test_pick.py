@@ -1,0 +1,158 @@
+"""A spot of the picture: chosen by a dwell or a tap, shown, and started by its own tile alone."""
+
+import pytest
+
+from fakehost import picture
+from pagelooks import OVERFLOWING, REST, SCREENS
+from patience import wait_until
+from pluginrows import WELL, offer
+from plugintiles import more
+from webperson import Driver
+
+pytestmark = pytest.mark.browser
+
+NAMES = {"nl": "Volg lijn", "en": "Follow line"}
+LINE = {"kind": "spot", "name": "follow-line", "icon": "~", "names": NAMES, "aspect": 4 / 3, **WELL}
+MODE = "follow-line-3"
+PX = [[0.5, 0.9], [0.5, 0.7], [0.45, 0.55]]
+SPOT = {"tile": "follow-line", "mode": MODE, "at": [0.5, 0.8], "state": "ready", "reason": ""}
+SPOT["px"] = PX
+RIDES = {"mode": MODE, "kind": "line", "name": "Volg lijn", "state": "drives", "goal": {}}
+RIDES |= {"reason": "line_follows", "px": PX}
+FREE = (0.5, 0.5)
+
+
+def told(person):
+    """Everything that was sent, but what only says that the page lives."""
+    found = []
+    for m in person.heard("cmd", "mode", "stop", "spot", "arm", "disarm"):
+        what = (m["k"], m.get("mode"), m.get("at"))
+        if not found or found[-1] != what:
+            found.append(what)
+    person.forget()
+    return found
+
+
+def opened(person):
+    """The view is open, by a dwell on its tile."""
+    offer(person.host, LINE)
+    wait_until(lambda: person.page.locator("#plugin-1").count(), "the tiles")
+    name = person.page.locator("#plugin-1 .label")
+    wait_until(lambda: name.text_content() == "Volg lijn", "its tile")
+    more(person)
+    person.forget()
+    person.hover("plugin-1")
+    assert person.data("view") == "pick"
+    sent = person.heard("mode", "cmd", "spot")
+    assert {m["k"] for m in sent} == {"spot"}
+    assert {m["at"] for m in sent} == {None}
+    person.forget()
+
+
+def ready(person):
+    """The host has answered."""
+    person.host.welcome["modes"] = [{"mode": MODE, "auto": True}]
+    person.host.say(person.host.welcome)
+    person.state(spot=SPOT)
+    person.advance(100)
+    person.forget()
+
+
+def test_a_dwell_on_the_picture_chooses_a_spot_and_moves_nothing(driver):
+    opened(driver)
+    driver.advance(700, look=FREE)
+    assert told(driver) == []  # not yet as long as a button
+    driver.advance(800, look=FREE)
+    ((kind, _, at),) = told(driver)
+    assert kind == "spot"
+    # 1920 by 1080 shows the middle of a picture of 4 by 3.
+    assert at == pytest.approx([0.5, 0.5], abs=0.01)
+    driver.advance(3000, look=FREE)
+    assert told(driver) == []  # once
+    driver.page.mouse.click(1920 * 0.4, 1080 * 0.75)
+    ((kind, _, at),) = told(driver)
+    assert at == pytest.approx([0.4, (0.75 * 1080 + 180) / 1440], abs=0.01)
+
+
+def test_what_is_shown_starts_by_its_tile_and_by_nothing_else(driver):
+    opened(driver)
+    driver.hover("plugin-go")
+    assert told(driver) == []  # nothing is shown yet
+    ready(driver)
+    points = driver.page.locator("#over-picture .way").get_attribute("points").split()
+    assert points[0] == f"960,{round(0.9 * 1440 - 180)}"
+    driver.advance(6000, look=(0.5, 0.62))
+    assert {kind for kind, *_ in told(driver)} <= {"spot"}
+    driver.hover("plugin-go")
+    assert ("mode", MODE, None) in told(driver)
+    # It rides: looks at the picture only watch.
+    driver.state(auto=[MODE, ""], going=RIDES)
+    driver.advance(400, look=FREE)
+    driver.forget()
+    driver.advance(4000, look=FREE)
+    assert driver.heard("watch")
+    assert told(driver) == []
+    assert driver.text("#plugin-go .label") == "Pauze"
+    assert driver.page.locator("#over-picture .way").count() == 1
+    driver.advance(650, look="plugin-go")
+    assert told(driver) == [("stop", None, None)]
+    driver.state(auto=["", MODE], going={**RIDES, "state": "ended", "reason": "going_stopped"})
+    assert driver.text("#plugin-go .label") == "Verder"
+
+
+def test_back_stop_and_driving_off_end_it(driver):
+    opened(driver)
+    ready(driver)
+    driver.state(auto=[MODE, ""], going=RIDES)
+    driver.page.locator("#pick-back").click()
+    driver.advance(50)
+    sent = told(driver)
+    assert ("stop", None, None) in sent
+    assert ("spot", None, None) in sent
+    assert driver.data("view") == "drive"
+    assert not driver.page.locator("#over-picture .way").count()
+    driver.state(auto=["", MODE], spot=None)
+    driver.hover("plugin-1")
+    assert driver.data("view") == "pick"
+    driver.forget()
+    driver.page.locator("#stop").click()
+    assert ("stop", None, None) in told(driver)
+    driver.state(state="disarmed", you=False, owner="nobody")
+    assert driver.data("view") == "drive"
+
+
+def test_no_line_there_is_told_and_starts_nothing(driver):
+    opened(driver)
+    driver.advance(50)
+    assert "Kijk naar de lijn op de vloer" in driver.text("#status")
+    driver.state(spot={**SPOT, "mode": "", "px": [], "state": "ended", "reason": "line_no_line"})
+    driver.advance(50)
+    assert "Daar is geen lijn" in driver.text("#status")
+    driver.hover("plugin-go")
+    assert "mode" not in {kind for kind, *_ in told(driver)}
+
+
+def test_another_tiles_spot_or_a_mode_that_is_not_offered_starts_nothing(driver):
+    opened(driver)
+    driver.state(spot={**SPOT, "tile": "another"})
+    driver.hover("plugin-go")
+    driver.state(spot=SPOT)  # the welcome has no such mode
+    driver.hover("plugin-go")
+    driver.page.locator("#plugin-go").click()
+    assert "mode" not in {kind for kind, *_ in told(driver)}
+
+
+@pytest.mark.parametrize("size", SCREENS, ids=str)
+def test_the_view_keeps_the_rules(page, host, size):
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    person = Driver(page, host)
+    person.open()
+    host.show(picture(), 1)
+    wait_until(lambda: host.acknowledged, "the picture")
+    before = page.locator("#stop").bounding_box()
+    opened(person)
+    ready(person)
+    assert page.locator("#stop").bounding_box() == before
+    assert page.evaluate(OVERFLOWING) == []
+    assert page.evaluate(REST) >= 0.35
+    person.screenshot(f"driver-pick-{size[0]}")

@@ -1,0 +1,190 @@
+// A spot of the picture is chosen by a dwell or a tap; what it would lead to is drawn over it.
+// That moves nothing: only the tile Ga does, and only for what is shown.
+
+import { byId } from "./dom.js";
+import { button } from "./tile.js";
+
+const VIEW = "pick";
+const BACK = "pick-back";
+const SVG = document.querySelector("svg").namespaceURI;
+/** A gaze that stays within this share of the screen's width rests on one spot. */
+const NEAR = 0.045;
+/** Without a look for so long, a dwell is over. */
+const STALE_MS = 400;
+/** Whoever looks at what is shown reads: another spot takes so much longer. */
+const READS = 2;
+/** Who looks there reads, or presses. */
+const COVERS = ".target, .panel, #status, header";
+
+function shape(name, parent, fields) {
+  const made = document.createElementNS(SVG, name);
+  for (const field in fields) made.setAttribute(field, fields[field]);
+  parent.append(made);
+  return made;
+}
+
+export class Pick {
+  /** The tile that starts; its mode is that of the spot that is shown, "" for none. */
+  target = "plugin-go";
+  mode = "";
+  #strings;
+  #words;
+  #on;
+  #row = null; // the tile that asked for a spot, while the view is open
+  #spot = null; // the host's word of it
+  #going = null;
+  #rides = false;
+  #dwell = null; // {x, y, count, since, last, said}
+  #go;
+  #over; // what is drawn over the picture
+  #shown = "";
+
+  /** `on` receives ride("spot", fields), open(view); dwellMs() is asked for. */
+  constructor(strings, words, on) {
+    [this.#strings, this.#words, this.#on] = [strings, words, on];
+    button(BACK, "back", "").querySelector(".label").textContent = strings.label("back");
+    this.#go = button(this.target, "forward", "drive plugin");
+    this.#over = document.createElementNS(SVG, "svg");
+    this.#over.id = "over-picture";
+    this.#over.setAttribute("aria-hidden", "true");
+    byId("picture").after(this.#over);
+    addEventListener("pointermove", (event) => this.#look(event));
+    addEventListener("pointerdown", (event) => this.#tap(event));
+    addEventListener("resize", () => this.#draw());
+  }
+
+  /** `row`: of the tile. */
+  open(row) {
+    this.#row = row;
+    this.#dwell = null;
+    this.#on.ride("spot", { tile: row.name, at: null });
+    this.#on.open(VIEW);
+  }
+
+  act(name) {
+    if (name === BACK) this.#close();
+  }
+
+  /** Takes the host's state, the mode that rides and the one that is over; true: `mode` changed. */
+  update({ spot, going, state, you }, rides, over, words) {
+    if (this.#row && (state !== "armed" || !you)) this.#close();
+    const mine = this.#row && spot?.tile === this.#row.name;
+    this.#spot = mine ? spot : null;
+    this.#going = going ?? null;
+    const before = this.mode;
+    this.mode = this.#spot?.mode ?? "";
+    this.#rides = rides !== "";
+    document.body.dataset.spot = this.#rides ? "rides" : (this.#spot?.state ?? "");
+    const pauses = this.#rides && rides === this.mode;
+    const again = this.mode && over === this.mode;
+    const label = pauses ? this.#words.label("going_pause") : again && words.label("plugin_go_on");
+    this.#go.querySelector(".label").textContent = label || this.#words.label("spot_go");
+    this.#go.classList.toggle("unable", !this.mode);
+    this.#go.ariaDisabled = !this.mode;
+    this.#draw();
+    return before !== this.mode;
+  }
+
+  /** While a spot is chosen, and the page's sentence `told` is that all is well: what to do. */
+  sentence(told) {
+    if (!this.#row || this.#rides || told.level !== "ok") return null;
+    const spot = this.#spot;
+    const empty = !spot || (spot.state === "ended" && !spot.reason);
+    const mine = this.#going?.mode?.startsWith(this.#row.name);
+    if (empty && mine) return null; // how the ride has ended
+    const said = this.#words.spot(empty ? { tile: this.#row.name, state: "look" } : spot);
+    const level = spot?.state === "ended" && spot.reason ? "warning" : "ok";
+    return { ...told, level, key: "spot", said };
+  }
+
+  #close() {
+    if (!this.#row) return;
+    this.#on.ride("spot", { tile: this.#row.name, at: null });
+    this.#row = this.#dwell = null;
+    this.#on.open("drive");
+  }
+
+  /** Where the picture lies: it covers the screen. */
+  #box() {
+    const wide = innerWidth / innerHeight > this.#row.aspect;
+    const width = wide ? innerWidth : innerHeight * this.#row.aspect;
+    const height = wide ? innerWidth / this.#row.aspect : innerHeight;
+    return { left: (innerWidth - width) / 2, top: (innerHeight - height) / 2, width, height };
+  }
+
+  /** A spot can be chosen there: nothing else is. */
+  #free({ target }) {
+    return this.#row && !this.#rides && !target.closest?.(COVERS);
+  }
+
+  #look(event) {
+    if (event.defaultPrevented || event.buttons !== 0) return;
+    if (!this.#free(event)) return this.#rest(null);
+    const { clientX: x, clientY: y } = event;
+    const at = Math.min(event.timeStamp, performance.now());
+    const dwell = this.#dwell;
+    const left = !dwell || Math.hypot(x - dwell.x, y - dwell.y) > NEAR * innerWidth;
+    if (left || at - dwell.last > STALE_MS) {
+      return this.#rest({ x, y, count: 1, since: at, last: at, said: false });
+    }
+    dwell.count += 1;
+    dwell.x += (x - dwell.x) / dwell.count;
+    dwell.y += (y - dwell.y) / dwell.count;
+    dwell.last = at;
+    if (dwell.said || at - dwell.since < this.#dwellMs()) return;
+    dwell.said = true;
+    this.#choose(dwell.x, dwell.y);
+  }
+
+  #tap(event) {
+    if (event.button !== 0 || event.defaultPrevented || !this.#free(event)) return;
+    this.#rest(null);
+    this.#choose(event.clientX, event.clientY);
+  }
+
+  #dwellMs() {
+    return this.#on.dwellMs() * (this.mode ? READS : 1);
+  }
+
+  #rest(dwell) {
+    if (dwell === null && this.#dwell === null) return;
+    this.#dwell = dwell;
+    this.#draw();
+  }
+
+  #choose(x, y) {
+    const { left, top, width, height } = this.#box();
+    const share = (value) => Math.min(1, Math.max(0, Number(value.toFixed(4))));
+    const at = [share((x - left) / width), share((y - top) / height)];
+    this.#on.ride("spot", { tile: this.#row.name, at });
+    this.#draw();
+  }
+
+  /** The way and the spot over the picture, and the ring of a dwell. */
+  #draw() {
+    const way = this.#rides ? this.#going?.px : this.#spot?.px;
+    const at = this.#rides ? null : this.#spot?.at;
+    const ring = this.#dwell?.said === false ? this.#dwell.since : 0;
+    const shown = this.#row ? JSON.stringify([way, at, ring, innerWidth, innerHeight]) : "";
+    if (shown === this.#shown) return;
+    this.#shown = shown;
+    this.#over.replaceChildren();
+    if (!this.#row) return;
+    const { left, top, width, height } = this.#box();
+    const place = ([u, v]) => [left + u * width, top + v * height].map(Math.round);
+    const points = (way ?? []).map(place).join(" ");
+    for (const kind of way?.length ? ["rim", "way"] : []) {
+      shape("polyline", this.#over, { points, class: kind });
+    }
+    if (at) {
+      const [cx, cy] = place(at);
+      shape("circle", this.#over, { cx, cy, r: innerWidth / 120, class: "spot" });
+    }
+    if (ring) {
+      const dwelling = shape("g", this.#over, { class: "dwelling" });
+      dwelling.style.setProperty("--dwell", `${this.#dwellMs()}ms`);
+      const { x: cx, y: cy } = this.#dwell;
+      shape("circle", dwelling, { cx, cy, r: innerWidth / 40, pathLength: 100, class: "ring" });
+    }
+  }
+}
