@@ -48,9 +48,9 @@ class GoingWords {
   }
 
   /** {text, do} of a spot that is to be chosen for a tile, or was. */
-  spot({ tile, state, reason }) {
+  spot({ kind, state, reason }) {
     const key = reason || `spot_${state}`;
-    const known = this.#table.messages[`${key}_${tile}`] ?? this.#table.messages[key];
+    const known = this.#table.messages[`${key}_${kind}`] ?? this.#table.messages[key];
     return known ?? this.#strings.message(reason);
   }
 

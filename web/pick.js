@@ -92,7 +92,7 @@ export class Pick {
     const empty = !spot || (spot.state === "ended" && !spot.reason);
     const mine = this.#going?.mode?.startsWith(this.#row.name);
     if (empty && mine) return null; // how the ride has ended
-    const said = this.#words.spot(empty ? { tile: this.#row.name, state: "look" } : spot);
+    const said = this.#words.spot(empty ? { kind: this.#row.of, state: "look" } : spot);
     const level = spot?.state === "ended" && spot.reason ? "warning" : "ok";
     return { ...told, level, key: "spot", said };
   }

@@ -31,13 +31,13 @@ from gazechair.picture.camera import CameraService
 from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import PictureSlot
 from gazechair.plugins.service import Plugins
-from gazechair.producers.lines import lines
 from gazechair.producers.people import people
 from gazechair.producers.places import Places
 from gazechair.producers.producers import Producers
 from gazechair.producers.service import ProducerService, child_setup
 from gazechair.producers.spot_port import SpotPort
 from gazechair.producers.spot_service import SpotService
+from gazechair.producers.spots import spots
 from gazechair.sensing.lidar import LidarService
 from gazechair.sensing.mapping.desk import MapDesk
 from gazechair.sensing.mapping.service import MappingService
@@ -249,14 +249,23 @@ class Daemon:
             ProducerService(kind, lidars, setup, self.parts.part(name), targets)
             for kind, name, targets in kinds
         ]
-        if self._config.camera.kind != "off":
+
+        def pointing() -> bool:
             # A spot of the picture is for who looks or points.
-            spots = SpotService(
-                *("line", lidars, setup, self.parts.part("mode follow-line")),
-                lambda: lines(allowed() and profiles.chosen()["scan"] == "off", floor),
-                pictures=self._pictures.fd,
-            )
-            made.append(spots)
+            return allowed() and profiles.chosen()["scan"] == "off"
+
+        pictured = (
+            ("look", "mode go-look", lambda: spots("look", pointing(), floor)),
+            ("line", "mode follow-line", lambda: spots("line", pointing(), floor)),
+        )
+        if self._config.camera.kind != "off":
+            made += [
+                SpotService(
+                    *(kind, lidars, setup, self.parts.part(name), targets),
+                    pictures=self._pictures.fd,
+                )
+                for kind, name, targets in pictured
+            ]
         return made
 
     def _remask(self, lidars: tuple[LidarConfig, ...]) -> None:

@@ -37,6 +37,7 @@ from gazechair.sensing.odometry.half_turns import HalfTurns
 from gazechair.sensing.odometry.inbox import HalfTurn
 from gazechair.sensing.odometry.odometry import Estimate
 from gazelink.settings_table import TABLE
+from gazesim.rooms import Room
 from gazesim.world import TWO
 
 LIDARS = tuple(
@@ -98,8 +99,8 @@ class GoingChair(Lockstep):
 
     kind = "place"
 
-    def __init__(self, folder: Path, drawn: Drawn) -> None:
-        super().__init__(mounts=TWO)
+    def __init__(self, folder: Path, drawn: Drawn, room: str | Room = "open") -> None:
+        super().__init__(room, mounts=TWO)
         stored_map(folder, "home", 12.0, drawn)
         self.store = MapStore(folder)
         self.map = "home"

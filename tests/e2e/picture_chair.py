@@ -15,6 +15,7 @@ from gazechair.producers.spot_port import SpotPort
 from gazechair.producers.spot_service import SpotService
 from gazechair.sensing.mapping.places import Drawn
 from gazesim.floor_view import Eye, Floor, FloorView
+from gazesim.rooms import Room
 
 EYE = Eye(field_deg=75.0, height_m=1.15, down_deg=30.0)
 CAMERA = FloorCamera(
@@ -32,14 +33,14 @@ class PictureChair(GoingChair):
 
     tile = ""
 
-    def __init__(self, folder: Path, floor: Floor) -> None:
+    def __init__(self, folder: Path, floor: Floor, room: str | Room = "open") -> None:
         self.floor = FloorStore(folder)
         self.floor.keep(Calibration(CAMERA, 0.01, 0.01))
         self.view = FloorView(EYE, floor, 3)
         self.sees = True
         self._slot = PictureSlot()
         self._coming: list[tuple[int, Shot]] = []
-        super().__init__(folder, Drawn())
+        super().__init__(folder, Drawn(), room)
         assert self.host is not None
         control = self.host.control
         self.host.port = SpotPort(control, control, self.service.choose)

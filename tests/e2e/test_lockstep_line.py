@@ -14,8 +14,8 @@ from e2e.picture_chair import PictureChair
 from gazeboard.core import limits
 from gazechair.base.supervisor import Status
 from gazechair.following.line import LOST_S
-from gazechair.producers.lines import lines
 from gazechair.producers.places import Target
+from gazechair.producers.spots import spots
 from gazesim.floor_view import Floor, distance_to_line_m
 from promises import END_TO_END, measured
 
@@ -35,7 +35,7 @@ class OnTape(PictureChair):
         super().__init__(folder, Floor(lines=[TAPE]))
 
     def _targets(self) -> Callable[[], Mapping[str, Target]]:
-        return lambda: lines(self.allowed, self.floor)
+        return lambda: spots("line", self.allowed, self.floor)
 
     def chooses(self) -> None:
         """The tape, 1.7 m ahead."""

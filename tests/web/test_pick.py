@@ -12,10 +12,25 @@ from webperson import Driver
 pytestmark = pytest.mark.browser
 
 NAMES = {"nl": "Volg lijn", "en": "Follow line"}
-LINE = {"kind": "spot", "name": "follow-line", "icon": "~", "names": NAMES, "aspect": 4 / 3, **WELL}
+LINE = {
+    "kind": "spot",
+    "name": "follow-line",
+    "icon": "~",
+    "names": NAMES,
+    "aspect": 4 / 3,
+    "of": "line",
+}
+LINE |= WELL
 MODE = "follow-line-3"
 PX = [[0.5, 0.9], [0.5, 0.7], [0.45, 0.55]]
-SPOT = {"tile": "follow-line", "mode": MODE, "at": [0.5, 0.8], "state": "ready", "reason": ""}
+SPOT = {
+    "kind": "line",
+    "tile": "follow-line",
+    "mode": MODE,
+    "at": [0.5, 0.8],
+    "state": "ready",
+    "reason": "",
+}
 SPOT["px"] = PX
 RIDES = {"mode": MODE, "kind": "line", "name": "Volg lijn", "state": "drives", "goal": {}}
 RIDES |= {"reason": "line_follows", "px": PX}

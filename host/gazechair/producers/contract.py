@@ -59,6 +59,8 @@ class Ask:
     """Shares of the picture's width, from its left, and height, from its top."""
     settings: Mapping[str, int]
     """As those of a press."""
+    may_reverse: bool
+    """As that of a press."""
     at_s: float
 
 

@@ -1,9 +1,9 @@
 """What a producer's process and the daemon say to each other: small JSON, checked on arrival.
 
 Down, a word: {"at_s", "press", "target", "settings", "may_reverse"}, press 0 when nobody presses
-its mode; "ask": the spot of the picture that was chosen, as {"number", "at", "settings", "at_s"}.
-Up, a record: a plug-in's value, and what the pages are told beside it; "ask": of which ask that is,
-0 for the press.
+its mode; besides "ask", the spot of the picture that was chosen: {"number", "at", "settings",
+"may_reverse", "at_s"}. Up, a record: a plug-in's value, and what the pages are told beside it;
+"ask": of which ask that is, 0 for the press.
 """
 
 from __future__ import annotations

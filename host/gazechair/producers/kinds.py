@@ -9,6 +9,7 @@ from gazechair.producers.contract import Producer, Setup
 KINDS = {
     "place": "gazechair.producers.place:PlaceProducer",
     "line": "gazechair.producers.line:LineProducer",
+    "look": "gazechair.producers.look:LookProducer",
     "person": "gazechair.producers.person:PersonProducer",
 }
 

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from gazechair.base.footprint import FloatArray
 from gazechair.following.line import GONE_S, LineFollower, State
 from gazechair.following.line_view import NOT_SEEN
@@ -21,6 +19,7 @@ from gazechair.picture.newest import Shot
 from gazechair.picture.pixels import pixels
 from gazechair.producers.contract import STEP_S, Ask, Press, Said, Sensed, Setup, SpotProducer
 from gazechair.producers.odometry_track import OdometryTrack
+from gazechair.producers.over_picture import over_picture
 
 # Reasons, keys of the string tables.
 NO_PICTURE, NO_PLACE, UNSEEN_BEHIND = "line_no_picture", "line_no_place", "line_unseen_behind"
@@ -31,8 +30,6 @@ _CHOOSES_S = 3.0  # until there is a picture, and the chair stands
 _KEPT_S = 60.0  # a choice that nobody presses
 _BRAKES_S = 3.0  # after a press, or the look; moved by others, the choice is over
 _OLD_S = 1.0  # a picture
-_STANDS_M_S, _STANDS_DEG_S = 0.03, 2.0
-_MOST_POINTS = 24  # of a line that is shown
 
 
 class LineProducer(SpotProducer):
@@ -49,13 +46,12 @@ class LineProducer(SpotProducer):
         self._track_of: int | None = None  # the frame that the line is in
         self._pressed_s = self._placed_s = -math.inf
         self._refused = ""
-        self._may_turn = False
 
     def ask(self, ask: Ask) -> None:
         self._ask, self._follower, self._refused = ask, None, ""
         known = self._floor.get()
-        if known is None:
-            self._refused = UNCALIBRATED
+        if known is None or not ask.may_reverse:
+            self._refused = UNCALIBRATED if known is None else UNSEEN_BEHIND
             return
         self._camera = known.camera.scaled(WIDTH_PX)
 
@@ -70,7 +66,7 @@ class LineProducer(SpotProducer):
             return Said(None, "ended" if self._refused else "thinks", self._refused)
         reason = self._look(sensed.picture, now_s)
         since_s = now_s - max(ask.at_s, self._pressed_s)
-        if not reason and (since_s > _KEPT_S or (since_s > _BRAKES_S and not self._stands)):
+        if not reason and (since_s > _KEPT_S or (since_s > _BRAKES_S and not self._track.stands)):
             reason = NOT_NOW
         if reason:
             return self._over(reason)
@@ -81,7 +77,6 @@ class LineProducer(SpotProducer):
 
     def press(self, press: Press) -> None:
         self._numbers = ChairNumbers.of(press.settings)
-        self._may_turn = press.may_reverse
         self._pressed_s = press.at_s
         if self._ask is None or press.target["ask"] != self._ask.number:
             self._over(LOST)
@@ -89,8 +84,6 @@ class LineProducer(SpotProducer):
     def step(self, sensed: Sensed, now_s: float) -> Said:
         self._track.take(sensed.estimates)
         self._pressed_s = now_s
-        if not self._may_turn:
-            return Said(None, "ended", UNSEEN_BEHIND)
         follower = self._follower
         reason = LOST if follower is None else self._look(sensed.picture, now_s)
         if follower is None or reason:
@@ -114,13 +107,6 @@ class LineProducer(SpotProducer):
         self._ask = self._follower = None
         return Said(None, state, reason)
 
-    @property
-    def _stands(self) -> bool:
-        newest = self._track.newest
-        if newest is None:
-            return False
-        return abs(newest.speed_m_s) < _STANDS_M_S and abs(newest.yaw_rate_deg_s) < _STANDS_DEG_S
-
     def _choose(self, ask: Ask, shot: Shot | None, now_s: float) -> None:
         """With the first picture that was taken after the look, of a chair that stands."""
         late = now_s - ask.at_s > _CHOOSES_S
@@ -129,8 +115,8 @@ class LineProducer(SpotProducer):
             self._refused = NO_PLACE if late else ""
             return
         pose = None if shot is None else self._track.pose(shot.acquired_s)
-        if shot is None or pose is None or not self._stands or shot.acquired_s < ask.at_s:
-            self._refused = (NO_PICTURE if self._stands else NOT_NOW) if late else ""
+        if shot is None or pose is None or not self._track.stands or shot.acquired_s < ask.at_s:
+            self._refused = (NO_PICTURE if self._track.stands else NOT_NOW) if late else ""
             return
         picture = pixels(shot.jpeg, WIDTH_PX)
         if picture is None or self._camera is None:
@@ -178,14 +164,3 @@ class LineProducer(SpotProducer):
             numbers.linear_permille(min(request.linear_m_s, numbers.most_m_s)),
             numbers.turn_permille(math.degrees(request.yaw_rad_s)),
         )
-
-
-def over_picture(camera: FloorCamera, points_m: FloatArray, pose: FloatArray) -> list[list[float]]:
-    """Those of the points (N, 2), in the frame of `pose`, that the picture shows: shares of it."""
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    points = (points_m - pose[:2]) @ np.array(((c, -s), (s, c)))
-    points = points[(points[:, 0] > 0.0) & camera.sees(points)]
-    if len(points) > _MOST_POINTS:
-        points = points[np.linspace(0, len(points) - 1, _MOST_POINTS).round().astype(int)]
-    shares = camera.pixels(points) / (camera.width_px, camera.height_px)
-    return [[round(float(u), 3), round(float(v), 3)] for u, v in shares]

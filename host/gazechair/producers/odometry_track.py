@@ -15,6 +15,7 @@ from gazechair.sensing.odometry.odometry import Estimate
 OLD_S = 0.25
 """The newest estimate that is older says nothing of now."""
 _KEPT_S = 1.5
+_STANDS_M_S, _STANDS_DEG_S = 0.03, 2.0
 _AHEAD_S = 0.2  # what lies between the newest estimate and a picture, at most
 
 
@@ -44,6 +45,14 @@ class OdometryTrack:
         if newest is None or now_s - newest.time_s > OLD_S:
             return False
         return not DOUBTED.intersection(newest.doubts)
+
+    @property
+    def stands(self) -> bool:
+        """It hardly moves, by the newest estimate."""
+        newest = self.newest
+        if newest is None:
+            return False
+        return abs(newest.speed_m_s) < _STANDS_M_S and abs(newest.yaw_rate_deg_s) < _STANDS_DEG_S
 
     def pose(self, at_s: float) -> FloatArray | None:
         """(3,) at that time; None: too long ago, or too late to tell."""

@@ -164,15 +164,17 @@ class ProducerService(InboxService):
             state = "thinks" if record is None else record.state
             if ride.ended_s is not None:
                 state = "arrived" if state == "arrived" else "ended"
+            shown = dict(record.shown) if record is not None else {}
+            goal = {key: ride.target.more[key] for key in _SHOWN if key in ride.target.more}
             reason = ride.reason or ("" if record is None else record.reason)
             return {
-                **(dict(record.shown) if record is not None else {}),
+                **shown,
                 "kind": self.kind,
                 "mode": ride.mode,
                 "name": ride.target.name,
                 "state": state,
                 "reason": "" if state == "arrived" else reason,
-                "goal": {key: ride.target.more[key] for key in _SHOWN if key in ride.target.more},
+                "goal": goal or shown.get("goal", {}),
             }
 
     # What happens

@@ -37,7 +37,8 @@ class SpotService(ProducerService):
             self.forget()
             if at is not None:
                 self._number = self._number % _MOST + 1
-                rest = {"at": at, "settings": dict(settings), "at_s": at_s}
+                sees = self._port.world().view["backward"] != "unseen"
+                rest = {"at": at, "settings": dict(settings), "may_reverse": sees, "at_s": at_s}
                 self._ask, self._tile = {"number": self._number, **rest}, tile
             return True
 
@@ -58,6 +59,7 @@ class SpotService(ProducerService):
             told = {} if answer is None else dict(answer.shown)
             return {
                 **told,
+                "kind": self.kind,
                 "tile": self._tile,
                 "mode": self._mode if self._mode in self._offered else "",
                 "at": list(self._ask["at"]),
@@ -69,7 +71,7 @@ class SpotService(ProducerService):
         """Its tiles: no modes, they open the choice of a spot."""
         aspects = {tile: target.more["aspect"] for tile, target in self._shown.items()}
         return [
-            {**row, "kind": "spot", "aspect": aspects.get(row["name"], 1.0)}
+            {**row, "kind": "spot", "of": self.kind, "aspect": aspects.get(row["name"], 1.0)}
             for row in super().rows()
         ]
 

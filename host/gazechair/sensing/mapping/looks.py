@@ -44,8 +44,9 @@ class Looks:
         """An estimate; True: `seen` tells what was seen there."""
         if self._known and self._known[-1][1].track != estimate.track:
             self._known.clear()
-        for piece in self._pieces:
+        for at, piece in enumerate(self._pieces):
             if abs(piece.middle_s - estimate.time_s) < _SAME_S:
+                del self._pieces[at]  # another lidar's may have the same time
                 self._known.append((piece, estimate))
                 return True
         return False

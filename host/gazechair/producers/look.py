@@ -1,0 +1,210 @@
+"""Kind "look": takes the chair to the spot of the floor that was looked at in the picture.
+
+What the lidars see from where the chair stands is its map, in odometry's frame. The way is planned
+before the press, so that the pages can show it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.going.chair_numbers import ChairNumbers
+from gazechair.going.costmap import Costmap
+from gazechair.going.look import costmap_of, goal, seen_from_here
+from gazechair.going.mission import Mission
+from gazechair.going.plan import NoWay, Planner, Pose, Way
+from gazechair.picture.floor import FloorCamera, NoSpot, gaze_px
+from gazechair.picture.floor_store import FloorStore
+from gazechair.picture.newest import Shot
+from gazechair.picture.pixels import size_px
+from gazechair.producers.contract import Ask, Press, Said, Sensed, Setup, SpotProducer
+from gazechair.producers.odometry_track import OdometryTrack
+from gazechair.producers.over_picture import over_picture
+from gazechair.producers.ride import POSE_LOST, Ride
+from gazechair.producers.track import MapTrack, pose_of
+from gazechair.sensing.mapping.mapper import KeyScan
+from gazechair.sensing.mapping.poses import between, compose, to_frame
+
+# Reasons, keys of the string tables.
+NO_PICTURE, NO_PLACE, NOT_NOW = "look_no_picture", "look_no_place", "look_not_now"
+UNSEEN_BEHIND, UNCALIBRATED = "look_unseen_behind", "camera_uncalibrated"
+_GAZE_DEG, _TABLET_M = 1.0, 0.29  # of one sample of a gaze, on a tablet that wide
+_DWELL = 0.5  # what is left of that in the mean of a dwell
+_SCANS, _SCAN_S = 3, 0.09  # of a standing chair
+_CHOOSES_S = 4.0  # until it stands, and there are scans and a picture
+_KEPT_S, _BRAKES_S = 60.0, 3.0  # see kind "line"
+_ASPECT = 0.01  # a picture of another shape is another camera's
+
+
+class LookProducer(SpotProducer):
+    """One spot after another."""
+
+    def __init__(self, setup: Setup) -> None:
+        super().__init__(setup)
+        self._floor = FloorStore(setup.state)
+        self._track = OdometryTrack()
+        self._map_track = MapTrack()
+        self._map = ""  # the newest that the chair was known to be in
+        self._ride = Ride()
+        self._ask: Ask | None = None
+        self._camera: FloorCamera | None = None
+        self._spot_m = (0.0, 0.0)
+        self._scans: list[KeyScan] = []
+        self._pictured = False
+        self._refused = ""
+        self._found: tuple[Costmap, Planner, Pose, Way] | None = None
+        self._track_of: int | None = None  # the frame of what was found
+        self._mission: Mission | None = None
+        self._pressed_s = -math.inf
+
+    def ask(self, ask: Ask) -> None:
+        self._ask, self._refused, self._found, self._mission = ask, "", None, None
+        self._scans, self._pictured = [], False
+        known = self._floor.get()
+        if known is None or not ask.may_reverse:
+            self._refused = UNCALIBRATED if known is None else UNSEEN_BEHIND
+            return
+        camera = self._camera = known.camera
+        pixel = ask.at[0] * camera.width_px, ask.at[1] * camera.height_px
+        sigma_px = _DWELL * gaze_px(_GAZE_DEG, camera.width_px, _TABLET_M)
+        spot = camera.spot(pixel, sigma_px, known.sigma_m)
+        if isinstance(spot, NoSpot):
+            self._refused = spot.reason
+        else:
+            self._spot_m = spot.x_m, spot.y_m
+
+    def wait(self, sensed: Sensed, now_s: float) -> Said:
+        self._hear(sensed)
+        ask = self._ask
+        if ask is None:
+            return Said(None, "ended")
+        if self._found is None and not self._refused:
+            self._find(ask, sensed.picture, now_s)
+        if self._found is None:
+            return Said(None, "ended" if self._refused else "thinks", self._refused)
+        since_s = now_s - max(ask.at_s, self._pressed_s)
+        newest = self._track.newest
+        moved = since_s > _BRAKES_S and not self._track.stands
+        if moved or since_s > _KEPT_S or newest is None or newest.track != self._track_of:
+            return self._over(NOT_NOW)
+        return Said(None, "ready", "", self._shown(self._found[3].points_m, now_s))
+
+    def press(self, press: Press) -> None:
+        self._mission = None
+        self._ride.begin()
+        if self._found is None or self._ask is None or press.target["ask"] != self._ask.number:
+            return
+        costmap, planner, _, _ = self._found
+        numbers, footprint = ChairNumbers.of(press.settings), self.setup.footprint
+        self._mission = Mission(costmap, planner, numbers, footprint, self.setup.thinker.submit)
+
+    def step(self, sensed: Sensed, now_s: float) -> Said:
+        self._hear(sensed)
+        self._pressed_s = now_s
+        mission, found, newest = self._mission, self._found, self._track.newest
+        if mission is None or found is None:
+            return self._over(NOT_NOW)
+        if newest is None or newest.track != self._track_of or not self._track.known(now_s):
+            return self._over(POSE_LOST)
+        pose = pose_of(newest)
+        at = float(pose[0]), float(pose[1]), float(pose[2])
+        said = self._ride.step(mission, found[2], at, newest, now_s)
+        if said.stick is None:
+            return self._over(said.reason, said.state)
+        way = found[3] if mission.way is None else mission.way
+        return replace(said, shown={**said.shown, **self._shown(way.points_m, now_s)})
+
+    def _over(self, reason: str, state: str = "ended") -> Said:
+        """Going on needs another look."""
+        self._ask = self._found = self._mission = None
+        return Said(None, state, reason)
+
+    def _hear(self, sensed: Sensed) -> None:
+        self._ride.hear(sensed)
+        self._track.take(sensed.estimates)
+        self._map_track.take(sensed.estimates, sensed.where)
+        if sensed.where is not None:
+            self._map = sensed.where.map
+
+    def _find(self, ask: Ask, shot: Shot | None, now_s: float) -> None:
+        """The way there, once enough was seen of a standing chair."""
+        late = now_s - ask.at_s > _CHOOSES_S
+        newest = self._track.newest
+        if newest is None or not self._track.known(now_s):
+            self._refused = NO_PLACE if late else ""
+            return
+        if self._scans and newest.track != self._track_of:
+            self._scans = []
+        if not self._track.stands:
+            self._scans = []
+            self._refused = NOT_NOW if late else ""
+            return
+        self._check(shot, ask.at_s)
+        self._scan(ask.at_s)
+        if self._refused:
+            return
+        if len(self._scans) < _SCANS or not self._pictured:
+            self._refused = ("" if self._pictured else NO_PICTURE) if late else ""
+            return
+        self._plan(self._scans)
+
+    def _check(self, shot: Shot | None, since_s: float) -> None:
+        """Whoever looked saw what is there now, by the camera that was calibrated."""
+        size = None if shot is None or shot.acquired_s < since_s else size_px(shot.jpeg)
+        if size is None or self._camera is None:
+            return
+        self._pictured = True
+        aspect = self._camera.width_px / self._camera.height_px
+        if abs(size[0] / size[1] / aspect - 1.0) > _ASPECT:
+            self._refused = UNCALIBRATED
+
+    def _scan(self, since_s: float) -> None:
+        if not self._ride.seen:
+            return
+        seen = self._ride.looks.seen()
+        time_s = seen.estimate.time_s
+        newest_s = self._scans[-1].time_s if self._scans else since_s
+        if time_s < newest_s + _SCAN_S:
+            return
+        self._track_of = seen.estimate.track
+        pose, look = seen.odometry, seen.look
+        self._scans.append(
+            KeyScan(pose, look.points_m, look.origins_m, float(pose[2]), time_s, 0.0)
+        )
+
+    def _plan(self, scans: list[KeyScan]) -> None:
+        footprint = self.setup.footprint
+        grid = seen_from_here(scans, footprint)
+        costmap = costmap_of(grid, footprint)
+        x, y, heading = (float(one) for one in scans[-1].pose)
+        there = goal(self._spot_m, (x, y, heading), grid, costmap)
+        if isinstance(there, NoWay):
+            self._refused = there.reason
+            return
+        planner = Planner(costmap, may_reverse=True)
+        way = planner.plan((x, y, heading), there)
+        if isinstance(way, NoWay):
+            self._refused = way.reason
+            return
+        self._found = costmap, planner, there, way
+
+    def _shown(self, way_m: FloatArray, now_s: float) -> dict[str, Any]:
+        """The way over the picture, and in the map where the chair is in one."""
+        newest = self._track.newest
+        if newest is None or self._camera is None or self._found is None:
+            return {}
+        pose = pose_of(newest)
+        shown: dict[str, Any] = {"px": over_picture(self._camera, way_m, pose)}
+        in_map = self._map_track.pose(self._map, now_s) if self._map else None
+        if in_map is not None:
+            frame = compose(in_map, between(pose, np.zeros(3)))
+            shown["way"] = np.round(to_frame(way_m[:40], frame), 2).tolist()
+            there = np.array((self._found[2][:2],))
+            x_m, y_m = np.round(to_frame(there, frame), 2)[0].tolist()
+            shown["goal"] = {"map": self._map, "x": x_m, "y": y_m}
+        return shown

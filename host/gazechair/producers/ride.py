@@ -1,0 +1,78 @@
+"""A mission under way: what it goes by besides where it is, and what a producer says of it."""
+
+from __future__ import annotations
+
+import math
+
+from gazechair.going.follow import STOP, Stick
+from gazechair.going.mission import ARRIVED, BLOCKED, DRIVING, LOST, PLANNING, Located, Mission
+from gazechair.going.plan import Pose
+from gazechair.producers.contract import Said, Sensed
+from gazechair.sensing.mapping.looks import Looks
+from gazechair.sensing.odometry.odometry import Estimate, Motion
+
+POSE_LOST = "going_pose_lost"
+_BLOCKED_S = 30.0
+_SCAN_S = 0.09  # from one look at what stands round the chair to the next
+_STATES = {DRIVING: "drives", BLOCKED: "blocked", PLANNING: "thinks"}
+
+
+class Ride:
+    """One mission after another."""
+
+    def __init__(self) -> None:
+        self.looks = Looks()
+        self.seen = False
+        """The newest estimate has a look."""
+        self._looked_s = -math.inf
+        self._put_out = STOP
+        self._blocked_s: float | None = None
+
+    def begin(self) -> None:
+        """Another mission."""
+        self._blocked_s = None
+
+    def hear(self, sensed: Sensed) -> None:
+        """What is new."""
+        for piece in sensed.pieces:
+            self.looks.piece(piece)
+        self.seen = False
+        for estimate in sensed.estimates:
+            self.seen = self.looks.estimate(estimate) or self.seen
+        if sensed.motions:
+            self._put_out = _stick(sensed.motions[-1])
+
+    def step(self, mission: Mission, goal: Pose, at: Pose, newest: Estimate, now_s: float) -> Said:
+        """`at`: the pose of `newest` in the mission's frame."""
+        mission.locate(Located(at, newest.speed_m_s, newest.yaw_rate_deg_s, newest.time_s))
+        if mission.goal is None:
+            mission.go(goal)
+        self._look(mission, at, newest.time_s)
+        return self._said(mission, mission.step(now_s, self._put_out), now_s)
+
+    def _said(self, mission: Mission, stick: Stick, now_s: float) -> Said:
+        if mission.state == ARRIVED:
+            return Said(None, "arrived")
+        if mission.state == LOST:
+            return Said(None, "ended", POSE_LOST)
+        if mission.state != BLOCKED:
+            self._blocked_s = None
+        elif self._blocked_s is None:
+            self._blocked_s = now_s
+        elif now_s - self._blocked_s > _BLOCKED_S:
+            return Said(None, "ended", mission.reason)
+        state = _STATES.get(mission.state, "waits")
+        shown = {"left_m": round(mission.left_m, 1)}
+        return Said((stick.linear_permille, stick.turn_permille), state, mission.reason, shown)
+
+    def _look(self, mission: Mission, at: Pose, time_s: float) -> None:
+        """What stands round the chair, as from where it is."""
+        if self.seen and time_s >= self._looked_s + _SCAN_S:
+            seen = self.looks.seen()
+            if seen.estimate.time_s == time_s:
+                self._looked_s = time_s
+                mission.scan(seen.look.points_m, time_s, at)
+
+
+def _stick(motion: Motion) -> Stick:
+    return Stick(motion.linear_permille or 0, motion.turn_permille or 0)
