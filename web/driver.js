@@ -61,6 +61,7 @@ const line = new ObstacleLine(strings);
 const practice = new Practice(strings);
 const picture = new Picture(byId("picture"), (age) => setData("picture", age));
 const autoOff = new AutoOff();
+const used = () => autoOff.used(performance.now());
 const clock = new ClockWatch();
 const stopSeen = new StopSeen(strings);
 const eyes = new Eyes(strings, {
@@ -104,7 +105,7 @@ for (let at = 1; at <= 5; at += 1) acts[`tile-${at}`] = () => menu.act(at);
 const targets = new Targets({
   drive(verb, mode, edge) {
     asked = verb;
-    autoOff.used(performance.now());
+    used();
     const held = plugins.part?.mode(verb);
     if (practice.on) practice.drive(held ?? verb, edge);
     else if (held) plugins.part.use(held, edge);
@@ -134,14 +135,15 @@ const targets = new Targets({
 
 const scan = new Scanning(targets, hits, {
   moving: () => targets.holding || (state !== null && state.motion !== "stopped"),
-  used: () => autoOff.used(performance.now()),
+  used,
 });
 
 const plugins = new Plugins(strings, {
   shown: measure,
   replaced: () => targets.replaced(performance.now(), false),
   unable: (names) => (targets.unable = names),
-  ride: (kind, more) => (kind === "stop" ? socket.send(kind) : socket.sendFresh(kind, more)),
+  ride: (kind, more) =>
+    kind === "stop" ? socket.send(kind) : [used(), socket.sendFresh(kind, more)],
   tone: (shape) => tones.play(shape),
   open,
   dwellMs: () => profiles.current.button_dwell_ms,
@@ -160,8 +162,7 @@ const socket = new ControlSocket({
 const receivers = {
   welcome(welcome) {
     targets.setTimes(welcome.heartbeat_ms, welcome.command_ttl_ms);
-    setData("backward", welcome.backward);
-    setData("insecure", welcome.insecure);
+    for (const name of ["backward", "insecure"]) setData(name, welcome[name]);
     plugins.update(welcome);
     measure();
   },
@@ -238,7 +239,7 @@ function open(view) {
 function switchOff() {
   scan.cancel(performance.now());
   practice.armed = false;
-  autoOff.used(performance.now()); // reported once
+  used(); // reported once
   if (state?.you) socket.send("disarm");
 }
 

@@ -136,10 +136,6 @@ def test_p17_its_process_ends_or_hangs(chair: OnFloor, how: str) -> None:
 def test_what_cannot_be_gone_to_is_refused_with_its_reason(chair: OnFloor) -> None:
     assert chair.looks_there(5.6, 0.0) == "look_too_far"
     assert chair.looks_there(4.8, 0.0) == "going_goal_blocked"  # by the wall
-    chair.page.spot(chair.tile, (0.5, 0.0))
-    chair.run(PATH_MS)
-    chair.until(lambda: chair.spot["state"] == "ended", 1000)
-    assert chair.spot["reason"] == "look_above_horizon"
     chair.sees = False
     chair._coming.clear()
     assert chair.looks_there() == "look_no_picture"

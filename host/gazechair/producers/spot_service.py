@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from gazechair.config.configuration import LidarConfig
 from gazechair.driving.world import World
 from gazechair.producers import exchange
 from gazechair.producers.places import Target
@@ -74,6 +75,11 @@ class SpotService(ProducerService):
             {**row, "kind": "spot", "of": self.kind, "aspect": aspects.get(row["name"], 1.0)}
             for row in super().rows()
         ]
+
+    def renew(self, lidars: tuple[LidarConfig, ...]) -> None:
+        """As InboxService.renew: another process, too."""
+        self.forget()
+        super().renew(lidars)
 
     @property
     def _mode(self) -> str:
