@@ -71,6 +71,7 @@ export class Pick {
     const mine = this.#row && spot?.tile === this.#row.name;
     this.#spot = mine ? spot : null;
     this.#going = going ?? null;
+    if (performance.now() - this.#dwell?.last > STALE_MS) this.#dwell = null; // drawn no more
     const before = this.mode;
     this.mode = this.#spot?.mode ?? "";
     this.#rides = rides !== "";
@@ -114,7 +115,8 @@ export class Pick {
 
   /** A spot can be chosen there: nothing else is. */
   #free({ target }) {
-    return this.#row && !this.#rides && !target.closest?.(COVERS);
+    if (!this.#row || this.#rides || document.body.dataset.picture === "stale") return false;
+    return !target.closest?.(COVERS);
   }
 
   #look(event) {

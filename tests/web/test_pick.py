@@ -84,6 +84,11 @@ def test_a_dwell_on_the_picture_chooses_a_spot_and_moves_nothing(driver):
     assert at == pytest.approx([0.5, 0.5], abs=0.01)
     driver.advance(3000, look=FREE)
     assert told(driver) == []  # once
+    driver.look((0.45, 0.6))
+    driver.advance(200)
+    assert driver.page.locator("#over-picture .ring").count() == 1
+    driver.advance(500)  # nobody looks
+    assert driver.page.locator("#over-picture .ring").count() == 0
     driver.page.mouse.click(1920 * 0.4, 1080 * 0.75)
     ((kind, _, at),) = told(driver)
     assert at == pytest.approx([0.4, (0.75 * 1080 + 180) / 1440], abs=0.01)
@@ -155,6 +160,17 @@ def test_another_tiles_spot_or_a_mode_that_is_not_offered_starts_nothing(driver)
     driver.hover("plugin-go")
     driver.page.locator("#plugin-go").click()
     assert "mode" not in {kind for kind, *_ in told(driver)}
+
+
+def test_an_old_picture_shows_nothing_to_choose(driver, host):
+    host.show(picture(), 1)
+    wait_until(lambda: host.acknowledged, "the picture")
+    opened(driver)
+    driver.advance(1000)
+    assert driver.data("picture") == "stale"
+    driver.advance(2500, look=FREE)
+    driver.page.mouse.click(1920 * 0.4, 1080 * 0.75)
+    assert told(driver) == []
 
 
 @pytest.mark.parametrize("size", SCREENS, ids=str)
