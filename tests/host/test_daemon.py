@@ -162,3 +162,26 @@ def test_a_driver_once_paired_is_not_invited_again(daemon: Daemon, cable: Any) -
     assert "Pair a driver" in daemon.invitation()
     cookie(cable.path.parent / "state", "driver")
     assert daemon.invitation() == ""
+
+
+@pytest.mark.parametrize("camera", ["off", "http"])
+def test_a_spot_of_the_picture_needs_a_camera(tmp_path: Path, camera: str) -> None:
+    text = f"""
+[board]
+port = "{tmp_path / "none"}"
+[web]
+port = 0
+state_folder = "{tmp_path / "state"}"
+[camera]
+kind = "{camera}"
+url = "http://127.0.0.1:9/none"
+[lidar]
+kind = "s2"
+port = "{tmp_path / "none"}"
+"""
+    daemon = Daemon(configuration.parse(text))
+    kinds = {service.kind for service in daemon._producers.services}
+    assert kinds == {"place", "person"} | ({"look", "line"} if camera == "http" else set())
+    assert daemon._producers.rows() == []
+    assert not daemon._producers.choose("follow-line", (0.5, 0.5), 0.0)
+    assert daemon._facts()["spot"] is None

@@ -7,6 +7,7 @@ import logging
 import math
 from dataclasses import asdict, fields
 from pathlib import Path
+from typing import Any
 
 from gazechair.base.state_folder import replace_file
 from gazechair.picture.floor import FloorCamera
@@ -46,11 +47,11 @@ class FloorStore:
     def _read(self) -> Calibration | None:
         try:
             found = json.loads(self._path.read_bytes())
-            rows = {name: found["camera"][name] for name in _NAMES}
-            values = {n: int(v) if n in _PIXELS else float(v) for n, v in rows.items()}
-            camera = FloorCamera(**values)
+            rows = found["camera"]
+            values: dict[str, Any] = {name: float(rows[name]) for name in _NAMES}
+            camera = FloorCamera(**values | {name: int(rows[name]) for name in _PIXELS})
             calibration = Calibration(camera, float(found["residual_m"]), float(found["sigma_m"]))
-        except (OSError, ValueError, TypeError, KeyError) as error:
+        except (OSError, ValueError, TypeError, KeyError, OverflowError) as error:
             log.error("%s: %s; the camera counts as not calibrated", self._path, error)
             return None
         return calibration if _sound(calibration) else None

@@ -82,6 +82,8 @@ def test_a_damaged_or_impossible_file_is_no_calibration(home: Path) -> None:
         json.dumps({**good, "camera": {**good["camera"], "height_m": float("nan")}}),
         json.dumps({**good, "camera": {**good["camera"], "width_px": 0}}),
         json.dumps({**good, "camera": "high"}),
+        json.dumps({**good, "camera": {**good["camera"], "x_m": 10**400}}),
+        json.dumps({**good, "camera": {**good["camera"], "width_px": float("inf")}}),
     ):
         path.unlink()
         path.write_text(damaged)
