@@ -46,8 +46,8 @@ async function open(id) {
   }
 }
 
-/** Where the chair is, as the host tells it (null: not known), and the way it goes by itself. */
-export function show(where, _strings, { going }) {
+/** Where the chair is, as the host tells it (null: not known), and the way it goes, or would go. */
+export function show(where, _strings, { going, spot }) {
   const now = performance.now();
   if (now - movedMs < CALM_MS) return;
   movedMs = now;
@@ -56,6 +56,7 @@ export function show(where, _strings, { going }) {
     canvas.hidden = true;
     map = "";
   }
-  view.way(going?.goal?.map === map ? going : null);
+  const here = (one) => one?.goal?.map === map && !["arrived", "ended"].includes(one.state);
+  view.way([going, spot].find(here) ?? null);
   view.chair(where);
 }

@@ -170,3 +170,34 @@ def test_a_driver_sees_a_small_map_that_is_calm_and_no_target(driver):
     assert small.is_visible()
     tell(where=None)
     assert not small.is_visible()
+
+
+def test_the_way_to_a_spot_is_on_the_small_map_before_it_is_gone(driver):
+    host, page = driver.host, driver.page
+    host.pictures["a1"] = PICTURE.png
+    host.replies["GET /maps/a1"] = (200, DETAILS)
+    small = page.locator("#small-map")
+
+    def tell(**news) -> None:
+        for _ in range(5):
+            host.say_state(where=WHERE, **news)
+            driver.run_for(500)
+
+    def seen() -> bool:
+        tell()
+        return small.count() == 1 and small.is_visible()
+
+    wait_until(seen, "the small map")
+    page.evaluate("document.body.dataset.view = 'pick'")
+    assert small.is_visible()
+    bare = small.screenshot()
+    goal = {"map": "a1", "x": 4.5, "y": 2.0}
+    spot = {"kind": "look", "state": "ready", "goal": goal, "way": [[3.0, 1.0], [4.5, 2.0]]}
+    over = {"kind": "look", "name": "x", "state": "arrived", "reason": "", "goal": goal, "mode": ""}
+    tell(spot=spot, going=over)
+    shown = small.screenshot()
+    assert shown != bare
+    tell(spot={**spot, "state": "ended"}, going=over)
+    assert small.screenshot() == bare
+    tell(spot={**spot, "goal": {**goal, "map": "b2"}}, going=None)
+    assert small.screenshot() == bare
