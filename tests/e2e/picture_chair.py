@@ -21,7 +21,7 @@ EYE = Eye(field_deg=75.0, height_m=1.15, down_deg=30.0)
 CAMERA = FloorCamera(
     320, 240, 160.0 / math.tan(math.radians(37.5)), 1.15, math.radians(30.0), x_m=0.3
 )
-PICTURE_MS, LATE_MS = 100, 60
+PICTURE_MS = 100
 
 
 class SpotServiceHere(SpotService, Service):
@@ -29,9 +29,10 @@ class SpotServiceHere(SpotService, Service):
 
 
 class PictureChair(GoingChair):
-    """`sees`: the camera works."""
+    """`sees`: the camera works; `late_ms`: of its pictures."""
 
     tile = ""
+    late_ms = 60
 
     def __init__(self, folder: Path, floor: Floor, room: str | Room = "open") -> None:
         self.floor = FloorStore(folder)
@@ -62,7 +63,7 @@ class PictureChair(GoingChair):
         if self.sees and self.now_ms % PICTURE_MS == 0:
             chair = self.world.chair
             jpeg = self.view.jpeg(chair.x_m, chair.y_m, chair.heading_deg)
-            self._coming.append((self.now_ms + LATE_MS, Shot(jpeg, self.now_s())))
+            self._coming.append((self.now_ms + self.late_ms, Shot(jpeg, self.now_s())))
         while self._coming and self._coming[0][0] <= self.now_ms:
             shot = self._coming.pop(0)[1]
             self._slot.put(shot.jpeg, shot.acquired_s)

@@ -165,3 +165,21 @@ def test_nobody_looks_and_no_tape_where_one_looks(chair: OnTape) -> None:
     chair.run(PATH_MS)
     assert chair.news["reason"] == "supervision_lost"
     chair.stays_still(300)
+
+
+def test_old_pictures_and_another_tile_end_it(chair: OnTape) -> None:
+    chair.drives()
+    chair.late_ms = 400  # they go on to come
+    chair.until(chair.neutral, LOST_MS + STEP_MS + PATH_MS)
+    chair.until(lambda: chair.news["state"] == "ended", 2000)
+    assert chair.news["reason"] == "line_lost"
+    chair.stays_still(500)
+    chair.late_ms = 60
+    chair.run(500)
+    chair.drives()
+    chair.page.press("left")
+    chair.until(lambda: chair.wipers()[0] == 170, PATH_MS)
+    chair.until(lambda: chair.news["state"] == "ended", PATH_MS)
+    chair.page.release()
+    chair.until(chair.neutral, PATH_MS)
+    chair.stays_still(500)

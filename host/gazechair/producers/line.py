@@ -45,6 +45,7 @@ class LineProducer(SpotProducer):
         self._follower: LineFollower | None = None
         self._track_of: int | None = None  # the frame that the line is in
         self._pressed_s = self._placed_s = -math.inf
+        self._asked_s = -math.inf  # the chair to move
         self._refused = ""
 
     def ask(self, ask: Ask) -> None:
@@ -77,7 +78,7 @@ class LineProducer(SpotProducer):
 
     def press(self, press: Press) -> None:
         self._numbers = ChairNumbers.of(press.settings)
-        self._pressed_s = press.at_s
+        self._pressed_s = self._asked_s = press.at_s
         if self._ask is None or press.target["ask"] != self._ask.number:
             self._over(LOST)
 
@@ -95,7 +96,8 @@ class LineProducer(SpotProducer):
         request = follower.step(pose, *moves, now_s, STEP_S)
         if follower.state is State.ENDED:
             return self._over("", "arrived")
-        if follower.state is State.LOST:
+        self._asked_s = self._asked_s if request == STOP else now_s
+        if follower.state is State.LOST or now_s - self._asked_s > GONE_S:
             return self._over(LOST)
         shown = self._shown(pose)
         if request == STOP:
