@@ -15,7 +15,7 @@ LIMIT_S = 600
 
 PARTS = (("enumeration", "everything at once", "decisions"), ("fuzz",))
 # Of these a sample takes as long as all other tests of the prover: what the record says counts.
-RECORDED = ("coverage", "mutation", "planted", "as flashed", "webassembly", "emulated")
+RECORDED = ("coverage", "mutation", "planted", "as flashed", "webassembly", "emulated", "longest")
 
 
 @pytest.mark.parametrize("parts", PARTS, ids=lambda parts: parts[0])

@@ -1,4 +1,4 @@
-"""The parts that test the firmware elsewhere: as flashed, as WebAssembly, on an emulated board."""
+"""The parts that run tests of the firmware which take too long, or another machine, each time."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ _TESTS = ROOT / "tests"
 _FLASHED = _TESTS / "host" / "service" / "test_flash_calls.py"
 _WASM = _TESTS / "tools" / "test_on_wasm.py"
 _EMULATED = _TESTS / "board"
+_FIRMWARE = _TESTS / "firmware"
 _LIMIT_S = 1800
 
 
@@ -37,6 +38,11 @@ def emulated(quick: bool, note: Note) -> Part:
     return _run(_EMULATED, {}, processes=0)
 
 
+def longest(quick: bool, note: Note) -> Part:
+    """Tests of the firmware of which `tools/test` runs some cases only."""
+    return _run(_FIRMWARE, {}, marks="recorded and not long")
+
+
 def begins() -> dict[str, tuple[Path, ...]]:
     """Where the imports begin of what each of these parts proves."""
     here = (Path(__file__), *(ROOT / "firmware" / "gazeboard").rglob("*.py"))
@@ -45,14 +51,19 @@ def begins() -> dict[str, tuple[Path, ...]]:
         "as flashed": (*board, _FLASHED),
         "webassembly": (*board, _TESTS / "onwasm.mjs", _WASM),
         "emulated": (*here, *sorted(_EMULATED.glob("*.py"))),
+        "longest": (*here, *sorted(_FIRMWARE.glob("test_*.py"))),
     }
 
 
-def _run(tests: Path, also: dict[str, str], processes: int | None = None) -> Part:
-    processes = os.cpu_count() or 1 if processes is None else processes
+def _run(
+    tests: Path,
+    also: dict[str, str],
+    processes: int = os.cpu_count() or 1,
+    # Those that are "long" repeat what another part or test runs.
+    marks: str = "not long",
+) -> Part:
     done = subprocess.run(
-        # None of those that are "long": they repeat what another part or test runs.
-        [sys.executable, "-m", "pytest", "-q", "-n", str(processes), "-m", "not long", str(tests)],
+        [sys.executable, "-m", "pytest", "-q", "-n", str(processes), "-m", marks, str(tests)],
         cwd=ROOT,
         env={**source_environment(), **also},
         capture_output=True,
