@@ -243,7 +243,7 @@ class FakeHost:
         """Closes every socket and takes no new one, as a host that died."""
         self.accepting = False
         for ws in [*self._sockets["control"], *self._sockets["video"]]:
-            with contextlib.suppress(ConnectionClosed):  # the page may have been quicker
+            with contextlib.suppress(ConnectionClosed, OSError):  # the page may have been quicker
                 ws.close()
         wait_until(lambda: not self.connected("control"), "the sockets to close")
 

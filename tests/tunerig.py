@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from gazechair.service.tune.armed_session import Hands
 from gazelink import codes
 from gazesim.chair import Chair
 from gazesim.chair_rig import LinkedChair
@@ -27,6 +28,12 @@ class TuneRig(LinkedChair):
     def _ready(self) -> bool:
         state = self.link.state()
         return state is not None and state.arm_reason == codes.NO_REASON
+
+    def hands(self, abort_at_ms: int) -> Hands:
+        """Somebody presses a key at that time."""
+        return Hands(
+            self.link, self.now_s, self.wait, lambda: self.now_ms >= abort_at_ms, lambda line: None
+        )
 
     def wait(self, seconds: float) -> None:
         """Let time pass."""

@@ -102,12 +102,13 @@ class Driver:
         spot = None if look is None else self.spot(look)
         if spot is not None:
             self._rest_on(*spot)
-        for step in range(0, ms, 25):
+        often_ms = 100 if spot is None else 25
+        for step in range(0, ms, often_ms):
             if step % 100 == 0:
                 self.state()
             if spot is not None:
                 self._tremble(*spot)
-            self.run_for(min(25, ms - step))
+            self.run_for(min(often_ms, ms - step))
 
     def spot(self, where: str | tuple[float, float]) -> tuple[float, float]:
         """Centre of a target, or a point given in shares of the screen (px)."""

@@ -18,7 +18,7 @@ from gazechair.service.flash.repl import Repl
 from liveboard import LIMIT_S, NEUTRAL, EmulatedLiveBoard
 
 # By one process, which flashes its first board once for all of them.
-pytestmark = [pytest.mark.m7, pytest.mark.xdist_group("board")]
+pytestmark = [pytest.mark.m7, pytest.mark.recorded, pytest.mark.xdist_group("board")]
 
 CALIBRATED = 0b11_11_11_00  # register 0x35, the magnetometer not used
 GYRO_ONLY = 0b11_11_00_00

@@ -93,6 +93,7 @@ def test_a_dry_run_changes_nothing_and_leaves_it_running(emulated: EmulatedLiveB
     emulated.connect()
 
 
+@pytest.mark.recorded
 def test_a_running_board_of_another_layout_is_updated(factory_new: EmulatedLiveBoard) -> None:
     board = factory_new
     board.board.kill()
@@ -105,6 +106,7 @@ def test_a_running_board_of_another_layout_is_updated(factory_new: EmulatedLiveB
     assert "runs: teensy40" in said
 
 
+@pytest.mark.recorded
 def test_an_older_incompatible_firmware_is_updated(emulated: EmulatedLiveBoard) -> None:
     """Its table of messages differs, so only the frozen messages are understood."""
     emulated.board.kill()
@@ -162,6 +164,7 @@ class PowerCut(FlashError):
 
 
 # Before the first and after the last nothing else can happen than between them: when named.
+@pytest.mark.recorded
 @pytest.mark.parametrize(
     "moment",
     [
@@ -233,6 +236,7 @@ def test_the_cable_pulled_half_way_is_one_plain_line(emulated: EmulatedLiveBoard
     assert "runs: teensy40" in Run(emulated).flash(), "from the REPL where it was left"
 
 
+@pytest.mark.recorded
 @pytest.mark.parametrize(
     "broken",
     ["raise ValueError('broken')", pytest.param("while True: pass", marks=pytest.mark.long)],
@@ -259,6 +263,7 @@ def test_a_firmware_that_does_not_run_is_taken_back(
     assert emulated.host.hellos[-1]["schema_hash"] == before["schema_hash"]
 
 
+@pytest.mark.recorded
 def test_a_port_with_nobody_behind_it_is_refused(tmp_path: Path) -> None:
     silent = PtyPort(tmp_path / "port")
     silent.plug()

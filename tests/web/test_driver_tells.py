@@ -184,7 +184,7 @@ def test_a_relay_that_nothing_monitors_is_shown_for_as_long_as_it_is_so(driver):
     driver.state(relay_checked=True)
     assert not banner.is_visible()
     driver.state(relay_checked=False)
-    driver.advance(60_000)
+    driver.advance(20_000)
     assert banner.is_visible()
     driver.state(state="disarmed", you=False, owner="nobody")
     assert banner.is_visible()

@@ -13,8 +13,8 @@ from webperson import CARETAKER, Driver
 
 pytestmark = pytest.mark.browser
 
-SIZES = [(1280, 800), (390, 844), (844, 390)]
-LANGUAGES = ["nl", "en"]
+TABLET, UPRIGHT, FLAT = (1280, 800), (390, 844), (844, 390)
+SCREENS = [(TABLET, "nl"), (UPRIGHT, "nl"), (FLAT, "nl"), (UPRIGHT, "en")]
 WORDS = json.loads((gazesetup.ROOT / "web/strings/nl.json").read_text("utf-8"))["messages"]
 LONGEST = sorted(WORDS, key=lambda key: len(WORDS[key]["text"] + WORDS[key]["do"]))
 DRIVE = ("forward", "backward", "left", "right")
@@ -74,16 +74,13 @@ NEWS = [
 ]
 
 
-@pytest.fixture(params=SIZES, ids=lambda size: f"{size[0]}x{size[1]}")
-def screen(request, page):
+@pytest.fixture(params=SCREENS, ids=lambda one: f"{one[0][0]}x{one[0][1]}-{one[1]}")
+def language(request, page):
+    """The page's language, on a screen of some size."""
+    (width, height), language = request.param
     page.add_init_script(WATCH)
-    page.set_viewport_size({"width": request.param[0], "height": request.param[1]})
-    return request.param
-
-
-@pytest.fixture(params=LANGUAGES)
-def language(request):
-    return request.param
+    page.set_viewport_size({"width": width, "height": height})
+    return language
 
 
 class Life:
@@ -128,7 +125,7 @@ class Life:
         self.look("an old picture")
 
 
-def test_the_measure_finds_what_moves(page, host, screen):
+def test_the_measure_finds_what_moves(page, host, language):
     person = Driver(page, host)
     person.open()
     take(page)
@@ -136,7 +133,7 @@ def test_the_measure_finds_what_moves(page, host, screen):
     assert take(page)
 
 
-def test_nothing_on_the_drivers_page_moves(page, host, screen, language):
+def test_nothing_on_the_drivers_page_moves(page, host, language):
     host.state.update(OFF)
     host.profiles.change({"create": LONG_NAME}, True)
     life = Life(Driver(page, host))
@@ -188,7 +185,7 @@ def test_nothing_on_the_drivers_page_moves(page, host, screen, language):
     assert not life.moved, "\n".join(life.moved)
 
 
-def test_nothing_on_the_drivers_page_moves_for_plug_ins(page, host, screen, language):
+def test_nothing_on_the_drivers_page_moves_for_plug_ins(page, host, language):
     life = Life(Driver(page, host))
     person = life.person
     person.open(f"?lang={language}")
@@ -219,7 +216,7 @@ def test_nothing_on_the_drivers_page_moves_for_plug_ins(page, host, screen, lang
     assert not life.moved, "\n".join(life.moved)
 
 
-def test_nothing_on_the_caretakers_page_moves(page, host, screen, language):
+def test_nothing_on_the_caretakers_page_moves(page, host, language):
     host.welcome["role"] = "caretaker"
     host.replies.update(CARETAKER)
     host.state.update(OFF)
@@ -275,7 +272,7 @@ def test_nothing_on_the_caretakers_page_moves(page, host, screen, language):
     assert not life.moved, "\n".join(life.moved)
 
 
-def test_nothing_on_a_viewers_page_moves(page, host, screen, language):
+def test_nothing_on_a_viewers_page_moves(page, host, language):
     host.welcome["role"] = "viewer"
     host.state.update(OFF)
     life = Life(Driver(page, host))
@@ -287,7 +284,7 @@ def test_nothing_on_a_viewers_page_moves(page, host, screen, language):
     assert not life.moved, "\n".join(life.moved)
 
 
-def test_nothing_on_the_pairing_page_moves(page, host, screen, language):
+def test_nothing_on_the_pairing_page_moves(page, host, language):
     host.replies["GET /me"] = 401, {"reason": "not_paired", "detail": ""}
     host.replies["POST /pair"] = 403, {"reason": "wrong_code", "detail": ""}
     page.goto(f"{host.url}pair?lang={language}")

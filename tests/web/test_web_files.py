@@ -81,17 +81,13 @@ def test_what_only_the_caretaker_reads_is_as_short(language):
         assert 0 < len(message["do"]) <= 80, key
 
 
-def test_both_languages_have_the_same_keys():
-    dutch, english = (table(language) for language in LANGUAGES)
-    assert list(dutch["labels"]) == list(english["labels"])
-    assert list(dutch["messages"]) == list(english["messages"])
-    assert list(care_labels("nl")) == list(care_labels("en"))
-    assert list(table("nl-care")["messages"]) == list(table("en-care")["messages"])
-    assert list(table("nl-plugins")["labels"]) == list(table("en-plugins")["labels"])
-    assert list(table("nl-assist")["labels"]) == list(table("en-assist")["labels"])
-    for kind in ("labels", "messages"):
-        assert list(table("nl-first")[kind]) == list(table("en-first")[kind])
-        assert list(table("nl-maps")[kind]) == list(table("en-maps")[kind])
+@pytest.mark.parametrize("name", sorted(path.stem[2:] for path in WEB.glob("strings/nl*.json")))
+def test_both_languages_have_the_same_keys(name):
+    dutch, english = (table(language + name) for language in LANGUAGES)
+    dutch.pop("told", None)  # what the host says in English by itself
+    assert {kind: list(words) for kind, words in dutch.items()} == {
+        kind: list(words) for kind, words in english.items()
+    }
 
 
 def test_everything_about_maps_has_words():

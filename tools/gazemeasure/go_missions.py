@@ -70,7 +70,7 @@ def mission(job: Job) -> Result:
         home.people = home_plans.home(seed // _MISSIONS_IN_A_HOME).people
     no_go = tuple(np.array(one.corners) for one in home.solids() if one.material == GLASS)
     chance = np.random.default_rng((seed, len(job.kind)))
-    poses = _poses(home, grid, chance, 3)
+    poses = _poses(home, grid, chance, 3, job.kind == DOORS)
     profile = PROFILES[seed % len(PROFILES)]
     chair: Any = None
     if job.kind == FOREIGN:
@@ -155,8 +155,13 @@ def _door(seed: int) -> tuple[Home, OccupancyGrid]:
     return home, mapped(home, chance)
 
 
-def _poses(home: Home, grid: OccupancyGrid, chance: np.random.Generator, count: int) -> list[Pose]:
-    """Places of different rooms that the map holds, with room to turn there, by the truth."""
+def _poses(
+    home: Home, grid: OccupancyGrid, chance: np.random.Generator, count: int, doors: bool
+) -> list[Pose]:
+    """Places of different rooms that the map holds, with room to turn there, by the truth.
+
+    `doors`: two rooms side by side, whose door may be too narrow for the router's lattice.
+    """
     costmap = costmap_of(grid, (), Footprint())
     router = Router(home)
     names = sorted(home.places)
@@ -170,9 +175,12 @@ def _poses(home: Home, grid: OccupancyGrid, chance: np.random.Generator, count: 
             known = costmap.clearance_m(np.full(36, x), np.full(36, y), around).min()
             if known < 0.05 or any(math.dist((x, y), one[:2]) < 1.5 for one in found):
                 continue
-            place = router.place(x, y)
-            if place is None or math.dist(place, (x, y)) > 0.12 or not router.reaches(costs, x, y):
-                continue
+            if not doors:
+                place = router.place(x, y)
+                if place is None or math.dist(place, (x, y)) > 0.12:
+                    continue
+                if not router.reaches(costs, x, y):
+                    continue
             if min(home.clearance_m(x, y, 10.0 * k) for k in range(36)) >= _AROUND_M:
                 found.append((float(x), float(y), float(chance.uniform(-math.pi, math.pi))))
                 break

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from gazeprove import part_core, part_fuzz, part_tests
+from gazeprove import part_core, part_fuzz, part_long, part_tests
 from gazeprove.pools import Note, Part
 
 PARTS: dict[str, Callable[[bool, Note], Part]] = {
@@ -15,4 +15,8 @@ PARTS: dict[str, Callable[[bool, Note], Part]] = {
     "mutation": part_tests.mutation,
     "fuzz": part_fuzz.fuzzing,
     "planted": part_fuzz.planted_mistakes,
+    "as flashed": part_long.as_flashed,
+    "webassembly": part_long.webassembly,
+    "emulated": part_long.emulated,
+    "longest": part_long.longest,
 }

@@ -12,7 +12,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from gazeprove import equivalents, part_core, part_fuzz, part_tests
+from gazeprove import equivalents, part_core, part_fuzz, part_long, part_tests
 from gazeprove.modules import MODULES, file_of, suite_files
 from gazeprove.sources import digest_of, digests
 from gazesetup import ROOT
@@ -32,6 +32,7 @@ _BEGINS = {
     "mutation": _TESTS,
     "fuzz": _FUZZ,
     "planted": _FUZZ,
+    **part_long.begins(),
 }
 
 

@@ -11,7 +11,9 @@ from pathlib import Path
 from gazesetup import ROOT
 
 # Where imports are looked for; what is found nowhere here is no part of what is proven.
-_ROOTS = tuple(ROOT / name for name in ("firmware", "protocol", "tools", "tests", "tests/firmware"))
+_ROOTS = tuple(
+    ROOT / name for name in ("firmware", "protocol", "host", "tools", "tests", "tests/firmware")
+)
 _NOT_PROVEN = ("gazesetup",)  # sets the machine up
 
 

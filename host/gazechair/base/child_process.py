@@ -7,6 +7,9 @@ import os
 import subprocess
 from pathlib import Path
 
+# One that would run on a busy machine, or waits for a disk, gets longer to write what it has.
+_ENDS_S = (1.0, 3.0)
+
 
 def drain(fd: int, most: int) -> tuple[bytes, bool]:
     """All bytes there are, up to some `most`, and whether the other end is closed."""
@@ -43,11 +46,14 @@ def end(process: subprocess.Popen[bytes]) -> None:
             pipe.close()
     with contextlib.suppress(ProcessLookupError):
         process.terminate()
-    try:
-        process.wait(1.0)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait(5.0)
+    for seconds in _ENDS_S:
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(seconds)
+            return
+        if not would_run(process.pid):
+            break
+    process.kill()
+    process.wait(5.0)
 
 
 def would_run(pid: int) -> bool:

@@ -215,7 +215,7 @@ class Supervisor:
         self._wake()
 
     def stop(self, timeout_s: float = 5.0) -> None:
-        """End the child (SIGTERM, after 1 s SIGKILL) and the thread. Safe to call twice."""
+        """End the child (SIGTERM, after 1 to 4 s SIGKILL) and the thread. Safe to call twice."""
         if self._stopping.is_set():
             return
         self._stopping.set()

@@ -32,6 +32,7 @@ from gazechair.sensing.lidar.scan import Scan
 from gazechair.service.board_settings import BoardSettings, SettingRefused, SettingsError
 from gazechair.service.calibrate import JoystickCalibration
 from gazechair.service.lidar_tools import learned_mask
+from gazechair.service.tune.armed_session import Hands
 from gazechair.service.tune.command import Tuning
 from gazechair.service.tune.errors import StoppedError
 from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
@@ -334,9 +335,7 @@ class Guide:
         def record(believed: TurnNumbers, neutral_count: int) -> Sequence[Recording]:
             self._looked = True
             self._wait(HEARD_S)
-            numbers, say = self._control.press_number, self._lines.append
-            runner = Runner(self.held, self._clock, self._wait, self._aborted, say, numbers)
-            return runner.run(believed, neutral_count)
+            return Runner(self._hands()).run(believed, neutral_count)
 
         straight = None if self._measured is None else partial(self._straight, self._measured)
         board, say = BoardSettings(self._link), self._lines.append
@@ -348,11 +347,7 @@ class Guide:
             if self._clock() > end_s or self._aborted():
                 break  # what stands against it is told by the attempt
             self._wait(_POLL_S)
-        numbers, say = self._control.press_number, self._lines.append
-        runner = ForwardRunner(
-            self.held, self._clock, self._wait, self._aborted, say, measured, numbers
-        )
-        return runner.run()
+        return ForwardRunner(self._hands(), measured).run()
 
     def _turn(self, _: Any) -> None:
         state = self._link.state()
@@ -364,5 +359,8 @@ class Guide:
         self._record.keep("turn", found)
 
     def _moves(self) -> Moves:
-        numbers, stats = self._control.press_number, self._link.stats
-        return Moves(self.held, self._clock, self._wait, self._aborted, numbers, stats)
+        return Moves(self._hands(), self._link.stats)
+
+    def _hands(self) -> Hands:
+        numbers, say = self._control.press_number, self._lines.append
+        return Hands(self.held, self._clock, self._wait, self._aborted, say, numbers)

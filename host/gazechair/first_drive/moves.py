@@ -7,7 +7,7 @@ from collections.abc import Callable
 from gazechair.board.board_commands import Command
 from gazechair.board.state import BoardState, BoardStats
 from gazechair.driving.untuned import TURN_PERMILLE
-from gazechair.service.tune.armed_session import ArmedSession, Link
+from gazechair.service.tune.armed_session import ArmedSession, Hands
 from gazechair.service.tune.errors import TuneError
 from gazelink import codes
 
@@ -21,16 +21,8 @@ _SETTLES_S = 0.6
 class Moves(ArmedSession):
     """One motion at a time; all raise TuneError."""
 
-    def __init__(
-        self,
-        link: Link,
-        clock: Callable[[], float],
-        wait: Callable[[float], None],
-        aborted: Callable[[], bool],
-        number: Callable[[], int],
-        stats: Callable[[], BoardStats | None],
-    ) -> None:
-        super().__init__(link, clock, wait, aborted, number)
+    def __init__(self, hands: Hands, stats: Callable[[], BoardStats | None]) -> None:
+        super().__init__(hands)
         self._stats = stats
 
     def relay(self) -> None:

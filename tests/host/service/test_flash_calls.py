@@ -144,8 +144,18 @@ def test_the_firmware_keeps_its_lines_and_its_methods() -> None:
 
 # The longest run on the same MicroPython as they are written; as flashed when this file is named.
 LONG = ("board_promises_tilt", "board_promises_hardware")
+ALWAYS = ("board_core_press", "board_promises_obstacles", "board_allocation")
+
+
+def marks(file: Path) -> list[pytest.MarkDecorator]:
+    """`tools/prove` runs and records those that `tools/test` does not."""
+    if file.stem in LONG:
+        return [pytest.mark.long]
+    return [] if file.stem in ALWAYS else [pytest.mark.recorded]
+
+
 FILES = [
-    pytest.param(file, marks=[pytest.mark.long] if file.stem in LONG else [], id=file.stem)
+    pytest.param(file, marks=marks(file), id=file.stem)
     for file in sorted(TESTS.glob("firmware/board_*.py"))
 ]
 

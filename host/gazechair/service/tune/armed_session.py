@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from gazechair.board.board_commands import STOP_COMMAND, Command
@@ -37,24 +37,32 @@ class Link(Protocol):
         """The board and its limits, None while there is none."""
 
 
-class ArmedSession:
-    """`aborted` is polled all the time: True stops the chair at once. All raise TuneError."""
+@dataclass(frozen=True)
+class Hands:
+    """What a procedure drives with."""
 
-    def __init__(
-        self,
-        link: Link,
-        clock: Callable[[], float],
-        wait: Callable[[float], None],
-        aborted: Callable[[], bool],
-        number: Callable[[], int] | None = None,
-    ) -> None:
-        """`wait` lets seconds of `clock` pass; `number` numbers presses for the board where others
-        press in the same session, too."""
-        self._number = number
-        self._link = link
-        self._clock = clock
-        self._wait = wait
-        self._aborted = aborted
+    link: Link
+    clock: Callable[[], float]
+    wait: Callable[[float], None]
+    """Lets seconds of `clock` pass."""
+    aborted: Callable[[], bool]
+    """Polled all the time: True stops the chair at once."""
+    say: Callable[[str], None]
+    """Gets each line for the user."""
+    number: Callable[[], int] | None = None
+    """Numbers presses for the board, where others press in the same session, too."""
+
+
+class ArmedSession:
+    """What all procedures share. All raise TuneError."""
+
+    def __init__(self, hands: Hands) -> None:
+        self._number = hands.number
+        self._link = hands.link
+        self._clock = hands.clock
+        self._wait = hands.wait
+        self._aborted = hands.aborted
+        self._say = hands.say
         self._edge = 0
         self._last: BoardState | None = None
         self._heard_s = 0.0

@@ -9,7 +9,7 @@ from gazechair.board.board_commands import STOP_COMMAND, Command
 from gazechair.board.state import BoardState
 from gazechair.sensing.odometry.doubts import LATE, STUCK, UNSURE
 from gazechair.sensing.odometry.odometry import Estimate
-from gazechair.service.tune.armed_session import ArmedSession, Link
+from gazechair.service.tune.armed_session import ArmedSession, Hands
 from gazechair.service.tune.errors import TuneError
 from gazechair.service.tune.forward import ForwardRecording
 from gazelink import codes
@@ -25,21 +25,11 @@ Measured = Callable[[], Entry[Estimate] | None]
 
 
 class ForwardRunner(ArmedSession):
-    """One run. `aborted` is polled all the time: True stops the chair at once."""
+    """One run."""
 
-    def __init__(
-        self,
-        link: Link,
-        clock: Callable[[], float],
-        wait: Callable[[float], None],
-        aborted: Callable[[], bool],
-        say: Callable[[str], None],
-        measured: Measured,
-        number: Callable[[], int] | None = None,
-    ) -> None:
-        """`measured`: odometry's newest estimate; the others as of Runner."""
-        super().__init__(link, clock, wait, aborted, number)
-        self._say = say
+    def __init__(self, hands: Hands, measured: Measured) -> None:
+        """`measured`: odometry's newest estimate."""
+        super().__init__(hands)
         self._measured = measured
         self._outputs: list[tuple[float, float]] = []
         self._places: list[tuple[float, float, float]] = []

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from gazechair.board.board_commands import STOP_COMMAND, Command
 from gazechair.board.state import BoardState
-from gazechair.service.tune.armed_session import ArmedSession, Link
+from gazechair.service.tune.armed_session import ArmedSession, Hands
 from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.procedure import Procedure
 from gazechair.service.tune.recording import Pulse, Recording, Sample
@@ -14,21 +12,10 @@ from gazelink import codes
 
 
 class Runner(ArmedSession):
-    """One run. `aborted` is polled all the time: True stops the chair at once."""
+    """One run."""
 
-    def __init__(
-        self,
-        link: Link,
-        clock: Callable[[], float],
-        wait: Callable[[float], None],
-        aborted: Callable[[], bool],
-        say: Callable[[str], None],
-        number: Callable[[], int] | None = None,
-    ) -> None:
-        """`wait` lets seconds of `clock` pass; `say` gets each line for the user; `number`: see
-        ArmedSession."""
-        super().__init__(link, clock, wait, aborted, number)
-        self._say = say
+    def __init__(self, hands: Hands) -> None:
+        super().__init__(hands)
         self._before: BoardState | None = None
         self._ms = 0
         self._heading_deg = 0.0

@@ -23,6 +23,7 @@ from gazechair.sensing.odometry.feed import Feed
 from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.service import OdometryService
 from gazechair.service.board_settings import BoardSettings, wait_for_board
+from gazechair.service.tune.armed_session import Hands
 from gazechair.service.tune.command import Tuning
 from gazechair.service.tune.errors import TuneError
 from gazechair.service.tune.forward import ForwardRecording
@@ -45,17 +46,16 @@ def tune(config: Config, profile: str, dry_run: bool, say: Callable[[str], None]
     with _board_and_lidars(config) as (link, looked, odometry):
         _ready(link)
         with _keyboard() as pressed:
+            hands = Hands(link, time.monotonic, time.sleep, pressed, say)
 
             def record(believed: TurnNumbers, neutral_count: int) -> list[Recording]:
                 looked.set()
                 time.sleep(HEARD_S)
-                runner = Runner(link, time.monotonic, time.sleep, pressed, say)
-                return runner.run(believed, neutral_count)
+                return Runner(hands).run(believed, neutral_count)
 
             def straight() -> list[ForwardRecording]:
                 _ready(link)
-                measured = odometry.latest.entry
-                return ForwardRunner(link, time.monotonic, time.sleep, pressed, say, measured).run()
+                return ForwardRunner(hands, odometry.latest.entry).run()
 
             keep = ForwardStore(state_folder(config.web.state_folder)).keep
             tuning = Tuning(BoardSettings(link), record, say, _confirmed, straight, keep)

@@ -20,10 +20,7 @@ SENSOR_S = 0.015  # the twin's heading sensor is that late, and a telemetry samp
 
 def run(rig: TuneRig, abort_at_ms: int = 1 << 30) -> list[Recording]:
     """One run; somebody presses a key at that time."""
-    runner = Runner(
-        rig.link, rig.now_s, rig.wait, lambda: rig.now_ms >= abort_at_ms, lambda line: None
-    )
-    return runner.run(TurnNumbers.default("3.1"), NEUTRAL)
+    return Runner(rig.hands(abort_at_ms)).run(TurnNumbers.default("3.1"), NEUTRAL)
 
 
 def assert_ended(rig: TuneRig) -> None:

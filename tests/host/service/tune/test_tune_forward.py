@@ -30,10 +30,7 @@ NUMBERS = ForwardNumbers(0.36, 0.08, 0.15, 0.3, 0.6, 1.0)
 
 
 def run(rig: TuneRig, measured: Measured, abort_at_ms: int = 1 << 30) -> list[ForwardRecording]:
-    def aborted() -> bool:
-        return rig.now_ms >= abort_at_ms
-
-    return ForwardRunner(rig.link, rig.now_s, rig.wait, aborted, lambda line: None, measured).run()
+    return ForwardRunner(rig.hands(abort_at_ms), measured).run()
 
 
 def test_the_board_drives_the_chair_and_it_is_found_as_it_is() -> None:

@@ -1,0 +1,77 @@
+"""The parts that run tests of the firmware which take too long, or another machine, each time."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from gazeprove.pools import Note, Part
+from gazesetup import ROOT, ensure_micropython, ensure_qemu, ensure_wasm, source_environment
+
+_TESTS = ROOT / "tests"
+_FLASHED = _TESTS / "host" / "service" / "test_flash_calls.py"
+_WASM = _TESTS / "tools" / "test_on_wasm.py"
+_EMULATED = _TESTS / "board"
+_FIRMWARE = _TESTS / "firmware"
+_LIMIT_S = 1800
+
+
+def as_flashed(quick: bool, note: Note) -> Part:
+    """Every test of the firmware on 32-bit MicroPython, with the texts as they are flashed."""
+    found = ensure_micropython()
+    figures, short = _run(_FLASHED, {"GAZECHAIR_MICROPYTHON": str(found.path)})
+    return {**figures, "interpreter": found.description.partition(",")[0]}, short
+
+
+def webassembly(quick: bool, note: Note) -> Part:
+    """Every test that runs on a board, on a newer MicroPython, whose viper code is plain Python."""
+    note(str(ensure_wasm()))
+    return _run(_WASM, {})
+
+
+def emulated(quick: bool, note: Note) -> Part:
+    """Flashing, calibrating, the link and the promises on the emulated board, in real time."""
+    note(str(ensure_qemu()))
+    return _run(_EMULATED, {}, processes=0)
+
+
+def longest(quick: bool, note: Note) -> Part:
+    """Tests of the firmware of which `tools/test` runs some cases only."""
+    return _run(_FIRMWARE, {}, marks="recorded and not long")
+
+
+def begins() -> dict[str, tuple[Path, ...]]:
+    """Where the imports begin of what each of these parts proves."""
+    here = (Path(__file__), *(ROOT / "firmware" / "gazeboard").rglob("*.py"))
+    board = (*here, *sorted(_TESTS.glob("*/board_*.py")), _TESTS / "boardtest.py")
+    return {
+        "as flashed": (*board, _FLASHED),
+        "webassembly": (*board, _TESTS / "onwasm.mjs", _WASM),
+        "emulated": (*here, *sorted(_EMULATED.glob("*.py"))),
+        "longest": (*here, *sorted(_FIRMWARE.glob("test_*.py"))),
+    }
+
+
+def _run(
+    tests: Path,
+    also: dict[str, str],
+    processes: int = os.cpu_count() or 1,
+    # Those that are "long" repeat what another part or test runs.
+    marks: str = "not long",
+) -> Part:
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-n", str(processes), "-m", marks, str(tests)],
+        cwd=ROOT,
+        env={**source_environment(), **also},
+        capture_output=True,
+        text=True,
+        timeout=_LIMIT_S,
+    )
+    passed = re.search(r"^(?:.* )?(\d+) passed", done.stdout, re.MULTILINE)
+    figures = {"tests": int(passed[1]) if passed else 0}
+    if done.returncode or not passed or "skipped" in done.stdout:
+        return figures, done.stdout.splitlines()[-30:]
+    return figures, []
