@@ -13,6 +13,7 @@ from gazechair.sensing.mapping.map_match import Look, MapMatch
 from gazechair.sensing.mapping.mapper import KeyScan
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
 from gazechair.sensing.mapping.poses import between, compose
+from gazechair.sensing.mapping.surroundings import Surroundings
 from gazesim.rooms import Person, Room, box
 from homerig import flat, points, poses, scan
 
@@ -220,6 +221,25 @@ def test_what_lies_behind_a_wall_contradicts_the_pose(grid: OccupancyGrid) -> No
     wrong = match.evidence(seen, np.array((3.0, 1.0, 2.0)))
     assert wrong.explained < 0.6
     assert wrong.through > 0.1
+
+
+def test_surfaces_agree_where_they_are_and_floor_contradicts_walls_elsewhere(
+    grid: OccupancyGrid,
+) -> None:
+    surroundings, match = Surroundings(), MapMatch(grid)
+    for _ in range(3):
+        seen = look(flat(), HERE)
+        surroundings.add(seen.origins_m, seen.points_m, STANDING)
+    settled = surroundings.settled()
+    assert settled is not None
+    right = match.agreement(settled, HERE)
+    assert right.agreed.mean() > 0.95
+    assert right.contradicted_m < 0.1
+    assert right.value_m == pytest.approx(right.agreed_m - right.contradicted_m)
+    wrong = match.agreement(settled, np.array((3.0, 1.0, 2.0)))
+    assert wrong.agreed.mean() < 0.6
+    assert wrong.contradicted_m > 1.0
+    assert wrong.value_m < right.value_m - 3.0
 
 
 def test_an_empty_map_is_refused_and_an_empty_look_is_nothing(grid: OccupancyGrid) -> None:

@@ -96,7 +96,8 @@ class Surroundings:
         for i in range(-_NEAR, _NEAR + 1):
             for j in range(-_NEAR, _NEAR + 1):
                 free[blocks[:, 0] + i, blocks[:, 1] + j] = False
-        return Settled((_cells(ended[stays]) + 0.5) * CELL_M, free, low)
+        surfaces = np.asarray((_cells(ended[stays]) + 0.5) * CELL_M, dtype=np.float64)
+        return Settled(surfaces, free, low)
 
 
 def _stood(at_m: FloatArray) -> FloatArray:
