@@ -8,7 +8,7 @@ the looks that follow find it again.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -220,33 +220,39 @@ class Localization:
         guess = compose(pose, between(self._odometry, odometry))
         fitted = ndt.fit(self._map.ndt, look.points_m, guess, _FOLLOW_SIGMAS)
         evidence = self._map.evidence(look, fitted.pose)
-        self.location = self._location(fitted, evidence)
+        location = self._location(fitted, evidence)
         contradicted = evidence.through > _LOST_CONTRADICTED * (
             evidence.explained + evidence.through
         )
         if evidence.explained >= _LOST_EXPLAINED and not contradicted:
-            self._doubt_since_s = None
+            self.location, self._doubt_since_s = location, None
             return
+        # People pull at a fit: odometry goes on alone until the place is confirmed.
+        self.location = replace(location, pose=guess)
         if self._doubt_since_s is None:
             self._doubt_since_s = time_s
             self._forget_looks()
         self._remember(look, odometry, time_s)
         if time_s - self._doubt_since_s >= _LOST_S:
-            self._doubt_since_s = None
-            if contradicted or not self._is_still(fitted.pose, odometry):
+            still = None if contradicted else self._still_at(guess, odometry)
+            if still is None:
                 self.forget()
+            else:
+                self.location, self._doubt_since_s = self._located(still), None
 
-    def _is_still(self, pose: FloatArray, odometry: FloatArray) -> bool:
-        """People may hide most of a known place: whether the chair may be there, and no other place
-        of the map is clearly better."""
+    def _still_at(self, pose: FloatArray, odometry: FloatArray) -> _Candidate | None:
+        """People may hide most of a known place: the pose there, or None.
+
+        None: it is not likely any more, or another place of the map is clearly better.
+        """
         self.searched = True
         self._kept = [compose(pose, between(odometry, np.zeros(3)))]
         settled = self._surroundings.settled()
         candidates = self._candidates(settled, odometry, True) if settled is not None else []
         here = next((one for one in candidates if _is_at(one.fitted.pose, pose)), None)
         if here is None or not _is_possible(here, _STILL_M):
-            return False
-        return not any(_leads(one, here) for one in candidates)
+            return None
+        return None if any(_leads(one, here) for one in candidates) else here
 
 
 def _is_apart(one: FloatArray, other: FloatArray) -> bool:
