@@ -48,6 +48,9 @@ _FOLLOW_SIGMAS = np.array((0.05, 0.05, math.radians(1.0)))
 _LOST_EXPLAINED = 0.45  # fewer: a crowd, or another place; it looks for itself then
 _LOST_CONTRADICTED = 0.15  # of the beams that reach what is known
 _LOST_S = 2.0
+# What stays of so many looks, far away: less agreed is another place, however near to walls it is.
+_RECENT, _FAR_LOST = 5, 0.4
+_LEAST_FAR_M = 1.0
 _STILL_M = 1.0  # agreed, where it was before people hid the rest
 # Points err together, by what a fit claims twice; and a map's surfaces are right within this.
 _PLACED_M, _PLACED_RAD = 0.1, math.radians(2.0)
@@ -100,6 +103,7 @@ class Localization:
         self._confirmed = 0  # how often in a row
         self._odometry: FloatArray = np.zeros(3)
         self._doubt_since_s: float | None = None
+        self._agrees = True  # what stays far away with the map, where the chair is known to be
         self.location: Location | None = None
         self.searched = False
         """Whether the newest look was searched in the whole map."""
@@ -138,7 +142,7 @@ class Localization:
 
     def _forget_looks(self) -> None:
         self._surroundings.forget()
-        self._newest, self._kept, self._compared = None, [], 0
+        self._newest, self._kept, self._compared, self._agrees = None, [], 0, True
 
     def _remember(self, look: Look, odometry: FloatArray, time_s: float) -> bool:
         """False: the look is too like the one before."""
@@ -224,21 +228,32 @@ class Localization:
         contradicted = evidence.through > _LOST_CONTRADICTED * (
             evidence.explained + evidence.through
         )
-        if evidence.explained >= _LOST_EXPLAINED and not contradicted:
+        if self._remember(look, odometry, time_s):
+            self._agrees = self._agrees_far(fitted.pose, odometry)
+        if evidence.explained >= _LOST_EXPLAINED and not contradicted and self._agrees:
             self.location, self._doubt_since_s = location, None
             return
         # People pull at a fit: odometry goes on alone until the place is confirmed.
         self.location = replace(location, pose=guess)
         if self._doubt_since_s is None:
             self._doubt_since_s = time_s
-            self._forget_looks()
-        self._remember(look, odometry, time_s)
         if time_s - self._doubt_since_s >= _LOST_S:
             still = None if contradicted else self._still_at(guess, odometry)
             if still is None:
                 self.forget()
             else:
                 self.location, self._doubt_since_s = self._located(still), None
+
+    def _agrees_far(self, pose: FloatArray, odometry: FloatArray) -> bool:
+        settled = self._surroundings.settled(_RECENT)
+        if settled is None:
+            return True
+        far = np.hypot(*(settled.surfaces_m - odometry[:2]).T) > _FAR_M
+        if CELL_M * far.sum() < _LEAST_FAR_M:
+            return True
+        frame = compose(pose, between(odometry, np.zeros(3)))
+        agreed = self._map.agreement(settled, frame).agreed
+        return float(agreed[far].mean()) >= _FAR_LOST
 
     def _still_at(self, pose: FloatArray, odometry: FloatArray) -> _Candidate | None:
         """People may hide most of a known place: the pose there, or None.
@@ -247,7 +262,7 @@ class Localization:
         """
         self.searched = True
         self._kept = [compose(pose, between(odometry, np.zeros(3)))]
-        settled = self._surroundings.settled()
+        settled = self._surroundings.settled(_RECENT)
         candidates = self._candidates(settled, odometry, True) if settled is not None else []
         here = next((one for one in candidates if _is_at(one.fitted.pose, pose)), None)
         if here is None or not _is_possible(here, _STILL_M):

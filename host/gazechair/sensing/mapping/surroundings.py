@@ -76,12 +76,13 @@ class Surroundings:
         """Begin anew."""
         self._looks = []
 
-    def settled(self) -> Settled | None:
-        """What stays; None: too few looks, or nothing does."""
-        if len(self._looks) < _TWICE:
+    def settled(self, newest: int = _LOOKS) -> Settled | None:
+        """What stays in so many of the newest looks; None: too few of them, or nothing does."""
+        looks = self._looks[-newest:]
+        if len(looks) < _TWICE:
             return None
-        ended, ends = _counted([one for one, _ in self._looks])
-        through, passes = _counted([one for _, one in self._looks])
+        ended, ends = _counted([one for one, _ in looks])
+        through, passes = _counted([one for _, one in looks])
         at = np.searchsorted(through, ended) % len(through)
         share = ends / (ends + np.where(through[at] == ended, passes[at], 0))
         stays = (ends >= _TWICE) & (share >= _STAYS)
