@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping.localization import Location
+from gazechair.sensing.mapping.localization import Localization, Location
 from gazechair.sensing.mapping.map_match import Evidence
 from gazechair.sensing.mapping.poses import to_frame
 from gazemeasure import home_localization
@@ -108,3 +108,17 @@ def test_who_stands_hides_it_from_every_heading() -> None:
         hidden.append(float((np.abs(off).min(axis=1) < 0.05).mean()))
     assert 0.5 < np.mean(hidden) < 0.95
     assert min(hidden) > 0.3
+
+
+def test_carried_to_where_most_that_is_seen_lies_near_walls_of_the_place_before() -> None:
+    home = home_plans.home(43)
+    home.people = ()
+    chance, standing = np.random.default_rng(2), np.zeros(3)
+    localization = Localization(home_localization.mapped(home, np.random.default_rng(1)))
+    localization.place(np.array((7.637, 3.154, -2.201)), standing)
+    there = np.array((5.376, -1.047, 2.479))
+    for number in range(25):
+        found = localization.look(
+            home_localization.look(home, there, chance), standing, 0.2 * number
+        )
+    assert found is None
