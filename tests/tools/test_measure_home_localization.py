@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 
-from gazechair.sensing.mapping.localization import Location
+from gazechair.sensing.mapping.localization import Localization, Location
 from gazechair.sensing.mapping.map_match import Evidence
+from gazechair.sensing.mapping.poses import to_frame
 from gazemeasure import home_localization
 from gazemeasure.home_localization import Counted
 from gazemeasure.report import Report
@@ -30,17 +32,55 @@ def test_right_is_within_10_cm_and_3_degrees_the_rest_is_confidently_wrong() -> 
     assert counted.unknown == {"as mapped": 1}
 
 
-def test_one_confidently_wrong_start_falls_short() -> None:
+KINDS = (
+    "as mapped",
+    "doors and furniture moved",
+    "70 % hidden by a crowd that walks",
+    "70 % hidden by a crowd that stands",
+)
+
+
+def good() -> Counted:
     done = Counted(after_s=[2.0], lost_after_s=[2.0], look_ms=[100.0])
-    for kind in ("as mapped", "doors and furniture moved", "70 % hidden by a crowd"):
+    done.crowded.append("right")
+    done.elsewhere.append(False)
+    for kind in KINDS:
         done.count(kind, claimed(0.0, 0.0), POSE)
+    return done
+
+
+def is_ok(done: Counted) -> bool:
     report = Report("home")
     home_localization.measure(report, True, lambda *_: [done])
-    assert report.ok
-    done.count("70 % hidden by a crowd", claimed(1.0, 0.0), POSE)
-    report = Report("home")
-    home_localization.measure(report, True, lambda *_: [done])
-    assert not report.ok
+    return report.ok
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_one_confidently_wrong_start_falls_short(kind: str) -> None:
+    done = good()
+    assert is_ok(done)
+    for _ in range(200):
+        done.count(kind, claimed(0.0, 0.0), POSE)
+    assert is_ok(done)
+    done.count(kind, claimed(1.0, 0.0), POSE)
+    assert not is_ok(done)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_one_that_never_knows_falls_short(kind: str) -> None:
+    done = good()
+    for _ in range(200):
+        done.count(kind, None, POSE)
+    assert not is_ok(done)
+
+
+def test_a_place_in_another_home_or_a_wrong_one_in_a_crowd_falls_short() -> None:
+    done = good()
+    done.elsewhere.append(True)
+    assert not is_ok(done)
+    done = good()
+    done.crowded.append("wrong")
+    assert not is_ok(done)
 
 
 def test_people_hide_as_much_as_they_should() -> None:
@@ -51,3 +91,34 @@ def test_people_hide_as_much_as_they_should() -> None:
     seen = [home_localization.look(home, pose, chance, hidden=share) for share in (0.0, 0.7)]
     near = [(np.hypot(*(one.points_m - one.origins_m).T) < 1.5).mean() for one in seen]
     assert near[1] > near[0] + 0.1
+
+
+def test_who_stands_hides_it_from_every_heading() -> None:
+    home = home_plans.home(2)
+    home.people = ()
+    chance = np.random.default_rng(1)
+    pose = np.array((*home.places["corridor"], 0.0))
+    crowd = home_localization.crowd_around(pose, chance)
+    hidden = []
+    for heading in np.arange(0.0, 2.0 * math.pi, 0.7):
+        at = np.array((*pose[:2], heading))
+        seen = home_localization.look(home, at, chance, crowd=crowd)
+        ends = to_frame(seen.points_m, at)
+        off = np.hypot(*(ends[:, None] - crowd[:, :2]).transpose(2, 0, 1)) - crowd[:, 2]
+        hidden.append(float((np.abs(off).min(axis=1) < 0.05).mean()))
+    assert 0.5 < np.mean(hidden) < 0.95
+    assert min(hidden) > 0.3
+
+
+def test_carried_to_where_most_that_is_seen_lies_near_walls_of_the_place_before() -> None:
+    home = home_plans.home(43)
+    home.people = ()
+    chance, standing = np.random.default_rng(2), np.zeros(3)
+    localization = Localization(home_localization.mapped(home, np.random.default_rng(1)))
+    localization.place(np.array((7.637, 3.154, -2.201)), standing)
+    there = np.array((5.376, -1.047, 2.479))
+    for number in range(25):
+        found = localization.look(
+            home_localization.look(home, there, chance), standing, 0.2 * number
+        )
+    assert found is None

@@ -1,8 +1,10 @@
-"""Finding itself in generated homes: starts anywhere without a hint, disturbed homes, carried away.
+"""Finding itself in generated homes: starts anywhere without a hint, crowds, disturbed homes.
 
 The map of a home is made of key scans whose poses are right within 1 cm and 0.2 degrees. A chair
 with one front lidar stands somewhere, turns by 20 degrees per second at most, and has 10 s. Right
-is within 0.1 m and 3 degrees; anything else that it claims is confidently wrong.
+is within 0.1 m and 3 degrees; anything else that it claims is confidently wrong. A crowd hides
+most of what is around: one that walks, so that each look is hidden otherwise, and one that stands.
+In a home that is not on the map, everything that it claims is wrong.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from gazechair.sensing.mapping.mapper import KeyScan
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
 from gazechair.sensing.mapping.poses import between, compose, to_frame
 from gazemeasure.report import Report, percentile
-from gazesim import home_plans
+from gazesim import home_plans, rays
 from gazesim.home_drive import FRONT, LIDAR_HEIGHT_M, REAR, Mounted
 from gazesim.homes import Home
 from gazesim.rooms import Array, Solid
@@ -36,7 +38,20 @@ _NOISE_M = 0.006
 _FARTHEST_M = 18.0
 _NOTICED_S = 5.0
 _HIDDEN_SHARE, _SECTORS = 0.7, 20
+_PERSON_M, _AWAY_M = (0.12, 0.25), (0.85, 1.8)  # one who stands: radius, from the drive axle
+_CROWD_S, _AGAIN_S = 10.0, 0.2  # it stands around a chair that knew its place
 _MOVED_SHARE, _MOVED_M = 0.5, 0.5
+_ANOTHER = 500  # homes further on: one that is not on the map
+_NOBODY: Array = np.zeros((0, 3))
+
+# What a start is in, and how many of those must be right, in percent.
+_MAPPED, _MOVED, _WALKING, _STANDING = (
+    "as mapped",
+    "doors and furniture moved",
+    "70 % hidden by a crowd that walks",
+    "70 % hidden by a crowd that stands",
+)
+_LEAST = {_MAPPED: 99.0, _MOVED: 85.0, _WALKING: 90.0, _STANDING: 50.0}
 
 
 @dataclass
@@ -49,6 +64,10 @@ class Counted:
     after_s: list[float] = field(default_factory=list)
     """How long the right ones of undisturbed homes took."""
     lost_after_s: list[float] = field(default_factory=list)
+    elsewhere: list[bool] = field(default_factory=list)
+    """For each start in a home that is not on the map, whether it claimed a place."""
+    crowded: list[str] = field(default_factory=list)
+    """What it was after a crowd had come to a known place: right, wrong or unknown."""
     look_ms: list[float] = field(default_factory=list)
 
     def count(self, kind: str, found: Location | None, pose: Array) -> None:
@@ -62,21 +81,27 @@ class Counted:
 def measure(report: Report, quick: bool, each: Callable[..., list[Counted]]) -> None:
     """Add the rows; `each` maps a function over seeds, as a pool does."""
     done = each(starts_in, range(_HOMES_QUICK if quick else _HOMES))
-    kinds = ("as mapped", "doors and furniture moved", "70 % hidden by a crowd")
-    for kind in kinds:
+    for kind, least in _LEAST.items():
         right, wrong, unknown = (
             sum(getattr(one, name).get(kind, 0) for one in done)
             for name in ("right", "wrong", "unknown")
         )
         count = right + wrong + unknown
-        least = 99.0 if kind == kinds[0] else None
-        name = f"finding itself, {kind}: right"
-        report.add(name, 100.0 * right / count, f"% of {count}", least, at_least=True)
+        share = 100.0 * right / count
+        report.add(f"finding itself, {kind}: right", share, f"% of {count}", least, at_least=True)
         report.add("  confidently wrong", wrong, "", 0.0)
+    elsewhere = [wrong for one in done for wrong in one.elsewhere]
+    report.add(
+        f"in a home that is not on the map ({len(elsewhere)}): claims", sum(elsewhere), "", 0.0
+    )
     after_s = [one for each_home in done for one in each_home.after_s]
     report.add("  after, 95 %", percentile(after_s, 0.95), "s", _GIVEN_S)
     lost_s = [one for each_home in done for one in each_home.lost_after_s]
     report.add(f"carried away ({len(lost_s)}): noticed, most", max(lost_s), "s", _NOTICED_S)
+    crowded = [one for each_home in done for one in each_home.crowded]
+    kept = 100.0 * crowded.count("right") / len(crowded)
+    report.add(f"a crowd comes and stands ({len(crowded)}): still known after", kept, "%")
+    report.add("  confidently wrong", crowded.count("wrong"), "", 0.0)
     look_ms = [one for each_home in done for one in each_home.look_ms]
     report.add("a search of the whole map, median", percentile(look_ms, 0.5), "ms")
 
@@ -88,24 +113,37 @@ def starts_in(seed: int) -> Counted:
     home = home_plans.home(seed)
     home.people = ()
     grid = mapped(home, chance)
-    for _ in range(_STARTS):
+    for number in range(_STARTS):
         localization = Localization(grid)
         found, pose, spent_s = _turning(localization, home, _somewhere(home, chance), chance)
-        counted.count("as mapped", found, pose)
+        counted.count(_MAPPED, found, pose)
         if found is not None:
             counted.after_s.append(spent_s)
-            counted.lost_after_s.append(_carried(localization, home, pose, chance))
-    begin_s = time.process_time()
-    Localization(grid).look(look(home, pose, chance), np.zeros(3), 0.0)
+            if number < _HOSTILE_STARTS:
+                counted.crowded.append(_crowded(localization, home, pose, chance))
+            if localization.location is not None:
+                counted.lost_after_s.append(_carried(localization, home, pose, chance))
+    localization = Localization(grid)
+    for number in range(2):
+        begin_s = time.process_time()
+        localization.look(look(home, pose, chance), np.zeros(3), float(number))
     counted.look_ms.append(1000.0 * (time.process_time() - begin_s))
     for _ in range(_HOSTILE_STARTS):
         pose = _somewhere(home, chance)
         found, pose, _ = _turning(Localization(grid), home, pose, chance, _HIDDEN_SHARE)
-        counted.count("70 % hidden by a crowd", found, pose)
-    for _ in range(_HOSTILE_STARTS):
+        counted.count(_WALKING, found, pose)
+        pose = _somewhere(home, chance)
+        crowd = crowd_around(pose, chance)
+        found, pose, _ = _turning(Localization(grid), home, pose, chance, crowd=crowd)
+        counted.count(_STANDING, found, pose)
         other = _disturbed(seed, chance)
         found, pose, _ = _turning(Localization(grid), other, _somewhere(other, chance), chance)
-        counted.count("doors and furniture moved", found, pose)
+        counted.count(_MOVED, found, pose)
+        other = home_plans.home(seed + _ANOTHER)
+        other.people = ()
+        pose = _somewhere(other, chance)
+        found, _, _ = _turning(Localization(grid), other, pose, chance)
+        counted.elsewhere.append(found is not None)
     return counted
 
 
@@ -126,8 +164,12 @@ def look(
     chance: np.random.Generator,
     lidars: tuple[Mounted, ...] = (FRONT,),
     hidden: float = 0.0,
+    crowd: Array = _NOBODY,
 ) -> Look:
-    """What the lidars see from the pose; people close by hide the share `hidden` of it."""
+    """What the lidars see from the pose.
+
+    People who walk close by hide the share `hidden` of it; `crowd`: who stands, rows x, y, radius.
+    """
     points, origins = [], []
     for lidar in lidars:
         origin = np.array((lidar.x_m, lidar.y_m))
@@ -135,6 +177,8 @@ def look(
         angles = np.radians(own + lidar.heading_deg)
         x_m, y_m = to_frame(origin[None], pose)[0].tolist()
         metres = home.cast(x_m, y_m, angles + pose[2], LIDAR_HEIGHT_M)
+        everywhere = np.full(len(own), x_m), np.full(len(own), y_m)
+        metres = np.minimum(metres, rays.cast_discs(*everywhere, angles + pose[2], crowd))
         near = chance.uniform(0.6, 1.5, _SECTORS)
         near[chance.random(_SECTORS) >= hidden] = math.inf
         metres = np.minimum(metres, near[np.arange(len(own)) * _SECTORS // len(own)])
@@ -158,6 +202,7 @@ def _turning(
     start: Array,
     chance: np.random.Generator,
     hidden: float = 0.0,
+    crowd: Array = _NOBODY,
 ) -> tuple[Location | None, Array, float]:
     """What it claims first while the chair turns on the spot, the true pose then, and the time.
 
@@ -167,10 +212,41 @@ def _turning(
         at_s = number * _LOOK_S
         turned = np.array((0.0, 0.0, _TURN_RAD_S * max(0.0, at_s - 1.0)))
         pose = compose(start, turned)
-        found = localization.look(look(home, pose, chance, hidden=hidden), turned, at_s)
+        seen = look(home, pose, chance, hidden=hidden, crowd=crowd)
+        found = localization.look(seen, turned, at_s)
         if found is not None:
             break
     return found, pose, at_s
+
+
+def _crowded(
+    localization: Localization, home: Home, pose: Array, chance: np.random.Generator
+) -> str:
+    """What it is at the end, or "wrong" when it ever was; the chair stands."""
+    odometry = np.zeros(3)
+    localization.place(pose, odometry)
+    crowd = crowd_around(pose, chance)
+    for number in range(round(_CROWD_S / _AGAIN_S)):
+        seen = look(home, pose, chance, crowd=crowd)
+        found = localization.look(seen, odometry, 50.0 + _AGAIN_S * number)
+        if found is not None and not is_right(found, pose):
+            return "wrong"
+    return "unknown" if found is None else "right"
+
+
+def crowd_around(pose: Array, chance: np.random.Generator) -> Array:
+    """People who stand around the chair: rows x, y, radius."""
+    bearings = np.radians(np.arange(360.0))
+    hidden = np.zeros(360, dtype=bool)
+    found = []
+    while hidden.mean() < _HIDDEN_SHARE:
+        bearing, away_m = chance.uniform(-math.pi, math.pi), chance.uniform(*_AWAY_M)
+        radius_m = chance.uniform(*_PERSON_M)
+        at = to_frame(away_m * np.array([(math.cos(bearing), math.sin(bearing))]), pose)[0]
+        found.append((*at.tolist(), radius_m))
+        off = np.abs((bearings - bearing + math.pi) % (2.0 * math.pi) - math.pi)
+        hidden |= off < math.asin(radius_m / away_m)
+    return np.array(found)
 
 
 def _carried(

@@ -119,7 +119,7 @@ class Atlas:
 
     def _settle(self, id_: str, found: Location, seen: Seen) -> Location | None:
         rivals = (
-            other.localization.fits_as_well(found, seen.odometry)
+            self._sheets[id_].localization.is_rivalled_by(other.localization)
             for one, other in self._sheets.items()
             if one != id_
         )

@@ -1,49 +1,57 @@
 """Localization in a known map: finds the pose without a hint, follows it, notices when it is lost.
 
-Rather no pose than a wrong one: a pose counts when the looks fit there, fit nowhere else nearly as
-well, contradict nothing, and the looks that follow find it again.
+Rather no pose than a wrong one: a pose counts when what stays around the chair (people move, walls
+do not) agrees with the map there, clearly more than at any other place, is hardly contradicted, and
+the looks that follow find it again.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.sensing.mapping import ndt
 from gazechair.sensing.mapping.correlative_search import search
-from gazechair.sensing.mapping.map_match import Evidence, Look, MapMatch, together
+from gazechair.sensing.mapping.map_match import Agreement, Evidence, Look, MapMatch
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.poses import between, compose
+from gazechair.sensing.mapping.poses import between, compose, from_frame
+from gazechair.sensing.mapping.surroundings import CELL_M, Settled, Surroundings
 
 # Search.
 _HEADINGS_RAD = np.radians(np.arange(0.0, 360.0, 1.5))
-_POINTS, _FIT_POINTS = 100, 600  # of all looks together
-_LEAST, _RATIO, _APART_M = 0.42, 0.75, 0.4
+_POINTS = 120
+_EVERY = 2  # looks the whole map is searched; in between, the candidates it has are compared again
+_LEAST, _RATIO, _APART_M = 0.15, 0.7, 0.4
 _CANDIDATES = 40
-_SAME_M, _SAME_RAD = 0.3, math.radians(10.0)
+_KEPT = 12  # candidates, for the next look
+_SAME_M, _SAME_RAD = 0.12, math.radians(4.0)
 # A pose that counts.
-_EXPLAINED, _THROUGH = 0.60, 0.10
-_MARGIN = 0.12  # of the value above every other place's
-# Much is not as mapped: then the true place may look worse than another. It has to be clearer, and
-# seen from several headings or places, for looks from one pose repeat each other.
-_WEAK_EXPLAINED, _WEAK_MARGIN, _WEAK_MOVES = 0.80, 0.25, 4
-# Nothing contradicts another place: it stays possible, for furniture may have been moved.
-_POSSIBLE_EXPLAINED, _POSSIBLE_THROUGH = 0.75, 0.01
+_AGREED_M = 4.0
+# Contradictions come from moved furniture: so many metres, and a share of what is agreed; much less
+# of it where little is agreed, which is people, and people contradict nothing.
+_CONTRADICTED_M, _CONTRADICTED, _MOST_AGREED = 0.1, 0.3, 0.8
+# Of what is so far away, where nobody who hides much stands, more has to be agreed: else it is
+# another home.
+_FAR_M, _FAR_AGREED = 2.0, 0.7
+# Its lead before every other pose: metres, and a share of what it does not explain.
+_LEAD_M, _LEAD_OF_UNEXPLAINED = 2.5, 0.05
 _FIRM = 0.03  # information across over along: less is a corridor without an end
-_LOOKS = 8
 _LOOK_M, _LOOK_RAD = 0.25, math.radians(9.0)  # the chair moves so far between two looks
 _AGAIN_S = 0.5  # or stands so long
 _CONFIRM_M, _CONFIRM_RAD = 0.10, math.radians(3.0)
 _CONFIRMED = 4  # looks in a row that find the same pose
 # Following.
 _FOLLOW_SIGMAS = np.array((0.05, 0.05, math.radians(1.0)))
-_LOST_EXPLAINED = 0.45  # fewer: a crowd, or another place; both are not known
+_LOST_EXPLAINED = 0.45  # fewer: a crowd, or another place; it looks for itself then
 _LOST_CONTRADICTED = 0.15  # of the beams that reach what is known
 _LOST_S = 2.0
+# What stays of so many looks, far away: less agreed is another place, however near to walls it is.
+_RECENT, _FAR_LOST = 5, 0.4
+_LEAST_FAR_M = 1.0
+_STILL_M = 1.0  # agreed, where it was before people hid the rest
 # Points err together, by what a fit claims twice; and a map's surfaces are right within this.
 _PLACED_M, _PLACED_RAD = 0.1, math.radians(2.0)
 _SIGMAS, _MAP_M, _MAP_RAD = 2.0, 0.01, math.radians(0.2)
@@ -61,16 +69,41 @@ class Location:
     sigma_rad: float
 
 
+@dataclass(frozen=True)
+class _Candidate:
+    """A pose that may be the chair's."""
+
+    frame: FloatArray
+    """Of odometry, in the map."""
+    fitted: ndt.Fit
+    agreement: Agreement
+    far_agreed: float
+    """Share of the surfaces that are not close to the chair, 0..1."""
+
+
+@dataclass(frozen=True)
+class _Claim:
+    """What a pose was found by."""
+
+    settled: Settled
+    odometry: FloatArray
+    candidate: _Candidate
+
+
 class Localization:
     """Feed it looks with the odometry's pose at each; `location` is None while it is not known."""
 
     def __init__(self, grid: OccupancyGrid) -> None:
         self._map = MapMatch(grid)
-        self._looks: list[tuple[Look, FloatArray, float]] = []  # with odometry's pose, time
-        self._found: tuple[FloatArray, FloatArray] | None = None  # and odometry's pose then
+        self._surroundings = Surroundings()
+        self._newest: tuple[FloatArray, float] | None = None  # look: odometry's pose, time
+        self._compared = 0  # how often since it began anew
+        self._kept: list[FloatArray] = []  # frames of candidates
+        self._claim: _Claim | None = None
         self._confirmed = 0  # how often in a row
         self._odometry: FloatArray = np.zeros(3)
         self._doubt_since_s: float | None = None
+        self._agrees = True  # what stays far away with the map, where the chair is known to be
         self.location: Location | None = None
         self.searched = False
         """Whether the newest look was searched in the whole map."""
@@ -82,8 +115,7 @@ class Localization:
             return self.location
         if self.location is not None:
             self._follow(look, odometry, time_s, self.location.pose)
-        elif self._is_new(odometry, time_s):
-            self._looks = [*self._looks, (look, odometry, time_s)][-_LOOKS:]
+        elif self._remember(look, odometry, time_s):
             self._search(odometry)
         self._odometry = odometry
         return self.location
@@ -96,80 +128,94 @@ class Localization:
 
     def forget(self) -> None:
         """Begin anew: the chair was lifted, or another map counts."""
-        self._looks, self._found, self._confirmed = [], None, 0
+        self._forget_looks()
+        self._claim, self._confirmed = None, 0
         self._doubt_since_s = self.location = None
 
-    def _is_new(self, odometry: FloatArray, time_s: float) -> bool:
-        if not self._looks:
-            return True
-        _, before, before_s = self._looks[-1]
-        return _is_apart(before, odometry) or time_s - before_s >= _AGAIN_S
+    def is_rivalled_by(self, other: Localization) -> bool:
+        """Whether the looks that found this location may be from the other's map as well."""
+        claim = self._claim
+        if claim is None:
+            return False
+        rivals = other._candidates(claim.settled, claim.odometry, True)
+        return not all(_leads(claim.candidate, one) for one in rivals)
 
-    def _moves(self) -> int:
-        """How many of the recent looks were made elsewhere, or at another heading, than before."""
-        poses = [odometry for _, odometry, _ in self._looks]
-        return sum(_is_apart(one, after) for one, after in pairwise(poses))
+    def _forget_looks(self) -> None:
+        self._surroundings.forget()
+        self._newest, self._kept, self._compared, self._agrees = None, [], 0, True
+
+    def _remember(self, look: Look, odometry: FloatArray, time_s: float) -> bool:
+        """False: the look is too like the one before."""
+        if self._newest is not None:
+            before, before_s = self._newest
+            if not _is_apart(before, odometry) and time_s - before_s < _AGAIN_S:
+                return False
+        self._newest = odometry, time_s
+        placed = look.moved(odometry)
+        self._surroundings.add(placed.origins_m, placed.points_m, odometry[:2])
+        return True
 
     def _search(self, odometry: FloatArray) -> None:
-        self.searched = True
-        found = self.only_pose(self._together(odometry))
-        if found is None:
-            self._found, self._confirmed = None, 0
+        settled = self._surroundings.settled()
+        if settled is None:
             return
-        agrees = False
-        if self._found is not None:
-            pose, at = self._found
-            off = between(compose(pose, between(at, odometry)), found.pose)
-            agrees = math.hypot(off[0], off[1]) < _CONFIRM_M and abs(off[2]) < _CONFIRM_RAD
+        self.searched = self._compared % _EVERY == 0 or not self._kept
+        self._compared += 1
+        candidates = self._candidates(settled, odometry, self.searched)
+        if not candidates or not _is_only(candidates):
+            self._claim, self._confirmed = None, 0
+            return
+        best = candidates[0]
+        agrees = self._claim is not None and _is_at(
+            compose(self._claim.candidate.frame, odometry), best.fitted.pose
+        )
         self._confirmed = self._confirmed + 1 if agrees else 1
-        self._found = found.pose, odometry
-        weak = found.evidence.explained < _WEAK_EXPLAINED and self._moves() < _WEAK_MOVES
-        if self._confirmed >= _CONFIRMED and not weak:
-            self.forget()
-            self.location = found
+        self._claim = _Claim(settled, odometry, best)
+        if self._confirmed >= _CONFIRMED:
+            self.location = self._located(best)
+            self._forget_looks()
 
-    def fits_as_well(self, location: Location, odometry: FloatArray) -> bool:
-        """Whether the recent looks may be from this map, given that they fit another so well."""
-        if not self._looks:
-            return False
-        look = self._together(odometry)
-        return any(_is_as_good(one.evidence, location.evidence) for one in self._candidates(look))
-
-    def _together(self, odometry: FloatArray) -> Look:
-        return together([one.moved(between(odometry, at)) for one, at, _ in self._looks])
-
-    def only_pose(self, look: Look) -> Location | None:
-        """The one pose that the look fits, searched in the whole map; None: none, or several."""
-        ranked = sorted(self._candidates(look), key=lambda one: -one.evidence.value)
-        if not ranked:
-            return None
-        best = ranked[0]
-        if best.evidence.explained < _EXPLAINED or best.evidence.through > _THROUGH:
-            return None
-        if any(_is_rival(other, best) for other in ranked[1:]):
-            return None
-        return best
-
-    def _candidates(self, look: Look) -> list[Location]:
+    def _candidates(self, settled: Settled, odometry: FloatArray, whole: bool) -> list[_Candidate]:
+        """The best first, each a pose of its own: those it has and, of the `whole` map, others."""
         field = self._map.coarse
-        few = look.points_m[:: max(1, len(look.points_m) // _POINTS)]
-        some = look.points_m[:: max(1, len(look.points_m) // _FIT_POINTS)]
-        low, high = field.low_m, field.high_m
-        least = _LEAST, _APART_M, _RATIO, _CANDIDATES
-        found = []
-        for one in search(field, few, low, high, _HEADINGS_RAD, *least):
-            fitted = ndt.fit(self._map.ndt, some, one.pose)
+        points = from_frame(settled.surfaces_m, odometry)
+        guesses = [compose(frame, odometry) for frame in self._kept]
+        if whole:
+            few = points[:: max(1, len(points) // _POINTS)]
+            least = _LEAST, _APART_M, _RATIO, _CANDIDATES
+            found = search(field, few, field.low_m, field.high_m, _HEADINGS_RAD, *least)
+            guesses += [one.pose for one in found]
+        back = between(odometry, np.zeros(3))
+        far = np.hypot(*points.T) > _FAR_M
+        fits = []
+        for guess in guesses:
+            fitted = ndt.fit(self._map.ndt, points, guess)
             soft, firm = np.linalg.eigvalsh(fitted.information[:2, :2])
             if soft > _FIRM * firm and self._map.on_free_floor(fitted.pose):
-                found.append(self._location(look, fitted))
-        return found
+                frame = compose(fitted.pose, back)
+                agreement = self._map.agreement(settled, frame)
+                far_agreed = float(agreement.agreed[far].mean()) if far.any() else 1.0
+                fits.append(_Candidate(frame, fitted, agreement, far_agreed))
+        chosen: list[_Candidate] = []
+        for one in sorted(fits, key=lambda one: -one.agreement.value_m):
+            if not any(_is_same(one.fitted.pose, other.fitted.pose) for other in chosen):
+                chosen.append(one)
+        self._kept = [one.frame for one in chosen[:_KEPT]]
+        return chosen
 
-    def _location(self, look: Look, fitted: ndt.Fit) -> Location:
+    def _located(self, one: _Candidate) -> Location:
+        agreement = one.agreement
+        whole_m = CELL_M * len(agreement.agreed)
+        shares = agreement.agreed_m / whole_m, agreement.contradicted_m / whole_m
+        return self._location(one.fitted, Evidence(*shares))
+
+    @staticmethod
+    def _location(fitted: ndt.Fit, evidence: Evidence) -> Location:
         covariance = np.linalg.inv(fitted.information + np.eye(3))
         along_m2 = float(np.linalg.eigvalsh(covariance[:2, :2])[1])
         return Location(
             fitted.pose,
-            self._map.evidence(look, fitted.pose),
+            evidence,
             math.hypot(_MAP_M, _SIGMAS * math.sqrt(along_m2)),
             math.hypot(_MAP_RAD, _SIGMAS * math.sqrt(float(covariance[2, 2]))),
         )
@@ -177,17 +223,51 @@ class Localization:
     def _follow(self, look: Look, odometry: FloatArray, time_s: float, pose: FloatArray) -> None:
         guess = compose(pose, between(self._odometry, odometry))
         fitted = ndt.fit(self._map.ndt, look.points_m, guess, _FOLLOW_SIGMAS)
-        self.location = self._location(look, fitted)
-        evidence = self.location.evidence
+        evidence = self._map.evidence(look, fitted.pose)
+        location = self._location(fitted, evidence)
         contradicted = evidence.through > _LOST_CONTRADICTED * (
             evidence.explained + evidence.through
         )
-        if evidence.explained >= _LOST_EXPLAINED and not contradicted:
-            self._doubt_since_s = None
-        elif self._doubt_since_s is None:
+        if self._remember(look, odometry, time_s):
+            self._agrees = self._agrees_far(fitted.pose, odometry)
+        if evidence.explained >= _LOST_EXPLAINED and not contradicted and self._agrees:
+            self.location, self._doubt_since_s = location, None
+            return
+        # People pull at a fit: odometry goes on alone until the place is confirmed.
+        self.location = replace(location, pose=guess)
+        if self._doubt_since_s is None:
             self._doubt_since_s = time_s
-        elif time_s - self._doubt_since_s >= _LOST_S:
-            self.forget()
+        if time_s - self._doubt_since_s >= _LOST_S:
+            still = None if contradicted else self._still_at(guess, odometry)
+            if still is None:
+                self.forget()
+            else:
+                self.location, self._doubt_since_s = self._located(still), None
+
+    def _agrees_far(self, pose: FloatArray, odometry: FloatArray) -> bool:
+        settled = self._surroundings.settled(_RECENT)
+        if settled is None:
+            return True
+        far = np.hypot(*(settled.surfaces_m - odometry[:2]).T) > _FAR_M
+        if CELL_M * far.sum() < _LEAST_FAR_M:
+            return True
+        frame = compose(pose, between(odometry, np.zeros(3)))
+        agreed = self._map.agreement(settled, frame).agreed
+        return float(agreed[far].mean()) >= _FAR_LOST
+
+    def _still_at(self, pose: FloatArray, odometry: FloatArray) -> _Candidate | None:
+        """People may hide most of a known place: the pose there, or None.
+
+        None: it is not likely any more, or another place of the map is clearly better.
+        """
+        self.searched = True
+        self._kept = [compose(pose, between(odometry, np.zeros(3)))]
+        settled = self._surroundings.settled(_RECENT)
+        candidates = self._candidates(settled, odometry, True) if settled is not None else []
+        here = next((one for one in candidates if _is_at(one.fitted.pose, pose)), None)
+        if here is None or not _is_possible(here, _STILL_M):
+            return None
+        return None if any(_leads(one, here) for one in candidates) else here
 
 
 def _is_apart(one: FloatArray, other: FloatArray) -> bool:
@@ -195,16 +275,36 @@ def _is_apart(one: FloatArray, other: FloatArray) -> bool:
     return bool(math.hypot(moved[0], moved[1]) >= _LOOK_M or abs(moved[2]) >= _LOOK_RAD)
 
 
-def _is_rival(other: Location, best: Location) -> bool:
-    """Whether the chair may be at `other` instead."""
-    off = between(best.pose, other.pose)
-    if math.hypot(off[0], off[1]) < _SAME_M and abs(off[2]) < _SAME_RAD:
-        return False
-    return _is_as_good(other.evidence, best.evidence)
+def _is_same(one: FloatArray, other: FloatArray) -> bool:
+    return _is_within(one, other, _SAME_M, _SAME_RAD)
 
 
-def _is_as_good(evidence: Evidence, best: Evidence) -> bool:
-    margin = _MARGIN if best.explained >= _WEAK_EXPLAINED else _WEAK_MARGIN
-    if evidence.value > best.value - margin:
-        return True
-    return evidence.explained >= _POSSIBLE_EXPLAINED and evidence.through <= _POSSIBLE_THROUGH
+def _is_at(one: FloatArray, other: FloatArray) -> bool:
+    return _is_within(one, other, _CONFIRM_M, _CONFIRM_RAD)
+
+
+def _is_within(one: FloatArray, other: FloatArray, most_m: float, most_rad: float) -> bool:
+    off = between(one, other)
+    return math.hypot(off[0], off[1]) < most_m and abs(float(off[2])) < most_rad
+
+
+def _is_only(candidates: list[_Candidate]) -> bool:
+    """Whether the first may be the chair's pose, and none of the others."""
+    best = candidates[0]
+    return _is_possible(best) and all(_leads(best, other) for other in candidates[1:])
+
+
+def _is_possible(one: _Candidate, least_m: float = _AGREED_M) -> bool:
+    agreement = one.agreement
+    share = min(1.0, float(agreement.agreed.mean()) / _MOST_AGREED)
+    limit_m = _CONTRADICTED_M + _CONTRADICTED * share**2 * agreement.agreed_m
+    far = one.far_agreed >= _FAR_AGREED
+    return far and agreement.agreed_m >= least_m and agreement.contradicted_m <= limit_m
+
+
+def _leads(best: _Candidate, other: _Candidate) -> bool:
+    """Whether the chair is far more likely at `best` than at `other`."""
+    agreement = best.agreement
+    unexplained_m = CELL_M * len(agreement.agreed) - agreement.agreed_m
+    least_m = _LEAD_M + _LEAD_OF_UNEXPLAINED * unexplained_m
+    return agreement.value_m - other.agreement.value_m >= least_m

@@ -3,6 +3,9 @@
 A look ends at a known surface (explained), before one (somebody stands there, something is new), or
 has passed through one (a contradiction: walls do not let light through; an opened door or moved
 furniture is a small part of a look).
+
+What stays of several looks is compared by length: surfaces that the map has, too (agreed), and
+surfaces of the map where the looks found free floor (contradicted).
 """
 
 from __future__ import annotations
@@ -12,18 +15,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.footprint import BoolArray, FloatArray
 from gazechair.sensing.mapping.likelihood_field import LikelihoodField
 from gazechair.sensing.mapping.ndt import NdtGrid
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.poses import to_frame
+from gazechair.sensing.mapping.poses import from_frame, to_frame
+from gazechair.sensing.mapping.surroundings import CELL_M, Settled
 
 _COARSE_M, _COARSE_SIGMA_M, _LEVELS = 0.10, 0.12, 5
 _FINE_M, _NEAR_M = 0.05, 0.10  # a look that ends so near a known surface is explained
 _BEAMS = 240
 _STEP_M = 0.05
 _SHORT_M = 0.25  # before the end of a look nothing contradicts it
-_NEAR = math.exp(-0.5)  # of a field whose sigma is _NEAR_M
+_CLOSE_CELL_M, _CLOSE_M = 0.025, 0.06  # a surface that close to a known one is agreed
+_NEAR = math.exp(-0.5)  # of a field whose sigma is _NEAR_M, or _CLOSE_M
 
 
 @dataclass(frozen=True)
@@ -45,10 +50,25 @@ class Evidence:
     explained: float
     through: float
 
+
+@dataclass(frozen=True)
+class Agreement:
+    """Of what stays around the chair with a map, at a pose."""
+
+    agreed: BoolArray
+    """Of the settled surfaces' cells: which the map has, too."""
+    contradicted_m: float
+    """Length of the map's surfaces where free floor was seen."""
+
     @property
-    def value(self) -> float:
-        """For comparing poses: more is better, 1 at most."""
-        return self.explained - self.through
+    def agreed_m(self) -> float:
+        """Length of the agreed surfaces."""
+        return CELL_M * int(self.agreed.sum())
+
+    @property
+    def value_m(self) -> float:
+        """For comparing poses: more is better."""
+        return self.agreed_m - self.contradicted_m
 
 
 def together(looks: list[Look]) -> Look:
@@ -70,6 +90,8 @@ class MapMatch:
         self._free = grid.free
         self._fine = LikelihoodField(known, _FINE_M, _NEAR_M)
         self._solid = LikelihoodField(known, _FINE_M, _FINE_M / 4.0)
+        self._close = LikelihoodField(known, _CLOSE_CELL_M, _CLOSE_M)
+        self._surfaces_m = (np.unique(np.floor(known / CELL_M), axis=0) + 0.5) * CELL_M
         self.coarse = LikelihoodField(known, _COARSE_M, _COARSE_SIGMA_M, _LEVELS)
         self.ndt = NdtGrid(known)
 
@@ -95,3 +117,10 @@ class MapMatch:
         through = np.bincount(beam[solid], minlength=len(ends)) > 0
         # A beam that grazes a wall passes its cells: what is explained contradicts nothing.
         return Evidence(float(explained.mean()), float((through & ~explained).mean()))
+
+    def agreement(self, settled: Settled, frame: FloatArray) -> Agreement:
+        """Where the frame of `settled` is at the pose `frame` in the map."""
+        placed = to_frame(settled.surfaces_m, frame)
+        agreed = np.asarray(self._close.at(0, self._close.cells(placed)) >= _NEAR)
+        seen_free = settled.is_free(from_frame(self._surfaces_m, frame))
+        return Agreement(agreed, CELL_M * int(seen_free.sum()))

@@ -1,0 +1,105 @@
+"""What stays around the chair is kept of several looks; who walks, and what one look saw, not."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from gazechair.sensing.mapping.surroundings import Settled, Surroundings
+
+ANGLES = np.radians(np.arange(-80.0, 80.0, 0.5))
+WALL_M = 3.0  # ahead, across
+HERE = np.zeros(2)
+
+
+def beams(
+    person_m: tuple[float, float] | None = None, at_m: np.ndarray = HERE
+) -> tuple[np.ndarray, np.ndarray]:
+    """Of a lidar at `at_m` before the wall; a person hides what is behind them."""
+    away = (WALL_M - at_m[0]) / np.cos(ANGLES)
+    if person_m is not None:
+        to = np.array(person_m) - at_m
+        off = np.abs(ANGLES - math.atan2(to[1], to[0]))
+        away = np.where(off < 0.15 / np.hypot(*to), np.minimum(away, np.hypot(*to)), away)
+    ends = at_m + away[:, None] * np.stack((np.cos(ANGLES), np.sin(ANGLES)), axis=1)
+    return np.tile(at_m, (len(ends), 1)), ends
+
+
+def settled(people: list[tuple[float, float] | None]) -> Settled:
+    surroundings = Surroundings()
+    for person in people:
+        surroundings.add(*beams(person), HERE)
+    found = surroundings.settled()
+    assert found is not None
+    return found
+
+
+def off_the_wall(found: Settled) -> np.ndarray:
+    return found.surfaces_m[np.abs(found.surfaces_m[:, 0] - WALL_M) > 0.06]
+
+
+def test_who_walks_leaves_nothing_and_the_wall_behind_them_stays() -> None:
+    found = settled([(1.2, 0.3 * k - 0.9) for k in range(7)])
+    assert len(off_the_wall(found)) == 0
+    behind = found.surfaces_m[:, 1]
+    assert np.diff(np.sort(behind[np.abs(behind) < 2.0])).max() < 0.11
+    assert found.is_free(np.array([(1.2, 0.0), (2.0, 0.3)])).all()
+
+
+def test_who_stands_stays_and_nothing_is_free_around_them() -> None:
+    found = settled([(1.2, 0.3)] * 5)
+    assert len(off_the_wall(found)) > 2
+    assert not found.is_free(np.array([(1.2, 0.3), (1.15, 0.3), (2.5, 0.62)])).any()
+    assert found.is_free(np.array([(1.2, -0.3)])).all()
+
+
+def test_one_look_tells_nothing() -> None:
+    surroundings = Surroundings()
+    assert surroundings.settled() is None
+    surroundings.add(*beams(), HERE)
+    assert surroundings.settled() is None
+
+
+def test_nothing_at_a_wall_is_free_however_slantwise_it_is_seen() -> None:
+    found = settled([None] * 6)
+    along = np.arange(-9.0, 9.0, 0.02)
+    for before_m in (-0.05, 0.0, 0.05, 0.5):  # behind it, too
+        places = np.stack((np.full(len(along), WALL_M + before_m), along), axis=1)
+        assert not found.is_free(places).any()
+    ahead = np.stack((np.full(len(along), WALL_M - 0.6), along), axis=1)
+    assert found.is_free(ahead[np.abs(along) < 1.0]).mean() > 0.8
+
+
+def test_the_floor_that_the_chair_stood_on_is_free() -> None:
+    found = settled([None] * 3)
+    assert found.is_free(np.array([(0.0, 0.0), (-0.15, 0.1)])).all()
+    assert not found.is_free(np.array([(-0.5, 0.0), (99.0, 0.0)])).any()
+
+
+def test_it_forgets_what_it_saw_long_ago() -> None:
+    surroundings = Surroundings()
+    for _ in range(15):
+        surroundings.add(*beams((1.2, 0.3)), HERE)
+    for _ in range(15):
+        surroundings.add(*beams(), HERE)
+    found = surroundings.settled()
+    assert found is not None
+    assert len(off_the_wall(found)) == 0
+    surroundings.forget()
+    assert surroundings.settled() is None
+
+
+@pytest.mark.parametrize("far_m", [(400.0, -300.0), (-700.0, 650.0)])
+def test_it_is_the_same_far_from_where_odometry_began(far_m: tuple[float, float]) -> None:
+    near = settled([None] * 3)
+    surroundings, off = Surroundings(), np.array(far_m)
+    for _ in range(3):
+        starts, ends = beams()
+        surroundings.add(starts + off, ends + off, HERE + off)
+    far = surroundings.settled()
+    assert far is not None
+    moved = np.sort(far.surfaces_m - off, axis=0)
+    assert moved == pytest.approx(np.sort(near.surfaces_m, axis=0), abs=0.051)
+    assert far.is_free(np.array([(1.0, 0.0)]) + off).all()
