@@ -22,8 +22,8 @@ _RUN = 24
 _MIN_TURN_DEG = 1.0
 _BACK_DEG = 1.0
 # Neighbouring nodes are about 0.2 degrees apart; the gap after lost bytes is one-sided.
-_STEP_DEG = 0.225  # at 10 turns a second
 _JUMP_DEG = 8.0
+_STEP_DEG = 0.225  # from one to the next, at 10 turns a second
 _MAX_PENDING = 1 << 16
 
 FloatArray = NDArray[np.float64]

@@ -18,10 +18,9 @@ from gazechair.sensing.lidar.stream import ByteStream, NodeStream, Tap
 from gazelink import codes
 
 _READ_S = 0.05
-# It waits for the end of the quarter turn, of some 25 ms, so long at most: few large pieces are
-# cheap to decode. Bytes come in chunks: so much later they are probably there.
+# It waits for the end of the quarter turn, of some 25 ms: one large piece is cheap to decode.
 _GATHER_S = 0.030
-_LOOK_S = 0.001
+_LOOK_S = 0.001  # behind its last byte: bytes come in chunks
 _SILENT_S = 0.25  # without measurements: no scan counts any more
 _GIVE_UP_S = 0.5  # and then the device is reopened
 _FIRST_S = 5.0  # until the first measurements; the motor runs up meanwhile
