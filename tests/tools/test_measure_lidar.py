@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from gazemeasure import lidar_damage
+from gazemeasure import lidar_damage, lidar_process
 
 
 def test_damage_is_counted() -> None:
@@ -23,3 +23,9 @@ def test_a_wrong_point_counts_for_one_pass_of_the_mirror() -> None:
 
 def test_decoding_costs_something() -> None:
     assert all(share > 0.0 for share in lidar_damage.decode_share(0.5))
+
+
+def test_the_process_evaluates_and_costs_something() -> None:
+    share, rate_hz = lidar_process.core_share(1.0)
+    assert share > 0.0
+    assert rate_hz > 0.0

@@ -13,6 +13,7 @@ from gazechair.config.configuration import LidarConfig
 from gazechair.sensing.lidar.child import Pipeline
 from gazemeasure import lidar_damage
 from gazemeasure.lidar_emulator import MASK, started
+from gazemeasure.lidar_process import core_share
 from gazemeasure.report import Report, percentile
 from gazemeasure.stalls import StallProbe
 
@@ -31,6 +32,9 @@ def stream_figures(report: Report, quick: bool) -> None:
     report.add("wrong points make a degree free for at most", passes, "turns", 1.0)
     report.note(f"(turns: {wrong} capsules slipped through on purpose, 1 byte in 1000 lost)")
     _live(report, 4.0 if quick else 30.0)
+    share, rate_hz = core_share(10.0 if quick else 30.0)
+    report.add("the lidars' process, one lidar: share of a core", 100.0 * share, "%", 6.0)
+    report.note(f"(it evaluated {rate_hz:.1f} times a second)")
 
 
 def _damage(report: Report, capsules: int) -> None:

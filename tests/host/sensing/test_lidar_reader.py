@@ -146,3 +146,68 @@ def test_a_port_where_something_else_talks_is_refused_in_one_line(rig: Rig) -> N
     rig.wait(lambda: rig.reader.standing.state == "lost")
     assert "lidar.port" in rig.reader.standing.detail
     assert "\n" not in rig.reader.standing.detail
+
+
+class Arriving:
+    """A device and a clock: bytes arrive in chunks, and each sleep may last longer than asked."""
+
+    def __init__(self, chunk_s: float, stall_s: float = 0.0, silent_from_s: float = 9.0) -> None:
+        self.now_s, self.looks = 0.0, 0
+        self._chunk_s, self._stall_s, self._silent_from_s = chunk_s, stall_s, silent_from_s
+        self._taken = 0
+
+    def monotonic(self) -> float:
+        return self.now_s
+
+    def sleep(self, seconds: float) -> None:
+        assert seconds >= 0.0
+        self.now_s += seconds + self._stall_s
+
+    def read(self, timeout_s: float) -> bytes:
+        self.looks += 1
+        for at_s in (self.now_s, self.now_s + min(timeout_s, self._chunk_s)):
+            chunks = int((min(at_s, self._silent_from_s) + 1e-9) / self._chunk_s)
+            there = round(chunks * self._chunk_s * 67_200)
+            if there > self._taken:
+                self.now_s, self._taken, before = at_s, there, self._taken
+                return bytes(there - before)
+        self.now_s += timeout_s
+        return b""
+
+
+class Wanting:
+    wants, byte_s = 1680, 1.0 / 67_200.0
+
+
+def gathered(device: Arriving, monkeypatch: pytest.MonkeyPatch) -> tuple[int, float]:
+    with monkeypatch.context() as patch:
+        patch.setattr(reader_module, "time", device)
+        data, came_s = reader_module._gathered(device, Wanting())  # type: ignore[arg-type]
+    return len(data), came_s
+
+
+@pytest.mark.parametrize("chunk_s", [0.00125, 0.005])
+def test_a_quarter_turn_is_gathered_in_few_looks(
+    monkeypatch: pytest.MonkeyPatch, chunk_s: float
+) -> None:
+    device = Arriving(chunk_s)
+    count, came_s = gathered(device, monkeypatch)
+    assert count >= 1680
+    assert came_s < 0.025 + 2.0 * max(chunk_s, 0.001)
+    assert device.looks <= 4
+
+
+def test_what_came_before_a_silence_is_not_made_younger(monkeypatch: pytest.MonkeyPatch) -> None:
+    device = Arriving(0.005, silent_from_s=0.01)
+    count, came_s = gathered(device, monkeypatch)
+    assert 0 < count < 1680
+    assert came_s <= device.now_s - 0.005
+    assert device.now_s < 0.04
+    assert gathered(device, monkeypatch)[0] == 0
+
+
+def test_a_machine_that_stands_still_ends_the_gathering(monkeypatch: pytest.MonkeyPatch) -> None:
+    device = Arriving(0.00125, stall_s=0.1, silent_from_s=0.012)
+    assert 0 < gathered(device, monkeypatch)[0] < 1680
+    assert device.now_s < 0.3
+    assert gathered(Arriving(0.00125, stall_s=0.1), monkeypatch)[0] > 1680

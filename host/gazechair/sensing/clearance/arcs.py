@@ -35,6 +35,7 @@ _BOTH_STEP_RAD = math.radians(4.0)
 _GRIDS_M = ((0.08, _MOST_M + 0.1), (0.03, 0.9), (0.01, 0.25))
 _BAND_CELL_M = 0.005  # within the margin, unless that is wide
 _FAR, _NO_WAY = 0, 1  # rows for points beyond all cells, and for no clearance
+_NONE: Ints = np.zeros(0, dtype=np.int64)
 _OCTAGON = np.arange(8) * math.pi / 4.0
 
 
@@ -72,15 +73,18 @@ class ArcReach:
         A point within the bare outline (a hand, a bag) has only the clearances of single motions.
         """
         rows, held = self._find(points_m)
-        found = self._rows[rows]
+        found = self._rows.take(rows, axis=0)
         if len(held):
             found[held] = _alone(contacts[held])
         return found
 
-    def least(self, points_m: FloatArray, contacts: FloatArray) -> Bytes:
-        """(arcs.SIZE,): the least of all points."""
+    def least(self, points_m: FloatArray, contacts: FloatArray, doubted: Ints = _NONE) -> Bytes:
+        """(arcs.SIZE,): the least of all points but those at `doubted`."""
         rows, held = self._find(points_m)
-        least = self._rows[rows[rows != _FAR]].min(axis=0, initial=arcs.FAR)
+        if len(doubted):
+            rows[doubted] = _FAR
+            held = np.setdiff1d(held, doubted)
+        least = self._rows.take(_once(rows), axis=0).min(axis=0, initial=arcs.FAR)
         if len(held):
             least = np.minimum(least, _alone(contacts[held]).min(axis=0))
         return np.asarray(least, dtype=np.uint8)
@@ -91,10 +95,12 @@ class ArcReach:
         x, y, chosen = points_m[:, 0], points_m[:, 1], np.arange(len(points_m))
         for grid in self._grids:
             fits, cells = grid.find(x, y)
-            x, y, chosen = x[fits], y[fits], chosen[fits]
+            x, y, chosen = x.take(fits), y.take(fits), chosen.take(fits)
+            if not len(chosen):
+                return rows, chosen
             rows[chosen] = grid.first + cells
         # Only cells of the finest grid can be within the margin.
-        close = chosen[self._footprint.contains(points_m[chosen])]
+        close = chosen[self._footprint.contains(points_m.take(chosen, axis=0))]
         if not len(close):
             return rows, close
         rows[close] = _NO_WAY
@@ -156,9 +162,10 @@ class _Grid:
 
     def __init__(self, body: FloatArray, cell_m: float, beyond_m: float, first: int) -> None:
         self._cell_m = cell_m
-        self._low = body.min(axis=0) - beyond_m
-        self._shape = np.ceil((body.max(axis=0) + beyond_m - self._low) / cell_m).astype(int)
-        self.count = int(self._shape.prod())
+        low = body.min(axis=0) - beyond_m
+        shape = np.ceil((body.max(axis=0) + beyond_m - low) / cell_m).astype(int)
+        self._low, self._shape = low.tolist(), shape.tolist()
+        self.count = math.prod(self._shape)
         self.first = first
 
     def centres(self) -> FloatArray:
@@ -167,11 +174,12 @@ class _Grid:
 
     def find(self, x: FloatArray, y: FloatArray) -> tuple[Ints, Ints]:
         """Which points are in it, and in which cells."""
-        across, along = int(self._shape[0]), int(self._shape[1])
+        across, along = self._shape
         column = (x - self._low[0]) * (1.0 / self._cell_m)
         row = (y - self._low[1]) * (1.0 / self._cell_m)
         fits = np.flatnonzero((column >= 0.0) & (column < across) & (row >= 0.0) & (row < along))
-        return fits, column[fits].astype(np.int64) * along + row[fits].astype(np.int64)
+        columns, rows = column.take(fits).astype(np.int64), row.take(fits).astype(np.int64)
+        return fits, columns * along + rows
 
 
 class _Sector:
@@ -238,6 +246,12 @@ def _parts(body: FloatArray, margins: Margins) -> Iterator[FloatArray]:
     grown = Footprint(body.tolist(), margins)
     # The bare polygon comes first where it is not convex; its sides' parts enclose it.
     yield from grown.parts[1:] if len(grown.parts) > 1 else grown.parts
+
+
+def _once(rows: Ints) -> Ints:
+    """Most of them once: neighbouring points are often in the same cell."""
+    same = rows[1:] == rows[:-1]
+    return np.asarray(rows[:1] if not len(rows) else np.concatenate((rows[:1], rows[1:][~same])))
 
 
 def _alone(contacts: FloatArray) -> Bytes:

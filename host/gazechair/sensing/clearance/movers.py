@@ -17,6 +17,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
+from gazechair.base.angles import in_turn
 from gazechair.base.footprint import BoolArray, FloatArray
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 
@@ -31,10 +32,13 @@ _EDGE_M = 0.4
 _LEAST_BINS = 40
 _PASSES = 3
 _DOUBT_M = 0.03
+_STAYS = np.diag((1e-3, 1e-3))  # without any hold the chair goes on as it did
 _LEAST_M_S = 0.3
 _MOST_M_S = 1.6
 _LEAST_WIDE = 3
 _PLACES = np.linspace(0.0, 1.0, 9)[1:]  # along the walker's path
+_THETA = (np.arange(_BINS) + 0.5) * _DEG
+_COS, _SIN = np.cos(_THETA), np.sin(_THETA)
 _TURNING_DEG_S = 15.0  # faster, and two views have too little in common
 
 
@@ -42,7 +46,7 @@ class Movers:
     """One lidar's movers; `origin_m`: where it sits. Call `update` with every view."""
 
     def __init__(self, origin_m: tuple[float, float]) -> None:
-        self._origin = np.array(origin_m)
+        self._origin = origin_m
         self._views: deque[tuple[float, FloatArray]] = deque(maxlen=16)
         self._coming = np.zeros(_BINS)
         self.zone: StopZone = UNKNOWN
@@ -66,7 +70,7 @@ class Movers:
         if before is None:
             return np.zeros(_BINS)
         elapsed_s = at_s - before[0]
-        now = self._ranges(points_m)
+        now = self._ranges(points_m[:, 0], points_m[:, 1])
         gap, slant = self._align(before[1], now, elapsed_s)
         if abs(self.rate_deg_s) > _TURNING_DEG_S:
             return np.zeros(_BINS)
@@ -81,24 +85,22 @@ class Movers:
         old = [view for view in views if at_s - view[0] >= _BACK_S[0]]
         return min(old, key=lambda view: abs(at_s - view[0] - _BACK_S[1])) if old else None
 
-    def _ranges(self, points_m: FloatArray) -> FloatArray:
+    def _ranges(self, x_m: FloatArray, y_m: FloatArray) -> FloatArray:
         """The nearest range in each degree about the lidar; inf for none."""
-        offset = points_m - self._origin
-        bins = self._bins(offset)
+        x, y = x_m - self._origin[0], y_m - self._origin[1]
         found = np.full(_BINS, np.inf)
-        np.minimum.at(found, bins, np.hypot(offset[:, 0], offset[:, 1]))
+        np.minimum.at(found, self._bins(x, y), np.hypot(x, y))
         return found
 
-    def _bins(self, offset: FloatArray) -> NDArray[np.int64]:
-        bearings = np.arctan2(offset[:, 1], offset[:, 0]) % (2.0 * math.pi)
+    def _bins(self, x: FloatArray, y: FloatArray) -> NDArray[np.int64]:
+        bearings = in_turn(np.arctan2(y, x), 2.0 * math.pi)
         return np.minimum((bearings / _DEG).astype(np.int64), _BINS - 1)
 
     def _align(
         self, before: FloatArray, now: FloatArray, elapsed_s: float
     ) -> tuple[FloatArray, FloatArray]:
         """Gap per degree (now minus expected, m; 0 where unknown) and its slant."""
-        theta = (np.arange(_BINS) + 0.5) * _DEG
-        c, s = np.cos(theta), np.sin(theta)
+        c, s = _COS, _SIN
         x0, y0 = self._origin
         after, ahead = np.roll(now, -1), np.roll(now, 1)
         with np.errstate(invalid="ignore"):
@@ -112,7 +114,7 @@ class Movers:
         way_m, turn = self.speed_m_s * elapsed_s, math.radians(self.rate_deg_s) * elapsed_s
         gap = np.zeros(_BINS)
         for _ in range(_PASSES):
-            expected = self._ranges(_moved(before, way_m, turn))
+            expected = self._ranges(*_moved(before, way_m, turn))
             with np.errstate(invalid="ignore"):
                 raw = now - expected
                 known = smooth & (np.abs(raw) < _STEP_M)
@@ -123,7 +125,7 @@ class Movers:
             rest = gap[known] / slant[known]
             weight = 1.0 / (1.0 + (rest / _DOUBT_M) ** 2)
             rows = np.column_stack((of_way[known], of_turn[known]))
-            matrix = rows.T @ (rows * weight[:, None]) + np.diag((1e-3, 1e-3))
+            matrix = rows.T @ (rows * weight[:, None]) + _STAYS
             change = np.linalg.solve(matrix, rows.T @ (rest * weight))
             way_m, turn = way_m + float(change[0]), turn + float(change[1])
         self.speed_m_s = way_m / elapsed_s
@@ -132,7 +134,7 @@ class Movers:
 
     def _ahead(self, points_m: FloatArray) -> FloatArray:
         offset = points_m - self._origin
-        speed = self._coming[self._bins(offset)]
+        speed = self._coming[self._bins(offset[:, 0], offset[:, 1])]
         chosen = speed > 0.0
         offset, speed = offset[chosen], speed[chosen]
         ranges = np.hypot(offset[:, 0], offset[:, 1])
@@ -142,12 +144,12 @@ class Movers:
         return np.asarray(found.reshape(-1, 2))
 
 
-def _moved(points: FloatArray, way_m: float, turn: float) -> FloatArray:
+def _moved(points: FloatArray, way_m: float, turn: float) -> tuple[FloatArray, FloatArray]:
     """Where standing points are in the frame of a chair that has moved."""
     c, s = math.cos(turn), math.sin(turn)
     x = points[:, 0] - way_m * math.cos(turn / 2.0)
     y = points[:, 1] - way_m * math.sin(turn / 2.0)
-    return np.column_stack((c * x + s * y, c * y - s * x))
+    return c * x + s * y, c * y - s * x
 
 
 def _wide(flags: BoolArray) -> BoolArray:

@@ -87,7 +87,8 @@ class LidarReach:
             return FREE
         seen = surfaces(view.points_m, view.origin_m)
         contacts = self._sweeps.contacts(seen.points_m)
-        speckle = np.flatnonzero(seen.lone & np.isfinite(contacts).any(axis=1))
+        lone = np.flatnonzero(seen.lone)
+        speckle = lone[np.isfinite(contacts[lone]).any(axis=1)]
         doubted = speckle[~self._speckles.again(seen.points_m[speckle], view.acquired_s)]
         self.arcs = self._arcs_of(seen, contacts, view.acquired_s)
         far = contacts[doubted]
@@ -137,13 +138,11 @@ class LidarReach:
         # As for straight motions: beyond the zone a single beam does not count yet.
         lone = np.flatnonzero(seen.lone & (seen.ranges_m < _ARC_RANGE_M))
         doubted = lone[~self._arc_speckles.again(seen.points_m[lone], at_s)]
+        least = self._arcs.least(seen.points_m, contacts, doubted)
         if not len(doubted):
-            return self._arcs.least(seen.points_m, contacts)
+            return least
         ways = self._arcs.ways(seen.points_m[doubted], contacts[doubted])
         ways[ways > self._arc_zone] = arcs.FAR
-        sure = np.ones(len(seen.points_m), dtype=np.bool_)
-        sure[doubted] = False
-        least = self._arcs.least(seen.points_m[sure], contacts[sure])
         return np.asarray(np.minimum(least, ways.min(axis=0)), dtype=np.uint8)
 
 

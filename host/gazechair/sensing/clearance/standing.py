@@ -72,11 +72,12 @@ def like_persons(seen: Surfaces) -> list[NDArray[np.int64]]:
     points_m = seen.points_m
     if len(points_m) < _LEAST_BEAMS:
         return []
-    apart = np.abs(np.diff(seen.ranges_m)) > max(_APART_M, _APART_SIGMA * seen.noise_m)
-    apart |= np.diff(seen.bearings_rad) > _APART_RAD
+    ranges_m, bearings_rad = seen.ranges_m, seen.bearings_rad
+    apart = np.abs(ranges_m[1:] - ranges_m[:-1]) > max(_APART_M, _APART_SIGMA * seen.noise_m)
+    apart |= bearings_rad[1:] - bearings_rad[:-1] > _APART_RAD
     ends = np.append(np.flatnonzero(apart), len(points_m) - 1)
     firsts = np.concatenate(([0], ends[:-1] + 1))
-    across = points_m[ends] - points_m[firsts]
+    across = points_m.take(ends, axis=0) - points_m.take(firsts, axis=0)
     wide_m = np.hypot(across[:, 0], across[:, 1])
     wide = (wide_m >= _WIDE_M[0]) & (wide_m <= _WIDE_M[1])
     found = np.flatnonzero(wide & (ends - firsts + 1 >= _LEAST_BEAMS))

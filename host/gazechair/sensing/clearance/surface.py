@@ -57,21 +57,24 @@ def noise_m(ranges_m: FloatArray) -> float:
 
 def surfaces(points_m: FloatArray, origin_m: tuple[float, float]) -> Surfaces:
     """Smooth the (N, 2) returns of one lidar that sits at `origin_m`."""
-    offset = points_m - origin_m
-    bearings = np.arctan2(offset[:, 1], offset[:, 0])
+    # Column by column: numpy is slow with many rows of two.
+    x, y = points_m[:, 0] - origin_m[0], points_m[:, 1] - origin_m[1]
+    bearings = np.arctan2(y, x)
     order = np.argsort(bearings, kind="stable")
-    bearings = bearings[order]
-    ranges = np.hypot(offset[order, 0], offset[order, 1])
+    bearings, x, y = bearings.take(order), x.take(order), y.take(order)
+    ranges = np.hypot(x, y)
     noise = noise_m(ranges)
     smooth = _smoothed(bearings, ranges, noise)
-    gap = np.abs(np.diff(ranges, append=ranges[:1]))
-    turn = np.diff(bearings, append=bearings[:1] + 2.0 * np.pi)
+    gap = np.abs(np.append(ranges[1:], ranges[:1]) - ranges)
+    turn = np.append(bearings[1:], bearings[:1] + 2.0 * np.pi) - bearings
     alike = (gap < _ALIKE_M) & (turn < _NEXT_RAD) & (turn > 0.0)
     lone = ~alike
     lone[1:] &= ~alike[:-1]
     lone[:1] &= ~alike[-1:]
     scale = smooth / np.maximum(ranges, 1e-9)
-    points = offset[order] * scale[:, None] + origin_m
+    points = np.empty((len(scale), 2))
+    points[:, 0] = x * scale + origin_m[0]
+    points[:, 1] = y * scale + origin_m[1]
     return Surfaces(points, smooth, bearings, lone, noise)
 
 
@@ -81,14 +84,16 @@ def _smoothed(bearings: FloatArray, ranges: FloatArray, noise: float) -> FloatAr
     if not len(near):
         return ranges
     # A row for each neighbour, the beam itself in the middle; beyond the ends there are none.
-    around = _windows(ranges[near], 1e6)
-    close = np.abs(_windows(bearings[near], 1e6) - bearings[near]) < _WINDOW_RAD
     centres = ranges[near]
+    around = _windows(centres, 1e6)
+    close = np.abs(_windows(bearings[near], 1e6) - bearings[near]) < _WINDOW_RAD
     for _ in range(2):  # the second time about a centre that is itself no outlier
-        taken = (close & (np.abs(around - centres) < gate_m)).astype(np.float64)
-        count = taken.sum(axis=0)
-        total = (around * taken).sum(axis=0)
-        centres = np.where(count > 0.0, total / np.maximum(count, 1.0), centres)
+        apart = np.subtract(around, centres)
+        taken = np.abs(apart, out=apart) < gate_m
+        taken &= close
+        count = taken.view(np.uint8).sum(axis=0, dtype=np.uint8)
+        total = np.multiply(around, taken, out=apart).sum(axis=0)
+        centres = np.where(count > 0, total / np.maximum(count, 1), centres)
     smooth = ranges.copy()
     smooth[near] = centres
     return smooth
@@ -97,4 +102,6 @@ def _smoothed(bearings: FloatArray, ranges: FloatArray, noise: float) -> FloatAr
 def _windows(values: FloatArray, edge: float) -> FloatArray:
     ends = np.full(_NEIGHBOURS, edge)
     padded = np.concatenate((ends, values, ends))
-    return np.lib.stride_tricks.sliding_window_view(padded, len(values))
+    rows = 2 * _NEIGHBOURS + 1
+    step = padded.strides[0]
+    return np.ndarray((rows, len(values)), np.float64, padded, strides=(step, step))

@@ -16,7 +16,9 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
+from gazechair.base.angles import in_turn
 from gazechair.base.footprint import BoolArray, FloatArray, Footprint, distance_m, inside
 from gazelink import codes
 
@@ -43,14 +45,20 @@ class Sweeps:
 
     def __init__(self, footprint: Footprint) -> None:
         self._footprint = footprint
-        grown = [_sides(part) for part in footprint.parts]
-        self._sides = np.concatenate(grown)
-        self._bare = _sides(footprint.body)
-        self._every = np.concatenate((self._sides, self._bare))
+        body = footprint.body
+        sides = np.concatenate([_sides(part) for part in footprint.parts])
+        every = np.concatenate((sides, _sides(body)))
+        self._circles = _Circles(sides)
+        self._every_circles = _Circles(every)
+        # About the middle of each bend; the first half of the rows bends left.
+        middles = [(0.0, side / BEND_PER_M) * 2 for side in (1.0, -1.0)]
+        self._bends = _Circles(np.concatenate([_sides(body) - middle for middle in middles]))
         self._spread = math.tan(math.radians(HEADING_TOLERANCE_DEG))
-        every = np.concatenate(footprint.parts)
-        self._ends_m = {sign: float((sign * every[:, 0]).max()) for sign in (1.0, -1.0)}
-        self._entries = {sign: _entries(self._sides, sign) for sign in (1.0, -1.0)}
+        corners = np.concatenate(footprint.parts)
+        self._ends_m = {sign: float((sign * corners[:, 0]).max()) for sign in (1.0, -1.0)}
+        self._entries = {sign: _entries(sides, sign) for sign in (1.0, -1.0)}
+        self._exits = {sign: _Rays(every, -sign, 0.0) for sign in (1.0, -1.0)}
+        self._low, self._high = body.min(axis=0).tolist(), body.max(axis=0).tolist()
 
     def contacts(self, points_m: FloatArray) -> FloatArray:
         """(N, 4) for the (N, 2) points in the chair's frame, columns codes.DIR_FORWARD ...
@@ -59,22 +67,33 @@ class Sweeps:
         within a full turn.
         """
         found = np.full((4, len(points_m)), np.inf).T  # a motion's values side by side
-        near = np.flatnonzero(np.hypot(points_m[:, 0], points_m[:, 1]) <= self._footprint.reach_m)
-        within = near[self._footprint.contains(points_m[near])]
-        out = np.ones(len(points_m), dtype=np.bool_)
-        out[within] = False
-        x, y = points_m[:, 0], points_m[:, 1]
-        reach_m = self._footprint.reach_m
-        aside_m = self._footprint.half_width_m + self._spread * (np.abs(x) + reach_m)
-        corridor = out & (np.abs(y) <= aside_m)
+        reach_m, width_m = self._footprint.reach_m, self._footprint.half_width_m
+        x, y = points_m[:, 0], np.abs(points_m[:, 1])
+        # Few points are near, and few in the widest corridor: only these are looked at closely.
+        near = np.flatnonzero((np.abs(x) < reach_m + _APART_M) & (y < reach_m + _APART_M))
+        around = points_m.take(near, axis=0)
+        reached = np.hypot(around[:, 0], around[:, 1]) <= reach_m
+        grown = reached & self._footprint.contains(around)
+        corridor = y <= width_m + self._spread * (RANGE_M + reach_m + reach_m)
+        corridor[near[grown]] = False
+        chosen = np.flatnonzero(corridor)
+        ahead = points_m.take(chosen, axis=0)
+        aside_m = width_m + self._spread * (np.abs(ahead[:, 0]) + reach_m)
+        straight = np.abs(ahead[:, 1]) <= aside_m
         for direction, sign in ((codes.DIR_FORWARD, 1.0), (codes.DIR_BACKWARD, -1.0)):
-            ahead = (sign * x > -reach_m) & (sign * x < RANGE_M + reach_m)
-            chosen = np.flatnonzero(corridor & ahead)
-            found[chosen, direction] = self._straight(points_m[chosen], sign)
-        around = near[out[near]]
-        found[around, codes.DIR_LEFT :] = np.degrees(self._turns(points_m[around]))
-        if len(within):
-            found[within] = self._from_within(points_m[within])
+            way = sign * ahead[:, 0]
+            here = np.flatnonzero(straight & (way > -reach_m) & (way < RANGE_M + reach_m))
+            if len(here):
+                ways_m = self._straight(ahead.take(here, axis=0), sign)
+                found[chosen.take(here), direction] = ways_m
+        here = np.flatnonzero(reached & ~grown)
+        if len(here):
+            left, right = np.degrees(self._turns(around.take(here, axis=0)))
+            found[near.take(here), codes.DIR_LEFT] = left
+            found[near.take(here), codes.DIR_RIGHT] = right
+        here = np.flatnonzero(grown)
+        if len(here):
+            found[near.take(here)] = self._from_within(around.take(here, axis=0))
         return found
 
     def bent(self, points_m: FloatArray, range_m: float) -> FloatArray:
@@ -91,64 +110,77 @@ class Sweeps:
         # Nothing of the body moves ahead meanwhile.
         near &= (points_m[:, 0] <= self._ends_m[1.0]) & (points_m[:, 0] >= -reach_m - range_m)
         chosen = np.flatnonzero(near)
-        chosen = chosen[~inside(self._footprint.body, points_m[chosen])]
-        nearest = points_m[chosen]
-        gap_m = np.maximum(distance_m(self._footprint.body, nearest) - _APART_M, 0.0)
-        nearest = np.column_stack(
-            (nearest[:, 0], nearest[:, 1] - np.sign(nearest[:, 1]) * np.minimum(gap_m, _SEEN_M))
-        )
+        if not len(chosen):
+            return found
+        points = points_m.take(chosen, axis=0)
+        nearer_m = np.full(len(points), _SEEN_M)
+        close = self._boxed(points, 2.0 * _SEEN_M)  # all others are farther from the body
+        held = close[:0]
+        if len(close):
+            by = points.take(close, axis=0)
+            gap_m = np.maximum(distance_m(self._footprint.body, by) - _APART_M, 0.0)
+            nearer_m[close] = np.minimum(gap_m, _SEEN_M)
+            held = close[inside(self._footprint.body, by)]
+        x, y = points[:, 0], points[:, 1] - np.sign(points[:, 1]) * nearer_m
         radius_m = 1.0 / BEND_PER_M
-        for side in (1.0, -1.0):
-            # About the middle of the bend, the body's points and the obstacle's.
-            middle = np.array((0.0, side * radius_m))
-            points = nearest - middle
-            own = np.arctan2(points[:, 1], points[:, 0])
-            crossings = _circle_crossings(points, self._bare - np.tile(middle, 2))
-            turns = _least(side * (crossings - own) % _FULL_TURN)
-            found[chosen] = np.minimum(found[chosen], radius_m * turns)
-        found[found > range_m] = np.inf
+        side = np.array(((1.0,), (-1.0,)))
+        aside = y - side * radius_m
+        bends = len(self._footprint.body)
+        squared = np.repeat(x**2 + aside**2, bends, axis=0)
+        crossings, real = self._bends.crossings(squared)
+        own = np.repeat(np.arctan2(aside, x), bends, axis=0)
+        turns = np.repeat(side, bends, axis=0) * (crossings - own)
+        ways_m = radius_m * _least(turns, real)
+        ways_m[ways_m > range_m] = np.inf
+        ways_m[held] = np.inf
+        found[chosen] = ways_m
         return found
 
     def alongside(self, points_m: FloatArray) -> BoolArray:
         """Which of the (N, 2) points are within the side margin: neither ahead nor behind."""
-        body = self._footprint.body
-        low, high = body[:, 0].min(), body[:, 0].max()
-        found = (points_m[:, 0] > low) & (points_m[:, 0] < high)
+        found = (points_m[:, 0] > self._low[0]) & (points_m[:, 0] < self._high[0])
         found &= np.abs(points_m[:, 1]) <= self._footprint.half_width_m
         chosen = np.flatnonzero(found)
-        near = points_m[chosen]
-        found[chosen] = self._footprint.contains(near) & ~inside(body, near)
+        if len(chosen):
+            near = points_m.take(chosen, axis=0)
+            found[chosen] = self._footprint.contains(near) & ~inside(self._footprint.body, near)
         return np.asarray(found)
 
+    def _boxed(self, points: FloatArray, more_m: float) -> NDArray[np.int64]:
+        """Which points are within the body's box grown by `more_m`."""
+        x, y = points[:, 0], points[:, 1]
+        boxed = (x > self._low[0] - more_m) & (x < self._high[0] + more_m)
+        boxed &= (y > self._low[1] - more_m) & (y < self._high[1] + more_m)
+        return np.flatnonzero(boxed)
+
     def _straight(self, points: FloatArray, sign: float) -> FloatArray:
-        if not len(points):
-            return np.zeros(0)
-        sides, dx, dy = self._entries[sign]
-        ways = _ray_crossings(points, sides, dx, dy)
+        rays, oblique = self._entries[sign]
+        ways = rays.crossings(points)
         beside = sign * points[:, 0] <= self._ends_m[sign]
-        ways[(dy != 0.0) & beside] = np.inf
+        ways[oblique & beside] = np.inf
         nearest = ways.min(axis=0)
         nearest[nearest > RANGE_M] = np.inf
         return np.asarray(nearest)
 
     def _turns(self, points: FloatArray) -> FloatArray:
-        # Columns left, right: when the chair turns left, the point's own angle decreases.
+        # Rows left, right: when the chair turns left, the point's own angle decreases.
         own = np.arctan2(points[:, 1], points[:, 0])
-        crossings = _circle_crossings(points, self._sides)
-        left, right = _least((own - crossings) % _FULL_TURN), _least((crossings - own) % _FULL_TURN)
-        return np.column_stack((left, right))
+        crossings, real = self._circles.crossings(points[:, 0] ** 2 + points[:, 1] ** 2)
+        return np.stack((_least(own - crossings, real), _least(crossings - own, real)))
 
     def _from_within(self, points: FloatArray) -> FloatArray:
         found = np.empty((len(points), 4))
         for direction, sign in ((codes.DIR_FORWARD, 1.0), (codes.DIR_BACKWARD, -1.0)):
-            ways = _ray_crossings(points, self._every, -sign, 0.0)
+            ways = self._exits[sign].crossings(points)
             found[:, direction] = self._after_leaving(
                 points, ways, RANGE_M, _PROBE_M, _line(points, -sign)
             )
         own = np.arctan2(points[:, 1], points[:, 0])
-        crossings = _circle_crossings(points, self._every)
+        squared = points[:, 0] ** 2 + points[:, 1] ** 2
+        crossings, real = self._every_circles.crossings(squared)
         for direction, sign in ((codes.DIR_LEFT, 1.0), (codes.DIR_RIGHT, -1.0)):
-            ways = np.nan_to_num(sign * (own - crossings) % _FULL_TURN, nan=np.inf)
+            ways = np.where(real, in_turn(sign * (own - crossings), _FULL_TURN), np.inf)
+            ways = ways.reshape(-1, len(points))
             found[:, direction] = np.degrees(
                 self._after_leaving(points, ways, _FULL_TURN, _PROBE_RAD, _circle(points, -sign))
             )
@@ -180,8 +212,8 @@ class Sweeps:
         return np.where(deeper, 0.0, np.where(touches.any(axis=1), first, np.inf))
 
 
-def _entries(sides: FloatArray, sign: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The sides through which the points can enter, and beside each their motion (dx, dy)."""
+def _entries(sides: FloatArray, sign: float) -> tuple[_Rays, BoolArray]:
+    """To the sides through which the points can enter; and (S, 1) which of their motions swerve."""
     found, motions = [], []
     for angle in (math.radians(k * HEADING_TOLERANCE_DEG) for k in (-1, 0, 1)):
         dx, dy = -sign * math.cos(angle), math.sin(angle)
@@ -189,7 +221,8 @@ def _entries(sides: FloatArray, sign: float) -> tuple[FloatArray, FloatArray, Fl
         found.append(facing)
         motions += [(dx, dy)] * len(facing)
     moved = np.array(motions)
-    return np.concatenate(found), moved[:, :1], moved[:, 1:]
+    rays = _Rays(np.concatenate(found), moved[:, :1], moved[:, 1:])
+    return rays, moved[:, 1:] != 0.0
 
 
 def _facing(sides: FloatArray, dx: float, dy: float) -> BoolArray:
@@ -219,41 +252,49 @@ def _circle(points: FloatArray, sign: float) -> Path:
     return at
 
 
-def _least(turns: FloatArray) -> FloatArray:
-    """(N,): the least of each column, of those that there are; inf = none."""
-    least: FloatArray = np.fmin.reduce(turns, axis=0)
-    return np.where(np.isnan(least), np.inf, least)
+def _least(turns: FloatArray, real: BoolArray) -> FloatArray:
+    """(N,): the least for each point, brought into one turn, of those that are real; inf = none."""
+    least: FloatArray = np.where(real, in_turn(turns, _FULL_TURN), np.inf).min(axis=(0, 1))
+    return least
 
 
-def _ray_crossings(
-    points: FloatArray, sides: FloatArray, dx: FloatArray | float, dy: FloatArray | float
-) -> FloatArray:
-    """(S, N): the distance along (dx, dy) from each point to each side; inf = no crossing.
+class _Rays:
+    """Straight motions along (dx, dy) to each of S sides: one for all, or (S, 1)."""
 
-    `dx`, `dy`: one motion for all sides, or (S, 1).
-    """
-    ax, ay = sides[:, :1], sides[:, 1:2]
-    ex, ey = sides[:, 2:3] - ax, sides[:, 3:] - ay
-    cross = dx * ey - dy * ex
-    turned = np.abs(cross) > 1e-12
-    inverse = np.where(turned, 1.0 / np.where(turned, cross, 1.0), 0.0)
-    rx, ry = ax - points[:, 0], ay - points[:, 1]
-    way = (rx * ey - ry * ex) * inverse
-    share = (rx * dy - ry * dx) * inverse
-    crosses = turned & (way >= 0.0) & (share >= -1e-9) & (share <= 1.0 + 1e-9)
-    return np.where(crosses, way, np.inf)
+    def __init__(self, sides: FloatArray, dx: FloatArray | float, dy: FloatArray | float) -> None:
+        self._ax, self._ay = sides[:, :1], sides[:, 1:2]
+        self._ex, self._ey = sides[:, 2:3] - self._ax, sides[:, 3:] - self._ay
+        self._dx, self._dy = dx, dy
+        cross = dx * self._ey - dy * self._ex
+        self._turned = np.abs(cross) > 1e-12
+        self._inverse = np.where(self._turned, 1.0 / np.where(self._turned, cross, 1.0), 0.0)
+
+    def crossings(self, points: FloatArray) -> FloatArray:
+        """(S, N): the distance from each of the (N, 2) points to each side; inf = no crossing."""
+        rx, ry = self._ax - points[:, 0], self._ay - points[:, 1]
+        way = (rx * self._ey - ry * self._ex) * self._inverse
+        share = (rx * self._dy - ry * self._dx) * self._inverse
+        crosses = self._turned & (way >= 0.0) & (share >= -1e-9) & (share <= 1.0 + 1e-9)
+        return np.where(crosses, way, np.inf)
 
 
-def _circle_crossings(points: FloatArray, sides: FloatArray) -> FloatArray:
-    """(2 S, N): angles (radians) at which each point's circle about the axle crosses each side."""
-    ax, ay = sides[:, :1], sides[:, 1:2]
-    ex, ey = sides[:, 2:3] - ax, sides[:, 3:] - ay
-    squared = points[:, 0] ** 2 + points[:, 1] ** 2
-    a = ex**2 + ey**2
-    b = ax * ex + ay * ey
-    root = b**2 - a * (ax**2 + ay**2 - squared)
-    spread = np.sqrt(np.maximum(root, 0.0))
-    share = np.stack((-b - spread, -b + spread)) / a
-    crosses = (root >= 0.0) & (share >= -1e-9) & (share <= 1.0 + 1e-9)
-    angles = np.where(crosses, np.arctan2(ay + share * ey, ax + share * ex), np.nan)
-    return angles.reshape(2 * len(sides), len(points))
+class _Circles:
+    """Circles about the origin through each of S sides."""
+
+    def __init__(self, sides: FloatArray) -> None:
+        self._ax, self._ay = sides[:, :1], sides[:, 1:2]
+        self._ex, self._ey = sides[:, 2:3] - self._ax, sides[:, 3:] - self._ay
+        self._a = self._ex**2 + self._ey**2
+        self._b = self._ax * self._ex + self._ay * self._ey
+
+    def crossings(self, squared_m: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """(2, S, N): the angles (radians) at which circles of these radii squared cross each side.
+
+        And whether they do; where one does not, the angle means nothing. `squared_m`: (N,), the
+        same for all sides, or (S, N).
+        """
+        root = self._b**2 - self._a * (self._ax**2 + self._ay**2 - squared_m)
+        spread = np.sqrt(np.maximum(root, 0.0))
+        share = np.stack((-self._b - spread, -self._b + spread)) / self._a
+        real = (root >= 0.0) & (share >= -1e-9) & (share <= 1.0 + 1e-9)
+        return np.arctan2(self._ay + share * self._ey, self._ax + share * self._ex), real

@@ -54,12 +54,13 @@ class Blindness:
         """
         measured = np.bincount(bins, minlength=BINS)
         returned = distances_m >= NEAREST_M
-        hits = np.bincount(bins[returned], minlength=BINS)
-        at_window = np.bincount(bins[(distances_m > 0.0) & ~returned], minlength=BINS)
+        bins_hit, ranges_m = bins.compress(returned), distances_m.compress(returned)
+        hits = np.bincount(bins_hit, minlength=BINS)
+        at_window = np.bincount(bins.compress((distances_m > 0.0) & ~returned), minlength=BINS)
         has = (hits >= 1) & (hits >= _MIN_SHARE * measured) & (at_window <= hits)
         self._remember(has, masked, at_s)
         nearest_m = np.full(BINS, np.inf)
-        np.minimum.at(nearest_m, bins[returned], distances_m[returned])
+        np.minimum.at(nearest_m, bins_hit, ranges_m)
         blind = self._covered | (at_window > hits)
         for first, count in runs(~has & ~masked):
             if count > NARROW_DEG and not _between_far(first, count, has, masked, nearest_m):

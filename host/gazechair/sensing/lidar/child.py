@@ -68,15 +68,15 @@ class Lidar:
         named = (self.reader.config.name, standing.state, standing.reason, standing.detail)
         if scan is None or stream is None:
             return LidarReport(*named)
-        unmasked = int(np.count_nonzero(self.view.states != MASKED))
-        seen = int(np.count_nonzero(self.view.states == SEEN))
+        seen = self.view.states.tobytes()
+        unmasked = BINS - seen.count(MASKED)
         return LidarReport(
             *named,
             source=scan.source,
             acquired_s=scan.acquired_s,
             rate_hz=round(stream.rate_hz, 2),
-            coverage=round(seen / max(1, unmasked), 3),
-            blind_deg=_arcs(self.view.states == BLIND),
+            coverage=round(seen.count(SEEN) / max(1, unmasked), 3),
+            blind_deg=_arcs(self.view.states == BLIND) if BLIND in seen else (),
             points=len(scan),
             quarters=stream.quarters,
             lost_share=round(stream.lost_share, 4),

@@ -12,9 +12,12 @@ its start must lie where the mirror's steady turning puts it, and its distances 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
+from gazechair.base.angles import in_turn
 from gazechair.sensing.lidar.nodes import FloatArray, Nodes, our_angle
 
 CAPSULE_SIZE = 84
@@ -51,6 +54,8 @@ class CapsuleDecoder:
     `step_deg`: the mirror's rotation from one capsule to the next, 0 before it is known.
     """
 
+    NODE_BYTES = CAPSULE_SIZE / POINTS
+
     def __init__(self) -> None:
         self.fed = 0
         self.resyncs = 0
@@ -74,6 +79,12 @@ class CapsuleDecoder:
         """Turns of the mirror in a second, 0 before they are known."""
         return self.step_deg / 360.0 / (POINTS * POINT_PERIOD_S)
 
+    def wants(self, turn_deg: float) -> int:
+        """Bytes until the nodes up to `turn_deg` behind the newest are there, if none is lost."""
+        # The held capsule is the next one; the last one needs the one behind it, and a head.
+        capsules = math.ceil(turn_deg / self.step_deg) if self.step_deg else 1
+        return max(CAPSULE_SIZE, capsules * CAPSULE_SIZE + 2 - len(self._pending))
+
     def feed(self, data: bytes) -> Nodes:
         """Decode `data` behind what was left over."""
         self.fed += len(data)
@@ -94,13 +105,12 @@ class CapsuleDecoder:
 
     def _cut(self, octets: Rows) -> tuple[Rows, IntArray, int]:
         """Rows with head, checksum and a head behind them, their places, and the bytes used up."""
-        head = _heads(octets)
         pieces: list[Rows] = []
         places: list[IntArray] = []
         at = 0
         while True:
             if self._searching:
-                found, at_next = _find(octets, head, at)
+                found, at_next = _find(octets, at)
                 self.dropped += at_next - at
                 at = at_next
                 if not found:
@@ -111,7 +121,7 @@ class CapsuleDecoder:
                 break
             stop = at + count * CAPSULE_SIZE
             rows = octets[at:stop].reshape(-1, CAPSULE_SIZE)
-            heads = head[at : stop + 1 : CAPSULE_SIZE]
+            heads = _heads(octets[at : stop + 1 : CAPSULE_SIZE], octets[at + 1 :: CAPSULE_SIZE])
             bad = np.flatnonzero(~(heads[:-1] & heads[1:] & _checksum_fits(rows)))
             good = int(bad[0]) if len(bad) else count
             pieces.append(rows[:good])
@@ -131,7 +141,8 @@ class CapsuleDecoder:
             held_row, held_place, fits_before = self._held
             rows = np.concatenate((held_row, rows))
             places = np.concatenate((held_place, places))
-        starts_deg = ((rows[:, 2] | (rows[:, 3].astype(np.uint16) & 0x7F) << 8) / 64.0) % 360.0
+        words = np.ascontiguousarray(rows[:, 2:]).view("<u2")
+        starts_deg = ((words[:, 0] & 0x7FFF) / 64.0) % 360.0
         steps = (starts_deg[1:] - starts_deg[:-1]) % 360.0
         apart = places[1:] - places[:-1]
         count = np.maximum(np.rint(apart / CAPSULE_SIZE), 1.0)
@@ -144,7 +155,7 @@ class CapsuleDecoder:
         self._follow(each[fits & (count == 1.0)], len(fits))
         left = np.concatenate(([fits_before], fits))
         self._held = (rows[-1:], places[-1:], bool(left[-1]))
-        distances_m = np.ascontiguousarray(rows[:, 4:]).view("<u2") / 1000.0
+        distances_m = words[:, 1:] / 1000.0
         trusted = left[:-1] | fits
         self.implausible += len(trusted) - int(np.count_nonzero(trusted))
         if len(trusted):
@@ -209,11 +220,10 @@ def _middle(values: FloatArray) -> float:
     return float(np.partition(values, half)[half]) if len(values) else 0.0
 
 
-def _heads(octets: Rows) -> NDArray[np.bool_]:
-    """True where a capsule may begin."""
-    if len(octets) < 2:
-        return np.zeros(0, dtype=np.bool_)
-    heads: NDArray[np.bool_] = ((octets[:-1] & 0xF0) == 0xA0) & ((octets[1:] & 0xF0) == 0x50)
+def _heads(first: Rows, second: Rows) -> NDArray[np.bool_]:
+    """True where a capsule may begin: pairs of octets, as many as there are of `first`."""
+    second = second[: len(first)]
+    heads: NDArray[np.bool_] = ((first & 0xF0) == 0xA0) & ((second & 0xF0) == 0x50)
     return heads
 
 
@@ -223,8 +233,9 @@ def _checksum_fits(rows: Rows) -> NDArray[np.bool_]:
     return fits
 
 
-def _find(octets: Rows, head: NDArray[np.bool_], at: int) -> tuple[bool, int]:
+def _find(octets: Rows, at: int) -> tuple[bool, int]:
     """The next place with head, checksum and a head behind; or False and where to search on."""
+    head = _heads(octets[:-1], octets[1:])
     for place in (np.flatnonzero(head[at:]) + at).tolist():
         behind = place + CAPSULE_SIZE
         if behind >= len(head):
@@ -237,7 +248,7 @@ def _find(octets: Rows, head: NDArray[np.bool_], at: int) -> tuple[bool, int]:
 def _nodes(
     angles: FloatArray, distances_m: FloatArray, places: IntArray, end: int, last: float | None
 ) -> Nodes:
-    raw_deg = angles.reshape(-1) % 360.0
+    raw_deg = in_turn(angles.reshape(-1), 360.0)
     before = (
         np.concatenate(([raw_deg[0] if last is None else last], raw_deg[:-1]))
         if len(raw_deg)

@@ -38,7 +38,7 @@ class FreezeWatch:
             return
         bins = np.minimum((nodes.angles_deg + 180.0).astype(np.int64), _BINS - 1)
         quarters = bins // _QUARTER
-        cuts = [0, *(np.flatnonzero(np.diff(quarters)) + 1).tolist(), len(bins)]
+        cuts = [0, *(np.flatnonzero(quarters[1:] != quarters[:-1]) + 1).tolist(), len(bins)]
         for first, last in pairwise(cuts):
             if quarters[first] != self._quarter:
                 self._finish()

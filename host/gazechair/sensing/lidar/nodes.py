@@ -7,10 +7,13 @@ mirror are all there is to tell a node from garbage.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from gazechair.base.angles import in_turn
 
 NODE_SIZE = 5
 # This many valid nodes in a row with a steadily turning angle prove the alignment. Nodes read one
@@ -20,6 +23,7 @@ _MIN_TURN_DEG = 1.0
 _BACK_DEG = 1.0
 # Neighbouring nodes are about 0.2 degrees apart; the gap after lost bytes is one-sided.
 _JUMP_DEG = 8.0
+_STEP_DEG = 0.225  # from one to the next, at 10 turns a second
 _MAX_PENDING = 1 << 16
 
 FloatArray = NDArray[np.float64]
@@ -51,6 +55,8 @@ class NodeDecoder:
     bytes discarded there, `implausible` nodes whose angle fits neither neighbour.
     """
 
+    NODE_BYTES = float(NODE_SIZE)
+
     def __init__(self) -> None:
         self.fed = 0
         self.resyncs = 0
@@ -58,6 +64,10 @@ class NodeDecoder:
         self.implausible = 0
         self._pending = b""
         self._searching = True  # the first node is found like any later one
+
+    def wants(self, turn_deg: float) -> int:
+        """Bytes until the nodes up to `turn_deg` behind the newest are there, if none is lost."""
+        return NODE_SIZE * math.ceil(turn_deg / _STEP_DEG) - len(self._pending)
 
     def feed(self, data: bytes) -> Nodes:
         """Decode `data` behind what was left over; up to 24 nodes wait for proof of alignment."""
@@ -114,7 +124,7 @@ class NodeDecoder:
 
 def our_angle(raw_deg: FloatArray) -> FloatArray:
     """The lidar's clockwise 0..360 as our counter-clockwise -180 <= angle < 180."""
-    return (180.0 - raw_deg) % 360.0 - 180.0
+    return in_turn(180.0 - raw_deg, 360.0) - 180.0
 
 
 def _rows(buf: bytes, at: int) -> NDArray[np.uint8]:
@@ -130,7 +140,7 @@ def _raw_deg(rows: NDArray[np.uint8]) -> FloatArray:
 
 def wrapped_steps(angles_deg: FloatArray) -> FloatArray:
     """From each angle to the next, -180 <= step < 180 degrees; one shorter than `angles_deg`."""
-    return (np.diff(angles_deg) + 180.0) % 360.0 - 180.0
+    return in_turn(angles_deg[1:] - angles_deg[:-1] + 180.0, 360.0) - 180.0
 
 
 def _valid(rows: NDArray[np.uint8]) -> NDArray[np.bool_]:

@@ -18,9 +18,9 @@ from gazechair.sensing.lidar.stream import ByteStream, NodeStream, Tap
 from gazelink import codes
 
 _READ_S = 0.05
-# Pauses after each quarter turn, of some 25 ms, then the last one again and again: few large pieces
-# are cheap to decode, and its end is not slept over.
-_GATHER_S = (0.020, 0.002)
+# It waits for the end of the quarter turn, of some 25 ms: one large piece is cheap to decode.
+_GATHER_S = 0.030
+_LOOK_S = 0.001  # behind its last byte: bytes come in chunks
 _SILENT_S = 0.25  # without measurements: no scan counts any more
 _GIVE_UP_S = 0.5  # and then the device is reopened
 _FIRST_S = 5.0  # until the first measurements; the motor runs up meanwhile
@@ -119,22 +119,17 @@ class Reader:
         stream = ByteStream(self.config.mode, self.source, self._tap)
         self.stream = stream
         patience_s = time.monotonic() + _FIRST_S
-        piece = 0
         while not self._stopping.is_set():
-            data = device.read(_READ_S)
+            data, came_s = _gathered(device, stream)
             self.alive_s = now_s = time.monotonic()
             if stale_backlog(data):
                 # Bytes of unknown age: start afresh, from what is measured now.
                 stream = ByteStream(self.config.mode, self.source, self._tap)
                 self.stream = stream
                 continue
-            if stream.feed(data, now_s):
-                piece = 0
+            if stream.feed(data, came_s):
                 self._take(stream.scan())
             self._judge(stream, port, now_s, patience_s)
-            if data:
-                time.sleep(_GATHER_S[min(piece, len(_GATHER_S) - 1)])
-                piece += 1
 
     def _replay(self) -> None:
         """Play the file at its own speed, in a loop."""
@@ -181,3 +176,18 @@ class Reader:
                 raise LidarError(text, SILENT)
             if self.scan is not None:
                 self._say(states.LOST, SILENT, text)
+
+
+def _gathered(device: S2, stream: ByteStream) -> tuple[bytes, float]:
+    """What comes until the quarter turn should be complete, and when the last of it came."""
+    data = device.read(_READ_S)
+    came_s = time.monotonic()
+    end_s = came_s + _GATHER_S
+    while data and came_s < end_s and (missing := stream.wants - len(data)) > 0:
+        time.sleep(_LOOK_S + min(missing * stream.byte_s, end_s - came_s))
+        more = device.read(max(0.0, end_s - time.monotonic()))
+        if not more:
+            break
+        data += more
+        came_s = time.monotonic()
+    return data, came_s

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 # Keys of the string tables.
@@ -63,7 +63,7 @@ class Report:
 
     def pack(self) -> bytes:
         """As one record."""
-        return json.dumps(asdict(self)).encode()
+        return json.dumps({**vars(self), "lidars": [vars(one) for one in self.lidars]}).encode()
 
     @classmethod
     def unpack(cls, payload: bytes) -> Report:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gazechair.base.angles import in_turn
 from gazechair.sensing.lidar.blind import BINS, BLIND, MASKED, NEAREST_M, SEEN, Blindness
 from gazechair.sensing.lidar.nodes import FloatArray
 
@@ -52,7 +54,7 @@ class Pose:
     def directions_deg(self, angles_deg: FloatArray) -> FloatArray:
         """The lidar's angles as directions in the chair's frame, -180 <= direction < 180."""
         turned = -angles_deg if self.upside_down else angles_deg
-        return (turned + self.heading_deg + 180.0) % 360.0 - 180.0
+        return in_turn(turned + self.heading_deg + 180.0, 360.0) - 180.0
 
 
 @dataclass(frozen=True)
@@ -83,14 +85,13 @@ def to_chair(
     """
     directions_deg = pose.directions_deg(scan.angles_deg)
     bins = np.minimum((directions_deg + 180.0).astype(np.int64), BINS - 1)
-    masked_bins = _masked_bins(pose, mask)
-    masked = in_arcs(scan.angles_deg, mask)
-    states = (blindness or Blindness()).judge(
-        bins[~masked], scan.distances_m[~masked], masked_bins, scan.acquired_s
-    )
-    kept = ~masked & (scan.distances_m >= NEAREST_M)
-    radians = np.radians(directions_deg[kept])
-    distances_m = scan.distances_m[kept]
+    masked_bins = _masked_bins(pose, tuple((first, last) for first, last in mask))
+    open_ = np.flatnonzero(~in_arcs(scan.angles_deg, mask))
+    bins, distances_m = bins.take(open_), scan.distances_m.take(open_)
+    states = (blindness or Blindness()).judge(bins, distances_m, masked_bins, scan.acquired_s)
+    returned = np.flatnonzero(distances_m >= NEAREST_M)
+    radians = np.radians(directions_deg.take(open_.take(returned)))
+    distances_m = distances_m.take(returned)
     points = np.empty((len(radians), 2))
     points[:, 0] = pose.x_m + distances_m * np.cos(radians)
     points[:, 1] = pose.y_m + distances_m * np.sin(radians)
@@ -101,11 +102,12 @@ def in_arcs(angles_deg: FloatArray, arcs: Sequence[Arc]) -> NDArray[np.bool_]:
     """True where an angle is in one of `arcs`, ends included."""
     inside = np.zeros(len(angles_deg), dtype=np.bool_)
     for from_deg, to_deg in arcs:
-        inside |= (angles_deg - from_deg) % 360.0 <= (to_deg - from_deg) % 360.0
+        inside |= in_turn(angles_deg - from_deg, 360.0) <= (to_deg - from_deg) % 360.0
     return inside
 
 
-def _masked_bins(pose: Pose, mask: Sequence[Arc]) -> NDArray[np.bool_]:
+@lru_cache(maxsize=16)
+def _masked_bins(pose: Pose, mask: tuple[Arc, ...]) -> NDArray[np.bool_]:
     # A bin is masked when any part of it is: what is left of it is too little to judge by.
     masked = np.zeros(BINS, dtype=np.bool_)
     for from_deg, to_deg in mask:
@@ -114,4 +116,5 @@ def _masked_bins(pose: Pose, mask: Sequence[Arc]) -> NDArray[np.bool_]:
         first = math.floor(float(ends[1 if pose.upside_down else 0]) + 180.0)
         offset = float(ends[1 if pose.upside_down else 0]) + 180.0 - first
         masked[(first + np.arange(math.ceil(width_deg + offset))) % BINS] = True
+    masked.flags.writeable = False
     return masked

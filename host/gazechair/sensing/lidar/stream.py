@@ -81,6 +81,16 @@ class ByteStream(NodeStream):
         """True when it repeats itself."""
         return self._freeze.frozen
 
+    @property
+    def wants(self) -> int:
+        """With how many bytes more the quarter turn is complete, if none is lost."""
+        return self._decoder.wants(self._sweep.left_deg)
+
+    @property
+    def byte_s(self) -> float:
+        """From one byte to the next."""
+        return self._period_s / self._decoder.NODE_BYTES
+
     def feed(self, data: bytes, received_s: float) -> bool:
         """Take bytes; True when another quarter turn is complete."""
         nodes = self._decoder.feed(data)

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from gazechair.base.angles import in_turn
 from gazechair.sensing.lidar.nodes import FloatArray, Nodes, wrapped_steps
 from gazechair.sensing.lidar.scan import BINS, Scan
 from gazelink import codes
@@ -78,6 +79,11 @@ class Sweep:
         """Counts the quarter turns of the mirror that are complete, but for a degree or two."""
         return self.turns * 4 + self._turns[0].quarter
 
+    @property
+    def left_deg(self) -> float:
+        """From the newest node to the end of its quarter turn."""
+        return self._turns[0].left_deg
+
     def scan(self) -> Scan | None:
         """The newest scan, None before the first node and right at the start of a turn."""
         kept = [turn.joined() for turn in self._turns]
@@ -93,9 +99,10 @@ class Sweep:
         def view(back: int) -> _Nodes:
             # The whole turn that ended where the newest node is, `back` turns ago.
             newer, older = kept[back], kept[back + 1]
-            passed = -newer[0] % 360.0 <= reached_deg
-            ahead = -older[0] % 360.0 > reached_deg
-            return _join(_pick(newer, passed) if back else newer, _pick(older, ahead))
+            ahead = in_turn(-older[0], 360.0) > reached_deg
+            if back:
+                newer = _pick(newer, in_turn(-newer[0], 360.0) <= reached_deg)
+            return _join(newer, _pick(older, ahead))
 
         whole = view(0)
         missing = np.bincount(_bins(whole), minlength=BINS) == 0
@@ -109,6 +116,7 @@ class _Turn:
         self._pieces: list[_Nodes] = []
         self._count = 0
         self.quarter = 0
+        self.left_deg = 90.0
 
     def add(self, piece: _Nodes, most: int) -> None:
         self._pieces.append(piece)
@@ -116,7 +124,8 @@ class _Turn:
         if self._count > most:
             self._pieces = [piece]
             self._count = len(piece[0])
-        self.quarter = int((-piece[0][-1] % 360.0 + _ALL_BUT_DEG) // 90.0)
+        quarter, turned_deg = divmod(float(-piece[0][-1] % 360.0 + _ALL_BUT_DEG), 90.0)
+        self.quarter, self.left_deg = int(quarter), 90.0 - turned_deg
 
     def joined(self) -> _Nodes:
         if not self._pieces:

@@ -1,0 +1,174 @@
+"""What the clearance computes with shortcuts, against the plain formulas: equal to the last bit."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from gazechair.base.footprint import FloatArray, Footprint, Margins, distance_m, inside
+from gazechair.sensing.clearance import surface
+from gazechair.sensing.clearance.arcs import arc_reach
+from gazechair.sensing.clearance.movers import Movers
+from gazechair.sensing.clearance.sweeps import BEND_PER_M, RANGE_M, Sweeps
+from gazechair.sensing.lidar.scan import Pose, Scan, to_chair
+from gazelink import codes
+
+TURN = 2.0 * math.pi
+CHAIRS = (
+    Footprint(),
+    Footprint([(0.7, 0.2), (0.2, 0.4), (-0.5, 0.35), (-0.5, -0.35), (0.2, -0.4), (0.7, -0.2)]),
+    Footprint([(0.7, 0.3), (-0.5, 0.3), (-0.5, -0.3), (0.7, -0.3), (0.3, 0.0)]),
+)
+
+
+def points_around(seed: int) -> FloatArray:
+    """Some within the chair, some close to it, some far away, some upon its very outline."""
+    random = np.random.default_rng(seed)
+    scale = random.choice((0.5, 1.0, 3.0, 8.0), (400, 1))
+    points = random.uniform(-1.0, 1.0, (400, 2)) * scale
+    points[:4] = CHAIRS[0].body
+    points[4:8] = (*CHAIRS[0].body, 0.02, 0.005)
+    points[8:12] = ((0.0, 0.0), (-0.7, 0.0), (-0.7, -0.0), (1.0, 0.0))
+    return points
+
+
+def crossings(points: FloatArray, polygon: FloatArray) -> FloatArray:
+    """(2 S, N): where each point's circle crosses each side; NaN where it does not."""
+    ax, ay = polygon[:, :1], polygon[:, 1:]
+    ex, ey = np.roll(ax, -1, axis=0) - ax, np.roll(ay, -1, axis=0) - ay
+    squared = points[:, 0] ** 2 + points[:, 1] ** 2
+    a, b = ex**2 + ey**2, ax * ex + ay * ey
+    root = b**2 - a * (ax**2 + ay**2 - squared)
+    with np.errstate(invalid="ignore"):
+        spread = np.sqrt(root)
+    found = []
+    for share in ((-b - spread) / a, (-b + spread) / a):
+        on_side = (share >= -1e-9) & (share <= 1.0 + 1e-9)
+        found.append(np.where(on_side, np.arctan2(ay + share * ey, ax + share * ex), np.nan))
+    return np.concatenate(found)
+
+
+def least(turns: FloatArray) -> FloatArray:
+    """Into one turn, and the least for each point; inf = none."""
+    return np.where(np.isnan(turns), np.inf, turns % TURN).min(axis=0)
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("chair", CHAIRS)
+def test_turns_are_those_of_all_circles_and_sides(chair: Footprint, seed: int) -> None:
+    points = points_around(seed)
+    found = Sweeps(chair).contacts(points)
+    own = np.arctan2(points[:, 1], points[:, 0])
+    cut = np.concatenate([crossings(points, part) for part in chair.parts])
+    left, right = np.degrees(least(own - cut)), np.degrees(least(cut - own))
+    out = ~chair.contains(points) & (np.hypot(*points.T) <= chair.reach_m)
+    assert out.sum() > 30
+    assert found[out, codes.DIR_LEFT].tobytes() == left[out].tobytes()
+    assert found[out, codes.DIR_RIGHT].tobytes() == right[out].tobytes()
+    beyond = np.hypot(*points.T) > chair.reach_m
+    assert np.isinf(found[beyond][:, codes.DIR_LEFT :]).all()
+
+
+@pytest.mark.parametrize("chair", CHAIRS)
+def test_what_one_point_gets_does_not_depend_on_the_others(chair: Footprint) -> None:
+    points, sweeps = points_around(20), Sweeps(chair)
+    alone = np.concatenate([sweeps.contacts(one[None]) for one in points])
+    assert sweeps.contacts(points).tobytes() == alone.tobytes()
+    alone_bent = np.concatenate([sweeps.bent(one[None], 2.0) for one in points])
+    assert sweeps.bent(points, 2.0).tobytes() == alone_bent.tobytes()
+    beside = np.concatenate([sweeps.alongside(one[None]) for one in points])
+    assert sweeps.alongside(points).tolist() == beside.tolist()
+
+
+@pytest.mark.parametrize("range_m", [0.9, 3.0, math.inf])
+@pytest.mark.parametrize("chair", CHAIRS)
+def test_a_bend_is_a_circle_about_its_middle_to_either_side(
+    chair: Footprint, range_m: float
+) -> None:
+    points, range_m = points_around(3), min(range_m, RANGE_M)
+    points = points[points[:, 0] <= np.concatenate(chair.parts)[:, 0].max()]
+    gap_m = np.maximum(distance_m(chair.body, points) - 0.001, 0.0)
+    aside = np.sign(points[:, 1]) * np.minimum(gap_m, 0.01)
+    nearest = np.column_stack((points[:, 0], points[:, 1] - aside))
+    plain = np.full(len(points), np.inf)
+    for side in (1.0, -1.0):
+        middle = np.array((0.0, side / BEND_PER_M))
+        own = np.arctan2(*(nearest - middle).T[::-1])
+        turns = least(side * (crossings(nearest - middle, chair.body - middle) - own))
+        plain = np.minimum(plain, turns / BEND_PER_M)
+    plain[(plain > range_m) | inside(chair.body, points)] = np.inf
+    found = Sweeps(chair).bent(points, range_m)
+    hit = np.isfinite(found)
+    assert hit.sum() > 10
+    assert np.allclose(found[hit], plain[hit], rtol=1e-12)
+    # It may leave out what only a wider swing than any bend's reaches.
+    assert (np.abs(points[~hit & np.isfinite(plain), 1]) > chair.half_width_m).all()
+
+
+@pytest.mark.parametrize("noise_m", [0.0, 0.006, 0.02])
+@pytest.mark.parametrize("seed", range(4))
+def test_smoothing_is_the_mean_of_what_is_near(seed: int, noise_m: float) -> None:
+    random = np.random.default_rng(seed)
+    bearings = np.sort(random.uniform(-math.pi, math.pi, 700))
+    ranges = 1.5 + 0.8 * np.sin(3.0 * bearings) + noise_m * random.standard_normal(700)
+    ranges[random.integers(0, 700, 20)] -= 0.4
+    points = (*np.column_stack((ranges * np.cos(bearings), ranges * np.sin(bearings))), 0.4, 0.1)
+    seen = surface.surfaces(points, (0.4, 0.1))
+    offset = points - (0.4, 0.1)
+    bearings, ranges = np.arctan2(offset[:, 1], offset[:, 0]), np.hypot(*offset.T)
+    gate_m = min(max(5.0 * surface.noise_m(ranges), 0.03), 0.15)
+    near = np.flatnonzero(ranges < 2.0)
+    expected = ranges.copy()
+    for at, beam in enumerate(near):
+        around = near[max(0, at - 12) : at + 13]
+        around = around[np.abs(bearings[around] - bearings[beam]) < 0.03]
+        centre = ranges[beam]
+        for _ in range(2):
+            total, count = 0.0, 0
+            for value in ranges[around].tolist():
+                if abs(value - centre) < gate_m:
+                    total, count = total + value, count + 1
+            centre = total / count if count else centre
+        expected[beam] = centre
+    assert seen.ranges_m.tobytes() == expected.tobytes()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_least_of_the_arcs_is_that_of_every_point(seed: int) -> None:
+    chair = Footprint(margins=Margins(0.05, 0.02, 0.05))
+    points = points_around(seed)
+    points = np.repeat(points[inside(chair.body, points) == bool(seed % 2)], 2, axis=0)
+    contacts, reach = Sweeps(chair).contacts(points), arc_reach(chair)
+    doubted = np.arange(3, len(points), 7)
+    every = reach.ways(points, contacts)
+    assert reach.least(points, contacts).tolist() == every.min(axis=0).tolist()
+    sure = np.delete(every, doubted, axis=0)
+    assert reach.least(points, contacts, doubted).tolist() == sure.min(axis=0).tolist()
+
+
+@pytest.mark.parametrize("pose", [Pose(0.5, 0.1, 170.0), Pose(-0.4, 0.2, -180.0, True)])
+def test_a_view_is_the_plain_formula(pose: Pose) -> None:
+    random = np.random.default_rng(5)
+    angles = np.concatenate((random.uniform(-180.0, 180.0, 900), [-180.0, -0.0, 0.0, 122.0]))
+    ranges = random.choice((0.0, 0.04, 1.0, 5.0), len(angles)) * random.uniform(1.0, 1.2)
+    mask = ((122.0, -122.0), (10.0, 12.5))
+    view = to_chair(Scan(angles, ranges, 1.0, codes.SIMULATED), pose, mask)
+    kept = ranges >= 0.05
+    for start, end in mask:
+        kept &= (angles - start) % 360.0 > (end - start) % 360.0
+    turned = -angles[kept] if pose.upside_down else angles[kept]
+    radians = np.radians((turned + pose.heading_deg + 180.0) % 360.0 - 180.0)
+    x, y = ranges[kept] * np.cos(radians), ranges[kept] * np.sin(radians)
+    assert view.points_m.tobytes() == np.column_stack((pose.x_m + x, pose.y_m + y)).tobytes()
+
+
+def test_a_movers_bins_are_those_of_the_remainder() -> None:
+    points = points_around(7)
+    found = Movers((0.1, -0.2))._ranges(points[:, 0], points[:, 1])
+    offset = points - (0.1, -0.2)
+    degrees = np.degrees(np.arctan2(offset[:, 1], offset[:, 0]) % TURN).astype(int)
+    for degree in range(360):
+        there = np.hypot(*offset.T)[degrees == degree]
+        assert found[degree] == there.min(initial=np.inf)
