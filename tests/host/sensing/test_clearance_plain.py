@@ -29,7 +29,7 @@ def points_around(seed: int) -> FloatArray:
     scale = random.choice((0.5, 1.0, 3.0, 8.0), (400, 1))
     points = random.uniform(-1.0, 1.0, (400, 2)) * scale
     points[:4] = CHAIRS[0].body
-    points[4:8] = (*CHAIRS[0].body, 0.02, 0.005)
+    points[4:8] = CHAIRS[0].body + np.array((0.02, 0.005))
     points[8:12] = ((0.0, 0.0), (-0.7, 0.0), (-0.7, -0.0), (1.0, 0.0))
     return points
 
@@ -114,7 +114,8 @@ def test_smoothing_is_the_mean_of_what_is_near(seed: int, noise_m: float) -> Non
     bearings = np.sort(random.uniform(-math.pi, math.pi, 700))
     ranges = 1.5 + 0.8 * np.sin(3.0 * bearings) + noise_m * random.standard_normal(700)
     ranges[random.integers(0, 700, 20)] -= 0.4
-    points = (*np.column_stack((ranges * np.cos(bearings), ranges * np.sin(bearings))), 0.4, 0.1)
+    points = np.column_stack((ranges * np.cos(bearings), ranges * np.sin(bearings)))
+    points += np.array((0.4, 0.1))
     seen = surface.surfaces(points, (0.4, 0.1))
     offset = points - (0.4, 0.1)
     bearings, ranges = np.arctan2(offset[:, 1], offset[:, 0]), np.hypot(*offset.T)

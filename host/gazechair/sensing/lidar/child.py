@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
+from io import FileIO, RawIOBase
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -151,7 +152,7 @@ def _arcs(flags: np.ndarray[Any, np.dtype[np.bool_]]) -> tuple[tuple[int, int], 
     )
 
 
-def hear(lines: BinaryIO, evaluator: Evaluator) -> None:
+def hear(lines: BinaryIO | RawIOBase, evaluator: Evaluator) -> None:
     """How the board stops, as sent by the parent, until the parent ends."""
     while line := lines.readline(_LINE):
         evaluator.zone = understood(line)
@@ -168,9 +169,9 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
     footprint = footprint_of(FootprintConfig(**{**fields, "corners_m": corners_m}))
     evaluator = Evaluator(footprint, [(config.x_m, config.y_m) for config in configs])
     pipeline = Pipeline(configs, evaluator, argument["inbox_fds"])
-    ear = threading.Thread(
-        target=hear, args=(sys.stdin.buffer, evaluator), name="zone", daemon=True
-    )
+    # Not stdin's own buffer: whoever waits in that when the process ends makes it crash.
+    words = FileIO(sys.stdin.fileno(), closefd=False)
+    ear = threading.Thread(target=hear, args=(words, evaluator), name="zone", daemon=True)
     ear.start()
     pipeline.start()
     due_s = 0.0
