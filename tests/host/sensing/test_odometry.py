@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -55,3 +55,14 @@ def test_a_drive_through_a_home_is_followed(lidars: tuple[Mounted, ...]) -> None
         a.yaw_rate_deg_s - b.yaw_rate_deg_s for a, b in zip(driven.said, driven.true, strict=True)
     ]
     assert np.percentile(np.abs(yaw), 95) < 5.0
+
+
+def test_headings_that_came_together_say_no_turn() -> None:
+    odometry, rates = Odometry(), []
+    for event in Drive(home_plans.home(4), 4, (FRONT,), per_turn=200).events(2.0):
+        if isinstance(event, Motion):
+            odometry.motion(replace(event, time_s=math.floor(5.0 * event.time_s) / 5.0))
+        elif (found := odometry.piece(event)) is not None:
+            rates.append(found.yaw_rate_deg_s)
+    assert len(rates) > 10
+    assert rates == [0.0] * len(rates)

@@ -41,6 +41,7 @@ _FULL_M_S, _FULL_SIGMA_M_S = 0.5, 0.25
 _SIDEWAYS_M_S, _SIDEWAYS_S = 0.05, 0.3  # what a chair slips sideways, and for how long
 _KEPT_S = 3.0  # of motion
 _SLOPE_S = 0.08
+_LEAST_SPREAD_S2 = 1e-5  # two headings 5 ms apart
 _OLD_S = 0.3  # a heading
 _SILENT_S = 0.2  # a lidar
 _STARTS_S = 0.6  # until then the chair is not stuck
@@ -302,7 +303,10 @@ class Odometry:
         if np.count_nonzero(near) < 3:
             return 0.0
         apart, turned = times[near] - times[near].mean(), headings[near]
-        return math.degrees(float((apart * turned).sum() / (apart**2).sum()))
+        spread = float((apart**2).sum())
+        if spread < _LEAST_SPREAD_S2:  # they came together, as after a stall
+            return 0.0
+        return math.degrees(float((apart * turned).sum()) / spread)
 
     def _remember(self, points: FloatArray, normals: FloatArray, at_s: float, found: Fit) -> None:
         x, y = float(self._state[X]), float(self._state[Y])
