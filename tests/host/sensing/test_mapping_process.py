@@ -88,7 +88,7 @@ def test_the_chair_is_found_in_its_map_and_in_no_other(found: Chair) -> None:
 
 def test_drawn_on_made_anew_and_deleted_while_it_is_in_use(found: Chair) -> None:
     """Only the last of these makes the chair forget where it is."""
-    while found.told.newest["fix"] is None:
+    while found.told.newest.get("fix") is None:
         assert found.now_s < START_S + 2.0 * FOUND_S
         found.go(1.0)
     MapStore(found.folder).draw("a", "home", {"x": 0.0, "y": 0.0, "heading": 0.0})
