@@ -83,14 +83,7 @@ def drives(rig: Rig, owner: int) -> bool:
     return not trial.neutral()
 
 
-# tools/prove runs all of them, and records it.
-CASES = [
-    pytest.param(before, marks=[pytest.mark.recorded] if before in ("arming", "armed") else [])
-    for before in BEFORE
-]
-
-
-@pytest.mark.parametrize("before", CASES)
+@pytest.mark.parametrize("before", BEFORE)
 def test_orders_in_one_slice_do_as_each_alone_promises(before: str) -> None:
     for orders in SEQUENCES:
         rig = copy.deepcopy(prepared(before))
