@@ -1,41 +1,23 @@
 // The words of the first drive: its own texts and facts, else the page's.
 
+import { PartWords } from "./part_words.js";
 import { tableOf } from "./table.js";
 
 /** The words in this language, Dutch when there are none. Throws without answer. */
 export async function firstWords(strings) {
-  return new FirstWords(await tableOf(strings.language, "first"), strings);
+  const table = await tableOf(strings.language, "first");
+  return new FirstWords(table, strings, table.labels.first_unknown);
 }
 
 /** Texts of steps; facts are rows of GET /first-drive. */
-class FirstWords {
-  #table;
-  #strings;
-
-  constructor(table, strings) {
-    this.#table = table;
-    this.#strings = strings;
-  }
-
-  /** A word, with what is in {braces} filled in. */
-  label(key, fields = {}) {
-    const text = this.#table.labels[key] ?? this.#strings.label(key) ?? key;
-    return text.replace(/{(\w+)}/g, (_, name) => fields[name] ?? this.#table.labels.first_unknown);
-  }
-
-  /** One line: what a reason says, and what to do. */
-  reason(key) {
-    const { text, do: advice } = this.#table.messages[key] ?? this.#strings.message(key);
-    return `${text} ${advice}`.trim();
-  }
-
+class FirstWords extends PartWords {
   /** Why a step failed: in this language, else as the host said it, in English. */
   told({ told, fields, detail }) {
-    const text = this.#table.told?.[told];
+    const text = this.table.told?.[told];
     if (!text) return detail;
     const word = (name, value) => {
       if (name === "reason") return this.reason(value);
-      return typeof value === "number" ? value.toLocaleString(this.#strings.language) : value;
+      return typeof value === "number" ? value.toLocaleString(this.strings.language) : value;
     };
     return text.replace(/{(\w+)}/g, (_, name) => word(name, fields[name]));
   }
@@ -44,7 +26,7 @@ class FirstWords {
   fact(row) {
     const say = (key, fields) => this.label(`first_fact_${key}`, fields);
     const cm = (mm) => (mm === null ? null : Math.round(mm / 10));
-    const number = (value) => this.#strings.number(Math.abs(value), 1);
+    const number = (value) => this.strings.number(Math.abs(value), 1);
     switch (row.step) {
       case "mask": {
         const arcs = row.arcs.flat().map(([from, to]) => `${from}..${to}°`);

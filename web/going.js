@@ -40,18 +40,21 @@ class GoingWords {
 
   /** {text, do}: what it does, or why it does not, and what to do. */
   says({ kind, state, reason, name }) {
-    const key = reason || `going_${state}`;
-    const known = this.#table.messages[`${key}_${kind}`] ?? this.#table.messages[key];
-    const { text, do: advice } = known ?? this.#strings.message(reason);
+    const { text, do: advice } = this.#message(kind, reason, `going_${state}`);
     const cut = [...String(name)].slice(0, NAME).join("");
     return { text: text.replace("{name}", ISOLATE + cut + END_ISOLATE), do: advice };
   }
 
   /** {text, do} of a spot that is to be chosen for a tile, or was. */
   spot({ kind, state, reason }) {
-    const key = reason || `spot_${state}`;
-    const known = this.#table.messages[`${key}_${kind}`] ?? this.#table.messages[key];
-    return known ?? this.#strings.message(reason);
+    return this.#message(kind, reason, `spot_${state}`);
+  }
+
+  /** What the reason says, else what the state is: of that kind, else of all. */
+  #message(kind, reason, state) {
+    const { messages } = this.#table;
+    const key = reason || state;
+    return messages[`${key}_${kind}`] ?? messages[key] ?? this.#strings.message(reason);
   }
 
   /** The page's sentence `told`; where that is that all is well, how the motion goes. */

@@ -17,8 +17,10 @@ import numpy as np
 
 from e2e.host import MASKS
 from e2e.lockstep import Lockstep
+from gazechair.base import health as states
 from gazechair.base.footprint import Footprint
 from gazechair.base.health import Health
+from gazechair.base.supervisor import Status
 from gazechair.config.configuration import FootprintConfig, LidarConfig
 from gazechair.picture.newest import Shot
 from gazechair.producers.contract import Setup
@@ -145,6 +147,14 @@ class GoingChair(Lockstep):
         self._runner = Runner(kind, self._lidars, self._pipe, Inline(), self._picture)
         self.alive, self.stopped = True, False
         self._told: bytes | None = None
+
+    def child_fails(self, how: str = "killed") -> None:
+        """Its process is killed, or hangs."""
+        if how == "hung":
+            self.stopped = True
+            return
+        self.alive = False
+        self.service._on_status(Status(states.LOST, "plugin_lost", "", "ended"))
 
     def _daemon(self) -> None:
         """Threads and processes round the control: one millisecond."""

@@ -10,7 +10,6 @@ import pytest
 from e2e.going_chair import GoingChair
 from e2e.page import Page
 from gazeboard.core import limits
-from gazechair.base.supervisor import Status
 from gazechair.sensing.mapping.places import Drawn
 from promises import END_TO_END, measured
 
@@ -82,10 +81,9 @@ def ends(
 
 def test_its_process_fails_its_pose_is_lost_and_nobody_looks(chair: GoingChair) -> None:
     go(chair)
-    chair.stopped = True
+    chair.child_fails("hung")
     ends(chair, "P17", "the producer is stopped (SIGSTOP)", limits.AUTO_TTL_MS, "going_failed")
-    chair.alive = False
-    chair.service._on_status(Status("lost", "plugin_lost", "", "ended"))
+    chair.child_fails()
     ms = chair.until(chair.neutral, PAGE_MS)
     measured(END_TO_END, "P17", "the producer is killed", ms, limits.AUTO_TTL_MS)
     assert chair.tiles == {}  # shown with the reason, not to be pressed

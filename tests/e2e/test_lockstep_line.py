@@ -12,7 +12,6 @@ import pytest
 from e2e.page import Page
 from e2e.picture_chair import PictureChair
 from gazeboard.core import limits
-from gazechair.base.supervisor import Status
 from gazechair.following.line import LOST_S
 from gazechair.producers.places import Target
 from gazechair.producers.spots import spots
@@ -135,11 +134,7 @@ def test_a_tape_that_is_gone_is_neutral_in_time(chair: OnTape) -> None:
 def test_p17_its_process_ends_or_hangs(chair: OnTape, how: str) -> None:
     chair.drives()
     chair.until(lambda: chair.now_ms % STEP_MS == 1, STEP_MS)
-    if how == "killed":
-        chair.alive = False
-        chair.service._on_status(Status("lost", "plugin_lost", "", "ended"))
-    else:
-        chair.stopped = True
+    chair.child_fails(how)
     ms = chair.until(chair.neutral, limits.AUTO_TTL_MS + PATH_MS)
     measured(END_TO_END, "P17", f"on a line the producer is {how}", ms, limits.AUTO_TTL_MS)
     chair.stays_still(300)

@@ -10,7 +10,6 @@ import pytest
 
 from e2e.picture_chair import CAMERA, PictureChair
 from gazeboard.core import limits
-from gazechair.base.supervisor import Status
 from gazechair.picture.floor_calibration import Calibration
 from gazechair.producers.places import Target
 from gazechair.producers.spots import spots
@@ -120,11 +119,7 @@ def test_p17_its_process_ends_or_hangs(chair: OnFloor, how: str) -> None:
     chair.goes()
     chair.run(400)
     chair.until(lambda: chair.now_ms % STEP_MS == 1 and not chair.neutral(), 2000)
-    if how == "killed":
-        chair.alive = False
-        chair.service._on_status(Status("lost", "plugin_lost", "", "ended"))
-    else:
-        chair.stopped = True
+    chair.child_fails(how)
     ms = chair.until(chair.neutral, limits.AUTO_TTL_MS + PATH_MS)
     measured(END_TO_END, "P17", f"to a spot the producer is {how}", ms, limits.AUTO_TTL_MS)
     chair.run(300)

@@ -11,8 +11,6 @@ import pytest
 
 from e2e.going_chair import GoingChair
 from gazeboard.core import limits
-from gazechair.base import health as states
-from gazechair.base.supervisor import Status
 from gazechair.producers.people import people
 from gazechair.producers.places import Target
 from gazechair.sensing.mapping.places import Drawn
@@ -128,8 +126,7 @@ def test_the_lidar_is_lost(chair: Following) -> None:
 def test_p17_its_process_is_killed(chair: Following) -> None:
     chair.follows()
     chair.until(lambda: chair.now_ms % STEP_MS == 1, STEP_MS)
-    chair.alive = False
-    chair.service._on_status(Status(states.LOST, "plugin_lost", ""))
+    chair.child_fails()
     chair.until(chair.neutral, limits.AUTO_TTL_MS + PATH_MS)
     chair.stays_still(1000)
     assert (chair.news["state"], chair.news["reason"]) == ("ended", "going_failed")
