@@ -23,7 +23,8 @@ The chair then brakes by itself, which takes additional time; the end-to-end tes
 it stands. "Board" is the whole firmware with a scripted host and sensor; "End to end" is the page,
 the host, the cable, the same firmware, the simulated chair, room, lidar and heading sensor. Both
 run in virtual time: the figures are milliseconds of the board's own ticks, the worst of all tests,
-the same on every machine. "kept" marks a promise without a time limit."""
+the same on every machine, but for up to 60 ms where a part beside the board speaks every 50 ms.
+"kept" marks a promise without a time limit."""
 
 FAULTS = """\
 Every fault sets its bit; the board keeps the first one as the explanation. A *latched* fault stays
