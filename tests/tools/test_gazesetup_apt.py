@@ -123,3 +123,33 @@ def test_without_root_the_command_to_type_is_said(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(os, "geteuid", lambda: 1000)
     with pytest.raises(NotAvailable, match=r"Chromium is missing.*apt install chromium"):
         apt.install("chromium", what="Chromium")
+
+
+@pytest.mark.parametrize("failures", range(len(apt.RETRY_AFTER_S) + 2))
+def test_a_mirror_that_is_being_synchronised_is_asked_again(tmp_path, monkeypatch, failures):
+    """Lists and checksums of two days: apt-get fails for some minutes, then not."""
+    asked, slept = [], []
+
+    def run(command, **_) -> str:
+        asked.append(command)
+        if "update" in command and len(asked) <= failures:
+            raise NotAvailable("File has unexpected size")
+        return ""
+
+    monkeypatch.setattr(apt, "run_quietly", run)
+    monkeypatch.setattr(apt.time, "sleep", slept.append)
+    monkeypatch.setattr(apt.shutil, "which", lambda tool: f"/usr/bin/{tool}")
+    archive = apt.Source("http://one.example/debian", ("bookworm",), ("main",))
+
+    def unpack() -> None:
+        apt.unpack(archive, "trixie", "i386", ["micropython"], tmp_path)
+
+    if failures > len(apt.RETRY_AFTER_S):
+        with pytest.raises(NotAvailable, match="unexpected size"):
+            unpack()
+        assert not any("download" in command for command in asked)
+    else:
+        unpack()
+        assert "download" in asked[-1]
+    assert tuple(slept) == apt.RETRY_AFTER_S[:failures]
+    assert len({command[-1] for command in asked[:2]}) == 2  # other files, the second time

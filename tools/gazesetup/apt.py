@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from gazesetup.progress import NotAvailable, run_quietly, say
+from gazesetup.progress import NotAvailable, note, run_quietly, say
 
 SOURCES = Path("/etc/apt")
 LISTS = Path("/var/lib/apt/lists")
@@ -20,6 +20,8 @@ KEYRINGS = (
     Path("/usr/share/keyrings/debian-archive-keyring.pgp"),
 )
 LISTS_OLD_S = 24 * 3600
+# A mirror that is being synchronised hands out lists and checksums of two days for some minutes.
+RETRY_AFTER_S = (5, 15, 30, 60, 120)
 ONE_LINE = re.compile(
     r"\s*deb\s+(\[(?P<options>[^]]*)\]\s+)?(?P<uri>\S+)\s+(?P<suite>\S+)(?P<components>.*)"
 )
@@ -166,10 +168,27 @@ def unpack(archive: Source, suite: str, arch: str, packages: Sequence[str], targ
         apt_get: list[str | Path] = ["apt-get"]
         for name, value in options.items():
             apt_get += ["-o", f"{name}={value}"]
-        run_quietly([*apt_get, "update"], cwd=work)
-        run_quietly([*apt_get, "download", *packages], cwd=work)
+        _again_while_failing([*apt_get, "update"], cwd=work)
+        _again_while_failing([*apt_get, "download", *packages], cwd=work)
         for file in sorted(work.glob("*.deb")):
             run_quietly(["dpkg", "-x", file, target])
+
+
+def _again_while_failing(command: Sequence[str | Path], cwd: Path) -> None:
+    """Run it, and once more after each pause while it fails. Raises the last try's NotAvailable.
+
+    Every other try asks for lists of another compression: other files, from other caches.
+    """
+    for tries, pause_s in enumerate((*RETRY_AFTER_S, None)):
+        order = ("xz", "gz")[tries % 2]
+        try:
+            run_quietly([*command, "-o", f"Acquire::CompressionTypes::Order::={order}"], cwd=cwd)
+            return
+        except NotAvailable:
+            if pause_s is None:
+                raise
+            note(f"once more in {pause_s} s")
+            time.sleep(pause_s)
 
 
 def _one_line(archive: Source, suite: str, arch: str) -> str:
