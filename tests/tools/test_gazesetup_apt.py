@@ -152,4 +152,6 @@ def test_a_mirror_that_is_being_synchronised_is_asked_again(tmp_path, monkeypatc
         unpack()
         assert "download" in asked[-1]
     assert tuple(slept) == apt.RETRY_AFTER_S[:failures]
-    assert len({command[-1] for command in asked[:2]}) == 2  # other files, the second time
+    assert len({command[-1] for command in asked}) == min(
+        2, 1 + failures
+    )  # other files, the second time

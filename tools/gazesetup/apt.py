@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
 import shutil
 import tempfile
 import time
+import urllib.request
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +23,8 @@ KEYRINGS = (
 )
 LISTS_OLD_S = 24 * 3600
 # A mirror that is being synchronised hands out lists and checksums of two days for some minutes.
-RETRY_AFTER_S = (5, 15, 30, 60, 120)
+RETRY_AFTER_S = (5, 15, 30)
+POOL_TIMEOUT_S = 60
 ONE_LINE = re.compile(
     r"\s*deb\s+(\[(?P<options>[^]]*)\]\s+)?(?P<uri>\S+)\s+(?P<suite>\S+)(?P<components>.*)"
 )
@@ -171,6 +174,31 @@ def unpack(archive: Source, suite: str, arch: str, packages: Sequence[str], targ
         _again_while_failing([*apt_get, "update"], cwd=work)
         _again_while_failing([*apt_get, "download", *packages], cwd=work)
         for file in sorted(work.glob("*.deb")):
+            run_quietly(["dpkg", "-x", file, target])
+
+
+def unpack_pinned(archive: Source, files: Sequence[tuple[str, str]], target: Path) -> None:
+    """Download files of the archive's pool, (path, SHA-256) each, and unpack them into `target`.
+
+    Needs no lists: while a mirror is being synchronised its lists fit no checksum for hours.
+    Raises NotAvailable, also when a file is another than the one that was pinned.
+    """
+    if shutil.which("dpkg") is None:
+        raise NotAvailable("dpkg is missing: this needs Debian's package tools")
+    with tempfile.TemporaryDirectory(prefix="gazechair-pool-") as folder:
+        debs = []
+        for path, sha256 in files:
+            url = f"{archive.uri.rstrip('/')}/{path}"
+            try:
+                with urllib.request.urlopen(url, timeout=POOL_TIMEOUT_S) as answer:
+                    content = answer.read()
+            except (OSError, ValueError) as error:
+                raise NotAvailable(f"{url}: {error}") from error
+            if hashlib.sha256(content).hexdigest() != sha256:
+                raise NotAvailable(f"{url} is not the file that was pinned")
+            debs.append(Path(folder, Path(path).name))
+            debs[-1].write_bytes(content)
+        for file in debs:
             run_quietly(["dpkg", "-x", file, target])
 
 

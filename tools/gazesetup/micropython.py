@@ -28,6 +28,32 @@ _DEBIAN = private.Private(
         "libmbedtls21",
         "libmbedx509-7",
     ),
+    pinned=(
+        (
+            "pool/main/g/glibc/libc6_2.41-12+deb13u4_i386.deb",
+            "67bb4b54cf4bb6a380449dfa1852cd9135659f85360caa0e41d312f4b30e573a",
+        ),
+        (
+            "pool/main/libf/libffi/libffi8_3.4.8-2_i386.deb",
+            "8bafefb38c320ca27796070c881595ce04d900c3b534ac142a494daf1fe1db13",
+        ),
+        (
+            "pool/main/m/mbedtls/libmbedcrypto16_3.6.6-0.1~deb13u1_i386.deb",
+            "aa4698ed436eebf77e3dc9f5c514073bd554109d857d887db5a367dde9a5c377",
+        ),
+        (
+            "pool/main/m/mbedtls/libmbedtls21_3.6.6-0.1~deb13u1_i386.deb",
+            "eb1b20154ce9008aca1d036698ffc12019020a54985d2c5ae3dc1c1c39c9e995",
+        ),
+        (
+            "pool/main/m/mbedtls/libmbedx509-7_3.6.6-0.1~deb13u1_i386.deb",
+            "fe6ba192c9227d30a4cd05a3bdeccdf9ff30d55b27d8ff488126c16dcf727cce",
+        ),
+        (
+            "pool/main/m/micropython/micropython_1.25.0+ds-1_i386.deb",
+            "a72799821cb45442150f8a7f0757bc8e4f9a4b64abccbd837d694a20d6900bb5",
+        ),
+    ),
 )
 CHECK = (
     "import sys; print(sys.implementation.name, '.'.join(str(n) for n in"

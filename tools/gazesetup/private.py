@@ -39,6 +39,8 @@ class Private:
     loader: str
     machines: tuple[str, ...]  # that can run it
     packages: tuple[str, ...]
+    # (path in the archive's pool, SHA-256): taken before the suite's lists are asked, if all there.
+    pinned: tuple[tuple[str, str], ...] = ()
 
 
 def ensure(wanted: Private, check: Callable[[Path], Found], local: Path = LOCAL) -> Found:
@@ -91,11 +93,22 @@ def last_words(result: subprocess.CompletedProcess[str]) -> str:
 def _fetch(wanted: Private, archives: list[apt.Source], folder: Path) -> None:
     failures = []
     for archive in archives:
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir(parents=True)
         try:
+            _empty(folder)
+            if wanted.pinned:
+                apt.unpack_pinned(archive, wanted.pinned, folder / "root")
+                return
+        except NotAvailable as error:
+            note(f"{error}: asking the suite's lists")
+        try:
+            _empty(folder)
             apt.unpack(archive, wanted.suite, wanted.arch, wanted.packages, folder / "root")
             return
         except NotAvailable as error:
             failures.append(f"{archive.uri}: {error}")
     raise NotAvailable("; ".join(failures))
+
+
+def _empty(folder: Path) -> None:
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
