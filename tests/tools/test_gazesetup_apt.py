@@ -1,5 +1,6 @@
 """What the set-up reads from the machine's own apt sources."""
 
+import hashlib
 import os
 import time
 from pathlib import Path
@@ -155,3 +156,23 @@ def test_a_mirror_that_is_being_synchronised_is_asked_again(tmp_path, monkeypatc
     assert len({command[-1] for command in asked}) == min(
         2, 1 + failures
     )  # other files, the second time
+
+
+def test_a_pinned_file_is_taken_only_as_it_was_pinned(tmp_path, monkeypatch):
+    pool = tmp_path / "pool"
+    pool.mkdir()
+    (pool / "a.deb").write_bytes(b"as it was")
+    right = hashlib.sha256(b"as it was").hexdigest()
+    unpacked = []
+    monkeypatch.setattr(apt, "run_quietly", lambda command, **_: unpacked.append(command[:2]))
+    monkeypatch.setattr(apt.shutil, "which", lambda tool: f"/usr/bin/{tool}")
+    archive = apt.Source(tmp_path.as_uri(), ("bookworm",), ("main",))
+    for files, reason in (
+        ([("pool/a.deb", right), ("pool/a.deb", "0" * 64)], "not the file that was pinned"),
+        ([("pool/a.deb", right), ("pool/gone.deb", right)], "gone.deb"),
+    ):
+        with pytest.raises(NotAvailable, match=reason):
+            apt.unpack_pinned(archive, files, tmp_path / "root")
+    assert unpacked == []  # all or nothing
+    apt.unpack_pinned(archive, [("pool/a.deb", right)], tmp_path / "root")
+    assert unpacked == [["dpkg", "-x"]]
