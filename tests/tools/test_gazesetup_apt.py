@@ -3,6 +3,7 @@
 import hashlib
 import os
 import time
+from http.client import IncompleteRead
 from pathlib import Path
 
 import pytest
@@ -153,9 +154,8 @@ def test_a_mirror_that_is_being_synchronised_is_asked_again(tmp_path, monkeypatc
         unpack()
         assert "download" in asked[-1]
     assert tuple(slept) == apt.RETRY_AFTER_S[:failures]
-    assert len({command[-1] for command in asked}) == min(
-        2, 1 + failures
-    )  # other files, the second time
+    compressions = {command[-1] for command in asked}
+    assert len(compressions) == min(2, 1 + failures)  # other files, the second time
 
 
 def test_a_pinned_file_is_taken_only_as_it_was_pinned(tmp_path, monkeypatch):
@@ -176,3 +176,13 @@ def test_a_pinned_file_is_taken_only_as_it_was_pinned(tmp_path, monkeypatch):
     assert unpacked == []  # all or nothing
     apt.unpack_pinned(archive, [("pool/a.deb", right)], tmp_path / "root")
     assert unpacked == [["dpkg", "-x"]]
+
+
+def test_a_pinned_file_that_breaks_off_is_not_available(tmp_path, monkeypatch):
+    def break_off(url, timeout):
+        raise IncompleteRead(b"half")
+
+    monkeypatch.setattr(apt.urllib.request, "urlopen", break_off)
+    archive = apt.Source("http://one.example/debian", ("bookworm",), ("main",))
+    with pytest.raises(NotAvailable, match="IncompleteRead"):
+        apt.unpack_pinned(archive, [("pool/a.deb", "0" * 64)], tmp_path)

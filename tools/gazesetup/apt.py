@@ -11,6 +11,7 @@ import time
 import urllib.request
 from collections.abc import Sequence
 from dataclasses import dataclass
+from http.client import HTTPException
 from pathlib import Path
 
 from gazesetup.progress import NotAvailable, note, run_quietly, say
@@ -22,7 +23,7 @@ KEYRINGS = (
     Path("/usr/share/keyrings/debian-archive-keyring.pgp"),
 )
 LISTS_OLD_S = 24 * 3600
-# A mirror that is being synchronised hands out lists and checksums of two days for some minutes.
+# A mirror that is being synchronised hands out lists and checksums of two days.
 RETRY_AFTER_S = (5, 15, 30)
 POOL_TIMEOUT_S = 60
 ONE_LINE = re.compile(
@@ -192,7 +193,7 @@ def unpack_pinned(archive: Source, files: Sequence[tuple[str, str]], target: Pat
             try:
                 with urllib.request.urlopen(url, timeout=POOL_TIMEOUT_S) as answer:
                     content = answer.read()
-            except (OSError, ValueError) as error:
+            except (OSError, ValueError, HTTPException) as error:
                 raise NotAvailable(f"{url}: {error}") from error
             if hashlib.sha256(content).hexdigest() != sha256:
                 raise NotAvailable(f"{url} is not the file that was pinned")
