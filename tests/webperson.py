@@ -97,6 +97,13 @@ class Driver:
         token = self.host.say_state(**changes)
         wait_until(lambda: self.page.evaluate("spied.token") >= token, "a state to arrive")
 
+    def takes_profiles(self) -> None:
+        """Waits until the page has read the profiles as the host has them now."""
+        wait_until(
+            lambda: self.page.evaluate("spied.revision") == self.host.profiles.revision,
+            "the page to read the profiles",
+        )
+
     def advance(self, ms: int, look: str | tuple[float, float] | None = None) -> None:
         """Lets `ms` pass; with `look` the pointer keeps trembling where that is now."""
         spot = None if look is None else self.spot(look)

@@ -11,7 +11,7 @@ from webperson import CARETAKER, Driver, save
 
 # Counts what reached the page, and lets a test speak on the page's own sockets.
 SPY = """
-window.spied = {token: 0, sockets: [], x: -1};
+window.spied = {token: 0, revision: null, sockets: [], x: -1};
 addEventListener("pointermove", ({ clientX }) => (spied.x = clientX), true);
 const Plain = WebSocket;
 window.WebSocket = class extends Plain {
@@ -22,6 +22,17 @@ window.WebSocket = class extends Plain {
       if (typeof data === "string") spied.token = JSON.parse(data).token ?? spied.token;
     });
   }
+};
+const plainFetch = window.fetch;
+window.fetch = async (...asked) => {
+  const answer = await plainFetch(...asked);
+  const read = () => Response.prototype.json.call(answer);
+  answer.json = async () => {
+    const body = await read();
+    if (asked[0] === "/profiles") spied.revision = body.revision ?? spied.revision;
+    return body;
+  };
+  return answer;
 };
 """
 

@@ -174,10 +174,9 @@ def test_a_profile_that_comes_after_arming_is_not_taken(driver, host):
     driver.state()
     driver.wait_until(lambda: held, "the page asks")
     driver.state(state="armed", you=True, owner="driver")
-    with driver.page.expect_response("**/profiles"):
-        held[0].continue_()
+    held[0].continue_()
+    driver.takes_profiles()
     driver.page.unroute("**/profiles")
-    driver.advance(200)
     assert (driver.data("mode"), driver.data("contrast")) == ("continuous", "normal")
     driver.state(**OFF)
     wait_until(lambda: driver.data("contrast") == "night", "the change arrives")

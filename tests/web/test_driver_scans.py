@@ -238,7 +238,9 @@ def test_a_tile_that_was_not_shown_can_be_chosen_again(driver, host):
     driver.state(**OFF)
     for name in ("menu", "tile-4", "tile-1", "back"):  # looks, another contrast, back
         driver.page.locator(f"#{name}").click()
-        driver.page.wait_for_timeout(50)
+        if name == "tile-1":
+            wait_until(lambda: host.posted, "another contrast")
+            driver.takes_profiles()
         driver.state()
     host.posted.clear()
     driver.page.locator("#tile-5").click()
@@ -272,19 +274,12 @@ def test_a_profile_changed_elsewhere_waits_until_driving_is_off(scanner, host):
     assert scanner.said()[-1][:2] == ("cmd", "forward")
     scanner.up()
     scanner.advance(100)
-    takes_profile(scanner, **OFF)
+    scanner.state(**OFF)
+    scanner.takes_profiles()
     scanner.key = "Enter"
     scanner.state(state="armed", you=True, owner="driver")
     scanner.choose(["forward"])
     assert scanner.said()[-1] == ("cmd", "forward", 2)
-
-
-def takes_profile(scanner, **changes):
-    """The host says that the profile has changed; the page has fetched it."""
-    with scanner.page.expect_response("**/profiles") as answer:
-        scanner.state(**changes)
-    answer.value.finished()
-    scanner.page.wait_for_timeout(50)  # it reads it
 
 
 def test_every_key_that_can_be_the_switch_does_nothing_else(page, host):
@@ -292,7 +287,8 @@ def test_every_key_that_can_be_the_switch_does_nothing_else(page, host):
     for name, key in {"enter": "Enter", "tab": "Tab", "f8": "F8", "space": " "}.items():
         scanner.state(**OFF)
         host.profiles.change({"save": {"id": "1", "scan_switch": name}}, True)
-        takes_profile(scanner)
+        scanner.state()
+        scanner.takes_profiles()
         scanner.key = key
         scanner.state(state="armed", you=True, owner="driver")
         scanner.forget()
