@@ -204,14 +204,10 @@ def unpack_pinned(archive: Source, files: Sequence[tuple[str, str]], target: Pat
 
 
 def _again_while_failing(command: Sequence[str | Path], cwd: Path) -> None:
-    """Run it, and once more after each pause while it fails. Raises the last try's NotAvailable.
-
-    Every other try asks for lists of another compression: other files, from other caches.
-    """
-    for tries, pause_s in enumerate((*RETRY_AFTER_S, None)):
-        order = ("xz", "gz")[tries % 2]
+    """Run it, and once more after each pause while it fails. Raises the last try's NotAvailable."""
+    for pause_s in (*RETRY_AFTER_S, None):
         try:
-            run_quietly([*command, "-o", f"Acquire::CompressionTypes::Order::={order}"], cwd=cwd)
+            run_quietly(command, cwd=cwd)
             return
         except NotAvailable:
             if pause_s is None:

@@ -56,3 +56,26 @@ class DriverPort(Protocol):
     def health(self) -> Message:
         """{part: {"state", "reason", "detail", "for_s"}} for GET /health."""
         ...
+
+
+class RelayingPort:
+    """A DriverPort that hands everything to `port`; who derives from it answers some itself."""
+
+    def __init__(self, port: DriverPort) -> None:
+        self._port = port
+        self.connect = port.connect
+        self.welcome = port.welcome
+        self.token = port.token
+        self.wait_change = port.wait_change
+        self.profiles = port.profiles
+        self.change_profile = port.change_profile
+        self.health = port.health
+
+    def disconnect(self, client: int) -> None:
+        self._port.disconnect(client)
+
+    def receive(self, client: int, message: Message) -> list[Message]:
+        return self._port.receive(client, message)
+
+    def snapshot(self, client: int) -> Message:
+        return self._port.snapshot(client)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from gazechair.driving.control import Control
-from gazechair.driving.driver_port import Message
+from gazechair.driving.driver_port import Message, RelayingPort
 from gazechair.driving.messages import BadMessage, HoldBypass, parse
 from gazechair.driving.refusal import Refusal
 from gazechair.first_drive.guide import Guide, StepRefused
@@ -18,26 +18,19 @@ _FULL_PERMILLE = 1000
 _KEEPS_S = 0.3  # a proof of holding; the board's own limit is the same
 
 
-class FirstDrivePort:
+class FirstDrivePort(RelayingPort):
     """The DriverPort of `control`, with {"k": "step"} besides."""
 
     def __init__(self, control: Control, guide: Guide, facts: Callable[[], Message] = dict) -> None:
         """`facts`: what each state says besides, from outside of `control`."""
+        super().__init__(control)
         self._control = control
         self._guide = guide
         self._facts = facts
-        # As they are.
-        self.connect = control.connect
-        self.welcome = control.welcome
-        self.token = control.token
-        self.wait_change = control.wait_change
-        self.profiles = control.profiles
-        self.change_profile = control.change_profile
-        self.health = control.health
 
     def disconnect(self, client: int) -> None:
         self._guide.held.release(client)
-        self._control.disconnect(client)
+        super().disconnect(client)
 
     def receive(self, client: int, message: Message) -> list[Message]:
         kind = message.get("k")
@@ -50,10 +43,10 @@ class FirstDrivePort:
         elif self._guide.moving and kind in _OTHERS:
             detail = "a caretaker is setting up the chair"
             return [Refusal(str(kind), "not_owner", detail).message()]
-        return self._control.receive(client, message)
+        return super().receive(client, message)
 
     def snapshot(self, client: int) -> Message:
-        state = self._control.snapshot(client) | self._facts()
+        state = super().snapshot(client) | self._facts()
         moving = self._guide.moving
         return {**state, "owner": "caretaker", "step": moving} if moving else {**state, "step": ""}
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from gazechair.driving.control import Control
-from gazechair.driving.driver_port import DriverPort, Message
+from gazechair.driving.driver_port import DriverPort, Message, RelayingPort
 from gazechair.driving.messages import BadMessage, Watch, parse
 from gazechair.driving.refusal import Refusal
 from gazechair.producers.spot_service import At
@@ -14,28 +14,18 @@ from gazechair.producers.spot_service import At
 Choose = Callable[[str, At | None, float], bool]
 
 
-class SpotPort:
+class SpotPort(RelayingPort):
     """The DriverPort `port`, with spots besides. A spot moves nothing."""
 
     def __init__(self, port: DriverPort, control: Control, choose: Choose) -> None:
         """`choose`: as SpotService.choose, of all kinds."""
-        self._port = port
+        super().__init__(port)
         self._control = control
         self._choose = choose
-        # As they are.
-        self.connect = port.connect
-        self.disconnect = port.disconnect
-        self.welcome = port.welcome
-        self.snapshot = port.snapshot
-        self.token = port.token
-        self.wait_change = port.wait_change
-        self.profiles = port.profiles
-        self.change_profile = port.change_profile
-        self.health = port.health
 
     def receive(self, client: int, message: Message) -> list[Message]:
         if message.get("k") != "spot":
-            return self._port.receive(client, message)
+            return super().receive(client, message)
         refusal = self._spot(client, message)
         return [] if refusal is None else [refusal.message()]
 
