@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+import gazesetup
 from gazemeasure import carmen_log, home_logs
 from gazemeasure.carmen_log import Frame, NoDataError
 from gazemeasure.report import Report
@@ -49,3 +52,15 @@ def test_without_the_logs_the_report_says_so(
     report = Report("home")
     home_logs.measure(report, quick=True)
     assert "not measured" in report.notes[0]
+
+
+def test_a_rival_that_cannot_be_had_is_a_note_and_no_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing() -> Path:
+        raise gazesetup.NotAvailable("icp-slam is missing")
+
+    monkeypatch.setattr(gazesetup, "ensure_icp_slam", missing)
+    report = Report("home")
+    nothing = np.zeros((0, 2))
+    frames = [Frame(float(at), nothing, np.zeros(180), np.zeros(3)) for at in range(2)]
+    home_logs._add_rival(report, frames, 0.1)
+    assert (report.figures, report.notes) == ([], ["icp-slam not measured: icp-slam is missing"])

@@ -10,13 +10,14 @@ from collections import deque
 
 import numpy as np
 
+import gazesetup
 from gazechair.sensing.mapping import ndt
 from gazechair.sensing.mapping.correlative_search import Candidate, search
 from gazechair.sensing.mapping.likelihood_field import LikelihoodField
 from gazechair.sensing.mapping.loops import RANGE_M
 from gazechair.sensing.mapping.mapper import STEP_SIGMA_M, Mapper
 from gazechair.sensing.mapping.poses import between, compose, to_frame
-from gazemeasure import carmen_log
+from gazemeasure import carmen_log, icp_slam
 from gazemeasure.carmen_log import Array, Frame
 from gazemeasure.report import Report
 
@@ -51,6 +52,7 @@ def measure(report: Report, quick: bool) -> None:
         errors_m = carmen_log.intel_relations_m(times_of(frames), poses_of(map_intel(frames)))
         report.add("Intel: mean error of the relations", errors_m.mean(), "m", _INTEL_LIMIT_M)
         report.add("Intel: standard deviation", errors_m.std(), "m")
+        _add_rival(report, frames, float(errors_m.mean()))
     except carmen_log.NoDataError as error:
         report.note(f"public logs not measured: {error}")
         return
@@ -58,6 +60,23 @@ def measure(report: Report, quick: bool) -> None:
         "Intel: from the lidar, the heading sensor's model and the rule by which the frames were "
         "kept (1 m or 0.5 rad); the reference track itself scores 0.126."
     )
+
+
+def _add_rival(report: Report, frames: list[Frame], ours_m: float) -> None:
+    """Intel by icp-slam, that is told the same headings and the same rule of the frames."""
+    headings = carmen_log.sensor_headings(frames)
+    try:
+        found = icp_slam.track(frames, headings, _usual_step_m)
+    except gazesetup.NotAvailable as error:
+        report.note(f"icp-slam not measured: {error}")
+        return
+    rival_m = carmen_log.intel_relations_m(times_of(frames), found).mean()
+    report.add("Intel: mean error by Debian's icp-slam", rival_m, "m")
+    report.add("Intel: our mean error, as a share of that", ours_m / rival_m, "", 1.0)
+
+
+def _usual_step_m(turn_rad: float) -> float:
+    return _FRAME_M if abs(turn_rad) < _FRAME_RAD else _AHEAD_M
 
 
 def poses_of(mapper: Mapper) -> Array:

@@ -3,7 +3,7 @@
 from gazesetup.m7 import find_m7
 from gazesetup.micropython import MicroPython, ensure_micropython
 from gazesetup.mosquitto import ensure_mosquitto
-from gazesetup.packages import ensure_chromium, ensure_qemu
+from gazesetup.packages import ensure_chromium, ensure_icp_slam, ensure_qemu
 from gazesetup.paths import LOCAL, ROOT, source_environment
 from gazesetup.progress import NotAvailable, note, say
 from gazesetup.pypy import ensure_pypy
@@ -16,6 +16,7 @@ __all__ = [
     "MicroPython",
     "NotAvailable",
     "ensure_chromium",
+    "ensure_icp_slam",
     "ensure_micropython",
     "ensure_mosquitto",
     "ensure_pypy",

@@ -1,4 +1,4 @@
-"""Programs from the distribution: Chromium for the pages' tests, QEMU for the emulated board."""
+"""Programs from the distribution, for tests and benchmarks: Chromium, QEMU, icp-slam."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from gazesetup.progress import NotAvailable
 
 CHROMIUM_NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 QEMU_NAMES = ("qemu-system-arm",)
+ICP_SLAM_NAMES = ("icp-slam",)
 
 
 def ensure_chromium() -> Path:
@@ -20,6 +21,11 @@ def ensure_chromium() -> Path:
 def ensure_qemu() -> Path:
     """qemu-system-arm on PATH, installed when root. Raises NotAvailable with what to install."""
     return _ensure(QEMU_NAMES, "qemu-system-arm", "QEMU for ARM")
+
+
+def ensure_icp_slam() -> Path:
+    """icp-slam of MRPT on PATH, installed when root. Raises NotAvailable with what to install."""
+    return _ensure(ICP_SLAM_NAMES, "mrpt-apps", "icp-slam")
 
 
 def _ensure(names: tuple[str, ...], package: str, what: str) -> Path:
