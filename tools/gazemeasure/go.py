@@ -13,7 +13,7 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from gazemeasure import go_assist, go_floor, go_line
+from gazemeasure import go_assist, go_floor, go_line, go_process
 from gazemeasure.go_missions import KINDS, Job, Result, mission
 from gazemeasure.report import Report, percentile
 
@@ -52,6 +52,7 @@ def measure(quick: bool) -> Report:
     go_floor.measure(report, quick)
     go_line.measure(report, quick)
     go_assist.measure(report, quick)
+    go_process.measure(report)
     for line in _NOT_YET:
         report.note(f"not measured yet: {line}")
     report.note(_ONE_LIDAR)

@@ -1,7 +1,8 @@
-"""What a process holds, over time: memory, threads, open files; and whether it grows."""
+"""What a process takes and holds: processor time, memory, threads, files; whether it grows."""
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import os
 from collections.abc import Sequence
@@ -22,6 +23,22 @@ def slope_per_hour(points: Sequence[tuple[float, float]]) -> float:
         return float("nan")
     pairs = itertools.combinations(points, 2)
     return 3600 * median((b - a) / (t - s) for (s, a), (t, b) in pairs if t > s)
+
+
+def cpu_s(pid: int) -> float:
+    """Processor time that it has taken. Raises OSError when it has ended."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def family(pid: int) -> list[int]:
+    """It and all that it has started, and those; without what ends meanwhile."""
+    found = [pid]
+    for one in found:
+        with contextlib.suppress(OSError):
+            for task in Path(f"/proc/{one}/task").iterdir():
+                found += map(int, (task / "children").read_text().split())
+    return found
 
 
 @dataclass

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import time
 from dataclasses import replace
-from pathlib import Path
 
 from gazechair.base.health import Health
 from gazechair.config.configuration import LidarConfig
@@ -15,7 +13,7 @@ from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.odometry import Motion
 from gazechair.sensing.odometry.points import Piece
 from gazechair.sensing.odometry.service import OdometryService
-from gazemeasure.growth import Holding
+from gazemeasure.growth import Holding, cpu_s
 from gazemeasure.report import Report
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, Drive
@@ -42,7 +40,7 @@ def measure(report: Report, quick: bool, per_turn: int) -> None:
             _send(service, first, time.monotonic() - first.times_s[-1])
             time.sleep(0.05)
         assert service.pid is not None
-        holding, before_s = Holding(), _cpu_s(service.pid)
+        holding, before_s = Holding(), cpu_s(service.pid)
         holding.look(service.pid, 0.0)
         heard.clear()
         begin_s = time.monotonic()
@@ -51,7 +49,7 @@ def measure(report: Report, quick: bool, per_turn: int) -> None:
             time.sleep(max(0.0, begin_s + at_s - time.monotonic()))
             _send(service, event, begin_s)
         passed_s = time.monotonic() - begin_s
-        core = 100.0 * (_cpu_s(service.pid) - before_s) / passed_s
+        core = 100.0 * (cpu_s(service.pid) - before_s) / passed_s
         report.add("odometry's process, a dense lidar: share of a core", core, "%", _SHARE)
         holding.look(service.pid, passed_s)
         (_, before_mb), (_, after_mb) = holding.memory_mb
@@ -69,8 +67,3 @@ def _send(service: OdometryService, event: Motion | Piece, later_s: float) -> No
         times = float(event.times_s[0]) + later_s, float(event.times_s[-1]) + later_s
         datagram = inbox.pack_scan(HalfTurn(0, event.directions_deg, event.distances_m, *times))
     inbox.send(service.inbox_fd, datagram)
-
-
-def _cpu_s(pid: int) -> float:
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 import time
 from pathlib import Path
@@ -11,6 +10,7 @@ from gazechair.base.health import Health
 from gazechair.board.board_commands import Clearance
 from gazechair.config.configuration import FootprintConfig, LidarConfig
 from gazechair.sensing.lidar.service import LidarService
+from gazemeasure.growth import cpu_s
 from gazemeasure.lidar_emulator import MASK, started
 from gazesim.zone import told_by
 
@@ -40,16 +40,10 @@ def core_share(seconds: float) -> tuple[float, float]:
             if not published or pid is None:
                 raise RuntimeError("the lidars' process delivers nothing")
             time.sleep(_SETTLE_S)
-            start_s, before_s, first = time.monotonic(), _cpu_s(pid), len(published)
+            start_s, before_s, first = time.monotonic(), cpu_s(pid), len(published)
             time.sleep(seconds)
             took_s = time.monotonic() - start_s
-            return (_cpu_s(pid) - before_s) / took_s, (len(published) - first) / took_s
+            return (cpu_s(pid) - before_s) / took_s, (len(published) - first) / took_s
         finally:
             service.stop()
             emulator.communicate(timeout=10.0)
-
-
-def _cpu_s(pid: int) -> float:
-    """Processor time that all threads of `pid` have used."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
