@@ -15,6 +15,7 @@ from gazechair.picture.camera.mjpeg import is_jpeg
 from gazechair.picture.camera.record import LOST, Frame
 
 _SILENT_S = 3.0  # longer than PARTS["camera"]: a slow picture is no reason to open it anew
+_LONGEST_PAUSE_S = 3.0  # with its start within 5 s of being there again
 
 
 class CameraService(Supervised):
@@ -46,6 +47,7 @@ class CameraService(Supervised):
             self._on_status,
             lost_reason=LOST,
             silent_s=_SILENT_S,
+            longest_pause_s=_LONGEST_PAUSE_S,
         )
         self._supervisor.start()
 
