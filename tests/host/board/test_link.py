@@ -32,10 +32,12 @@ def link(cable: Any) -> Iterator[BoardLink]:
 
 def test_it_connects_and_publishes_the_state(cable: Any, link: BoardLink) -> None:
     cable.state = {"status": codes.ARMED, "edge": 3}
-    wait_until(lambda: link.state() is not None, "a state arrives")
-    state = link.state()
-    assert state is not None
-    assert (state.state_name, state.edge) == ("armed", 3)
+
+    def seen() -> tuple[str, int] | None:
+        state = link.state()
+        return state and (state.state_name, state.edge)
+
+    wait_until(lambda: seen() == ("armed", 3), "the state arrives")
     wait_until(lambda: link.health.state == "ok", "the link is healthy")
     board = link.board()
     assert board is not None
