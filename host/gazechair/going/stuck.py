@@ -13,6 +13,7 @@ from gazechair.going.smooth import Pose
 
 _MOVED_M, _MOVED_RAD = 0.04, math.radians(2.0)
 _IN_VAIN_S = 0.6
+_SILENT_S = 1.2  # since the first asking, nothing was put out: short askings are in vain, too
 _LET_OUT_S = 3.0  # something is put out for so long, and still the chair stands
 _ASKS_S, _OF_S = 0.1, 1.0
 _SELDOM_S = 6.0  # overruled for so long
@@ -50,6 +51,7 @@ class Stuck:
         """It asks to turn."""
         self._since_s: float | None = None
         self._vain_s = self._let_s = 0.0
+        self._silent_since_s: float | None = None
 
     def elsewhere(self, pose: Pose) -> bool:
         """Whether the chair is at another pose than this is about."""
@@ -57,9 +59,13 @@ class Stuck:
 
     def count(self, asked: bool, put_out: Stick, now_s: float) -> None:
         """Of the last period: whether it was asked to move, and what came of that."""
+        if put_out != STOP:
+            self._silent_since_s = None
         if not asked:
             self._let_s = 0.0
             return
+        if put_out == STOP and self._silent_since_s is None:
+            self._silent_since_s = now_s
         self._let_s = 0.0 if put_out == STOP else self._let_s + PERIOD_S
         if put_out == STOP or self._let_s > _LET_OUT_S:
             self._vain_s += PERIOD_S
@@ -68,7 +74,9 @@ class Stuck:
 
     def for_s(self, now_s: float) -> float:
         """How long it has asked in vain; 0: it gets on, or has hardly asked."""
-        if self._since_s is None or self._vain_s < _IN_VAIN_S or 0.0 < self._let_s < _LET_OUT_S:
+        silent_s = 0.0 if self._silent_since_s is None else now_s - self._silent_since_s
+        hardly = self._vain_s < _IN_VAIN_S and silent_s < _SILENT_S
+        if self._since_s is None or hardly or 0.0 < self._let_s < _LET_OUT_S:
             return 0.0
         return now_s - self._since_s
 

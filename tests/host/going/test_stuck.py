@@ -71,3 +71,17 @@ def test_a_chair_that_has_not_asked_is_not_stuck() -> None:
     assert stuck.elsewhere((0.05, 0.0, 0.0))
     assert stuck.elsewhere((0.0, 0.0, 0.05))
     assert not stuck.elsewhere((0.02, 0.0, 0.02))
+
+
+@pytest.mark.parametrize(("lets_out", "stuck_s"), [(False, 1.5), (True, None)])
+def test_short_pulses_of_which_none_is_let_out_are_in_vain_soon(
+    lets_out: bool, stuck_s: float | None
+) -> None:
+    stuck = Stuck((0.0, 0.0, 0.0), turns=True)
+    found = None
+    for n in range(60):
+        pulse = n % 5 == 1  # the period after it was asked for
+        stuck.count(pulse, GO if pulse and lets_out else STOP, PERIOD_S * n)
+        if found is None and stuck.for_s(PERIOD_S * n):
+            found = PERIOD_S * n
+    assert (found is None) if stuck_s is None else (found is not None and found < stuck_s)
