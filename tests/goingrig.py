@@ -56,6 +56,7 @@ class GoingChair:
         self.mission = Mission(costmap, Planner(costmap), numbers(), Footprint())
         self.chair = Chair("3.1")
         self.chair.place(start[0], start[1], math.degrees(start[2]))
+        self.chair.step(0.01, (0.0, 0.0))  # its joystick has been neutral
         self.now_s = 0.0
         self.asked = self.stick = STOP
         self.refuses = False

@@ -42,7 +42,7 @@ from gazesim.rooms import Room
 from gazesim.zone import zone_of
 
 MOUNTS = {"two lidars": CORNERS, "one lidar": FRONT}
-RAYS = 720
+RAYS = 3200
 _STEP_MS = 10
 _LOOK_MS = 100
 _MISSION_MS = 50

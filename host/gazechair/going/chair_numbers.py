@@ -153,10 +153,17 @@ class AxisModel:
 
     def runs(self, permille: float, seconds: float) -> float:
         """How far it comes yet when `permille` is put out for so long, then nothing."""
-        ramp, speed, way = self._ramp, self.speed, 0.0
-        asked = self._asked(permille)
-        count = round(seconds / _STEP_S)
-        todo = [*self._pending, *([asked] * count)]
+        return self._runs(permille, seconds, self._ramp, self.speed, list(self._pending))
+
+    def from_rest(self, permille: float, seconds: float) -> float:
+        """Likewise, of a chair that stands."""
+        return self._runs(permille, seconds, 0.0, 0.0, [])
+
+    def _runs(
+        self, permille: float, seconds: float, ramp: float, speed: float, pending: list[float]
+    ) -> float:
+        way = 0.0
+        todo = [*pending, *([self._asked(permille)] * round(seconds / _STEP_S))]
         n = 0
         while n < len(todo) or (n < 200 and (abs(ramp) > 1e-6 or abs(speed) > 0.02 * self._up)):
             ramp, speed = self._step(ramp, speed, todo[n] if n < len(todo) else 0.0)

@@ -13,11 +13,13 @@ import numpy as np
 
 from gazechair.base.footprint import BoolArray, FloatArray, Footprint, inside
 from gazechair.going.distance_field import Distances, discs_of, distances
+from gazechair.going.standing import Ahead, standing_m
 
 FAR_M = 0.9  # the distance field ends here
 _SPECK_M = 0.06  # unknown cells this near to free ones are gaps between beams
 _KNOWN_M = 0.12  # a return this near to what the map holds is explained by it
 KEPT_S = 6.0  # an obstacle that the map does not hold, after it was seen last
+_GAP_M, _GAP_FREE_M = 0.2, 0.15  # so near, where nothing stands within so much
 _PAD_M = 1.2
 _LIVE_FAR_M = 4.0  # of the chair: farther returns are not overlaid
 
@@ -42,8 +44,12 @@ class Costmap:
         unknown = np.pad(~(occupied | free), pad, constant_values=True)
         seen = distances(~unknown, cell_m, 4 * _SPECK_M)
         self.known_m = distances(stands, cell_m, FAR_M)
-        self._static = stands | (unknown & (seen > _SPECK_M)) | self._within(no_go, stands)
+        near_m = np.where(self.known_m > _GAP_FREE_M, _GAP_M, _SPECK_M)
+        self._static = stands | (unknown & (seen > near_m)) | self._within(no_go, stands)
         self.static_m = distances(self._static, cell_m, FAR_M)
+        self.ahead = Ahead(footprint)
+        self.standing_m = self._standing_m = standing_m(stands, cell_m, self.low_m)
+        """Of what the board takes for a standing person, the cells' centres (N, 2)."""
         self._seen_s = np.full(stands.shape, -np.inf)
         self._live = np.zeros(stands.shape, dtype=np.bool_)
         self.distances_m: Distances = self.static_m
@@ -101,9 +107,12 @@ class Costmap:
             return False
         self._live = live
         self.changes += 1
+        self.standing_m = self._standing_m
         if not live.any():
             self.distances_m = self.static_m
             return True
+        seen_m = standing_m(live, self.cell_m, self.low_m)
+        self.standing_m = np.concatenate((self._standing_m, seen_m))
         # Only round what is live can anything be nearer than by the map.
         reach = int(np.ceil(FAR_M / self.cell_m)) + 1
         xs, ys = np.nonzero(live)

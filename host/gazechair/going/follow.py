@@ -20,17 +20,19 @@ PERIOD_S = 0.05
 ACCELERATE_M_S2, JERK_M_S3 = 0.3, 1.0
 """Bounds of the speed that is asked for."""
 ARRIVED_M = 0.12
-_TURNED_RAD = math.radians(1.2)  # before a leg, and at the end
+_TURNED_RAD = math.radians(0.8)  # before a leg, and at the end
 _ROUGHLY_RAD = math.radians(3.0)  # where there is room to steer
 _TURN_AGAIN_RAD = math.radians(20.0)
 _SHORT_M = 0.3  # so much of a leg may be left out
 _OFF_M = 0.30  # farther from its leg, another way is needed
-_NARROW_M = 0.22  # beside the chair: less, and only the board steers
+_NARROW_M = 0.22  # beside the chair: less, and it is steered and aimed with care
 _LOOK_M = 1.0
+_MISS_M, _AIM_LEFT_M, _AIM_AGAIN_M = 0.04, 0.5, 0.5
 _STEER_M, _STEER_RAD = 0.02, math.radians(1.0)
 _CALM_M, _CALM_RAD = 0.008, math.radians(0.4)
 _STEER_MOST_RAD = math.radians(18.0)
-_STEER_PER_S, _STEER_DEG_S = 0.9, 18.0
+_STEER_PER_S, _STEER_DEG_S, _STEER_NARROW_DEG_S = 0.9, 18.0, 8.0
+_TIGHT_M, _UNSTEERED_S = 0.06, 2.0  # the board lets no curve through: straight on, for so long
 _WIDE_M = 0.30  # beside the chair: room to be less exact
 _RUNS_OUT_RAD = math.radians(5.0)
 _BEND_RAD, _ROUND_M = math.radians(32.0), 0.25  # a bend so small is driven round
@@ -65,6 +67,9 @@ class Follower:
         """Index of the leg that is driven, or turned to."""
         self._turning = True
         self._steers = False
+        self._unsteered_s = 0.0
+        self._aimed_m: float | None = None
+        """Along the leg, where it was turned to what is ahead."""
         self._speed, self._acceleration = _LEAST_M_S, 0.0
         self._spot = SpotTurn(self._turn, numbers.spot_permille, PERIOD_S)
         self._last_stick = STOP
@@ -94,7 +99,13 @@ class Follower:
     def moved(self, stick: Stick, speed_m_s: float | None, rate_deg_s: float | None) -> None:
         """What the board put out in the last period, and how the chair moves now."""
         self._linear.put_out(stick.linear_permille, PERIOD_S, speed_m_s)
+        self._unsteered_s -= PERIOD_S
+        if stick == STOP and self._last_stick.linear_permille and self._last_stick.turn_permille:
+            self._unsteered_s = _UNSTEERED_S
+        if not stick.linear_permille:  # gently again
+            self._speed = max(_LEAST_M_S, min(self._speed, abs(self._linear.speed)))
         self._turn.put_out(stick.turn_permille, PERIOD_S, rate_deg_s)
+        self._spot.let_out(stick.turn_permille)
 
     def left_m(self, pose: Pose) -> float:
         """Of the way."""
@@ -180,6 +191,7 @@ class Follower:
         else:
             self._turning = False
             self._steers = False
+            self._aimed_m = None
         return STOP
 
     # -- legs --------------------------------------------------------------------------------------
@@ -202,6 +214,7 @@ class Follower:
         if bends is not None:
             if left_m < _ROUND_M:
                 self._at += 1
+                self._aimed_m = -math.inf
                 return self._last_stick
             left_m += bends
         elif length < 0.03 or left_m < (_END_WIDE_M if room_m > _WIDE_M else _END_M):
@@ -212,12 +225,26 @@ class Follower:
         if abs(error) > _TURN_AGAIN_RAD + _STEER_MOST_RAD:
             self._begin_turn()
             return STOP
+        if (room_m < _TIGHT_M or self._unsteered_s > 0.0) and self._misses(
+            along, across, error, left_m
+        ):
+            self._begin_turn()
+            return STOP
         if abs(error) > _SHARP_RAD:
             most_m_s = min(most_m_s, _SHARP_M_S)
         speed = self._speed_m_s(left_m, most_m_s)
         turn = self._steer(across if not backward else -across, error, room_m, left_m)
         linear = self._numbers.linear_permille(-speed if backward else speed)
         return Stick(linear, turn if linear else 0)
+
+    def _misses(self, along: float, across: float, error: float, left_m: float) -> bool:
+        """Straight on, it comes too far from its leg: better aim again, as nothing is steered."""
+        if self._aimed_m is None:
+            self._aimed_m = along
+        if left_m < _AIM_LEFT_M or along - self._aimed_m < _AIM_AGAIN_M:
+            return False
+        ahead_m = min(left_m, _LOOK_M)
+        return abs(across - ahead_m * math.sin(error)) > _MISS_M
 
     def _bend_ahead(self, backward: bool) -> float | None:
         """The next leg's length, if it is driven into without a stop."""
@@ -277,7 +304,7 @@ class Follower:
         toward = math.atan2(-across, max(0.5, min(_LOOK_M, left_m)))
         toward = max(-_STEER_MOST_RAD, min(_STEER_MOST_RAD, 1.5 * toward))
         aim = error + toward
-        if room_m < _NARROW_M:
+        if room_m < _TIGHT_M or self._unsteered_s > 0.0:
             self._steers = False
             return 0
         off = abs(across) > _STEER_M or abs(aim) > _STEER_RAD
@@ -286,7 +313,8 @@ class Follower:
         if not self._steers:
             return 0
         rate = math.degrees(aim) * _STEER_PER_S
-        return self._numbers.turn_permille(max(-_STEER_DEG_S, min(_STEER_DEG_S, rate)))
+        most = _STEER_DEG_S if room_m > _NARROW_M else _STEER_NARROW_DEG_S
+        return self._numbers.turn_permille(max(-most, min(most, rate)))
 
 
 def _on_leg(

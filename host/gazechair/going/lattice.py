@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.footprint import BoolArray, FloatArray
 from gazechair.going.costmap import Costmap
 
 STEP_M = 0.075
@@ -38,6 +38,7 @@ _NARROW = 3.0  # as much again where there is none
 _STOP_M, _FREE_M = 0.30, 0.75  # ahead: the board drives no nearer, and from there on creeps
 _CREEPS = 5.0
 _JAMS_M, _JAMS = 0.05, 6.0
+_STANDING = 6.0  # likewise, ahead of the chair: what the board takes for a standing person
 _BLOCKED = -1.0
 _BORDER = 3
 
@@ -118,6 +119,24 @@ class Lattice:
                 found[k, -shift:] = whole[k, :shift]
         return found
 
+    def _standing_ahead(self) -> BoolArray:
+        """Of which poses it is ahead, near."""
+        found = np.zeros((HEADINGS, *self._shape), dtype=np.bool_)
+        ahead = self._costmap.ahead
+        cells = self._costmap.standing_m @ self._turn.T - self._low
+        cells = np.unique(np.round(cells / STEP_M).astype(np.int64), axis=0)
+        reach = math.ceil((ahead.reach_m[1] + ahead.half_m) / STEP_M)
+        steps = np.stack(np.meshgrid(*2 * [np.arange(-reach, reach + 1)]), axis=2).reshape(-1, 2)
+        for k, angle in enumerate(_ANGLES):
+            along = STEP_M * (steps @ (math.cos(angle), math.sin(angle)))
+            across = STEP_M * (steps @ (-math.sin(angle), math.cos(angle)))
+            met = (along > ahead.reach_m[0]) & (along < ahead.reach_m[1])
+            met &= np.abs(across) < ahead.half_m
+            places = (cells[:, None, :] - steps[met]).reshape(-1, 2)
+            within = ((places >= 0) & (places < self._shape)).all(axis=1)
+            found[k, places[within, 0], places[within, 1]] = True
+        return found.reshape(HEADINGS, -1)
+
     def use(self, least_m: float, turn_m: float, no_turns: Sequence[tuple[float, float]]) -> None:
         """Poses are free with so much clearance, turns with `turn_m`; none near `no_turns`."""
         if (least_m, turn_m, list(no_turns)) != (self._least_m, self._turn_m, self._no_turns):
@@ -133,6 +152,7 @@ class Lattice:
         self._stands = (whole >= least).reshape(-1)
         creeps = self._ahead(whole, _FREE_M) < least
         dearer = _NARROW * narrow + _CREEPS * creeps + _JAMS * (whole < _JAMS_M)
+        dearer += _STANDING * self._standing_ahead()
         self._dearer = (256.0 * dearer).astype(np.int64).reshape(-1)
         # Turning from k to k + 1 must be free half a heading beyond: the board wants room to stop.
         after, beyond = np.roll(whole, -1, axis=0), np.roll(half, -1, axis=0)
@@ -246,15 +266,20 @@ class Lattice:
             ahead = at + int(_STEPS[heading] @ np.array((self._shape[1], 1)))
             options = []
             if self._left[at]:
-                options.append((int(costs[left]) + _TURN_COST, left))
+                options.append((int(costs[left]) + self._turn_cost(at), left))
             if self._right[right]:
-                options.append((int(costs[right]) + _TURN_COST, right))
+                options.append((int(costs[right]) + self._turn_cost(right), right))
             if self._free[ahead] and self._stands[at]:
-                options.append((int(costs[ahead]) + int(_STRAIGHT[heading]), ahead))
+                straight = int(_STRAIGHT[heading])
+                straight += straight * int(self._dearer[at]) >> 8
+                options.append((int(costs[ahead]) + straight, ahead))
             best = min(options, default=(UNREACHED, at))
             if costs[best[1]] >= costs[at]:
                 return found
             found.append(best[1])
+
+    def _turn_cost(self, kept_at: int) -> int:
+        return _TURN_COST + _NARROW_TURN_COST * int(self._tight[kept_at])
 
 
 def _walls_rad(costmap: Costmap) -> float:

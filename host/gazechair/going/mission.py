@@ -21,6 +21,7 @@ from gazechair.going.costmap import Costmap
 from gazechair.going.follow import ARRIVED_M, STOP, Follower, Stick
 from gazechair.going.people import People, speed_within
 from gazechair.going.plan import NO_WAY, NoWay, Planner, Pose, Refused, Way
+from gazechair.going.stuck import Overruled, Stuck, apart
 
 # States.
 IDLE, PLANNING, DRIVING, WAITING, BLOCKED = "idle", "planning", "driving", "waiting", "blocked"
@@ -36,14 +37,11 @@ _HIT_M = -0.04  # by the map and what is seen: less than this ahead, and the way
 _GO_ROUND_S, _AGAIN_S = 3.0, 2.0
 _RETRY_S = 4.0
 _NEARER = 2
-_MOVED_M, _MOVED_RAD = 0.04, math.radians(2.0)
 _BESIDE_M = 0.45
 _NEAR_PERSON_M = 1.6
 _JUMP_M, _JUMP_RAD = 0.30, math.radians(15.0)
 # Where the board lets nothing out. It takes furniture for a person until that has stood for 10 s.
 _NO_TURN_S, _OTHER_WAY_S, _PATIENCE_S = 1.8, 1.5, 13.0
-_EARLY_S = 0.6
-_ASKS_S, _OF_S = 0.2, 1.0  # asks meanwhile: the board counts how long it overrules
 _DEARER_S, _SHUT_S = 12.0, 60.0
 
 Planned = Way | NoWay
@@ -57,15 +55,6 @@ class Located:
     speed_m_s: float
     rate_deg_s: float
     time_s: float
-
-
-@dataclass
-class _Stuck:
-    """Where and since when the chair asks and does not get on, and what was tried."""
-
-    pose: Pose | None = None
-    since_s: float | None = None
-    looked: bool = False
 
 
 def at_once(job: Callable[[], Planned]) -> Future[Planned]:
@@ -91,7 +80,8 @@ class Mission:
     plans: int = 0
     _located: Located | None = None
     _people: People = field(default_factory=People)
-    _stuck: _Stuck = field(default_factory=_Stuck)
+    _stuck: Stuck = field(default_factory=Stuck)
+    _overruled: Overruled = field(default_factory=Overruled)
     _checked_s: float = -math.inf
     _hit_since_s: float | None = None
     _gave_up_s: float = 0.0
@@ -116,7 +106,7 @@ class Mission:
         """To there; at any time. It drives on the old way until the new one is known."""
         self.goal = goal
         self._nearer = 0
-        self._stuck = _Stuck()
+        self._stuck = Stuck()
         self._refused = []
         self._outdated = self._pending is not None
         self._ask_plan(drives_on=self.state == DRIVING)
@@ -129,7 +119,7 @@ class Mission:
     def resume(self) -> None:
         """Go on, by a new way."""
         if self.state == PAUSED:
-            self._stuck = _Stuck()
+            self._stuck = Stuck()
             self._ask_plan()
 
     def stop(self) -> None:
@@ -177,6 +167,7 @@ class Mission:
         at = self._located
         speeds = (None, None) if at is None else (at.speed_m_s, at.rate_deg_s)
         self._follower.moved(put_out, *speeds)
+        self._overruled.count(self._asked, put_out)
         self._asked = self._step(now_s, put_out)
         return self._asked
 
@@ -254,7 +245,7 @@ class Mission:
     def _give_up(self, reason: str, now_s: float) -> None:
         self.state, self.reason, self._gave_up_s = BLOCKED, reason, now_s
         self._refused = []
-        self._stuck = _Stuck()
+        self._stuck = Stuck()
         self._follower.drop()
 
     def _look_ahead(self, pose: Pose, now_s: float) -> None:
@@ -308,19 +299,22 @@ class Mission:
 
     def _insist(self, at: Located, stick: Stick, put_out: Stick, now_s: float) -> Stick:
         """What to do where the board lets nothing out, or the chair does not get on."""
-        stuck = self._stuck
+        turns = self._follower.turns_on_spot
         waits = self._free_m < 0.3
-        if stuck.pose is None or _apart(stuck.pose, at.pose) or (stick == STOP and not waits):
-            self._stuck = _Stuck(at.pose)
+        if self._stuck.elsewhere(at.pose):
             if self.state == WAITING:
                 self.state, self.reason = DRIVING, ""
+            self._stuck = Stuck(at.pose, turns)
+        self._stuck.count(self._asked != STOP or waits, put_out, now_s)
+        if stick == STOP and not waits:
             return stick
-        if stuck.since_s is None:
-            stuck.since_s = now_s
-        for_s = now_s - stuck.since_s
-        if for_s < _EARLY_S or (for_s < _GO_ROUND_S and put_out != STOP):
-            return stick
-        turns = self._follower.turns_on_spot
+        if turns != self._stuck.turns:
+            self._stuck = Stuck(at.pose, turns)
+        stuck = self._stuck
+        for_s = stuck.for_s(now_s)
+        ask = stick if self._overruled.asks(for_s, now_s) else STOP
+        if not for_s:
+            return ask
         early_rad = None if turns or waits else self._follower.early_turn_rad(at.pose)
         if early_rad is not None and self.planner.turns_freely(at.pose, early_rad):
             self._follower.end_leg_early()
@@ -336,8 +330,8 @@ class Mission:
                 self._give_up(NO_WAY, now_s)
                 return STOP
             self._refuse(at.pose, turns, _SHUT_S)
-            self._stuck = _Stuck(at.pose, looked=True)
-        return stick if for_s % _OF_S < _ASKS_S else STOP
+            self._stuck = Stuck(at.pose, turns, looked=True)
+        return ask
 
     def _refuse(self, pose: Pose, turns: bool, price_s: float) -> None:
         """The board does not let it go on from here: another way, unless all are dearer."""
@@ -346,14 +340,9 @@ class Mission:
 
     def _shut_before(self, pose: Pose, turns: bool) -> bool:
         return any(
-            one.turns == turns and one.price_s >= _SHUT_S and not _apart(one.pose, pose)
+            one.turns == turns and one.price_s >= _SHUT_S and not apart(one.pose, pose)
             for one in self._refused[:-1]
         )
-
-
-def _apart(a: Pose, b: Pose) -> bool:
-    turned = abs(math.remainder(a[2] - b[2], 2.0 * math.pi))
-    return math.dist(a[:2], b[:2]) > _MOVED_M or turned > _MOVED_RAD
 
 
 def _moved(at: Located, seconds: float) -> Pose:

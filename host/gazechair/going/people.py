@@ -20,6 +20,7 @@ _WALKS_M_S = 0.2
 _MOST_M_S = 1.6
 _BLEND = 0.35
 _SURE = 4  # looks
+_CAME_M = 0.2  # so far, at least: parts of things that come into view seem to move, too
 _BODY_M = 0.25
 _SPACE_M = 0.35
 """Between the chair and a person who walks."""
@@ -37,10 +38,14 @@ class Track:
     vy_m_s: float
     seen_s: float
     looks: int = 1
+    from_m: tuple[float, float] | None = None
+    """Where it was seen first."""
 
     @property
     def walks(self) -> bool:
         """Whether it moves by itself, as far as seen."""
+        if self.from_m is None or math.dist(self.from_m, (self.x_m, self.y_m)) < _CAME_M:
+            return False
         return self.looks >= _SURE and math.hypot(self.vx_m_s, self.vy_m_s) > _WALKS_M_S
 
 
@@ -62,7 +67,7 @@ class People:
 
             best = min(free, key=gap, default=None)
             if best is None or gap(best) > _SAME_M:
-                self.tracks.append(Track(x, y, 0.0, 0.0, at_s))
+                self.tracks.append(Track(x, y, 0.0, 0.0, at_s, from_m=(x, y)))
                 continue
             free.remove(best)
             dt = at_s - best.seen_s

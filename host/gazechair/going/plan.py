@@ -26,6 +26,7 @@ from gazechair.going.lattice import (
 )
 from gazechair.going.smooth import (
     ALONG_M,
+    PASSES_M,
     TURN_EASY_M,
     TURN_M,
     Pose,
@@ -43,11 +44,12 @@ LEAST_M = -0.01
 """Least clearance of a way, by the map, whose own error is as large. The board sees the rest."""
 # Least clearance of poses and turns in the search, one after another until there is a way. In turns
 # the board keeps 7 cm off; a loose search may lead where smoothing finds no way.
-_CLEAR_M = ((LOOSE_M, 0.085), (LOOSE_M, 0.0), (STRICT_M, 0.03))
+_CLEAR_M = ((LOOSE_M, 0.085), (LOOSE_M, 0.04), (STRICT_M, 0.03), (LOOSE_M, 0.0))
 _LEG_STEPS_M = (0.0, 0.3, 0.6, 0.9, 1.2, 1.6)
 _GOAL_M = 0.9 * STEP_M
 _SNAP_RAD = math.radians(12.0)
 _COST_PER_S = 15.0  # of the lattice
+_EASY_S, _EASY_S_PER_M = 20.0, 10.0
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,14 @@ class Way:
     backward: bool = False
     """The first leg is driven backward."""
     clearance_m: float = 0.0
+    cost_s: float = 0.0
+    """As estimated for choosing between ways."""
+
+    @property
+    def is_easy(self) -> bool:
+        """Hardly worth looking for another one."""
+        easy_s = _EASY_S + _EASY_S_PER_M * self.length_m
+        return self.clearance_m >= PASSES_M and self.cost_s < easy_s
 
     @property
     def length_m(self) -> float:
@@ -90,13 +100,18 @@ class Planner:
         self._refused = refused
         self._lattice.refresh()
         turns = [(one.x_m, one.y_m) for one in refused if one.turns]
-        found: Way | NoWay = NoWay(NO_WAY)
+        best: Way | NoWay = NoWay(NO_WAY)
         for least_m, turn_m in _CLEAR_M:
             self._lattice.use(least_m, turn_m, turns)
             found = self._plan(start, goal)
-            if isinstance(found, Way) or found.reason != NO_WAY:
+            if isinstance(found, NoWay):
+                if found.reason != NO_WAY:
+                    return found
+            elif isinstance(best, NoWay) or found.cost_s < best.cost_s:
+                best = found
+            if isinstance(best, Way) and best.is_easy:
                 break
-        return found
+        return best
 
     def turns_freely(self, pose: Pose, to_rad: float) -> bool:
         """Whether the board will let it turn there."""
@@ -138,10 +153,10 @@ class Planner:
         fixed = 1 + (best[2] != 0.0)
         fixed_end = 1 + (leg_in_m > 0.0)
         smooth = Smoother(self._costmap, start[2], heading, backward, self._refused)
-        found, clear = smooth(_merged(points, fixed, fixed_end), fixed, fixed_end)
+        found, clear, cost_s = smooth(_merged(points, fixed, fixed_end), fixed, fixed_end)
         if clear < LEAST_M - 0.02:
             return NoWay(NO_WAY)
-        return Way(found, heading, backward, clear)
+        return Way(found, heading, backward, clear, cost_s)
 
     def _ends(
         self, x_m: float, y_m: float, heading: float | None

@@ -34,6 +34,8 @@ _STRAIGHT_RAD = math.radians(4.0)  # a bend so small is steered while driving
 _ONWARD_M = np.arange(0.05, 0.76, 0.05)
 _BESIDE_M = 0.035
 _JAMS_M, _JAMS_S_PER_M = 0.06, 40.0  # where an error of the pose or heading ends it
+PASSES_M, _NOT_PASSED_S = 0.025, 40.0  # the board's margin beside the chair, in front of it
+_LEAVES = 8  # poses of a leg at which the chair may be nearer: it leaves that behind
 _STOP_M = 0.35
 _CREEPS_S_PER_M, _NO_STOP_S_PER_M = 20.0, 200.0
 _REFUSED_M, _REFUSED_RAD = 0.3, math.radians(20.0)
@@ -77,8 +79,8 @@ class Smoother:
 
     def __call__(
         self, points: list[FloatArray], fixed: int, fixed_end: int
-    ) -> tuple[FloatArray, float]:
-        """`fixed`, `fixed_end`: so many at both ends stay."""
+    ) -> tuple[FloatArray, float, float]:
+        """With clearance and seconds. `fixed`, `fixed_end`: so many at both ends stay."""
         cost = self._cost(points)
         while True:
             options = [points[:k] + points[k + 1 :] for k in range(fixed, len(points) - fixed_end)]
@@ -100,7 +102,7 @@ class Smoother:
                 if cost > before - 0.05:
                     break
         legs = [self._leg(a, b)[1] for a, b in itertools.pairwise(points)]
-        return np.array(points), min(legs, default=0.0)
+        return np.array(points), min(legs, default=0.0), cost
 
     def _cost(self, points: list[FloatArray]) -> float:
         backward = self._backward
@@ -125,7 +127,8 @@ class Smoother:
             count = max(2, int(length / ALONG_M) + 1)
             at = a + (b - a) * np.linspace(0.0, 1.0, count)[:, None]
             heading = math.atan2(b[1] - a[1], b[0] - a[0])
-            if self._backward and a is not b and self._is_first(a):
+            backward = self._backward and a is not b and self._is_first(a)
+            if backward:
                 heading += math.pi
             onward = b + (b - a) / max(length, 1e-6) * _ONWARD_M[:, None]
             poses = np.concatenate((at, onward))
@@ -141,6 +144,10 @@ class Smoother:
             seconds += _CREEPS_S_PER_M * float(_ONWARD_M[-1] - free)
             seconds += _NO_STOP_S_PER_M * max(0.0, _STOP_M - float(free))
             seconds += _INTO_WALL * length * float(np.maximum(0.02 - clear, 0.0).mean()) * 50.0
+            standing_m = self._costmap.standing_m
+            seconds += self._costmap.ahead.leg_s(standing_m, a, b, backward)
+            if float(clear[_LEAVES:].min(initial=1.0)) < PASSES_M:
+                seconds += _NOT_PASSED_S
             found = self._legs[key] = (seconds, float(clear.min()))
         return found
 

@@ -1,7 +1,8 @@
 """A turn on the spot by the stick alone: full output, let go in time, small pulses for the rest.
 
 The chair's model (dead time, ramps, lag, breakaway) says how far it runs on when the stick is let
-go; what a pulse really made of what was promised corrects the next.
+go, and what a pulse makes. A chair that breaks loose sooner or later than its model is met by a
+shift of the pulses' length, learned from each of them.
 """
 
 from __future__ import annotations
@@ -13,9 +14,12 @@ from gazechair.going.chair_numbers import AxisModel
 _STANDS_DEG_S = 0.8
 _STANDS_TICKS = 5
 _PULSES = 16  # ticks of the longest pulse
-_MOVES = 6  # with corrections
+_MOVES = 7  # with corrections
 _GAIN = (0.5, 1.8)
-_NEAR_ENOUGH_DEG = 4.0
+_SHIFT = (-4.0, 12.0)  # ticks; above 0: it breaks loose sooner
+_LEARNS = 0.7
+_TELLS_DEG = 0.6  # of a pulse: less says little
+_NEAR_ENOUGH_DEG = 2.5
 
 
 class SpotTurn:
@@ -23,19 +27,29 @@ class SpotTurn:
 
     def __init__(self, model: AxisModel, output: int, period_s: float) -> None:
         self._model = model
-        self._output = output
+        self._output = self._let = output
         self._period_s = period_s
         self._gain = 1.0
+        """Of running on, as it was by what the model says."""
+        self._shift = 0.0
         self.start()
 
     def start(self) -> None:
         """Another target."""
         self._moves = 0
         self._left = 0  # ticks of the present pulse
+        self._done = 0  # of them, put out
         self._runs = False
         self._still = 0
         self._sign = 1.0
-        self._promised: tuple[float, float] | None = None
+        self._pulsed_from: float | None = None
+        self._coasts: tuple[float, float] | None = None
+
+    def let_out(self, permille: int) -> None:
+        """What the board has put out in the last period."""
+        if permille:
+            self._let = abs(permille)
+            self._done += 1
 
     def step(self, heading_rad: float, target_rad: float, within_rad: float) -> int | None:
         """Permille for the next period; None: it stands at the target, as near as it gets."""
@@ -44,13 +58,12 @@ class SpotTurn:
             self._left -= 1
             return int(self._sign * self._output)
         if self._runs:
-            ways = [
-                self._gain * self._model.runs(self._sign * self._output, n * self._period_s)
-                for n in (0, 1)
-            ]
+            signed = self._sign * self._let
+            ways = [self._gain * self._model.runs(signed, n * self._period_s) for n in (0, 1)]
             if self._sign * (error - 0.5 * (ways[0] + ways[1])) > 0.0:
                 return int(self._sign * self._output)
             self._runs = False
+            self._coasts = (heading_rad, ways[0])
             return 0
         self._still = self._still + 1 if abs(self._model.speed) < _STANDS_DEG_S else 0
         if self._still < _STANDS_TICKS and self._moves:
@@ -65,29 +78,58 @@ class SpotTurn:
         return self._move(error, heading_rad)
 
     def _learn(self, heading_rad: float) -> None:
-        if self._promised is None:
-            return
-        before, promised = self._promised
-        self._promised = None
-        turned = math.degrees(math.remainder(heading_rad - before, 2.0 * math.pi))
-        share = min(max(turned / promised, 0.3), 2.0)
-        self._gain = min(max(self._gain * (1.0 + 0.5 * (share - 1.0)), _GAIN[0]), _GAIN[1])
+        if self._coasts is not None:
+            before, promised = self._coasts
+            self._coasts = None
+            if abs(promised) > _TELLS_DEG:
+                share = min(max(_turned_deg(before, heading_rad) / promised, 0.3), 2.0)
+                gain = self._gain * (1.0 + 0.5 * (share - 1.0))
+                self._gain = min(max(gain, _GAIN[0]), _GAIN[1])
+        if self._pulsed_from is not None and self._done:
+            turned = self._sign * _turned_deg(self._pulsed_from, heading_rad)
+            ways = self._pulses()
+            if max(turned, _at(ways, self._done + self._shift)) > _TELLS_DEG:
+                off = _when(ways, turned) - (self._done + self._shift)
+                self._shift = min(max(self._shift + _LEARNS * off, _SHIFT[0]), _SHIFT[1])
+        self._pulsed_from = None
+
+    def _pulses(self) -> list[float]:
+        """Degrees that a chair as its model turns from rest by a pulse of each length."""
+        return [
+            abs(self._model.from_rest(self._sign * self._let, n * self._period_s))
+            for n in range(_PULSES + int(_SHIFT[1]) + 1)
+        ]
 
     def _move(self, error: float, heading_rad: float) -> int | None:
         self._sign = math.copysign(1.0, error)
-        self._still = 0
-        ways = [
-            (abs(error - self._gain * self._model.runs(self._sign * self._output, n * 0.05)), n)
-            for n in range(_PULSES)
-        ]
-        best = min(ways)[1]
-        if best == 0:
-            return None if abs(error) < _NEAR_ENOUGH_DEG else 0
+        self._still = self._done = 0
+        ways = self._pulses()
+        best = min((abs(abs(error) - _at(ways, n + self._shift)), n) for n in range(1, _PULSES))[1]
+        if _at(ways, best + self._shift) > 2.0 * abs(error) and abs(error) < _NEAR_ENOUGH_DEG:
+            return None  # the least pulse would do no good
         self._moves += 1
         if best == _PULSES - 1:
             self._runs = True
             return int(self._sign * self._output)
-        promised = self._gain * self._model.runs(self._sign * self._output, best * self._period_s)
-        self._promised = (heading_rad, promised)
+        self._pulsed_from = heading_rad
         self._left = best - 1
         return int(self._sign * self._output)
+
+
+def _turned_deg(before_rad: float, after_rad: float) -> float:
+    return math.degrees(math.remainder(after_rad - before_rad, 2.0 * math.pi))
+
+
+def _at(ways: list[float], ticks: float) -> float:
+    """What a pulse so long makes."""
+    low = min(max(ticks, 0.0), len(ways) - 1.001)
+    n = int(low)
+    return ways[n] + (low - n) * (ways[n + 1] - ways[n])
+
+
+def _when(ways: list[float], deg: float) -> float:
+    """How long a pulse makes so much."""
+    n = next((n for n, way in enumerate(ways) if way >= deg), len(ways) - 1)
+    if n == 0 or ways[n] <= ways[n - 1]:
+        return float(n)
+    return n - min(1.0, (ways[n] - deg) / (ways[n] - ways[n - 1]))

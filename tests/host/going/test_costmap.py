@@ -8,7 +8,7 @@ import pytest
 from gazechair.base.footprint import Footprint, inside
 from gazechair.going.costmap import KEPT_S
 from gazechair.going.distance_field import discs_of, distances
-from goingrig import floor
+from goingrig import TWO_ROOMS, floor
 
 
 def test_distances_are_those_of_a_search() -> None:
@@ -74,3 +74,15 @@ def test_what_is_seen_counts_until_it_was_not_seen_for_a_while() -> None:
 def test_the_walls_of_the_map_are_no_news() -> None:
     costmap = floor()
     assert not len(costmap.see(np.array(((3.0, 0.06),)), 1.0, (3.0, 1.0)))
+
+
+def test_a_gap_between_beams_is_floor_where_nothing_stands_near() -> None:
+    gap = (3.85, 1.85, 4.15, 2.15)  # in the door of 1 m: no beam has passed there
+    at = np.array([4.0]), np.array([2.0])
+    assert floor(TWO_ROOMS, unseen=(gap,)).clearance_m(*at, 0.0)[0] > 0.05
+    wide = (3.7, 1.7, 4.3, 2.3)
+    assert floor(TWO_ROOMS, unseen=(wide,)).clearance_m(*at, 0.0)[0] < 0.0
+    beside = (3.9, 1.45, 4.1, 1.75)  # of the frame, perhaps
+    lower = np.array([4.0]), np.array([1.9])
+    assert floor(TWO_ROOMS, unseen=(beside,)).clearance_m(*lower, 0.0)[0] < 0.0
+    assert floor(TWO_ROOMS).clearance_m(*lower, 0.0)[0] > 0.05

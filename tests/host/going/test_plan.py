@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import time
 
@@ -10,7 +11,9 @@ import pytest
 
 from gazechair.base.footprint import Footprint
 from gazechair.going.costmap import Costmap
+from gazechair.going.lattice import Lattice
 from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, START_BLOCKED, NoWay, Planner, Pose, Way
+from gazechair.going.smooth import PASSES_M
 from goingrig import TWO_ROOMS, floor
 
 START, GOAL = (1.5, 2.0, 0.0), (6.5, 2.0, math.pi / 2)
@@ -111,3 +114,30 @@ def test_rotated_walls_are_no_obstacle_to_a_door() -> None:
     found = Planner(costmap).plan(turned(1.5, 2.0, 0.0), turned(6.5, 2.0, 0.0))
     assert isinstance(found, Way)
     assert found.clearance_m > 0.0
+
+
+def test_a_route_is_the_cheapest_by_the_prices_it_was_searched_with() -> None:
+    lattice = Lattice(floor((*TWO_ROOMS, (5.0, 2.3, 5.3, 2.6))))
+    ends = lattice.near(6.5, 2.4, 0.0, 0.08, 0.1)
+    starts = lattice.near(1.5, 2.0, math.pi, 0.08, 0.1)
+    costs = lattice.costs_to(ends, np.zeros(len(ends), dtype=np.int64), starts)
+    route = lattice.route(costs, int(starts[0]))
+    assert costs[route[-1]] == 0
+    for at, after in itertools.pairwise(route):
+        moves = lattice._before(np.array([after]))
+        prices = [int(price[0]) for before, price in moves if before[0] == at and price[0] >= 0]
+        assert costs[at] == costs[after] + min(prices)
+
+
+def test_a_tighter_turn_is_taken_rather_than_a_long_way_round() -> None:
+    # From a passage of 1.35 m to a door at its side; the other way round is 10 m, and narrow.
+    boxes = (
+        (0.0, 1.36, 2.55, 1.46),
+        (3.50, 1.36, 6.3, 1.46),
+        (6.3, 2.40, 6.4, 4.0),
+        (7.17, 2.40, 8.0, 2.5),
+    )
+    found = planned(boxes, (1.0, 0.8, 0.0), (3.0, 3.2, math.pi / 2))
+    assert isinstance(found, Way)
+    assert found.clearance_m >= PASSES_M
+    assert found.length_m < 6.0

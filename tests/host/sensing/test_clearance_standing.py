@@ -173,3 +173,15 @@ def test_somebody_far_off_does_not_become_furniture_by_waiting() -> None:
     judged.look(1.0, 30.0)
     assert judged.look(1.0) == AHEAD.told_m(1.0)
     assert judged.look(0.5, stands=False) == 0.0
+
+
+def test_where_the_board_does_not_go_on_waiting_helps() -> None:
+    # Anywhere a chair is stopped before something that may be a person, ten seconds of standing
+    # make furniture of it: else it would stand there for good.
+    ahead = ZONE.of(codes.DIR_FORWARD)
+    assert ahead is not None
+    goes_on_m = ahead.told[zone.CREEP] + limits.BAND_MM / 1000.0 + 0.04
+    for way_m in np.arange(0.2, 1.0, 0.01):
+        judged = Judged()
+        stuck = judged.look(float(way_m), 0.2) < goes_on_m
+        assert not stuck or judged.look(float(way_m), 10.5) >= goes_on_m

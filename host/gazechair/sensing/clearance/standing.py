@@ -46,6 +46,8 @@ class Approach:
         """Clearance to report so that the board limits the chair to creep speed."""
         self.blocked_within_m = np.inf
         """Nearer than this to what may be a person, the chair stops."""
+        self.again_from_m = np.inf
+        """Nearer than this, a chair that stands does not go on."""
         self._from_m = self._told_m = np.zeros(0)
         if stopping is None:
             return
@@ -56,6 +58,7 @@ class Approach:
         self._told_m = stopping.told[zone.CREEP :]
         self.creep_way_m = float(self._told_m[0]) + AGAIN_M
         self.blocked_within_m = float(self._from_m[0])
+        self.again_from_m = float(np.interp(self.creep_way_m, self._told_m, self._from_m))
 
     def told_m(self, way_m: float) -> float:
         """Clearance to report when a person may stand `way_m` ahead."""
@@ -109,7 +112,7 @@ class Standing:
         if walks or not chair_stands or abs(way_m - self._near_m) > _SAME_M:
             if not self._furniture:
                 self._near_m, self._since_s = way_m, at_s
-        elif at_s - self._since_s >= _CALM_S and way_m < approach.blocked_within_m + _SAME_M:
+        elif at_s - self._since_s >= _CALM_S and way_m < approach.again_from_m + _SAME_M:
             self._furniture = True
         if self._furniture:
             return max(approach.creep_way_m, approach.told_m(way_m))

@@ -1,0 +1,74 @@
+"""Finds what the board takes for a standing person: things that stand apart, as wide as one.
+
+The board stops the chair some 0.7 m before them, until they have stood still for ten seconds, and
+creeps from then on (sensing.clearance.standing). Ways that head for them are dearer.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gazechair.base.footprint import BoolArray, FloatArray, Footprint
+
+STOPS_M = 0.75
+"""Before such a thing, the board stops the chair."""
+WAITS_S, CREEPS_S_PER_M = 12.0, 12.0
+_WIDE_M = (0.075, 1.0)
+_APART_CELLS = 2  # nearer cells are parts of one thing
+_BESIDE_M = 0.04  # of the chair: margin, and an error of the pose
+
+
+def standing_m(occupied: BoolArray, cell_m: float, low_m: FloatArray) -> FloatArray:
+    """Centres (N, 2) of the cells of such things, in the map's frame."""
+    left = {(int(x), int(y)) for x, y in np.argwhere(occupied)}
+    reach = range(-_APART_CELLS, _APART_CELLS + 1)
+    around = [(dx, dy) for dx in reach for dy in reach if dx or dy]
+    found: list[tuple[int, int]] = []
+    while left:
+        begin = left.pop()
+        thing, todo = [begin], [begin]
+        while todo:
+            x, y = todo.pop()
+            for dx, dy in around:
+                near = (x + dx, y + dy)
+                if near in left:
+                    left.remove(near)
+                    thing.append(near)
+                    todo.append(near)
+        size = np.ptp(np.array(thing), axis=0) + 1
+        if (
+            _WIDE_M[0] <= float(size.max()) * cell_m
+            and float(np.hypot(*size)) * cell_m <= (_WIDE_M[1])
+        ):
+            found += thing
+    cells = np.array(found, dtype=np.float64).reshape(-1, 2)
+    return np.asarray((cells + 0.5) * cell_m + low_m)
+
+
+class Ahead:
+    """Where a chair of that footprint has such a thing before it."""
+
+    def __init__(self, footprint: Footprint) -> None:
+        body = footprint.body
+        self._front_m, self._rear_m = float(body[:, 0].max()), float(-body[:, 0].min())
+        self.half_m = float(np.abs(body[:, 1]).max()) + _BESIDE_M
+
+    @property
+    def reach_m(self) -> tuple[float, float]:
+        """From the drive axle, where such a thing stops a chair that drives forward."""
+        return self._front_m, self._front_m + STOPS_M
+
+    def leg_s(self, things_m: FloatArray, a: FloatArray, b: FloatArray, backward: bool) -> float:
+        """Seconds that they cost on the straight leg from `a` to `b`."""
+        along = b - a
+        length = float(np.hypot(*along))
+        if not len(things_m) or length < 1e-6:
+            return 0.0
+        along = along / length
+        off = things_m - a
+        ahead = off @ along - (self._rear_m if backward else self._front_m)
+        across = off[:, 0] * -along[1] + off[:, 1] * along[0]
+        met = ahead[(np.abs(across) < self.half_m) & (ahead > 0.0) & (ahead < length + STOPS_M)]
+        if not len(met):
+            return 0.0
+        return WAITS_S + CREEPS_S_PER_M * min(length, length + STOPS_M - float(met.min()))

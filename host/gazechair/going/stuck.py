@@ -1,0 +1,87 @@
+"""Keeps account of a chair that asks and does not get on: where, for how long, what was tried.
+
+The board counts how long it overrules an auto motion, and ends its press after 10 s. So what is
+asked in vain is asked for moments only, fewer of them the more of that time is gone.
+"""
+
+from __future__ import annotations
+
+import math
+
+from gazechair.going.follow import PERIOD_S, STOP, Stick
+from gazechair.going.smooth import Pose
+
+_MOVED_M, _MOVED_RAD = 0.04, math.radians(2.0)
+_IN_VAIN_S = 0.6
+_SILENT_S = 1.2  # since the first asking, nothing was put out: short askings are in vain, too
+_LET_OUT_S = 3.0  # something is put out for so long, and still the chair stands
+_ASKS_S, _OF_S = 0.1, 1.0
+_SELDOM_S = 6.0  # overruled for so long
+_SELDOM_ASKS_S, _SELDOM_OF_S = 0.05, 3.0
+
+
+class Overruled:
+    """How long the board has overruled what was asked, since it last put something out."""
+
+    def __init__(self) -> None:
+        self._seconds = 0.0
+
+    def count(self, asked: Stick, put_out: Stick) -> None:
+        """Of the last period."""
+        if put_out != STOP:
+            self._seconds = 0.0
+        elif asked != STOP:
+            self._seconds += PERIOD_S
+
+    def asks(self, for_s: float, now_s: float) -> bool:
+        """Whether to ask now, after asking in vain for so long."""
+        if self._seconds < _SELDOM_S:
+            return not for_s or for_s % _OF_S < _ASKS_S
+        return now_s % _SELDOM_OF_S < _SELDOM_ASKS_S
+
+
+class Stuck:
+    """One place where the chair asks to turn, or to drive."""
+
+    def __init__(self, pose: Pose | None = None, turns: bool = False, looked: bool = False) -> None:
+        self.pose = pose
+        self.looked = looked
+        """Another way was looked for."""
+        self.turns = turns
+        """It asks to turn."""
+        self._since_s: float | None = None
+        self._vain_s = self._let_s = 0.0
+        self._silent_since_s: float | None = None
+
+    def elsewhere(self, pose: Pose) -> bool:
+        """Whether the chair is at another pose than this is about."""
+        return self.pose is None or apart(self.pose, pose)
+
+    def count(self, asked: bool, put_out: Stick, now_s: float) -> None:
+        """Of the last period: whether it was asked to move, and what came of that."""
+        if put_out != STOP:
+            self._silent_since_s = None
+        if not asked:
+            self._let_s = 0.0
+            return
+        if put_out == STOP and self._silent_since_s is None:
+            self._silent_since_s = now_s
+        self._let_s = 0.0 if put_out == STOP else self._let_s + PERIOD_S
+        if put_out == STOP or self._let_s > _LET_OUT_S:
+            self._vain_s += PERIOD_S
+            if self._since_s is None:
+                self._since_s = now_s
+
+    def for_s(self, now_s: float) -> float:
+        """How long it has asked in vain; 0: it gets on, or has hardly asked."""
+        silent_s = 0.0 if self._silent_since_s is None else now_s - self._silent_since_s
+        hardly = self._vain_s < _IN_VAIN_S and silent_s < _SILENT_S
+        if self._since_s is None or hardly or 0.0 < self._let_s < _LET_OUT_S:
+            return 0.0
+        return now_s - self._since_s
+
+
+def apart(a: Pose, b: Pose) -> bool:
+    """Whether the chair has moved from one to the other."""
+    turned = abs(math.remainder(a[2] - b[2], 2.0 * math.pi))
+    return math.dist(a[:2], b[:2]) > _MOVED_M or turned > _MOVED_RAD

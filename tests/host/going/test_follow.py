@@ -1,0 +1,76 @@
+"""Follower: aims again where nothing may be steered, and starts gently after a stop."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from gazechair.going.follow import STOP, Follower, Stick
+from gazechair.going.plan import Way
+from goingrig import numbers
+
+NARROW_M, WIDE_M = 0.05, 0.50
+STRAIGHT = Way(np.array([(0.0, 0.0), (4.0, 0.0)]), None)
+
+
+def following(ticks: int, room_m: float) -> Follower:
+    """On its way along the x axis, at full speed for so long."""
+    follower = Follower(numbers())
+    follower.take(STRAIGHT, (0.0, 0.0, 0.0))
+    stick = STOP
+    for n in range(ticks):
+        follower.moved(stick, None, 0.0)
+        stick = follower.step((0.012 * n, 0.0, 0.0), math.inf, room_m)
+    assert stick.linear_permille > 500
+    return follower
+
+
+@pytest.mark.parametrize(
+    ("room_m", "across_m", "turned_deg", "aims"),
+    [
+        (NARROW_M, 0.0, 0.5, False),
+        (NARROW_M, 0.0, 4.0, True),
+        (NARROW_M, 0.05, 0.0, True),
+        (NARROW_M, 0.05, -3.0, False),  # on its way back to the leg
+        (WIDE_M, 0.0, 4.0, False),  # that is steered
+    ],
+)
+def test_where_it_is_narrow_it_stops_and_aims_again(
+    room_m: float, across_m: float, turned_deg: float, aims: bool
+) -> None:
+    follower = following(80, room_m)
+    stick = follower.step((1.0, across_m, math.radians(turned_deg)), math.inf, room_m)
+    assert (stick.linear_permille == 0) is aims
+    for _ in range(60):
+        follower.moved(STOP, 0.0, 0.0)
+        stick = follower.step((1.0, across_m, math.radians(turned_deg)), math.inf, room_m)
+        if stick.turn_permille and not stick.linear_permille:
+            break
+    assert follower.turns_on_spot is aims
+    if aims:
+        assert np.sign(stick.turn_permille) == -np.sign(across_m + math.radians(turned_deg))
+
+
+def test_after_the_board_held_it_back_it_starts_gently() -> None:
+    follower = following(80, WIDE_M)
+    for _ in range(40):
+        follower.moved(STOP, 0.0, 0.0)
+        follower.step((1.0, 0.0, 0.0), math.inf, WIDE_M)
+    follower.moved(Stick(), 0.0, 0.0)
+    assert follower.step((1.0, 0.0, 0.0), math.inf, WIDE_M).linear_permille < 250
+
+
+def test_where_the_board_lets_no_curve_through_it_goes_straight_on_for_a_while() -> None:
+    follower = following(80, 0.15)
+    off = (1.0, 0.05, 0.0)
+    assert follower.step(off, math.inf, 0.15).turn_permille < 0
+    follower.moved(STOP, 0.2, 0.0)
+    follower.step(off, math.inf, 0.15)
+    asked = []
+    for _ in range(60):
+        follower.moved(Stick(100, 0), 0.05, 0.0)
+        asked.append(follower.step((1.0, 0.03, 0.0), math.inf, 0.15))
+    assert not any(one.turn_permille for one in asked[:30])
+    assert asked[-1].turn_permille < 0

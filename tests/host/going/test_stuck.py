@@ -1,0 +1,87 @@
+"""A chair that the board does not let go on: asked for moments only, and never for ten seconds."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from gazeboard.core.limits import AUTO_OVERRULED_MS
+from gazechair.going.follow import PERIOD_S, STOP, Stick
+from gazechair.going.mission import ARRIVED
+from gazechair.going.stuck import Overruled, Stuck
+from goingrig import TWO_ROOMS, GoingChair, floor
+
+GO = Stick(500, 0)
+
+
+def asked_in_vain_s(chair: GoingChair, seconds: float) -> float:
+    """What the board counts: each time that it is asked and puts nothing out."""
+    total = 0.0
+    for _ in range(round(seconds / PERIOD_S)):
+        chair.step()
+        total += PERIOD_S * (chair.asked != STOP)
+    return total
+
+
+@pytest.mark.parametrize("goal", [(6.5, 2.0, math.pi / 2), (1.5, 2.0, math.pi)])
+def test_a_minute_and_a_half_before_an_obstacle_do_not_end_the_press(
+    goal: tuple[float, float, float],
+) -> None:
+    chair = GoingChair(floor(TWO_ROOMS), (1.5, 2.0, 0.0))
+    chair.mission.go(goal)
+    chair.run(2.0)
+    chair.refuses = True
+    in_vain_s = asked_in_vain_s(chair, 90.0)
+    assert 1.0 < in_vain_s < AUTO_OVERRULED_MS / 1000.0 - 1.0
+    chair.refuses = False
+    assert chair.run(120.0) == ARRIVED
+
+
+def test_it_asks_seldom_when_most_of_the_time_is_gone() -> None:
+    overruled = Overruled()
+
+    def share() -> float:
+        return sum(overruled.asks(10.0 + PERIOD_S * n, PERIOD_S * n) for n in range(240)) / 240.0
+
+    assert overruled.asks(0.0, 0.5)
+    assert share() == pytest.approx(0.1, abs=0.03)
+    for _ in range(round(6.5 / PERIOD_S)):
+        overruled.count(GO, STOP)
+    assert 0.0 < share() < 0.03
+    overruled.count(GO, GO)
+    assert share() == pytest.approx(0.1, abs=0.03)
+
+
+def test_what_is_let_out_is_not_in_vain_until_the_chair_stands_for_long() -> None:
+    stuck = Stuck((0.0, 0.0, 0.0))
+    for n in range(40):
+        stuck.count(True, GO, PERIOD_S * n)
+    assert stuck.for_s(2.0) == 0.0
+    for n in range(40, 100):
+        stuck.count(True, GO, PERIOD_S * n)
+    assert stuck.for_s(5.0) > 0.0
+
+
+def test_a_chair_that_has_not_asked_is_not_stuck() -> None:
+    stuck = Stuck((0.0, 0.0, 0.0))
+    for n in range(100):
+        stuck.count(False, STOP, PERIOD_S * n)
+    assert stuck.for_s(5.0) == 0.0
+    assert stuck.elsewhere((0.05, 0.0, 0.0))
+    assert stuck.elsewhere((0.0, 0.0, 0.05))
+    assert not stuck.elsewhere((0.02, 0.0, 0.02))
+
+
+@pytest.mark.parametrize(("lets_out", "stuck_s"), [(False, 1.5), (True, None)])
+def test_short_pulses_of_which_none_is_let_out_are_in_vain_soon(
+    lets_out: bool, stuck_s: float | None
+) -> None:
+    stuck = Stuck((0.0, 0.0, 0.0), turns=True)
+    found = None
+    for n in range(60):
+        pulse = n % 5 == 1  # the period after it was asked for
+        stuck.count(pulse, GO if pulse and lets_out else STOP, PERIOD_S * n)
+        if found is None and stuck.for_s(PERIOD_S * n):
+            found = PERIOD_S * n
+    assert (found is None) if stuck_s is None else (found is not None and found < stuck_s)
