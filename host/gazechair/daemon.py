@@ -23,6 +23,7 @@ from gazechair.board.zone import BoardZone
 from gazechair.config.configuration import Config, LidarConfig, is_loopback, uses_tls
 from gazechair.driving.control import Control
 from gazechair.driving.speed_cap_store import KeptCap
+from gazechair.first_drive.floor_marks import FloorMarks
 from gazechair.first_drive.guide import Guide
 from gazechair.first_drive.port import FirstDrivePort
 from gazechair.first_drive.record import Record
@@ -141,6 +142,9 @@ class Daemon:
             *(config, self.link, self.parts, self.control, profiles, record, self._remask),
             measured=None if odometry is None else odometry.latest.entry,
             keep=forward.keep,
+            marks=None
+            if config.camera.kind == "off"
+            else FloorMarks(FloorStore(folder), self._newest_jpeg),
         )
         self._web = FrontDoor(
             config,
@@ -280,6 +284,10 @@ class Daemon:
         if self._running:
             self.control.update()
             self._guide.look()
+
+    def _newest_jpeg(self) -> bytes | None:
+        frame = self._camera.latest().get()
+        return None if frame is None else frame.jpeg
 
     def _facts(self) -> dict[str, object]:
         measured = None if self._odometry is None else self._odometry.latest.entry()
