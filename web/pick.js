@@ -2,6 +2,7 @@
 // That moves nothing: only the tile Ga does, and only for what is shown.
 
 import { byId } from "./dom.js";
+import { SpotScan } from "./spot_scan.js";
 import { button } from "./tile.js";
 
 const VIEW = "pick";
@@ -38,6 +39,7 @@ export class Pick {
   #go;
   #over; // what is drawn over the picture
   #shown = "";
+  #bars = new SpotScan();
 
   /** `on` receives ride("spot", fields), open(view); dwellMs() is asked for. */
   constructor(strings, words, on) {
@@ -50,7 +52,7 @@ export class Pick {
     byId("picture").after(this.#over);
     addEventListener("pointermove", (event) => this.#look(event));
     addEventListener("pointerdown", (event) => this.#tap(event));
-    addEventListener("resize", () => this.#draw());
+    addEventListener("resize", () => [this.#draw(), this.#bars.show(this.#scanned())]);
   }
 
   /** `row`: of the tile. */
@@ -62,7 +64,9 @@ export class Pick {
   }
 
   act(name) {
-    if (name === BACK) this.#close();
+    if (name === BACK) return this.#close();
+    const spot = this.#bars.choose(name);
+    if (spot) this.#choose(...spot);
   }
 
   /** Takes the host's state, the mode that rides and the one that is over; true: `mode` changed. */
@@ -83,6 +87,7 @@ export class Pick {
     this.#go.classList.toggle("unable", !this.mode);
     this.#go.ariaDisabled = !this.mode;
     this.#draw();
+    this.#bars.show(this.#scanned());
     return before !== this.mode;
   }
 
@@ -93,7 +98,8 @@ export class Pick {
     const empty = !spot || (spot.state === "ended" && !spot.reason);
     const mine = this.#going?.mode?.startsWith(this.#row.name);
     if (empty && mine) return null; // how the ride has ended
-    const said = this.#words.spot(empty ? { kind: this.#row.of, state: "look" } : spot);
+    const kind = document.body.dataset.scans === "true" ? "scan" : this.#row.of;
+    const said = this.#words.spot(empty ? { kind, state: "look" } : spot);
     const level = spot?.state === "ended" && spot.reason ? "warning" : "ok";
     return { ...told, level, key: "spot", said };
   }
@@ -102,6 +108,7 @@ export class Pick {
     if (!this.#row) return;
     this.#on.ride("spot", { tile: this.#row.name, at: null });
     this.#row = this.#dwell = null;
+    this.#bars.show(null);
     this.#on.open("drive");
   }
 
@@ -113,10 +120,22 @@ export class Pick {
     return { left: (innerWidth - width) / 2, top: (innerHeight - height) / 2, width, height };
   }
 
+  /** Spots can be chosen. */
+  get #offers() {
+    return this.#row && !this.#rides && document.body.dataset.picture !== "stale";
+  }
+
   /** A spot can be chosen there: nothing else is. */
   #free({ target }) {
-    if (!this.#row || this.#rides || document.body.dataset.picture === "stale") return false;
-    return !target.closest?.(COVERS);
+    return this.#offers && !target.closest?.(COVERS);
+  }
+
+  /** What one switch chooses from: the part of the screen that shows floor within reach. */
+  #scanned() {
+    if (!this.#offers || document.body.dataset.scans !== "true") return null;
+    const box = this.#box();
+    const top = Math.max(0, box.top + box.height * (this.#row.top ?? 0));
+    return { left: 0, top, width: innerWidth, height: innerHeight - top };
   }
 
   #look(event) {

@@ -254,13 +254,9 @@ class Daemon:
             for kind, name, targets in kinds
         ]
 
-        def pointing() -> bool:
-            # A spot of the picture is for who looks or points.
-            return allowed() and profiles.chosen()["scan"] == "off"
-
         pictured = (
-            ("look", "mode go-look", lambda: spots("look", pointing(), floor)),
-            ("line", "mode follow-line", lambda: spots("line", pointing(), floor)),
+            ("look", "mode go-look", lambda: spots("look", allowed(), floor)),
+            ("line", "mode follow-line", lambda: spots("line", allowed(), floor)),
         )
         if self._config.camera.kind != "off":
             made += [
