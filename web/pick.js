@@ -14,6 +14,8 @@ const NEAR = 0.045;
 const STALE_MS = 400;
 /** Whoever looks at what is shown reads: another spot takes so much longer. */
 const READS = 2;
+/** The first dwell enlarges the picture so many times: the second one is that much more exact. */
+const ENLARGED = 3;
 /** Who looks there reads, or presses. */
 const COVERS = ".target, .panel, #status, header";
 
@@ -36,6 +38,7 @@ export class Pick {
   #going = null;
   #rides = false;
   #dwell = null; // {x, y, count, since, last, said}
+  #lens = null; // where the picture is enlarged around, px
   #go;
   #over; // what is drawn over the picture
   #shown = "";
@@ -52,7 +55,10 @@ export class Pick {
     byId("picture").after(this.#over);
     addEventListener("pointermove", (event) => this.#look(event));
     addEventListener("pointerdown", (event) => this.#tap(event));
-    addEventListener("resize", () => [this.#draw(), this.#bars.show(this.#scanned())]);
+    addEventListener("resize", () => {
+      this.#enlarge(null);
+      this.#bars.show(this.#scanned());
+    });
   }
 
   /** `row`: of the tile. */
@@ -79,6 +85,7 @@ export class Pick {
     const before = this.mode;
     this.mode = this.#spot?.mode ?? "";
     this.#rides = rides !== "";
+    if (!this.#offers) this.#enlarge(null);
     document.body.dataset.spot = this.#rides ? "rides" : (this.#spot?.state ?? "");
     const pauses = this.#rides && rides === this.mode;
     const again = this.mode && over === this.mode;
@@ -97,10 +104,11 @@ export class Pick {
     const spot = this.#spot;
     const empty = !spot || (spot.state === "ended" && !spot.reason);
     const mine = this.#going?.mode?.startsWith(this.#row.name);
-    if (empty && mine) return null; // how the ride has ended
+    if (empty && mine && !this.#lens) return null; // how the ride has ended
     const kind = document.body.dataset.scans === "true" ? "scan" : this.#row.of;
-    const said = this.#words.spot(empty ? { kind, state: "look" } : spot);
-    const level = spot?.state === "ended" && spot.reason ? "warning" : "ok";
+    const asks = this.#lens ? "again" : empty ? "look" : "";
+    const said = this.#words.spot(asks ? { kind, state: asks } : spot);
+    const level = !asks && spot.state === "ended" && spot.reason ? "warning" : "ok";
     return { ...told, level, key: "spot", said };
   }
 
@@ -108,6 +116,7 @@ export class Pick {
     if (!this.#row) return;
     this.#on.ride("spot", { tile: this.#row.name, at: null });
     this.#row = this.#dwell = null;
+    this.#enlarge(null);
     this.#bars.show(null);
     this.#on.open("drive");
   }
@@ -140,7 +149,10 @@ export class Pick {
 
   #look(event) {
     if (event.defaultPrevented || event.buttons !== 0) return;
-    if (!this.#free(event)) return this.#rest(null);
+    if (!this.#free(event)) {
+      if (event.target.closest?.(".target")) this.#enlarge(null);
+      return this.#rest(null);
+    }
     const { clientX: x, clientY: y } = event;
     const at = Math.min(event.timeStamp, performance.now());
     const dwell = this.#dwell;
@@ -153,8 +165,28 @@ export class Pick {
     dwell.y += (y - dwell.y) / dwell.count;
     dwell.last = at;
     if (dwell.said || at - dwell.since < this.#dwellMs()) return;
+    if (!this.#lens && document.body.dataset.scans !== "true") {
+      this.#enlarge(dwell);
+      return this.#rest(null);
+    }
     dwell.said = true;
     this.#choose(dwell.x, dwell.y);
+  }
+
+  /** Around a spot of the screen, which stays where it is; null: the whole picture. */
+  #enlarge(at) {
+    if (at === this.#lens) return;
+    this.#lens = at && { x: at.x, y: at.y };
+    const { style } = byId("picture");
+    style.transformOrigin = at ? `${at.x}px ${at.y}px` : "";
+    style.transform = at ? `scale(${ENLARGED})` : "";
+    this.#draw();
+  }
+
+  /** Where a spot of the whole picture is on the screen now; `times` 1 / ENLARGED: the inverse. */
+  #through([x, y], times = ENLARGED) {
+    const lens = this.#lens;
+    return lens ? [lens.x + (x - lens.x) * times, lens.y + (y - lens.y) * times] : [x, y];
   }
 
   #tap(event) {
@@ -164,7 +196,7 @@ export class Pick {
   }
 
   #dwellMs() {
-    return this.#on.dwellMs() * (this.mode ? READS : 1);
+    return this.#on.dwellMs() * (this.mode && !this.#lens ? READS : 1);
   }
 
   #rest(dwell) {
@@ -173,7 +205,9 @@ export class Pick {
     this.#draw();
   }
 
-  #choose(x, y) {
+  #choose(...seen) {
+    const [x, y] = this.#through(seen, 1 / ENLARGED);
+    this.#enlarge(null);
     const { left, top, width, height } = this.#box();
     const share = (value) => Math.min(1, Math.max(0, Number(value.toFixed(4))));
     const at = [share((x - left) / width), share((y - top) / height)];
@@ -186,13 +220,15 @@ export class Pick {
     const way = this.#rides ? this.#going?.px : this.#spot?.px;
     const at = this.#rides ? null : this.#spot?.at;
     const ring = this.#dwell?.said === false ? this.#dwell.since : 0;
-    const shown = this.#row ? JSON.stringify([way, at, ring, innerWidth, innerHeight]) : "";
+    const shown = this.#row ? JSON.stringify([way, at, ring, this.#lens, innerWidth]) : "";
     if (shown === this.#shown) return;
     this.#shown = shown;
     this.#over.replaceChildren();
     if (!this.#row) return;
     const { left, top, width, height } = this.#box();
-    const place = ([u, v]) => [left + u * width, top + v * height].map(Math.round);
+    const place = ([u, v]) => {
+      return this.#through([left + u * width, top + v * height]).map(Math.round);
+    };
     const points = (way ?? []).map(place).join(" ");
     for (const kind of way?.length ? ["rim", "way"] : []) {
       shape("polyline", this.#over, { points, class: kind });

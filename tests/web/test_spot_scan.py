@@ -153,6 +153,12 @@ def test_one_by_one_and_with_an_old_picture(page, host):
     assert scanner.page.evaluate(BARS) == []
 
 
+def test_who_scans_and_looks_chooses_by_one_dwell(page, host):
+    scanner = chooses(opened(page, host))
+    scanner.advance(1300, look=(0.5, 0.5))
+    assert spots(scanner) == [pytest.approx([0.5, 0.5], abs=0.003)]
+
+
 def test_the_bars_are_for_scanning_alone(driver):
     driver.forget()
     offer(driver.host, LOOK)
