@@ -230,3 +230,29 @@ def test_picture_words_and_buttons_have_room(marking, size):
     assert all(a["y"] + a["height"] <= b["y"] + 1 for a, b in pairwise(boxes[1:]))
     page.locator("#marking button", has_text="Sluiten").scroll_into_view_if_needed()
     marking.press("Sluiten")
+
+
+def test_a_finger_moves_the_enlarged_picture(marking):
+    marking.open()
+    session = marking.page.context.new_cdp_session(marking.page)
+    box = marking.box()
+
+    def touch(kind, *at):
+        (x, y, wide, high) = (box[name] for name in ("x", "y", "width", "height"))
+        points = [{"x": x + u * wide, "y": y + v * high} for u, v in at]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    touch("touchStart", (0.4, 0.6))
+    touch("touchEnd")
+    crosses = marking.page.locator("path.cross.ink")
+    wait_until(lambda: crosses.count() == 1, "the mark")
+    touch("touchStart", (0.5, 0.5))
+    for n in range(1, 11):
+        touch("touchMove", (0.5 + 0.02 * n, 0.5 - 0.01 * n))
+    touch("touchEnd")
+    # A fifth to the right on a picture four times as large, a tenth up.
+    marking.press("Hele beeld")
+    path = crosses.get_attribute("d")
+    x, y = (float(one) for one in path[1:].split("h")[0].split())
+    assert (x + 14) / box["width"] == pytest.approx(0.4 - 0.05, abs=0.004)
+    assert y / box["height"] == pytest.approx(0.6 + 0.025, abs=0.004)
