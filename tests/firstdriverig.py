@@ -16,19 +16,24 @@ from gazechair.board.events import SettingReply
 from gazechair.board.link import BoardLink
 from gazechair.config.configuration import Config, LidarConfig
 from gazechair.driving.control import Control
+from gazechair.first_drive.floor_marks import FloorMarks
 from gazechair.first_drive.guide import Guide
 from gazechair.first_drive.port import FirstDrivePort
 from gazechair.first_drive.record import Record
 from gazechair.people.profiles import Profiles, house_fields
+from gazechair.picture.floor_store import FloorStore
 from gazechair.sensing.lidar.recorded import BEAMS
 from gazechair.service.tune.forward import ForwardNumbers
 from gazechair.web.page_client import decode
 from gazelink import codes
 from gazesim.chair_rig import ChairRig
+from gazesim.floor_view import Eye, Floor, FloorView
 from gazesim.lockstep_link import LockstepLink
 from measuredchair import Measured
 
 AHEAD_MM = 1500
+EYE = Eye(640, 480, field_deg=68.0, height_m=1.21, down_deg=27.0, left_deg=2.0, forward_m=0.25)
+_MARKS_CM = [(120, 30), (120, -30), (180, 50), (180, -50), (250, 70), (250, -70), (200, 0)]
 _CHAIR_MM, _WALL_MM = 220, 3000
 _CLEARANCE_MS, _UPDATE_MS, _SCAN_MS = 50, 25, 500
 _TURNS = 1 << codes.DIR_LEFT | 1 << codes.DIR_RIGHT
@@ -40,6 +45,16 @@ def scan() -> bytes:
     degrees = (np.arange(BEAMS) + 0.5) * (360.0 / BEAMS) - 180.0
     mm = np.where(np.abs(degrees) > _HIDDEN_DEG, _CHAIR_MM, _WALL_MM)
     return mm.astype("<u2").tobytes()
+
+
+def marks() -> list[list[float]]:
+    """Marks on the floor as a phone says them: shares of the picture, cm ahead and to the left."""
+    seen = [EYE.pixel(x / 100, y / 100) for x, y in _MARKS_CM]
+    size = EYE.width_px, EYE.height_px
+    return [
+        [float(u / size[0]), float(v / size[1]), *place]
+        for (u, v), place in zip(seen, _MARKS_CM, strict=True)
+    ]
 
 
 class _Link(LockstepLink):
@@ -96,7 +111,9 @@ class FirstDriveRig(ChairRig):
             lambda seconds: self.run(max(1, round(seconds * 1000))),
             lambda: Measured(self)() if self.knows_place else None,
             lambda profile, found: self.kept.append((profile, found)),
+            None if folder is None else FloorMarks(FloorStore(folder), lambda: self.picture),
         )
+        self.picture: bytes | None = FloorView(EYE, Floor()).jpeg(0.0, 0.0, 0.0)
         self.knows_place = True
         self.kept: list[tuple[str, ForwardNumbers]] = []
         self.steering = steering

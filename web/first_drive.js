@@ -1,5 +1,6 @@
 // The first drive on the caretaker's page: its steps, one open at a time; facts come from the host.
 
+import { FloorMarks } from "./floor_marks.js";
 import { firstWords } from "./first_words.js";
 import { Held } from "./held.js";
 
@@ -40,11 +41,13 @@ class FirstDrive {
   #askedMs = -Infinity;
   #asking = false;
   #status = null;
+  #marks;
 
   constructor(root, words, on) {
     this.#root = root;
     this.#words = words;
     this.#on = on;
+    this.#marks = new FloorMarks(words, (value) => this.#post({ run: "camera", value }));
   }
 
   setHeartbeat(ms) {
@@ -68,26 +71,32 @@ class FirstDrive {
     return this.#ask({ cache: "no-store" });
   }
 
-  /** The host refused the held button. */
+  /** The host refused the held button, or what was asked: in words. */
   refused(reason) {
     const row = this.#rows.get(this.#open);
-    if (row) put(row.told, this.#words.reason(reason));
+    const text = this.#words.reason(reason);
+    if (row) put(row.told, text);
+    return text;
   }
 
   #post(wish) {
     return this.#ask({ method: "POST", headers: JSON_TYPE, body: JSON.stringify(wish) });
   }
 
+  /** Resolves to why not, in words; undefined: it is done. */
   async #ask(request) {
     this.#asking = true;
+    let refusal;
     try {
       const answer = await (await fetch("/first-drive", request)).json();
       if (answer.steps) this.#show(answer);
-      else this.refused(answer.reason);
+      else refusal = this.refused(answer.reason);
     } catch (error) {
       console.warn(`first drive: ${error.message}`);
+      refusal = this.#words.reason("no_answer");
     }
     this.#asking = false;
+    return refusal;
   }
 
   #show(status) {
@@ -180,7 +189,9 @@ class FirstDrive {
       if (step === "person") act = () => this.#on.choose(select.value).then(() => this.load());
       controls.append(select);
     }
-    const text = label(step === "person" ? "first_choose" : "first_begin");
+    if (step === "camera") act = () => this.#marks.open();
+    const own = { person: "first_choose", camera: "first_marks_open" };
+    const text = label(own[step] ?? "first_begin");
     controls.append(this.#button(text, () => act(), "strong"));
   }
 
@@ -213,11 +224,20 @@ class FirstDrive {
     const label = (key, fields) => this.#words.label(key, fields);
     mine.item.dataset.done = done;
     put(mine.mark, label(done ? "first_done" : "first_open"));
+    if (step === "camera") this.#markRow(row, run);
     if (step !== this.#open) return;
     put(mine.fact, this.#words.fact(row));
     const runs = run.step === step;
     this.#answers(step, mine, runs ? run.asks : "");
     put(mine.told, this.#told(step, runs, refused, run));
+  }
+
+  /** Once the fit has ended: what it says, with its error. */
+  #markRow(row, run) {
+    const ended = run.step !== "camera" && run.ended?.step === "camera" ? run.ended : null;
+    const told = ended && this.#told("camera", false, "", run);
+    const text = ended?.ok ? `${told} ${this.#words.fact(row)}` : told;
+    this.#marks.update(row, text, ended && { ...ended.fields });
   }
 
   #told(step, runs, refused, { asks, lines, ended }) {

@@ -44,6 +44,11 @@ class FirstWords extends PartWords {
         const [left, right] = row.turned_deg.map(number);
         return say("turn", { left, right, wanted: row.wanted_deg });
       }
+      case "camera": {
+        if (!row.found) return say("camera_none");
+        if (!row.found.fits) return say("camera_shape");
+        return say("camera", { error: number(row.found.residual_mm / 10) });
+      }
       case "tune":
         return say("profile", row);
       case "person":

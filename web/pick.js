@@ -2,6 +2,7 @@
 // That moves nothing: only the tile Ga does, and only for what is shown.
 
 import { byId } from "./dom.js";
+import { SpotScan } from "./spot_scan.js";
 import { button } from "./tile.js";
 
 const VIEW = "pick";
@@ -13,6 +14,8 @@ const NEAR = 0.045;
 const STALE_MS = 400;
 /** Whoever looks at what is shown reads: another spot takes so much longer. */
 const READS = 2;
+/** The first dwell enlarges the picture so many times: the second one is that much more exact. */
+const ENLARGED = 3;
 /** Who looks there reads, or presses. */
 const COVERS = ".target, .panel, #status, header";
 
@@ -35,9 +38,11 @@ export class Pick {
   #going = null;
   #rides = false;
   #dwell = null; // {x, y, count, since, last, said}
+  #lens = null; // where the picture is enlarged around, px
   #go;
   #over; // what is drawn over the picture
   #shown = "";
+  #bars = new SpotScan();
 
   /** `on` receives ride("spot", fields), open(view); dwellMs() is asked for. */
   constructor(strings, words, on) {
@@ -50,7 +55,10 @@ export class Pick {
     byId("picture").after(this.#over);
     addEventListener("pointermove", (event) => this.#look(event));
     addEventListener("pointerdown", (event) => this.#tap(event));
-    addEventListener("resize", () => this.#draw());
+    addEventListener("resize", () => {
+      this.#enlarge(null);
+      this.#bars.show(this.#scanned());
+    });
   }
 
   /** `row`: of the tile. */
@@ -62,7 +70,9 @@ export class Pick {
   }
 
   act(name) {
-    if (name === BACK) this.#close();
+    if (name === BACK) return this.#close();
+    const spot = this.#bars.choose(name);
+    if (spot) this.#choose(...spot);
   }
 
   /** Takes the host's state, the mode that rides and the one that is over; true: `mode` changed. */
@@ -75,6 +85,7 @@ export class Pick {
     const before = this.mode;
     this.mode = this.#spot?.mode ?? "";
     this.#rides = rides !== "";
+    if (!this.#offers) this.#enlarge(null);
     document.body.dataset.spot = this.#rides ? "rides" : (this.#spot?.state ?? "");
     const pauses = this.#rides && rides === this.mode;
     const again = this.mode && over === this.mode;
@@ -83,6 +94,7 @@ export class Pick {
     this.#go.classList.toggle("unable", !this.mode);
     this.#go.ariaDisabled = !this.mode;
     this.#draw();
+    this.#bars.show(this.#scanned());
     return before !== this.mode;
   }
 
@@ -92,9 +104,11 @@ export class Pick {
     const spot = this.#spot;
     const empty = !spot || (spot.state === "ended" && !spot.reason);
     const mine = this.#going?.mode?.startsWith(this.#row.name);
-    if (empty && mine) return null; // how the ride has ended
-    const said = this.#words.spot(empty ? { kind: this.#row.of, state: "look" } : spot);
-    const level = spot?.state === "ended" && spot.reason ? "warning" : "ok";
+    if (empty && mine && !this.#lens) return null; // how the ride has ended
+    const kind = document.body.dataset.scans === "true" ? "scan" : this.#row.of;
+    const asks = this.#lens ? "again" : empty ? "look" : "";
+    const said = this.#words.spot(asks ? { kind, state: asks } : spot);
+    const level = !asks && spot.state === "ended" && spot.reason ? "warning" : "ok";
     return { ...told, level, key: "spot", said };
   }
 
@@ -102,6 +116,8 @@ export class Pick {
     if (!this.#row) return;
     this.#on.ride("spot", { tile: this.#row.name, at: null });
     this.#row = this.#dwell = null;
+    this.#enlarge(null);
+    this.#bars.show(null);
     this.#on.open("drive");
   }
 
@@ -113,15 +129,30 @@ export class Pick {
     return { left: (innerWidth - width) / 2, top: (innerHeight - height) / 2, width, height };
   }
 
+  /** Spots can be chosen. */
+  get #offers() {
+    return this.#row && !this.#rides && document.body.dataset.picture !== "stale";
+  }
+
   /** A spot can be chosen there: nothing else is. */
   #free({ target }) {
-    if (!this.#row || this.#rides || document.body.dataset.picture === "stale") return false;
-    return !target.closest?.(COVERS);
+    return this.#offers && !target.closest?.(COVERS);
+  }
+
+  /** What one switch chooses from: the part of the screen that shows floor within reach. */
+  #scanned() {
+    if (!this.#offers || document.body.dataset.scans !== "true") return null;
+    const box = this.#box();
+    const top = Math.max(0, box.top + box.height * (this.#row.top ?? 0));
+    return { left: 0, top, width: innerWidth, height: innerHeight - top };
   }
 
   #look(event) {
     if (event.defaultPrevented || event.buttons !== 0) return;
-    if (!this.#free(event)) return this.#rest(null);
+    if (!this.#free(event)) {
+      if (event.target.closest?.(".target")) this.#enlarge(null);
+      return this.#rest(null);
+    }
     const { clientX: x, clientY: y } = event;
     const at = Math.min(event.timeStamp, performance.now());
     const dwell = this.#dwell;
@@ -134,8 +165,28 @@ export class Pick {
     dwell.y += (y - dwell.y) / dwell.count;
     dwell.last = at;
     if (dwell.said || at - dwell.since < this.#dwellMs()) return;
+    if (!this.#lens && document.body.dataset.scans !== "true") {
+      this.#enlarge(dwell);
+      return this.#rest(null);
+    }
     dwell.said = true;
     this.#choose(dwell.x, dwell.y);
+  }
+
+  /** Around a spot of the screen, which stays where it is; null: the whole picture. */
+  #enlarge(at) {
+    if (at === this.#lens) return;
+    this.#lens = at && { x: at.x, y: at.y };
+    const { style } = byId("picture");
+    style.transformOrigin = at ? `${at.x}px ${at.y}px` : "";
+    style.transform = at ? `scale(${ENLARGED})` : "";
+    this.#draw();
+  }
+
+  /** Where a spot of the whole picture is on the screen now; `times` 1 / ENLARGED: the inverse. */
+  #through([x, y], times = ENLARGED) {
+    const lens = this.#lens;
+    return lens ? [lens.x + (x - lens.x) * times, lens.y + (y - lens.y) * times] : [x, y];
   }
 
   #tap(event) {
@@ -145,7 +196,7 @@ export class Pick {
   }
 
   #dwellMs() {
-    return this.#on.dwellMs() * (this.mode ? READS : 1);
+    return this.#on.dwellMs() * (this.mode && !this.#lens ? READS : 1);
   }
 
   #rest(dwell) {
@@ -154,7 +205,9 @@ export class Pick {
     this.#draw();
   }
 
-  #choose(x, y) {
+  #choose(...seen) {
+    const [x, y] = this.#through(seen, 1 / ENLARGED);
+    this.#enlarge(null);
     const { left, top, width, height } = this.#box();
     const share = (value) => Math.min(1, Math.max(0, Number(value.toFixed(4))));
     const at = [share((x - left) / width), share((y - top) / height)];
@@ -167,13 +220,15 @@ export class Pick {
     const way = this.#rides ? this.#going?.px : this.#spot?.px;
     const at = this.#rides ? null : this.#spot?.at;
     const ring = this.#dwell?.said === false ? this.#dwell.since : 0;
-    const shown = this.#row ? JSON.stringify([way, at, ring, innerWidth, innerHeight]) : "";
+    const shown = this.#row ? JSON.stringify([way, at, ring, this.#lens, innerWidth]) : "";
     if (shown === this.#shown) return;
     this.#shown = shown;
     this.#over.replaceChildren();
     if (!this.#row) return;
     const { left, top, width, height } = this.#box();
-    const place = ([u, v]) => [left + u * width, top + v * height].map(Math.round);
+    const place = ([u, v]) => {
+      return this.#through([left + u * width, top + v * height]).map(Math.round);
+    };
     const points = (way ?? []).map(place).join(" ");
     for (const kind of way?.length ? ["rim", "way"] : []) {
       shape("polyline", this.#over, { points, class: kind });

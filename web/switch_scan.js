@@ -1,5 +1,6 @@
 // Scanning on the driver's page: the switch's events, what is shown to be lit, what may be chosen.
 
+import { setData } from "./dom.js";
 import { isDrive, isPlugin } from "./intent_times.js";
 import { Scan } from "./scan.js";
 
@@ -9,12 +10,15 @@ const BUTTONS = { click: 1, right_click: 2 };
 const SOURCE = "switch";
 /** In this order they are lit; what is not shown is left out. */
 const ROWS = [
+  ["plugin-go", "pick-back"],
   ["forward", "left", "right", "backward"],
   ["plugin-0", "plugin-1", "plugin-2", "plugin-3", "next"],
   ["arm", "mode", "menu", "help"],
   ["tile-1", "tile-2", "tile-3"],
   ["tile-4", "tile-5", "back"],
 ];
+/** So many bars over the picture (spot_scan.js) are a row, after the view's own tiles. */
+const BARS = 4;
 /** A step that was begun counts as moving from now on, though the board has not said so yet. */
 const STEP_BEGINS_MS = 700;
 
@@ -60,6 +64,7 @@ export class SwitchScan {
   /** Takes the settings of a profile; a press that began before is forgotten. */
   configure(mine, now) {
     this.#off = mine.scan === "off";
+    setData("scans", !this.#off);
     this.#key = KEYS[mine.scan_switch];
     this.#button = BUTTONS[mine.scan_switch] ?? 0;
     this.#gaze = mine.scan_gaze;
@@ -95,6 +100,8 @@ export class SwitchScan {
     const linked = document.body.dataset.link === "ok";
     const may = (name) => this.#hits.has(name) && (!isDrive(name) || this.#targets.armed);
     const rows = linked ? ROWS.map((row) => row.filter(may)) : [];
+    const bars = linked ? [...document.querySelectorAll(".spot-bar")].map(({ id }) => id) : [];
+    while (bars.length) rows.push(bars.splice(0, BARS));
     this.#scan.offer(
       rows.filter((row) => row.length),
       now,
@@ -110,7 +117,7 @@ export class SwitchScan {
   }
 
   #show(names) {
-    for (const target of document.querySelectorAll(".target")) {
+    for (const target of document.querySelectorAll(".target, .spot-bar")) {
       target.classList.toggle("lit", !this.#off && names.includes(target.id));
     }
   }

@@ -111,13 +111,13 @@ def _parser() -> argparse.ArgumentParser:
     camera.add_argument(
         "--marks", type=Path, metavar="FILE", help="a line for each mark: pixels u v, metres x y"
     )
-    for name, default, unit in (
-        ("height", 1.1, "M"),
-        ("down", 25.0, "DEG"),
-        ("field", 70.0, "DEG"),
+    for name, dest, unit in (
+        ("height", "height_m", "M"),
+        ("down", "down_deg", "DEG"),
+        ("field", "field_deg", "DEG"),
     ):
-        text = f"the camera's, by eye (default: {default:g})"
-        camera.add_argument(f"--{name}", type=float, default=default, metavar=unit, help=text)
+        text = "the camera's, by eye; a guess will do"
+        camera.add_argument(f"--{name}", dest=dest, type=float, metavar=unit, help=text)
     camera.add_argument("--config", type=Path, metavar="FILE", help="configuration file")
     camera.set_defaults(act=_calibrate_camera)
     for part in (heading, joystick):
@@ -289,14 +289,16 @@ def _calibrate_joystick(options: argparse.Namespace) -> int:
 
 def _calibrate_camera(options: argparse.Namespace) -> int:
     from gazechair.service.calibrate import CalibrateError, camera
+    from gazechair.service.calibrate.marks import ByEye
 
     config = configuration.load(options.config)
-    given = options.height, options.down, options.field
+    seen = {name: getattr(options, name) for name in ("height_m", "down_deg", "field_deg")}
     try:
         if options.marks and not options.picture:
             raise CalibrateError("--marks needs the --picture that they are in")
         if options.marks:
-            camera.store(config, options.picture, options.marks, *given, print)
+            eye = ByEye(**{name: one for name, one in seen.items() if one is not None})
+            camera.store(config, options.picture, options.marks, eye, print)
         elif options.picture:
             camera.take_picture(config, options.picture, print)
         else:

@@ -23,6 +23,7 @@ from gazechair.board.zone import BoardZone
 from gazechair.config.configuration import Config, LidarConfig, is_loopback, uses_tls
 from gazechair.driving.control import Control
 from gazechair.driving.speed_cap_store import KeptCap
+from gazechair.first_drive.floor_marks import FloorMarks
 from gazechair.first_drive.guide import Guide
 from gazechair.first_drive.port import FirstDrivePort
 from gazechair.first_drive.record import Record
@@ -141,6 +142,9 @@ class Daemon:
             *(config, self.link, self.parts, self.control, profiles, record, self._remask),
             measured=None if odometry is None else odometry.latest.entry,
             keep=forward.keep,
+            marks=None
+            if config.camera.kind == "off"
+            else FloorMarks(FloorStore(folder), self._newest_jpeg),
         )
         self._web = FrontDoor(
             config,
@@ -250,13 +254,9 @@ class Daemon:
             for kind, name, targets in kinds
         ]
 
-        def pointing() -> bool:
-            # A spot of the picture is for who looks or points.
-            return allowed() and profiles.chosen()["scan"] == "off"
-
         pictured = (
-            ("look", "mode go-look", lambda: spots("look", pointing(), floor)),
-            ("line", "mode follow-line", lambda: spots("line", pointing(), floor)),
+            ("look", "mode go-look", lambda: spots("look", allowed(), floor)),
+            ("line", "mode follow-line", lambda: spots("line", allowed(), floor)),
         )
         if self._config.camera.kind != "off":
             made += [
@@ -280,6 +280,10 @@ class Daemon:
         if self._running:
             self.control.update()
             self._guide.look()
+
+    def _newest_jpeg(self) -> bytes | None:
+        frame = self._camera.latest().get()
+        return None if frame is None else frame.jpeg
 
     def _facts(self) -> dict[str, object]:
         measured = None if self._odometry is None else self._odometry.latest.entry()

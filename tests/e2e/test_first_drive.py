@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
-from firstdriverig import AHEAD_MM, FirstDriveRig
+from firstdriverig import AHEAD_MM, EYE, FirstDriveRig, marks
 from gazechair.first_drive.facts import STEPS
+from gazechair.picture.floor_store import FloorStore
 from gazechair.service.tune import command
 from gazechair.service.tune.identify import Fit
 from gazechair.service.tune.numbers import TurnNumbers
@@ -17,6 +19,7 @@ from gazechair.service.tune.recording import Recording
 from gazelink import codes
 from gazelink.settings_table import PROFILES
 from gazemeasure.turn_tuning import truth
+from gazesim.floor_view import Eye, Floor, FloorView
 from gazesim.profiles import undisturbed
 
 
@@ -105,6 +108,7 @@ def test_a_fresh_board_is_led_to_a_driving_chair(
     assert left == pytest.approx(10.0, abs=2.0)
     assert right == pytest.approx(-10.0, abs=2.0)
     assert "person" not in done(rig)
+    assert rig.post(run="camera", value=marks()) == ""
     rig.control.change_profile({"choose": "1"}, "caretaker")
 
     rig.driver.arm()
@@ -117,7 +121,7 @@ def test_a_fresh_board_is_led_to_a_driving_chair(
 
     again = FirstDriveRig(tmp_path)
     again.board.files.texts.update(rig.board.files.texts)
-    assert {"mask", "distance", "person"} <= set(done(again))
+    assert {"mask", "distance", "camera", "person"} <= set(done(again))
 
 
 # While it arms, in a pulse, between two.
@@ -199,3 +203,81 @@ def test_nobody_else_begins_to_drive_while_a_step_moves_the_chair() -> None:
     rig.watch = tries
     assert rig._finish() == "first_let_go"
     assert "not_owner" in rig.refusals
+
+
+def test_marks_calibrate_the_camera_while_driving_is_off(tmp_path: Path) -> None:
+    rig = FirstDriveRig(tmp_path)
+    row = rig.rows()["camera"]
+    assert (row["size"], row["found"], row["refused"]) == ([640, 480], None, "")
+    assert rig.post(run="camera", value=marks()) == ""
+    row = rig.rows()["camera"]
+    assert row["done"]
+    assert row["found"]["residual_mm"] < 20
+    # Where 2 m ahead is drawn, it is seen.
+    (line,) = (one["px"] for one in row["lines"] if one["m"] == 2.0)
+    u, v = EYE.pixel(2.0, 0.0)
+    assert min(abs(x - u / 640) + abs(y - v / 480) for x, y in line) < 0.02
+    stored = FloorStore(tmp_path).get()
+
+    rig.ready()
+    rig.driver.arm()
+    rig.until(rig.armed, 1500)
+    assert rig.rows()["camera"]["refused"] == "setting_while_armed"
+    assert rig.post(run="camera", value=marks()) == "setting_while_armed"
+    rig.driver.say(k="disarm")
+    rig.run(500)
+    rig.picture = FloorView(Eye(640, 360), Floor()).jpeg(0.0, 0.0, 0.0)
+    row = rig.rows()["camera"]
+    assert (row["done"], row["found"]["fits"], row["lines"]) == (False, False, [])
+    rig.picture = None
+    assert rig.rows()["camera"]["refused"] == "camera_lost"
+    assert rig.post(run="camera", value=marks()) == "camera_lost"
+    assert FloorStore(tmp_path).get() == stored
+    assert "camera" not in FirstDriveRig().rows()
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        None,
+        {},
+        "marks",
+        marks() * 3,
+        [[0.5, 0.5, 100.0]] * 7,
+        [[0.5, 0.5, 100.0, "1"]] * 7,
+        [[0.5, 0.5, 100.0, True]] * 7,
+        [[0.5, 0.5, float("nan"), 0.0]] * 7,
+        [[0.5, 0.5, float("inf"), 0.0]] * 7,
+        [[0.5, 0.5, 10**400, 0]] * 7,
+    ],
+    ids=lambda value: repr(value)[:24],
+)
+def test_what_is_no_list_of_marks_is_refused(tmp_path: Path, value: object) -> None:
+    rig = FirstDriveRig(tmp_path)
+    assert rig.post(run="camera", value=value) == "setting_out_of_range"
+    assert FloorStore(tmp_path).get() is None
+
+
+@pytest.mark.parametrize(
+    ("told", "rows"),
+    [
+        ("floor_few_taps", marks()[:5]),
+        ("floor_taps_in_line", [[u, v, x, 0] for u, v, x, _ in marks()]),
+        ("floor_wrong_units", [[u, v, x / 100, y / 100] for u, v, x, y in marks()]),
+        ("floor_left_right_swapped", [[u, v, x, -y] for u, v, x, y in marks()]),
+        ("floor_forward_left_swapped", [[u, v, y, x] for u, v, x, y in marks()]),
+        ("floor_residual", [*marks()[:6], [*marks()[6][:2], 200, 100]]),
+        ("floor_residual", [[u, v * (n < 5), x, y] for n, (u, v, x, y) in enumerate(marks())]),
+        ("floor_tap_outside", [*marks()[:6], [1.2, 0.5, 200, 0]]),
+    ],
+)
+def test_marks_that_cannot_be_right_are_refused_with_the_reason(
+    tmp_path: Path, told: str, rows: list[list[float]]
+) -> None:
+    rig = FirstDriveRig(tmp_path)
+    assert rig.post(run="camera", value=rows) == "first_failed"
+    ended = rig.guide.status()["run"]["ended"]
+    assert ended["told"] == told
+    assert json.loads(json.dumps(ended, allow_nan=False)) == ended
+    assert FloorStore(tmp_path).get() is None
+    assert not rig.rows()["camera"]["done"]

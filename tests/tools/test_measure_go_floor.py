@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gazemeasure.go_floor import MAGNIFIED, NOISE, off_m
+from gazemeasure.go_floor import MAGNIFIED, NOISE, SWITCH, off_m
 from gazemeasure.go_line import calibrated, random_eye
 
 
@@ -13,6 +13,6 @@ def test_spots_are_found_within_the_limit() -> None:
     eye = random_eye(random)
     camera = calibrated(eye, random)
     assert camera is not None
-    for kind in (NOISE, MAGNIFIED):
+    for kind in (NOISE, MAGNIFIED, SWITCH):
         offs = [off_m(eye, camera, kind, random) for _ in range(60)]
         assert np.median([off for off in offs if off is not None]) < 0.2

@@ -35,6 +35,13 @@ SPOT["px"] = PX
 RIDES = {"mode": MODE, "kind": "line", "name": "Volg lijn", "state": "drives", "goal": {}}
 RIDES |= {"reason": "line_follows", "px": PX}
 FREE = (0.5, 0.5)
+ENLARGED = "() => document.querySelector('#picture').style.transform"
+CENTRE = """() => document.querySelector('#picture').style.transformOrigin.split(' ')
+  .map(parseFloat)"""
+
+
+def enlarged(person):
+    return person.page.evaluate(ENLARGED) == "scale(3)"
 
 
 def told(person):
@@ -76,10 +83,14 @@ def ready(person):
 def test_a_dwell_on_the_picture_chooses_a_spot_and_moves_nothing(driver):
     opened(driver)
     driver.advance(700, look=FREE)
-    assert told(driver) == []  # not yet as long as a button
-    driver.advance(800, look=FREE)
+    assert not enlarged(driver)  # not yet as long as a button
+    driver.advance(700, look=FREE)
+    assert enlarged(driver)
+    assert told(driver) == []
+    driver.advance(1000, look=FREE)
     ((kind, _, at),) = told(driver)
     assert kind == "spot"
+    assert not enlarged(driver)
     # 1920 by 1080 shows the middle of a picture of 4 by 3.
     assert at == pytest.approx([0.5, 0.5], abs=0.01)
     driver.advance(3000, look=FREE)
@@ -92,6 +103,61 @@ def test_a_dwell_on_the_picture_chooses_a_spot_and_moves_nothing(driver):
     driver.page.mouse.click(1920 * 0.4, 1080 * 0.75)
     ((kind, _, at),) = told(driver)
     assert at == pytest.approx([0.4, (0.75 * 1080 + 180) / 1440], abs=0.01)
+
+
+def test_the_second_look_is_three_times_as_exact(driver):
+    opened(driver)
+    driver.advance(1200, look=FREE)
+    assert enlarged(driver)
+    driver.advance(50)
+    assert "Vergroot" in driver.text("#status")
+    assert driver.page.evaluate(OVERFLOWING) == []
+    # What was meant was to the right and below: there it is now, and three times as far off.
+    driver.advance(1200, look=(0.5 + 0.09, 0.5 + 0.12))
+    ((_, _, at),) = told(driver)
+    assert at == pytest.approx([0.53, (0.54 * 1080 + 180) / 1440], abs=0.003)
+    driver.advance(3000, look=(0.5 + 0.09, 0.5 + 0.12))
+    assert told(driver) == []
+    assert not enlarged(driver)
+
+
+def test_what_is_shown_lies_on_the_enlarged_picture(driver):
+    opened(driver)
+    ready(driver)
+    driver.advance(2300, look=FREE)  # who reads takes twice as long
+    assert enlarged(driver)
+    x, y = driver.page.evaluate(CENTRE)  # of its first dwell
+    points = driver.page.locator("#over-picture .way").get_attribute("points").split()
+    found = [float(one) for one in points[0].split(",")]
+    whole = 0.5 * 1920, 0.9 * 1440 - 180
+    assert found == pytest.approx([x + 3 * (whole[0] - x), y + 3 * (whole[1] - y)], abs=1)
+    # Who reads what to do looks back then; a look at a tile shows the whole picture.
+    driver.advance(300, look="status")
+    assert enlarged(driver)
+    driver.advance(100, look="pick-back")
+    assert not enlarged(driver)
+
+
+def test_a_finger_needs_no_second_look_and_means_what_is_shown(driver):
+    opened(driver)
+    driver.advance(1200, look=FREE)
+    assert enlarged(driver)
+    driver.page.mouse.click(1920 * 0.59, 1080 * 0.5)
+    ((_, _, at),) = told(driver)
+    assert at == pytest.approx([0.53, 0.5], abs=0.003)
+    assert not enlarged(driver)
+    driver.page.mouse.click(1920 * 0.4, 1080 * 0.5)
+    ((_, _, at),) = told(driver)
+    assert at == pytest.approx([0.4, 0.5], abs=0.003)
+
+
+def test_driving_off_ends_an_enlarged_picture(driver):
+    opened(driver)
+    driver.advance(1200, look=FREE)
+    assert enlarged(driver)
+    driver.state(state="disarmed", you=False, owner="nobody")
+    assert not enlarged(driver)
+    assert driver.data("view") == "drive"
 
 
 def test_what_is_shown_starts_by_its_tile_and_by_nothing_else(driver):

@@ -105,8 +105,8 @@ def test_everything_about_maps_has_words():
 
 
 def test_every_step_of_the_first_drive_and_why_it_is_refused_has_words():
-    words, code = table("nl-first"), (WEB / "first_drive.js").read_text("utf-8")
-    code += (WEB / "first_words.js").read_text("utf-8")
+    words, names = table("nl-first"), ("first_drive", "first_words", "floor_marks")
+    code = "".join((WEB / f"{name}.js").read_text("utf-8") for name in names)
     steps = {f"first_{step}{end}" for step in STEPS for end in ("", "_why")}
     facts = {label for label in words["labels"] if label.startswith("first_fact_")}
     named = {label for label in words["labels"] if f'"{label}"' in code or f".{label}" in code}

@@ -3,6 +3,7 @@
 A tablet 29 cm wide, 60 cm before the eyes, shows the whole picture. Gaze: 1 degree in each axis,
 either as noise (new every 0.2 s; a dwell of 1 s takes the mean) or as a shift that stays for the
 whole dwell. With a magnifier, a second dwell on the part around the first, three times as large.
+With one switch, the middle of the cell of the page that shows what is meant.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from gazechair.base.footprint import FloatArray, Footprint
 from gazechair.going.look import costmap_of, goal, seen_from_here
 from gazechair.going.mission import Mission
 from gazechair.going.plan import NoWay, Planner, Pose
-from gazechair.picture.floor import FloorCamera, NoSpot, gaze_px
+from gazechair.picture.floor import FARTHEST_M, FloorCamera, NoSpot, gaze_px
 from gazechair.sensing.lidar.scan import to_chair
 from gazechair.sensing.mapping.mapper import KeyScan
 from gazelink.settings_table import PROFILES
@@ -30,10 +31,13 @@ from gazesim.rooms import Room
 TABLET_M, GAZE_DEG = 0.29, 1.0
 _NOISE_S, _DWELL_S, _RATE_HZ = 0.2, 1.0, 60.0
 _MAGNIFIED = 3.0
+SWITCHED = (16, 12)
+"""Columns, and cells of each, of web/spot_scan.js."""
 _SPOTS_M = ((1.3, 3.0), (-0.9, 0.9))  # ahead, to the side
 _SCANS = 3
 _LIMIT_S = 60.0
 NOISE, SHIFT, MAGNIFIED = "noise", "shift", "shift, magnifier"
+SWITCH = "one switch"
 
 
 @dataclass(frozen=True)
@@ -51,11 +55,12 @@ def measure(report: Report, quick: bool) -> None:
     cameras = [(eye, calibrated(eye, random)) for eye in _eyes(random, 20 if quick else 300)]
     good = [(eye, camera) for eye, camera in cameras if camera is not None]
     report.add("look: calibrations refused", 100.0 * (1.0 - len(good) / len(cameras)), "%")
-    for kind, limit in ((NOISE, 0.2), (SHIFT, None), (MAGNIFIED, 0.2)):
+    for kind, limit in ((NOISE, 0.2), (SHIFT, None), (MAGNIFIED, 0.2), (SWITCH, 0.2)):
         looks = [off_m(eye, camera, kind, random) for eye, camera in good for _ in range(20)]
         seen = [off for off in looks if off is not None]
         refused = 100.0 * (1.0 - len(seen) / len(looks))
-        report.add(f"look: spot found by gaze ({kind}), median", percentile(seen, 0.5), "m", limit)
+        by = kind if kind == SWITCH else f"gaze ({kind})"
+        report.add(f"look: spot found by {by}, median", percentile(seen, 0.5), "m", limit)
         report.add("  95 %", percentile(seen, 0.95), "m")
         report.add("  refused as too far or unsure", refused, "%")
     # A shift that stays for the dwell is not averaged out: shown before Ga, or looked at magnified.
@@ -93,7 +98,13 @@ def _spot(
     eye: Eye, camera: FloorCamera, meant_m: FloatArray, kind: str, random: np.random.Generator
 ) -> tuple[float, float] | str:
     """Where the host takes the look to be."""
-    pixel = np.array(eye.pixel(*meant_m.tolist())) + _shift_px(eye, kind, random)
+    pixel = np.array(eye.pixel(*meant_m.tolist()))
+    if kind == SWITCH:
+        top = np.array((0.0, camera.pixels(np.array(((FARTHEST_M, 0.0),)))[0, 1]))
+        cell = (np.array((eye.width_px, eye.height_px)) - top) / SWITCHED
+        pixel = top + cell * (np.floor((pixel - top) / cell) + 0.5)
+    else:
+        pixel += _shift_px(eye, kind, random)
     sigma_px = gaze_px(GAZE_DEG, eye.width_px, TABLET_M)
     found = camera.spot((float(pixel[0]), float(pixel[1])), sigma_px / 2.0)
     return found.reason if isinstance(found, NoSpot) else (found.x_m, found.y_m)

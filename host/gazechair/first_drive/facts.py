@@ -10,6 +10,7 @@ from gazechair.base.health import HealthState
 from gazechair.board.board_commands import Clearance
 from gazechair.board.state import BoardId, BoardState, BoardStats
 from gazechair.config.configuration import LidarConfig
+from gazechair.first_drive.floor_marks import FloorMarks
 from gazechair.first_drive.record import Record, fitted_as
 from gazelink import VERSION, codes
 from gazelink.messages import CLEAR_FAR
@@ -19,7 +20,7 @@ MOVES = ("relay", "tune", "turn")
 """Only while a caretaker holds the step's button."""
 STEPS = (
     *("versions", "mask", "distance", "neutral", "heading", "profile"),
-    *(*MOVES, "person", "practice"),
+    *(*MOVES, "camera", "person", "practice"),
 )
 NEUTRALS = ("neutral_linear_count", "neutral_turn_count")
 NEAR_MM = 50  # tape and lidar may differ by this
@@ -42,12 +43,15 @@ class Facts:
     record: Record
     person: str
     """Name of the chosen profile; "" while nobody has chosen any."""
+    marks: FloorMarks | None
+    """None: no camera is configured, and there is no such step."""
 
     def rows(self) -> list[dict[str, Any]]:
         """{"step", "done", "refused": a reason key or "", ...what the step shows}, in order."""
         return [
             {"step": step, "refused": self.refused(step), **getattr(self, f"_{step}")()}
             for step in STEPS
+            if step != "camera" or self.marks is not None
         ]
 
     def refused(self, step: str) -> str:
@@ -59,6 +63,8 @@ class Facts:
             lidar = self.parts.get("lidar")
             known = lidar is not None and lidar.state != states.LOST and self.lidars
             return "" if known else "lidar_lost"
+        if step == "camera":
+            return "setting_while_armed" if drives else self._unseen()
         if step in ("versions", "person", "practice"):
             return ""
         state, board = self.state, self.parts.get("board")
@@ -134,6 +140,16 @@ class Facts:
         wanted = found.get("wanted_deg") if same else None
         near = turned and all(abs(abs(one) - wanted) <= _NEAR_DEG for one in turned)
         return {"done": bool(near), "turned_deg": turned, "wanted_deg": wanted}
+
+    def _camera(self) -> dict[str, Any]:
+        return {} if self.marks is None else self.marks.row()
+
+    def _unseen(self) -> str:
+        if self.marks is not None and not self.marks.readable:
+            return "first_no_pillow"
+        camera = self.parts.get("camera")
+        sees = self.marks is not None and camera is not None and camera.state != states.LOST
+        return "" if self.marks and sees and self.marks.size_px() else "camera_lost"
 
     def _person(self) -> dict[str, Any]:
         return {"done": self.person != "", "name": self.person}

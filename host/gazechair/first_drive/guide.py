@@ -22,6 +22,7 @@ from gazechair.board.board_commands import Clearance
 from gazechair.board.link import BoardLink
 from gazechair.config.configuration import Config, LidarConfig
 from gazechair.first_drive.facts import MOVES, NEUTRALS, STEPS, Facts
+from gazechair.first_drive.floor_marks import FloorMarks, marks_of
 from gazechair.first_drive.held import Held
 from gazechair.first_drive.moves import Moves
 from gazechair.first_drive.record import Record, fitted_as
@@ -86,9 +87,11 @@ class Guide:
         wait: Callable[[float], None] = time.sleep,
         measured: Measured | None = None,
         keep: Callable[[str, ForwardNumbers], None] = lambda _profile, _numbers: None,
+        marks: FloorMarks | None = None,
     ) -> None:
         """`remask` starts the lidars anew with other masks; `wait` lets seconds of `clock` pass;
-        `measured`: odometry's newest estimate, `keep` gets what tuning finds with it, as Tuning."""
+        `measured`: odometry's newest estimate, `keep` gets what tuning finds with it, as Tuning;
+        `marks`: None without a camera."""
         self._config = config
         self._link = link
         self._parts = parts
@@ -100,6 +103,7 @@ class Guide:
         self._wait = wait
         self._measured = measured
         self._keep = keep
+        self._marks = marks
         self.held = Held(link, clock, control.stopped_s)
         self._lock = threading.Lock()
         self._step = ""  # that runs
@@ -220,6 +224,7 @@ class Guide:
             self._fitted(),
             self._record,
             person,
+            self._marks,
         )
 
     def _fitted(self) -> tuple[LidarConfig, ...]:
@@ -357,6 +362,12 @@ class Guide:
         profile = [state.profile, state.tuned]
         found = {"profile": profile, "turned_deg": turned, "wanted_deg": state.step_deg}
         self._record.keep("turn", found)
+
+    def _camera(self, value: Any) -> None:
+        marks = marks_of(value)
+        if marks is None or self._marks is None:
+            raise StepRefused("setting_out_of_range")
+        self._marks.fit(marks)
 
     def _moves(self) -> Moves:
         return Moves(self._hands(), self._link.stats)

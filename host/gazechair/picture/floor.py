@@ -25,6 +25,7 @@ FARTHEST_M = 5.0
 """Of the drive axle: beyond, neither gaze nor the lidars' view of the floor is sharp enough."""
 UNSURE_M = 0.5
 """Standard deviation from which a spot is refused."""
+_SAME_SHAPE = 0.01  # of width by height: a picture of another shape is another camera's
 _UNDISTORT_STEPS = 12
 _STEP_PX = 0.5
 
@@ -71,6 +72,10 @@ class FloorCamera:
         share = width_px / self.width_px
         height_px = round(self.height_px * share)
         return replace(self, width_px=width_px, height_px=height_px, focal_px=self.focal_px * share)
+
+    def same_shape(self, size_px: tuple[int, int]) -> bool:
+        """A picture of this width and height may be this camera's."""
+        return abs(size_px[0] / size_px[1] / (self.width_px / self.height_px) - 1.0) <= _SAME_SHAPE
 
     def floor_m(self, pixels: FloatArray) -> FloatArray:
         """(N, 2) floor points of (N, 2) pixels; nan at and above the horizon."""

@@ -64,10 +64,12 @@ class Calibration:
 
 @dataclass(frozen=True)
 class Refused:
-    """`reason` is a key of the string tables; `worst`: number of the tap that fits least."""
+    """`reason` is a key of the string tables; `worst`: number of the tap that fits least, and
+    `residual_m` as a Calibration's, where it was fitted."""
 
     reason: str
     worst: int | None = None
+    residual_m: float | None = None
 
 
 FEW, SPREAD, UNITS, RESIDUAL, SWAPPED, AXES, UNSURE, OUTSIDE = (
@@ -91,7 +93,8 @@ def calibrate(start: FloorCamera, taps: Sequence[Tap | FootTap]) -> Calibration 
     residual_m, worst = _residual_m(camera, taps)
     high = _HEIGHT_M[0] <= camera.height_m <= _HEIGHT_M[1]
     if not (high and residual_m <= RESIDUAL_M):
-        return Refused(_mistake(start, taps) or (RESIDUAL if high else UNITS), worst)
+        reason = _mistake(start, taps) or (RESIDUAL if high else UNITS)
+        return Refused(reason, worst, residual_m)
     sigma_m = _sigma_m(camera, covariance)
     if not sigma_m <= SIGMA_M:
         return Refused(UNSURE)

@@ -38,7 +38,6 @@ _DWELL = 0.5  # what is left of that in the mean of a dwell
 _SCANS, _SCAN_S = 3, 0.09  # of a standing chair
 _CHOOSES_S = 4.0  # until it stands, and there are scans and a picture
 _KEPT_S, _BRAKES_S = 60.0, 3.0  # see kind "line"
-_ASPECT = 0.01  # a picture of another shape is another camera's
 
 
 class LookProducer(SpotProducer):
@@ -159,8 +158,7 @@ class LookProducer(SpotProducer):
         if size is None or self._camera is None:
             return
         self._pictured = True
-        aspect = self._camera.width_px / self._camera.height_px
-        if abs(size[0] / size[1] / aspect - 1.0) > _ASPECT:
+        if not self._camera.same_shape(size):
             self._refused = UNCALIBRATED
 
     def _scan(self, since_s: float) -> None:

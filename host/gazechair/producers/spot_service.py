@@ -21,7 +21,8 @@ _MOST = 100_000  # a mode's name is short
 
 
 class SpotService(ProducerService):
-    """One kind. Its targets are tiles, by name; a tile's `more` has the picture's "aspect"."""
+    """One kind. Its targets are tiles, by name; a tile's `more` has the picture's "aspect"
+    and "top", as pages are told them."""
 
     _number = 0
     _ask: Mapping[str, Any] | None = None
@@ -70,9 +71,10 @@ class SpotService(ProducerService):
 
     def rows(self) -> list[dict[str, Any]]:
         """Its tiles: no modes, they open the choice of a spot."""
-        aspects = {tile: target.more["aspect"] for tile, target in self._shown.items()}
+        none = {"aspect": 1.0, "top": 0.0}
+        pictures = {tile: target.more for tile, target in self._shown.items()}
         return [
-            {**row, "kind": "spot", "of": self.kind, "aspect": aspects.get(row["name"], 1.0)}
+            {**row, "kind": "spot", "of": self.kind, **none, **pictures.get(row["name"], {})}
             for row in super().rows()
         ]
 

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+
+from gazechair.picture.floor import FARTHEST_M, FloorCamera
 from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.pixels import CAN_DECODE
 from gazechair.producers.places import Target
 
+_MOST_TOP = 0.8  # a camera that sees little floor
 _TILES = {
     "line": ("follow-line", "Volg lijn", "Follow line", "〰️"),
     "look": ("go-look", "Ga waar ik kijk", "Go where I look", "\U0001f441"),
@@ -21,5 +27,12 @@ def spots(kind: str, allowed: bool, floor: FloorStore) -> dict[str, Target]:
     if known is None:
         return {}
     mode, name, english, letters = _TILES[kind]
-    more = {"aspect": known.camera.width_px / known.camera.height_px}
+    camera = known.camera
+    more = {"aspect": camera.width_px / camera.height_px, "top": _top(camera)}
     return {mode: Target(name, "", more, english, letters)}
+
+
+def _top(camera: FloorCamera) -> float:
+    """Share of the picture's height above which no floor within reach lies ahead."""
+    v = float(camera.pixels(np.array(((FARTHEST_M, 0.0),)))[0, 1]) / camera.height_px
+    return min(max(v, 0.0), _MOST_TOP) if math.isfinite(v) else 0.0

@@ -8,21 +8,24 @@ from pathlib import Path
 import pytest
 
 import gazechair
+from gazechair.service.calibrate.marks import WHY
 
 HOST = Path(gazechair.__file__).parent
 NL = Path(__file__).parents[3] / "web" / "strings" / "nl-first.json"
 SOURCES = [
+    "first_drive/floor_marks.py",
     "first_drive/moves.py",
     "sensing/lidar/mask.py",
     "service/board_settings.py",
     "service/calibrate/joystick.py",
+    "service/calibrate/marks.py",
     "service/tune/armed_session.py",
     "service/tune/command.py",
     "service/tune/judge.py",
     "service/tune/procedure.py",
 ]
 # For a terminal only: what is typed there, and the tools' own connection.
-TERMINAL = ("no setting", "must be a whole number", "no board")
+TERMINAL = ("no setting", "must be a whole number", "no board", "--height")
 
 
 def errors(source: str) -> list[tuple[str, list[str], set[str]]]:
@@ -37,7 +40,12 @@ def errors(source: str) -> list[tuple[str, list[str], set[str]]]:
         keys = []
         if len(call.args) > 1:
             key = call.args[1]
-            named = [key.value] if isinstance(key, ast.Constant) else named_as(tree, key.id)
+            if isinstance(key, ast.Attribute):
+                named = list(WHY)  # of the fit's refusal
+            elif isinstance(key, ast.Constant):
+                named = [key.value]
+            else:
+                named = named_as(tree, key.id)
             keys = [str(one) for one in named]
         found.append((ast.unparse(call), keys, {str(one.arg) for one in call.keywords}))
     return found

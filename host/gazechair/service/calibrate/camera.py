@@ -13,26 +13,14 @@ from pathlib import Path
 from gazechair.base.health import Health
 from gazechair.base.state_folder import state_folder
 from gazechair.config.configuration import Config
-from gazechair.picture import floor_calibration as floor
 from gazechair.picture.camera import CameraService
-from gazechair.picture.floor import FloorCamera
-from gazechair.picture.floor_calibration import Calibration, Refused, Tap, calibrate
+from gazechair.picture.floor_calibration import Calibration, Tap
 from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.pixels import CAN_DECODE, size_px
 from gazechair.service.calibrate.errors import CalibrateError
+from gazechair.service.calibrate.marks import ByEye, from_marks
 
 _PICTURE_S = 15.0
-
-WHY = {
-    floor.FEW: f"there are fewer than {floor.LEAST_TAPS} marks",
-    floor.SPREAD: "the marks lie in one line; lay them out to the sides and in depth",
-    floor.UNITS: "the places cannot be metres from the drive axle, or the camera's height is wrong",
-    floor.RESIDUAL: "the marks do not fit each other; measure and look again, first the one named",
-    floor.SWAPPED: "left and right are swapped: y is positive to the left",
-    floor.AXES: "x and y are swapped: x is forward, y to the left",
-    floor.UNSURE: "the marks do not tell enough; add some, nearer and farther, left and right",
-    floor.OUTSIDE: "a mark is outside of the picture; pixels count from its upper left corner",
-}
 
 Say = Callable[[str], None]
 
@@ -66,31 +54,11 @@ def take_picture(config: Config, path: Path, say: Say) -> None:
     say(f"then: gazechair calibrate camera --picture {path} --marks FILE")
 
 
-def store(
-    config: Config,
-    picture: Path,
-    marks: Path,
-    height_m: float,
-    down_deg: float,
-    field_deg: float,
-    say: Say,
-) -> None:
-    """Fit the marks and store the result; height, direction down and field of view by eye.
-
-    Raises CalibrateError.
-    """
-    if not (0.1 < height_m < 3.0 and 0.0 < down_deg < 90.0 and 20.0 < field_deg < 150.0):
-        raise CalibrateError("no camera on a chair has that --height, --down or --field")
+def store(config: Config, picture: Path, marks: Path, eye: ByEye, say: Say) -> None:
+    """Fit the marks and store the result. Raises CalibrateError."""
     if not CAN_DECODE:
         raise CalibrateError("Pillow is not installed; run `pip install 'gazechair[picture]'`")
-    width_px, height_px = _size(picture)
-    focal_px = 0.5 * width_px / math.tan(math.radians(0.5 * field_deg))
-    start = FloorCamera(width_px, height_px, focal_px, height_m, math.radians(down_deg))
-    taps = _marks(marks)
-    found = calibrate(start, taps)
-    if isinstance(found, Refused):
-        tap = "" if found.worst is None else f" (mark {found.worst + 1})"
-        raise CalibrateError(f"{WHY[found.reason]}{tap}; what was stored before stays")
+    found = from_marks(_size(picture), eye, _marks(marks))
     _store(config).keep(found)
     say(f"stored: {_words(found)}")
 
