@@ -156,6 +156,13 @@ class Localization:
         self._odometry = odometry
         return self.location
 
+    @property
+    def sure(self) -> bool:
+        """Whether the newest look alone speaks for the location."""
+        location = self.location
+        explained = location is not None and location.evidence.explained >= _SURE
+        return explained and self._doubt_since_s is None
+
     def place(self, pose: FloatArray, odometry: FloatArray) -> None:
         """It is there, as who has just made the map knows; looks soon tell if not."""
         self.forget()
