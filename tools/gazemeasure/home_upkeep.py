@@ -173,7 +173,10 @@ def _elsewhere(
         off = way_m * np.array((math.cos(bearing), math.sin(bearing)))
         corners = np.array(piece.corners) + off
         edges = np.concatenate(
-            [np.linspace(one, after, 12) for one, after in zip(corners, np.roll(corners, -1, 0))]
+            [
+                np.linspace(one, after, 12)
+                for one, after in zip(corners, np.roll(corners, -1, 0), strict=True)
+            ]
         )
         open_m = others.cast(x_m, y_m, np.array([bearing]), LIDAR_HEIGHT_M)[0]
         apart = min(math.dist(one, corners.mean(axis=0)) for one in home.places.values())
@@ -230,18 +233,18 @@ def _drive(
 
 def _crowd(poses: list[Array], chance: np.random.Generator) -> Array:
     """People who stand beside the route, not in its way: rows x, y, radius."""
-    found = []
+    found: list[tuple[float, float, float]] = []
     while len(found) < _PEOPLE:
         pose = poses[int(chance.integers(len(poses)))]
         bearing, away_m = chance.uniform(-math.pi, math.pi), chance.uniform(*_ASIDE_M)
         at = pose[:2] + away_m * np.array((math.cos(bearing), math.sin(bearing)))
         if all(math.dist(at, one[:2]) > _ASIDE_M[0] for one in poses):
-            found.append((*at.tolist(), _PERSON_M))
+            found.append((float(at[0]), float(at[1]), _PERSON_M))
     return np.array(found)
 
 
 def _estimate(at_s: float) -> Estimate:
-    return Estimate(at_s, *[0.0] * 6, *[0.1] * 4, 1.0, (), 0)
+    return Estimate(at_s, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.1, 0.1, 0.1, 1.0, (), 0)
 
 
 def _grid(store: MapStore) -> OccupancyGrid:

@@ -82,7 +82,7 @@ def test_a_new_table_is_there_after_the_third_drive_and_gone_two_drives_after_it
 ) -> None:
     assert not taken(grid, 1.2, 2.4, 0.6, 0.5)
     with_table = flat(TABLE)
-    found, ledger, changed = after(grid, *[with_table] * NEW_AFTER)
+    found, _, changed = after(grid, *[with_table] * NEW_AFTER)
     assert changed == [NEW_AFTER]
     assert taken(found, 1.2, 2.4, 0.6, 0.5) > 15
     added = found.occupied & ~grid.occupied
