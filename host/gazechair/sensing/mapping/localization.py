@@ -51,6 +51,7 @@ _SURE = 0.8
 _HELD_SIGMAS = np.array((0.005, 0.005, math.radians(0.1)))
 _HELD_SHARES = 0.01, 0.005  # m a m, rad a rad
 _HELD_M, _HELD_SHARE = 0.03, 0.03
+_HELD_RAD, _HELD_TURN_SHARE = math.radians(0.7), 0.01
 _HELD_FOR_M = 1.0  # then what is seen is another view, with other people
 _LOST_EXPLAINED = 0.45  # fewer: a crowd, or another place; it looks for itself then
 _LOST_CONTRADICTED = 0.15  # of the beams that reach what is known
@@ -113,7 +114,8 @@ class _Hold:
     def holds(self, guess: FloatArray, pose: FloatArray) -> bool:
         """Whether the chair may be at `pose` where odometry has it at `guess`."""
         off = between(guess, pose)
-        return math.hypot(off[0], off[1]) <= _HELD_M + _HELD_SHARE * self.driven_m
+        near = math.hypot(off[0], off[1]) <= _HELD_M + _HELD_SHARE * self.driven_m
+        return near and abs(off[2]) <= _HELD_RAD + _HELD_TURN_SHARE * self.turned_rad
 
 
 @dataclass(frozen=True)

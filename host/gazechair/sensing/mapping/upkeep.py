@@ -49,7 +49,7 @@ class Ledger:
 
     taken: Drives
     free: Drives
-    map_crc: int
+    grid_crc: int
     drive_s: float = 0.0
     """When the newest of them was, in seconds since 1970."""
 
@@ -61,7 +61,7 @@ class Ledger:
 
     def save(self, path: Path) -> None:
         """Replace the file as a whole. OSError."""
-        head = {"map_crc": self.map_crc, "drive_s": self.drive_s}
+        head = {"grid_crc": self.grid_crc, "drive_s": self.drive_s}
         counts = np.stack((self.taken, self.free)).tobytes()
         data = _MAGIC + json.dumps(head).encode() + b"\n" + zlib.compress(counts)
         replace_file(path, data + zlib.crc32(data).to_bytes(4, "little"))
@@ -77,12 +77,12 @@ def load_ledger(path: Path, grid: OccupancyGrid) -> Ledger:
             return fresh
         line, _, body = data[len(_MAGIC) :].partition(b"\n")
         head = json.loads(line)
-        if head["map_crc"] != fresh.map_crc:
+        if head["grid_crc"] != fresh.grid_crc:
             return replace(fresh, drive_s=float(head["drive_s"]))
         shape = (2, *grid.hits.shape)
         counts = zlib.decompressobj().decompress(body, 2 * grid.hits.size)
         taken, free = np.frombuffer(counts, dtype=np.uint8).reshape(shape)
-        return Ledger(taken, free, fresh.map_crc, float(head["drive_s"]))
+        return Ledger(taken, free, fresh.grid_crc, float(head["drive_s"]))
     except (OSError, ValueError, KeyError, TypeError, zlib.error):
         return fresh
 
@@ -157,7 +157,7 @@ class Upkeep:
         absent = np.where(_wide(blocked, 1), 0, before.free + (free & ~self._grid.free))
         most = 2 * NEW_AFTER
         clipped = [np.minimum(one, most).astype(np.uint8) for one in (counts, absent)]
-        return Ledger(clipped[0], clipped[1], before.map_crc, drive_s)
+        return Ledger(clipped[0], clipped[1], before.grid_crc, drive_s)
 
     def updated(self, drive_s: float) -> tuple[OccupancyGrid, Ledger] | None:
         """The map with all that enough drives found, and what else they found; None: nothing is.
