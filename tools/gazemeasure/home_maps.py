@@ -90,7 +90,9 @@ def add_rows(report: Report, lidars: str, maps: list[Judged]) -> None:
 
 
 def surfaces_off_m(places_m: Array, surfaces: Array) -> Array:
-    """Each place's distance from the nearest surface."""
+    """Each place's distance from the nearest surface; inf: there is none."""
+    if not len(places_m) or not len(surfaces):
+        return np.full(len(places_m), np.inf)
     begin, along = surfaces[:, :2], surfaces[:, 2:] - surfaces[:, :2]
     length = np.maximum((along**2).sum(axis=1), 1e-12)
     found = []
