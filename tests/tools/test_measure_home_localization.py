@@ -110,6 +110,20 @@ def test_who_stands_hides_it_from_every_heading() -> None:
     assert min(hidden) > 0.3
 
 
+def test_people_who_come_and_stand_do_not_drag_a_known_place_along() -> None:
+    home = home_plans.home(4)
+    home.people = ()
+    localization = Localization(home_localization.mapped(home, np.random.default_rng(7004)))
+    chance, standing = np.random.default_rng(4003), np.zeros(3)
+    pose = home_localization._somewhere(home, chance)
+    localization.place(pose, standing)
+    crowd = home_localization.crowd_around(pose, chance)
+    for number in range(12):
+        seen = home_localization.look(home, pose, chance, crowd=crowd)
+        found = localization.look(seen, standing, 0.2 * number)
+        assert found is None or math.dist(found.pose[:2], pose[:2]) < 0.04
+
+
 def test_carried_to_where_most_that_is_seen_lies_near_walls_of_the_place_before() -> None:
     home = home_plans.home(43)
     home.people = ()

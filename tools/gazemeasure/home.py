@@ -23,6 +23,7 @@ from gazemeasure import (
     home_maps,
     home_odometry,
     home_process,
+    home_upkeep,
 )
 from gazemeasure.home_drives import LIDARS, Driven, Job, drive
 from gazemeasure.report import Report, percentile
@@ -57,6 +58,7 @@ def measure(quick: bool) -> Report:
         home_localization.measure(
             report, quick, lambda starts, seeds: pool.map(starts, seeds, chunksize=1)
         )
+        home_upkeep.measure(report, quick, lambda one, jobs: pool.map(one, jobs, chunksize=1))
         home_alarms.measure(report, quick, lambda one, jobs: pool.map(one, jobs, chunksize=1))
         home_forward.measure(report, quick, lambda one, jobs: pool.map(one, jobs, chunksize=1))
     hours = sum(one.job.seconds for one in done) / 3600.0

@@ -75,7 +75,7 @@ class MapJudge:
             return np.asarray((points_m - found.mean(axis=0)) @ rotation + true.mean(axis=0))
 
         surfaces = np.unique(np.concatenate(list(self._states.values())), axis=0)
-        off_m = _off_m(placed(home.grid.occupied_m()), surfaces)
+        off_m = surfaces_off_m(placed(home.grid.occupied_m()), surfaces)
         return Judged(off_m, np.hypot(*(placed(found) - true).T))
 
 
@@ -89,7 +89,10 @@ def add_rows(report: Report, lidars: str, maps: list[Judged]) -> None:
     report.add("  homes with a doubled room", float(sum(one.doubled for one in maps)), "", 0.0)
 
 
-def _off_m(places_m: Array, surfaces: Array) -> Array:
+def surfaces_off_m(places_m: Array, surfaces: Array) -> Array:
+    """Each place's distance from the nearest surface; inf: there is none."""
+    if not len(places_m) or not len(surfaces):
+        return np.full(len(places_m), np.inf)
     begin, along = surfaces[:, :2], surfaces[:, 2:] - surfaces[:, :2]
     length = np.maximum((along**2).sum(axis=1), 1e-12)
     found = []

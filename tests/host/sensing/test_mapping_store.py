@@ -261,3 +261,93 @@ def test_without_a_lidar_maps_are_kept_and_none_is_made(store: MapStore) -> None
     details = desk.details("a")
     assert details["picture"] == {"cell_m": 0.05, "x": 0.0, "y": 0.0, "width": 40, "height": 40}
     assert desk.picture("a").startswith(b"\x89PNG")
+
+
+def moved(store: MapStore) -> OccupancyGrid:
+    """The grid of map a, with something new in it."""
+    grid = store.get("a").map.grid  # type: ignore[union-attr]
+    hits = grid.hits.copy()
+    hits[20, int(hits[20].argmin())] = 9
+    return OccupancyGrid(grid.cell_m, grid.low_m, hits, grid.passes)
+
+
+def grid_of(store: MapStore) -> OccupancyGrid:
+    return store.get("a").map.grid  # type: ignore[union-attr]
+
+
+def test_an_update_keeps_what_is_drawn_and_can_be_taken_back(store: MapStore) -> None:
+    store.draw("a", "place", BED)
+    first, second = grid_of(store), moved(store)
+    assert store.update("a", first, second)
+    assert grid_of(store).same_as(second)
+    store.rename("a", "later")
+    assert store.take_back("a")
+    found = store.get("a")
+    assert found is not None
+    assert found.map is not None
+    assert found.map.grid.same_as(first)
+    assert found.map.name == "later"
+    assert [one.name for one in found.map.drawn.places] == ["Bed"]
+    assert not store.take_back("a")
+    assert refused(store.update, "gone", first, second) == "map_gone"
+
+
+def test_an_update_of_a_map_that_has_changed_meanwhile_is_none(store: MapStore) -> None:
+    first, second = grid_of(store), moved(store)
+    assert store.update("a", first, second)
+    assert not store.update("a", first, first)
+    assert grid_of(store).same_as(second)
+
+
+def test_the_newest_five_updates_can_be_taken_back_and_go_with_the_map(
+    store: MapStore, tmp_path: Path
+) -> None:
+    grids = [grid_of(store)]
+    for _ in range(7):
+        grids.append(moved(store))
+        assert store.update("a", grids[-2], grids[-1])
+    for grid in grids[-2:-5:-1]:
+        assert store.take_back("a")
+        assert grid_of(store).same_as(grid)
+    assert len(list((tmp_path / "older").iterdir())) == 2
+    assert store.update("a", grid_of(store), grids[0])
+    store.ledger_path("a").parent.mkdir()
+    store.ledger_path("a").write_bytes(b"x")
+    store.delete("a")
+    left = [one.name for one in tmp_path.rglob("*") if one.is_file()]
+    assert left == ["b.map"]
+
+
+def test_a_disk_that_is_full_leaves_the_map_as_it_was(
+    store: MapStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, second = grid_of(store), moved(store)
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(home_map, "replace_file", full)
+    assert refused(store.update, "a", first, second) == "map_not_stored"
+    monkeypatch.undo()
+    assert grid_of(store).same_as(first)
+
+
+def test_another_process_that_changes_maps_is_waited_for(store: MapStore, tmp_path: Path) -> None:
+    code = (
+        "import fcntl, os, sys, time\n"
+        f"handle = os.open({str(tmp_path)!r}, os.O_RDONLY)\n"
+        "fcntl.flock(handle, fcntl.LOCK_EX)\n"
+        "print('locked', flush=True)\n"
+        "sys.stdin.read()\n"
+    )
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, "-c", code], **pipes) as other:  # type: ignore[call-overload]
+        assert other.stdout.readline()
+        thread = threading.Thread(target=store.rename, args=("a", "mine"))
+        thread.start()
+        thread.join(0.3)
+        assert thread.is_alive()
+        assert store.get("b") is not None  # reading never waits for it
+        other.stdin.close()
+        thread.join(20.0)
+    assert store.get("a").map.name == "mine"  # type: ignore[union-attr]

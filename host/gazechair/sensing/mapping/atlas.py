@@ -11,8 +11,6 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from gazechair.base.footprint import FloatArray
 from gazechair.sensing.mapping.localization import Localization, Location
 from gazechair.sensing.mapping.looks import Seen
@@ -65,17 +63,29 @@ class Atlas:
         """None: not known."""
         return self._sheets[self.id].localization.location if self.id else None
 
+    @property
+    def grid(self) -> OccupancyGrid:
+        """Of the map in which the chair is known to be."""
+        return self._sheets[self.id].grid
+
+    @property
+    def sure(self) -> bool:
+        """Whether the newest look alone speaks for the place; see Localization.sure."""
+        return bool(self.id) and self._sheets[self.id].localization.sure
+
     def know(self, grids: Mapping[str, OccupancyGrid]) -> None:
         """These are the maps from now on; ValueError never: an empty one is left out."""
         for id_ in [one for one in self._sheets if one not in grids]:
             del self._sheets[id_]
         for id_, grid in grids.items():
             known = self._sheets.get(id_)
-            if known is not None and _same(known.grid, grid):
+            if known is not None and known.grid.same_as(grid):
                 continue
             self._sheets.pop(id_, None)
             if grid.occupied.any():
                 self._sheets[id_] = _Sheet(grid, Localization(grid))
+                if id_ == self.id and known is not None and known.grid.lies_as(grid):
+                    self._hand_over(known.localization, self._sheets[id_].localization)
         if self.id not in self._sheets or self.location is None:
             self.id = ""
         if self._last is not None and self._last.id not in self._sheets:
@@ -143,6 +153,11 @@ class Atlas:
         evidence = found.evidence
         return evidence.explained >= _ELSEWHERE_EXPLAINED and evidence.through <= _ELSEWHERE_THROUGH
 
+    def _hand_over(self, before: Localization, after: Localization) -> None:
+        """The map has changed where it lies: the chair is where it was."""
+        if before.location is not None and self._odometry is not None:
+            after.place(before.location.pose, self._odometry)
+
     def _advance(self, odometry: FloatArray, track: int) -> None:
         if self._odometry is not None and self._last is not None:
             moved = between(self._odometry, odometry)
@@ -152,12 +167,3 @@ class Atlas:
     def _forget_looks(self) -> None:
         for sheet in self._sheets.values():
             sheet.localization.forget()
-
-
-def _same(one: OccupancyGrid, other: OccupancyGrid) -> bool:
-    return one is other or (
-        one.cell_m == other.cell_m
-        and np.array_equal(one.low_m, other.low_m)
-        and np.array_equal(one.hits, other.hits)
-        and np.array_equal(one.passes, other.passes)
-    )

@@ -1,4 +1,4 @@
-"""The commands `gazechair map show`, `export` and `import`."""
+"""The commands `gazechair map show`, `export`, `import` and `back`."""
 
 from __future__ import annotations
 
@@ -26,6 +26,11 @@ def add(commands: Any) -> None:
     read.add_argument("yaml", type=Path, help="its image is found beside it")
     read.add_argument("file", type=Path, help="the map to write")
     read.set_defaults(act=lambda options: _act(_import, options))
+    back = acts.add_parser(
+        "back", help="take back the newest update by drives; again: the one before"
+    )
+    back.add_argument("file", type=Path, help="the map, in its folder")
+    back.set_defaults(act=lambda options: _act(_back, options))
 
 
 def _act(act: Any, options: argparse.Namespace) -> int:
@@ -71,3 +76,17 @@ def _import(options: argparse.Namespace) -> str:
 
     ros_map.read(options.yaml, options.file.stem).save(options.file)
     return str(options.file)
+
+
+def _back(options: argparse.Namespace) -> str:
+    from gazechair.sensing.mapping.home_map import MapError
+    from gazechair.sensing.mapping.places import EditRefused
+    from gazechair.sensing.mapping.store import MapStore
+
+    file: Path = options.file
+    try:
+        if MapStore(file.parent).take_back(file.stem):
+            return f"{file} is what it was before its newest update by drives"
+    except EditRefused as error:
+        raise MapError(str(error)) from None
+    raise MapError(f"{file}: no drive has changed it")

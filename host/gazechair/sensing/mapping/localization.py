@@ -45,6 +45,14 @@ _CONFIRM_M, _CONFIRM_RAD = 0.10, math.radians(3.0)
 _CONFIRMED = 4  # looks in a row that find the same pose
 # Following.
 _FOLLOW_SIGMAS = np.array((0.05, 0.05, math.radians(1.0)))
+# Where less is explained, people pull at the fit: odometry holds it, since the place was last sure,
+# by so much, and by shares of what was driven and turned since; what goes beyond is in doubt.
+_SURE = 0.8
+_HELD_SIGMAS = np.array((0.005, 0.005, math.radians(0.1)))
+_HELD_SHARES = 0.01, 0.005  # m a m, rad a rad
+_HELD_M, _HELD_SHARE = 0.03, 0.03
+_HELD_RAD, _HELD_TURN_SHARE = math.radians(0.7), 0.01
+_HELD_FOR_M = 1.0  # then what is seen is another view, with other people
 _LOST_EXPLAINED = 0.45  # fewer: a crowd, or another place; it looks for itself then
 _LOST_CONTRADICTED = 0.15  # of the beams that reach what is known
 _LOST_S = 2.0
@@ -81,6 +89,35 @@ class _Candidate:
     """Share of the surfaces that are not close to the chair, 0..1."""
 
 
+@dataclass
+class _Hold:
+    """Where the place was last sure, and how odometry has moved since."""
+
+    pose: FloatArray
+    odometry: FloatArray
+    driven_m: float = 0.0
+    turned_rad: float = 0.0
+
+    def move(self, before: FloatArray, odometry: FloatArray) -> None:
+        """Odometry went on."""
+        moved = between(before, odometry)
+        self.driven_m += math.hypot(moved[0], moved[1])
+        self.turned_rad += abs(float(moved[2]))
+
+    @property
+    def deviations(self) -> FloatArray:
+        """(3,): of the pose that odometry gives since."""
+        along, about = _HELD_SHARES
+        more = np.array((self.driven_m * along, self.driven_m * along, self.turned_rad * about))
+        return np.asarray(_HELD_SIGMAS + more)
+
+    def holds(self, guess: FloatArray, pose: FloatArray) -> bool:
+        """Whether the chair may be at `pose` where odometry has it at `guess`."""
+        off = between(guess, pose)
+        near = math.hypot(off[0], off[1]) <= _HELD_M + _HELD_SHARE * self.driven_m
+        return near and abs(off[2]) <= _HELD_RAD + _HELD_TURN_SHARE * self.turned_rad
+
+
 @dataclass(frozen=True)
 class _Claim:
     """What a pose was found by."""
@@ -102,6 +139,7 @@ class Localization:
         self._claim: _Claim | None = None
         self._confirmed = 0  # how often in a row
         self._odometry: FloatArray = np.zeros(3)
+        self._hold = _Hold(np.zeros(3), np.zeros(3))
         self._doubt_since_s: float | None = None
         self._agrees = True  # what stays far away with the map, where the chair is known to be
         self.location: Location | None = None
@@ -120,10 +158,18 @@ class Localization:
         self._odometry = odometry
         return self.location
 
+    @property
+    def sure(self) -> bool:
+        """Whether the newest look alone speaks for the location."""
+        location = self.location
+        explained = location is not None and location.evidence.explained >= _SURE
+        return explained and self._doubt_since_s is None
+
     def place(self, pose: FloatArray, odometry: FloatArray) -> None:
         """It is there, as who has just made the map knows; looks soon tell if not."""
         self.forget()
         self.location = Location(pose, Evidence(1.0, 0.0), _PLACED_M, _PLACED_RAD)
+        self._hold = _Hold(pose, odometry)
         self._odometry = odometry
 
     def forget(self) -> None:
@@ -173,6 +219,7 @@ class Localization:
         self._claim = _Claim(settled, odometry, best)
         if self._confirmed >= _CONFIRMED:
             self.location = self._located(best)
+            self._hold = _Hold(best.fitted.pose, odometry)
             self._forget_looks()
 
     def _candidates(self, settled: Settled, odometry: FloatArray, whole: bool) -> list[_Candidate]:
@@ -222,7 +269,11 @@ class Localization:
 
     def _follow(self, look: Look, odometry: FloatArray, time_s: float, pose: FloatArray) -> None:
         guess = compose(pose, between(self._odometry, odometry))
-        fitted = ndt.fit(self._map.ndt, look.points_m, guess, _FOLLOW_SIGMAS)
+        self._hold.move(self._odometry, odometry)
+        sure = self._map.evidence(look, guess).explained >= _SURE
+        held = guess if sure else compose(self._hold.pose, between(self._hold.odometry, odometry))
+        sigmas = _FOLLOW_SIGMAS if sure else self._hold.deviations
+        fitted = ndt.fit(self._map.ndt, look.points_m, held, sigmas)
         evidence = self._map.evidence(look, fitted.pose)
         location = self._location(fitted, evidence)
         contradicted = evidence.through > _LOST_CONTRADICTED * (
@@ -230,8 +281,12 @@ class Localization:
         )
         if self._remember(look, odometry, time_s):
             self._agrees = self._agrees_far(fitted.pose, odometry)
-        if evidence.explained >= _LOST_EXPLAINED and not contradicted and self._agrees:
+        fits = sure or self._hold.holds(held, fitted.pose)
+        fits = fits and evidence.explained >= _LOST_EXPLAINED and not contradicted
+        if fits and self._agrees:
             self.location, self._doubt_since_s = location, None
+            if sure or self._hold.driven_m > _HELD_FOR_M:
+                self._hold = _Hold(fitted.pose, odometry)
             return
         # People pull at a fit: odometry goes on alone until the place is confirmed.
         self.location = replace(location, pose=guess)
@@ -242,7 +297,9 @@ class Localization:
             if still is None:
                 self.forget()
             else:
-                self.location, self._doubt_since_s = self._located(still), None
+                # Those who stand pull at what stays as well.
+                self.location = replace(self._located(still), pose=guess)
+                self._doubt_since_s = None
 
     def _agrees_far(self, pose: FloatArray, odometry: FloatArray) -> bool:
         settled = self._surroundings.settled(_RECENT)

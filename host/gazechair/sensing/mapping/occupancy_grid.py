@@ -22,7 +22,7 @@ CELL_M = 0.025
 _FARTHEST_M = 12.0  # a hit farther away is too uncertain for a cell
 _BEAMS = 720  # of a key scan that clear cells
 _SHORT_M = 0.06  # a beam clears nothing so close to where it ended
-_MIDDLE = 0.35  # of a cell, from its centre: a beam that cuts a corner says nothing
+_MIDDLE = 0.35  # of a cell, from its centre
 _LEAST_HITS = 2
 _OCCUPIED_SHARE = 0.25
 _BORDER = 4  # cells
@@ -48,6 +48,18 @@ class OccupancyGrid:
     def free(self) -> BoolArray:
         """Where a beam has passed, or the chair stood, and nothing stands; else it is unknown."""
         return np.asarray((self.passes > 0) & ~self.occupied)
+
+    def lies_as(self, other: OccupancyGrid) -> bool:
+        """Whether the cells are in the same places."""
+        shapes = self.hits.shape == other.hits.shape and self.cell_m == other.cell_m
+        return shapes and np.array_equal(self.low_m, other.low_m)
+
+    def same_as(self, other: OccupancyGrid) -> bool:
+        """Whether everything is the same."""
+        if self is other:
+            return True
+        counts = np.array_equal(self.hits, other.hits) and np.array_equal(self.passes, other.passes)
+        return counts and self.lies_as(other)
 
     def occupied_m(self) -> FloatArray:
         """Centres (N, 2) of the occupied cells."""
@@ -92,13 +104,28 @@ def _in_map(key: KeyScan) -> tuple[FloatArray, FloatArray]:
 def _passed(start: FloatArray, end: FloatArray, depth: int, cell_m: float) -> NDArray[np.int64]:
     """Indices of the cells whose middle a beam passes; start and end in cells."""
     every = max(1, len(start) // _BEAMS)
-    start, end = start[::every], end[::every]
+    _, at = along_beams(start[::every], end[::every], _SHORT_M / cell_m)
+    found = through_middle(at)
+    return np.asarray(found[:, 0] * depth + found[:, 1])
+
+
+def along_beams(
+    start: FloatArray, end: FloatArray, short: float
+) -> tuple[NDArray[np.int64], FloatArray]:
+    """Half a cell apart, places (M, 2) on the beams, and the beam (M,) of each; all in cells.
+
+    They end `short` before the beam does.
+    """
     length = np.hypot(*(end - start).T)
-    steps = np.maximum(0, np.floor(2.0 * (length - _SHORT_M / cell_m))).astype(np.int64)
+    steps = np.maximum(0, np.floor(2.0 * (length - short))).astype(np.int64)
     beam = np.repeat(np.arange(len(start)), steps)
     along = 0.5 * (np.arange(len(beam)) - np.repeat(np.cumsum(steps) - steps, steps))
     at = start[beam] + (end - start)[beam] * (along / length[beam])[:, None]
+    return beam, at
+
+
+def through_middle(at: FloatArray) -> NDArray[np.int64]:
+    """The cells (K, 2) of those places that are near a cell's middle: a cut corner says nothing."""
     cells = np.floor(at)
     middle = (np.abs(at - cells - 0.5) < _MIDDLE).all(axis=1)
-    found = cells[middle].astype(np.int64)
-    return np.asarray(found[:, 0] * depth + found[:, 1])
+    return np.asarray(cells[middle].astype(np.int64))

@@ -2,27 +2,33 @@
 
 `ID.map` is the map, `ID.before` what it was before its last change. A file that cannot be used is
 told; the version before it serves in its place. Names are in the files: no file is named by what
-somebody typed.
+somebody typed. `older/ID.N` are the versions before later drives changed it, the newest with the
+largest N; `drives/ID` holds what those drives found.
 """
 
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import os
 import re
 import secrets
 import threading
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from gazechair.base.state_folder import set_aside
 from gazechair.sensing.mapping.home_map import HomeMap, MapError, NewerMapError, load
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.places import Drawn, EditRefused, name_of, same_name
 
 FOLDER = "maps"  # in the state folder
 _SUFFIX, _BEFORE = ".map", ".before"
 _HALVES = ".new", ".kept"
+_OLDER, _DRIVES = "older", "drives"
+_MOST_OLDER = 5
 _ID = re.compile(r"[A-Za-z0-9_-]{1,40}")
 
 _Facts = tuple[int, int, int]
@@ -102,13 +108,74 @@ class MapStore:
         """With the version before it. Raises EditRefused."""
         if self.get(id_) is None:
             raise _gone(id_)
-        with self._lock:
+        with self._locked():
             try:
-                for suffix in (_BEFORE, _SUFFIX):
-                    with contextlib.suppress(FileNotFoundError):
-                        (self.folder / (id_ + suffix)).unlink()
+                paths = [self.ledger_path(id_), *self._older(id_)]
+                paths += [self.folder / (id_ + suffix) for suffix in (_BEFORE, _SUFFIX)]
+                for path in paths:
+                    path.unlink(missing_ok=True)
             except OSError as error:
                 raise EditRefused("map_not_stored", f"not deleted: {error.strerror}") from None
+
+    def update(self, id_: str, was: OccupancyGrid, grid: OccupancyGrid) -> bool:
+        """Later drives have changed the map from `was`, and it is that no more: False.
+
+        The version before is kept in `older`. Raises EditRefused.
+        """
+
+        def updated(home: HomeMap) -> HomeMap | None:
+            return replace(home, grid=grid) if home.grid.same_as(was) else None
+
+        return self._change(id_, updated, self._keep_older)
+
+    def take_back(self, id_: str) -> bool:
+        """Undo the newest update by drives, not what people drew; False: there is none.
+
+        Raises EditRefused.
+        """
+        older = self._older(id_)
+        if not older:
+            return False
+        try:
+            grid = load(older[-1]).grid
+        except MapError as error:
+            raise EditRefused("map_damaged", str(error)) from None
+        self._change(id_, lambda home: replace(home, grid=grid))
+        older[-1].unlink(missing_ok=True)
+        return True
+
+    def ledger_path(self, id_: str) -> Path:
+        """Where it is kept what later drives found; see Ledger."""
+        return self.folder / _DRIVES / id_
+
+    def _older(self, id_: str) -> list[Path]:
+        """The newest last."""
+        found = [one for one in (self.folder / _OLDER).glob(id_ + ".*") if one.stem == id_]
+        numbered = [one for one in found if one.suffix[1:].isdecimal()]
+        return sorted(numbered, key=lambda one: int(one.suffix[1:]))
+
+    def _keep_older(self, path: Path) -> None:
+        older = self._older(path.stem)
+        number = int(older[-1].suffix[1:]) + 1 if older else 1
+        (self.folder / _OLDER).mkdir(mode=0o700, exist_ok=True)
+        os.link(path, self.folder / _OLDER / f"{path.stem}.{number}")
+        for one in older[: 1 - _MOST_OLDER]:
+            one.unlink(missing_ok=True)
+
+    @contextlib.contextmanager
+    def _locked(self) -> Iterator[None]:
+        """By this thread of this process alone: mapping's process changes maps, too.
+
+        Who reads does not wait for other processes.
+        """
+        self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        handle = os.open(self.folder, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX)
+            with self._lock:
+                yield
+        finally:
+            os.close(handle)
 
     def _all(self) -> list[Stored]:
         found: dict[str, tuple[_Facts, Stored]] = {}
@@ -119,8 +186,14 @@ class MapStore:
         self._read = found
         return [one for _, one in found.values()]
 
-    def _change(self, id_: str, act: Any) -> None:
-        with self._lock:
+    def _change(
+        self,
+        id_: str,
+        act: Callable[[HomeMap], HomeMap | None],
+        keep: Callable[[Path], None] = lambda _: None,
+    ) -> bool:
+        """Store what `act` makes of the map, after `keep`; False: it makes nothing of it."""
+        with self._locked():
             stored = next((one for one in self._all() if one.id == id_), None)
             if stored is None:
                 raise _gone(id_)
@@ -128,16 +201,20 @@ class MapStore:
             if stored.map is None or stored.newer:
                 raise EditRefused("map_damaged", stored.problem)
             changed = act(stored.map)
+            if changed is None:
+                return False
             try:
                 if stored.problem:
                     set_aside(path)
                 else:
+                    keep(path)
                     _keep(path)
                 changed.save(path)
             except OSError as error:
                 raise EditRefused("map_not_stored", f"not stored: {error.strerror}") from None
             except MapError as error:
                 raise EditRefused("map_not_stored", str(error)) from None
+        return True
 
     def _one(self, path: Path) -> tuple[_Facts, Stored]:
         facts = path.stat()

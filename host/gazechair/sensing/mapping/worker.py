@@ -15,7 +15,8 @@ from typing import Any, Protocol
 
 from gazechair.sensing.mapping.atlas import Atlas
 from gazechair.sensing.mapping.home_map import MapError
-from gazechair.sensing.mapping.looks import Looks
+from gazechair.sensing.mapping.keeping import Keeping
+from gazechair.sensing.mapping.looks import Looks, Seen
 from gazechair.sensing.mapping.making import SILENT, Making
 from gazechair.sensing.mapping.picture import sketched
 from gazechair.sensing.mapping.store import MapStore
@@ -51,7 +52,12 @@ class Worker:
     """Feed it words, half turns and estimates, and `tick` it."""
 
     def __init__(
-        self, lidars: Lidars, folder: Path, out: Out, clock: Callable[[], float] = time.monotonic
+        self,
+        lidars: Lidars,
+        folder: Path,
+        out: Out,
+        clock: Callable[[], float] = time.monotonic,
+        utc: Callable[[], float] = time.time,
     ) -> None:
         self._lidars = lidars
         self._store = MapStore(folder)
@@ -59,6 +65,7 @@ class Worker:
         self._clock = clock
         self._looks = Looks()
         self._atlas = Atlas(self._pulse)
+        self._keeping = Keeping(self._store, utc)
         self._making: Making | None = None
         self._saving: threading.Thread | None = None
         self._saved: queue.Queue[dict[str, Any]] = queue.Queue()
@@ -111,11 +118,20 @@ class Worker:
         found, self._looked = self._atlas.look(seen), seen.estimate
         if found is None and known:
             self._eager_s = self._clock() + _EAGER_S
+        self._keep(seen)
         spent_s = time.process_time() - spent_s
         searched = found is None and self._atlas.searched
         pause_s = spent_s / _SHARES[self._clock() > self._eager_s] if searched else 0.0
         self._look_s = self._clock() + max(_LOOK_S, pause_s)
         self._say()
+
+    def _keep(self, seen: Seen) -> None:
+        """The map current."""
+        location = self._atlas.location
+        if location is None or not self._atlas.sure:
+            self._keeping.unsure()
+        elif self._keeping.look(self._atlas.id, self._atlas.grid, seen, location):
+            self._look_at_store()
 
     def tick(self) -> None:
         """Twice a second, at least."""

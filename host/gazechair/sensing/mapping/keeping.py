@@ -1,0 +1,115 @@
+"""Keeps the stored map current while the chair is driven in it: which looks count, and when.
+
+Only looks at which the place is known well count, from places apart, and only after seconds in
+which it stayed known. A drive is what happens within half an hour; the next one that counts begins
+hours later, also when the host was switched off meanwhile.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import time
+from collections.abc import Callable
+
+from gazechair.base.footprint import FloatArray
+from gazechair.sensing.mapping.localization import Location
+from gazechair.sensing.mapping.looks import Seen
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.places import EditRefused
+from gazechair.sensing.mapping.poses import between
+from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.upkeep import Upkeep, load_ledger
+
+DRIVE_S, APART_S = 1800.0, 7200.0
+_LOOK_M, _LOOK_RAD = 0.15, math.radians(9.0)  # the chair moves so far between two looks
+_SLOW_DEG_S = 15.0  # faster turns blur
+_SETTLED_S = 5.0  # known without a break
+_STORED_S = 60.0
+_MOST_CELLS = 4 << 20  # larger maps are left as they are: it would take too much memory
+
+log = logging.getLogger(__name__)
+
+
+class Keeping:
+    """Feed it what was seen where the chair is known to be."""
+
+    def __init__(self, store: MapStore, utc: Callable[[], float] = time.time) -> None:
+        """`utc`: seconds since 1970."""
+        self._store = store
+        self._utc = utc
+        self._id = ""
+        self._grid: OccupancyGrid | None = None
+        self._upkeep: Upkeep | None = None
+        self._began_s = self._next_s = self._stored_s = self._settled_s = -math.inf
+        self._odometry: FloatArray | None = None  # at the newest look that counts
+
+    def unsure(self) -> None:
+        """The place is not known, or in doubt: what was seen last does not count either."""
+        self._settled_s = math.inf
+        if self._upkeep is not None:
+            self._upkeep.drop()
+
+    def look(self, id_: str, grid: OccupancyGrid, seen: Seen, location: Location) -> bool:
+        """The chair is in map `id_`, well known; True: the stored map has been updated."""
+        now_s = seen.estimate.time_s
+        if id_ != self._id or grid is not self._grid:
+            self._id, self._grid, self._upkeep = id_, grid, None
+            self._next_s = -math.inf
+        if self._upkeep is None and now_s >= self._next_s:
+            self._begin(id_, grid, now_s)
+        upkeep = self._upkeep
+        if upkeep is None:
+            return False
+        self._settled_s = min(self._settled_s, now_s)
+        if self._counts(seen):
+            upkeep.look(seen.look, location.pose)
+        if now_s >= self._settled_s + _SETTLED_S:
+            upkeep.settle()
+            self._settled_s = now_s
+        if now_s < self._stored_s + _STORED_S:
+            return False
+        self._stored_s = now_s
+        if now_s >= self._began_s + DRIVE_S:
+            self._upkeep, self._next_s = None, now_s + _STORED_S
+        return self._take_over(upkeep)
+
+    def _begin(self, id_: str, grid: OccupancyGrid, now_s: float) -> None:
+        self._next_s = now_s + _STORED_S
+        if grid.hits.size > _MOST_CELLS:
+            return
+        before = load_ledger(self._store.ledger_path(id_), grid)
+        # A clock may have been set back: a drive that lies ahead is apart, too.
+        if abs(self._utc() - before.drive_s) >= APART_S:
+            self._upkeep = Upkeep(grid, before)
+            self._began_s = self._stored_s = self._settled_s = now_s
+            self._odometry = None
+
+    def _counts(self, seen: Seen) -> bool:
+        if abs(seen.estimate.yaw_rate_deg_s) > _SLOW_DEG_S:
+            return False
+        if self._odometry is not None:
+            moved = between(self._odometry, seen.odometry)
+            if math.hypot(moved[0], moved[1]) < _LOOK_M and abs(moved[2]) < _LOOK_RAD:
+                return False
+        self._odometry = seen.odometry
+        return True
+
+    def _take_over(self, upkeep: Upkeep) -> bool:
+        now_s = self._utc()
+        updated = upkeep.updated(now_s)
+        try:
+            if upkeep.too_much:
+                log.warning("so much has changed that the map is left as it is: make a new one")
+            ledger = self._store.ledger_path(self._id)
+            if updated is None or self._grid is None:
+                upkeep.ledger(now_s).save(ledger)
+                return False
+            if not self._store.update(self._id, self._grid, updated[0]):
+                return False  # somebody has changed it meanwhile: it is read again soon
+            self._upkeep = self._grid = None
+            updated[1].save(ledger)
+            return True
+        except (OSError, EditRefused) as error:
+            log.warning("the map is not kept current: %s", error)
+            return False

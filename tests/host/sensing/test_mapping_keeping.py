@@ -1,0 +1,138 @@
+"""Mapping's process keeps the stored map current, and knows its place while the map changes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gazechair.sensing.mapping import keeping
+from gazechair.sensing.mapping.home_map import HomeMap
+from gazechair.sensing.mapping.keeping import APART_S, Keeping
+from gazechair.sensing.mapping.localization import Location
+from gazechair.sensing.mapping.looks import Seen
+from gazechair.sensing.mapping.map_match import Evidence, Look
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.upkeep import load_ledger
+from gazechair.sensing.odometry.odometry import Estimate
+from maprig import made
+
+LOCATION = Location(np.array((1.0, 1.0, 0.0)), Evidence(1.0, 0.0), 0.01, 0.01)
+AHEAD = Look(np.array([(0.5, y) for y in np.arange(-0.1, 0.11, 0.02)]), np.zeros((11, 2)))
+
+
+def home() -> HomeMap:
+    """2 m by 2 m, with a wall along one side."""
+    hits = np.zeros((40, 40), dtype=np.uint16)
+    hits[0] = 5
+    passes = np.where(hits, 0, 5).astype(np.uint16)
+    return HomeMap("home", OccupancyGrid(0.05, np.zeros(2), hits, passes))
+
+
+def estimate(at_s: float) -> Estimate:
+    return Estimate(at_s, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.1, 0.1, 0.1, 1.0, (), 0)
+
+
+def test_the_process_notes_what_drives_find_and_knows_its_place_through_a_change(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(keeping, "_STORED_S", 1.0)
+    chair = made(tmp_path, 3, "a", 24.0)
+    chair.go(3.0)
+    assert chair.told.newest["state"] == "known"
+    store = MapStore(tmp_path)
+    assert store.ledger_path("a").exists()
+    grid = store.get("a").map.grid  # type: ignore[union-attr]
+    hits = grid.hits.copy()
+    hits[0, 0] += 1
+    assert store.update("a", grid, OccupancyGrid(grid.cell_m, grid.low_m, hits, grid.passes))
+    states = set()
+    chair.go(3.0, lambda _: states.add(chair.told.newest["state"]))
+    assert states == {"known"}
+    assert chair.told.newest["fix"]["map"] == "a"
+
+
+class Drives:
+    """Something new stands ahead of a chair at (1, 1) of a map; looks a second apart."""
+
+    def __init__(self, folder: Path) -> None:
+        home().save(folder / "a.map")
+        self.store = MapStore(folder)
+        self.utc_s = 10 * APART_S
+        self.first = self.stored()
+        self.start()
+
+    def stored(self) -> OccupancyGrid:
+        return self.store.get("a").map.grid  # type: ignore[union-attr]
+
+    def start(self) -> None:
+        self.keeping = Keeping(self.store, lambda: self.utc_s)
+
+    def go(self, seconds: int, unsure_every: int = 1000) -> None:
+        for step in range(seconds):
+            seen = Seen(AHEAD, np.array((0.2 * step, 0.0, 0.0)), estimate(float(step)))
+            if step % unsure_every == unsure_every - 1:
+                self.keeping.unsure()
+            self.keeping.look("a", self.first, seen, LOCATION)
+
+    def counted(self) -> int:
+        return int(load_ledger(self.store.ledger_path("a"), self.first).taken.max())
+
+
+@pytest.fixture
+def drives(tmp_path: Path) -> Drives:
+    return Drives(tmp_path)
+
+
+def test_one_drive_counts_once_however_often_the_host_is_started(drives: Drives) -> None:
+    drives.go(200)
+    assert drives.counted() == 1
+    for _ in range(3):
+        drives.utc_s += 600.0
+        drives.start()
+        drives.go(200)
+    assert drives.counted() == 1
+    drives.utc_s += APART_S
+    drives.start()
+    drives.go(200)
+    assert drives.counted() == 2
+
+
+def test_the_third_drive_hours_apart_changes_the_stored_map_and_it_can_be_had_back(
+    drives: Drives,
+) -> None:
+    for _ in range(3):
+        assert drives.stored().same_as(drives.first)
+        drives.start()
+        drives.go(70)
+        drives.utc_s += 2 * APART_S
+    added = drives.stored().occupied & ~drives.first.occupied
+    assert 4 <= added.sum() <= 6
+    assert added[30, 18:22].all()
+    assert drives.store.take_back("a")
+    assert drives.stored().same_as(drives.first)
+
+
+def test_looks_just_before_the_place_was_lost_do_not_count(drives: Drives) -> None:
+    drives.go(70, unsure_every=4)  # never known for five seconds
+    assert drives.counted() == 0
+
+
+def test_a_chair_that_only_stands_has_seen_one_thing_once(drives: Drives) -> None:
+    for step in range(200):
+        seen = Seen(AHEAD, np.zeros(3), estimate(float(step)))
+        drives.keeping.look("a", drives.first, seen, LOCATION)
+    assert drives.counted() == 0
+
+
+def test_a_disk_that_is_full_is_no_reason_to_stop(
+    drives: Drives, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("gazechair.sensing.mapping.upkeep.replace_file", full)
+    drives.go(70)
+    assert drives.counted() == 0

@@ -1,0 +1,52 @@
+"""A generated home whose furniture moved, driven through again and again; the home is the judge.
+
+It takes 12 s of a processor: a whole map, and four drives by looks, localization and upkeep.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gazemeasure import home_upkeep
+from gazemeasure.home_maps import WALLS_M
+from gazemeasure.home_upkeep import Kept
+from gazemeasure.report import Report
+
+
+def test_moved_furniture_is_taken_over_and_a_crowd_leaves_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(home_upkeep, "_PIECES", 1)
+    kept = home_upkeep.kept(1, 4)
+    assert kept.early == 0
+    assert kept.nothing == 0
+    assert kept.wrong == 0
+    assert kept.new > 10
+    assert kept.left < 0.8 * kept.old
+    assert np.percentile(kept.off_m, 95) < WALLS_M
+    assert np.percentile(kept.added_off_m, 95) < WALLS_M
+
+
+def is_ok(**changed: object) -> bool:
+    fine = np.full(100, 0.01)
+    fields = {"new": 50, "old": 80, "left": 10, "nothing": 0, "early": 0, "wrong": 0, **changed}
+    kept = Kept(**{"added_off_m": fine, "off_m": fine, **fields})  # type: ignore[arg-type]
+    report = Report("home")
+    home_upkeep.measure(report, True, lambda *_: [kept])
+    return report.ok
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"off_m": np.full(100, 0.04)},
+        {"added_off_m": np.full(100, 0.04)},
+        {"nothing": 1},
+        {"early": 1},
+        {"wrong": 1},
+    ],
+)
+def test_the_benchmark_falls_short_where_it_should(changed: dict[str, object]) -> None:
+    assert is_ok()
+    assert not is_ok(**changed)
