@@ -134,7 +134,7 @@ def test_another_home_is_not_taken_over(grid: OccupancyGrid) -> None:
     ledger = Ledger.of(grid)
     for number in range(3):
         upkeep = Upkeep(grid, ledger)
-        for pose in KEYS:
+        for pose in KEYS[::4]:
             seen = points(*scan(bare, pose, CHANCE))
             upkeep.look(Look(seen, np.zeros_like(seen)), pose)
         upkeep.settle()
