@@ -17,6 +17,7 @@ from PIL import Image, ImageDraw
 from simple_websocket import ConnectionClosed, Server
 from werkzeug.serving import make_server
 from wsproto.events import CloseConnection
+from wsproto.utilities import LocalProtocolError
 
 import gazesetup
 from gazechair.people.profiles import ProfileRefused, Profiles, fields
@@ -211,7 +212,8 @@ class FakeHost:
                 message = ws.receive(0.1)
                 if message is not None:
                     hear(message)
-            ws.sock.send(ws.ws.send(CloseConnection(self._close_code)))
+            with contextlib.suppress(LocalProtocolError):  # the page closed it in this moment
+                ws.sock.send(ws.ws.send(CloseConnection(self._close_code)))
             ws.sock.shutdown(socket.SHUT_RDWR)  # its reader holds it open otherwise
         finally:
             with self._lock:
@@ -243,7 +245,8 @@ class FakeHost:
         """Closes every socket and takes no new one, as a host that died."""
         self.accepting = False
         for ws in [*self._sockets["control"], *self._sockets["video"]]:
-            with contextlib.suppress(ConnectionClosed, OSError):  # the page may have been quicker
+            # The page may have been quicker.
+            with contextlib.suppress(ConnectionClosed, LocalProtocolError, OSError):
                 ws.close()
         wait_until(lambda: not self.connected("control"), "the sockets to close")
 
@@ -252,7 +255,7 @@ class FakeHost:
             for ws in self._sockets[kind]:
                 try:
                     ws.send(data)
-                except ConnectionClosed:
+                except (ConnectionClosed, LocalProtocolError):
                     continue  # its own thread takes it off the list
 
     def stop(self) -> None:

@@ -193,6 +193,41 @@ def test_a_driver_sees_a_small_map_that_is_calm_and_no_target(driver):
     assert not small.is_visible()
 
 
+def test_a_style_sheet_that_comes_after_the_map_hides_nothing(driver):
+    host, page = driver.host, driver.page
+    host.pictures["a1"] = PICTURE.png
+    host.replies["GET /maps/a1"] = (200, DETAILS)
+    held = []
+    page.route("**/small_map.css", lambda route: held.append(route))
+    small = page.locator("#small-map")
+
+    def open_but_for_that() -> bool:
+        driver.state(where=WHERE)
+        driver.run_for(500)
+        return held and small.get_attribute("data-fits") is not None
+
+    driver.wait_until(open_but_for_that, "the map")
+    held[0].continue_()
+    driver.wait_until(small.is_visible, "the small map")
+
+
+def test_a_map_that_does_not_come_is_asked_for_again(driver):
+    host, small = driver.host, driver.page.locator("#small-map")
+    host.pictures["a1"] = PICTURE.png
+    host.replies["GET /maps/a1"] = (500, {"reason": "no_answer"})
+    failed = []
+    driver.page.on("console", lambda line: failed.append(line.text))
+
+    def look() -> None:
+        driver.state(where=WHERE)
+        driver.run_for(500)
+
+    driver.wait_until(lambda: look() or any("small map" in text for text in failed), "the failure")
+    assert not small.is_visible()
+    host.replies["GET /maps/a1"] = (200, DETAILS)
+    driver.wait_until(lambda: look() or small.is_visible(), "the small map")
+
+
 def test_the_way_to_a_spot_is_on_the_small_map_before_it_is_gone(driver):
     host, page = driver.host, driver.page
     host.pictures["a1"] = PICTURE.png
