@@ -110,6 +110,7 @@ class FakeHost:
         self.pictures: dict[str, bytes] = {}  # of maps
         self.posted: list[tuple[str, dict[str, Any]]] = []
         self._marks = 0
+        self._shown: tuple[str, bytes] | None = None  # the newest picture: its number, the message
         self._close_code = 0
         self._folder = tempfile.TemporaryDirectory(prefix="gazechair-")
         table = fields(["en", "nl", "xx"], {"mode": "continuous"})
@@ -206,6 +207,8 @@ class FakeHost:
         with self._lock:
             if kind == "control":
                 ws.send(json.dumps(self.welcome))
+            elif self._shown is not None and self._shown[0] not in self.acknowledged:
+                ws.send(self._shown[1])  # the newest, as the host does
             self._sockets[kind].append(ws)
         try:
             while not (kind == "control" and self._close_code):
@@ -230,7 +233,10 @@ class FakeHost:
         return self.token
 
     def show(self, jpeg: bytes, sequence: int, age_ms: int = 0) -> None:
-        self._send("video", struct.pack("<II", sequence, age_ms) + jpeg)
+        message = struct.pack("<II", sequence, age_ms) + jpeg
+        with self._lock:
+            self._shown = str(sequence), message
+            self._send_to("video", message)
 
     def connected(self, kind: str) -> bool:
         return bool(self._sockets[kind])
@@ -252,11 +258,14 @@ class FakeHost:
 
     def _send(self, kind: str, data: str | bytes) -> None:
         with self._lock:
-            for ws in self._sockets[kind]:
-                try:
-                    ws.send(data)
-                except (ConnectionClosed, LocalProtocolError):
-                    continue  # its own thread takes it off the list
+            self._send_to(kind, data)
+
+    def _send_to(self, kind: str, data: str | bytes) -> None:
+        for ws in self._sockets[kind]:
+            try:
+                ws.send(data)
+            except (ConnectionClosed, LocalProtocolError):
+                continue  # its own thread takes it off the list
 
     def stop(self) -> None:
         self.cut()

@@ -214,7 +214,7 @@ def pages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "outside.json").write_text("{}")
     monkeypatch.setattr(files, "web_folder", lambda: folder)
     monkeypatch.setattr(control_sockets, "_LOOK_S", 0.02)  # ends sooner
-    monkeypatch.setattr(page_client, "_SILENT_S", 60.0)  # visitors send no heartbeats
+    monkeypatch.setattr(page_client, "_SILENT_S", 600.0)  # visitors send no heartbeats
     monkeypatch.setattr(page_client, "_LOOK_S", 0.02)
     return folder
 
