@@ -223,7 +223,8 @@ class Daemon:
         self._lidar.stop()
         self._camera.stop()
         self.link.stop()
-        for part in (self._odometry, self._mapping, self._assist):
+        # Nobody writes to their inboxes any more.
+        for part in (self._odometry, self._mapping, self._assist, *self._producers.services):
             if part is not None:
                 part.stop()
         self._log.stop()

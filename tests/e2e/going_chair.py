@@ -47,7 +47,7 @@ LIDARS = tuple(
     for x_m, y_m, heading_deg in TWO
 )
 CELL_M = 0.05
-STEP_MS, WHERE_MS, LOOK_MS = 50, 100, 250
+STEP_MS, WHERE_MS, LOOK_MS, OFFER_MS = 50, 100, 250, 250
 
 
 class Inline(Executor):
@@ -173,6 +173,8 @@ class GoingChair(Lockstep):
             place = at.x_m, at.y_m, at.heading_deg
             where = Whereabouts(at.time_s, self.map, *place, 0.02, 0.3, 0.9, at.time_s)
             self.service.where(where)
+        if self.now_ms % OFFER_MS == 0:
+            self.service.look()
         if self.now_ms % 4 == 0:
             self.service.tick()
         if not self.alive:

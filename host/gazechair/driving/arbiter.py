@@ -59,6 +59,7 @@ class Arbiter:
         self.help = HelpCall()
         self.stopped_s = 0.0
         """When anyone last said stop, of whatever kind."""
+        self._stopped_by = 0
         self.freshness = Freshness(first_token)
         self._bypass = Presses(last_edge)
         self._clients: dict[int, Client] = {}
@@ -189,7 +190,7 @@ class Arbiter:
         if isinstance(message, Call):
             return self.help.receive(page.role, message, now_s)
         if message in (STOP, DISARM, EMERGENCY):
-            self.stopped_s = now_s
+            self.stopped_s, self._stopped_by = now_s, client
         if message is STOP:
             self._press.drop()
         elif message is LET_GO:
@@ -312,8 +313,11 @@ class Arbiter:
             return self._refuse_once(what, page, wish.edge, "not_connected")
         if self._state != codes.ARMED:
             return self._refuse_once(what, page, wish.edge, "not_armed")
-        deadline_s = self.freshness.proven_s(wish.proof, now_s) + min(self.ttl_s, wish.life_s)
-        if isinstance(wish, UseMode):
+        proven_s = self.freshness.proven_s(wish.proof, now_s)
+        deadline_s = proven_s + min(self.ttl_s, wish.life_s)
+        if new and proven_s < self.stopped_s and client != self._stopped_by:
+            alive = False  # pressed before somebody's stop, and longer on its way
+        elif isinstance(wish, UseMode):
             alive = self._drive_by(client, page, wish, deadline_s, new, now_s)
         elif new:
             alive = True

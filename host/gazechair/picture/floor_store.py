@@ -16,6 +16,7 @@ from gazechair.picture.floor_calibration import RESIDUAL_M, SIGMA_M, Calibration
 FILE_NAME = "camera_floor.json"
 _NAMES = tuple(field.name for field in fields(FloorCamera))
 _PIXELS = ("width_px", "height_px")
+_DAMAGE = OSError, ValueError, TypeError, KeyError, OverflowError, RecursionError
 
 log = logging.getLogger(__name__)
 
@@ -51,7 +52,7 @@ class FloorStore:
             values: dict[str, Any] = {name: float(rows[name]) for name in _NAMES}
             camera = FloorCamera(**values | {name: int(rows[name]) for name in _PIXELS})
             calibration = Calibration(camera, float(found["residual_m"]), float(found["sigma_m"]))
-        except (OSError, ValueError, TypeError, KeyError, OverflowError) as error:
+        except _DAMAGE as error:
             log.error("%s: %s; the camera counts as not calibrated", self._path, error)
             return None
         return calibration if _sound(calibration) else None

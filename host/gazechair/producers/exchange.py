@@ -51,6 +51,7 @@ def unpack(payload: bytes) -> Record:
         fields = json.loads(payload)
         value, shown = fields["value"].encode(), fields["shown"]
         state, reason, ask = fields["state"], fields["reason"], fields["ask"]
+        json.dumps(shown, allow_nan=False)  # no page could read it
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         raise BadValue("no record") from None
     if state not in ("", *STATES) or not isinstance(shown, dict):

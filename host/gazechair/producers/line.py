@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from gazechair.base.footprint import FloatArray
 from gazechair.following.line import GONE_S, LineFollower, State
 from gazechair.following.line_view import NOT_SEEN
@@ -20,6 +22,8 @@ from gazechair.picture.pixels import pixels
 from gazechair.producers.contract import STEP_S, Ask, Press, Said, Sensed, Setup, SpotProducer
 from gazechair.producers.odometry_track import OdometryTrack
 from gazechair.producers.over_picture import over_picture
+from gazechair.producers.standing import Standing
+from gazechair.sensing.mapping.poses import from_frame, to_frame
 
 # Reasons, keys of the string tables.
 NO_PICTURE, NO_PLACE, UNSEEN_BEHIND = "line_no_picture", "line_no_place", "line_unseen_behind"
@@ -28,7 +32,6 @@ WIDTH_PX = 160
 """Of the pictures that it looks at."""
 _CHOOSES_S = 3.0  # until there is a picture, and the chair stands
 _KEPT_S = 60.0  # a choice that nobody presses
-_BRAKES_S = 3.0  # after a press, or the look; moved by others, the choice is over
 _OLD_S = 1.0  # a picture
 
 
@@ -46,10 +49,12 @@ class LineProducer(SpotProducer):
         self._track_of: int | None = None  # the frame that the line is in
         self._pressed_s = self._placed_s = -math.inf
         self._asked_s = -math.inf  # the chair to move
+        self._standing = Standing()
         self._refused = ""
 
     def ask(self, ask: Ask) -> None:
         self._ask, self._follower, self._refused = ask, None, ""
+        self._standing.begin(ask.at_s)
         known = self._floor.get()
         if known is None or not ask.may_reverse:
             self._refused = UNCALIBRATED if known is None else UNSEEN_BEHIND
@@ -67,7 +72,7 @@ class LineProducer(SpotProducer):
             return Said(None, "ended" if self._refused else "thinks", self._refused)
         reason = self._look(sensed.picture, now_s)
         since_s = now_s - max(ask.at_s, self._pressed_s)
-        if not reason and (since_s > _KEPT_S or (since_s > _BRAKES_S and not self._track.stands)):
+        if not reason and (since_s > _KEPT_S or self._standing.moved(self._track, now_s)):
             reason = NOT_NOW
         if reason:
             return self._over(reason)
@@ -85,6 +90,7 @@ class LineProducer(SpotProducer):
     def step(self, sensed: Sensed, now_s: float) -> Said:
         self._track.take(sensed.estimates)
         self._pressed_s = now_s
+        self._standing.begin(now_s)
         follower = self._follower
         reason = LOST if follower is None else self._look(sensed.picture, now_s)
         if follower is None or reason:
@@ -116,13 +122,14 @@ class LineProducer(SpotProducer):
         if newest is None or not self._track.known(now_s):
             self._refused = NO_PLACE if late else ""
             return
-        pose = None if shot is None else self._track.pose(shot.acquired_s)
-        if shot is None or pose is None or not self._track.stands or shot.acquired_s < ask.at_s:
-            self._refused = (NO_PICTURE if self._track.stands else NOT_NOW) if late else ""
+        looked, stands = self._track.pose(ask.at_s), self._track.stands
+        new = shot if shot is not None and shot.acquired_s >= ask.at_s and stands else None
+        pose = None if new is None else self._track.pose(new.acquired_s)
+        picture = None if new is None else pixels(new.jpeg, WIDTH_PX)
+        if new is None or pose is None or picture is None or looked is None:
+            self._refused = (NO_PICTURE if stands else NOT_NOW) if late else ""
             return
-        picture = pixels(shot.jpeg, WIDTH_PX)
-        if picture is None or self._camera is None:
-            return
+        assert self._camera is not None
         numbers, camera = ChairNumbers.of(ask.settings), self._camera
         most_rad_s = math.radians(min(numbers.left_deg_s, numbers.right_deg_s))
         delay_s = numbers.dead_s + numbers.lag_s
@@ -131,8 +138,11 @@ class LineProducer(SpotProducer):
         except ValueError:
             self._refused = NOT_SEEN  # this camera shows no floor ahead
             return
-        pixel = ask.at[0] * camera.width_px, ask.at[1] * camera.height_px
-        self._refused = follower.choose(picture, pixel, pose, shot.acquired_s)
+        # The chair may have rolled on since the look.
+        pixel = np.array(((ask.at[0] * camera.width_px, ask.at[1] * camera.height_px),))
+        spot = from_frame(to_frame(camera.floor_m(pixel), looked), pose)
+        u, v = (float(one) for one in camera.pixels(spot)[0])
+        self._refused = follower.choose(picture, (u, v), pose, new.acquired_s)
         if not self._refused:
             self._follower, self._track_of, self._placed_s = follower, newest.track, now_s
 

@@ -24,8 +24,9 @@ from gazechair.picture.newest import Shot
 from gazechair.picture.pixels import size_px
 from gazechair.producers.contract import Ask, Press, Said, Sensed, Setup, SpotProducer
 from gazechair.producers.odometry_track import OdometryTrack
-from gazechair.producers.over_picture import over_picture
+from gazechair.producers.over_picture import over_picture, spot_over_picture
 from gazechair.producers.ride import POSE_LOST, Ride
+from gazechair.producers.standing import Standing
 from gazechair.producers.track import MapTrack, pose_of
 from gazechair.sensing.mapping.mapper import KeyScan
 from gazechair.sensing.mapping.poses import between, compose, to_frame
@@ -37,7 +38,7 @@ _GAZE_DEG, _TABLET_M = 1.0, 0.29  # of one sample of a gaze, on a tablet that wi
 _DWELL = 0.5  # what is left of that in the mean of a dwell
 _SCANS, _SCAN_S = 3, 0.09  # of a standing chair
 _CHOOSES_S = 4.0  # until it stands, and there are scans and a picture
-_KEPT_S, _BRAKES_S = 60.0, 3.0  # see kind "line"
+_KEPT_S = 60.0  # see kind "line"
 
 
 class LookProducer(SpotProducer):
@@ -49,10 +50,11 @@ class LookProducer(SpotProducer):
         self._track = OdometryTrack()
         self._map_track = MapTrack()
         self._map = ""  # the newest that the chair was known to be in
-        self._ride = Ride()
+        self._ride = Ride(setup.thinker)
         self._ask: Ask | None = None
         self._camera: FloorCamera | None = None
-        self._spot_m = (0.0, 0.0)
+        self._standing = Standing()
+        self._spot_m = (0.0, 0.0)  # from the chair as it was then
         self._scans: list[KeyScan] = []
         self._pictured = False
         self._refused = ""
@@ -64,6 +66,7 @@ class LookProducer(SpotProducer):
     def ask(self, ask: Ask) -> None:
         self._ask, self._refused, self._found, self._mission = ask, "", None, None
         self._scans, self._pictured = [], False
+        self._standing.begin(ask.at_s)
         known = self._floor.get()
         if known is None or not ask.may_reverse:
             self._refused = UNCALIBRATED if known is None else UNSEEN_BEHIND
@@ -88,8 +91,8 @@ class LookProducer(SpotProducer):
             return Said(None, "ended" if self._refused else "thinks", self._refused)
         since_s = now_s - max(ask.at_s, self._pressed_s)
         newest = self._track.newest
-        moved = since_s > _BRAKES_S and not self._track.stands
-        if moved or since_s > _KEPT_S or newest is None or newest.track != self._track_of:
+        old = since_s > _KEPT_S or newest is None or newest.track != self._track_of
+        if old or self._standing.moved(self._track, now_s):
             return self._over(NOT_NOW)
         return Said(None, "ready", "", self._shown(self._found[3].points_m, now_s))
 
@@ -100,11 +103,12 @@ class LookProducer(SpotProducer):
             return
         costmap, planner, _, _ = self._found
         numbers, footprint = ChairNumbers.of(press.settings), self.setup.footprint
-        self._mission = Mission(costmap, planner, numbers, footprint, self.setup.thinker.submit)
+        self._mission = Mission(costmap, planner, numbers, footprint, self._ride.submit)
 
     def step(self, sensed: Sensed, now_s: float) -> Said:
         self._hear(sensed)
         self._pressed_s = now_s
+        self._standing.begin(now_s)
         mission, found, newest = self._mission, self._found, self._track.newest
         if mission is None or found is None:
             return self._over(NOT_NOW)
@@ -147,10 +151,11 @@ class LookProducer(SpotProducer):
         self._scan(ask.at_s)
         if self._refused:
             return
-        if len(self._scans) < _SCANS or not self._pictured:
-            self._refused = ("" if self._pictured else NO_PICTURE) if late else ""
+        looked = self._track.pose(ask.at_s)  # it may have rolled on since
+        if len(self._scans) < _SCANS or not self._pictured or looked is None:
+            self._refused = (NO_PLACE if self._pictured else NO_PICTURE) if late else ""
             return
-        self._plan(self._scans)
+        self._plan(self._scans, looked)
 
     def _check(self, shot: Shot | None, since_s: float) -> None:
         """Whoever looked saw what is there now, by the camera that was calibrated."""
@@ -175,12 +180,13 @@ class LookProducer(SpotProducer):
             KeyScan(pose, look.points_m, look.origins_m, float(pose[2]), time_s, 0.0)
         )
 
-    def _plan(self, scans: list[KeyScan]) -> None:
+    def _plan(self, scans: list[KeyScan], looked: FloatArray) -> None:
         footprint = self.setup.footprint
         grid = seen_from_here(scans, footprint)
         costmap = costmap_of(grid, footprint)
         x, y, heading = (float(one) for one in scans[-1].pose)
-        there = goal(self._spot_m, (x, y, heading), grid, costmap)
+        seen_from = float(looked[0]), float(looked[1]), float(looked[2])
+        there = goal(self._spot_m, seen_from, grid, costmap)
         if isinstance(there, NoWay):
             self._refused = there.reason
             return
@@ -197,12 +203,15 @@ class LookProducer(SpotProducer):
         if newest is None or self._camera is None or self._found is None:
             return {}
         pose = pose_of(newest)
-        shown: dict[str, Any] = {"px": over_picture(self._camera, way_m, pose)}
+        there = np.array((self._found[2][:2],))
+        shown: dict[str, Any] = {
+            "px": over_picture(self._camera, way_m, pose),
+            "at": spot_over_picture(self._camera, there[0], pose),
+        }
         in_map = self._map_track.pose(self._map, now_s) if self._map else None
         if in_map is not None:
             frame = compose(in_map, between(pose, np.zeros(3)))
             shown["way"] = np.round(to_frame(way_m[:40], frame), 2).tolist()
-            there = np.array((self._found[2][:2],))
             x_m, y_m = np.round(to_frame(there, frame), 2)[0].tolist()
             shown["goal"] = {"map": self._map, "x": x_m, "y": y_m}
         return shown

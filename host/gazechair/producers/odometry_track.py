@@ -14,7 +14,7 @@ from gazechair.sensing.odometry.odometry import Estimate
 
 OLD_S = 0.25
 """The newest estimate that is older says nothing of now."""
-_KEPT_S = 1.5
+_KEPT_S = 5.0  # a look is answered for 4 s
 _STANDS_M_S, _STANDS_DEG_S = 0.03, 2.0
 _AHEAD_S = 0.2  # what lies between the newest estimate and a picture, at most
 

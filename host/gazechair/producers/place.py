@@ -28,7 +28,7 @@ class PlaceProducer(Producer):
         super().__init__(setup)
         self._store = MapStore(setup.maps)
         self._track = MapTrack()
-        self._ride = Ride()
+        self._ride = Ride(setup.thinker)
         self._map = ""
         self._mission: Mission | None = None
         self._goal: Pose = (0.0, 0.0, 0.0)
@@ -51,7 +51,7 @@ class PlaceProducer(Producer):
         costmap = Costmap(grid.occupied, grid.free, grid.cell_m, grid.low_m, footprint, no_go)
         planner = Planner(costmap, press.may_reverse)
         numbers = ChairNumbers.of(press.settings)
-        self._mission = Mission(costmap, planner, numbers, footprint, self.setup.thinker.submit)
+        self._mission = Mission(costmap, planner, numbers, footprint, self._ride.submit)
 
     def step(self, sensed: Sensed, now_s: float) -> Said:
         self._ride.hear(sensed)

@@ -1,12 +1,16 @@
-"""All producers of the daemon: one thread that follows what is pressed."""
+"""All producers of the daemon: a thread that follows what is pressed, and one that looks what
+can be chosen, and may have to wait for a disk.
+"""
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from gazechair.base.health import Health
+from gazechair.base.throttled_log import ThrottledLog
 from gazechair.config.configuration import LidarConfig
 from gazechair.producers.board_settings import BoardSettings, Link
 from gazechair.producers.service import Port, ProducerService
@@ -14,6 +18,9 @@ from gazechair.producers.spot_service import At, SpotService
 
 _LOOK_S = 0.004  # while a mode of theirs is pressed
 _IDLE_LOOK_S = 0.02
+_OFFER_S = 0.25
+
+log = logging.getLogger(__name__)
 
 
 class Producers:
@@ -24,7 +31,11 @@ class Producers:
         self._spots = [one for one in self.services if isinstance(one, SpotService)]
         self._settings: BoardSettings
         self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="producers", daemon=True)
+        self._log = ThrottledLog(log)
+        self._threads = [
+            threading.Thread(target=run, name=name, daemon=True)
+            for run, name in ((self._run, "producers"), (self._offer, "producers' tiles"))
+        ]
 
     def connect(self, port: Port, link: Link) -> None:
         """Before the start."""
@@ -41,16 +52,18 @@ class Producers:
         """Start each of them by `start`, which turns a failure into its health."""
         for service in self.services:
             start(service, service.health)
-        if self.services:
-            self._thread.start()
+        for thread in self._threads if self.services else ():
+            thread.start()
 
     def stop(self) -> None:
-        """End all processes and the thread."""
+        """End all processes and the threads. Who writes to the inboxes may still do so: stop the
+        services after them."""
         self._stopping.set()
-        if self._thread.is_alive():
-            self._thread.join(5.0)
+        for thread in self._threads:
+            if thread.is_alive():
+                thread.join(5.0)
         for service in self.services:
-            service.stop()
+            service.end()
 
     def renew(self, lidars: tuple[LidarConfig, ...]) -> None:
         """With these lidars in place of those before."""
@@ -83,9 +96,20 @@ class Producers:
     def _run(self) -> None:
         pause_s = _IDLE_LOOK_S
         while not self._stopping.wait(pause_s):
-            for service in self.services:
-                service.tick()
+            self._each(ProducerService.tick)
             rides = any(service.rides for service in self.services)
             pause_s = _LOOK_S if rides else _IDLE_LOOK_S
             if not rides:
                 self._settings.refresh()
+
+    def _offer(self) -> None:
+        while not self._stopping.wait(_OFFER_S):
+            self._each(ProducerService.look)
+
+    def _each(self, act: Callable[[ProducerService], None]) -> None:
+        # Where one fails its chair stands, for nobody tells its process to drive on.
+        for service in self.services:
+            try:
+                act(service)
+            except Exception:
+                self._log.warn("%s", service.health.name, exc_info=True)

@@ -3,9 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
 
 from gazechair.going.follow import STOP, Stick
-from gazechair.going.mission import ARRIVED, BLOCKED, DRIVING, LOST, PLANNING, Located, Mission
+from gazechair.going.mission import (
+    ARRIVED,
+    BLOCKED,
+    DRIVING,
+    LOST,
+    PLANNING,
+    Located,
+    Mission,
+    Planned,
+)
 from gazechair.going.plan import Pose
 from gazechair.producers.contract import Said, Sensed
 from gazechair.sensing.mapping.looks import Looks
@@ -20,7 +31,9 @@ _STATES = {DRIVING: "drives", BLOCKED: "blocked", PLANNING: "thinks"}
 class Ride:
     """One mission after another."""
 
-    def __init__(self) -> None:
+    def __init__(self, thinker: Executor) -> None:
+        self._thinker = thinker
+        self._thought: Future[Planned] | None = None
         self.looks = Looks()
         self.seen = False
         """The newest estimate has a look."""
@@ -31,6 +44,13 @@ class Ride:
     def begin(self) -> None:
         """Another mission."""
         self._blocked_s = None
+
+    def submit(self, work: Callable[[], Planned]) -> Future[Planned]:
+        """Plan, in place of what still waits to be: that is an older mission's."""
+        if self._thought is not None:
+            self._thought.cancel()
+        self._thought = self._thinker.submit(work)
+        return self._thought
 
     def hear(self, sensed: Sensed) -> None:
         """What is new."""

@@ -14,11 +14,12 @@ from gazechair.base import health as states
 from gazechair.base.health import Health
 from gazechair.base.latest_value import Clock
 from gazechair.base.reasons import PLUGIN
-from gazechair.base.supervisor import Status
+from gazechair.base.supervisor import Status, Supervised
 from gazechair.config.configuration import FootprintConfig, LidarConfig
 from gazechair.driving.world import World
 from gazechair.plugins import producer
 from gazechair.plugins.child import LOST
+from gazechair.plugins.exchange import RECORDS_PER_S
 from gazechair.producers import exchange
 from gazechair.producers.places import Target
 from gazechair.sensing.mapping.whereabouts import Whereabouts, pack
@@ -30,7 +31,6 @@ from gazechair.sensing.odometry.odometry import Estimate
 STOPPED, CHANGED, FAILED = "going_stopped", "going_changed", "going_failed"
 _BOARD_SAYS = ("supervision_lost", "auto_overruled", "auto_limit")
 
-_OFFER_S = 0.25  # from one look at what can be chosen to the next
 _WORD_S = 0.018  # 50 a second, and never late for one
 _IDLE_WORD_S = 0.1
 _TOLD_S = 60.0  # the end of a motion
@@ -93,7 +93,7 @@ class ProducerService(InboxService):
         self._lives = False
         self._shown: dict[str, Target] = {}
         self._offered: dict[str, Target] = {}  # of those, what can be pressed
-        self._offer_s = self._word_s = float("-inf")
+        self._word_s = float("-inf")
         self._state_s = 0.0
         self._ride: _Ride | None = None  # the newest, over or not
 
@@ -111,14 +111,15 @@ class ProducerService(InboxService):
             () if self._pictures is None else (self._pictures,),
             lost_reason=LOST,
             listens=True,
+            records_per_s=RECORDS_PER_S,
             longest=exchange.LONGEST,
             nice=_NICE,
             name=self.health.name,
         )
 
-    def stop(self) -> None:
-        """End the child process, and what it moves."""
-        super().stop()
+    def end(self) -> None:
+        """End the child process, and what it moves. Its inbox stays until `stop`."""
+        Supervised.stop(self)
         self._dies()
 
     # What it is fed beside what the lidars' child and the board write
@@ -179,13 +180,17 @@ class ProducerService(InboxService):
 
     # What happens
 
+    def look(self) -> None:
+        """What can be chosen now: 4 times a second. Waits for a disk, and nobody for it."""
+        shown = dict(self._targets()) if self._settings() else {}
+        with self._lock:
+            self._shown = shown
+            self._offer()
+
     def tick(self) -> None:
-        """Often: 250 times a second while its mode is pressed, 50 times else."""
+        """Often: 250 times a second while its mode is pressed, 50 times else. Never waits."""
         with self._lock:
             now_s = self._clock()
-            if now_s >= self._offer_s + _OFFER_S:
-                self._offer_s = now_s
-                self._offer()
             world = self._port.world()
             self._follow(world, now_s)
             self._tell(world, now_s)
@@ -196,7 +201,6 @@ class ProducerService(InboxService):
         return self._ride is not None and self._ride.ended_s is None
 
     def _offer(self) -> None:
-        self._shown = dict(self._targets()) if self._settings() else {}
         wanted = self._choices() if self._lives else {}
         for mode, target in list(self._offered.items()):
             if wanted.get(mode) != target:

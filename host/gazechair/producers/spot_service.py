@@ -64,7 +64,7 @@ class SpotService(ProducerService):
                 "kind": self.kind,
                 "tile": self._tile,
                 "mode": self._mode if self._mode in self._offered else "",
-                "at": list(self._ask["at"]),
+                "at": told.get("at", list(self._ask["at"])),
                 "state": "thinks" if answer is None else answer.state,
                 "reason": "" if answer is None else answer.reason,
             }

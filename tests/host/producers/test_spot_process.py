@@ -68,6 +68,7 @@ class Chair:
         still = (0.0,) * 10
         self.service.estimate(Estimate(now_s, *still, 1.0, (), 1))
         self.slot.put(self.jpeg, now_s)
+        self.service.look()
         self.service.tick()
 
     def chosen(self) -> bool:

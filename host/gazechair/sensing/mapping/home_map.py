@@ -26,6 +26,10 @@ _ANY_VERSION = b"gazechair-map "
 _LARGEST = 64 << 20  # bytes
 _MOST_CELLS = 16 << 20
 _CRC = struct.Struct("<I")
+_DAMAGE = (
+    *(ValueError, KeyError, TypeError, OverflowError, RecursionError),
+    *(EditRefused, zlib.error),
+)
 
 
 class MapError(Exception):
@@ -82,7 +86,7 @@ def load(path: Path) -> HomeMap:
         raise MapError(f"{path} is damaged")
     try:
         return _parsed(data[len(_MAGIC) :])
-    except (ValueError, KeyError, TypeError, EditRefused, zlib.error):
+    except _DAMAGE:
         raise MapError(f"{path} is damaged") from None
 
 

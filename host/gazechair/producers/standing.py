@@ -1,0 +1,38 @@
+"""Whether the chair was moved by others: what somebody chose from where it stood is over then."""
+
+from __future__ import annotations
+
+import math
+
+from gazechair.base.footprint import FloatArray
+from gazechair.producers.odometry_track import OdometryTrack
+
+_BRAKES_S = 3.0
+"""After a look or a press the chair may roll for so long."""
+_MOVED_M, _MOVED_RAD = 0.1, math.radians(5.0)
+
+
+class Standing:
+    """`begin` with what may leave the chair rolling; then ask in each step."""
+
+    def __init__(self) -> None:
+        self._begun_s = -math.inf
+        self._pose: FloatArray | None = None
+
+    def begin(self, at_s: float) -> None:
+        """It is where it comes to rest after that moment."""
+        self._begun_s, self._pose = at_s, None
+
+    def moved(self, track: OdometryTrack, now_s: float) -> bool:
+        """It was, or does not come to rest."""
+        if not track.stands and now_s - self._begun_s > _BRAKES_S:
+            return True
+        pose = track.pose(now_s)
+        if pose is None:
+            return False
+        if self._pose is None:
+            self._pose = pose if track.stands else None
+            return False
+        off = pose - self._pose
+        turned = abs(math.remainder(off[2], 2.0 * math.pi))
+        return math.hypot(off[0], off[1]) > _MOVED_M or turned > _MOVED_RAD
