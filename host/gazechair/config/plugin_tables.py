@@ -13,7 +13,8 @@ from gazechair.config.tables import BadSetting, read, setting
 KINDS = ("input", "mode")
 WHO = ("driver", "caretaker")
 _PERSON = "person"
-_OURS = ("places", "go-look", "follow-line", "follow-person")  # modes; their values would mix
+# Modes of gazechair itself, and parts: their values would mix.
+_TAKEN = re.compile(r"place-.*|places|(?:go-look|follow-line)(?:-\d+)?|follow-person")
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ def parse(kind: str, values: object, content: str, file: str) -> tuple[PluginCon
             read(_Name, {"name": name}, "")
         except BadSetting as refused:
             raise BadSetting("", refused.reason) from None
-        if kind == "mode" and name in _OURS:
+        if kind == "mode" and _TAKEN.fullmatch(name):
             raise BadSetting("", f"{name} is gazechair's own: give the plug-in another name")
         lines = _lines(content, file, kind, name)
         own = {key: value for key, value in table.items() if key != _PERSON or kind != "input"}

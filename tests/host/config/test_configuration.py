@@ -117,6 +117,10 @@ REFUSED = [
     (ROUTE + "after_s = -1", 4, "0..3600"),
     ("[alerts]\nroute = 3", 1, "write it as [[alerts.route]]"),
     ("[[alerts]]\n", 1, "write it as [alerts]"),
+    ("[mode.follow-person]\n", 1, "give the plug-in another name"),
+    ("[mode.places]\n", 1, "give the plug-in another name"),
+    ("[mode.go-look-12]\n", 1, "give the plug-in another name"),
+    ("[mode.place-1a2b3c4d-1]\n", 1, "give the plug-in another name"),
 ]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import zlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -116,6 +117,17 @@ def test_a_damaged_file_is_refused_never_read_in_part(home: HomeMap, tmp_path: P
         path.write_bytes(spoilt)
         with pytest.raises(MapError, match=why):
             home_map.load(path)
+
+
+@pytest.mark.parametrize("header", [b"[" * 100_000, b"{}", b'{"shape": [1e400, 1]}', b"\xff"])
+def test_a_file_of_another_hand_with_a_true_checksum_is_refused_too(
+    header: bytes, tmp_path: Path
+) -> None:
+    data = b"gazechair-map 2\n" + header + b"\n" + zlib.compress(b"\0" * 4)
+    path = tmp_path / "home.gazemap"
+    path.write_bytes(data + zlib.crc32(data).to_bytes(4, "little"))
+    with pytest.raises(MapError, match="is damaged"):
+        home_map.load(path)
 
 
 def test_ros_gets_the_same_map_and_gives_it_back(home: HomeMap, tmp_path: Path) -> None:

@@ -78,6 +78,7 @@ def test_a_damaged_or_impossible_file_is_no_calibration(home: Path) -> None:
     for damaged in (
         "{",
         "[]",
+        "[" * 100_000,
         json.dumps({**good, "residual_m": 0.5}),
         json.dumps({**good, "camera": {**good["camera"], "height_m": float("nan")}}),
         json.dumps({**good, "camera": {**good["camera"], "width_px": 0}}),
