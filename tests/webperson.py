@@ -94,8 +94,7 @@ class Driver:
 
     def state(self, **changes: Any) -> None:
         """The host's state changes, and the page has taken it in."""
-        token = self.host.say_state(**changes)
-        wait_until(lambda: self.page.evaluate("spied.token") >= token, "a state to arrive")
+        self._taken_in(self.host.say_state(**changes))
 
     def takes_profiles(self) -> None:
         """Waits until the page has read the profiles as the host has them now."""
@@ -111,10 +110,10 @@ class Driver:
             self._rest_on(*spot)
         often_ms = 100 if spot is None else 25
         for step in range(0, ms, often_ms):
-            if step % 100 == 0:
-                self.state()
             if spot is not None:
                 self._tremble(*spot)
+            if step % 100 == 0:
+                self._taken_in(self.host.say_state(), spot)
             self.run_for(min(often_ms, ms - step))
 
     def spot(self, where: str | tuple[float, float]) -> tuple[float, float]:
@@ -132,10 +131,17 @@ class Driver:
         self._tremble(*self.spot(where))
 
     def _rest_on(self, x: float, y: float) -> None:
-        # Chromium hands a move on with its next frame, which a busy machine makes late.
         self._tremble(x, y)
-        there = x + 3 * self._wiggle
-        wait_until(lambda: abs(self.page.evaluate("spied.x") - there) < 1, "the look to arrive")
+        self._taken_in(0, (x, y))
+
+    def _taken_in(self, token: int, spot: tuple[float, float] | None = None) -> None:
+        # Chromium hands a move on with its next frame, which a busy machine makes late: a page
+        # whose time passes without any would take the gaze for lost.
+        there = [] if spot is None else [spot[0] + 3 * self._wiggle]
+        arrived = (
+            "([token, xs]) => spied.token >= token && xs.every(x => Math.abs(spied.x - x) < 1)"
+        )
+        wait_until(lambda: self.page.evaluate(arrived, [token, there]), "state and look to arrive")
 
     def _tremble(self, x: float, y: float) -> None:
         self._wiggle ^= 1

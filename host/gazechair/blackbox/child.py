@@ -75,7 +75,8 @@ class Keeper:
             except OSError as error:
                 self._failed(error)
         figures = {"written": self.written, "refused_by_disk": self.lost}
-        self._out.data(json.dumps(figures).encode())
+        with contextlib.suppress(BrokenPipeError):  # the daemon ends: what has arrived counts
+            self._out.data(json.dumps(figures).encode())
 
     def _failed(self, error: OSError) -> None:
         self._retry_s = time.monotonic() + _RETRY_S
@@ -86,7 +87,8 @@ class Keeper:
     def _say(self, *standing: str) -> None:
         if standing != self._standing:
             self._standing = standing
-            self._out.status(*standing)
+            with contextlib.suppress(BrokenPipeError):
+                self._out.status(*standing)
 
 
 def run(argument: Mapping[str, Any], out: RecordWriter) -> None:
@@ -114,9 +116,7 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> None:
 
 def main() -> None:
     """Entry of `python -m gazechair.blackbox.child JSON`: folder, bounds, file descriptor."""
-    out = enter_child(outlives=True)
-    with contextlib.suppress(BrokenPipeError):
-        run(json.loads(sys.argv[1]), out)
+    run(json.loads(sys.argv[1]), enter_child(outlives=True))
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -15,9 +16,11 @@ import pytest
 
 from gazechair.base.health import HealthRegistry
 from gazechair.base.latest_value import Latest
-from gazechair.blackbox import recorder
+from gazechair.base.supervisor import RecordWriter
+from gazechair.blackbox import child, recorder
 from gazechair.blackbox.reader import LogFile
 from gazechair.blackbox.recorder import BlackBox
+from gazechair.blackbox.ring import Ring
 from gazechair.blackbox.writer import files
 from gazechair.config.configuration import LogConfig
 from gazechair.picture.camera import Frame
@@ -113,6 +116,7 @@ import time
 from pathlib import Path
 from gazechair.base.health import HealthRegistry
 from gazechair.blackbox.recorder import BlackBox
+from gazechair.blackbox.ring import Ring
 from gazechair.config.configuration import LogConfig
 parts = HealthRegistry()
 box = BlackBox(LogConfig(), Path({str(tmp_path)!r}), parts)
@@ -132,15 +136,38 @@ time.sleep(600)
     )
     try:
         assert daemon.stdout is not None
-        child = int(daemon.stdout.readline())
+        log = int(daemon.stdout.readline())
     finally:
         daemon.kill()
         daemon.wait()
-    wait_until(lambda: not Path(f"/proc/{child}").exists())
+    wait_until(lambda: not Path(f"/proc/{log}").exists())
     assert topics(tmp_path).count("/host/command") == 100
     file = LogFile(files(tmp_path)[0])
     assert [*file.lines()]
     assert file.whole
+
+
+def test_what_waits_is_written_though_nobody_hears_the_process_any_more(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The daemon ends, while the process waits for the disk: its words are refused from then on."""
+    monkeypatch.setattr(child, "SYNC_S", 0.0)
+    terminate = signal.getsignal(signal.SIGTERM)
+    ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    heard, said = os.pipe()
+    os.close(heard)
+    ring = Ring()
+    for number in range(100):
+        ring.put("up", time.monotonic() + number, bytes(FRAME))
+    ring.hand_over(ours)
+    ours.close()
+    limits = {"max_bytes": 10_000_000, "keep_s": 1e6, "fd": its.detach()}
+    try:
+        child.run({"folder": str(tmp_path), **limits}, RecordWriter(said))
+    finally:
+        signal.signal(signal.SIGTERM, terminate)
+        os.close(said)
+    assert topics(tmp_path).count("/host/command") == 100
 
 
 def test_without_the_extra_health_says_what_to_install(
