@@ -83,9 +83,10 @@ def _stack(arguments: argparse.Namespace, **more: Any) -> Stack:
 
 
 def _check(arguments: argparse.Namespace) -> int:
-    from gazedemo.check import CheckFailed, check
+    # Only the check needs a browser's driver, which only --check sets up.
+    from gazedemo import check, home_check
 
-    drive = home.check if arguments.home else check
+    drive = home_check.check if arguments.home else check.check
     chromium = gazesetup.ensure_chromium()
     start_s = time.monotonic()
     with _stack(arguments) as stack:
@@ -95,7 +96,7 @@ def _check(arguments: argparse.Namespace) -> int:
             try:
                 figures |= drive(stack, chromium, arguments.artefacts)
                 figures["passed"] = True
-            except CheckFailed as error:
+            except check.CheckFailed as error:
                 figures |= {"passed": False, "failed": str(error)}
                 code = 1
                 sys.stderr.write(stack.log("host")[-2000:])

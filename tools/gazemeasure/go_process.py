@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 import gazesetup
-from gazedemo import home
+from gazedemo import home, home_check
 from gazedemo.check import CheckFailed
 from gazedemo.stack import Stack
 from gazemeasure.growth import cpu_s, family
@@ -30,7 +30,7 @@ def measure(report: Report) -> None:
     ):
         before_s, begun_s = _taken_s(stack), time.monotonic()
         try:
-            figures = home.check(stack, chromium, Path(name))
+            figures = home_check.check(stack, chromium, Path(name))
         except CheckFailed as error:
             report.add("a ride in real processes: arrived", 0, "", 1, at_least=True)
             report.note(f"the ride in real processes: {error}")
