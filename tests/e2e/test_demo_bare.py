@@ -21,10 +21,22 @@ pytestmark = pytest.mark.e2e
 EXTRA = "sim"  # as tools/demo asks for
 
 
-def needed() -> set[str]:
-    """The distributions that `pip install gazechair[sim]` installs."""
+def python(folder: Path, extra: str) -> Path:
+    """A Python beside which is found what `pip install gazechair[extra]` installs, no more."""
+    venv.create(folder)
+    (packages,) = folder.glob("lib/python*/site-packages")
+    for name in needed(extra):
+        one = metadata.distribution(name)
+        for top in {path.parts[0] for path in one.files or () if path.parts[0] != ".."}:
+            with contextlib.suppress(FileExistsError):
+                (packages / top).symlink_to(Path(str(one.locate_file(top))))
+    return folder / "bin" / "python"
+
+
+def needed(extra: str) -> set[str]:
+    """Its distributions."""
     found: set[str] = set()
-    waiting = [("gazechair", EXTRA)]
+    waiting = [("gazechair", extra)]
     while waiting:
         name, extra = waiting.pop()
         for line in metadata.requires(name) or []:
@@ -38,22 +50,29 @@ def needed() -> set[str]:
 
 @pytest.fixture(scope="module")
 def bare_python(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A Python beside which only these are found."""
-    folder = tmp_path_factory.mktemp("bare")
-    venv.create(folder)
-    (packages,) = folder.glob("lib/python*/site-packages")
-    for name in needed():
-        one = metadata.distribution(name)
-        for top in {path.parts[0] for path in one.files or () if path.parts[0] != ".."}:
-            with contextlib.suppress(FileExistsError):
-                (packages / top).symlink_to(Path(str(one.locate_file(top))))
-    return folder / "bin" / "python"
+    """As tools/demo makes it."""
+    return python(tmp_path_factory.mktemp("bare"), EXTRA)
 
 
 def test_what_tests_need_is_not_there(bare_python: Path) -> None:
     for name in ("playwright", "apprise", "g2opy", "pytest"):
         done = subprocess.run([bare_python, "-c", f"import {name}"], capture_output=True, text=True)
         assert "ModuleNotFoundError" in done.stderr, name
+
+
+def test_an_installation_without_the_extra_says_what_to_install(tmp_path: Path) -> None:
+    plain = python(tmp_path, "")
+    for options in ((), ("--check",)):
+        done = subprocess.run(
+            [plain, "-m", "gazechair", "demo", *options],
+            env=gazesetup.source_environment(),
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+        assert done.returncode == 2
+        assert "pip install 'gazechair[sim]'" in done.stderr
+        assert "Traceback" not in done.stderr
 
 
 @pytest.mark.parametrize("where", [(), ("--home",)], ids=["living", "home"])

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import argparse
 import os
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import gazesetup
+from gazechair.cli import refuse
 
 _PORT = 8080
+_SHOWS = (("sim", "PIL"), ("sim", "mcap_ros2"))
+_CHECKS = (("test", "playwright"),)
 
 
 def add(commands: Any) -> None:
@@ -38,6 +42,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _demo(options: argparse.Namespace) -> int:
+    needed = [*_SHOWS, *(_CHECKS if options.check else [])]
+    for extra, module in needed:
+        if find_spec(module) is None:
+            return refuse(f"the demo needs an extra: pip install 'gazechair[{extra}]'")
     from gazedemo.demo import demo
 
     return demo(options)
