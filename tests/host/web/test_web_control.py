@@ -160,9 +160,10 @@ def test_a_freed_place_is_given_again(port: Any, visitor: Any) -> None:
 
 
 def test_a_device_that_comes_back_replaces_its_own_page(port: Any, driver: Any) -> None:
-    pages = [driver.open() for _ in range(control_sockets.PLACES["driver"] - 1)]
-    for page in pages:
-        page.next_of("state")
+    pages = []
+    for _ in range(control_sockets.PLACES["driver"] - 1):
+        pages.append(driver.open())
+        pages[-1].next_of("state")  # they are numbered as they are served
     assert driver.open().next()["k"] == "welcome"
     port.wait_for(lambda: len(port.gone) == 1)
     assert pages[port.gone[0] - 1].until_closed()[0] == 1013
