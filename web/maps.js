@@ -85,12 +85,24 @@ class Maps {
     this.#parts.name = name;
     const buttons = element("p", "buttons");
     const act = (wish) => this.#post({ map: this.#chosen, ...wish });
+    const sure = label("maps_sure");
+    this.#parts.back = sureButton(label("maps_back"), sure, () => act({ back: true }));
+    this.#parts.files = button(label("maps_files"), () => this.#download());
     buttons.append(
       button(label("maps_rename"), () => act({ rename: name.value })),
-      sureButton(label("maps_delete"), label("maps_sure"), () => act({ delete: true })),
+      sureButton(label("maps_delete"), sure, () => act({ delete: true })),
+      this.#parts.files,
+      this.#parts.back,
     );
     form.append(name, buttons);
     return form;
+  }
+
+  #download() {
+    const link = element("a");
+    link.href = `/maps/${this.#chosen}.zip`;
+    link.download = "";
+    link.click();
   }
 
   async #ask(path, request) {
@@ -216,6 +228,8 @@ class Maps {
     parts.make.disabled = parts.choose.disabled = Boolean(making);
     this.#tools.root.hidden = making || !this.#details;
     parts.rename.hidden = making || !this.#chosen;
+    parts.files.hidden = !this.#details;
+    parts.back.hidden = !this.#details?.updates;
     const drawing = (making ? null : this.#details) ?? NOTHING;
     this.#tools.show(drawing);
     this.#view.show(drawing, this.#tools.draft);

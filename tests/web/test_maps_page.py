@@ -14,7 +14,14 @@ pytestmark = pytest.mark.browser
 CELLS = np.full((80, 60), 5, dtype=np.uint16)
 CELLS[0] = 0
 PICTURE = drawn(HomeMap("Thuis", OccupancyGrid(0.1, np.array((-1.0, -2.0)), 5 - CELLS, CELLS)))
-ROW = {"map": "a1", "name": "Thuis", "made": "2026-11-22T20:00:00Z", "floor_m2": 40, "problem": ""}
+ROW = {
+    "map": "a1",
+    "name": "Thuis",
+    "made": "2026-11-22T20:00:00Z",
+    "floor_m2": 40,
+    "updates": 0,
+    "problem": "",
+}
 NOTHING = {"places": [], "no_go": [], "home": None}
 DETAILS = {**ROW, "picture": PICTURE.as_json(), **NOTHING}
 WHERE = {"map": "a1", "x": 3.0, "y": 1.0, "heading": 90.0, "sigma": 0.02, "sigma_deg": 0.5}
@@ -119,12 +126,43 @@ def test_a_caretaker_makes_a_map_and_draws_on_it(caretaker):
     caretaker.wait_until(lambda: page.locator("#maps li").count() == 1, "the place's row")
     caretaker.screenshot("map_drawn")
     before = len(host.posted)
-    delete = page.locator("#maps .rename .sure")
+    delete = page.locator("#maps .rename .sure", has_text="verwijderen")
     delete.click()
     assert len(host.posted) == before
     caretaker.advance(1000)
-    delete.click()
+    page.locator("#maps .rename .sure", has_text="Zeker weten").click()
     posted({"map": "a1", "delete": True})
+
+
+def test_a_caretaker_takes_files_home_and_a_change_back(caretaker):
+    host, page = caretaker.host, caretaker.page
+    host.pictures["a1"] = PICTURE.png
+    host.replies |= {
+        "GET /maps": (200, KNOWN),
+        "GET /maps/a1": (200, DETAILS),
+        "POST /maps": (200, KNOWN),
+    }
+    back = page.locator("#maps .rename .sure", has_text="aanpassing terugnemen")
+    page.locator("#tab-settings").click()
+    page.locator("#tab-maps").click()
+    files = page.locator("#maps button", has_text="Kaart als bestand")
+    caretaker.wait_until(lambda: caretaker.advance(600) or files.is_visible(), "the map")
+    assert not back.is_visible()  # no drive has changed it
+    with page.expect_download() as download:
+        files.click()
+    assert download.value.url.endswith("/maps/a1.zip")
+    host.replies["GET /maps/a1"] = (200, {**DETAILS, "updates": 1})
+    page.locator("#maps select").first.dispatch_event("change")
+    caretaker.wait_until(back.is_visible, "what can be taken back")
+    caretaker.screenshot("map_back")
+    before = len(host.posted)
+    back.click()
+    assert len(host.posted) == before
+    host.replies["GET /maps/a1"] = (200, DETAILS)
+    caretaker.advance(1000)
+    page.locator("#maps .rename .sure", has_text="Zeker weten").click()
+    wait_until(lambda: ("/maps", {"map": "a1", "back": True}) in host.posted, "the wish")
+    caretaker.wait_until(lambda: not back.is_visible(), "nothing to take back any more")
 
 
 def picture_came(page) -> None:

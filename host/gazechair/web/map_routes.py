@@ -16,6 +16,7 @@ _STATUS = {
     "map_name_taken": 409,
     "map_full": 409,
     "map_damaged": 409,
+    "map_no_update": 409,
     "map_busy": 409,
     "map_no_lidar": 409,
     "map_not_stored": 507,
@@ -29,6 +30,7 @@ class Maps(Protocol):
     def where(self) -> dict[str, Any] | None: ...
     def details(self, id_: str) -> dict[str, Any]: ...
     def picture(self, id_: str) -> bytes: ...
+    def files(self, id_: str) -> bytes: ...
     def growing(self) -> Picture | None: ...
     def change(self, wish: dict[str, Any]) -> None: ...
 
@@ -78,6 +80,10 @@ def add_routes(app: Flask, maps: Maps) -> None:
     def map_picture(id_: str) -> Response:
         return _either(lambda: _png(maps.picture(id_)))
 
+    @app.get("/maps/<id_>.zip")
+    def map_files(id_: str) -> Response:
+        return unless_caretaker() or _either(lambda: _zip(maps.files(id_), id_))
+
 
 def _either(act: Callable[[], Response]) -> Response:
     try:
@@ -95,4 +101,11 @@ def _png(data: bytes) -> Response:
     response.add_etag()
     response.make_conditional(request)
     response.headers["Cache-Control"] = "no-cache"
+    return response
+
+
+def _zip(data: bytes, id_: str) -> Response:
+    response = Response(data, mimetype="application/zip")
+    response.headers["Content-Disposition"] = f'attachment; filename="map-{id_}.zip"'
+    response.headers["Cache-Control"] = "no-store"
     return response

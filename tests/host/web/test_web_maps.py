@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import io
 import json
+import zipfile
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
+
+from gazechair.sensing.mapping import ros_map
+from gazechair.sensing.mapping.home_map import load
+from gazechair.sensing.mapping.store import MapStore
 
 
 def test_a_caretaker_draws_and_everybody_sees(visitor: Any, maps: Any) -> None:
@@ -47,7 +55,48 @@ def test_a_name_of_10000_signs_is_not_even_read(visitor: Any) -> None:
     assert visitor("caretaker").post("/maps", wish)[0] == 413
 
 
-@pytest.mark.parametrize("path", ["/maps/..%2fa", "/maps/%2e%2e", "/maps/b", "/maps/b.png"])
+def test_a_caretaker_takes_a_map_home_as_files_that_make_the_same_map(
+    visitor: Any, maps: Any, tmp_path: Path
+) -> None:
+    caretaker = visitor("caretaker")
+    place = {"name": "Bed", "icon": "bed", "x": 1.0, "y": 1.0, "heading": 0}
+    caretaker.post("/maps", {"map": "a", "place": place})
+    status, headers, data = caretaker.get("/maps/a.zip")
+    assert (status, headers["Content-Type"]) == (200, "application/zip")
+    assert headers["Content-Disposition"] == 'attachment; filename="map-a.zip"'
+    with zipfile.ZipFile(io.BytesIO(data)) as pack:
+        pack.extractall(tmp_path / "files")
+    found = ros_map.read(tmp_path / "files" / "map.yaml", "again")
+    kept = load(tmp_path / "maps" / "a.map")
+    assert (found.grid.occupied == kept.grid.occupied).all()
+    assert found.drawn.as_json() == kept.drawn.as_json()
+    for role in ("driver", "viewer"):
+        assert visitor(role).get("/maps/a.zip")[0] == 403
+    assert caretaker.get("/maps/b.zip")[0] == 404
+
+
+def test_an_update_by_drives_is_taken_back_once(visitor: Any, maps: Any, tmp_path: Path) -> None:
+    caretaker = visitor("caretaker")
+    store = MapStore(tmp_path / "maps")
+    was = store.all()[0].map
+    assert was is not None
+    changed = replace(was.grid, hits=was.grid.hits + 1)
+    assert store.update("a", was.grid, changed)
+    assert json.loads(caretaker.get("/maps")[2])["maps"][0]["updates"] == 1
+    for wish in ({"map": "a", "back": 1}, {"map": "b", "back": True}):
+        assert caretaker.post("/maps", wish)[0] in (400, 404)
+    assert visitor("driver").post("/maps", {"map": "a", "back": True})[0] == 403
+    assert load(tmp_path / "maps" / "a.map").grid.same_as(changed)
+    status, _, answer = caretaker.post("/maps", {"map": "a", "back": True})
+    assert (status, answer["maps"][0]["updates"]) == (200, 0)
+    assert load(tmp_path / "maps" / "a.map").grid.same_as(was.grid)
+    status, _, answer = caretaker.post("/maps", {"map": "a", "back": True})
+    assert (status, answer["reason"]) == (409, "map_no_update")
+
+
+@pytest.mark.parametrize(
+    "path", ["/maps/..%2fa", "/maps/%2e%2e", "/maps/b", "/maps/b.png", "/maps/..%2fa.zip"]
+)
 def test_a_map_that_is_not_there(visitor: Any, path: str) -> None:
     assert visitor("driver").get(path)[0] == 404
 
@@ -64,5 +113,5 @@ def test_nobody_else_may_change_them(visitor: Any, maps: Any, role: str) -> None
 
 def test_who_is_not_paired_sees_nothing(visitor: Any) -> None:
     stranger = visitor(None)
-    for path in ("/maps", "/maps/where", "/maps/a", "/maps/a.png"):
+    for path in ("/maps", "/maps/where", "/maps/a", "/maps/a.png", "/maps/a.zip"):
         assert stranger.get(path)[0] == 401

@@ -6,6 +6,7 @@ import threading
 import time
 from typing import Any
 
+from gazechair.sensing.mapping import ros_map
 from gazechair.sensing.mapping.picture import Picture, drawn
 from gazechair.sensing.mapping.places import EditRefused
 from gazechair.sensing.mapping.service import MappingService
@@ -34,7 +35,7 @@ class MapDesk:
             "making": service.making if service is not None else None,
             "ended": vars(ended) if ended is not None else None,
             "where": self.where(),
-            "maps": [_row(one) for one in self._store.all()],
+            "maps": [self._row(one) for one in self._store.all()],
         }
 
     def where(self) -> dict[str, Any] | None:
@@ -57,11 +58,17 @@ class MapDesk:
         stored = self._usable(id_)
         assert stored.map is not None
         picture = self._picture(stored)
-        return {**_row(stored), "picture": picture.as_json(), **stored.map.drawn.as_json()}
+        return {**self._row(stored), "picture": picture.as_json(), **stored.map.drawn.as_json()}
 
     def picture(self, id_: str) -> bytes:
         """A map as PNG. Raises EditRefused."""
         return self._picture(self._usable(id_)).png
+
+    def files(self, id_: str) -> bytes:
+        """A map as a zip file of what ROS reads. Raises EditRefused."""
+        home = self._usable(id_).map
+        assert home is not None
+        return ros_map.packed(home)
 
     def growing(self) -> Picture | None:
         """The map that is being made; None before there is something to see."""
@@ -86,6 +93,9 @@ class MapDesk:
             self._store.rename(id_, value)
         elif act == "delete" and value is True:
             self._store.delete(id_)
+        elif act == "back" and value is True:
+            if not self._store.take_back(id_):
+                raise EditRefused("map_no_update", "no drive has changed it")
         else:
             raise EditRefused("map_wish", f"there is no act {act!r}")
 
@@ -122,14 +132,14 @@ class MapDesk:
                 self._drawn = stored, drawn(stored.map)
             return self._drawn[1]
 
-
-def _row(stored: Stored) -> dict[str, Any]:
-    home = stored.map
-    problem = "map_before" if stored.problem else ""
-    return {
-        "map": stored.id,
-        "name": home.name if home is not None else "",
-        "made": home.made if home is not None else "",
-        "floor_m2": stored.floor_m2,
-        "problem": problem if home is not None else "map_damaged",
-    }
+    def _row(self, stored: Stored) -> dict[str, Any]:
+        home = stored.map
+        problem = "map_before" if stored.problem else ""
+        return {
+            "map": stored.id,
+            "name": home.name if home is not None else "",
+            "made": home.made if home is not None else "",
+            "floor_m2": stored.floor_m2,
+            "updates": self._store.updates(stored.id),
+            "problem": problem if home is not None else "map_damaged",
+        }

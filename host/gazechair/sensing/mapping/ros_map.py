@@ -5,8 +5,10 @@ ROS's format knows no places: what people drew goes into a file beside it, `plac
 
 from __future__ import annotations
 
+import io
 import json
 import re
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,11 +29,30 @@ _HEAD = re.compile(
 )
 
 
+def packed(home: HomeMap) -> bytes:
+    """The three files that `write` writes, as a zip file."""
+    whole = io.BytesIO()
+    with zipfile.ZipFile(whole, "w", zipfile.ZIP_DEFLATED) as pack:
+        for name, content in _files(home).items():
+            pack.writestr(name, content)
+    return whole.getvalue()
+
+
 def write(home: HomeMap, folder: Path) -> Path:
     """Write `map.pgm`, `map.yaml` and `places.json` into the folder; the path of `map.yaml`.
 
     Raises MapError.
     """
+    try:
+        for name, content in _files(home).items():
+            replace_file(folder / name, content)
+    except OSError as error:
+        raise MapError(f"{folder} can't be written: {error.strerror}") from None
+    return folder / "map.yaml"
+
+
+def _files(home: HomeMap) -> dict[str, bytes]:
+    """By name; `map.yaml`, without which the others mean nothing, last."""
     grid = home.grid
     grey = np.full(grid.hits.shape, _UNKNOWN, dtype=np.uint8)
     grey[grid.free], grey[grid.occupied] = _FREE, _OCCUPIED
@@ -42,13 +63,8 @@ def write(home: HomeMap, folder: Path) -> Path:
         f"occupied_thresh: {_OCCUPIED_THRESH}\nfree_thresh: {_FREE_THRESH}\n"
     )
     image = b"P5\n%d %d\n255\n" % grid.hits.shape[:2] + grey.T[::-1].tobytes()
-    try:
-        replace_file(folder / "map.pgm", image)
-        replace_file(folder / "map.yaml", yaml.encode())
-        replace_file(folder / _PLACES, json.dumps(home.drawn.as_json(), indent=1).encode())
-    except OSError as error:
-        raise MapError(f"{folder} can't be written: {error.strerror}") from None
-    return folder / "map.yaml"
+    places = json.dumps(home.drawn.as_json(), indent=1).encode()
+    return {"map.pgm": image, _PLACES: places, "map.yaml": yaml.encode()}
 
 
 @dataclass(frozen=True)

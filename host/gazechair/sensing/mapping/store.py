@@ -133,16 +133,23 @@ class MapStore:
 
         Raises EditRefused.
         """
-        older = self._older(id_)
-        if not older:
+        used: list[Path] = []
+
+        def earlier(home: HomeMap) -> HomeMap | None:
+            used.extend(self._older(id_)[-1:])
+            try:
+                return replace(home, grid=load(used[0]).grid) if used else None
+            except MapError as error:
+                raise EditRefused("map_damaged", str(error)) from None
+
+        if not self._change(id_, earlier):
             return False
-        try:
-            grid = load(older[-1]).grid
-        except MapError as error:
-            raise EditRefused("map_damaged", str(error)) from None
-        self._change(id_, lambda home: replace(home, grid=grid))
-        older[-1].unlink(missing_ok=True)
+        used[0].unlink(missing_ok=True)
         return True
+
+    def updates(self, id_: str) -> int:
+        """How many updates by drives can be taken back."""
+        return len(self._older(id_))
 
     def ledger_path(self, id_: str) -> Path:
         """Where it is kept what later drives found; see Ledger."""
