@@ -21,7 +21,7 @@ _PAST_S = 0.7  # what was put out so long ago may still move the chair
 _FADES_S = 1.0  # after that, what the board still counts of it fades
 _AHEAD_S = 0.35  # until the next decisions have an effect
 _MORE_M, _MORE_DEG = 0.05, 2.0
-_AGAIN_M, _AGAIN_DEG = 0.06, 3.0  # more than it takes, once it did not: the board's bands
+_AGAIN_M, _AGAIN_DEG = 0.06, 3.0  # more than creep takes, once stopped: the board's bands
 _BLIND = 1 << codes.DIR_FORWARD | 1 << codes.DIR_LEFT | 1 << codes.DIR_RIGHT
 _UNSEEN_ARCS = 0x50  # of arc_views: forward and left, forward and right
 _ROLLS_PERMILLE = 60
@@ -35,9 +35,8 @@ class Permits:
         self.zone: StopZone = UNKNOWN
         self._outputs: deque[tuple[float, int, int]] = deque()
         self._clearance: Clearance | None = None
-        self._shut = True
         self.shut_s = -math.inf
-        """When the board last let a standing chair begin nothing straight ahead."""
+        """When the board last would not have let a chair that it had stopped go on."""
 
     @property
     def clearance(self) -> Clearance | None:
@@ -50,9 +49,7 @@ class Permits:
         one = self.zone.of(codes.DIR_FORWARD)
         if clearance is None or one is None:
             return
-        begins_m = float(one.told[CREEP])
-        self._shut = self.forward_m < begins_m + (_AGAIN_M if self._shut else 0.0)
-        if self._shut:
+        if self.forward_m < float(one.told[CREEP]) + _AGAIN_M:
             self.shut_s = clearance.acquired_s
 
     def output(self, time_s: float, linear_permille: int, turn_permille: int) -> None:

@@ -14,7 +14,7 @@ _MOST_DEG = 40  # from where the chair points now
 _FROM_WISH_RAD = math.radians(35.0)  # no way leads farther from where the driver pointed
 _ASIDE_M = 0.6
 _SHIFTS_DEG = (3, 6, 12, 20, 30)  # towards a corridor beside the present line
-_HORIZON_M = 3.5
+_HORIZON_M = 2.5
 # Beside the footprint, and what a metre with it is worth.
 _GAPS_M = (0.012, 0.024, 0.04, 0.08)
 _WORTH = (0.35, 0.3, 0.2, 0.15)

@@ -27,11 +27,14 @@ def half(room, now_s, first_deg):
     return Piece(wrapped, metres, times, (0.5, 0.0), RAYS)
 
 
+def door_room(low, high):
+    return Room("door", ((2.0, high, 2.0, 4.0), (2.0, low, 2.0, -4.0), (-3.0, -4.0, -3.0, 4.0)))
+
+
 def before_a_door(aside_m, heading_deg=0.0):
     """Assist that has seen a 0.9 m door 2 m ahead of the axle, `aside_m` to the left."""
     low, high = aside_m - 0.45, aside_m + 0.45
-    walls = ((2.0, high, 2.0, 4.0), (2.0, low, 2.0, -4.0), (-3.0, -4.0, -3.0, 4.0))
-    room = Room("door", walls)
+    room = door_room(low, high)
     assist = Assist(Footprint(), 1)
     assist.permits.zone = zone_of()
     assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=1200)
@@ -95,3 +98,40 @@ def test_points_stay_where_they_are_while_the_chair_turns():
     turned = math.degrees(math.atan2(post[1], post[0]))
     assert abs(turned) > 1.0
     assert np.hypot(*points.T).min() == pytest.approx(2.05, abs=0.05)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_turn_that_the_board_did_not_let_begin_says_where_he_points(side):
+    assist = before_a_door(0.0)
+    q4 = {"left_q4_deg": 160, "right_q4_deg": 160}
+    assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=1200, **q4)
+    assist.turns_himself(side, 1.05)
+    assist.advise(1, 1.1)
+    assert assist._wish_deg == pytest.approx(side * 25.0, abs=1.0)
+    free = before_a_door(0.0)
+    free.turns_himself(side, 1.05)
+    free.advise(1, 1.1)
+    assert free._wish_deg == 0.0
+
+
+def test_where_straight_on_was_just_shut_it_waits_but_not_for_long():
+    assist = before_a_door(0.0)
+    for k, forward_mm in enumerate((0, 1200)):
+        assist.permits.clearance = Clearance(0, codes.REAL, 1.0 + 0.05 * k, forward_mm=forward_mm)
+    first = assist.advise(1, 1.1)
+    assert (first.linear_permille, first.turn_permille) == (0, 0)
+    # New clearances are as free; scans and headings go on.
+    for k in range(12):
+        now_s = 1.1 + 0.05 * k
+        assist.motion(Motion(now_s, 0.0, 0, 0))
+        assist.see(0, half(door_room(-0.45, 0.45), now_s, 90.0 if k % 2 else -90.0))
+        last = assist.advise(1, now_s)
+    assert last.linear_permille == 1000
+
+
+def test_in_a_door_with_the_frame_beside_a_corner_it_goes_on_and_does_not_turn():
+    assist = before_a_door(0.07)
+    assist.permits.clearance = Clearance(
+        0, codes.REAL, 1.0, forward_mm=700, left_q4_deg=4000, right_q4_deg=32
+    )
+    assert assist.advise(1, 1.1) == STRAIGHT_ON
