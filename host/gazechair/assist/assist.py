@@ -41,6 +41,7 @@ _STUCK_S, _GIVES_UP_S = 0.8, 3.0
 _REFUSED_DEG, _REFUSED_S = 25.0, 5.0
 _TURNED_DEG, _SLICE_S = 3.0, 0.3  # it has begun; another one after so long without
 _OPENS_S = 0.5  # so long after it was shut ahead the board lets a standing chair begin
+_PERSON_M = 0.45  # what is shut though so much is free is so for what may be a person
 _FREE_M, _BESIDE_DEG = 0.8, 20.0  # so far ahead, with something so near a corner
 _ENTERS_M = 0.3  # by the board's word: less room beside than a way needs, but no little turn helps
 _SHUT_M, _SHUT_S = 0.175, 0.8  # nearer the board lets nothing begin, nor so soon after
@@ -58,6 +59,8 @@ class Advice:
 
 
 STRAIGHT_ON = Advice(FULL, 0, False)
+NOTHING = Advice(0, 0, True)
+"""The press lives on: what may be a person may go, and the board takes it for furniture in time."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +94,7 @@ class Assist:
         self._gave_up_s = 0.0
         self._shut_s = -math.inf
         self._chosen_deg = 0.0
+        self._closed = self._person = False
         self._refused: tuple[int, float] | None = None  # a turn of his: its side, and when
         self._turns_s, self._turns_from_deg = -math.inf, 0.0
 
@@ -148,10 +152,13 @@ class Assist:
             if advice is not None:
                 return advice
             self._begin_leg(points)
+        self._closed = now_s - self.permits.shut_s < _OPENS_S
+        self._person = self._closed and self._ways.straight_m(points) > _PERSON_M
         leg = self._on_leg(points, heading, now_s, dt_s)
         if leg is not None:
             return leg
-        if self.permits.forward_m < _SHUT_M and now_s > self._turned_s + _SHUT_S:
+        shut = self.permits.forward_m < _SHUT_M and not self._person
+        if shut and now_s > self._turned_s + _SHUT_S:
             self._shut_s = now_s
         shut = now_s - self._shut_s < _SHUT_S
         turns_deg, share = self.permits.turns_deg, self._own.help(now_s)
@@ -178,6 +185,8 @@ class Assist:
         leg = self._leg
         if leg is None:
             return None
+        if self._person:
+            return NOTHING
         left_m = self._ways.straight_m(points) - leg.ends_m
         if self.permits.forward_m >= _SHUT_M and _SHORT_M < left_m < _LONG_LEG_M:
             if left_m > self._short_m():
@@ -208,7 +217,7 @@ class Assist:
         needed = ahead_m < _NEEDED_M and now_s > self._gave_up_s
         shut = now_s - self._shut_s < _SHUT_S
         if not shut and not (needed and abs(aim_deg) > _SPOT_DEG):
-            advice = self._curve(error_deg)
+            advice = None if self._person else self._curve(error_deg)
             if advice is not None:
                 return advice
             if not needed or abs(aim_deg) <= _SPOT_END_DEG:
@@ -242,10 +251,11 @@ class Assist:
             self._waits_s += dt_s
             if self._waits_s < _STUCK_S:
                 return self._wait()
-        elif stands and self._last_s - self.permits.shut_s < _OPENS_S and self._waits_s < _STUCK_S:
-            # A piece of wall may look like a person for a moment.
+        elif self._person:
+            return NOTHING
+        elif stands and self._closed and self._waits_s < _STUCK_S:
             self._waits_s += dt_s
-            return Advice(0, 0, True)
+            return NOTHING
         else:
             self._waits_s = 0.0
         return STRAIGHT_ON
@@ -257,7 +267,7 @@ class Assist:
         for still in (_STILL_PERMILLE, -_STILL_PERMILLE)[:: 1 if left_deg > right_deg else -1]:
             if self.permits.both(0, still):
                 return Advice(0, still, True)
-        return Advice(0, 0, True)
+        return NOTHING
 
     def _turn_on_the_spot(self, off_deg: float, now_s: float, dt_s: float) -> Advice | None:
         """Towards the direction that was chosen; None: it is there, or may not turn there."""
