@@ -132,7 +132,9 @@ class Permits:
             if most:
                 stop_deg = max(stop_deg, self._stopping(direction, most)[1])
         # The side that is asked for counts, however little.
-        rows = [(0, arcs.TURNS_DEG)] if turn_permille > 0 or left > right else []
+        rows: list[tuple[int, Sequence[int]]] = []
+        if turn_permille > 0 or left > right:
+            rows.append((0, arcs.TURNS_DEG))
         if turn_permille < 0 or left <= right:
             rows.append((2 * arcs.ROWS, arcs.TURNS_DEG))
         if min(left, right) > _ROLLS_PERMILLE:
@@ -144,11 +146,9 @@ class Permits:
         turns: list[float] = [asked]
         newest_s = self._outputs[-1][0] if self._outputs else 0.0
         for time_s, _, turn in self._outputs:
-            old_s = newest_s - time_s - _PAST_S
-            if old_s > 0.0:
-                turn *= max(0.0, 1.0 - old_s / _FADES_S)
-            if asked or abs(turn) > _HELD_PERMILLE:
-                turns.append(turn)
+            left_over = min(1.0, 1.0 - (newest_s - time_s - _PAST_S) / _FADES_S)
+            if asked or abs(turn) * left_over > _HELD_PERMILLE:
+                turns.append(turn * max(0.0, left_over))
         return max(0.0, *turns), max(0.0, *(-turn for turn in turns))
 
     def _way_m(self, at: int, turns_deg: Sequence[int], stop_deg: float) -> float:
