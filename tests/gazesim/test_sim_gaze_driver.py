@@ -87,3 +87,18 @@ def test_after_three_presses_ended_in_one_place_they_back_away():
     assert "backward" in backed
     assert backed[-1] is None
     assert "forward" in drive(driver, AHEAD, 4.0, now_s + 6.0)
+
+
+@pytest.mark.parametrize("helped", [False, True])
+def test_after_a_turn_that_the_chair_ended_they_go_past_what_stopped_it(helped):
+    driver = GazeDriver(1, ((9.0, 5.0),), helped)  # 29 degrees to the left
+    drive(driver, AHEAD, 1.2)
+    assert driver.held == "left"
+    driver.ended()
+    until = drive(driver, AHEAD, 2.1, 1.2)
+    assert until[-1] == "forward"
+    assert driver.commands == 2
+    on = replace(AHEAD, x_m=0.4, moves=True)
+    assert set(drive(driver, on, 0.9, 3.3)) == {"forward"}
+    gone = replace(AHEAD, x_m=1.5, y_m=-2.0)  # 43 degrees, and far enough past it
+    assert "left" in drive(driver, gone, 3.0, 4.2)

@@ -52,6 +52,7 @@ _RAYS = 3200
 _LIMIT_S = 90.0
 _PROCESSES = 2
 _FULL = 1000
+_SIDES = {"left": 1, "right": -1}
 
 
 @dataclass(frozen=True)
@@ -186,6 +187,7 @@ class Run:
         self._next_advice: Any = None
         self._steps = 0
         self._press = 0
+        self._turns = 0
         self._held: str | None = None
         route = task.helped_route if way == HELPED else task.route
         self.person = GazeDriver(seed, route, way == HELPED)
@@ -235,6 +237,7 @@ class Run:
             core.release()
             core.tick()
             verb = codes.VERBS.index(held)
+            self._turns = _SIDES.get(held, 0)
             if held == "forward" and self._assist is not None:
                 verb = codes.DRIVE
                 core.i.linear_permille, core.i.turn_permille = 0, 0
@@ -295,6 +298,9 @@ class Run:
         if self._steps % _LOOK_STEPS == 0:
             for at, eye in enumerate(self._eyes):
                 assist.see(at, half_turn(eye, now_s))
+            if self._turns:  # seen at least once, however soon the board ended it
+                assist.turns_himself(self._turns, now_s)
+                self._turns = _SIDES.get(self._held or "", 0)
             if self._next_advice is not None and self._held == "forward":
                 press, advice = self._next_advice
                 if press == self._press and core.i.verb == codes.DRIVE:

@@ -15,7 +15,7 @@ an estimate that nobody has measured with the person this is for:
 - judging a direction: 2.5 degrees standard deviation [E], judged anew each 1.5 s;
 - turns are held by feel: as in scanning_person, 15 % standard deviation of the time [E];
 - after the chair has ended a press they aim anew, to 2 degrees of what they judge, helped to 8;
-  after a turn that it ended they go forward first [E];
+  after a turn that it ended they go forward first, up to half a metre [E];
 - they let go of a motion that moves nothing for 1 s, and look away for 0.5 s;
 - when the chair has ended three presses in one place, helped or not, they back away for about 2 s
   and aim anew [E]: the page says that something is in the way.
@@ -48,7 +48,7 @@ _GOAL_M = 0.5
 _SAME_PLACE_M, _TRIES, _BACK_S, _BACK_SD_S = 0.10, 3, 2.0, 0.3
 _BEGIN_DEG, _LEAVE_DEG = 6.0, 9.0  # off the direction: he turns first; he stops to correct
 _CAREFUL_DEG = (2.0, 8.0)
-_PAST_DEG = 35.0
+_PAST_DEG, _PAST_M = 35.0, 0.5
 _HELPED_DEG, _HELPED_LEAVE_DEG = 18.0, 35.0
 
 Point = tuple[float, float]
@@ -157,10 +157,15 @@ class GazeDriver:
         begin, leave = (
             (_HELPED_DEG, _HELPED_LEAVE_DEG) if self._helped else (_BEGIN_DEG, _LEAVE_DEG)
         )
+        more_deg = leave - begin
         if self._careful:
             begin = _CAREFUL_DEG[self._helped]
-        if self._past_deg and abs(off_deg) < self._past_deg:
-            begin = self._past_deg
+        at = self._ended_at
+        if at is not None and math.dist(at, (seen.x_m, seen.y_m)) > _PAST_M:
+            self._past_deg = 0.0
+        if self._past_deg:
+            leave = self._past_deg + more_deg
+            begin = self._past_deg if abs(off_deg) < self._past_deg else begin
         if self.held == "forward":
             return "forward" if abs(off_deg) < leave else None
         if self.held in ("left", "right", "backward"):

@@ -35,9 +35,16 @@ _ROLLS_PERMILLE = 60
 _SHORTEST_LEG_M, _LONG_LEG_M = 0.1, 2.0
 _SHORT_M, _ROLLS_M = 0.03, 0.13
 _FORGETS_S = 4.0  # where the driver pointed, in favour of where the chair points now
-_STUCK_S, _GIVES_UP_S = 1.5, 3.0  # what is not permitted for so long is let be for a while
+# What is not permitted for so long is let be for a while. A driver lets go after a second.
+_STUCK_S, _GIVES_UP_S = 0.8, 3.0
+# A turn of his that the board did not let begin points so far aside, for so long.
+_REFUSED_DEG, _REFUSED_S = 25.0, 5.0
+_TURNED_DEG, _SLICE_S = 3.0, 0.3  # it has begun; another one after so long without
+_OPENS_S = 0.5  # so long after it was shut ahead the board lets a standing chair begin
+_PERSON_M = 0.45  # what is shut though so much is free is so for what may be a person
 _FREE_M, _BESIDE_DEG = 0.8, 20.0  # so far ahead, with something so near a corner
-_SHUT_M, _SHUT_S = 0.12, 0.8  # nearer the board lets nothing begin, nor so soon after
+_ENTERS_M = 0.3  # by the board's word: less room beside than a way needs, but no little turn helps
+_SHUT_M, _SHUT_S = 0.175, 0.8  # nearer the board lets nothing begin, nor so soon after
 _NEEDED_M = 1.2  # straight on ends so soon: worth a stop to turn on the spot
 
 
@@ -52,6 +59,8 @@ class Advice:
 
 
 STRAIGHT_ON = Advice(FULL, 0, False)
+NOTHING = Advice(0, 0, True)
+"""The press lives on: what may be a person may go, and the board takes it for furniture in time."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +94,9 @@ class Assist:
         self._gave_up_s = 0.0
         self._shut_s = -math.inf
         self._chosen_deg = 0.0
+        self._closed = self._person = False
+        self._refused: tuple[int, float] | None = None  # a turn of his: its side, and when
+        self._turns_s, self._turns_from_deg = -math.inf, 0.0
 
     def motion(self, motion: Motion) -> None:
         """The board's word."""
@@ -99,11 +111,18 @@ class Assist:
         """It sees where forward and turns lead: it could advise."""
         return self.permits.seen and self._surroundings.points_m(now_s) is not None
 
-    def turns_himself(self, now_s: float) -> None:
-        """The driver holds a turn: ask for each of its moments."""
+    def turns_himself(self, side: int, now_s: float) -> None:
+        """The driver holds a turn, `side` 1 left, -1 right: ask for each of its moments."""
         heading = self._surroundings.heading_deg(now_s)
-        if heading is not None:
-            self._own.turns(heading, now_s)
+        if heading is None:
+            self._refused = None
+            return
+        self._own.turns(heading, now_s)
+        if now_s > self._turns_s + _SLICE_S:
+            self._turns_from_deg = heading
+        self._turns_s = now_s
+        turned = abs(heading - self._turns_from_deg) > _TURNED_DEG
+        self._refused = None if turned or self.permits.may_turn(side) else (side, now_s)
 
     def advise(self, press: int, now_s: float) -> Advice | None:
         """How to drive in this press of forward; None: not known, drive as without."""
@@ -119,7 +138,7 @@ class Assist:
             self._press = 0
             return None
         if press != self._press:
-            self._press, self._wish_deg = press, heading
+            self._press, self._wish_deg = press, heading + self._aside_deg(now_s)
             self._way, self._spot_deg, self._leg = None, None, None
             self._turned_s = self._shut_s = -math.inf
             self._waits_s = self._sticks_s = 0.0
@@ -133,16 +152,25 @@ class Assist:
             if advice is not None:
                 return advice
             self._begin_leg(points)
+        self._closed = now_s - self.permits.shut_s < _OPENS_S
+        self._person = self._closed and self._ways.straight_m(points) > _PERSON_M
         leg = self._on_leg(points, heading, now_s, dt_s)
         if leg is not None:
             return leg
-        if self.permits.forward_m < _SHUT_M and now_s > self._turned_s + _SHUT_S:
+        shut = self.permits.forward_m < _SHUT_M and not self._person
+        if shut and now_s > self._turned_s + _SHUT_S:
             self._shut_s = now_s
         shut = now_s - self._shut_s < _SHUT_S
         turns_deg, share = self.permits.turns_deg, self._own.help(now_s)
         self._way = self._ways.choose(points, wish, before, turns_deg, shut, share)
         self._chosen_deg = heading
         return self._drive(self._way, now_s, dt_s)
+
+    def _aside_deg(self, now_s: float) -> float:
+        # From the heading to where the driver points: to the side to which he could not turn.
+        if self._refused is None or now_s - self._refused[1] > _REFUSED_S:
+            return 0.0
+        return self._refused[0] * _REFUSED_DEG
 
     def _begin_leg(self, points: FloatArray) -> None:
         # Turned on the spot: what it turned for is driven, whatever else looks better meanwhile.
@@ -157,6 +185,8 @@ class Assist:
         leg = self._leg
         if leg is None:
             return None
+        if self._person:
+            return NOTHING
         left_m = self._ways.straight_m(points) - leg.ends_m
         if self.permits.forward_m >= _SHUT_M and _SHORT_M < left_m < _LONG_LEG_M:
             if left_m > self._short_m():
@@ -180,17 +210,20 @@ class Assist:
             return self._straight_on(dt_s)
         aim_deg = math.degrees(way.first_rad if way.first_m > self._short_m() else way.then_rad)
         error_deg = aim_deg - self._surroundings.rate_deg_s() * _COAST_S
-        if way.straight_m > _FREE_M and min(self.permits.turns_deg) < _BESIDE_DEG:
+        enters = abs(aim_deg) <= _SPOT_DEG and self.permits.forward_m > _ENTERS_M
+        if (way.straight_m > _FREE_M or enters) and min(self.permits.turns_deg) < _BESIDE_DEG:
             return self._straight_on(dt_s)  # between posts
         ahead_m = min(way.straight_m, self.permits.forward_m)
         needed = ahead_m < _NEEDED_M and now_s > self._gave_up_s
         shut = now_s - self._shut_s < _SHUT_S
         if not shut and not (needed and abs(aim_deg) > _SPOT_DEG):
-            advice = self._curve(error_deg)
+            advice = None if self._person else self._curve(error_deg)
             if advice is not None:
                 return advice
             if not needed or abs(aim_deg) <= _SPOT_END_DEG:
                 return self._straight_on(dt_s)
+        if not self.permits.may_turn(1 if aim_deg > 0.0 else -1):
+            return self._straight_on(dt_s)
         self._spot_deg, self._turned_then = self._chosen_deg + aim_deg, False
         self._spot_till_s = now_s + _SPOT_S
         return self._turn_on_the_spot(aim_deg, now_s, dt_s) or self._straight_on(dt_s)
@@ -213,20 +246,28 @@ class Assist:
     def _straight_on(self, dt_s: float) -> Advice:
         # A turn that has not ended yet may be more than the board permits while driving.
         self._sticks_s = 0.0
+        stands = self.permits.linear_permille == 0
         if self.permits.turned and not self.permits.both(FULL, 0):
             self._waits_s += dt_s
             if self._waits_s < _STUCK_S:
                 return self._wait()
+        elif self._person:
+            return NOTHING
+        elif stands and self._closed and self._waits_s < _STUCK_S:
+            self._waits_s += dt_s
+            return NOTHING
         else:
             self._waits_s = 0.0
         return STRAIGHT_ON
 
     def _wait(self) -> Advice:
-        # Not neutral: where the board permits no more than creep, it ends a press that asks for
-        # nothing while the chair still rolls and turns.
+        # Not neutral, if it may: where the board permits no more than creep, it ends a press that
+        # asks for nothing while the chair still rolls and turns. To the side with more room.
         left_deg, right_deg = self.permits.turns_deg
-        still = _STILL_PERMILLE if left_deg > right_deg else -_STILL_PERMILLE
-        return Advice(0, still if self.permits.on_the_spot(still) else 0, True)
+        for still in (_STILL_PERMILLE, -_STILL_PERMILLE)[:: 1 if left_deg > right_deg else -1]:
+            if self.permits.both(0, still):
+                return Advice(0, still, True)
+        return NOTHING
 
     def _turn_on_the_spot(self, off_deg: float, now_s: float, dt_s: float) -> Advice | None:
         """Towards the direction that was chosen; None: it is there, or may not turn there."""

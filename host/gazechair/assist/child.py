@@ -37,11 +37,12 @@ class Advisor:
         footprint = footprint_of(FootprintConfig(**{**fields, "corners_m": corners}))
         self._assist = Assist(footprint, len(argument["lidars"]))
         self._word = Word()
+        self._turned = 0  # a turn that was held since the last decision
 
     @property
     def held(self) -> bool:
         """There is something to decide."""
-        return self._word.on and (self._word.press > 0 or self._word.turns)
+        return self._word.on and (self._word.press > 0 or self._word.turns != 0)
 
     def hear(self, line: bytes) -> None:
         """The daemon's newest word. Nonsense counts as silence."""
@@ -52,6 +53,7 @@ class Advisor:
         if word.zone != self._word.zone:
             self._assist.permits.zone = zone
         self._word = word
+        self._turned = word.turns or self._turned
         self._assist.permits.clearance = word.clearance
 
     def take(self, datagram: bytes, now_s: float) -> None:
@@ -68,8 +70,9 @@ class Advisor:
         """[knows its surroundings, press, linear, turn, steers, when]; press 0: no advice."""
         word = self._word
         knows = word.on and self._assist.knows(now_s)
-        if word.turns:
-            self._assist.turns_himself(now_s)
+        if self._turned:  # however soon the board ended it
+            self._assist.turns_himself(self._turned, now_s)
+        self._turned = word.turns
         advice = self._assist.advise(word.press, now_s) if knows and word.press else None
         if advice is None:
             return [knows, 0, 0, 0, False, now_s]

@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gazechair.base.footprint import FloatArray
+
+Narrow = NDArray[np.float32]
 
 CELL_M = 0.01
 FARTHEST_M = 4.5
@@ -17,17 +20,21 @@ class Corridors:
 
     def __init__(self, points_m: FloatArray, directions_rad: FloatArray, aside_m: float) -> None:
         """`aside_m`: the farthest offset that is asked for, with half the widest corridor."""
-        c, s = np.cos(directions_rad)[:, None], np.sin(directions_rad)[:, None]
-        x, y = points_m[:, 0], points_m[:, 1]
-        ahead = c * x + s * y
-        aside = c * y - s * x
+        c, s = np.cos(directions_rad), np.sin(directions_rad)
+        points = points_m.T.astype(np.float32)
         self._low_m = -aside_m
         self._count = math.ceil(2.0 * aside_m / CELL_M)
-        cells = np.floor((aside - self._low_m) * (1.0 / CELL_M)).astype(np.int64)
-        kept = (ahead > 0.0) & (ahead < FARTHEST_M) & (cells >= 0) & (cells < self._count)
-        rows = np.broadcast_to(np.arange(len(directions_rad))[:, None], cells.shape)
-        nearest = np.full((len(directions_rad), self._count), FARTHEST_M)
-        np.minimum.at(nearest, (rows[kept], cells[kept]), ahead[kept])
+        ahead = np.stack((c, s), axis=1).astype(np.float32) @ points
+        aside = (np.stack((-s, c), axis=1) / CELL_M).astype(np.float32) @ points
+        aside -= self._low_m / CELL_M
+        cells = np.floor(aside, out=aside).astype(np.int32)
+        kept = cells.view(np.uint32) < self._count  # no negative one
+        kept &= ahead > 0.0
+        at = np.flatnonzero(kept)
+        rows = at // max(1, points.shape[1])
+        nearest = np.full((len(directions_rad), self._count), FARTHEST_M, dtype=np.float32)
+        index = rows * self._count + cells.ravel().take(at)
+        np.minimum.at(nearest.reshape(-1), index, ahead.ravel().take(at))
         self._nearest = nearest
 
     def free_m(self, offsets_m: FloatArray, half_m: float) -> FloatArray:
@@ -38,10 +45,10 @@ class Corridors:
         width = round(2.0 * half_m / CELL_M)
         least = _sliding_minimum(self._nearest, width)
         first = np.round((offsets_m - half_m - self._low_m) / CELL_M).astype(np.int64)
-        return np.asarray(least[:, first])
+        return np.asarray(least[:, first], dtype=np.float64)
 
 
-def _sliding_minimum(values: FloatArray, width: int) -> FloatArray:
+def _sliding_minimum(values: Narrow, width: int) -> Narrow:
     # Windows of twice the width each time.
     least, have = values, 1
     while have < width:

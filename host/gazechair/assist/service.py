@@ -19,7 +19,7 @@ from gazechair.sensing.odometry.inbox_service import InboxService
 from gazelink import codes
 
 LOST = "assist_lost"
-_TURNS = (codes.LEFT, codes.RIGHT)
+_TURNS = {codes.LEFT: 1, codes.RIGHT: -1}
 
 
 class AssistService(InboxService):
@@ -88,7 +88,7 @@ class AssistService(InboxService):
         steered = self._steering.steer(command, wanted, now_s)
         alive = command.ttl_deadline_s > now_s and command.owner == codes.DRIVER
         press = command.edge if alive and steered.verb != command.verb else 0
-        turns = alive and command.verb in _TURNS
+        turns = _TURNS.get(command.verb, 0) if alive else 0
         with self._lock:
             word = replace(self._word, on=wanted, press=press, turns=turns)
             if word != self._word:

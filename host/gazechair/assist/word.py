@@ -30,8 +30,8 @@ class Word:
     """The present driver wants assist: what the lidars see is looked at."""
     press: int = 0
     """The board's number of the driver's held Vooruit, 0: not held."""
-    turns: bool = False
-    """The driver holds a turn."""
+    turns: int = 0
+    """The driver holds a turn: 1 left, -1 right."""
     zone: BoardZone = NOT_KNOWN
     clearance: Clearance | None = None
     """The newest that the board was sent."""
@@ -55,7 +55,7 @@ def unpacked(line: bytes) -> tuple[Word, StopZone]:
         if rest:
             *values, arcs = rest[0]
             clearance = Clearance(**dict(zip(_FIELDS, values, strict=True)), arcs=arcs)
-        word = Word(bool(on), int(press), bool(turns), BoardZone(points), clearance)
+        word = Word(bool(on), int(press), int(turns), BoardZone(points), clearance)
         return word, StopZone(points) if points else UNKNOWN
     except (TypeError, KeyError) as error:
         raise ValueError(f"no word for assist: {error!r}") from None

@@ -27,16 +27,20 @@ def half(room, now_s, first_deg):
     return Piece(wrapped, metres, times, (0.5, 0.0), RAYS)
 
 
-def before_a_door(aside_m, heading_deg=0.0):
-    """Assist that has seen a 0.9 m door 2 m ahead of the axle, `aside_m` to the left."""
+def door_room(low, high, ahead_m=2.0):
+    posts = (ahead_m, high, ahead_m, 4.0), (ahead_m, low, ahead_m, -4.0)
+    return Room("door", (*posts, (-3.0, -4.0, -3.0, 4.0)))
+
+
+def before_a_door(aside_m, ahead_m=2.0):
+    """Assist that has seen a 0.9 m door `ahead_m` before the axle, `aside_m` to the left."""
     low, high = aside_m - 0.45, aside_m + 0.45
-    walls = ((2.0, high, 2.0, 4.0), (2.0, low, 2.0, -4.0), (-3.0, -4.0, -3.0, 4.0))
-    room = Room("door", walls)
+    room = door_room(low, high, ahead_m)
     assist = Assist(Footprint(), 1)
     assist.permits.zone = zone_of()
     assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=1200)
     for k in range(20):
-        assist.motion(Motion(0.9 + 0.01 * k, heading_deg, 0, 0))
+        assist.motion(Motion(0.9 + 0.01 * k, 0.0, 0, 0))
     assist.see(0, half(room, 1.04, 90.0))
     assist.see(0, half(room, 1.09, -90.0))
     return assist
@@ -95,3 +99,40 @@ def test_points_stay_where_they_are_while_the_chair_turns():
     turned = math.degrees(math.atan2(post[1], post[0]))
     assert abs(turned) > 1.0
     assert np.hypot(*points.T).min() == pytest.approx(2.05, abs=0.05)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_turn_that_the_board_did_not_let_begin_says_where_he_points(side):
+    assist = before_a_door(0.0)
+    q4 = {"left_q4_deg": 160, "right_q4_deg": 160}
+    assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=1200, **q4)
+    assist.turns_himself(side, 1.05)
+    assist.advise(1, 1.1)
+    assert assist._wish_deg == pytest.approx(side * 25.0, abs=1.0)
+    free = before_a_door(0.0)
+    free.turns_himself(side, 1.05)
+    free.advise(1, 1.1)
+    assert free._wish_deg == 0.0
+
+
+def test_before_what_may_be_a_person_it_asks_for_nothing_and_goes_on_when_it_may():
+    assist = before_a_door(0.0)
+    asked = []
+    for k in range(45):
+        now_s = 1.1 + 0.05 * k
+        forward_mm = 1200 if k % 2 or k > 30 else 0  # seen askew, it comes and goes
+        assist.permits.clearance = Clearance(0, codes.REAL, now_s, forward_mm=forward_mm)
+        assist.motion(Motion(now_s, 0.0, 0, 0))
+        assist.see(0, half(door_room(-0.45, 0.45), now_s, 90.0 if k % 2 else -90.0))
+        asked.append(assist.advise(1, now_s))
+    assert all(one.linear_permille == one.turn_permille == 0 for one in asked[:35])
+    assert asked[-1] == STRAIGHT_ON
+
+
+def test_in_a_door_with_the_frame_beside_a_corner_it_goes_on_and_does_not_turn():
+    assist = before_a_door(0.07, 1.2)
+    beside = {"left_q4_deg": 4000, "right_q4_deg": 32}
+    assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=700, **beside)
+    assert assist.advise(1, 1.1) == STRAIGHT_ON
+    free = before_a_door(0.07, 1.2)
+    assert free.advise(1, 1.1) != STRAIGHT_ON

@@ -123,7 +123,7 @@ def advisor(**word: object) -> Advisor:
 def test_it_advises_the_held_press_and_knows_when_nothing_is_held() -> None:
     assert advisor().say(10.0) == [True, 0, 0, 0, False, 10.0]
     assert advisor(press=9).say(10.0) == [True, 9, 1000, 0, False, 10.0]
-    assert advisor(turns=True).say(10.0) == [True, 0, 0, 0, False, 10.0]
+    assert advisor(turns=1).say(10.0) == [True, 0, 0, 0, False, 10.0]
 
 
 def test_it_looks_at_nothing_while_nobody_wants_it() -> None:

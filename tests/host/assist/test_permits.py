@@ -73,3 +73,42 @@ def test_what_it_permits_the_board_does_not_block():
             if ms > 400:  # it has looked for long enough to believe the view
                 out = (linear, turn)
                 assert not board.blocked & ARC_BLOCKED
+
+
+def near(at, count, cm):
+    """Clearance with room everywhere but for these rows of the arcs."""
+    ways = bytearray(arcs.ALL_FAR)
+    ways[at : at + count] = bytes([cm]) * count
+    return Clearance(0, codes.REAL, 1.0, arcs=bytes(ways))
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_the_side_that_is_asked_for_counts_however_little_it_turns(side):
+    beside = permits(near(0 if side > 0 else 2 * arcs.ROWS, arcs.ROWS, 2))
+    beside.output(0.9, 600, -side * 130)  # it has just turned more to the other one
+    assert not beside.both(0, side * 30)
+    assert beside.both(300, -side * 100)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_an_older_turn_to_the_other_side_counts_until_it_has_faded(side):
+    asked = permits(near(arcs.BOTH_AT, arcs.SIZE - arcs.BOTH_AT, 2))
+    asked.output(0.0, 0, -side * 500)
+    asked.output(0.9, 0, 0)
+    assert not asked.both(250, side * 250)
+    asked.output(1.8, 0, 0)
+    assert asked.both(250, side * 250)
+
+
+def test_a_turn_begins_where_the_board_lets_it_creep_and_a_little_more():
+    for deg, may in ((12, False), (15, False), (17, True)):
+        one = permits(Clearance(0, codes.REAL, 1.0, left_q4_deg=16 * deg, right_q4_deg=0))
+        assert one.may_turn(1) is may
+        assert not one.may_turn(-1)
+
+
+def test_it_remembers_when_too_little_was_free_ahead_to_go_on():
+    one = permits(None)
+    for at_s, forward_mm, shut_s in ((1, 200, 1), (2, 240, 1), (3, 0, 3), (4, 900, 3)):
+        one.clearance = Clearance(0, codes.REAL, float(at_s), forward_mm=forward_mm)
+        assert one.shut_s == shut_s

@@ -17,7 +17,7 @@ def whole():
     clearance = Clearance(
         3, codes.SIMULATED, 12.25, 1, 900, 800, 77, 88, 5, tuple(range(arcs.SIZE))
     )
-    return Word(True, 255, True, BoardZone(points), clearance)
+    return Word(True, 255, -1, BoardZone(points), clearance)
 
 
 def test_it_arrives_as_it_was_said_on_one_short_line():
@@ -28,7 +28,7 @@ def test_it_arrives_as_it_was_said_on_one_short_line():
     found, stopping = unpacked(line)
     assert found.clearance is not None
     assert list(found.clearance.arcs) == list(range(arcs.SIZE))
-    assert (found.zone, found.press, found.on, found.turns) == (word.zone, 255, True, True)
+    assert (found.zone, found.press, found.on, found.turns) == (word.zone, 255, True, -1)
     assert found.clearance.forward_mm == 900
     assert stopping.of(codes.DIR_FORWARD) is not None
     assert unpacked(packed(Word()))[0] == Word()
