@@ -142,7 +142,7 @@ def test_a_caretaker_takes_files_home_and_a_change_back(caretaker):
         "GET /maps/a1": (200, DETAILS),
         "POST /maps": (200, KNOWN),
     }
-    back = page.locator("#maps .rename .sure", has_text="aanpassing terugnemen")
+    back = page.locator("#maps .rename .sure", has_text="Aanpassing terugnemen")
     page.locator("#tab-settings").click()
     page.locator("#tab-maps").click()
     files = page.locator("#maps button", has_text="Kaart als bestand")
@@ -155,6 +155,8 @@ def test_a_caretaker_takes_files_home_and_a_change_back(caretaker):
     page.locator("#maps select").first.dispatch_event("change")
     caretaker.wait_until(back.is_visible, "what can be taken back")
     caretaker.screenshot("map_back")
+    for one in page.locator("#maps .rename button").all():
+        assert one.evaluate("one => one.scrollWidth <= one.clientWidth"), one.inner_text()
     before = len(host.posted)
     back.click()
     assert len(host.posted) == before
