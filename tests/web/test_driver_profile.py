@@ -22,8 +22,8 @@ def menu(driver):
     driver.state(**OFF)
     x, y = driver.spot("menu")
     driver.advance(1100, look=(x / 1920, y / 1080))
-    driver.look((0.5, 0.66))
     wait_until(lambda: driver.data("view") == "menu", "the menu")
+    driver.advance(100, look=(0.5, 0.66))  # off its tiles: the gaze that was there chooses none
     return driver
 
 
