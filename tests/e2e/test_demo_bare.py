@@ -23,7 +23,7 @@ EXTRA = "sim"  # as tools/demo asks for
 
 def python(folder: Path, extra: str) -> Path:
     """A Python beside which is found what `pip install gazechair[extra]` installs, no more."""
-    venv.create(folder)
+    venv.create(folder, symlinks=True)
     (packages,) = folder.glob("lib/python*/site-packages")
     for name in needed(extra):
         one = metadata.distribution(name)

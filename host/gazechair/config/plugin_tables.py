@@ -14,7 +14,7 @@ KINDS = ("input", "mode")
 WHO = ("driver", "caretaker")
 _PERSON = "person"
 # Modes of gazechair itself, and parts: their values would mix.
-_TAKEN = re.compile(r"place-.*|places|(?:go-look|follow-line)(?:-\d+)?|follow-person")
+_TAKEN = re.compile(r"(?:to|place)-.*|places|(?:go-look|follow-line)(?:-\d+)?|follow-person")
 
 
 @dataclass(frozen=True)
