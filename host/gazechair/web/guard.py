@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 from gazechair.base.throttled_log import ThrottledLog
 from gazechair.people.pairing import Device
 from gazechair.people.pairing.store import ROLES
-from gazechair.web.handler import CONNECTION, EARLY
+from gazechair.web.handler import CONNECTION, EARLY, FILE, SETTLE
 from gazechair.web.sockets import Arrivals, BadHandshake, Line, handshake
 from gazechair.web.turns import Turns, write_off
 
@@ -134,6 +134,7 @@ class Guard:
         self._scheme = scheme
         self._strangers = strangers
         self._turns = {role: Turns(at_once=2) for role in ROLES}
+        self._files = Turns()
         self._arrivals: dict[str, Arrivals] = {}
 
     def __call__(self, environ: Environ, start_response: StartResponse) -> Iterable[bytes]:
@@ -163,6 +164,15 @@ class Guard:
         if is_upgrade(environ):
             detail = "no WebSocket is at this address"
             return _answer(start, Refusal("400 Bad Request", "bad_message", detail))
+        if FILE in environ and device.role == "caretaker":
+            # One after the other, while others of the role go on.
+            with self._files.turn():
+                environ[SETTLE](f"file {device.id}")
+                refusal = self._judge(environ)  # it may just have been revoked
+                if refusal is not None:
+                    return _answer(start, refusal)
+                environ[FILE]()
+                return self._whole(environ, start)
         with self._turns[device.role].turn():
             return self._whole(environ, start)
 

@@ -47,7 +47,8 @@ def test_the_process_notes_what_drives_find_and_knows_its_place_through_a_change
     grid = store.get("a").map.grid  # type: ignore[union-attr]
     hits = grid.hits.copy()
     hits[0, 0] += 1
-    assert store.update("a", grid, OccupancyGrid(grid.cell_m, grid.low_m, hits, grid.passes))
+    other = OccupancyGrid(grid.cell_m, grid.low_m, hits, grid.passes)
+    assert store.update("a", grid, other, "2026-11-23T10:00:00Z")
     states = set()
     chair.go(3.0, lambda _: states.add(chair.told.newest["state"]))
     assert states == {"known"}

@@ -11,6 +11,7 @@ import logging
 import math
 import time
 from collections.abc import Callable
+from datetime import datetime, timezone
 
 from gazechair.base.footprint import FloatArray
 from gazechair.sensing.mapping.localization import Location
@@ -105,7 +106,8 @@ class Keeping:
             if updated is None or self._grid is None:
                 upkeep.ledger(now_s).save(ledger)
                 return False
-            if not self._store.update(self._id, self._grid, updated[0]):
+            when = datetime.fromtimestamp(now_s, timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
+            if not self._store.update(self._id, self._grid, updated[0], when):
                 return False  # somebody has changed it meanwhile: it is read again soon
             self._upkeep = self._grid = None
             updated[1].save(ledger)

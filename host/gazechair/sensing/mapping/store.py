@@ -22,7 +22,7 @@ from typing import Any
 from gazechair.base.state_folder import set_aside
 from gazechair.sensing.mapping.home_map import HomeMap, MapError, NewerMapError, load
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.places import Drawn, EditRefused, name_of, same_name
+from gazechair.sensing.mapping.places import Drawn, EditRefused, free_name, name_of, same_name
 
 FOLDER = "maps"  # in the state folder
 _SUFFIX, _BEFORE = ".map", ".before"
@@ -86,8 +86,22 @@ class MapStore:
         if any(one.map is not None and same_name(one.map.name, name) for one in others):
             raise EditRefused("map_name_taken", f"there is a map {name} already")
         if len(others) >= self.MOST:
-            raise EditRefused("map_full", f"there are at most {self.MOST} maps")
+            raise _full()
         return name
+
+    def add(self, home: HomeMap) -> str:
+        """One more map, under its name or one like it; its id. Raises EditRefused."""
+        path = self.path_of_new()
+        try:
+            with self._locked():
+                others = [one.map for one in self._all()]
+                if len(others) >= self.MOST:
+                    raise _full()
+                name = free_name(home.name, [one.name for one in others if one is not None])
+                replace(home, name=name).save(path)
+        except (OSError, MapError) as error:
+            raise EditRefused("map_not_stored", str(error)) from None
+        return path.stem
 
     def rename(self, id_: str, text: Any) -> None:
         """Raises EditRefused."""
@@ -99,7 +113,8 @@ class MapStore:
 
         def drawn(home: HomeMap) -> HomeMap:
             found = ACTS[act](home.drawn, value)
-            _inside(home, found)
+            if not home.holds(found):
+                raise EditRefused("map_outside", "that is not on the map")
             return replace(home, drawn=found)
 
         self._change(id_, drawn)
@@ -117,14 +132,14 @@ class MapStore:
             except OSError as error:
                 raise EditRefused("map_not_stored", f"not deleted: {error.strerror}") from None
 
-    def update(self, id_: str, was: OccupancyGrid, grid: OccupancyGrid) -> bool:
+    def update(self, id_: str, was: OccupancyGrid, grid: OccupancyGrid, when: str) -> bool:
         """Later drives have changed the map from `was`, and it is that no more: False.
 
-        The version before is kept in `older`. Raises EditRefused.
+        `when`: ISO 8601, UTC. The version before is kept in `older`. Raises EditRefused.
         """
 
         def updated(home: HomeMap) -> HomeMap | None:
-            return replace(home, grid=grid) if home.grid.same_as(was) else None
+            return replace(home, grid=grid, updated=when) if home.grid.same_as(was) else None
 
         return self._change(id_, updated, self._keep_older)
 
@@ -137,10 +152,13 @@ class MapStore:
 
         def earlier(home: HomeMap) -> HomeMap | None:
             used.extend(self._older(id_)[-1:])
+            if not used:
+                return None
             try:
-                return replace(home, grid=load(used[0]).grid) if used else None
+                older = load(used[0])
             except MapError as error:
                 raise EditRefused("map_damaged", str(error)) from None
+            return replace(home, grid=older.grid, updated=older.updated)
 
         if not self._change(id_, earlier):
             return False
@@ -263,17 +281,8 @@ def _keep(path: Path) -> None:
     os.replace(fresh, path.with_suffix(_BEFORE))
 
 
-def _inside(home: HomeMap, drawn: Drawn) -> None:
-    spots = [(one.spot.x_m, one.spot.y_m) for one in drawn.places]
-    spots += [(drawn.home.x_m, drawn.home.y_m)] if drawn.home is not None else []
-    spots += [corner for area in drawn.no_go for corner in area.corners_m]
-    low_x, low_y = home.grid.low_m.tolist()
-    nx, ny = home.grid.hits.shape
-    for x, y in spots:
-        if not 0.0 <= x - low_x <= nx * home.grid.cell_m:
-            raise EditRefused("map_outside", "that is not on the map")
-        if not 0.0 <= y - low_y <= ny * home.grid.cell_m:
-            raise EditRefused("map_outside", "that is not on the map")
+def _full() -> EditRefused:
+    return EditRefused("map_full", f"there are at most {MapStore.MOST} maps")
 
 
 def _gone(id_: str) -> EditRefused:
