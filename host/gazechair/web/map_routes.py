@@ -17,6 +17,7 @@ _STATUS = {
     "map_full": 409,
     "map_damaged": 409,
     "map_no_update": 409,
+    "map_older_damaged": 409,
     "map_busy": 409,
     "map_file_large": 413,
     "map_no_lidar": 409,
