@@ -29,6 +29,7 @@ _PUBLIC_FOLDER = "/strings/"
 PAGES = ("/", "/caretaker")
 _MOST_COOKIES = 200  # browsers keep fewer a host
 _MOST_ARRIVALS = 100  # more than there are devices
+_FILE_S = 3.0  # of a processor, for a large file at once
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{1,64}")
 
 HEADERS = {
@@ -134,7 +135,7 @@ class Guard:
         self._scheme = scheme
         self._strangers = strangers
         self._turns = {role: Turns(at_once=2) for role in ROLES}
-        self._files = Turns()
+        self._files = Turns(burst_s=_FILE_S)
         self._arrivals: dict[str, Arrivals] = {}
 
     def __call__(self, environ: Environ, start_response: StartResponse) -> Iterable[bytes]:
