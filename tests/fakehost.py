@@ -108,6 +108,7 @@ class FakeHost:
         self.now_ms = 0  # goes with the page's clock
         self.replies: dict[str, tuple[int, dict[str, Any]]] = {}  # "GET /me": status, body
         self.pictures: dict[str, bytes] = {}  # of maps
+        self.files: list[bytes] = []  # what was posted as one
         self.posted: list[tuple[str, dict[str, Any]]] = []
         self._marks = 0
         self._shown: tuple[str, bytes] | None = None  # the newest picture: its number, the message
@@ -169,6 +170,12 @@ class FakeHost:
         @app.get("/maps/<name>")
         def read_map(name: str) -> tuple[Response, int]:
             return self._reply(f"GET /maps/{name}")
+
+        @app.post("/maps/import")
+        def take_file() -> tuple[Response, int]:
+            assert request.mimetype == "application/zip"
+            self.files.append(request.get_data())
+            return self._reply("POST /maps/import")
 
         @app.post("/<path:path>")
         def write(path: str) -> tuple[Response, int]:

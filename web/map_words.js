@@ -32,7 +32,10 @@ class MapWords extends PartWords {
     return this.strings.number(value, digits);
   }
 
-  day(iso) {
-    return iso ? new Date(iso).toLocaleDateString(this.strings.language) : "";
+  /** A day and the time, as people write them. */
+  moment(iso) {
+    if (!iso) return this.unknown;
+    const form = { dateStyle: "long", timeStyle: "short" };
+    return new Date(iso).toLocaleString(this.strings.language, form);
   }
 }

@@ -1,5 +1,6 @@
-// Maps on the caretaker's page: make one while driving, draw on it, rename, delete.
+// Maps on the caretaker's page: make one while driving, draw on it, rename, delete, files.
 
+import { MapFiles, download } from "./map_files.js";
 import { MapTools, button, element, nameField } from "./map_tools.js";
 import { MapView } from "./map_view.js";
 import { mapWords } from "./map_words.js";
@@ -27,6 +28,7 @@ class Maps {
   #chosen = ""; // map
   #details = null; // of the chosen map
   #tools;
+  #files;
   #askedMs = -Infinity;
   #pictureMs = -Infinity;
   #asking = false;
@@ -44,6 +46,11 @@ class Maps {
       tell: (text) => this.#tell(text),
       changed: () => this.#arrange(),
     });
+    this.#files = new MapFiles(words, {
+      send: (path, request) => this.#send(path, request),
+      tell: (text) => this.#tell(text),
+      most: () => this.#all?.most_file_bytes ?? 0,
+    });
     const parts = this.#parts;
     parts.choose = element("select");
     parts.choose.ariaLabel = label("maps_choose");
@@ -54,7 +61,7 @@ class Maps {
     parts.making = this.#makingForm();
     parts.rename = this.#renameForm();
     const top = element("p", "top");
-    top.append(parts.choose, parts.make);
+    top.append(parts.choose, parts.make, this.#files.root);
     root.replaceChildren(top, parts.told, canvas, parts.making, this.#tools.root, parts.rename);
     this.#arrange();
   }
@@ -87,22 +94,17 @@ class Maps {
     const act = (wish) => this.#post({ map: this.#chosen, ...wish });
     const sure = label("maps_sure");
     this.#parts.back = sureButton(label("maps_back"), sure, () => act({ back: true }));
-    this.#parts.files = button(label("maps_files"), () => this.#download());
+    const file = () => download(`/maps/${this.#chosen}.zip`);
+    this.#parts.files = button(label("maps_files"), file);
+    this.#parts.updated = element("p", "note");
     buttons.append(
       button(label("maps_rename"), () => act({ rename: name.value })),
       sureButton(label("maps_delete"), sure, () => act({ delete: true })),
       this.#parts.files,
       this.#parts.back,
     );
-    form.append(name, buttons);
+    form.append(name, this.#parts.updated, buttons);
     return form;
-  }
-
-  #download() {
-    const link = element("a");
-    link.href = `/maps/${this.#chosen}.zip`;
-    link.download = "";
-    link.click();
   }
 
   async #ask(path, request) {
@@ -123,11 +125,16 @@ class Maps {
 
   /** True when the host has done it. */
   async #post(wish) {
-    const request = { method: "POST", headers: JSON_TYPE, body: JSON.stringify(wish) };
     this.#tell("");
-    const answer = await this.#ask("/maps", request);
+    return this.#send("/maps", { method: "POST", headers: JSON_TYPE, body: JSON.stringify(wish) });
+  }
+
+  async #send(path, request) {
+    const answer = await this.#ask(path, request);
     if (!answer) return false;
+    if (answer.added) this.#chosen = answer.added;
     this.#show(answer, performance.now());
+    if (answer.added) this.#tell(this.#words.reason("maps_stored"));
     if (this.#chosen) await this.#load();
     return true;
   }
@@ -229,7 +236,11 @@ class Maps {
     this.#tools.root.hidden = making || !this.#details;
     parts.rename.hidden = making || !this.#chosen;
     parts.files.hidden = !this.#details;
-    parts.back.hidden = !this.#details?.updates;
+    this.#files.root.disabled = making || !this.#all;
+    const updates = this.#details?.updates;
+    parts.back.hidden = parts.updated.hidden = !updates;
+    const when = this.#words.moment(this.#details?.updated);
+    put(parts.updated, updates ? this.#words.label("maps_updated", { when }) : "");
     const drawing = (making ? null : this.#details) ?? NOTHING;
     this.#tools.show(drawing);
     this.#view.show(drawing, this.#tools.draft);

@@ -1,11 +1,15 @@
 """Maps on the pages: made while driving, drawn on by taps; a quiet one for the driver."""
 
+import re
+
 import numpy as np
 import pytest
 
 from gazechair.sensing.mapping.home_map import HomeMap
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.packed_map import unpacked
 from gazechair.sensing.mapping.picture import drawn
+from gazechair.sensing.mapping.ros_map import files_of
 from layoutshift import WATCH, take
 from patience import wait_until
 
@@ -13,13 +17,15 @@ pytestmark = pytest.mark.browser
 
 CELLS = np.full((80, 60), 5, dtype=np.uint16)
 CELLS[0] = 0
-PICTURE = drawn(HomeMap("Thuis", OccupancyGrid(0.1, np.array((-1.0, -2.0)), 5 - CELLS, CELLS)))
+GRID = OccupancyGrid(0.1, np.array((-1.0, -2.0)), 5 - CELLS, CELLS)
+PICTURE = drawn(HomeMap("Thuis", GRID))
 ROW = {
     "map": "a1",
     "name": "Thuis",
     "made": "2026-11-22T20:00:00Z",
     "floor_m2": 40,
     "updates": 0,
+    "updated": "",
     "problem": "",
 }
 NOTHING = {"places": [], "no_go": [], "home": None}
@@ -31,6 +37,7 @@ IDLE = {
     "making": None,
     "ended": None,
     "where": None,
+    "most_file_bytes": 5_000_000,
     "maps": [],
 }
 KNOWN = {**IDLE, "state": "known", "where": WHERE, "maps": [ROW]}
@@ -151,20 +158,95 @@ def test_a_caretaker_takes_files_home_and_a_change_back(caretaker):
     with page.expect_download() as download:
         files.click()
     assert download.value.url.endswith("/maps/a1.zip")
-    host.replies["GET /maps/a1"] = (200, {**DETAILS, "updates": 1})
+    host.replies["GET /maps/a1"] = (
+        200,
+        {**DETAILS, "updates": 1, "updated": "2026-11-23T10:05:00Z"},
+    )
     page.locator("#maps select").first.dispatch_event("change")
     caretaker.wait_until(back.is_visible, "what can be taken back")
+    when = page.locator("#maps .rename .note").inner_text()
+    assert re.fullmatch(
+        r"Laatste aanpassing door rijden: 2[34] november 2026 om \d\d:05\.", when
+    ), when
     caretaker.screenshot("map_back")
     for one in page.locator("#maps .rename button").all():
         assert one.evaluate("one => one.scrollWidth <= one.clientWidth"), one.inner_text()
     before = len(host.posted)
+    size = [back.bounding_box()[side] for side in ("width", "height")]
     back.click()
+    sure = page.locator("#maps .rename .sure", has_text="Zeker weten")
+    assert [sure.bounding_box()[side] for side in ("width", "height")] == size
     assert len(host.posted) == before
     host.replies["GET /maps/a1"] = (200, DETAILS)
     caretaker.advance(1000)
     page.locator("#maps .rename .sure", has_text="Zeker weten").click()
     wait_until(lambda: ("/maps", {"map": "a1", "back": True}) in host.posted, "the wish")
     caretaker.wait_until(lambda: not back.is_visible(), "nothing to take back any more")
+
+
+def chosen(page, *files: tuple[str, bytes]) -> None:
+    """Files of the phone, chosen as a person does."""
+    with page.expect_file_chooser() as chooser:
+        page.locator("#maps button", has_text="Kaart uit een bestand").click()
+    kind = "application/octet-stream"
+    chooser.value.set_files([{"name": n, "mimeType": kind, "buffer": b} for n, b in files])
+
+
+def test_a_caretaker_brings_a_map_of_files(caretaker):
+    host, page = caretaker.host, caretaker.page
+    other = {**ROW, "map": "b2", "name": "Kantoor"}
+    host.pictures |= {"a1": PICTURE.png, "b2": PICTURE.png}
+    both = {**KNOWN, "maps": [ROW, other], "added": "b2"}
+    host.replies |= {
+        "GET /maps": (200, KNOWN),
+        "GET /maps/a1": (200, DETAILS),
+        "GET /maps/b2": (200, {**DETAILS, **other}),
+    }
+    page.locator("#tab-settings").click()
+    page.locator("#tab-maps").click()
+
+    def told(text: str) -> None:
+        caretaker.wait_until(
+            lambda: caretaker.advance(600) or text in page.locator("#maps .told").inner_text(), text
+        )
+
+    told("weet waar hij is")
+    # What it is refused for is told, and the same file can be chosen once more.
+    host.replies["POST /maps/import"] = (400, {"reason": "map_file_zip", "detail": "no zip"})
+    for number in (1, 2):
+        chosen(page, ("map.zip", b"nothing"))
+        told("geen zip met een kaart")
+        wait_until(lambda n=number: len(host.files) == n, "the file")  # type: ignore[misc]
+    # A file that is too large is not even sent.
+    chosen(page, ("film.zip", bytes(5_000_001)))
+    told("hoogstens 5 MB")
+    assert host.files == [b"nothing", b"nothing"]
+    # Several become one zip file, which the host understands.
+    host.replies |= {"POST /maps/import": (200, both), "GET /maps": (200, both)}
+    made = files_of(HomeMap("Kantoor", GRID))
+    chosen(page, *made.items())
+    told("is bewaard")
+    line, press = (
+        page.locator(f"#maps {name}").bounding_box() for name in (".told", "button.import")
+    )
+    assert 0 < line["y"] - press["y"] < 70  # beside what was pressed: never scrolled away
+    found = unpacked(host.files[-1])
+    assert found.name == "Kantoor"
+    assert (found.grid.occupied == GRID.occupied).all()
+    assert page.locator("#maps select").first.input_value() == "b2"
+    assert page.locator("#maps .rename input").input_value() == "Kantoor"
+    caretaker.screenshot("map_import")
+    # And while a map is made, nothing else begins.
+    making = {**both, "state": "making", "wants": "make", "making": MAKING}
+    host.replies |= {
+        "GET /maps": (200, making),
+        "GET /maps/growing": (200, {"picture": PICTURE.as_json()}),
+    }
+    host.pictures["growing"] = PICTURE.png
+    button = page.locator("#maps button", has_text="Kaart uit een bestand")
+    caretaker.wait_until(
+        lambda: caretaker.advance(600) or button.is_disabled(), "no files meanwhile"
+    )
 
 
 def picture_came(page) -> None:

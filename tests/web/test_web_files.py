@@ -22,6 +22,7 @@ from gazelink import codes
 
 SUPERVISOR = Path(supervisor.__file__)
 FIRST_DRIVE = Path(first_drive.__file__).parent
+MAP_PARTS = ("maps.js", "map_tools.js", "map_files.js")
 MAPPING = Path(making.__file__).parent
 WEB = Path(__file__).parents[2] / "web"
 LANGUAGES = ("nl", "en")
@@ -92,7 +93,7 @@ def test_both_languages_have_the_same_keys(name):
 
 def test_everything_about_maps_has_words():
     words = table("nl-maps")
-    code = "".join((WEB / name).read_text("utf-8") for name in ("maps.js", "map_tools.js"))
+    code = "".join((WEB / name).read_text("utf-8") for name in MAP_PARTS)
     built = {f"maps_{tool}{end}" for tool in ("place", "no_go", "home") for end in ("", "_tap")}
     named = set(re.findall(r'"(maps_\w+)"', code)) - {"maps_stored"}
     assert set(words["labels"]) == named | built | {"map_damaged"}

@@ -39,16 +39,21 @@ def unless_caretaker() -> Response | None:
     return refuse(403, "not_allowed", f"a {device.role} may not; only a caretaker")
 
 
+def file_of(kind: str) -> bytes:
+    """The request's body of this type, which no form of another site can send. BadRequest."""
+    told = request.environ.get("CONTENT_TYPE", "").partition(";")[0]
+    if told.strip(" \t").lower() != kind:
+        raise BadRequest(f"send Content-Type: {kind}")
+    return request.get_data()
+
+
 def body() -> dict[str, Any]:
     """The request's JSON object. Raises BadRequest.
 
     Its type must be application/json, which no form of another site can send.
     """
-    kind = request.environ.get("CONTENT_TYPE", "").partition(";")[0]
-    if kind.strip(" \t").lower() != "application/json":
-        raise BadRequest("send Content-Type: application/json")
     try:
-        content = json.loads(request.get_data())
+        content = json.loads(file_of("application/json"))
     except (ValueError, RecursionError):
         raise BadRequest("send a JSON object") from None
     if not isinstance(content, dict):

@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 from gazechair.base.throttled_log import ThrottledLog
 from gazechair.people.pairing import Device
 from gazechair.people.pairing.store import ROLES
-from gazechair.web.handler import CONNECTION, EARLY
+from gazechair.web.handler import CONNECTION, EARLY, FILE, SETTLE
 from gazechair.web.sockets import Arrivals, BadHandshake, Line, handshake
 from gazechair.web.turns import Turns, write_off
 
@@ -29,6 +29,7 @@ _PUBLIC_FOLDER = "/strings/"
 PAGES = ("/", "/caretaker")
 _MOST_COOKIES = 200  # browsers keep fewer a host
 _MOST_ARRIVALS = 100  # more than there are devices
+_FILE_S = 3.0  # of a processor, for a large file at once
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{1,64}")
 
 HEADERS = {
@@ -134,6 +135,7 @@ class Guard:
         self._scheme = scheme
         self._strangers = strangers
         self._turns = {role: Turns(at_once=2) for role in ROLES}
+        self._files = Turns(burst_s=_FILE_S)
         self._arrivals: dict[str, Arrivals] = {}
 
     def __call__(self, environ: Environ, start_response: StartResponse) -> Iterable[bytes]:
@@ -163,6 +165,15 @@ class Guard:
         if is_upgrade(environ):
             detail = "no WebSocket is at this address"
             return _answer(start, Refusal("400 Bad Request", "bad_message", detail))
+        if FILE in environ and device.role == "caretaker":
+            # One after the other, while others of the role go on.
+            with self._files.turn():
+                environ[SETTLE](f"file {device.id}")
+                refusal = self._judge(environ)  # it may just have been revoked
+                if refusal is not None:
+                    return _answer(start, refusal)
+                environ[FILE]()
+                return self._whole(environ, start)
         with self._turns[device.role].turn():
             return self._whole(environ, start)
 

@@ -16,7 +16,7 @@ from typing import Any
 
 from gazechair.base.throttled_log import ThrottledLog
 from gazechair.web.connection import Connection, Patience, PlainConnection
-from gazechair.web.head import MOST_HEAD_BYTES, Head, HeadRefused, parse
+from gazechair.web.head import MOST_BODY_BYTES, MOST_HEAD_BYTES, Head, HeadRefused, parse
 from gazechair.web.places import Places
 from gazechair.web.sockets import tune
 from gazechair.web.tls_socket import TlsSocket
@@ -27,7 +27,10 @@ SETTLE = (
 )
 CONNECTION = "gazechair.connection"
 EARLY = "gazechair.early"
+FILE = "gazechair.file"  # where a request's body is a file: call it once to receive it
 _REQUEST_S = 5.0  # for head and body
+_FILE_S = 60.0
+_FILE_PAUSE_S = 0.005
 _HANDSHAKE_S = 5.0
 _SEND_S = 5.0
 _HEAR_OUT_S = 0.2
@@ -54,9 +57,12 @@ class Exchange:
             text, rest = self._read_head()
             with self._server.strangers.turn():
                 head = parse(text)
+            if head.length > MOST_BODY_BYTES:
+                self._answer_file(head, rest)
+                return
             if len(rest) < head.length:
                 rest += self._read_body(head.length - len(rest))
-            self._answer(head, rest)
+            self._answer(self._environ(head, rest), head)
         except HeadRefused as refused:
             complaints.warn("refused %s: %s", self._address[0], refused)
             self._refuse(refused.status, "bad_message", str(refused))
@@ -103,13 +109,35 @@ class Exchange:
             raise ConnectionResetError("gone in a request")
         return part
 
-    def _answer(self, head: Head, body: bytes) -> None:
+    def _answer_file(self, head: Head, rest: bytes) -> None:
+        """The application decides whether the body is received: it is too large for strangers."""
+        environ = self._environ(head, b"")
+        received: list[bytes] = []
+
+        def receive() -> None:
+            received.append(self._read_file(rest, head.length))
+            environ["wsgi.input"] = BytesIO(received[0])
+
+        environ[FILE] = receive
+        self._answer(environ, head)
+        if not received:
+            self._hear_out()
+
+    def _read_file(self, rest: bytes, length: int) -> bytes:
+        end_s = time.monotonic() + _FILE_S
+        data = bytearray(rest)
+        while len(data) < length:
+            data += self._receive(length - len(data), end_s)
+            time.sleep(_FILE_PAUSE_S)  # for pieces that are not tiny
+        return bytes(data[:length])
+
+    def _answer(self, environ: dict[str, Any], head: Head) -> None:
         told: list[Any] = ["500 Internal Server Error", []]
 
         def start(status: str, headers: list[tuple[str, str]], *_: Any) -> None:
             told[:] = [status, headers]
 
-        content = b"".join(self._server.app(self._environ(head, body), start))
+        content = b"".join(self._server.app(environ, start))
         status, headers = told
         lines = [f"{name}: {value}" for name, value in headers]
         text = "\r\n".join([f"HTTP/1.1 {status}", *lines, "Connection: close", "", ""])

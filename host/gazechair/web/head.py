@@ -11,8 +11,11 @@ import re
 from dataclasses import dataclass
 from urllib.parse import unquote_to_bytes
 
+from gazechair.sensing.mapping.packed_map import MOST_BYTES
+
 MOST_HEAD_BYTES = 16_384
 MOST_BODY_BYTES = 1_024
+_FILES = {"/maps/import": MOST_BYTES}  # by path: more, but only of a caretaker; see Guard
 _MOST_TARGET = 1_024
 _MOST_VALUE = 256
 _MOST_LINES = 100
@@ -88,7 +91,8 @@ def parse(text: bytes) -> Head:
                 continue
             raise HeadRefused("400 Bad Request", f"{name} has more than {_MOST_VALUE} characters")
         headers[name] = value
-    return Head(method, path, query, version, headers, _length(headers))
+    most_bytes = _FILES.get(path, MOST_BODY_BYTES) if method == "POST" else MOST_BODY_BYTES
+    return Head(method, path, query, version, headers, _length(headers, most_bytes))
 
 
 def _first_line(line: str) -> tuple[str, str, str, str]:
@@ -109,10 +113,10 @@ def _first_line(line: str) -> tuple[str, str, str, str]:
     return method, path, query, version
 
 
-def _length(headers: dict[str, str]) -> int:
+def _length(headers: dict[str, str], most_bytes: int) -> int:
     text = headers.get("content-length", "0")
     if not _LENGTH.fullmatch(text):
         raise HeadRefused("400 Bad Request", "Content-Length is no number")
-    if int(text) > MOST_BODY_BYTES:
-        raise HeadRefused("413 Content Too Large", f"a body has at most {MOST_BODY_BYTES} bytes")
+    if int(text) > most_bytes:
+        raise HeadRefused("413 Content Too Large", f"a body has at most {most_bytes} bytes")
     return int(text)

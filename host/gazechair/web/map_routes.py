@@ -9,7 +9,7 @@ from flask import Flask, Response, request
 
 from gazechair.sensing.mapping.picture import Picture
 from gazechair.sensing.mapping.places import EditRefused
-from gazechair.web.answers import BadRequest, answer, body, refuse, unless_caretaker
+from gazechair.web.answers import BadRequest, answer, body, file_of, refuse, unless_caretaker
 
 _STATUS = {
     "map_gone": 404,
@@ -17,7 +17,9 @@ _STATUS = {
     "map_full": 409,
     "map_damaged": 409,
     "map_no_update": 409,
+    "map_older_damaged": 409,
     "map_busy": 409,
+    "map_file_large": 413,
     "map_no_lidar": 409,
     "map_not_stored": 507,
 }
@@ -31,6 +33,7 @@ class Maps(Protocol):
     def details(self, id_: str) -> dict[str, Any]: ...
     def picture(self, id_: str) -> bytes: ...
     def files(self, id_: str) -> bytes: ...
+    def add(self, data: bytes) -> str: ...
     def growing(self) -> Picture | None: ...
     def change(self, wish: dict[str, Any]) -> None: ...
 
@@ -54,6 +57,19 @@ def add_routes(app: Flask, maps: Maps) -> None:
         except EditRefused as error:
             return _refused(error)
         return answer(maps.as_json())
+
+    @app.post("/maps/import")
+    def add_map() -> Response:
+        refusal = unless_caretaker()
+        if refusal is not None:
+            return refusal
+        try:
+            added = maps.add(file_of("application/zip"))
+        except BadRequest as error:
+            return error.response()
+        except EditRefused as error:
+            return _refused(error)
+        return answer({**maps.as_json(), "added": added})
 
     @app.get("/maps/where")
     def where() -> Response:

@@ -143,7 +143,8 @@ class WebServer:
     def _revoked(self, device_id: str) -> None:
         self._control.revoked(device_id)
         if self._server is not None:
-            self._server.places.cut_settled(f"picture {device_id}")
+            for what in ("picture", "file"):
+                self._server.places.cut_settled(f"{what} {device_id}")
 
     def _cookie_name(self) -> str:
         # Browsers send a cookie to every port of a host: two hosts on one machine must differ.

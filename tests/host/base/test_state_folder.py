@@ -42,6 +42,22 @@ def test_what_an_earlier_try_left_is_replaced_and_a_link_is_not_followed(tmp_pat
     assert (tmp_path / "cap").read_bytes() == b"1"
 
 
+def test_on_a_full_disk_half_a_file_does_not_stay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "file.map"
+    path.write_bytes(b"old")
+
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match="No space"):
+        replace_file(path, b"new")
+    assert [one.name for one in tmp_path.iterdir()] == ["file.map"]
+    assert path.read_bytes() == b"old"
+
+
 def test_a_folder_in_its_place_is_set_aside(tmp_path: Path) -> None:
     file = tmp_path / "cap"
     for _ in range(10):

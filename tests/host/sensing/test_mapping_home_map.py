@@ -176,6 +176,9 @@ def test_the_commands(home: HomeMap, tmp_path: Path, capsys: pytest.CaptureFixtu
     assert main(["map", "export", str(path), str(tmp_path / "ros")]) == 0
     assert main(["map", "import", str(tmp_path / "ros" / "map.yaml"), str(again)]) == 0
     assert (home_map.load(again).grid.occupied == home.grid.occupied).all()
+    imported = again.read_bytes()  # no map is replaced by another one
+    assert main(["map", "import", str(tmp_path / "ros" / "map.yaml"), str(again)]) == 2
+    assert again.read_bytes() == imported
     assert main(["map", "back", str(path)]) == 2  # no drive has changed it
     assert main(["map", "show", str(tmp_path / "none")]) == 2
     assert "can't be read" in capsys.readouterr().err

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -52,6 +53,18 @@ def test_the_search_finds_the_best_of_all_poses_of_the_window() -> None:
     ]
     assert best.score == pytest.approx(max(every), abs=1e-6)
     assert best.pose == pytest.approx((2.3, 1.6, 0.9), abs=0.06)
+
+
+def test_in_a_field_of_noise_nothing_is_found_and_no_memory_taken() -> None:
+    """A photo that somebody took for a map: every pose is as good as any other."""
+    noise = CHANCE.uniform(0.0, 30.0, (30_000, 2))
+    field = LikelihoodField(noise, 0.05, 0.10, 5)
+    headings = np.radians(np.arange(0.0, 360.0, 4.0))
+    seen = seen_from(POSE)[::12]
+    tracemalloc.start()
+    assert search(field, seen, field.low_m, field.high_m, headings, 0.1, ratio=0.7) == []
+    assert tracemalloc.get_traced_memory()[1] < 400e6
+    tracemalloc.stop()
 
 
 def test_nothing_fits_where_nothing_is_alike() -> None:

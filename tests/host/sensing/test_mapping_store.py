@@ -22,6 +22,7 @@ from gazechair.sensing.mapping.store import MapStore
 from patience import wait_until
 
 BED = {"name": "Bed", "icon": "bed", "x": 1.0, "y": 0.5, "heading": -90.0}
+WHEN = "2026-11-23T10:00:00Z"
 SQUARE = [[0.1, 0.1], [1.0, 0.1], [1.0, 1.0]]
 
 
@@ -278,7 +279,7 @@ def grid_of(store: MapStore) -> OccupancyGrid:
 def test_an_update_keeps_what_is_drawn_and_can_be_taken_back(store: MapStore) -> None:
     store.draw("a", "place", BED)
     first, second = grid_of(store), moved(store)
-    assert store.update("a", first, second)
+    assert store.update("a", first, second, WHEN)
     assert grid_of(store).same_as(second)
     store.rename("a", "later")
     assert store.take_back("a")
@@ -289,13 +290,13 @@ def test_an_update_keeps_what_is_drawn_and_can_be_taken_back(store: MapStore) ->
     assert found.map.name == "later"
     assert [one.name for one in found.map.drawn.places] == ["Bed"]
     assert not store.take_back("a")
-    assert refused(store.update, "gone", first, second) == "map_gone"
+    assert refused(store.update, "gone", first, second, WHEN) == "map_gone"
 
 
 def test_an_update_of_a_map_that_has_changed_meanwhile_is_none(store: MapStore) -> None:
     first, second = grid_of(store), moved(store)
-    assert store.update("a", first, second)
-    assert not store.update("a", first, first)
+    assert store.update("a", first, second, WHEN)
+    assert not store.update("a", first, first, WHEN)
     assert grid_of(store).same_as(second)
 
 
@@ -305,12 +306,12 @@ def test_the_newest_five_updates_can_be_taken_back_and_go_with_the_map(
     grids = [grid_of(store)]
     for _ in range(7):
         grids.append(moved(store))
-        assert store.update("a", grids[-2], grids[-1])
+        assert store.update("a", grids[-2], grids[-1], WHEN)
     for grid in grids[-2:-5:-1]:
         assert store.take_back("a")
         assert grid_of(store).same_as(grid)
     assert len(list((tmp_path / "older").iterdir())) == 2
-    assert store.update("a", grid_of(store), grids[0])
+    assert store.update("a", grid_of(store), grids[0], WHEN)
     store.ledger_path("a").parent.mkdir()
     store.ledger_path("a").write_bytes(b"x")
     store.delete("a")
@@ -327,7 +328,7 @@ def test_a_disk_that_is_full_leaves_the_map_as_it_was(
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(home_map, "replace_file", full)
-    assert refused(store.update, "a", first, second) == "map_not_stored"
+    assert refused(store.update, "a", first, second, WHEN) == "map_not_stored"
     monkeypatch.undo()
     assert grid_of(store).same_as(first)
 

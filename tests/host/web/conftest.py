@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import socket
 import threading
 import urllib.error
 import urllib.request
@@ -26,6 +28,7 @@ from gazechair.sensing.mapping.home_map import HomeMap
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.store import MapStore
 from gazechair.web import WebServer, control_sockets, files, page_client
+from gazechair.web.places import Place
 from gazelink import codes
 from gazelink.settings_table import TABLE
 
@@ -313,6 +316,35 @@ class Visitor:
         headers = {"Content-Type": "application/json", **headers}
         status, told, raw = self._ask(path, json.dumps(content).encode(), headers)
         return status, told, json.loads(raw)
+
+    def line(
+        self, path: str, content: bytes, length: int | None = None, **headers: str
+    ) -> socket.socket:
+        """A raw connection on which this was sent, as the beginning of `length` bytes."""
+        sent = {"Host": f"127.0.0.1:{self._server.port}", "Content-Type": "application/zip"}
+        sent |= {"Content-Length": str(len(content) if length is None else length)}
+        lines = [f"{name}: {value}" for name, value in {**sent, **self.headers, **headers}.items()]
+        head = "\r\n".join([f"POST {path} HTTP/1.1", *lines, "", ""]).encode()
+        line = socket.create_connection(("127.0.0.1", self._server.port), LONG_S)
+        line.sendall(head + content)
+        return line
+
+    def send(
+        self, path: str, content: bytes | None, length: int | None = None, **headers: str
+    ) -> tuple[int, Any]:
+        """Post a file: (status, answer)."""
+        with self.line(path, content or b"", length, **headers) as line:
+            answer = b""
+            with contextlib.suppress(ConnectionResetError):
+                while part := line.recv(65_536):
+                    answer += part
+        head, _, body = answer.partition(b"\r\n\r\n")
+        return int(head.split()[1]), json.loads(body)
+
+    def places(self) -> list[Place]:
+        """The server's open connections."""
+        assert self._server._server is not None
+        return list(self._server._server.places._places.values())
 
     def _ask(
         self, path: str, content: bytes | None, headers: dict[str, str]

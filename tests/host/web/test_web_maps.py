@@ -9,11 +9,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from gazechair.sensing.mapping import ros_map
 from gazechair.sensing.mapping.home_map import load
+from gazechair.sensing.mapping.packed_map import MOST_BYTES
 from gazechair.sensing.mapping.store import MapStore
+from gazechair.web import handler
+from patience import wait_until
+
+P = (0.7, 0.25, 0.05)  # of floor, of what is not known, of walls
 
 
 def test_a_caretaker_draws_and_everybody_sees(visitor: Any, maps: Any) -> None:
@@ -75,14 +81,86 @@ def test_a_caretaker_takes_a_map_home_as_files_that_make_the_same_map(
     assert caretaker.get("/maps/b.zip")[0] == 404
 
 
+def test_a_caretaker_brings_a_map_as_the_file_that_was_taken_home(
+    visitor: Any, maps: Any, tmp_path: Path
+) -> None:
+    caretaker = visitor("caretaker")
+    data = caretaker.get("/maps/a.zip")[2]
+    status, answer = caretaker.send("/maps/import", data)
+    assert (status, sorted(row["name"] for row in answer["maps"])) == (200, ["home", "home 2"])
+    assert answer["most_file_bytes"] == MOST_BYTES
+    added = load(tmp_path / "maps" / f"{answer['added']}.map")
+    assert (added.grid.occupied == load(tmp_path / "maps" / "a.map").grid.occupied).all()
+
+
+def test_a_file_of_megabytes_is_taken_while_the_driver_goes_on(visitor: Any, maps: Any) -> None:
+    grey = np.random.default_rng(1).choice(np.array((254, 205, 0), np.uint8), (1900, 1900), p=P)
+    whole = io.BytesIO()
+    with zipfile.ZipFile(whole, "w") as pack:
+        pack.writestr("map.yaml", "image: map.pgm\nresolution: 0.025\norigin: [0, 0, 0]\n")
+        pack.writestr("map.pgm", b"P5\n1900 1900\n255\n" + grey.tobytes())
+    page = visitor("driver").open()
+    page.next_of("welcome")
+    status, answer = visitor("caretaker").send("/maps/import", whole.getvalue())
+    assert (status, len(answer["maps"])) == (200, 2)
+    assert visitor("driver").get("/maps/where")[0] == 200
+
+
+@pytest.mark.parametrize("role", ["driver", "viewer", None])
+def test_nobody_elses_file_is_even_received(visitor: Any, maps: Any, role: str | None) -> None:
+    other = visitor(role)
+    status, answer = other.send("/maps/import", None, length=MOST_BYTES)  # and nothing follows
+    assert (status, answer["reason"]) in ((403, "not_allowed"), (401, "not_paired"))
+    status, _ = other.send("/maps/import", b"PK" * 100)
+    assert status in (401, 403)
+    assert len(maps.as_json()["maps"]) == 1
+
+
+def test_a_file_comes_from_this_site_alone_is_a_zip_and_not_too_long(
+    visitor: Any, maps: Any
+) -> None:
+    caretaker = visitor("caretaker")
+    data = caretaker.get("/maps/a.zip")[2]
+    for headers in (
+        {"Origin": "https://evil.example"},
+        {"Sec-Fetch-Site": "cross-site"},
+        {"Host": "evil.example"},
+    ):
+        assert caretaker.send("/maps/import", data + bytes(2000), **headers)[0] == 403
+    for kind in ("multipart/form-data", "text/plain", "application/x-www-form-urlencoded"):
+        assert caretaker.send("/maps/import", data, **{"Content-Type": kind})[0] == 400
+    assert caretaker.send("/maps/import", None, length=MOST_BYTES + 1)[0] == 413
+    for path in ("/maps", "/settings", "/pair", "/maps/import/", "//maps/import"):
+        assert caretaker.send(path, None, length=2000)[0] == 413
+    assert len(maps.as_json()["maps"]) == 1
+    status, answer = caretaker.send("/maps/import", data[:-1])
+    assert (status, answer["reason"]) == (400, "map_file_zip")
+
+
+def test_a_file_that_stops_halfway_ends_and_so_does_that_of_a_revoked_device(
+    visitor: Any, maps: Any, desk: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(handler, "_FILE_S", 0.2)
+    caretaker = visitor("caretaker")
+    assert caretaker.send("/maps/import", b"PK", length=5000)[0] == 408
+    monkeypatch.setattr(handler, "_FILE_S", 600.0)
+    line = caretaker.line("/maps/import", b"PK", length=5000)
+    settled = f"file {caretaker.id}"
+    wait_until(lambda: settled in [one.settled for one in caretaker.places()], "the file's place")
+    desk.revoke(caretaker.id)
+    assert line.recv(10) == b""
+    assert len(maps.as_json()["maps"]) == 1
+
+
 def test_an_update_by_drives_is_taken_back_once(visitor: Any, maps: Any, tmp_path: Path) -> None:
     caretaker = visitor("caretaker")
     store = MapStore(tmp_path / "maps")
     was = store.all()[0].map
     assert was is not None
     changed = replace(was.grid, hits=was.grid.hits + 1)
-    assert store.update("a", was.grid, changed)
-    assert json.loads(caretaker.get("/maps")[2])["maps"][0]["updates"] == 1
+    assert store.update("a", was.grid, changed, "2026-11-23T10:00:00Z")
+    row = json.loads(caretaker.get("/maps")[2])["maps"][0]
+    assert (row["updates"], row["updated"]) == (1, "2026-11-23T10:00:00Z")
     for wish in ({"map": "a", "back": 1}, {"map": "b", "back": True}):
         assert caretaker.post("/maps", wish)[0] in (400, 404)
     assert visitor("driver").post("/maps", {"map": "a", "back": True})[0] == 403

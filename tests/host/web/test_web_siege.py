@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import socket
 import ssl
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -291,6 +293,27 @@ def test_the_cookie_is_bound_to_encryption(encrypted: Encrypted, desk: Any) -> N
         answer += part
     assert b"Set-Cookie: __Host-gazechair-" in answer
     assert b"; Secure; HttpOnly; Path=/; SameSite=Strict" in answer
+
+
+def test_a_caretakers_file_comes_through_the_encryption(
+    encrypted: Encrypted, desk: Any, maps: Any
+) -> None:
+    paired = desk.pair(desk.new_code("caretaker").text, "phone", "192.0.2.1")
+    assert isinstance(paired, Paired)
+    packed = io.BytesIO(maps.files("a"))
+    with zipfile.ZipFile(packed, "a") as pack:
+        pack.writestr("notes.txt", os.urandom(2_000_000))  # bytes that no packing makes fewer
+    body = packed.getvalue()
+    port = encrypted.server.port
+    head = (
+        f"POST /maps/import HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n"
+        f"Origin: https://127.0.0.1:{port}\r\nCookie: __Host-gazechair-{port}={paired.token}\r\n"
+        f"Content-Type: application/zip\r\nContent-Length: {len(body)}\r\n\r\n"
+    )
+    with encrypted.shake_hands() as line:
+        line.sendall(head.encode() + body)
+        assert line.recv(65_536).startswith(b"HTTP/1.1 200 ")
+    assert len(maps.as_json()["maps"]) == 2
 
 
 def test_the_certificate_names_this_machine(encrypted: Encrypted, certificate_folder: Path) -> None:

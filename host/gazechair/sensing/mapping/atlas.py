@@ -43,7 +43,7 @@ class Atlas:
     """Feed it looks; `location` tells where the chair is, `id` in which map; "": not known."""
 
     def __init__(self, alive: Callable[[], None] = lambda: None) -> None:
-        """`alive` is called whenever a map has been searched: many take long."""
+        """`alive` is called whenever a map was read or searched: many take long."""
         self._alive = alive
         self._sheets: dict[str, _Sheet] = {}
         self._last: _Known | None = None
@@ -86,6 +86,9 @@ class Atlas:
                 self._sheets[id_] = _Sheet(grid, Localization(grid))
                 if id_ == self.id and known is not None and known.grid.lies_as(grid):
                     self._hand_over(known.localization, self._sheets[id_].localization)
+                if self.id not in self._sheets:
+                    self.id = ""
+                self._alive()
         if self.id not in self._sheets or self.location is None:
             self.id = ""
         if self._last is not None and self._last.id not in self._sheets:

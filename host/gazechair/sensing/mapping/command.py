@@ -73,7 +73,10 @@ def _export(options: argparse.Namespace) -> str:
 
 def _import(options: argparse.Namespace) -> str:
     from gazechair.sensing.mapping import ros_map
+    from gazechair.sensing.mapping.home_map import MapError
 
+    if options.file.exists():
+        raise MapError(f"{options.file} is there already; name another file, or remove it first")
     ros_map.read(options.yaml, options.file.stem).save(options.file)
     return str(options.file)
 

@@ -17,6 +17,8 @@ from gazechair.sensing.mapping.likelihood_field import Ints, LikelihoodField
 
 _LOOKUPS_AT_ONCE = 60_000  # what fits into a processor's cache
 _DEPTH_FIRST = 24  # blocks followed down first, so that there is a score to beat
+_PIECE = 100_000  # blocks divided at once, for memory's sake
+_MOST_BLOCKS = 1_000_000  # six times as many as homes need; more is noise, where nothing stands out
 _SAME_RAD = math.radians(30.0)
 
 
@@ -70,7 +72,7 @@ def search(
     """Best fits of `points_m` (N, 2) with the scan's origin between `low_m` and `high_m` (x, y).
 
     Best first, `most` at most; no score below `least` or `ratio` times the best; of any two
-    candidates one is `apart_m` from the other or turned by 30 degrees.
+    candidates one is `apart_m` from the other or turned by 30 degrees. None in a field of noise.
     """
     turned = _turned(points_m, headings_rad)
     spans = np.ceil((high_m - low_m) / field.cell_m).astype(np.int64) + 1
@@ -88,10 +90,9 @@ def search(
     reached = _depth_first(window, top, blocks[first], bounds[first])
     enough = max(least, ratio * reached)
     for level in range(top - 1, -1, -1):
-        blocks = _divided(blocks[bounds >= enough], 1 << level, spans)
-        if not len(blocks):
+        blocks, bounds = _better(window, level, blocks[bounds >= enough], enough)
+        if not 0 < len(blocks) <= _MOST_BLOCKS:
             return []
-        bounds = window.bounds(level, blocks)
     order = np.argsort(-bounds)
     order = order[bounds[order] >= max(least, ratio * float(bounds[order[0]]))]
     blocks, scores = blocks[order], bounds[order]
@@ -113,6 +114,23 @@ def _depth_first(window: _Window, top: int, blocks: Ints, bounds: FloatArray) ->
         kept = np.argsort(-bounds)[:_DEPTH_FIRST]
         blocks, bounds = blocks[kept], bounds[kept]
     return float(bounds.max())
+
+
+def _better(window: _Window, level: int, blocks: Ints, enough: float) -> tuple[Ints, FloatArray]:
+    """The blocks' parts that are good enough, and their bounds."""
+    found: list[Ints] = [blocks[:0]]
+    scores: list[FloatArray] = [np.zeros(0)]
+    count = 0
+    for at in range(0, len(blocks), _PIECE):
+        parts = _divided(blocks[at : at + _PIECE], 1 << level, window.spans)
+        bounds = window.bounds(level, parts)
+        good = bounds >= enough
+        found.append(parts[good])
+        scores.append(bounds[good])
+        count += int(good.sum())
+        if count > _MOST_BLOCKS:
+            break
+    return np.concatenate(found), np.concatenate(scores)
 
 
 def _divided(blocks: Ints, half: int, spans: Ints) -> Ints:

@@ -6,9 +6,10 @@ import threading
 import time
 from typing import Any
 
-from gazechair.sensing.mapping import ros_map
+from gazechair.sensing.mapping import packed_map
 from gazechair.sensing.mapping.picture import Picture, drawn
 from gazechair.sensing.mapping.places import EditRefused
+from gazechair.sensing.mapping.ros_map import RosMapError
 from gazechair.sensing.mapping.service import MappingService
 from gazechair.sensing.mapping.store import ACTS, MapStore, Stored
 
@@ -35,6 +36,7 @@ class MapDesk:
             "making": service.making if service is not None else None,
             "ended": vars(ended) if ended is not None else None,
             "where": self.where(),
+            "most_file_bytes": packed_map.MOST_BYTES,
             "maps": [self._row(one) for one in self._store.all()],
         }
 
@@ -68,7 +70,14 @@ class MapDesk:
         """A map as a zip file of what ROS reads. Raises EditRefused."""
         home = self._usable(id_).map
         assert home is not None
-        return ros_map.packed(home)
+        return packed_map.packed(home)
+
+    def add(self, data: bytes) -> str:
+        """The map in a zip file, as `files` gives it, as one more map; its id. EditRefused."""
+        try:
+            return self._store.add(packed_map.unpacked(data))
+        except RosMapError as error:
+            raise EditRefused(error.reason, str(error)) from None
 
     def growing(self) -> Picture | None:
         """The map that is being made; None before there is something to see."""
@@ -141,5 +150,6 @@ class MapDesk:
             "made": home.made if home is not None else "",
             "floor_m2": stored.floor_m2,
             "updates": self._store.updates(stored.id),
+            "updated": home.updated if home is not None else "",
             "problem": problem if home is not None else "map_damaged",
         }

@@ -1,8 +1,8 @@
 """A home's map and its file: occupancy grid, track, what people drew on it; whole or not at all.
 
-The file: a line `gazechair-map 2`, a line of JSON (name, made, cell_m, low_m, shape, track, drawn),
-then zlib of the hits and passes (u16, little-endian, row by row), then u32 CRC-32 of everything
-before. Version 1 has no `drawn`.
+The file: a line `gazechair-map 2`, a line of JSON (name, made, cell_m, low_m, shape, track, drawn,
+updated), then zlib of the hits and passes (u16, little-endian, row by row), then u32 CRC-32 of
+everything before. Version 1 has no `drawn`, and older files no `updated`.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ _MAGIC = b"gazechair-map 2\n"
 _FIRST_MAGIC = b"gazechair-map 1\n"
 _ANY_VERSION = b"gazechair-map "
 _LARGEST = 64 << 20  # bytes
-_MOST_CELLS = 16 << 20
+MOST_CELLS = 16 << 20
 _CRC = struct.Struct("<I")
-_DAMAGE = (
+DAMAGE = (
     *(ValueError, KeyError, TypeError, OverflowError, RecursionError),
     *(EditRefused, zlib.error),
 )
@@ -51,6 +51,15 @@ class HomeMap:
     track: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     """(N, 3): key poses of the drive that made it; none of an imported one."""
     drawn: Drawn = field(default_factory=Drawn)
+    updated: str = ""
+    """When drives changed it last, as `made`; "": never, or nobody knows."""
+
+    def holds(self, drawn: Drawn) -> bool:
+        """Whether all of that lies on the map."""
+        (low_x, low_y), (nx, ny) = self.grid.low_m.tolist(), self.grid.hits.shape
+        wide_m, high_m = nx * self.grid.cell_m, ny * self.grid.cell_m
+        spots = drawn.spots_m
+        return all(0.0 <= x - low_x <= wide_m and 0.0 <= y - low_y <= high_m for x, y in spots)
 
     def save(self, path: Path) -> None:
         """Replace the file as a whole, on the disk when this returns. Raises MapError."""
@@ -62,6 +71,7 @@ class HomeMap:
             "shape": list(self.grid.hits.shape),
             "track": np.round(self.track, 4).tolist(),
             "drawn": self.drawn.as_json(),
+            "updated": self.updated,
         }
         counts = np.stack((self.grid.hits, self.grid.passes)).astype("<u2").tobytes()
         data = _MAGIC + json.dumps(header).encode() + b"\n" + zlib.compress(counts)
@@ -86,7 +96,7 @@ def load(path: Path) -> HomeMap:
         raise MapError(f"{path} is damaged")
     try:
         return _parsed(data[len(_MAGIC) :])
-    except _DAMAGE:
+    except DAMAGE:
         raise MapError(f"{path} is damaged") from None
 
 
@@ -94,7 +104,7 @@ def _parsed(data: bytes) -> HomeMap:
     line, _, body = data.partition(b"\n")
     header = json.loads(line)
     nx, ny = (int(one) for one in header["shape"])
-    if min(nx, ny) <= 0 or nx * ny > _MOST_CELLS:
+    if min(nx, ny) <= 0 or nx * ny > MOST_CELLS:
         raise ValueError("shape")
     inflated = zlib.decompressobj().decompress(body, 4 * nx * ny)
     hits, passes = np.frombuffer(inflated, dtype="<u2").reshape(2, nx, ny).astype(np.uint16)
@@ -106,4 +116,5 @@ def _parsed(data: bytes) -> HomeMap:
         raise ValueError("numbers")
     grid = OccupancyGrid(cell_m, low_m, hits, passes)
     drawn = drawn_of(header["drawn"]) if "drawn" in header else Drawn()
-    return HomeMap(str(header["name"]), grid, str(header["made"]), track, drawn)
+    made, updated = str(header["made"]), str(header.get("updated", ""))
+    return HomeMap(str(header["name"]), grid, made, track, drawn, updated)

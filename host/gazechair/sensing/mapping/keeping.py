@@ -11,6 +11,7 @@ import logging
 import math
 import time
 from collections.abc import Callable
+from datetime import datetime, timezone
 
 from gazechair.base.footprint import FloatArray
 from gazechair.sensing.mapping.localization import Location
@@ -42,6 +43,8 @@ class Keeping:
         self._grid: OccupancyGrid | None = None
         self._upkeep: Upkeep | None = None
         self._began_s = self._next_s = self._stored_s = self._settled_s = -math.inf
+        self._noted_s: dict[str, float] = {}  # when the newest drive was, by map
+        self._ahead_s: dict[str, float] = {}  # since when it lies ahead of the clock
         self._odometry: FloatArray | None = None  # at the newest look that counts
 
     def unsure(self) -> None:
@@ -72,6 +75,7 @@ class Keeping:
         self._stored_s = now_s
         if now_s >= self._began_s + DRIVE_S:
             self._upkeep, self._next_s = None, now_s + _STORED_S
+        self._noted_s[id_] = now_s
         return self._take_over(upkeep)
 
     def _begin(self, id_: str, grid: OccupancyGrid, now_s: float) -> None:
@@ -79,11 +83,19 @@ class Keeping:
         if grid.hits.size > _MOST_CELLS:
             return
         before = load_ledger(self._store.ledger_path(id_), grid)
-        # A clock may have been set back: a drive that lies ahead is apart, too.
-        if abs(self._utc() - before.drive_s) >= APART_S:
+        if self._apart(id_, before.drive_s, now_s):
             self._upkeep = Upkeep(grid, before)
             self._began_s = self._stored_s = self._settled_s = now_s
             self._odometry = None
+
+    def _apart(self, id_: str, drive_s: float, now_s: float) -> bool:
+        """Whether the newest drive is long enough ago, whatever was done to the clock since."""
+        if now_s < self._noted_s.get(id_, -math.inf) + APART_S:
+            return False
+        if self._utc() < drive_s:  # set back; believed again once that long has passed here
+            return now_s >= self._ahead_s.setdefault(id_, now_s) + APART_S
+        self._ahead_s.pop(id_, None)
+        return self._utc() >= drive_s + APART_S
 
     def _counts(self, seen: Seen) -> bool:
         if abs(seen.estimate.yaw_rate_deg_s) > _SLOW_DEG_S:
@@ -101,14 +113,14 @@ class Keeping:
         try:
             if upkeep.too_much:
                 log.warning("so much has changed that the map is left as it is: make a new one")
-            ledger = self._store.ledger_path(self._id)
             if updated is None or self._grid is None:
-                upkeep.ledger(now_s).save(ledger)
+                self._store.note(self._id, upkeep.ledger(now_s).save)
                 return False
-            if not self._store.update(self._id, self._grid, updated[0]):
+            when = datetime.fromtimestamp(now_s, timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
+            if not self._store.update(self._id, self._grid, updated[0], when):
                 return False  # somebody has changed it meanwhile: it is read again soon
             self._upkeep = self._grid = None
-            updated[1].save(ledger)
+            self._store.note(self._id, updated[1].save)
             return True
         except (OSError, EditRefused) as error:
             log.warning("the map is not kept current: %s", error)

@@ -29,7 +29,7 @@ class LikelihoodField:
         cells = np.floor(known_m / cell_m).astype(np.int64)
         low, high = cells.min(axis=0) - reach - 1, cells.max(axis=0) + reach + 2
         self.low_m: FloatArray = low * cell_m
-        cells = np.unique(cells - low, axis=0)
+        cells -= low
         values = np.zeros(tuple((high - low).tolist()), dtype=np.float32)
         values[cells[:, 0], cells[:, 1]] = 1.0
         self.levels = [_blurred(values, reach, cell_m / sigma_m)]

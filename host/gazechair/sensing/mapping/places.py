@@ -16,8 +16,9 @@ ICONS = (
 MOST_PLACES, MOST_AREAS = 50, 50
 _MOST_NAME = 40  # characters
 _MOST_CORNERS = 24
+_MOST_NUMBER = 1 << 31
 _LEAST_AREA_M2 = 0.01
-_FARTHEST_M = 1000.0
+FARTHEST_M = 1000.0
 
 
 class EditRefused(Exception):
@@ -78,6 +79,13 @@ class Drawn:
             "home": None if self.home is None else _spot(self.home),
         }
 
+    @property
+    def spots_m(self) -> list[Corner]:
+        """Everything that must lie on the map."""
+        spots = [one.spot for one in self.places] + ([self.home] if self.home is not None else [])
+        corners = [corner for area in self.no_go for corner in area.corners_m]
+        return [(one.x_m, one.y_m) for one in spots] + corners
+
     def with_place(self, fields: Any) -> Drawn:
         """With one more, or changed where `fields` has a `number`. Raises EditRefused."""
         if not isinstance(fields, dict):
@@ -125,13 +133,19 @@ class Drawn:
 
 def drawn_of(fields: Any) -> Drawn:
     """What as_json gave. Raises EditRefused, KeyError or TypeError."""
+    for rows in (fields["places"], fields["no_go"]):
+        numbers = [row["number"] for row in rows]
+        if any(type(one) is not int or not 0 < one < _MOST_NUMBER for one in numbers):
+            raise EditRefused("map_wish", "numbers are whole and positive")
+        if len(set(numbers)) < len(numbers):
+            raise EditRefused("map_wish", "a number is there twice")
     drawn = Drawn(home=None if fields["home"] is None else spot_of(fields["home"]))
     for row in fields["no_go"]:
         area = drawn.with_area(row["corners"]).no_go[-1]
-        drawn = replace(drawn, no_go=(*drawn.no_go, replace(area, number=int(row["number"]))))
+        drawn = replace(drawn, no_go=(*drawn.no_go, replace(area, number=row["number"])))
     for row in fields["places"]:
         place = drawn.with_place({**row, "number": None}).places[-1]
-        drawn = replace(drawn, places=(*drawn.places, replace(place, number=int(row["number"]))))
+        drawn = replace(drawn, places=(*drawn.places, replace(place, number=row["number"])))
     return drawn
 
 
@@ -148,6 +162,13 @@ def name_of(text: Any) -> str:
     ):
         raise EditRefused("map_name", "a name is made of letters, digits and signs")
     return name
+
+
+def free_name(name: str, others: list[str]) -> str:
+    """`name`, with a number when one of the others has it."""
+    short = name[: _MOST_NAME - 4].rstrip()
+    tries = [name, *(f"{short} {number}" for number in range(2, len(others) + 3))]
+    return next(one for one in tries if not any(same_name(one, other) for other in others))
 
 
 def same_name(one: str, other: str) -> bool:
@@ -169,7 +190,7 @@ def _spot(spot: Spot) -> dict[str, float]:
 
 def _metres(value: Any) -> float:
     number = _number(value)
-    if abs(number) > _FARTHEST_M:
+    if abs(number) > FARTHEST_M:
         raise EditRefused("map_outside", "that is not on the map")
     return round(number, 3)
 

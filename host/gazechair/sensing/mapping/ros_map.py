@@ -5,10 +5,9 @@ ROS's format knows no places: what people drew goes into a file beside it, `plac
 
 from __future__ import annotations
 
-import io
 import json
 import re
-import zipfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,26 +15,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.base.state_folder import replace_file
-from gazechair.sensing.mapping.home_map import HomeMap, MapError
+from gazechair.sensing.mapping.home_map import DAMAGE, MOST_CELLS, HomeMap, MapError
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.places import Drawn, EditRefused, drawn_of
+from gazechair.sensing.mapping.places import FARTHEST_M, Drawn, drawn_of
 
+PLACES = "places.json"
 _OCCUPIED, _FREE, _UNKNOWN = 0, 254, 205  # grey values of the map server's mode `trinary`
 _OCCUPIED_THRESH, _FREE_THRESH = 0.65, 0.196
-_PLACES = "places.json"
+_MOST_SIDE = 8192  # cells; browsers show no longer pictures
+_MOST_M2, _MOST_SIDE_M = 10_000.0, 500.0  # finding a place takes memory for each square metre
 _SURE = 10  # key scans that an imported cell stands for
-_HEAD = re.compile(
-    rb"(P[25])(?:\s+#[^\n]*)*\s+(\d+)(?:\s+#[^\n]*)*\s+(\d+)(?:\s+#[^\n]*)*\s+(\d+)\s"
-)
+_NUMBER = re.compile(rb"(?:\s|#[^\n]*\n)*([0-9]{1,9})(?=[\s#])")
+
+Beside = Callable[[str], bytes]
+"""The content of the file with that name beside `map.yaml`. OSError."""
 
 
-def packed(home: HomeMap) -> bytes:
-    """The three files that `write` writes, as a zip file."""
-    whole = io.BytesIO()
-    with zipfile.ZipFile(whole, "w", zipfile.ZIP_DEFLATED) as pack:
-        for name, content in _files(home).items():
-            pack.writestr(name, content)
-    return whole.getvalue()
+class RosMapError(MapError):
+    """What ROS's files say can't be used: reason (a key of the texts), and one plain line."""
+
+    def __init__(self, reason: str, detail: str) -> None:
+        super().__init__(detail)
+        self.reason = reason
 
 
 def write(home: HomeMap, folder: Path) -> Path:
@@ -44,14 +45,14 @@ def write(home: HomeMap, folder: Path) -> Path:
     Raises MapError.
     """
     try:
-        for name, content in _files(home).items():
+        for name, content in files_of(home).items():
             replace_file(folder / name, content)
     except OSError as error:
         raise MapError(f"{folder} can't be written: {error.strerror}") from None
     return folder / "map.yaml"
 
 
-def _files(home: HomeMap) -> dict[str, bytes]:
+def files_of(home: HomeMap) -> dict[str, bytes]:
     """By name; `map.yaml`, without which the others mean nothing, last."""
     grid = home.grid
     grey = np.full(grid.hits.shape, _UNKNOWN, dtype=np.uint8)
@@ -63,8 +64,8 @@ def _files(home: HomeMap) -> dict[str, bytes]:
         f"occupied_thresh: {_OCCUPIED_THRESH}\nfree_thresh: {_FREE_THRESH}\n"
     )
     image = b"P5\n%d %d\n255\n" % grid.hits.shape[:2] + grey.T[::-1].tobytes()
-    places = json.dumps(home.drawn.as_json(), indent=1).encode()
-    return {"map.pgm": image, _PLACES: places, "map.yaml": yaml.encode()}
+    places = json.dumps({"name": home.name, **home.drawn.as_json()}, indent=1).encode()
+    return {"map.pgm": image, PLACES: places, "map.yaml": yaml.encode()}
 
 
 @dataclass(frozen=True)
@@ -84,46 +85,94 @@ class RosCells:
 
 def read(path: Path, name: str) -> HomeMap:
     """The map of a `map.yaml`. Raises MapError."""
-    found = cells(path)
+    return home_of(_content(path), _beside(path), str(path), name, MOST_CELLS)
+
+
+def home_of(yaml: bytes, beside: Beside, where: str, name: str, most_cells: int) -> HomeMap:
+    """The map `name` of a `map.yaml`; `where`: what messages call it. Raises RosMapError."""
+    found = _cells(yaml, beside, where, plain=False)
+    why = _unusable(found, most_cells)
+    if why:
+        raise RosMapError("map_file_cells", f"{where}: {why}")
+    hits, passes = (one * np.uint16(_SURE) for one in (found.occupied, found.free))
+    grid = OccupancyGrid(found.cell_m, np.array((found.x_m, found.y_m)), hits, passes)
+    if not 0 < grid.occupied.sum() <= grid.free.sum():
+        raise RosMapError("map_file_cells", f"{where}: it has no walls, or less floor than walls")
+    home = HomeMap(name, grid, drawn=_drawn(beside, where))
+    if not home.holds(home.drawn):
+        raise RosMapError("map_file_places", f"{where}: {PLACES} names places outside the map")
+    return home
+
+
+def _unusable(found: RosCells, most_cells: int) -> str:
+    """Why no map is made of it; "": one is."""
     if found.yaw_rad:
-        raise MapError(f"{path}: a turned origin (yaw {found.yaw_rad:g}) is not supported")
+        return f"a turned origin (yaw {found.yaw_rad:g}) is not supported"
     if not 0.005 <= found.cell_m <= 0.5:
-        raise MapError(f"{path}: cells of {found.cell_m:g} m are not supported (0.005..0.5)")
-    hits = np.where(found.occupied, _SURE, 0).astype(np.uint16)
-    passes = np.where(found.free, _SURE, 0).astype(np.uint16)
-    low_m = np.array((found.x_m, found.y_m))
-    grid = OccupancyGrid(found.cell_m, low_m, hits, passes)
-    return HomeMap(name, grid, drawn=_drawn(path.parent / _PLACES))
+        return f"cells of {found.cell_m:g} m are not supported (0.005..0.5)"
+    if not all(abs(one) <= FARTHEST_M for one in (found.x_m, found.y_m)):
+        return f"an origin farther away than {FARTHEST_M:g} m is not supported"
+    width, height = found.occupied.shape
+    if width * height > most_cells or max(width, height) > _MOST_SIDE:
+        return f"{width} x {height} cells are too many ({most_cells}, {_MOST_SIDE} along a side)"
+    wide_m, high_m = width * found.cell_m, height * found.cell_m
+    if wide_m * high_m > _MOST_M2 or max(wide_m, high_m) > _MOST_SIDE_M:
+        return f"{wide_m:.0f} m x {high_m:.0f} m are too much ({_MOST_M2:.0f} m2)"
+    return ""
 
 
-def _drawn(path: Path) -> Drawn:
-    if not path.exists():
-        return Drawn()
+def _drawn(beside: Beside, where: str) -> Drawn:
     try:
-        return drawn_of(json.loads(path.read_bytes()))
+        return drawn_of(json.loads(beside(PLACES)))
+    except FileNotFoundError:
+        return Drawn()
     except OSError as error:
-        raise MapError(f"{path} can't be read: {error.strerror}") from None
-    except (ValueError, KeyError, TypeError, EditRefused) as error:
-        raise MapError(f"{path} can't be used: {error}") from None
+        raise _unread(PLACES, error, "map_file_places") from None
+    except DAMAGE as error:
+        line = f"{where}: {PLACES} can't be used: {error}"
+        raise RosMapError("map_file_places", line) from None
 
 
 def cells(path: Path, plain: bool = False) -> RosCells:
     """Read a `map.yaml`; `plain`: its image may be written in digits (P2), too. Raises MapError."""
+    return _cells(_content(path), _beside(path), str(path), plain)
+
+
+def _content(path: Path) -> bytes:
     try:
-        fields = _fields(path.read_text())
-        image = path.parent / fields["image"].strip("\"'")
-        grey = _pgm(image.read_bytes(), plain)
+        return path.read_bytes()
+    except OSError as error:
+        raise _unread(str(path), error, "map_file_yaml") from None
+
+
+def _beside(path: Path) -> Beside:
+    return lambda name: (path.parent / name).read_bytes()
+
+
+def _unread(name: str, error: OSError, reason: str) -> RosMapError:
+    return RosMapError(reason, f"{error.filename or name} can't be read: {error.strerror}")
+
+
+def _cells(yaml: bytes, beside: Beside, where: str, plain: bool) -> RosCells:
+    try:
+        fields = _fields(yaml.decode("utf-8-sig"))
+        image = fields["image"].strip("\"'")
         cell_m = float(fields["resolution"])
         x_m, y_m, yaw_rad = (float(one) for one in fields["origin"].strip("[] ").split(","))
         negate = fields.get("negate", "0") in ("1", "true")
         occupied = float(fields.get("occupied_thresh", _OCCUPIED_THRESH))
         free = float(fields.get("free_thresh", _FREE_THRESH))
-    except OSError as error:
-        raise MapError(f"{error.filename} can't be read: {error.strerror}") from None
     except KeyError as error:
-        raise MapError(f"{path} has no field {error.args[0]!r}") from None
-    except (ValueError, UnicodeDecodeError) as error:
-        raise MapError(f"{path} can't be used: {error}") from None
+        line = f"{where} has no field {error.args[0]!r}"
+        raise RosMapError("map_file_yaml", line) from None
+    except ValueError as error:
+        raise RosMapError("map_file_yaml", f"{where} can't be used: {error}") from None
+    try:
+        grey = _pgm(beside(image), plain)
+    except OSError as error:
+        raise _unread(image, error, "map_file_image") from None
+    except ValueError as error:
+        raise RosMapError("map_file_image", f"{where} can't be used: {error}") from None
     taken = grey if negate else 1.0 - grey
     return RosCells(cell_m, x_m, y_m, yaw_rad, taken > occupied, taken < free)
 
@@ -135,16 +184,22 @@ def _fields(text: str) -> dict[str, str]:
 
 def _pgm(data: bytes, plain: bool) -> NDArray[np.float64]:
     """Shares of white (nx, ny), y upwards."""
-    head = _HEAD.match(data)
-    if head is None or (head[1] == b"P2" and not plain):
+    kind, at, numbers = data[:2], 2, []
+    if kind != b"P5" and not (kind == b"P2" and plain):
         raise ValueError("its image is no binary PGM (P5)")
-    width, height, most = (int(one) for one in head.groups()[1:])
+    for _ in range(3):
+        found = _NUMBER.match(data, at)
+        if found is None:
+            raise ValueError("its image is no binary PGM (P5)")
+        numbers.append(int(found[1]))
+        at = found.end()
+    width, height, most = numbers
     if not 0 < most < 256:
         raise ValueError(f"images with {most} grey values are not supported")
-    if head[1] == b"P5":
-        values = np.frombuffer(data, dtype=np.uint8, offset=head.end())
+    if kind == b"P5":
+        values = np.frombuffer(data, dtype=np.uint8, offset=at + 1)
     else:
-        values = np.array(data[head.end() :].split(), dtype=np.float64)
+        values = np.array(data[at:].split(), dtype=np.float64)
     if not 0 < width * height <= len(values):
         raise ValueError("its image is cut short")
     return np.asarray(values[: width * height].reshape(height, width)[::-1].T / most)

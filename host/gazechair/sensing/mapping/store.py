@@ -22,11 +22,12 @@ from typing import Any
 from gazechair.base.state_folder import set_aside
 from gazechair.sensing.mapping.home_map import HomeMap, MapError, NewerMapError, load
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.places import Drawn, EditRefused, name_of, same_name
+from gazechair.sensing.mapping.places import Drawn, EditRefused, free_name, name_of, same_name
 
 FOLDER = "maps"  # in the state folder
 _SUFFIX, _BEFORE = ".map", ".before"
 _HALVES = ".new", ".kept"
+_DAMAGED = ".damaged"
 _OLDER, _DRIVES = "older", "drives"
 _MOST_OLDER = 5
 _ID = re.compile(r"[A-Za-z0-9_-]{1,40}")
@@ -86,8 +87,22 @@ class MapStore:
         if any(one.map is not None and same_name(one.map.name, name) for one in others):
             raise EditRefused("map_name_taken", f"there is a map {name} already")
         if len(others) >= self.MOST:
-            raise EditRefused("map_full", f"there are at most {self.MOST} maps")
+            raise _full()
         return name
+
+    def add(self, home: HomeMap) -> str:
+        """One more map, under its name or one like it; its id. Raises EditRefused."""
+        path = self.path_of_new()
+        try:
+            with self._locked():
+                others = [one.map for one in self._all()]
+                if len(others) >= self.MOST:
+                    raise _full()
+                name = free_name(home.name, [one.name for one in others if one is not None])
+                replace(home, name=name).save(path)
+        except (OSError, MapError) as error:
+            raise EditRefused("map_not_stored", str(error)) from None
+        return path.stem
 
     def rename(self, id_: str, text: Any) -> None:
         """Raises EditRefused."""
@@ -99,7 +114,8 @@ class MapStore:
 
         def drawn(home: HomeMap) -> HomeMap:
             found = ACTS[act](home.drawn, value)
-            _inside(home, found)
+            if not home.holds(found):
+                raise EditRefused("map_outside", "that is not on the map")
             return replace(home, drawn=found)
 
         self._change(id_, drawn)
@@ -110,23 +126,28 @@ class MapStore:
             raise _gone(id_)
         with self._locked():
             try:
-                paths = [self.ledger_path(id_), *self._older(id_)]
+                paths = [self.ledger_path(id_), *self._of_older(id_)]
                 paths += [self.folder / (id_ + suffix) for suffix in (_BEFORE, _SUFFIX)]
                 for path in paths:
                     path.unlink(missing_ok=True)
             except OSError as error:
                 raise EditRefused("map_not_stored", f"not deleted: {error.strerror}") from None
 
-    def update(self, id_: str, was: OccupancyGrid, grid: OccupancyGrid) -> bool:
+    def update(self, id_: str, was: OccupancyGrid, grid: OccupancyGrid, when: str) -> bool:
         """Later drives have changed the map from `was`, and it is that no more: False.
 
-        The version before is kept in `older`. Raises EditRefused.
+        `when`: ISO 8601, UTC. The version before is kept in `older`. Raises EditRefused.
         """
 
         def updated(home: HomeMap) -> HomeMap | None:
-            return replace(home, grid=grid) if home.grid.same_as(was) else None
+            return replace(home, grid=grid, updated=when) if home.grid.same_as(was) else None
 
-        return self._change(id_, updated, self._keep_older)
+        if not self._change(id_, updated, self._keep_older):
+            return False
+        for one in self._older(id_)[:-_MOST_OLDER]:
+            with contextlib.suppress(OSError):
+                one.unlink()
+        return True
 
     def take_back(self, id_: str) -> bool:
         """Undo the newest update by drives, not what people drew; False: there is none.
@@ -136,16 +157,24 @@ class MapStore:
         used: list[Path] = []
 
         def earlier(home: HomeMap) -> HomeMap | None:
-            used.extend(self._older(id_)[-1:])
-            try:
-                return replace(home, grid=load(used[0]).grid) if used else None
-            except MapError as error:
-                raise EditRefused("map_damaged", str(error)) from None
+            for path in reversed(self._older(id_)):
+                older = self._version(path)
+                used.append(path)
+                own = older.made == home.made and older.grid.lies_as(home.grid)
+                if own and not older.grid.same_as(home.grid):
+                    return replace(home, grid=older.grid, updated=older.updated)
+            return None
 
-        if not self._change(id_, earlier):
-            return False
-        used[0].unlink(missing_ok=True)
-        return True
+        done = self._change(id_, earlier)
+        for path in used:
+            path.unlink(missing_ok=True)
+        return done
+
+    def note(self, id_: str, save: Callable[[Path], None]) -> None:
+        """`save` into the map's ledger; a map that is gone gets none. OSError."""
+        with self._locked():
+            if (self.folder / (id_ + _SUFFIX)).exists():
+                save(self.ledger_path(id_))
 
     def updates(self, id_: str) -> int:
         """How many updates by drives can be taken back."""
@@ -155,19 +184,34 @@ class MapStore:
         """Where it is kept what later drives found; see Ledger."""
         return self.folder / _DRIVES / id_
 
+    def _of_older(self, id_: str) -> list[Path]:
+        return [one for one in (self.folder / _OLDER).glob(id_ + ".*") if one.stem == id_]
+
     def _older(self, id_: str) -> list[Path]:
-        """The newest last."""
-        found = [one for one in (self.folder / _OLDER).glob(id_ + ".*") if one.stem == id_]
-        numbered = [one for one in found if one.suffix[1:].isdecimal()]
+        """The newest last; without what an update that was not stored has left."""
+        now = _inode(self.folder / (id_ + _SUFFIX))
+        return [one for one in self._numbered(id_) if _inode(one) != now]
+
+    def _numbered(self, id_: str) -> list[Path]:
+        numbered = [one for one in self._of_older(id_) if one.suffix[1:].isdecimal()]
         return sorted(numbered, key=lambda one: int(one.suffix[1:]))
 
+    def _version(self, path: Path) -> HomeMap:
+        """One of `older`. Raises EditRefused: next time it is the one before that."""
+        try:
+            return load(path)
+        except NewerMapError as error:
+            raise EditRefused("map_damaged", str(error)) from None
+        except MapError as error:
+            with contextlib.suppress(OSError):
+                set_aside(path)
+            line = f"{error}; nothing is changed, and the next time it is the version before that"
+            raise EditRefused("map_older_damaged", line) from None
+
     def _keep_older(self, path: Path) -> None:
-        older = self._older(path.stem)
-        number = int(older[-1].suffix[1:]) + 1 if older else 1
+        numbers = [int(one.suffix[1:]) for one in self._older(path.stem)]
         (self.folder / _OLDER).mkdir(mode=0o700, exist_ok=True)
-        os.link(path, self.folder / _OLDER / f"{path.stem}.{number}")
-        for one in older[: 1 - _MOST_OLDER]:
-            one.unlink(missing_ok=True)
+        _link(path, self.folder / _OLDER / f"{path.stem}.{max(numbers, default=0) + 1}")
 
     @contextlib.contextmanager
     def _locked(self) -> Iterator[None]:
@@ -211,10 +255,14 @@ class MapStore:
             if changed is None:
                 return False
             try:
+                done = self._older(id_)
+                for one in self._numbered(id_):
+                    if one not in done:
+                        one.unlink()
+                keep(path.with_suffix(_BEFORE) if stored.problem else path)
                 if stored.problem:
-                    set_aside(path)
+                    _link(path, path.with_suffix(_DAMAGED))
                 else:
-                    keep(path)
                     _keep(path)
                 changed.save(path)
             except OSError as error:
@@ -254,26 +302,28 @@ ACTS = {
 }
 
 
+def _inode(path: Path) -> int | None:
+    try:
+        return path.stat().st_ino
+    except OSError:
+        return None
+
+
 def _keep(path: Path) -> None:
     """The file as it is becomes the version before, which is never absent meanwhile."""
     fresh = path.with_suffix(_HALVES[1])
-    with contextlib.suppress(FileNotFoundError):
-        fresh.unlink()
-    os.link(path, fresh)
+    _link(path, fresh)
     os.replace(fresh, path.with_suffix(_BEFORE))
 
 
-def _inside(home: HomeMap, drawn: Drawn) -> None:
-    spots = [(one.spot.x_m, one.spot.y_m) for one in drawn.places]
-    spots += [(drawn.home.x_m, drawn.home.y_m)] if drawn.home is not None else []
-    spots += [corner for area in drawn.no_go for corner in area.corners_m]
-    low_x, low_y = home.grid.low_m.tolist()
-    nx, ny = home.grid.hits.shape
-    for x, y in spots:
-        if not 0.0 <= x - low_x <= nx * home.grid.cell_m:
-            raise EditRefused("map_outside", "that is not on the map")
-        if not 0.0 <= y - low_y <= ny * home.grid.cell_m:
-            raise EditRefused("map_outside", "that is not on the map")
+def _link(path: Path, other: Path) -> None:
+    if path.is_file():  # a folder in its place is set aside when the file is written
+        other.unlink(missing_ok=True)
+        os.link(path, other)
+
+
+def _full() -> EditRefused:
+    return EditRefused("map_full", f"there are at most {MapStore.MOST} maps")
 
 
 def _gone(id_: str) -> EditRefused:

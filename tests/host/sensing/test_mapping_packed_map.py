@@ -1,0 +1,223 @@
+"""A map as one zip file: what was exported comes back; all else is a map or refused."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import struct
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gazechair.sensing.mapping import packed_map
+from gazechair.sensing.mapping.desk import MapDesk
+from gazechair.sensing.mapping.home_map import HomeMap
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.packed_map import packed, unpacked
+from gazechair.sensing.mapping.places import Drawn, EditRefused
+from gazechair.sensing.mapping.ros_map import RosMapError
+from gazechair.sensing.mapping.store import MapStore
+
+YAML = b"image: map.pgm\nresolution: 0.05\norigin: [-1, -2, 0]\n"
+GREY = np.full((8, 10), 254, dtype=np.uint8)
+GREY[0] = 0
+IMAGE = b"P5\n10 8\n255\n" + GREY.tobytes()
+BED = {"number": 1, "name": "Bed", "icon": "bed", "x": -0.9, "y": -1.8, "heading": 0}
+EMPTY: dict[str, Any] = {"places": [], "no_go": [], "home": None}
+
+
+def zipped(files: dict[str, bytes], how: int = zipfile.ZIP_DEFLATED) -> bytes:
+    whole = io.BytesIO()
+    with zipfile.ZipFile(whole, "w", how) as pack:
+        for name, content in files.items():
+            pack.writestr(name, content)
+    return whole.getvalue()
+
+
+def files(**others: bytes) -> bytes:
+    """A good map, with these in place of its own."""
+    return zipped({"map.yaml": YAML, "map.pgm": IMAGE} | others)
+
+
+def yaml(line: bytes) -> bytes:
+    """A good map, but for this line."""
+    key = line.split(b":")[0]
+    rest = [one for one in YAML.splitlines() if not one.startswith(key)]
+    return files(**{"map.yaml": b"\n".join([*rest, line])})
+
+
+def places(**fields: Any) -> bytes:
+    return files(**{"places.json": json.dumps(EMPTY | fields).encode()})
+
+
+def home() -> HomeMap:
+    hits = np.zeros((40, 30), dtype=np.uint16)
+    hits[0] = 5
+    grid = OccupancyGrid(0.025, np.array((-1.5, 2.25)), hits, (7 * (hits == 0)).astype(np.uint16))
+    drawn = Drawn().with_place({**BED, "number": None, "x": -1.0, "y": 2.5})
+    return HomeMap("Ons huis 🏠", grid, drawn=drawn)
+
+
+def test_what_is_packed_comes_back_with_its_name_and_places() -> None:
+    found, was = unpacked(packed(home())), home()
+    assert (found.name, found.drawn) == (was.name, was.drawn)
+    assert (found.grid.occupied == was.grid.occupied).all()
+    assert (found.grid.free == was.grid.free).all()
+    assert found.grid.lies_as(was.grid)
+
+
+def test_a_map_of_another_program_is_named_by_its_yaml() -> None:
+    other = {"office/floor 2.yaml": YAML, "office/map.pgm": IMAGE, "__MACOSX/._map.pgm": b"x"}
+    found = unpacked(zipped(other, zipfile.ZIP_STORED))
+    assert found.name == "floor 2"
+    assert found.grid.low_m.tolist() == [-1.0, -2.0]
+    assert found.grid.occupied.T[::-1].tolist() == (GREY == 0).tolist()
+    assert unpacked(places(name="\u202e" * 9)).name == "map"  # no name; map.yaml
+
+
+def bomb() -> bytes:
+    return files(**{"map.pgm": b"P5\n10 8\n255\n" + bytes(40_000_000)})
+
+
+def liar() -> bytes:
+    """It says that its image is small, and is not."""
+    data = bytearray(bomb())
+    long = struct.pack("<L", len(IMAGE) - len(GREY.tobytes()) + 40_000_000)
+    assert data.count(long) == 2
+    return bytes(data.replace(long, struct.pack("<L", 100)))
+
+
+def crowd() -> bytes:
+    return zipped({f"{number}": b"" for number in range(10_000)})
+
+
+def twice() -> bytes:
+    return zipped({"a/map.yaml": YAML, "b/map.yaml": YAML, "map.pgm": IMAGE})
+
+
+def locked() -> bytes:
+    """Its files are marked as encrypted."""
+    data = bytearray(files())
+    for sign, at in ((b"PK\3\4", 6), (b"PK\1\2", 8)):
+        start = data.find(sign)
+        data[start + at] |= 1
+    return bytes(data)
+
+
+DEEP = b"[" * 100_000
+HUGE = b"P5\n65535 65535\n255\n" + bytes(100)
+WIDE = b"P5\n100000 1\n255\n" + bytes([0] + [254] * 99_999)
+WALLS = np.full((700, 700), 254, dtype=np.uint8)
+WALLS[0] = 0
+LARGE = b"P5\n700 700\n255\n" + WALLS.tobytes()
+COMMENTS = b"P5" + b" #" * 40 + b"\n255\n"
+HOSTILE = {
+    "nothing": (b"", "map_file_zip"),
+    "no zip": (b"x" * 1000, "map_file_zip"),
+    "a picture": (b"\x89PNG\r\n\x1a\n" + bytes(500), "map_file_zip"),
+    "half": (files()[:200], "map_file_zip"),
+    "too long": (bytes(packed_map.MOST_BYTES + 1), "map_file_large"),
+    "bomb": (bomb(), "map_file_large"),
+    "liar": (liar(), "map_file_zip"),
+    "crowd": (crowd(), "map_file_zip"),
+    "twice": (twice(), "map_file_zip"),
+    "locked": (locked(), "map_file_zip"),
+    "lzma": (zipped({"map.yaml": YAML}, zipfile.ZIP_LZMA), "map_file_zip"),
+    "outside": (files(**{"../../map.json": b""}), "map_file_zip"),
+    "from the root": (files(**{"/etc/x.yaml": b""}), "map_file_zip"),
+    "backslash": (files(**{"..\\x.yaml": b""}), "map_file_zip"),
+    "no yaml": (zipped({"map.pgm": IMAGE}), "map_file_yaml"),
+    "two yamls": (files(**{"other.yml": YAML}), "map_file_yaml"),
+    "long yaml": (files(**{"map.yaml": YAML + b"#" * 300_000}), "map_file_large"),
+    "no text": (files(**{"map.yaml": b"\xff\xfe\x00"}), "map_file_yaml"),
+    "no field": (files(**{"map.yaml": b"image: map.pgm"}), "map_file_yaml"),
+    "no number": (yaml(b"resolution: 1e"), "map_file_yaml"),
+    "image elsewhere": (yaml(b"image: /etc/passwd"), "map_file_image"),
+    "image above": (yaml(b"image: ../map.pgm"), "map_file_image"),
+    "image itself": (yaml(b"image: map.yaml"), "map_file_image"),
+    "image nul": (yaml(b"image: a\0b"), "map_file_image"),
+    "png": (files(**{"map.pgm": b"\x89PNG"}), "map_file_image"),
+    "short image": (files(**{"map.pgm": HUGE}), "map_file_image"),
+    "comments": (files(**{"map.pgm": COMMENTS}), "map_file_image"),
+    "digits": (files(**{"map.pgm": b"P5 " + b"9" * 50_000 + b" 1 255\n"}), "map_file_image"),
+    "spaces": (files(**{"map.pgm": b"P5" + b" " * 500_000}), "map_file_image"),
+    "wide image": (files(**{"map.pgm": WIDE}), "map_file_cells"),
+    "a village": (
+        zipped({"map.yaml": YAML.replace(b"0.05", b"0.5"), "map.pgm": LARGE}),
+        "map_file_cells",
+    ),
+    "nan cells": (yaml(b"resolution: nan"), "map_file_cells"),
+    "no cells": (yaml(b"resolution: 0"), "map_file_cells"),
+    "nan origin": (yaml(b"origin: [0, nan, 0]"), "map_file_cells"),
+    "inf origin": (yaml(b"origin: [-inf, 0, 0]"), "map_file_cells"),
+    "far origin": (yaml(b"origin: [500000, 0, 0]"), "map_file_cells"),
+    "turned": (yaml(b"origin: [0, 0, 0.5]"), "map_file_cells"),
+    "nan turn": (yaml(b"origin: [0, 0, nan]"), "map_file_cells"),
+    "no walls": (yaml(b"occupied_thresh: nan"), "map_file_cells"),
+    "a photo": (files(**{"map.pgm": IMAGE[:-48] + bytes(48)}), "map_file_cells"),
+    "all walls": (yaml(b"occupied_thresh: -1"), "map_file_cells"),
+    "deep places": (files(**{"places.json": DEEP}), "map_file_places"),
+    "list": (files(**{"places.json": b"[1]"}), "map_file_places"),
+    "place outside": (places(places=[{**BED, "x": 40.0}]), "map_file_places"),
+    "nan place": (places(places=[{**BED, "x": float("nan")}]), "map_file_places"),
+    "inf number": (places(places=[{**BED, "number": float("inf")}]), "map_file_places"),
+    "same number": (places(places=[BED, {**BED, "name": "b"}]), "map_file_places"),
+    "many places": (
+        places(places=[{**BED, "number": n, "name": f"{n}"} for n in range(1, 60)]),
+        "map_file_places",
+    ),
+    "home a text": (places(home="here"), "map_file_places"),
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_what_is_no_map_is_refused_with_its_reason_and_nothing_is_stored(
+    name: str, tmp_path: Path
+) -> None:
+    data, reason = HOSTILE[name]
+    home().save(tmp_path / "a.map")
+    before = (tmp_path / "a.map").read_bytes()
+    with pytest.raises(EditRefused) as refused:
+        MapDesk(MapStore(tmp_path), None).add(data)
+    assert refused.value.reason == reason, str(refused.value)
+    assert "\n" not in str(refused.value)
+    assert [one.name for one in tmp_path.iterdir()] == ["a.map"]
+    assert (tmp_path / "a.map").read_bytes() == before
+
+
+@settings(deadline=None, max_examples=300)
+@given(st.data())
+def test_any_bytes_are_a_map_or_refused(data: st.DataObject) -> None:
+    good = bytearray(packed(home()))
+    for _ in range(data.draw(st.integers(0, 6))):
+        good[data.draw(st.integers(0, len(good) - 1))] = data.draw(st.integers(0, 255))
+    cut = data.draw(st.integers(0, len(good)))
+    raw = bytes(good[:cut] if data.draw(st.booleans()) else good)
+    with contextlib.suppress(RosMapError):
+        assert np.isfinite(unpacked(raw).grid.low_m).all()
+
+
+def test_a_map_is_added_under_a_name_of_its_own_and_at_most_20(tmp_path: Path) -> None:
+    store = MapStore(tmp_path / "maps")
+    desk = MapDesk(store, None)
+    for _ in range(MapStore.MOST):
+        assert store.get(desk.add(packed(home()))) is not None
+    names = sorted(one.map.name for one in store.all() if one.map is not None)
+    assert len(set(names)) == MapStore.MOST
+    assert {"Ons huis 🏠", "Ons huis 🏠 2", "Ons huis 🏠 20"} <= set(names)
+    with pytest.raises(EditRefused) as refused:
+        desk.add(packed(home()))
+    assert refused.value.reason == "map_full"
+
+
+def test_a_folder_that_takes_nothing_is_told(tmp_path: Path) -> None:
+    (tmp_path / "file").write_bytes(b"")
+    with pytest.raises(EditRefused) as refused:
+        MapDesk(MapStore(tmp_path / "file" / "maps"), None).add(packed(home()))
+    assert refused.value.reason == "map_not_stored"
