@@ -17,7 +17,7 @@ def web_folder() -> Path:
     try:
         package = importlib.import_module("gazeweb")
     except ModuleNotFoundError:
-        folder = Path(__file__).resolve().parents[2] / "web"
+        folder = Path(__file__).resolve().parents[3] / "web"
     else:
         folder = Path(str(package.__file__)).parent
     if not (folder / "index.html").is_file():
