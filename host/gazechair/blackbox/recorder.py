@@ -34,6 +34,8 @@ _PACE_S = 0.1
 _HEALTH_S = 1.0
 _MOTION_S = 0.095  # a lidar's half turns come each 50 ms
 _PATIENCE_S = 57.0  # a disk may take that long
+_LAST_PACE_S = 0.01
+_LAST_S = 2.0  # what waits at the end is handed over for so long, to a process that reads
 _NICE = 10
 _LINE = 500  # characters
 _TOLD = tuple(
@@ -164,7 +166,11 @@ class BlackBox(Supervised):
             self._ring.hand_over(self._ours)
             due_s = self._clock() + _PACE_S
             self._ended.wait(_PACE_S)
+        end_s = self._clock() + _LAST_S
         self._ring.hand_over(self._ours)
+        while len(self._ring) and self._clock() < end_s:
+            time.sleep(_LAST_PACE_S)
+            self._ring.hand_over(self._ours)
 
     def _look(self) -> None:
         now_s = self._clock()

@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -107,6 +108,25 @@ def test_a_process_that_hangs_is_told(box: BlackBox, tmp_path: Path, parts: Heal
     assert box.pid == pid
     box.stop()
     assert 5000 <= topics(tmp_path).count("/host/command") < 30_000
+
+
+def test_a_process_that_is_slow_to_read_gets_what_waits_at_the_end(
+    box: BlackBox, tmp_path: Path
+) -> None:
+    pid = box.pid
+    assert pid
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        for _ in range(4000):  # more than its line holds
+            box.note("up", time.monotonic(), bytes(FRAME))
+        ending = threading.Thread(target=box.stop, name="ending")
+        ending.start()
+        wait_until(lambda: not box._on)
+        time.sleep(0.3)
+    finally:
+        os.kill(pid, signal.SIGCONT)
+    ending.join()
+    assert topics(tmp_path).count("/host/command") == 4000
 
 
 def test_the_last_moments_of_a_killed_daemon_are_kept(tmp_path: Path) -> None:
