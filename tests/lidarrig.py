@@ -19,10 +19,12 @@ class LidarRig:
     """`front_m`: what it sees ahead; `babble`: bytes that come instead of what it sends."""
 
     def __init__(self, path: Path) -> None:
+        self.path = path
         self.front_m = 3.0
         self.device = S2(self._range)
-        self.port = PtyPort(path)
-        self.port.plug()
+        self._port = PtyPort(path)
+        self._port.plug()
+        self._lock = threading.Lock()  # a port that is pulled is read no more
         self.babble = b""
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._pump, name="lidar-rig", daemon=True)
@@ -36,19 +38,31 @@ class LidarRig:
     def _pump(self) -> None:
         last_s = time.monotonic()
         while not self._stop.wait(0.004):
-            self.device.receive(self.port.read())
-            now_s = time.monotonic()
-            # As the cable: a stalled test machine pauses the lidar, it does not flood the host.
-            data = self.device.step(min(now_s - last_s, 0.02))
-            last_s = now_s
-            if self.port.plugged:
-                self.port.write(self.babble or data)
+            with self._lock:
+                self.device.receive(self._port.read())
+                now_s = time.monotonic()
+                # As the cable: a stalled test machine pauses the lidar, it does not flood the host.
+                data = self.device.step(min(now_s - last_s, 0.02))
+                last_s = now_s
+                if self._port.plugged:
+                    self._port.write(self.babble or data)
+
+    def plug(self) -> None:
+        """Its cable is there, and it gets power."""
+        with self._lock:
+            self.device.power_on()
+            self._port.plug()
+
+    def unplug(self) -> None:
+        """Pull the cable."""
+        with self._lock:
+            self._port.unplug()
 
     def close(self) -> None:
         """End the thread, take the port away."""
         self._stop.set()
         self._thread.join(5.0)
-        self.port.unplug()
+        self._port.unplug()
 
 
 def wait_for(condition: Callable[[], bool], what: Callable[[], object]) -> None:

@@ -166,7 +166,7 @@ def test_two_lidars_are_judged_together_and_one_may_fail(tmp_path: Path) -> None
         assert [view.states[180] == MASKED for view in both.views] == [False, True]
         assert all(one.coverage == 1.0 for one in report.lidars)
 
-        both.rigs["rear"].port.unplug()
+        both.rigs["rear"].unplug()
         report = both.until(lambda r: r.lidars[1].state == "lost")
         assert report.lidars[0].state == "ok"
         assert report.acquired_s == report.lidars[0].acquired_s
@@ -175,12 +175,11 @@ def test_two_lidars_are_judged_together_and_one_may_fail(tmp_path: Path) -> None
         assert set(both.views[1].states) == {BLIND, MASKED}
         assert not np.any(both.views[0].states == BLIND)
 
-        both.rigs["front"].port.unplug()
+        both.rigs["front"].unplug()
         report = both.until(lambda r: r.lidars[0].state == "lost")
         assert (report.acquired_s, report.source, report.evaluation) == (None, None, None)
         for rig in both.rigs.values():
-            rig.device.power_on()
-            rig.port.plug()
+            rig.plug()
         both.until(lambda r: all(one.state == "ok" for one in r.lidars))
     finally:
         both.close()

@@ -89,11 +89,10 @@ def test_each_fault_has_its_reason_and_heals_by_itself(rig: Rig) -> None:
     rig.device.mirror_blocked = False
     rig.wait_fresh()
 
-    rig.port.unplug()
+    rig.unplug()
     rig.wait_told("lidar_lost")
     assert rig.reader.scan is None
-    rig.device.power_on()
-    rig.port.plug()
+    rig.plug()
     rig.wait_fresh()
 
     rig.device.protection_stop = True
@@ -132,7 +131,7 @@ def test_the_standard_scan_serves_too(tmp_path: Path) -> None:
 
 
 def test_a_port_that_another_program_holds_is_said(rig: Rig) -> None:
-    with rig.port.path.open("rb", buffering=0) as other:
+    with rig.path.open("rb", buffering=0) as other:
         fcntl.flock(other, fcntl.LOCK_EX)
         rig.reader.start()
         rig.wait(lambda: "used by another program" in rig.reader.standing.detail)

@@ -92,14 +92,13 @@ def test_a_killed_child_is_replaced(rig: Rig) -> None:
 def test_a_pulled_cable_is_said_and_healed(rig: Rig) -> None:
     rig.service.start()
     rig.wait_fresh()
-    rig.port.unplug()
+    rig.unplug()
     rig.wait(lambda: rig.health.state == "lost")
     assert rig.health.reason == "lidar_lost"
     count = len(rig.published)
     rig.wait(lambda: "there is no port" in rig.health.detail)
     assert len(rig.published) == count
-    rig.device.power_on()
-    rig.port.plug()
+    rig.plug()
     rig.wait_fresh()
     rig.wait(lambda: rig.health.state == "ok")
     since_lost = rig.states[rig.states.index("lost") :]
