@@ -108,7 +108,7 @@ class Driver:
         spot = None if look is None else self.spot(look)
         if spot is not None:
             self._rest_on(*spot)
-        often_ms = 100 if spot is None else 25
+        often_ms = 100 if spot is None else 50
         for step in range(0, ms, often_ms):
             if spot is not None:
                 self._tremble(*spot)

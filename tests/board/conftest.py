@@ -10,7 +10,7 @@ import pytest
 from gazechair.service.flash import Flasher, tree
 from gazedemo.sim_control import SimControl
 from gazelink import codes
-from liveboard import EmulatedLiveBoard, LiveBoard
+from liveboard import EmulatedLiveBoard, Flashed, LiveBoard
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -56,23 +56,30 @@ def firmware_sources(tmp_path_factory: pytest.TempPathFactory) -> tree.Sources:
 
 
 @pytest.fixture(scope="session")
-def firmware_flash(
+def flashed(
     m7: Path, firmware_sources: tree.Sources, tmp_path_factory: pytest.TempPathFactory
-) -> bytes:
-    """Flash memory of a factory-new emulated Teensy after `gazechair flash`."""
+) -> Flashed:
+    """Done once for all tests of a process: it takes half a minute."""
     board = EmulatedLiveBoard(m7, tmp_path_factory.mktemp("flashed"), None)
     board.start()
+    said: list[str] = []
     try:
         board.start_background()
         try:
             with pytest.MonkeyPatch.context() as patch:
                 patch.setattr(tree, "find_sources", lambda: firmware_sources)
-                Flasher(print).flash(str(board.host.path), dry_run=False, force=False)
+                Flasher(said.append).flash(str(board.host.path), dry_run=False, force=False)
         finally:
             board.stop_background()
-        return board.flash
+        return Flashed("\n".join(said), board.flash)
     finally:
         board.stop()
+
+
+@pytest.fixture(scope="session")
+def firmware_flash(flashed: Flashed) -> bytes:
+    """Flash memory of a factory-new emulated Teensy after `gazechair flash`."""
+    return flashed.flash
 
 
 @pytest.fixture

@@ -55,7 +55,7 @@ def check(stack: Stack, driver: Driver, tmp_path: Path) -> Check:
 
 
 def able(driver: Driver) -> bool:
-    return driver.page.locator("#plugin-0:not(.unable)").count() == 1
+    return driver.page.locator("#plugin-0:not(.unable):visible").count() == 1
 
 
 def ride(check: Check, stack: Stack, driver: Driver, target: str) -> int:

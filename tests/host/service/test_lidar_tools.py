@@ -19,7 +19,7 @@ from lidarrig import LidarRig
 @pytest.fixture
 def rig(tmp_path: Path) -> Iterator[LidarRig]:
     rig = LidarRig(tmp_path / "lidar")
-    (tmp_path / "chair.toml").write_text(f'[lidar]\nkind = "s2"\nport = "{rig.port.path}"\n')
+    (tmp_path / "chair.toml").write_text(f'[lidar]\nkind = "s2"\nport = "{rig.path}"\n')
     yield rig
     rig.close()
 
