@@ -4,7 +4,6 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
 
 from gazeboard.boards import bank_layout as layout
 from gazeboard.boards import pins
@@ -88,15 +87,6 @@ class LiveBoard:
     def stop(self) -> None:
         """Leave the board alone."""
         self.host.close()
-
-
-class Flashed(NamedTuple):
-    """A factory-new emulated Teensy after `gazechair flash`."""
-
-    said: str
-    """What flashing it printed."""
-    flash: bytes
-    """Its flash memory."""
 
 
 class EmulatedLiveBoard(LiveBoard):

@@ -10,7 +10,7 @@ import pytest
 from gazechair.service.flash import Flasher, tree
 from gazedemo.sim_control import SimControl
 from gazelink import codes
-from liveboard import EmulatedLiveBoard, Flashed, LiveBoard
+from liveboard import EmulatedLiveBoard, LiveBoard
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -56,30 +56,23 @@ def firmware_sources(tmp_path_factory: pytest.TempPathFactory) -> tree.Sources:
 
 
 @pytest.fixture(scope="session")
-def flashed(
+def firmware_flash(
     m7: Path, firmware_sources: tree.Sources, tmp_path_factory: pytest.TempPathFactory
-) -> Flashed:
-    """Done once for all tests of a process: it takes half a minute."""
+) -> bytes:
+    """Flash memory of a factory-new emulated Teensy after `gazechair flash`."""
     board = EmulatedLiveBoard(m7, tmp_path_factory.mktemp("flashed"), None)
     board.start()
-    said: list[str] = []
     try:
         board.start_background()
         try:
             with pytest.MonkeyPatch.context() as patch:
                 patch.setattr(tree, "find_sources", lambda: firmware_sources)
-                Flasher(said.append).flash(str(board.host.path), dry_run=False, force=False)
+                Flasher(print).flash(str(board.host.path), dry_run=False, force=False)
         finally:
             board.stop_background()
-        return Flashed("\n".join(said), board.flash)
+        return board.flash
     finally:
         board.stop()
-
-
-@pytest.fixture(scope="session")
-def firmware_flash(flashed: Flashed) -> bytes:
-    """Flash memory of a factory-new emulated Teensy after `gazechair flash`."""
-    return flashed.flash
 
 
 @pytest.fixture
