@@ -55,7 +55,7 @@ def check(stack: Stack, driver: Driver, tmp_path: Path) -> Check:
 
 
 def able(driver: Driver) -> bool:
-    return driver.page.locator("#plugin-0:not(.unable):visible").count() == 1
+    return driver.page.locator("#plugin-0:not(.unable)").count() == 1
 
 
 def ride(check: Check, stack: Stack, driver: Driver, target: str) -> int:
@@ -64,9 +64,10 @@ def ride(check: Check, stack: Stack, driver: Driver, target: str) -> int:
     driver.rest()
     stack.control().do("teleport", x_m=0.0, y_m=0.0, heading_deg=90)
     stack.control().wait(lambda truth: truth["speed_m_s"] == 0, 5, "the chair stands")
+    driver.wait(lambda: able(driver), 30, "the tile")
     if driver.data("state") != "armed":
         check.arm()
-    driver.wait(lambda: able(driver), 30, "the tile")
+    driver.wait(driver.page.locator(f"#{target}").is_visible, 30, f"{target} is shown")
     check.hold(target, lambda truth: truth["speed_m_s"] > 0.1, f"{target} drives")
     return int(stack.control().do("wiper_log", since=0)["last"])
 
