@@ -27,13 +27,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The tests in real time are looked for in one folder only, and go one after another."""
+    """The tests in real time are looked for in one folder only (tools/test)."""
     folder = Path(__file__).parent / "e2e"
     for item in items:
-        if item.get_closest_marker("e2e"):
-            if folder not in item.path.parents:
-                raise pytest.UsageError(f"{item.nodeid}: marked e2e, belongs in tests/e2e")
-            item.add_marker(pytest.mark.xdist_group("processes"))
+        if item.get_closest_marker("e2e") and folder not in item.path.parents:
+            raise pytest.UsageError(f"{item.nodeid}: marked e2e, belongs in tests/e2e")
 
 
 @pytest.hookimpl(trylast=True)

@@ -8,7 +8,7 @@ import pytest
 from gazemeasure import emulation
 from gazesim.board_files import LIB, firmware_files
 
-pytestmark = [pytest.mark.m7, pytest.mark.xdist_group("board")]
+pytestmark = pytest.mark.m7
 
 TESTS = Path(__file__).resolve().parent.parent
 # Those of the firmware stand on the virtual board, which needs a PC.
