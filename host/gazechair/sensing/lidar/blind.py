@@ -58,11 +58,12 @@ class Blindness:
         hits = np.bincount(bins_hit, minlength=BINS)
         at_window = np.bincount(bins.compress((distances_m > 0.0) & ~returned), minlength=BINS)
         has = (hits >= 1) & (hits >= _MIN_SHARE * measured) & (at_window <= hits)
-        self._remember(has, masked, at_s)
+        lacks = ~(has | masked)
+        self._remember(has, lacks, at_s)
         nearest_m = np.full(BINS, np.inf)
         np.minimum.at(nearest_m, bins_hit, ranges_m)
         blind = self._covered | (at_window > hits)
-        for first, count in runs(~has & ~masked):
+        for first, count in runs(lacks):
             if count > NARROW_DEG and not _between_far(first, count, has, masked, nearest_m):
                 blind[(first + np.arange(count)) % BINS] = True
         for first, count in runs((measured == 0) & ~masked):
@@ -72,11 +73,11 @@ class Blindness:
         states[masked] = MASKED
         return states
 
-    def _remember(self, has: BoolArray, masked: BoolArray, at_s: float) -> None:
+    def _remember(self, has: BoolArray, lacks: BoolArray, at_s: float) -> None:
         self._lost_s[self._had & ~has] = at_s
         self._had = has
         self._covered &= ~has
-        fresh = ~has & ~masked & (at_s - self._lost_s <= SUDDEN_S)
+        fresh = lacks & (at_s - self._lost_s <= SUDDEN_S)
         for first, count in runs(fresh):
             if count >= SUDDEN_DEG:
                 self._covered[(first + np.arange(count)) % BINS] = True
@@ -99,11 +100,12 @@ def _between_far(
 
 def runs(flags: BoolArray) -> list[tuple[int, int]]:
     """Runs of True round the circle, as (first bin, count)."""
-    if flags.all():
-        return [(0, len(flags))]
-    if not flags.any():
+    count = int(np.count_nonzero(flags))
+    if not count:
         return []
-    start = int(np.flatnonzero(~flags)[0])
+    if count == len(flags):
+        return [(0, count)]
+    start = int(flags.argmin())
     turned = np.roll(flags, -start)
     edges = np.diff(np.concatenate(([False], turned, [False])).astype(np.int8))
     firsts = np.flatnonzero(edges == 1)

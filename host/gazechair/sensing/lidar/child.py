@@ -6,6 +6,7 @@ has seen another quarter turn. It is ended and started anew as a whole when a th
 
 from __future__ import annotations
 
+import gc
 import sys
 import threading
 import time
@@ -174,6 +175,7 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
     ear = threading.Thread(target=hear, args=(words, evaluator), name="zone", daemon=True)
     ear.start()
     pipeline.start()
+    gc.freeze()  # what is there stays: not to be looked through again and again
     due_s = 0.0
     try:
         while (name := pipeline.hanging()) is None:
