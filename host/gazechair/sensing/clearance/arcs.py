@@ -83,7 +83,7 @@ class ArcReach:
         rows, held = self._find(points_m)
         if len(doubted):
             rows[doubted] = _FAR
-            held = np.setdiff1d(held, doubted)
+            held = np.setdiff1d(held, doubted) if len(held) else held
         least = self._rows.take(_once(rows), axis=0).min(axis=0, initial=arcs.FAR)
         if len(held):
             least = np.minimum(least, _alone(contacts[held]).min(axis=0))
@@ -93,10 +93,10 @@ class ArcReach:
         """The row of each point, and which points are within the bare outline (_FAR)."""
         rows = np.zeros(len(points_m), dtype=np.int64)
         x, y = points_m[:, 0], points_m[:, 1]
-        chosen: Ints | None = None
-        for grid in self._grids:
+        chosen = _NONE
+        for k, grid in enumerate(self._grids):
             fits, cells = grid.find(x, y)
-            chosen = fits if chosen is None else chosen.take(fits)
+            chosen = chosen.take(fits) if k else fits
             if not len(chosen):
                 return rows, chosen
             x, y = x.take(fits), y.take(fits)

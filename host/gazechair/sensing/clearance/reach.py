@@ -105,9 +105,10 @@ class LidarReach:
         coming = self._movers.update(seen.points_m, view.acquired_s)
         persons = self._persons(seen)
         still = stands(self._movers.speed_m_s, self._movers.rate_deg_s)
+        ways_m = [contacts[one].min(axis=0).tolist() for one in persons]
         for direction, standing in self._standing.items():
-            way_m = min((contacts[one, direction].min() for one in persons), default=math.inf)
-            told_m = standing.update(float(way_m), still, bool(len(coming)), view.acquired_s)
+            way_m = min((ways[direction] for ways in ways_m), default=math.inf)
+            told_m = standing.update(way_m, still, bool(len(coming)), view.acquired_s)
             least[direction] = min(least[direction], told_m)
         if len(coming):
             contacts = self._sweeps.contacts(coming)

@@ -11,6 +11,8 @@ up to it.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -62,7 +64,7 @@ class Approach:
 
     def told_m(self, way_m: float) -> float:
         """Clearance to report when a person may stand `way_m` ahead."""
-        if np.isinf(way_m):
+        if math.isinf(way_m):
             return way_m
         if way_m < self.blocked_within_m:
             return 0.0
@@ -103,7 +105,7 @@ class Standing:
         `way_m`: distance to the nearest possible person. `walks`: some object approaches.
         """
         approach = self.approach
-        if not np.isinf(way_m):
+        if not math.isinf(way_m):
             self._seen_s = at_s
         elif at_s - self._seen_s < _HIDDEN_S and not walks and (chair_stands or self._furniture):
             return way_m

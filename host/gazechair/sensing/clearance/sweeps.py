@@ -152,7 +152,7 @@ class Sweeps:
         x, y = points[:, 0], points[:, 1]
         boxed = (x > self._low[0] - more_m) & (x < self._high[0] + more_m)
         boxed &= (y > self._low[1] - more_m) & (y < self._high[1] + more_m)
-        return boxed.nonzero()[0]
+        return np.asarray(boxed.nonzero()[0])
 
     def _straight(self, points: FloatArray, sign: float) -> FloatArray:
         rays, oblique = self._entries[sign]

@@ -54,18 +54,19 @@ class Blindness:
         """
         measured = np.bincount(bins, minlength=BINS)
         returned = distances_m >= NEAREST_M
-        bins_hit, ranges_m = bins.compress(returned), distances_m.compress(returned)
-        hits = np.bincount(bins_hit, minlength=BINS)
+        hits = np.bincount(bins.compress(returned), minlength=BINS)
         at_window = np.bincount(bins.compress((distances_m > 0.0) & ~returned), minlength=BINS)
         has = (hits >= 1) & (hits >= _MIN_SHARE * measured) & (at_window <= hits)
         lacks = ~(has | masked)
         self._remember(has, lacks, at_s)
-        nearest_m = np.full(BINS, np.inf)
-        np.minimum.at(nearest_m, bins_hit, ranges_m)
         blind = self._covered | (at_window > hits)
-        for first, count in runs(lacks):
-            if count > NARROW_DEG and not _between_far(first, count, has, masked, nearest_m):
-                blind[(first + np.arange(count)) % BINS] = True
+        wide = [run for run in runs(lacks) if run[1] > NARROW_DEG]
+        if wide:
+            nearest_m = np.full(BINS, np.inf)
+            np.minimum.at(nearest_m, bins.compress(returned), distances_m.compress(returned))
+            for first, count in wide:
+                if not _between_far(first, count, has, masked, nearest_m):
+                    blind[(first + np.arange(count)) % BINS] = True
         for first, count in runs((measured == 0) & ~masked):
             if count > UNMEASURED_DEG:
                 blind[(first + np.arange(count)) % BINS] = True
