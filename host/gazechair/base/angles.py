@@ -9,8 +9,14 @@ from gazechair.base.footprint import FloatArray
 
 def in_turn(angles: FloatArray, turn: float) -> FloatArray:
     """`angles % turn`, equal to the last bit; fast where most are within a turn of 0."""
-    found: FloatArray = angles + (angles < 0.0) * turn  # so the remainder of -0.0 is 0.0, too
+    found = wrapped(angles, turn)
     far = np.abs(angles) >= turn
-    if far.any():
+    if np.count_nonzero(far):
         found[far] = angles[far] % turn
+    return found
+
+
+def wrapped(angles: FloatArray, turn: float) -> FloatArray:
+    """The same in half the time, of angles that are all within [-turn, turn)."""
+    found: FloatArray = angles + (angles < 0.0) * turn  # so the remainder of -0.0 is 0.0, too
     return found

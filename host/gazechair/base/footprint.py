@@ -97,8 +97,8 @@ class Footprint:
 
     def contains(self, points_m: FloatArray) -> BoolArray:
         """Which of the (N, 2) points are within the grown footprint."""
-        found = np.zeros(len(points_m), dtype=np.bool_)
-        for part in self.parts:
+        found = inside(self.parts[0], points_m)
+        for part in self.parts[1:]:
             found |= inside(part, points_m)
         return found
 
@@ -107,7 +107,7 @@ def inside(polygon: FloatArray, points_m: FloatArray) -> BoolArray:
     """Which of the (N, 2) points are within a simple polygon: even-odd rule."""
     x, y = points_m[:, 0], points_m[:, 1]
     found = np.zeros(len(points_m), dtype=np.bool_)
-    for ax, ay, bx, by in _sides(polygon):
+    for ax, ay, bx, by in _sides(polygon) if len(points_m) else ():
         if ay == by:
             continue
         between = (ay > y) != (by > y)

@@ -167,7 +167,7 @@ def test_a_view_is_the_plain_formula(pose: Pose) -> None:
 
 def test_a_movers_bins_are_those_of_the_remainder() -> None:
     points = points_around(7)
-    found = Movers((0.1, -0.2))._ranges(points[:, 0], points[:, 1])
+    found = Movers((0.1, -0.2))._ranges(points.T)
     offset = points - (0.1, -0.2)
     degrees = np.degrees(np.arctan2(offset[:, 1], offset[:, 0]) % TURN).astype(int)
     for degree in range(360):

@@ -175,31 +175,57 @@ class Arriving:
 
 class Wanting:
     wants, byte_s = 1680, 1.0 / 67_200.0
+    last_s: float | None = None
 
 
-def gathered(device: Arriving, monkeypatch: pytest.MonkeyPatch) -> tuple[int, float]:
+class Satisfied(Wanting):
+    wants, last_s = 0, 0.0
+
+
+class Flowing(Wanting):
+    last_s = 0.0
+
+
+def gathered(
+    device: Arriving, monkeypatch: pytest.MonkeyPatch, stream: Wanting | None = None
+) -> tuple[int, float]:
     with monkeypatch.context() as patch:
         patch.setattr(reader_module, "time", device)
-        data, came_s = reader_module._gathered(device, Wanting())  # type: ignore[arg-type]
+        data, came_s = reader_module._gathered(device, stream or Wanting())  # type: ignore[arg-type]
     return len(data), came_s
 
 
+@pytest.mark.parametrize("stream", [Wanting(), Flowing()])
 @pytest.mark.parametrize("chunk_s", [0.00125, 0.005])
 def test_a_quarter_turn_is_gathered_in_few_looks(
-    monkeypatch: pytest.MonkeyPatch, chunk_s: float
+    monkeypatch: pytest.MonkeyPatch, chunk_s: float, stream: Wanting
 ) -> None:
     device = Arriving(chunk_s)
-    count, came_s = gathered(device, monkeypatch)
+    count, came_s = gathered(device, monkeypatch, stream)
     assert count >= 1680
     assert came_s < 0.025 + 2.0 * max(chunk_s, 0.001)
-    assert device.looks <= 4
+    assert device.looks <= (4 if chunk_s > 0.002 else 2)
+
+
+def test_what_is_computed_meanwhile_delays_no_look(monkeypatch: pytest.MonkeyPatch) -> None:
+    device = Arriving(0.00125)
+    device.now_s = 0.006  # the newest bytes came at 0
+    count, came_s = gathered(device, monkeypatch, Flowing())
+    assert count >= 1680
+    assert came_s < 0.025 + 2.0 * 0.00125
+
+
+def test_a_stream_that_wants_nothing_is_looked_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    device = Arriving(0.00125)
+    assert 0 < gathered(device, monkeypatch, Satisfied())[0] < 200
+    assert device.looks == 1
 
 
 def test_what_came_before_a_silence_is_not_made_younger(monkeypatch: pytest.MonkeyPatch) -> None:
     device = Arriving(0.005, silent_from_s=0.01)
     count, came_s = gathered(device, monkeypatch)
     assert 0 < count < 1680
-    assert came_s <= device.now_s - 0.005
+    assert came_s <= device.now_s - 0.004
     assert device.now_s < 0.04
     assert gathered(device, monkeypatch)[0] == 0
 

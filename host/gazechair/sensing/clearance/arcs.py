@@ -83,7 +83,7 @@ class ArcReach:
         rows, held = self._find(points_m)
         if len(doubted):
             rows[doubted] = _FAR
-            held = np.setdiff1d(held, doubted)
+            held = np.setdiff1d(held, doubted) if len(held) else held
         least = self._rows.take(_once(rows), axis=0).min(axis=0, initial=arcs.FAR)
         if len(held):
             least = np.minimum(least, _alone(contacts[held]).min(axis=0))
@@ -92,13 +92,15 @@ class ArcReach:
     def _find(self, points_m: FloatArray) -> tuple[Ints, Ints]:
         """The row of each point, and which points are within the bare outline (_FAR)."""
         rows = np.zeros(len(points_m), dtype=np.int64)
-        x, y, chosen = points_m[:, 0], points_m[:, 1], np.arange(len(points_m))
-        for grid in self._grids:
+        x, y = points_m[:, 0], points_m[:, 1]
+        chosen = _NONE
+        for k, grid in enumerate(self._grids):
             fits, cells = grid.find(x, y)
-            x, y, chosen = x.take(fits), y.take(fits), chosen.take(fits)
+            chosen = chosen.take(fits) if k else fits
             if not len(chosen):
                 return rows, chosen
-            rows[chosen] = grid.first + cells
+            x, y = x.take(fits), y.take(fits)
+            rows[chosen] = cells
         # Only cells of the finest grid can be within the margin.
         close = chosen[self._footprint.contains(points_m.take(chosen, axis=0))]
         if not len(close):
@@ -173,13 +175,14 @@ class _Grid:
         return np.stack(np.meshgrid(xs, ys, indexing="ij"), axis=2).reshape(-1, 2)
 
     def find(self, x: FloatArray, y: FloatArray) -> tuple[Ints, Ints]:
-        """Which points are in it, and in which cells."""
+        """Which points are in it, and the row of each of them."""
         across, along = self._shape
         column = (x - self._low[0]) * (1.0 / self._cell_m)
         row = (y - self._low[1]) * (1.0 / self._cell_m)
-        fits = np.flatnonzero((column >= 0.0) & (column < across) & (row >= 0.0) & (row < along))
+        within = (column >= 0.0) & (column < across) & (row >= 0.0) & (row < along)
+        fits = within.nonzero()[0]
         columns, rows = column.take(fits).astype(np.int64), row.take(fits).astype(np.int64)
-        return fits, columns * along + rows
+        return fits, columns * along + rows + self.first
 
 
 class _Sector:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,10 @@ from gazelink.messages import CLEAR_FAR
 _PLAY = (0.04, 0.04, 2.0, 2.0)
 """A clearance grows only when it has grown by more than this (metres, metres, degrees, degrees)."""
 _ARC_PLAY = round(1000.0 * _PLAY[0] / arcs.UNIT_MM)
+_LESS_PLAY = np.maximum(np.arange(256), _ARC_PLAY) - _ARC_PLAY
+_LESS_PLAY[arcs.FAR] = arcs.FAR
+_LESS_PLAY = _LESS_PLAY.astype(np.uint8)
+"""Of each byte of the arcs: to where it lets a clearance grow."""
 
 
 def footprint_of(config: FootprintConfig) -> Footprint:
@@ -61,10 +66,8 @@ class Evaluator:
         forward_m, backward_m, left_deg, right_deg = self._held
         states = [view.states for view in views]
         blind, unseen, arc_views = self._view.judge(states)
-        now = np.array([lidar.arcs for lidar in self._lidars]).min(axis=0)
-        after_play = np.where(now == arcs.FAR, now, np.maximum(now, _ARC_PLAY) - _ARC_PLAY)
-        grown = np.maximum(self._held_arcs, after_play)
-        self._held_arcs = np.where(now <= self._held_arcs, now, grown).astype(np.uint8)
+        now = reduce(np.minimum, [lidar.arcs for lidar in self._lidars])
+        self._held_arcs = np.minimum(now, np.maximum(self._held_arcs, _LESS_PLAY.take(now)))
         return {
             "blocked": blind,
             "unseen": unseen,

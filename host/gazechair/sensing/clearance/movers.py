@@ -17,7 +17,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.base.angles import in_turn
+from gazechair.base.angles import wrapped
 from gazechair.base.footprint import BoolArray, FloatArray
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 
@@ -39,6 +39,7 @@ _LEAST_WIDE = 3
 _PLACES = np.linspace(0.0, 1.0, 9)[1:]  # along the walker's path
 _THETA = (np.arange(_BINS) + 0.5) * _DEG
 _COS, _SIN = np.cos(_THETA), np.sin(_THETA)
+_AFTER, _AHEAD = np.roll(np.arange(_BINS), -1), np.roll(np.arange(_BINS), 1)
 _TURNING_DEG_S = 15.0  # faster, and two views have too little in common
 
 
@@ -46,7 +47,8 @@ class Movers:
     """One lidar's movers; `origin_m`: where it sits. Call `update` with every view."""
 
     def __init__(self, origin_m: tuple[float, float]) -> None:
-        self._origin = origin_m
+        self._origin = np.array(origin_m)[:, None]
+        # Points here are two rows, x and y: numpy is slow with many rows of two.
         self._views: deque[tuple[float, FloatArray]] = deque(maxlen=16)
         self._coming = np.zeros(_BINS)
         self.zone: StopZone = UNKNOWN
@@ -60,8 +62,8 @@ class Movers:
         In the chair's frame. `points_m`: (N, 2), smoothed, of the view acquired at `at_s`.
         """
         if not self._views or not 0.0 <= at_s - self._views[-1][0] < _EVERY_S:
-            self._coming = self._compare(points_m, at_s)
-        return self._ahead(points_m) if self._coming.any() else np.zeros((0, 2))
+            self._coming = self._compare(np.ascontiguousarray(points_m.T), at_s)
+        return self._ahead(points_m.T) if np.count_nonzero(self._coming) else np.zeros((0, 2))
 
     def _compare(self, points_m: FloatArray, at_s: float) -> FloatArray:
         """Approach speed of the object in each degree, m/s; 0 if it stands or recedes."""
@@ -70,7 +72,7 @@ class Movers:
         if before is None:
             return np.zeros(_BINS)
         elapsed_s = at_s - before[0]
-        now = self._ranges(points_m[:, 0], points_m[:, 1])
+        now = self._ranges(points_m)
         gap, slant = self._align(before[1], now, elapsed_s)
         if abs(self.rate_deg_s) > _TURNING_DEG_S:
             return np.zeros(_BINS)
@@ -85,46 +87,42 @@ class Movers:
         old = [view for view in views if at_s - view[0] >= _BACK_S[0]]
         return min(old, key=lambda view: abs(at_s - view[0] - _BACK_S[1])) if old else None
 
-    def _ranges(self, x_m: FloatArray, y_m: FloatArray) -> FloatArray:
+    def _ranges(self, points_m: FloatArray) -> FloatArray:
         """The nearest range in each degree about the lidar; inf for none."""
-        x, y = x_m - self._origin[0], y_m - self._origin[1]
+        x, y = points_m - self._origin
         found = np.full(_BINS, np.inf)
-        np.minimum.at(found, self._bins(x, y), np.hypot(x, y))
+        np.minimum.at(found, _bins(x, y), np.hypot(x, y))
         return found
 
-    def _bins(self, x: FloatArray, y: FloatArray) -> NDArray[np.int64]:
-        bearings = in_turn(np.arctan2(y, x), 2.0 * math.pi)
-        return np.minimum((bearings / _DEG).astype(np.int64), _BINS - 1)
-
+    @np.errstate(invalid="ignore")  # of degrees that see nothing: inf - inf
     def _align(
         self, before: FloatArray, now: FloatArray, elapsed_s: float
     ) -> tuple[FloatArray, FloatArray]:
         """Gap per degree (now minus expected, m; 0 where unknown) and its slant."""
         c, s = _COS, _SIN
-        x0, y0 = self._origin
-        after, ahead = np.roll(now, -1), np.roll(now, 1)
-        with np.errstate(invalid="ignore"):
-            smooth = (np.abs(after - ahead) < _EDGE_M) & (now < _FAR_M)
-            slope = np.where(smooth, (after - ahead) / (2.0 * _DEG), 0.0)
+        x0, y0 = self._origin[:, 0].tolist()
+        across = now.take(_AFTER) - now.take(_AHEAD)
+        smooth = (np.abs(across) < _EDGE_M) & (now < _FAR_M)
+        slope = np.where(smooth, across / (2.0 * _DEG), 0.0)
         ratio = np.where(smooth, slope / np.where(smooth, now, 1.0), 0.0)
         slant = np.sqrt(1.0 + ratio**2)
         # How the range in a fixed direction changes with the chair's travel and turn.
         of_way = (-c - ratio * s) / slant
         of_turn = (y0 * c - x0 * s + ratio * (y0 * s + x0 * c) + slope) / slant
+        changes = np.stack((of_way, of_turn), axis=1)
         way_m, turn = self.speed_m_s * elapsed_s, math.radians(self.rate_deg_s) * elapsed_s
         gap = np.zeros(_BINS)
         for _ in range(_PASSES):
-            expected = self._ranges(*_moved(before, way_m, turn))
-            with np.errstate(invalid="ignore"):
-                raw = now - expected
-                known = smooth & (np.abs(raw) < _STEP_M)
+            raw = now - self._ranges(_moved(before, way_m, turn))
+            known = smooth & (np.abs(raw) < _STEP_M)
             gap = np.where(known, raw, 0.0)
-            if known.sum() < _LEAST_BINS:
+            here = known.nonzero()[0]
+            if len(here) < _LEAST_BINS:
                 way_m = turn = 0.0
                 break
-            rest = gap[known] / slant[known]
+            rest = gap.take(here) / slant.take(here)
             weight = 1.0 / (1.0 + (rest / _DOUBT_M) ** 2)
-            rows = np.column_stack((of_way[known], of_turn[known]))
+            rows = changes.take(here, axis=0)
             matrix = rows.T @ (rows * weight[:, None]) + _STAYS
             change = np.linalg.solve(matrix, rows.T @ (rest * weight))
             way_m, turn = way_m + float(change[0]), turn + float(change[1])
@@ -134,22 +132,26 @@ class Movers:
 
     def _ahead(self, points_m: FloatArray) -> FloatArray:
         offset = points_m - self._origin
-        speed = self._coming[self._bins(offset[:, 0], offset[:, 1])]
-        chosen = speed > 0.0
-        offset, speed = offset[chosen], speed[chosen]
+        speed = self._coming.take(_bins(*offset))
+        chosen = (speed > 0.0).nonzero()[0]
+        offset, speed = offset.take(chosen, axis=1).T, speed.take(chosen)
         ranges = np.hypot(offset[:, 0], offset[:, 1])
         stop_s = self.zone.time_s(self.speed_m_s)
         left = np.maximum(1.0 - speed[:, None] * stop_s * _PLACES / ranges[:, None], 0.0)
-        found = offset[:, None, :] * left[:, :, None] + self._origin
-        return np.asarray(found.reshape(-1, 2))
+        found = offset[:, None, :] * left[:, :, None] + self._origin[:, 0]
+        return np.ascontiguousarray(found).reshape(-1, 2)
 
 
-def _moved(points: FloatArray, way_m: float, turn: float) -> tuple[FloatArray, FloatArray]:
+def _bins(x: FloatArray, y: FloatArray) -> NDArray[np.int64]:
+    bearings = wrapped(np.arctan2(y, x), 2.0 * math.pi)
+    return np.minimum((bearings / _DEG).astype(np.int64), _BINS - 1)
+
+
+def _moved(points: FloatArray, way_m: float, turn: float) -> FloatArray:
     """Where standing points are in the frame of a chair that has moved."""
     c, s = math.cos(turn), math.sin(turn)
-    x = points[:, 0] - way_m * math.cos(turn / 2.0)
-    y = points[:, 1] - way_m * math.sin(turn / 2.0)
-    return c * x + s * y, c * y - s * x
+    offset = points - ((way_m * math.cos(turn / 2.0),), (way_m * math.sin(turn / 2.0),))
+    return np.asarray(c * offset + ((s,), (-s,)) * offset[::-1])
 
 
 def _wide(flags: BoolArray) -> BoolArray:

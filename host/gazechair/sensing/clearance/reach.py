@@ -87,15 +87,16 @@ class LidarReach:
             return FREE
         seen = surfaces(view.points_m, view.origin_m)
         contacts = self._sweeps.contacts(seen.points_m)
-        lone = np.flatnonzero(seen.lone)
+        lone = seen.lone.nonzero()[0]
         speckle = lone[np.isfinite(contacts[lone]).any(axis=1)]
         doubted = speckle[~self._speckles.again(seen.points_m[speckle], view.acquired_s)]
         self.arcs = self._arcs_of(seen, contacts, view.acquired_s)
-        far = contacts[doubted]
-        contacts[doubted] = np.where(far > self._zone.far, np.inf, far)
+        if len(doubted):
+            far = contacts[doubted]
+            contacts[doubted] = np.where(far > self._zone.far, np.inf, far)
         least = contacts.min(axis=0)
         least[codes.DIR_BACKWARD] = min(least[codes.DIR_BACKWARD], self._bent(seen, doubted))
-        if self._sweeps.alongside(seen.points_m).any():
+        if np.count_nonzero(self._sweeps.alongside(seen.points_m)):
             # Closer than a held heading may be off at speed; whoever stands there gets away.
             least[codes.DIR_FORWARD] = min(least[codes.DIR_FORWARD], self._creeps_m)
         if self._movers is None:
@@ -104,9 +105,10 @@ class LidarReach:
         coming = self._movers.update(seen.points_m, view.acquired_s)
         persons = self._persons(seen)
         still = stands(self._movers.speed_m_s, self._movers.rate_deg_s)
+        ways_m = [contacts[one].min(axis=0).tolist() for one in persons]
         for direction, standing in self._standing.items():
-            way_m = min((contacts[one, direction].min() for one in persons), default=math.inf)
-            told_m = standing.update(float(way_m), still, bool(len(coming)), view.acquired_s)
+            way_m = min((ways[direction] for ways in ways_m), default=math.inf)
+            told_m = standing.update(way_m, still, bool(len(coming)), view.acquired_s)
             least[direction] = min(least[direction], told_m)
         if len(coming):
             contacts = self._sweeps.contacts(coming)
@@ -117,26 +119,30 @@ class LidarReach:
     def _bent(self, seen: Surfaces, doubted: NDArray[np.int64]) -> float:
         # Beside the body, so the board's margin behind it is not needed as well.
         ways = self._sweeps.bent(seen.points_m, self._bend_m) + self._margin_m
-        far = ways[doubted]
-        ways[doubted] = np.where(far > self._zone.far[codes.DIR_BACKWARD], np.inf, far)
+        if len(doubted):
+            far = ways[doubted]
+            ways[doubted] = np.where(far > self._zone.far[codes.DIR_BACKWARD], np.inf, far)
         least = float(ways.min())
         return math.inf if least > self._bend_m else least
 
     def _persons(self, seen: Surfaces) -> list[NDArray[np.int64]]:
+        things = like_persons(seen)
+        if not things:
+            return things
         # Only what is straight ahead: a door post beside the path is as wide as a leg.
         low_m, high_m = self._across_m
         across_m = seen.points_m[:, 1]
         in_way = (across_m > low_m) & (across_m < high_m)
         return [
             thing[in_way[thing]]
-            for thing in like_persons(seen)
+            for thing in things
             if in_way[thing].any()
             and not any(goes_on(seen.points_m[thing], other) for other in self._others)
         ]
 
     def _arcs_of(self, seen: Surfaces, contacts: FloatArray, at_s: float) -> Bytes:
         # As for straight motions: beyond the zone a single beam does not count yet.
-        lone = np.flatnonzero(seen.lone & (seen.ranges_m < _ARC_RANGE_M))
+        lone = (seen.lone & (seen.ranges_m < _ARC_RANGE_M)).nonzero()[0]
         doubted = lone[~self._arc_speckles.again(seen.points_m[lone], at_s)]
         least = self._arcs.least(seen.points_m, contacts, doubted)
         if not len(doubted):

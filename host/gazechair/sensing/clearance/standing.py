@@ -11,6 +11,8 @@ up to it.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -62,7 +64,7 @@ class Approach:
 
     def told_m(self, way_m: float) -> float:
         """Clearance to report when a person may stand `way_m` ahead."""
-        if np.isinf(way_m):
+        if math.isinf(way_m):
             return way_m
         if way_m < self.blocked_within_m:
             return 0.0
@@ -78,12 +80,12 @@ def like_persons(seen: Surfaces) -> list[NDArray[np.int64]]:
     ranges_m, bearings_rad = seen.ranges_m, seen.bearings_rad
     apart = np.abs(ranges_m[1:] - ranges_m[:-1]) > max(_APART_M, _APART_SIGMA * seen.noise_m)
     apart |= bearings_rad[1:] - bearings_rad[:-1] > _APART_RAD
-    ends = np.append(np.flatnonzero(apart), len(points_m) - 1)
-    firsts = np.concatenate(([0], ends[:-1] + 1))
+    cuts = np.concatenate(((-1,), apart.nonzero()[0], (len(points_m) - 1,)))
+    firsts, ends = cuts[:-1] + 1, cuts[1:]
     across = points_m.take(ends, axis=0) - points_m.take(firsts, axis=0)
     wide_m = np.hypot(across[:, 0], across[:, 1])
     wide = (wide_m >= _WIDE_M[0]) & (wide_m <= _WIDE_M[1])
-    found = np.flatnonzero(wide & (ends - firsts + 1 >= _LEAST_BEAMS))
+    found = (wide & (ends - firsts + 1 >= _LEAST_BEAMS)).nonzero()[0].tolist()
     return [np.arange(firsts[one], ends[one] + 1) for one in found]
 
 
@@ -103,7 +105,7 @@ class Standing:
         `way_m`: distance to the nearest possible person. `walks`: some object approaches.
         """
         approach = self.approach
-        if not np.isinf(way_m):
+        if not math.isinf(way_m):
             self._seen_s = at_s
         elif at_s - self._seen_s < _HIDDEN_S and not walks and (chair_stands or self._furniture):
             return way_m

@@ -23,6 +23,7 @@ _GATE_SIGMA = 5.0
 _LEAST_GATE_M = 0.03
 _MOST_GATE_M = 0.15  # noise of 3 cm
 _ALIKE_M = 0.15  # a neighbour within this makes an obstacle of two beams
+_BEYOND = np.full(_NEIGHBOURS, 1e6)  # what is beyond the ends, like nothing
 
 
 @dataclass(frozen=True)
@@ -50,9 +51,11 @@ def noise_m(ranges_m: FloatArray) -> float:
         return 0.0
     bend = np.abs(ranges_m[2:] - 2.0 * ranges_m[1:-1] + ranges_m[:-2])
     middle = len(bend) // 2
-    lower, upper = np.partition(bend, (middle - 1, middle))[middle - 1 : middle + 1].tolist()
-    median = upper if len(bend) % 2 else (lower + upper) / 2.0
-    return 1.4826 * float(median) / math.sqrt(6.0)
+    bend.partition(middle)
+    median = float(bend[middle])
+    if len(bend) % 2 == 0:
+        median = (float(bend[:middle].max()) + median) / 2.0
+    return 1.4826 * median / math.sqrt(6.0)
 
 
 def surfaces(points_m: FloatArray, origin_m: tuple[float, float]) -> Surfaces:
@@ -65,8 +68,8 @@ def surfaces(points_m: FloatArray, origin_m: tuple[float, float]) -> Surfaces:
     ranges = np.hypot(x, y)
     noise = noise_m(ranges)
     smooth = _smoothed(bearings, ranges, noise)
-    gap = np.abs(np.append(ranges[1:], ranges[:1]) - ranges)
-    turn = np.append(bearings[1:], bearings[:1] + 2.0 * np.pi) - bearings
+    gap = np.abs(np.concatenate((ranges[1:], ranges[:1])) - ranges)
+    turn = np.concatenate((bearings[1:], bearings[:1] + 2.0 * np.pi)) - bearings
     alike = (gap < _ALIKE_M) & (turn < _NEXT_RAD) & (turn > 0.0)
     lone = ~alike
     lone[1:] &= ~alike[:-1]
@@ -80,13 +83,13 @@ def surfaces(points_m: FloatArray, origin_m: tuple[float, float]) -> Surfaces:
 
 def _smoothed(bearings: FloatArray, ranges: FloatArray, noise: float) -> FloatArray:
     gate_m = min(max(_GATE_SIGMA * noise, _LEAST_GATE_M), _MOST_GATE_M)
-    near = np.flatnonzero(ranges < _SMOOTH_M)
+    near = (ranges < _SMOOTH_M).nonzero()[0]
     if not len(near):
         return ranges
     # A row for each neighbour, the beam itself in the middle; beyond the ends there are none.
-    centres = ranges[near]
-    around = _windows(centres, 1e6)
-    close = np.abs(_windows(bearings[near], 1e6) - bearings[near]) < _WINDOW_RAD
+    centres, towards = ranges.take(near), bearings.take(near)
+    around = _windows(centres)
+    close = np.abs(_windows(towards) - towards) < _WINDOW_RAD
     for _ in range(2):  # the second time about a centre that is itself no outlier
         apart = np.subtract(around, centres)
         taken = np.abs(apart, out=apart) < gate_m
@@ -99,9 +102,8 @@ def _smoothed(bearings: FloatArray, ranges: FloatArray, noise: float) -> FloatAr
     return smooth
 
 
-def _windows(values: FloatArray, edge: float) -> FloatArray:
-    ends = np.full(_NEIGHBOURS, edge)
-    padded = np.concatenate((ends, values, ends))
+def _windows(values: FloatArray) -> FloatArray:
+    padded = np.concatenate((_BEYOND, values, _BEYOND))
     rows = 2 * _NEIGHBOURS + 1
     step = padded.strides[0]
     return np.ndarray((rows, len(values)), np.float64, padded, strides=(step, step))

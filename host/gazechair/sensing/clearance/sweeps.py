@@ -70,30 +70,31 @@ class Sweeps:
         reach_m, width_m = self._footprint.reach_m, self._footprint.half_width_m
         x, y = points_m[:, 0], np.abs(points_m[:, 1])
         # Few points are near, and few in the widest corridor: only these are looked at closely.
-        near = np.flatnonzero((np.abs(x) < reach_m + _APART_M) & (y < reach_m + _APART_M))
-        around = points_m.take(near, axis=0)
-        reached = np.hypot(around[:, 0], around[:, 1]) <= reach_m
-        grown = reached & self._footprint.contains(around)
+        near = ((np.abs(x) < reach_m + _APART_M) & (y < reach_m + _APART_M)).nonzero()[0]
         corridor = y <= width_m + self._spread * (RANGE_M + reach_m + reach_m)
-        corridor[near[grown]] = False
-        chosen = np.flatnonzero(corridor)
+        if len(near):
+            around = points_m.take(near, axis=0)
+            reached = np.hypot(around[:, 0], around[:, 1]) <= reach_m
+            grown = reached & self._footprint.contains(around)
+            corridor[near[grown]] = False
+            here = (reached & ~grown).nonzero()[0]
+            if len(here):
+                left, right = np.degrees(self._turns(around.take(here, axis=0)))
+                found[near.take(here), codes.DIR_LEFT] = left
+                found[near.take(here), codes.DIR_RIGHT] = right
+            here = grown.nonzero()[0]
+            if len(here):
+                found[near.take(here)] = self._from_within(around.take(here, axis=0))
+        chosen = corridor.nonzero()[0]
         ahead = points_m.take(chosen, axis=0)
         aside_m = width_m + self._spread * (np.abs(ahead[:, 0]) + reach_m)
         straight = np.abs(ahead[:, 1]) <= aside_m
         for direction, sign in ((codes.DIR_FORWARD, 1.0), (codes.DIR_BACKWARD, -1.0)):
             way = sign * ahead[:, 0]
-            here = np.flatnonzero(straight & (way > -reach_m) & (way < RANGE_M + reach_m))
+            here = (straight & (way > -reach_m) & (way < RANGE_M + reach_m)).nonzero()[0]
             if len(here):
                 ways_m = self._straight(ahead.take(here, axis=0), sign)
                 found[chosen.take(here), direction] = ways_m
-        here = np.flatnonzero(reached & ~grown)
-        if len(here):
-            left, right = np.degrees(self._turns(around.take(here, axis=0)))
-            found[near.take(here), codes.DIR_LEFT] = left
-            found[near.take(here), codes.DIR_RIGHT] = right
-        here = np.flatnonzero(grown)
-        if len(here):
-            found[near.take(here)] = self._from_within(around.take(here, axis=0))
         return found
 
     def bent(self, points_m: FloatArray, range_m: float) -> FloatArray:
@@ -109,7 +110,7 @@ class Sweeps:
         near = np.abs(points_m[:, 1]) <= self._footprint.half_width_m + swing_m
         # Nothing of the body moves ahead meanwhile.
         near &= (points_m[:, 0] <= self._ends_m[1.0]) & (points_m[:, 0] >= -reach_m - range_m)
-        chosen = np.flatnonzero(near)
+        chosen = near.nonzero()[0]
         if not len(chosen):
             return found
         points = points_m.take(chosen, axis=0)
@@ -140,7 +141,7 @@ class Sweeps:
         """Which of the (N, 2) points are within the side margin: neither ahead nor behind."""
         found = (points_m[:, 0] > self._low[0]) & (points_m[:, 0] < self._high[0])
         found &= np.abs(points_m[:, 1]) <= self._footprint.half_width_m
-        chosen = np.flatnonzero(found)
+        chosen = found.nonzero()[0]
         if len(chosen):
             near = points_m.take(chosen, axis=0)
             found[chosen] = self._footprint.contains(near) & ~inside(self._footprint.body, near)
@@ -151,7 +152,7 @@ class Sweeps:
         x, y = points[:, 0], points[:, 1]
         boxed = (x > self._low[0] - more_m) & (x < self._high[0] + more_m)
         boxed &= (y > self._low[1] - more_m) & (y < self._high[1] + more_m)
-        return np.flatnonzero(boxed)
+        return np.asarray(boxed.nonzero()[0])
 
     def _straight(self, points: FloatArray, sign: float) -> FloatArray:
         rays, oblique = self._entries[sign]

@@ -54,17 +54,19 @@ class Blindness:
         """
         measured = np.bincount(bins, minlength=BINS)
         returned = distances_m >= NEAREST_M
-        bins_hit, ranges_m = bins.compress(returned), distances_m.compress(returned)
-        hits = np.bincount(bins_hit, minlength=BINS)
+        hits = np.bincount(bins.compress(returned), minlength=BINS)
         at_window = np.bincount(bins.compress((distances_m > 0.0) & ~returned), minlength=BINS)
         has = (hits >= 1) & (hits >= _MIN_SHARE * measured) & (at_window <= hits)
-        self._remember(has, masked, at_s)
-        nearest_m = np.full(BINS, np.inf)
-        np.minimum.at(nearest_m, bins_hit, ranges_m)
+        lacks = ~(has | masked)
+        self._remember(has, lacks, at_s)
         blind = self._covered | (at_window > hits)
-        for first, count in runs(~has & ~masked):
-            if count > NARROW_DEG and not _between_far(first, count, has, masked, nearest_m):
-                blind[(first + np.arange(count)) % BINS] = True
+        wide = [run for run in runs(lacks) if run[1] > NARROW_DEG]
+        if wide:
+            nearest_m = np.full(BINS, np.inf)
+            np.minimum.at(nearest_m, bins.compress(returned), distances_m.compress(returned))
+            for first, count in wide:
+                if not _between_far(first, count, has, masked, nearest_m):
+                    blind[(first + np.arange(count)) % BINS] = True
         for first, count in runs((measured == 0) & ~masked):
             if count > UNMEASURED_DEG:
                 blind[(first + np.arange(count)) % BINS] = True
@@ -72,11 +74,11 @@ class Blindness:
         states[masked] = MASKED
         return states
 
-    def _remember(self, has: BoolArray, masked: BoolArray, at_s: float) -> None:
+    def _remember(self, has: BoolArray, lacks: BoolArray, at_s: float) -> None:
         self._lost_s[self._had & ~has] = at_s
         self._had = has
         self._covered &= ~has
-        fresh = ~has & ~masked & (at_s - self._lost_s <= SUDDEN_S)
+        fresh = lacks & (at_s - self._lost_s <= SUDDEN_S)
         for first, count in runs(fresh):
             if count >= SUDDEN_DEG:
                 self._covered[(first + np.arange(count)) % BINS] = True
@@ -99,11 +101,12 @@ def _between_far(
 
 def runs(flags: BoolArray) -> list[tuple[int, int]]:
     """Runs of True round the circle, as (first bin, count)."""
-    if flags.all():
-        return [(0, len(flags))]
-    if not flags.any():
+    count = int(np.count_nonzero(flags))
+    if not count:
         return []
-    start = int(np.flatnonzero(~flags)[0])
+    if count == len(flags):
+        return [(0, count)]
+    start = int(flags.argmin())
     turned = np.roll(flags, -start)
     edges = np.diff(np.concatenate(([False], turned, [False])).astype(np.int8))
     firsts = np.flatnonzero(edges == 1)

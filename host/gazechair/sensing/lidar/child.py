@@ -6,11 +6,14 @@ has seen another quarter turn. It is ended and started anew as a whole when a th
 
 from __future__ import annotations
 
+import gc
 import sys
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from io import FileIO, RawIOBase
+from queue import Empty, SimpleQueue
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -96,11 +99,14 @@ class Pipeline:
     ) -> None:
         """`inbox_fds`: inboxes that get every half turn."""
         self._evaluate = evaluate
-        self._news = threading.Event()
+        self._news: SimpleQueue[None] = SimpleQueue()  # half the price of an Event
         self.lidars = tuple(
-            Lidar(config, self._news.set, HalfTurns(at, inbox_fds).take if inbox_fds else None)
+            Lidar(config, self._tell, HalfTurns(at, inbox_fds).take if inbox_fds else None)
             for at, config in enumerate(configs)
         )
+
+    def _tell(self) -> None:
+        self._news.put(None)
 
     def start(self) -> None:
         """Start every lidar's thread; no thread of the process waits long for another then."""
@@ -123,8 +129,10 @@ class Pipeline:
 
     def step(self) -> Report:
         """Wait for new data, 0.1 s at most, and report the state."""
-        self._news.wait(_PULSE_S)
-        self._news.clear()
+        with suppress(Empty):
+            self._news.get(timeout=_PULSE_S)
+            while True:  # several at once are one
+                self._news.get_nowait()
         for lidar in self.lidars:
             lidar.renew()
         scans = [lidar.scan for lidar in self.lidars if lidar.scan is not None]
@@ -174,6 +182,7 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
     ear = threading.Thread(target=hear, args=(words, evaluator), name="zone", daemon=True)
     ear.start()
     pipeline.start()
+    gc.freeze()  # what is there stays: not to be looked through again and again
     due_s = 0.0
     try:
         while (name := pipeline.hanging()) is None:

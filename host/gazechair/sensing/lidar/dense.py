@@ -40,6 +40,7 @@ _SPIKE_BUDGET = 4.0
 _SPIKE_MEMORY = 250  # capsules: some three turns
 _SPIKE_EARN = 1.0 / 50.0
 _MAX_PENDING = 1 << 16
+_SHARES = np.arange(POINTS) / POINTS  # of the way from one capsule's start to the next one's
 
 Rows = NDArray[np.uint8]
 IntArray = NDArray[np.int64]
@@ -122,12 +123,12 @@ class CapsuleDecoder:
             stop = at + count * CAPSULE_SIZE
             rows = octets[at:stop].reshape(-1, CAPSULE_SIZE)
             heads = _heads(octets[at : stop + 1 : CAPSULE_SIZE], octets[at + 1 :: CAPSULE_SIZE])
-            bad = np.flatnonzero(~(heads[:-1] & heads[1:] & _checksum_fits(rows)))
-            good = int(bad[0]) if len(bad) else count
+            whole = heads[:-1] & heads[1:] & _checksum_fits(rows)
+            good = count if np.count_nonzero(whole) == count else int(whole.argmin())
             pieces.append(rows[:good])
             places.append(self._at + at + CAPSULE_SIZE * np.arange(good, dtype=np.int64))
             at += good * CAPSULE_SIZE
-            if not len(bad):
+            if good == count:
                 break
             self.resyncs += 1
             self._searching = True
@@ -146,13 +147,14 @@ class CapsuleDecoder:
         steps = (starts_deg[1:] - starts_deg[:-1]) % 360.0
         apart = places[1:] - places[:-1]
         count = np.maximum(np.rint(apart / CAPSULE_SIZE), 1.0)
-        adjacent = (count == 1.0) & (steps >= _STEP_DEG[0]) & (steps <= _STEP_DEG[1])
-        expected = self.step_deg or _middle(steps[adjacent])
+        adjacent = count == 1.0
+        expected = self.step_deg or _middle(steps[adjacent & _possible(steps)])
         # Behind a gap the mirror went on turning: as many steps as capsules were lost.
         each = (steps + 360.0 * np.rint((count * expected - steps) / 360.0)) / count
         fits = np.abs(each - expected) <= _STEP_TOLERANCE * expected
-        fits &= (each >= _STEP_DEG[0]) & (each <= _STEP_DEG[1]) & (count <= _WIDEST_GAP)
-        self._follow(each[fits & (count == 1.0)], len(fits))
+        fits &= _possible(each) & (count <= _WIDEST_GAP)
+        steady = fits & adjacent
+        self._follow(each[steady], len(fits))
         left = np.concatenate(([fits_before], fits))
         self._held = (rows[-1:], places[-1:], bool(left[-1]))
         distances_m = words[:, 1:] / 1000.0
@@ -162,12 +164,13 @@ class CapsuleDecoder:
             hit = self._looks_hit(distances_m, starts_deg)
             self.spiky += int(np.count_nonzero(hit & trusted))
             trusted &= ~hit
-        distances_m, places = distances_m[:-1], places[:-1]
-        step = np.where(fits & (count == 1.0), each, self.step_deg)
-        angles = starts_deg[:-1, None] + step[:, None] * (np.arange(POINTS) / POINTS)
-        nodes = _nodes(angles[trusted], distances_m[trusted], places[trusted], end, self._last_deg)
-        if len(nodes):
-            self._last_deg = float(angles[trusted][-1, -1]) % 360.0
+        step = np.where(steady, each, self.step_deg)
+        kept = trusted.nonzero()[0]
+        angles = starts_deg.take(kept)[:, None] + step.take(kept)[:, None] * _SHARES
+        distances_m, places = distances_m.take(kept, axis=0), places.take(kept)
+        nodes = _nodes(angles, distances_m, places, end, self._last_deg)
+        if len(kept):
+            self._last_deg = float(angles[-1, -1]) % 360.0
         return nodes
 
     def _follow(self, steps: FloatArray, pairs: int) -> None:
@@ -188,21 +191,21 @@ class CapsuleDecoder:
         """
         line = np.concatenate(([self._last_m], distances_m.reshape(-1)[: 1 - POINTS]))
         self._last_m = float(distances_m[-2, -1])
-        jumps = line[1:] - line[:-1]
-        rise, fall = jumps[:-1], -jumps[1:]
-        height = np.where(rise * fall > 0.0, np.minimum(np.abs(rise), np.abs(fall)), 0.0)
-        height[(line[:-2] == 0.0) | (line[1:-1] == 0.0) | (line[2:] == 0.0)] = 0.0
-        height = height.reshape(-1, POINTS)
+        jumps, returned = line[1:] - line[:-1], line != 0.0
+        sizes = np.abs(jumps)
+        stands_out = jumps[:-1] * jumps[1:] < 0.0
+        stands_out &= returned[:-2] & returned[1:-1] & returned[2:]
+        height = (np.minimum(sizes[:-1], sizes[1:]) * stands_out).reshape(-1, POINTS)
         self._believed += len(height)
         self._spikes_left = min(self._spikes_left + len(height) * _SPIKE_EARN, _SPIKE_BUDGET)
         if height.max() <= _SPIKE_M:
             return np.zeros(len(height), dtype=np.bool_)
         middle = POINTS // 2
-        noise_m = np.partition(np.abs(rise).reshape(-1, POINTS), middle, axis=1)[:, middle]
+        noise_m = np.partition(sizes[:-1].reshape(-1, POINTS), middle, axis=1)[:, middle]
         spikes = height > np.maximum(_SPIKE_M, _SPIKE_NOISE * noise_m)[:, None]
         counts = np.count_nonzero(spikes, axis=1)
         hit: NDArray[np.bool_] = (counts >= 2) | ((counts == 1) & (height.max(axis=1) > _HIGH_M))
-        angles_deg = starts_deg[:-1, None] + self.step_deg * (np.arange(POINTS) / POINTS)
+        angles_deg = starts_deg[:-1, None] + self.step_deg * _SHARES
         degrees = angles_deg.astype(np.int64) % 360
         highest = degrees[np.arange(len(hit)), height.argmax(axis=1)]
         known = self._believed - self._spike_at[(highest[:, None] + (-1, 0, 1)) % 360]
@@ -218,6 +221,12 @@ def _middle(values: FloatArray) -> float:
     """The median, the upper one of two; 0 for none."""
     half = len(values) // 2
     return float(np.partition(values, half)[half]) if len(values) else 0.0
+
+
+def _possible(steps_deg: FloatArray) -> NDArray[np.bool_]:
+    """True where a mirror may turn so far from one capsule to the next."""
+    possible: NDArray[np.bool_] = (steps_deg >= _STEP_DEG[0]) & (steps_deg <= _STEP_DEG[1])
+    return possible
 
 
 def _heads(first: Rows, second: Rows) -> NDArray[np.bool_]:

@@ -38,8 +38,8 @@ class FreezeWatch:
             return
         bins = np.minimum((nodes.angles_deg + 180.0).astype(np.int64), _BINS - 1)
         quarters = bins // _QUARTER
-        cuts = [0, *(np.flatnonzero(quarters[1:] != quarters[:-1]) + 1).tolist(), len(bins)]
-        for first, last in pairwise(cuts):
+        others = (quarters[1:] != quarters[:-1]).nonzero()[0] + 1
+        for first, last in pairwise((0, *others.tolist(), len(bins))):
             if quarters[first] != self._quarter:
                 self._finish()
                 self._quarter = int(quarters[first])

@@ -20,7 +20,7 @@ from gazelink import codes
 _READ_S = 0.05
 # It waits for the end of the quarter turn, of some 25 ms: one large piece is cheap to decode.
 _GATHER_S = 0.030
-_LOOK_S = 0.001  # behind its last byte: bytes come in chunks
+_LOOK_S = 0.0005  # behind its last byte: bytes come in chunks
 _SILENT_S = 0.25  # without measurements: no scan counts any more
 _GIVE_UP_S = 0.5  # and then the device is reopened
 _FIRST_S = 5.0  # until the first measurements; the motor runs up meanwhile
@@ -180,14 +180,19 @@ class Reader:
 
 def _gathered(device: S2, stream: ByteStream) -> tuple[bytes, float]:
     """What comes until the quarter turn should be complete, and when the last of it came."""
-    data = device.read(_READ_S)
     came_s = time.monotonic()
     end_s = came_s + _GATHER_S
-    while data and came_s < end_s and (missing := stream.wants - len(data)) > 0:
-        time.sleep(_LOOK_S + min(missing * stream.byte_s, end_s - came_s))
-        more = device.read(max(0.0, end_s - time.monotonic()))
+    if stream.last_s is not None:
+        came_s = stream.last_s
+    data, missing = b"", stream.wants
+    while missing > 0 or not data:
+        # Each look costs as much as many small computations: none before it is due.
+        due_s = min(came_s + missing * stream.byte_s, end_s) + _LOOK_S
+        time.sleep(max(0.0, due_s - time.monotonic()))
+        more = device.read(max(0.0, end_s - time.monotonic()) if data else _READ_S)
         if not more:
             break
         data += more
         came_s = time.monotonic()
+        missing = stream.wants - len(data) if came_s < end_s else 0
     return data, came_s

@@ -86,10 +86,10 @@ def to_chair(
     directions_deg = pose.directions_deg(scan.angles_deg)
     bins = np.minimum((directions_deg + 180.0).astype(np.int64), BINS - 1)
     masked_bins = _masked_bins(pose, tuple((first, last) for first, last in mask))
-    open_ = np.flatnonzero(~in_arcs(scan.angles_deg, mask))
+    open_ = (~in_arcs(scan.angles_deg, mask)).nonzero()[0]
     bins, distances_m = bins.take(open_), scan.distances_m.take(open_)
     states = (blindness or Blindness()).judge(bins, distances_m, masked_bins, scan.acquired_s)
-    returned = np.flatnonzero(distances_m >= NEAREST_M)
+    returned = (distances_m >= NEAREST_M).nonzero()[0]
     radians = np.radians(directions_deg.take(open_.take(returned)))
     distances_m = distances_m.take(returned)
     points = np.empty((len(radians), 2))

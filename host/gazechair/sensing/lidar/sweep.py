@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.base.angles import in_turn
+from gazechair.base.angles import wrapped
 from gazechair.sensing.lidar.nodes import FloatArray, Nodes, wrapped_steps
 from gazechair.sensing.lidar.scan import BINS, Scan
 from gazelink import codes
@@ -55,7 +55,7 @@ class Sweep:
     def take(self, nodes: Nodes, received_s: float) -> None:
         """Take nodes that were whole at `received_s`, CLOCK_MONOTONIC seconds."""
         times_s: FloatArray = received_s - nodes.backlog.astype(np.float64) * self._period_s
-        cuts = [0, *np.flatnonzero(nodes.starts).tolist(), len(nodes)]
+        cuts = [0, *nodes.starts.nonzero()[0].tolist(), len(nodes)]
         for first, last in pairwise(cuts):
             if first < last:
                 if nodes.starts[first]:
@@ -86,8 +86,7 @@ class Sweep:
 
     def scan(self) -> Scan | None:
         """The newest scan, None before the first node and right at the start of a turn."""
-        kept = [turn.joined() for turn in self._turns]
-        angles = kept[0][0]
+        angles = self._turns[0].joined()[0]
         if not len(angles):
             return None
         # Where the mirror is, as the lidar counts: along the nodes, so that jitter about the start
@@ -98,15 +97,14 @@ class Sweep:
 
         def view(back: int) -> _Nodes:
             # The whole turn that ended where the newest node is, `back` turns ago.
-            newer, older = kept[back], kept[back + 1]
-            ahead = in_turn(-older[0], 360.0) > reached_deg
+            newer, older = self._turns[back].joined(), self._turns[back + 1].joined()
             if back:
-                newer = _pick(newer, in_turn(-newer[0], 360.0) <= reached_deg)
-            return _join(newer, _pick(older, ahead))
+                newer = _pick(newer, wrapped(-newer[0], 360.0) <= reached_deg)
+            return _join(newer, _pick(older, wrapped(-older[0], 360.0) > reached_deg))
 
         whole = view(0)
         missing = np.bincount(_bins(whole), minlength=BINS) == 0
-        if missing.any():
+        if np.count_nonzero(missing):
             whole = _fill(whole, missing, view(1), view(2))
         return Scan(whole[0], whole[1], float(whole[2].min()), self._source)
 
@@ -154,7 +152,8 @@ def _bins(nodes: _Nodes) -> NDArray[np.int64]:
 
 
 def _pick(nodes: _Nodes, chosen: NDArray[np.bool_]) -> _Nodes:
-    return nodes[0][chosen], nodes[1][chosen], nodes[2][chosen]
+    at = chosen.nonzero()[0]
+    return nodes[0].take(at), nodes[1].take(at), nodes[2].take(at)
 
 
 def _join(first: _Nodes, second: _Nodes) -> _Nodes:
