@@ -135,7 +135,7 @@ def test_the_page_comes_back_by_itself_after_the_host_died(driver, host):
 def test_a_silent_connection_is_made_anew(driver):
     driver.run_for(3000)
     driver.connect()
-    assert driver.page.evaluate("spied.sockets.filter(s => s.url.endsWith('control')).length") == 2
+    assert driver.page.evaluate("spied.sockets.filter(s => s.url.endsWith('control')).length") >= 2
 
 
 def test_commands_are_dropped_not_queued_when_the_network_is_stuck(driver):
