@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 import simple_websocket
+from wsproto.utilities import LocalProtocolError
 
 from gazechair.base.latest_value import Latest
 from gazechair.board.caretaker_settings import CaretakerSettings
@@ -162,7 +163,10 @@ class Page:
         self.ws = simple_websocket.Client.connect(url, headers=headers, thread_class=Daemon)
 
     def send(self, message: object) -> None:
-        self.ws.send(message if isinstance(message, str | bytes) else json.dumps(message))
+        try:
+            self.ws.send(message if isinstance(message, str | bytes) else json.dumps(message))
+        except LocalProtocolError:  # the server's end was heard a moment before the library said so
+            raise simple_websocket.ConnectionClosed from None
 
     def next(self) -> Any:
         raw = self.ws.receive(LONG_S)

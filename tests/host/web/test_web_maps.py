@@ -148,7 +148,8 @@ def test_a_file_that_stops_halfway_ends_and_so_does_that_of_a_revoked_device(
     settled = f"file {caretaker.id}"
     wait_until(lambda: settled in [one.settled for one in caretaker.places()], "the file's place")
     desk.revoke(caretaker.id)
-    assert line.recv(10) == b""
+    # Cut, or refused if it was revoked in the moment before the file was to be received.
+    assert line.recv(12) in (b"", b"HTTP/1.1 401")
     assert len(maps.as_json()["maps"]) == 1
 
 
