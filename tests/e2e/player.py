@@ -10,6 +10,7 @@ from collections import deque
 from typing import Any
 
 from simple_websocket import Client, ConnectionClosed, ConnectionError
+from wsproto.utilities import LocalProtocolError
 
 from gazechair.driving.control import HEARTBEAT_MS
 
@@ -17,7 +18,8 @@ _BEAT_S = 0.1
 _HOLD_S = HEARTBEAT_MS / 1000
 _TOKEN_KEPT_S = 0.5
 _RETRY_S = 0.2
-_GONE = (ConnectionClosed, ConnectionError, OSError)
+# The last: the host's end was heard a moment before the library said so.
+_GONE = (ConnectionClosed, ConnectionError, OSError, LocalProtocolError)
 
 
 class Player:
