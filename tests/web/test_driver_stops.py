@@ -133,9 +133,17 @@ def test_the_page_comes_back_by_itself_after_the_host_died(driver, host):
 
 
 def test_a_silent_connection_is_made_anew(driver):
+    def control(more="true") -> int:
+        """How many control sockets the page has made of which this is true."""
+        each = f"s => s.url.endsWith('control') && {more}"
+        return driver.page.evaluate(f"spied.sockets.filter({each}).length")
+
     driver.run_for(3000)
+    wait_until(
+        lambda: control("s.readyState === 1"), "the new connection"
+    )  # in no time of the page
     driver.connect()
-    assert driver.page.evaluate("spied.sockets.filter(s => s.url.endsWith('control')).length") >= 2
+    assert control() == 2
 
 
 def test_commands_are_dropped_not_queued_when_the_network_is_stuck(driver):
