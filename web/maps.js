@@ -31,7 +31,8 @@ class Maps {
   #files;
   #askedMs = -Infinity;
   #pictureMs = -Infinity;
-  #asking = false;
+  #asking = 0; // requests that are not answered yet
+  #sent = 0; // wishes and files
   #rows = "";
 
   constructor(root, words) {
@@ -69,7 +70,11 @@ class Maps {
   tick(now) {
     if (this.#asking || now - this.#askedMs < POLL_MS) return;
     this.#askedMs = now;
-    this.#ask("/maps", { cache: "no-store" }).then((answer) => answer && this.#show(answer, now));
+    const sent = this.#sent;
+    this.#ask("/maps", { cache: "no-store" }).then((answer) => {
+      // What was wished meanwhile has an answer of its own, which is newer.
+      if (answer && sent === this.#sent) this.#show(answer, now);
+    });
   }
 
   #makingForm() {
@@ -108,7 +113,7 @@ class Maps {
   }
 
   async #ask(path, request) {
-    this.#asking = true;
+    this.#asking += 1;
     try {
       const answer = await fetch(path, request);
       const found = await answer.json();
@@ -118,7 +123,7 @@ class Maps {
       console.warn(`maps: ${error.message}`);
       this.#tell(this.#words.reason("no_answer"));
     } finally {
-      this.#asking = false;
+      this.#asking -= 1;
     }
     return null;
   }
@@ -130,6 +135,7 @@ class Maps {
   }
 
   async #send(path, request) {
+    this.#sent += 1;
     const answer = await this.#ask(path, request);
     if (!answer) return false;
     if (answer.added) this.#chosen = answer.added;
@@ -156,6 +162,7 @@ class Maps {
     }
     const rows = JSON.stringify(answer.maps.map(({ map, name }) => [map, name]));
     if (rows !== this.#rows) this.#list(rows);
+    this.#parts.choose.value = this.#chosen;
     if (making) {
       if (was?.wants === "know") this.#view.picture("", null);
       this.#view.chair(answer.making);
@@ -175,9 +182,7 @@ class Maps {
     this.#parts.choose.replaceChildren(...options);
     const there = maps.some(({ map }) => map === this.#chosen);
     const first = where?.map ?? maps[0]?.map ?? "";
-    const chosen = there ? this.#chosen : first;
-    this.#parts.choose.value = chosen;
-    this.#open(chosen);
+    this.#open(there ? this.#chosen : first);
   }
 
   /** What is going on, in one line; what was answered last stands until something is done. */
