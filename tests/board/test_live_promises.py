@@ -77,10 +77,10 @@ def test_p2_host_silent(emulated: EmulatedLiveBoard) -> None:
     emulated.drive()
     heard_at = decoded_now(emulated)
     emulated.run_ms(700)
-    # A tick may pass while a state is put together.
+    # A tick may pass between a frame and the core that hears of it.
     assert not moved_after(emulated, heard_at + 101)
     armed = [at for at, s in emulated.host.states if s["status"] & 15 == codes.ARMED]
-    assert armed[-1] < heard_at + 500
+    assert armed[-1] < heard_at + 501
     assert emulated.real_wipers == NEUTRAL
     assert not emulated.world.relay.closed
     # Forward is still held, yet nothing moves: that takes arming and a new press.

@@ -51,7 +51,8 @@ def test_the_unit_file_is_what_systemd_does() -> None:
 
 def test_some_seconds_of_a_day() -> None:
     report = Report("")
-    allday_virtual.add(report, 3.0, 60.0, fault_each=1)
+    day = allday_virtual.live(allday_virtual.Life(3.0, seed=14, fault_each=1))
+    allday_virtual.add_rows(report, [day], 3.0)
     figures = {figure.name.strip(): figure.value for figure in report.figures}
     assert figures["faults while driving"] >= 1
     assert figures["not driving again by arm and press"] == 0, report.table()

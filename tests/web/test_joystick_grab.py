@@ -142,8 +142,14 @@ def test_a_finger_beyond_the_pad_asks_full_in_its_direction_and_no_more(driving,
         assert said(driving) == pytest.approx(wish, abs=12)
 
 
+def rotate(page):
+    page.evaluate("() => { window.turns = 0; addEventListener('resize', () => turns++); }")
+    page.set_viewport_size({"width": 844, "height": 390})
+    wait_until(lambda: page.evaluate("turns"), "the page to hear of it, with its next frame")
+
+
 TURNED = {
-    "rotated": lambda page: page.set_viewport_size({"width": 844, "height": 390}),
+    "rotated": rotate,
     "zoomed": lambda page: page.evaluate("visualViewport.dispatchEvent(new Event('resize'))"),
     "a page that moved on": lambda page: page.evaluate(
         "document.dispatchEvent(new Event('freeze'))"

@@ -8,7 +8,9 @@ import random
 import tempfile
 import time
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +29,7 @@ _BACK_S = 5.0
 _PAST_START = 0.2  # of the time: caches are full then
 _WAYS = ("forward", "left", "right")
 _FAULT_EACH = 12  # presses
+_SEED = 14
 
 
 @dataclass
@@ -43,15 +46,17 @@ class Day:
     objects: list[tuple[float, float]] = field(default_factory=list)
     holding: Holding = field(default_factory=Holding)
     state_bytes: int = 0
+    lived_s: float = 0.0
+    took_s: float = 0.0
 
 
-class _Life:
+class _Living:
     """Drives, rests, and has something fail now and then; chances drawn from a seed."""
 
-    def __init__(self, chair: DayChair, seed: int, fault_each: int) -> None:
+    def __init__(self, chair: DayChair, life: Life) -> None:
         self._chair = chair
-        self._fault_each = fault_each
-        self._dice = random.Random(seed)
+        self._fault_each = life.fault_each
+        self._dice = random.Random(life.seed)
         self.day = Day()
         self._faults: dict[str, Callable[[], None]] = {
             "host killed": self._host_killed,
@@ -208,27 +213,36 @@ class _Life:
         self._pass(0.1, 0.5)
 
 
-def add(
-    report: Report, wanted_s: float, machine_s: float, seed: int = 14, fault_each: int = _FAULT_EACH
-) -> None:
-    """`wanted_s` of virtual time, or what `machine_s` of the machine's time allow.
+@dataclass(frozen=True)
+class Life:
+    """One life of firmware and host: `wanted_s` of virtual time, its chances drawn from `seed`."""
 
-    `fault_each`: presses from one fault to the next.
-    """
+    wanted_s: float
+    seed: int
+    fault_each: int
+    """Presses from one fault to the next."""
+
+
+def live(life: Life) -> Day:
+    """What comes of it; in a process of its own, as what that holds is a part of it."""
     with tempfile.TemporaryDirectory(prefix="gazechair-") as name:
         _fill_diary(Path(name))
         chair = DayChair(Path(name))
         chair.run(1500)
-        life = _Life(chair, seed, fault_each)
         began_s = time.monotonic()
-
-        def over() -> bool:
-            return chair.now_s() >= wanted_s or time.monotonic() - began_s >= machine_s
-
-        day = life.live(over)
-        took_s = time.monotonic() - began_s
+        day = _Living(chair, life).live(lambda: chair.now_s() >= life.wanted_s)
+        day.took_s = time.monotonic() - began_s
+        day.lived_s = chair.now_s()
         day.state_bytes = sum(file.stat().st_size for file in Path(name).iterdir())
-    _report(report, day, chair.now_s(), took_s)
+    return day
+
+
+def add(report: Report, wanted_s: float) -> None:
+    """Live `wanted_s` of virtual time: a life on each core, at once."""
+    cores = len(os.sched_getaffinity(0))
+    lives = [Life(wanted_s / cores, _SEED + core, _FAULT_EACH) for core in range(cores)]
+    with ProcessPoolExecutor(cores, mp_context=get_context("spawn")) as pool:
+        add_rows(report, list(pool.map(live, lives)), wanted_s)
 
 
 def _fill_diary(folder: Path) -> None:
@@ -240,26 +254,43 @@ def _fill_diary(folder: Path) -> None:
     Diary(folder).write(book.as_json())
 
 
-def _report(report: Report, day: Day, lived_s: float, took_s: float) -> None:
-    long = lived_s >= 3600.0
-    first_s = lived_s * _PAST_START
+def add_rows(report: Report, days: list[Day], wanted_s: float) -> None:
+    """What came of all lives together."""
+    long = min(day.lived_s for day in days) >= 3600.0
 
-    def late(points: list[tuple[float, float]]) -> float:
-        return slope_per_hour([point for point in points if point[0] >= first_s])
+    def all_of(name: str) -> list[Any]:
+        return [value for day in days for value in getattr(day, name)]
 
-    report.add("virtual day: hours driven", lived_s / 3600, "h")
-    report.add("  times as fast as the clock", lived_s / took_s, "")
-    report.add("  presses", day.presses, "")
-    report.add("  overruled (something is in the way)", day.overruled, "", 0.1 * day.presses)
-    report.add("  faults while driving", sum(day.faults.values()), "")
-    report.add("  not driving again by arm and press", len(day.stuck), "", 0)
-    report.add("  driving again, p95", percentile(day.back_s, 0.95), "s", _BACK_S)
-    times = [ms for _, ms in day.to_wipers_ms]
+    def slope(points: Callable[[Day], list[tuple[float, float]]]) -> float:
+        """The worst of all lives, without their start."""
+        return max(
+            slope_per_hour([at for at in points(day) if at[0] >= day.lived_s * _PAST_START])
+            for day in days
+        )
+
+    lived_s = sum(day.lived_s for day in days)
+    report.add("virtual day: hours driven", lived_s / 3600, "h", wanted_s / 3600, at_least=True)
+    report.add("  in lives", len(days), "")
+    speed = sum(day.lived_s / day.took_s for day in days)
+    report.add("  times as fast as the clock, all lives", speed, "")
+    presses = sum(day.presses for day in days)
+    report.add("  presses", presses, "")
+    overruled = sum(day.overruled for day in days)
+    report.add("  overruled (something is in the way)", overruled, "", 0.1 * presses)
+    report.add("  faults while driving", sum(sum(day.faults.values()) for day in days), "")
+    stuck = all_of("stuck")
+    report.add("  not driving again by arm and press", len(stuck), "", 0)
+    report.add("  driving again, p95", percentile(all_of("back_s"), 0.95), "s", _BACK_S)
+    times = [ms for _, ms in all_of("to_wipers_ms")]
     report.add("  press -> wipers, p99", percentile(times, 0.99), "ms", 60.0)
-    report.add("  press -> wipers, slope", late(day.to_wipers_ms), "ms/h", 0.1 if long else None)
-    report.add("  memory, slope", late(day.holding.memory_mb), "MB/h", 0.5 if long else None)
-    report.add("  objects, slope", late(day.objects), "1/h", 50.0 if long else None)
-    report.add("  open files, slope", late(day.holding.files), "1/h", 0.0 if long else None)
-    report.add("  state folder at the end", day.state_bytes / 1000, "kB", 200.0)
-    for line in day.stuck[:5]:
+    for name, points, unit, limit in (
+        ("press -> wipers", lambda day: day.to_wipers_ms, "ms/h", 0.1),
+        ("memory", lambda day: day.holding.memory_mb, "MB/h", 0.5),
+        ("objects", lambda day: day.objects, "1/h", 50.0),
+        ("open files", lambda day: day.holding.files, "1/h", 0.0),
+    ):
+        report.add(f"  {name}, slope (worst life)", slope(points), unit, limit if long else None)
+    most = max(day.state_bytes for day in days)
+    report.add("  state folder at the end", most / 1000, "kB", 200.0)
+    for line in stuck[:5]:
         report.note(f"virtual day: {line}")
