@@ -299,8 +299,8 @@ def test_the_model_s_rate_is_the_one_at_the_sample():
     assert bench.check.agreed
 
 
-def test_a_turn_of_less_than_half_or_a_faulty_heading_tells_nothing():
-    for turn, fault, agrees in ((499, 0, 0), (-499, 0, 0), (500, 0, 1), (-500, 0, 1), (500, 1, 0)):
+def test_a_turn_of_less_than_450_permille_or_a_faulty_heading_tells_nothing():
+    for turn, fault, agrees in ((449, 0, 0), (-449, 0, 0), (450, 0, 1), (-450, 0, 1), (450, 1, 0)):
         bench = Bench()
         bench.turn = turn
         bench.i.heading_faults = fault
@@ -313,9 +313,9 @@ def test_a_turn_of_less_than_half_or_a_faulty_heading_tells_nothing():
 def test_an_agreement_is_of_one_turn():
     bench = Bench()
     bench.samples(AGREED - 1)
-    bench.turn = 499
+    bench.turn = 449
     bench.samples(1)
-    bench.turn = 500
+    bench.turn = 450
     assert not bench.samples(AGREED - 1).agreed
     assert bench.samples(1).agreed
 

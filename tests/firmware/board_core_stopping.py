@@ -292,12 +292,19 @@ def test_bands():
     assert Stopping(Settings(), codes.DIR_RIGHT, True).band == limits.BAND_Q4_DEG
 
 
-# As a rate at half deflection says: a deadband of 120 permille leaves 431 permille of it, and the
+# As a rate at 450 permille says: a deadband of 120 permille leaves 375 permille of it, and the
 # selected profile believes in what its own deadband leaves.
 def alike(rate, deadband, others):
-    faster = rate * ((500 - deadband) * 1000 // (1000 - deadband)) // 431
+    faster = rate * ((450 - deadband) * 1000 // (1000 - deadband)) // 375
     most = max(rate, faster) * 5 // 4
     return min(others) <= most and max(others) >= rate * 5 // 8
+
+
+def test_auto_turns_are_fast_enough_to_confirm_each_profile():
+    for profile in range(5):
+        for direction in (codes.DIR_LEFT, codes.DIR_RIGHT):
+            stopping = Stopping(changed(profile=profile), direction, False)
+            assert stopping.auto >= limits.TELLING_PERMILLE, (profile, direction)
 
 
 def test_profiles_turn_alike_to_a_sixteenth_of_a_degree():

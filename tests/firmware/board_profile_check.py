@@ -141,7 +141,7 @@ def test_a_knob_turned_while_it_stands_or_drives_is_not_trusted_for_long():
 
 
 def test_a_turn_of_too_little_output_confirms_nothing():
-    for permille, believed in ((499, False), (500, True), (-499, False), (-500, True)):
+    for permille, believed in ((449, False), (450, True), (-449, False), (-450, True)):
         assert Turning(3, 3).run(permille, 4000) == believed, permille
 
 

@@ -88,7 +88,8 @@ NO_RELAY_MM_S = const(200)
 TRUST_MS = const(30000)  # after the last turn that confirmed it
 TRUST_STANDING_MS = const(3000)  # with so little put out that a chair may stand:
 STANDING_PERMILLE = const(150)
-TELLING_PERMILLE = const(500)  # a turn at less says little: the deadband counts for too much
+# A turn at less says little: the deadband counts for too much. Auto turns reach 469 (P19).
+TELLING_PERMILLE = const(450)
 DEADBAND_MOST_PERMILLE = const(120)  # of a chair that turning has to tell from another
 # A chair that stands while so much asks it to turn is none of the quick ones.
 TRYING_PERMILLE = const(300)
