@@ -1,4 +1,4 @@
-// Maps as files on the caretaker's page: one is kept on the phone, one of the phone becomes a map.
+// Maps as files on the caretaker's page: saves one to the phone, imports one from the phone.
 
 import { button, element } from "./map_tools.js";
 
@@ -50,7 +50,7 @@ export class MapFiles {
   }
 }
 
-/** Keeps what is at this address on the phone. */
+/** Downloads the file at this address to the phone. */
 export function download(address) {
   const link = element("a");
   link.href = address;
@@ -71,7 +71,7 @@ function record(form, ...values) {
   return view;
 }
 
-/** A zip file of them, not compressed. */
+/** An uncompressed zip file of them. */
 async function zipOf(files) {
   const pieces = [];
   const table = [];
