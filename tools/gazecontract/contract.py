@@ -1,4 +1,4 @@
-"""The contract: what every plug-in must do in the virtual chair, whoever wrote it.
+"""The contract: what every plug-in must do in the virtual chair.
 
 Only outputs count: the wipers, and what the plug-in's own process sends. Each rule has a name, a
 limit in virtual time where time matters, and reports in one line what it observed.

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 from gazechair.alerts.reasons import HELP_WANTED, OVERRULED, PART, REASONS, STANDS, SYSTEM
 
-MOVED_S = 2.0  # a chair that moved for so long is not stuck
-GAVE_UP_S = 30.0  # without another attempt for so long, the driver does not want to move
+MOVED_S = 2.0  # a chair that moved for this long is not stuck
+GAVE_UP_S = 30.0  # after this long without an attempt, the driver does not want to move
 
 
 @dataclass(frozen=True)

@@ -130,7 +130,7 @@ class LogWriter:
         if self.path is not None and not self.path.exists():
             self.close()  # somebody has deleted it
         if self._file is not None:
-            self._writer._writer.flush()  # the chunk: mcap_ros2 has no flush of its own
+            self._writer._writer.flush()  # the chunk: mcap_ros2 itself has no flush
             self._file.flush()
             os.fsync(self._file.fileno())
             now_ns = self._monotonic_ns()
