@@ -26,7 +26,7 @@ export class Banner {
     const steady = kind === "override" || kind === "taken" ? `${kind} ${words}` : "none";
     if (steady === this.#steady) return;
     this.#steady = steady;
-    if (steady === "none" && kind !== "none") this.#untilMs = now; // driving is off: it is past
+    if (steady === "none" && kind !== "none") this.#untilMs = now; // driving is off: hide it
     if (kind === "taken") {
       const text = this.#strings.label("taken_text");
       this.#render(kind, this.#strings.label(words), words, { text, do: "" });

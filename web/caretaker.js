@@ -61,9 +61,9 @@ let latched = []; // messages that only a reset clears
 let edge = 0;
 let capMovedMs = -Infinity;
 let heartbeatMs = 50;
-let first = null; // the first drive, once it was opened
-let maps = null; // the maps, once they were opened
-let going = null; // where the chair takes itself, once it does: a promise while it comes
+let first = null; // the first drive, once opened
+let maps = null; // the maps, once opened
+let going = null; // the auto motion's part, once needed: a promise while it loads
 
 const socket = new ControlSocket({
   message: (message) => receivers[message.k]?.(message, performance.now()),

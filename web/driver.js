@@ -69,7 +69,7 @@ const eyes = new Eyes(strings, {
   lacking: () => notice("refused", "part_missing"),
   judged(result) {
     open("menu");
-    menu.show("eyes", result); // it proposes, and takes over when the driver chooses so
+    menu.show("eyes", result); // it proposes the result, and applies it if the driver chooses so
   },
 });
 

@@ -76,7 +76,7 @@ export function judge(samples) {
 export class EyeTest {
   #done;
   #label;
-  #openedMs = null; // shown, waits for a gaze
+  #openedMs = null; // when shown; waits for a gaze
   #look = null; // {since, last}: at the first dot
   #startMs = null;
   #samples = [];

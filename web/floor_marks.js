@@ -21,11 +21,11 @@ export class FloorMarks {
   #words;
   #post;
   #marks = PLACES.map(asked);
-  #now = 0; // the mark that is asked for
+  #now = 0; // the mark being asked for
   #worst = -1;
   #zoom = 1;
-  #told = null; // what the fit has said; null: nothing since a mark changed
-  #waits = false; // for that
+  #told = null; // the fit's result; null: none since a mark changed
+  #waits = false; // for the fit
   #row = null; // of GET /first-drive
   #sheet = null; // while it is open
   #view = document.querySelector(".view");

@@ -53,7 +53,7 @@ export function listen(targets, hits, { shown, away, pressed }) {
 
   addEventListener("pointermove", (event) => {
     const at = stampOf(event);
-    if (event.defaultPrevented) return; // looking does nothing for who scans without it
+    if (event.defaultPrevented) return; // a driver who scans without gaze: looking does nothing
     if (event.buttons !== 0) return targets.drag(find(event), source(event), at);
     // The browser repeats a pointer that stands still: that does not prove that anyone looks.
     if (event.clientX === last.x && event.clientY === last.y) return;
@@ -93,7 +93,7 @@ export function listen(targets, hits, { shown, away, pressed }) {
     targets.press(name, `key ${event.key}`, stampOf(event));
   });
   addEventListener("keyup", (event) => {
-    if (named(event)) event.preventDefault(); // or the browser adds a click of its own
+    if (named(event)) event.preventDefault(); // else the browser adds its own click
     targets.release(`key ${event.key}`, stampOf(event));
   });
 

@@ -5,7 +5,7 @@ import { button, element } from "./map_tools.js";
 const ZIP = "application/zip";
 const MEGA = 1e6;
 const UTF8 = 0x800;
-const OLDEST = 0x21; // 1980-01-01, as a zip file has it
+const OLDEST = 0x21; // 1980-01-01 in a zip file's format
 
 /** `on`: tell(text), send(path, request), most() bytes. */
 export class MapFiles {
@@ -36,7 +36,7 @@ export class MapFiles {
       const request = { method: "POST", headers: { "Content-Type": ZIP }, body };
       if (body) await this.#on.send("/maps/import", request);
     }
-    this.#field.value = ""; // so that the same file can be chosen once more
+    this.#field.value = ""; // so that the same file can be chosen again
   }
 
   async #packed(files) {

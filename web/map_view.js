@@ -12,7 +12,7 @@ const ARROW = 14;
 export class MapView {
   #canvas;
   #image = new Image();
-  #place = null; // where the picture lies: cell_m, x, y, width, height
+  #place = null; // the picture's place in the map: cell_m, x, y, width, height
   #drawing = { places: [], no_go: [], home: null };
   #draft = { points: [], closed: false };
   #where = null;

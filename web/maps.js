@@ -31,8 +31,8 @@ class Maps {
   #files;
   #askedMs = -Infinity;
   #pictureMs = -Infinity;
-  #asking = 0; // requests that are not answered yet
-  #sent = 0; // wishes and files
+  #asking = 0; // unanswered requests
+  #sent = 0; // requests and files sent
   #rows = "";
 
   constructor(root, words) {

@@ -34,13 +34,13 @@ export class Pick {
   #words;
   #on;
   #row = null; // the tile that asked for a spot, while the view is open
-  #spot = null; // the host's word of it
+  #spot = null; // its state from the host
   #going = null;
   #rides = false;
   #dwell = null; // {x, y, count, since, last, said}
-  #lens = null; // where the picture is enlarged around, px
+  #lens = null; // centre of the enlargement, px
   #go;
-  #over; // what is drawn over the picture
+  #over; // the drawing over the picture
   #shown = "";
   #bars = new SpotScan();
 
@@ -98,13 +98,13 @@ export class Pick {
     return before !== this.mode;
   }
 
-  /** The page's sentence `told`, or, if all is OK while a spot is chosen, what to do. */
+  /** What to do while a spot is chosen, if the sentence `told` is that all is OK; else null. */
   sentence(told) {
     if (!this.#row || this.#rides || told.level !== "ok") return null;
     const spot = this.#spot;
     const empty = !spot || (spot.state === "ended" && !spot.reason);
     const mine = this.#going?.mode?.startsWith(this.#row.name);
-    if (empty && mine && !this.#lens) return null; // how the ride has ended
+    if (empty && mine && !this.#lens) return null; // show how the ride has ended
     const kind = document.body.dataset.scans === "true" ? "scan" : this.#row.of;
     const asks = this.#lens ? "again" : empty ? "look" : "";
     const said = this.#words.spot(asks ? { kind, state: asks } : spot);

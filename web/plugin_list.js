@@ -9,7 +9,7 @@ export class PluginList {
   #root;
   #words = null;
   #missing = false;
-  #rows = []; // as the host tells them
+  #rows = []; // from the host
   #shown = "";
 
   constructor(root, language) {

@@ -17,7 +17,7 @@ const SIZES = [60, 60, 40, 28, 22];
 const STYLES = ["/static/plugin_tiles.css", "/static/pick.css"];
 
 let words = null;
-let going = null; // words, too
+let going = null; // texts, too
 
 /** Loads what the tiles need; throws when it does not load. */
 export async function ready(strings) {
@@ -40,19 +40,19 @@ export class PluginTiles {
   /** True if there is a page of modes. */
   more = false;
   #on;
-  #rows = []; // all plug-ins, as the host tells them
+  #rows = []; // all plug-ins, from the host
   #able = []; // names of the modes that can be held
   #from = 0; // the first mode of the page that is open
   #backward = false;
   #tiles = [];
   #modes = []; // the mode of each place, undefined: none
   #filled = []; // their rows
-  #auto = []; // names of the modes that nobody holds
+  #auto = []; // names of the auto modes
   #ride;
-  #going = null; // the host's word of it
+  #going = null; // its state from the host
   #pick;
   #edge = 0; // of the newest press
-  #paused = 0; // the press that paused it: what is left of its hold starts nothing
+  #paused = 0; // the press that paused it: the rest of its hold starts nothing
 
   constructor(strings, on) {
     this.#on = on;

@@ -32,7 +32,7 @@ export class Scan {
   #offered = []; // rows of names, without Stop
   #row = null; // the chosen row
   #lit = ["stop"];
-  #before = null; // lit before; null: nothing that a press may still mean
+  #before = null; // lit before; null: a press can no longer mean it
   #at = 0; // which of the list is lit
   #since = 0; // when its time began
   #litAt = 0;
@@ -87,7 +87,7 @@ export class Scan {
       return;
     }
     if (this.#openAt !== null) this.#over(this.#openAt);
-    const again = this.#closed; // nobody told of its opening
+    const again = this.#closed; // its opening was not reported
     this.#closed = true;
     if (this.#moving) return this.#halt(at);
     if (again) return this.#drop();

@@ -29,7 +29,7 @@ function look() {
 }
 new MutationObserver(look).observe(status, { childList: true, subtree: true, attributes: true });
 addEventListener("resize", look);
-link.onload = look; // the canvas has its place
+link.onload = look; // now the canvas has its place
 
 async function open(id) {
   map = id;
@@ -44,7 +44,7 @@ async function open(id) {
   } catch (error) {
     console.warn(`small map: ${error.message}`);
     canvas.hidden = true;
-    map = ""; // asked for again
+    map = ""; // request it again
   }
 }
 

@@ -26,7 +26,7 @@ export class ControlSocket {
   #on;
   /** A token older than this proves nothing to the host; set by the host. */
   #tokenMs = 0;
-  #tokens = []; // {token, at}: those of that time that were delayed less than all later ones
+  #tokens = []; // {token, at}: recent ones that were delayed less than all later ones
   #heardMs = 0;
   #beatAtMs = 0;
   #alive = false;

@@ -8,7 +8,7 @@ const CELLS = 12;
 /** Bars over the picture that scanning lights like targets. */
 export class SpotScan {
   #area = null; // {left, top, width, height} px, null: nothing can be chosen
-  #column = null; // that was chosen, while one of its cells is not
+  #column = null; // the chosen column, until one of its cells is chosen
   #over = document.createElement("div");
 
   constructor() {

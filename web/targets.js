@@ -28,7 +28,7 @@ export class Targets {
   #freshMs = 200;
   #edge = 0;
   #under = undefined; // target under the pointer, null: none, undefined: not known
-  #spent = null; // button that acted and was not left yet
+  #spent = null; // button that acted and that the gaze has not left yet
   #dwell = null; // {target, since, movedAt, leftAt, ms}
   #hold = null; // {target, source, mode, edge, since, provenAt, leftAt, sendAt}
   #pressed = null; // button pressed and not released: {target, source, since}
