@@ -1,4 +1,4 @@
-// The alerts on the caretaker's page: which there are, who takes care, what did not arrive; a test.
+// The alerts on the caretaker's page: list, acknowledge, failed deliveries, test.
 
 const JSON_TYPE = { "Content-Type": "application/json" };
 const RETRY_MS = 2000;
@@ -11,7 +11,7 @@ const element = (name, text, act) => {
   return made;
 };
 
-/** Newest first. An open one has a button by which this phone's person takes care of it. */
+/** Newest first. An open one has a button with which this phone's person takes over. */
 export class AlertList {
   #root;
   #strings;
@@ -19,7 +19,7 @@ export class AlertList {
   #revision; // that is shown, or being fetched
   #alerts = [];
 
-  /** `changed(open)` is told of the alerts that nobody has acknowledged. */
+  /** `changed(open)` receives the alerts that nobody has acknowledged. */
   constructor(root, strings, changed) {
     this.#root = root;
     this.#strings = strings;
@@ -40,7 +40,7 @@ export class AlertList {
   }
 
   test() {
-    // Only a press may ask for it.
+    // Browsers allow this request only in a press.
     globalThis.Notification?.requestPermission();
     this.#post({ test: true });
   }

@@ -2,15 +2,15 @@
 
 const AGAIN_MS = 4000;
 const SHAKE_MS = [300, 120, 300];
-/** No word from the chair for this long is worth an alarm. */
+/** Silence of the chair for this long raises an alarm. */
 const LOST_MS = 2000;
 
-/** Sounds for as long as there is a reason; a reason that was seen is silent until it is new. */
+/** Sounds while there is a reason; a reason that was seen stays silent until it is new again. */
 export class Alerts {
   #tones;
   #reasons = new Set();
   #seen = new Set();
-  #open = new Set(); // what nobody has acknowledged, but a call
+  #open = new Set(); // alerts that nobody has acknowledged, except a call
   #againAt = 0;
   #heardMs = null;
 
@@ -22,7 +22,7 @@ export class Alerts {
     }
   }
 
-  /** The host's state has come: a call for help and an error are reasons. */
+  /** Takes the host's state: a call for help and an error are reasons. */
   update({ call, level, message }, now) {
     this.#heardMs = now;
     const reasons = new Set(this.#open);
@@ -31,7 +31,7 @@ export class Alerts {
     this.#change(reasons, now);
   }
 
-  /** What the host keeps as open alerts; a call comes with the state already. */
+  /** Takes the host's open alerts; a call already comes with the state. */
   open(alerts, now) {
     const others = alerts.filter(({ kind }) => kind !== "help");
     const closed = [...this.#reasons].filter((reason) => !this.#open.has(reason));
@@ -39,7 +39,7 @@ export class Alerts {
     this.#change(new Set([...closed, ...this.#open]), now);
   }
 
-  /** Lets time pass. */
+  /** Advances the time; call it often. */
   tick(now) {
     if (this.#heardMs !== null && now - this.#heardMs > LOST_MS && !this.#reasons.has("lost")) {
       this.#change(new Set([...this.#reasons, "lost"]), now);

@@ -1,4 +1,4 @@
-// What assist (Rijhulp) does, in words on the tile of Vooruit.
+// Shows what assist (Rijhulp) does on the tile of Vooruit.
 
 import { setText } from "./dom.js";
 
@@ -12,7 +12,7 @@ const sign = document.createElement("span");
 document.head.append(link);
 document.getElementById("forward").append(sign);
 
-/** The words in this language, Dutch when there are none. */
+/** The texts in this language, else in Dutch. */
 async function fetchWords(language) {
   labels = {};
   for (const name of [language, HOME]) {
@@ -22,7 +22,7 @@ async function fetchWords(language) {
   labels = null; // asked again with the next state
 }
 
-/** [it sees enough to help, it steers], as the host tells it; null: the driver has it off. */
+/** The host's [it sees enough to help, it steers]; null: off for this driver. */
 export function show(told, { language }) {
   sign.hidden = !told;
   if (!told) return;

@@ -1,10 +1,10 @@
-// A ride that nobody holds, on the driver's page: eyes that move on the page watch it.
+// An auto ride on the driver's page: supervised by eyes that move on the page.
 
-/** Between two words of them; the board's supervision lasts seconds. */
+/** Between two messages about it; the board's supervision lasts seconds. */
 const WATCH_MS = 250;
 
 export class AutoRide {
-  /** The mode that drives, and the one that has ended before its goal; "" for none. */
+  /** The mode that drives, and the one that was ended before its goal; "" for none. */
   mode = "";
   over = "";
   #saidAt = -Infinity;
@@ -19,7 +19,7 @@ export class AutoRide {
     });
   }
 
-  /** Takes the host's state; true when something is another. */
+  /** Takes the host's state; true when something has changed. */
   update([mode, over]) {
     const changed = mode !== this.mode || over !== this.over;
     [this.mode, this.over] = [mode, over];

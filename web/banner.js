@@ -4,10 +4,10 @@ import { message } from "./strings.js";
 
 /** An override stays readable for at least this long. */
 const OVERRIDE_MS = 1500;
-/** A refusal or hint, which has no end of its own, is shown for this long. */
+/** A refusal or hint, which does not end by itself, is shown for this long. */
 const NOTICE_MS = 4000;
 
-/** The banner; an override is shown (and heard) at once; it and a taking-over come first. */
+/** The banner; an override is shown (and sounded) at once; it and a take-over have priority. */
 export class Banner {
   #strings;
   #tones;
@@ -21,12 +21,12 @@ export class Banner {
     this.#tones = tones;
   }
 
-  /** What the sentence says there: "override" with its reason, "taken" with a label, or else. */
+  /** Shows the sentence's part: "override" with its reason, "taken" with a label, or nothing. */
   steady(kind, words, now) {
     const steady = kind === "override" || kind === "taken" ? `${kind} ${words}` : "none";
     if (steady === this.#steady) return;
     this.#steady = steady;
-    if (steady === "none" && kind !== "none") this.#untilMs = now; // driving is off: it is past
+    if (steady === "none" && kind !== "none") this.#untilMs = now; // driving is off: hide it
     if (kind === "taken") {
       const text = this.#strings.label("taken_text");
       this.#render(kind, this.#strings.label(words), words, { text, do: "" });

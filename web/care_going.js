@@ -1,11 +1,11 @@
-// Where the chair takes itself, on the caretaker's page: goal, way, why it stands; a pause.
+// An auto motion on the caretaker's page: goal, path, why it stands; a pause.
 
 import { ARRIVED, goingWords } from "./going.js";
 import { MapView } from "./map_view.js";
 
 const NOTHING = { places: [], no_go: [], home: null };
 
-/** The part, in `root`. `on` receives pause(), tone(shape). Throws when its words do not come. */
+/** The part, in `root`. `on` receives pause(), tone(shape). Throws when its texts do not load. */
 export async function careGoing(root, strings, on) {
   return new CareGoing(root, await goingWords(strings), on);
 }

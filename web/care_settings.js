@@ -3,7 +3,7 @@
 import { sureButton } from "./sure.js";
 
 const JSON_TYPE = { "Content-Type": "application/json" };
-/** How numbers are shown: by the end of their name, [unit, how many of it are one shown]. */
+/** How numbers are shown: by the end of their name, [unit shown, raw value of one unit]. */
 const UNITS = [
   ["_ms", "s", 1000],
   ["_permille", "%", 10],
@@ -13,7 +13,7 @@ const UNITS = [
 ];
 const unitOf = (name) => UNITS.find(([end]) => name.endsWith(end)) ?? ["", "", 1];
 
-/** A labelled control; `changed(value)` is told of every new value, "begun" marks what is typed. */
+/** A labelled control; `changed(value)` receives every new value; "begun" marks a started edit. */
 function row(strings, name, field, value, changed) {
   const label = document.createElement("label");
   label.className = "row";
@@ -47,7 +47,7 @@ function row(strings, name, field, value, changed) {
   return label;
 }
 
-/** Draws someone's form; a row begun in it stays: no answer of the host takes what is typed. */
+/** Draws a form; a row with a started edit stays, so that no answer discards what is typed. */
 function draw(root, whose, rows) {
   const same = root.dataset.whose === whose && root.children.length === rows.length;
   root.dataset.whose = whose;
@@ -99,7 +99,7 @@ export class ChairSettings {
       const choices = field.choices?.map((word, value) => [value, word]);
       return row(this.#strings, name, choices ? { choices } : field, field.value, async (value) => {
         const body = JSON.stringify({ set: { [name]: Number(value) } });
-        // Refused: what is in force is shown again.
+        // Refused: show the value in force again.
         if (!(await this.#ask({ method: "POST", headers: JSON_TYPE, body }))) this.#show(settings);
       });
     });
@@ -107,7 +107,7 @@ export class ChairSettings {
   }
 }
 
-/** The people who drive: who does now, and each one's own times and looks. */
+/** The drivers: who drives now, and each person's times and display. */
 export class PersonSettings {
   #root;
   #strings;

@@ -25,7 +25,7 @@ import { ClockWatch } from "./watch.js";
 
 const TICK_MS = 25;
 const RESET_HOLD_MS = 2000;
-/** Until the host has told the cap back, a moved slider keeps its place. */
+/** A moved slider keeps its place until the host has confirmed the cap. */
 const CAP_SETTLES_MS = 1000;
 const TABS = ["drive", "settings", "first", "maps", "modules", "pairing", "alarms"];
 
@@ -61,9 +61,9 @@ let latched = []; // messages that only a reset clears
 let edge = 0;
 let capMovedMs = -Infinity;
 let heartbeatMs = 50;
-let first = null; // the first drive, once it was opened
-let maps = null; // the maps, once they were opened
-let going = null; // where the chair takes itself, once it does: a promise while it comes
+let first = null; // the first drive, once opened
+let maps = null; // the maps, once opened
+let going = null; // the auto motion's part, once needed: a promise while it loads
 
 const socket = new ControlSocket({
   message: (message) => receivers[message.k]?.(message, performance.now()),
@@ -87,7 +87,7 @@ const gamepads = new Gamepads({
   letGo: () => joystick.unlean(),
   stop,
 });
-/** Only a page that is seen and has its person drives. */
+/** Only a visible page with focus drives. */
 function lookAtGamepads() {
   const ready = joystick.enabled && !document.hidden && document.hasFocus();
   gamepads.look([...(navigator.getGamepads?.() ?? [])], ready);
@@ -160,7 +160,7 @@ const receivers = {
   },
 };
 
-/** One sentence about how things are; a phone that does not drive is told overrides, too. */
+/** One sentence about the state; a phone that does not drive shows overrides, too. */
 function tell(now) {
   if (state === null && socket.alive) return;
   const about = sentence(state && { ...state, you: true }, socket.alive, false);
@@ -169,7 +169,7 @@ function tell(now) {
   banner.steady(told.kind, told.words, now);
 }
 
-/** The cap in force; while the slider is being moved, what it would become. */
+/** The cap in force; while the slider is being moved, the new one. */
 function showCap(permille) {
   const slider = byId("cap");
   const moved = performance.now() - capMovedMs < CAP_SETTLES_MS;
@@ -186,7 +186,7 @@ function endAll() {
   first?.end();
 }
 
-/** A part that is fetched when it is wanted; undefined when it does not come. */
+/** Loads a part on demand; undefined when it does not load. */
 async function late(name, make) {
   try {
     return await make(await import(`./${name}.js`));
@@ -216,13 +216,13 @@ async function openMaps() {
   if (!loaded) refuse("no_answer");
 }
 
-/** Where the chair takes itself; what does not come is tried again with a later state. */
+/** The auto motion; a part that does not load is retried with a later state. */
 async function openGoing() {
   const on = { pause: () => stop(), tone: (shape) => tones.play(shape) };
   going = await late("care_going", (part) => part.careGoing(byId("drive"), strings, on));
 }
 
-/** The phone is put away: whoever drove from here no longer does. */
+/** The phone is put away: stop driving from here. */
 function leave() {
   endAll();
   if (state?.you) socket.send("release");
@@ -238,7 +238,7 @@ function openTab(name) {
 }
 
 const press = (id, act) => byId(id).addEventListener("click", act);
-/** A stop also ends what is held on this page, by another finger too. */
+/** A stop also ends everything held on this page, even by another finger. */
 function stop(kind = "stop") {
   socket.send(kind);
   endAll();

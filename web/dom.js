@@ -1,4 +1,4 @@
-// The page's elements and facts by name; changes only what differs.
+// The page's elements and facts by name; writes only what differs.
 
 const body = document.body;
 export const byId = (id) => document.getElementById(id);
@@ -6,7 +6,7 @@ export const setText = (id, text) => {
   const element = byId(id);
   if (element.textContent !== text) element.textContent = text;
 };
-/** A fact the style sheets go by. */
+/** A fact that the style sheets use. */
 export const setData = (name, value) => {
   if (body.dataset[name] !== String(value)) body.dataset[name] = value;
 };

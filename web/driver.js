@@ -25,9 +25,9 @@ import { AutoOff, ClockWatch } from "./watch.js";
 const TICK_MS = 25;
 /** The label of "Rijden uit" counts down the last seconds before driving goes off by itself. */
 const COUNTDOWN_MS = 5000;
-/** So many clicks without any movement: the eyes only click, and a click can only be a step. */
+/** After this many clicks without movement: gaze control that only clicks, so a click is a step. */
 const CLICKS_MEAN_STEPS = 2;
-/** The mode after each one; "more": the page of modes, where there is one. */
+/** The mode that follows each one; "more": the page of modes, if there is one. */
 const AFTER = { continuous: "step", step: "more", more: "continuous" };
 
 const profiles = await loadProfiles();
@@ -69,7 +69,7 @@ const eyes = new Eyes(strings, {
   lacking: () => notice("refused", "part_missing"),
   judged(result) {
     open("menu");
-    menu.show("eyes", result); // it proposes, and takes over when the driver chooses so
+    menu.show("eyes", result); // it proposes the result, and applies it if the driver chooses so
   },
 });
 
@@ -115,7 +115,7 @@ const targets = new Targets({
     if (practice.armed || state?.you) tones.play("start");
   },
   stop(wished) {
-    // Another's driving is stopped by looking at Stop, not by looking away from this page.
+    // Another driver is stopped by looking at Stop, not by looking away from this page.
     if (wished || (!plugins.part?.auto(asked) && (state?.you ?? true))) socket.send("stop");
     if (wished) stopSeen.asked(socket.stops, performance.now());
     ended();
@@ -211,7 +211,7 @@ function tell(now) {
   if (told.say(words, now)) measure();
 }
 
-/** A held command is over. */
+/** A held command has ended. */
 function ended() {
   asked = null;
   if (driving) tones.play("stop");
@@ -227,7 +227,7 @@ function setMode(mode) {
   measure();
 }
 
-/** Shows "drive", "menu" or "eyes"; whatever was held ends. */
+/** Shows "drive", "menu" or "eyes"; ends every hold. */
 function open(view) {
   targets.replaced(performance.now());
   eyes.stop();
@@ -235,7 +235,7 @@ function open(view) {
   measure();
 }
 
-/** Driving goes off: nobody is known to be before the page, or nobody used it. */
+/** Switches driving off: nobody seems to be at the page, or nobody used it. */
 function switchOff() {
   scan.cancel(performance.now());
   practice.armed = false;
@@ -243,7 +243,7 @@ function switchOff() {
   if (state?.you) socket.send("disarm");
 }
 
-/** The chair is this page's, or it practises so: only this page changes how it drives. */
+/** This page owns the chair, or practises: only this page changes how it drives. */
 function drives() {
   return Boolean(state?.you) || practice.armed || targets.holding;
 }
@@ -254,12 +254,12 @@ async function change(wish) {
   applyProfile();
 }
 
-/** What others have changed is taken over when this page does not drive. */
+/** Takes over others' changes while this page does not drive. */
 async function reload() {
   if (!drives() && (await profiles.reload(() => !drives()))) applyProfile();
 }
 
-/** Takes over the chosen profile; another language is another page. */
+/** Takes over the chosen profile; another language reloads the page. */
 function applyProfile() {
   const mine = profiles.current;
   if (mine.language !== strings.language && !new URLSearchParams(location.search).has("lang")) {

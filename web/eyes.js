@@ -8,22 +8,22 @@ const DOTS = [
   [0.5, 0.75],
 ];
 const DOT_MS = 4000;
-/** The way to a new dot takes this long and does not count. */
+/** The eyes' move to a new dot takes this long and does not count. */
 const TRAVEL_MS = 1000;
 /** Longer between two samples: the tracker has lost the eyes. */
 const DROPOUT_MS = 100;
 /** Fewer samples than this can't be judged. */
 const ENOUGH = 60;
 
-/** The test begins when a gaze has stayed so long, so near (screen heights), at the first dot. */
+/** The test begins after a gaze this long, this near (screen heights) to the first dot. */
 const BEGIN_MS = 1000;
 const NEAR = 0.12;
-/** Longer between two looks at it: the eyes are elsewhere. */
+/** A longer gap between two looks at it: the eyes are elsewhere. */
 const AWAY_MS = 300;
 /** Nobody has looked for this long: there are no eyes to test. */
 const NOBODY_MS = 30_000;
 
-/** This share of the looks counts for jitter: a glance aside is none. */
+/** This fraction of the looks counts for jitter, so that a glance aside does not. */
 const STEADY = 0.9;
 
 const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
@@ -31,7 +31,7 @@ const round50 = (value) => Math.round(value / 50) * 50;
 const middle = (values) => values.sort((a, b) => a - b)[values.length >> 1];
 
 /**
- * What `samples` ([ms, x, y] in screen heights, ms from the test's begin) say.
+ * Evaluates `samples` ([ms, x, y] in screen heights, ms from the start of the test).
  *
  * Returns null for too few, else jitter (rms distance to each dot's median, in % of the screen's
  * height, of the 90 % that are nearest), dropouts (their number), longest_ms, and the proposed
@@ -76,13 +76,13 @@ export function judge(samples) {
 export class EyeTest {
   #done;
   #label;
-  #openedMs = null; // shown, waits for a gaze
+  #openedMs = null; // when shown; waits for a gaze
   #look = null; // {since, last}: at the first dot
   #startMs = null;
   #samples = [];
   #dot = document.getElementById("dot");
 
-  /** `label(seconds)` is told what is left, null before it; `done(result)` what judge() returns. */
+  /** `label(seconds)` gets the time left, null before the test; `done(result)`: of judge(). */
   constructor(label, done) {
     this.#label = label;
     this.#done = done;

@@ -5,17 +5,17 @@ import { setText } from "./dom.js";
 const AGE_EVERY_MS = 1000;
 /** An output nearer to neutral moves nothing. */
 const REST_PERMILLE = 36;
-/** What this page asks, beside the words for what the chair does. */
+/** What this page requests, next to what the chair does. */
 const ARROWS = { forward: "↑", backward: "↓", left: "←", right: "→" };
 
-/** Shows the facts; tiny changes only. */
+/** Shows the facts; writes only what changed. */
 export class Facts {
   #strings;
   #names;
   #worst = { link: 0, picture: 0 };
   #shownMs = 0;
 
-  /** `names`: labels to use in place of others. */
+  /** `names`: labels that replace others. */
   constructor(strings, names = {}) {
     this.#strings = strings;
     this.#names = names;
@@ -44,7 +44,7 @@ export class Facts {
     this.#worst = { link: 0, picture: 0 };
   }
 
-  /** Which way the joystick is pushed: a name of a drive target, or "none". */
+  /** The direction of the joystick: a name of a drive target, or "none". */
   #moving({ motion, output_permille: output }) {
     if (motion === "stopped" || output === null) return "none";
     const [linear, turn] = output;
@@ -53,7 +53,7 @@ export class Facts {
     return linear > 0 ? "forward" : "backward";
   }
 
-  /** As the lidars measure it; "–": not known. */
+  /** The speed measured by the lidars; "–": not known. */
   #speed({ motion, speed }) {
     if (motion === "stopped") return "";
     if (!speed) return " –";

@@ -6,12 +6,12 @@ import { Held } from "./held.js";
 
 const JSON_TYPE = { "Content-Type": "application/json" };
 const POLL_MS = 500;
-/** The page shows a pulse by each line of the procedure that names its strength. */
+/** Each line of the procedure that matches counts as one pulse. */
 const PULSE = /%, /;
 const STRAIGHT = "  straight on";
 /** Steps that move the chair: only while their button is held. */
 const MOVES = ["relay", "tune", "turn"];
-/** Steps that only tell. */
+/** Steps that only inform. */
 const TELLS = ["versions", "practice"];
 const MM = 10;
 
@@ -25,7 +25,7 @@ const put = (made, text) => {
   if (made.textContent !== text) made.textContent = text;
 };
 
-/** The whole list, ready to be shown; throws when its words do not come. */
+/** The list, ready to be shown; throws when its texts do not load. */
 export async function firstDrive(root, strings, on) {
   return new FirstDrive(root, await firstWords(strings), on);
 }
@@ -54,7 +54,7 @@ class FirstDrive {
     for (const held of this.#held) held.setHeartbeat(ms);
   }
 
-  /** Nothing is held any more. */
+  /** Ends every hold. */
   end() {
     for (const held of this.#held) held.end();
   }
@@ -66,12 +66,12 @@ class FirstDrive {
     this.load();
   }
 
-  /** Asks the host how things are. */
+  /** Requests the state from the host. */
   load() {
     return this.#ask({ cache: "no-store" });
   }
 
-  /** The host refused the held button, or what was asked: in words. */
+  /** Shows the host's refusal of the held button or of a request. */
   refused(reason) {
     const row = this.#rows.get(this.#open);
     const text = this.#words.reason(reason);
@@ -83,7 +83,7 @@ class FirstDrive {
     return this.#ask({ method: "POST", headers: JSON_TYPE, body: JSON.stringify(wish) });
   }
 
-  /** Resolves to why not, in words; undefined: it is done. */
+  /** Resolves to the reason of a refusal as text; undefined: done. */
   async #ask(request) {
     this.#asking = true;
     let refusal;
@@ -232,7 +232,7 @@ class FirstDrive {
     put(mine.told, this.#told(step, runs, refused, run));
   }
 
-  /** Once the fit has ended: what it says, with its error. */
+  /** Once the fit has ended: its result or error. */
   #markRow(row, run) {
     const ended = run.step !== "camera" && run.ended?.step === "camera" ? run.ended : null;
     const told = ended && this.#told("camera", false, "", run);

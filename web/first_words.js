@@ -1,9 +1,9 @@
-// The words of the first drive: its own texts and facts, else the page's.
+// The texts of the first drive: its own texts and facts, else the page's.
 
 import { PartWords } from "./part_words.js";
 import { tableOf } from "./table.js";
 
-/** The words in this language, Dutch when there are none. Throws without answer. */
+/** The texts in this language, else in Dutch. Throws when the host does not answer. */
 export async function firstWords(strings) {
   const table = await tableOf(strings.language, "first");
   return new FirstWords(table, strings, table.labels.first_unknown);
@@ -11,7 +11,7 @@ export async function firstWords(strings) {
 
 /** Texts of steps; facts are rows of GET /first-drive. */
 class FirstWords extends PartWords {
-  /** Why a step failed: in this language, else as the host said it, in English. */
+  /** Why a step failed: in this language, else the host's English text. */
   told({ told, fields, detail }) {
     const text = this.table.told?.[told];
     if (!text) return detail;

@@ -1,19 +1,19 @@
 // Marks on the floor, tapped in the camera's picture: a tap enlarges it, a drag moves the mark.
 
 const SVG = document.querySelector("svg").namespaceURI;
-/** Where marks are asked for: cm ahead of the drive axle's middle, and to the left. */
+/** Suggested places for marks: cm ahead of the drive axle's middle, and to the left. */
 const PLACES = [
   ...[[120, 30], [120, -30], [180, 50], [180, -50], [250, 70], [250, -70]],
   ...[[200, 0], [300, 0], [150, 0], [150, 60]],
 ];
 const LEAST = 6;
 const ENLARGED = 4;
-/** A press of an arrow key, as a share of the picture. */
+/** Step of an arrow key, as a fraction of the picture. */
 const NUDGE = 0.0005;
 const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 const CROSS_PX = 14;
 
-/** A mark, as it is asked for; `at`: where it is seen, shares of the picture. */
+/** A mark; `at`: where it is seen, as fractions of the picture. */
 const asked = ([ahead, left]) => ({ ahead, aside: Math.abs(left), side: left < 0 ? -1 : 1 });
 const within = (share) => Math.min(1, Math.max(0, share));
 
@@ -21,11 +21,11 @@ export class FloorMarks {
   #words;
   #post;
   #marks = PLACES.map(asked);
-  #now = 0; // the mark that is asked for
+  #now = 0; // the mark being asked for
   #worst = -1;
   #zoom = 1;
-  #told = null; // what the fit has said; null: nothing since a mark changed
-  #waits = false; // for that
+  #told = null; // the fit's result; null: none since a mark changed
+  #waits = false; // for the fit
   #row = null; // of GET /first-drive
   #sheet = null; // while it is open
   #view = document.querySelector(".view");
@@ -111,7 +111,7 @@ export class FloorMarks {
   update(row, told, fields) {
     this.#row = row;
     if (row.refused === "setting_while_armed") {
-      // The chair may have moved since: no mark is where it was seen.
+      // The chair may have moved since: the old marks are invalid.
       for (const mark of this.#marks) delete mark.at;
       [this.#now, this.#worst] = [0, -1];
     }
@@ -144,7 +144,7 @@ export class FloorMarks {
     return this.#marks[this.#now];
   }
 
-  /** Another mark is asked for: every one before it has its place. */
+  /** Asks for the next mark; all before it have their place. */
   #go(to) {
     const first = this.#marks.findIndex(({ at }) => !at);
     const last = first < 0 ? this.#marks.length - 1 : first;
@@ -179,13 +179,13 @@ export class FloorMarks {
     this.#draw();
   }
 
-  /** What lies over the picture (a banner, a call) is no place of it. */
+  /** A touch on something over the picture (a banner, a call) does not count. */
   #grasp(event) {
     this.#grip = event.target.id === "picture" ? [event.clientX, event.clientY] : null;
     if (this.#grip) this.#parts.floor.setPointerCapture(event.pointerId);
   }
 
-  /** The whole picture: there it is, enlarged now. */
+  /** On the whole picture: places the mark there and enlarges. */
   #tap({ clientX, clientY }) {
     if (!this.#grip || this.#zoom !== 1) return;
     const box = this.#parts.floor.getBoundingClientRect();
@@ -193,7 +193,7 @@ export class FloorMarks {
     this.#put((clientX - box.left) / box.width, (clientY - box.top) / box.height);
   }
 
-  /** Enlarged, the picture goes with the finger, and the cross stays. */
+  /** When enlarged, the picture moves with the finger, and the cross stays. */
   #drag({ buttons, clientX, clientY }) {
     if (!this.#grip || this.#zoom === 1 || buttons === 0) return;
     const [x, y] = this.#grip;
@@ -221,7 +221,7 @@ export class FloorMarks {
     const mark = this.#mark;
     const [wide, high] = this.#row.size;
     this.#sheet.style.setProperty("--shape", wide / high);
-    // The mark that is put right lies in the middle.
+    // The mark being adjusted is in the middle.
     const zoom = mark.at ? this.#zoom : 1;
     const [left, top] = zoom === 1 ? [0, 0] : mark.at.map((share) => 0.5 - share * zoom);
     const moved = `translate(${100 * left}%, ${100 * top}%) scale(${zoom})`;

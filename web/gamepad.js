@@ -1,11 +1,11 @@
 // A gamepad or joystick at the caretaker's device: polled, with a dead zone, a curve, a centre.
 
-/** Nearer to the middle than this share is the middle: worn sticks do not return to it. */
+/** Dead zone, as a fraction: worn sticks do not return exactly to their middle. */
 const DEAD = 0.2;
 /** What a held direction button pushes, of 1. */
 const BUTTON = 0.5;
 /**
- * Buttons of the standard layout (no other says what its buttons are): the four of the right hand
+ * Buttons of the standard layout (others do not define their buttons): the four for the right hand
  * stop; up, down, left, right.
  */
 const STOPS = [0, 1, 2, 3];
@@ -16,7 +16,7 @@ const DIRECTIONS = [
   [15, 1, 0],
 ];
 
-/** Of a stick's place (right and down -1..1): the share and direction it pushes, null: none. */
+/** The push, as fraction and direction, at a stick's place (right and down -1..1); null: none. */
 export function shaped(x, y) {
   const far = Math.hypot(x, y);
   if (!(far >= DEAD)) return null; // not a number either
@@ -26,7 +26,7 @@ export function shaped(x, y) {
   return { x: x * strength, y: y * strength };
 }
 
-/** What the hand at this pad asks: {x, y, stop}; x and y 0: nothing. */
+/** The request from this pad: {x, y, stop}; x and y 0: nothing. */
 export function asked({ axes, buttons, mapping }) {
   const pressed = (at) => Boolean(buttons[at]?.pressed);
   const standard = mapping === "standard";
@@ -43,8 +43,8 @@ export function asked({ axes, buttons, mapping }) {
 }
 
 /**
- * One hand at one of the connected pads: `on` receives lean(place, fresh), which tells whether that
- * press lives, place {x, y} of -1..1 right and down; letGo(), and stop() for its stop buttons.
+ * One hand at one of the connected pads: `on` receives lean(place, fresh), which returns whether
+ * that press lives, place {x, y} of -1..1 right and down; letGo(), and stop() for its stop buttons.
  *
  * A pad must have been seen in its middle before it can press: since it was connected, since
  * driving from here became possible, since its last press ended in whatever way.
@@ -59,7 +59,7 @@ export class Gamepads {
     this.#on = on;
   }
 
-  /** `pads` as navigator.getGamepads() tells them; `ready`: they may drive, the page is seen. */
+  /** `pads` from navigator.getGamepads(); `ready`: they may drive, and the page is visible. */
   look(pads, ready) {
     const here = pads.filter((pad) => pad?.connected && pad.axes.length >= 2);
     const names = new Map(here.map((pad) => [`${pad.index} ${pad.id}`, asked(pad)]));

@@ -1,8 +1,8 @@
-// Where the chair takes itself, in words: for the driver's page and the caretaker's.
+// Texts about auto motions, for the driver's page and the caretaker's.
 
 import { tableOf } from "./table.js";
 
-/** A name that may run from right to left keeps that to itself. */
+/** Isolates a name that may run from right to left. */
 const ISOLATE = "\u2068";
 const END_ISOLATE = "\u2069";
 const NAME = 24;
@@ -13,12 +13,12 @@ export const ARRIVED = [
   [784, 0.2, "sine"],
 ];
 
-/** The words in this language, Dutch when there are none. Throws without answer. */
+/** The texts in this language, else in Dutch. Throws when the host does not answer. */
 export async function goingWords(strings) {
   return new GoingWords(await tableOf(strings.language, "going"), strings);
 }
 
-/** Words about `going` of the host's state. */
+/** Texts about `going` in the host's state. */
 class GoingWords {
   #table;
   #strings;
@@ -32,32 +32,32 @@ class GoingWords {
     return this.#table.labels[key];
   }
 
-  /** How far it still is: "nog 4,2 m"; "" while that is not known. */
+  /** Remaining distance: "nog 4,2 m"; "" while unknown. */
   left({ left_m: left }) {
     if (!(left > 0)) return "";
     return this.label("going_left").replace("{m}", this.#strings.number(left, 1));
   }
 
-  /** {text, do}: what it does, or why it does not, and what to do. */
+  /** {text, do}: what the chair does, or why it stands, and what to do. */
   says({ kind, state, reason, name }) {
     const { text, do: advice } = this.#message(kind, reason, `going_${state}`);
     const cut = [...String(name)].slice(0, NAME).join("");
     return { text: text.replace("{name}", ISOLATE + cut + END_ISOLATE), do: advice };
   }
 
-  /** {text, do} of a spot that is to be chosen for a tile, or was. */
+  /** {text, do} for choosing a spot for a tile, or for the chosen one. */
   spot({ kind, state, reason }) {
     return this.#message(kind, reason, `spot_${state}`);
   }
 
-  /** What the reason says, else what the state is: of that kind, else of all. */
+  /** The text of the reason, else of the state: for that kind, else for all. */
   #message(kind, reason, state) {
     const { messages } = this.#table;
     const key = reason || state;
     return messages[`${key}_${kind}`] ?? messages[key] ?? this.#strings.message(reason);
   }
 
-  /** The page's sentence `told`; where that is that all is well, how the motion goes. */
+  /** The page's sentence `told`, or, if that says that all is OK, the motion's state. */
   sentence(told, going) {
     if (!going || told.level !== "ok") return told;
     const said = this.says(going);

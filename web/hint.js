@@ -5,32 +5,32 @@ import { message } from "./strings.js";
 /** Arming tests the relay (200 ms); a board still disarmed after this has refused. */
 const ARMING_MS = 600;
 
-/** How to begin, or what is still in the way. */
+/** How to begin, or what still prevents it. */
 export class Hint {
-  /** The driver chooses by scanning. */
+  /** True if the driver chooses by scanning. */
   scans = false;
   #strings;
   #refused;
   #askedMs = null;
   #shown = null;
 
-  /** `refused(key)` is told when the board did not arm. */
+  /** `refused(key)` is called when the board did not arm. */
   constructor(strings, refused) {
     this.#strings = strings;
     this.#refused = refused;
   }
 
-  /** The driver asked to arm. */
+  /** The driver has asked to arm. */
   asked(now) {
     this.#askedMs = now;
   }
 
-  /** The host has answered why not. */
+  /** The host has refused, with a reason. */
   answered() {
     this.#askedMs = null;
   }
 
-  /** `key`: the sentence; `state` and `armReason` as the host tells them. */
+  /** `key`: the sentence; `state` and `armReason`: from the host. */
   update(key, state, armReason, now) {
     this.#show(key === "ready" && this.scans ? "ready_scan" : key);
     if (this.#askedMs === null) return;

@@ -1,6 +1,6 @@
 // Finds the target at a point: hit areas larger than the buttons, and sticky once entered.
 
-/** Gaze is less exact vertically: hit areas reach this share of the screen's height further. */
+/** Gaze is less exact vertically: hit areas extend by this fraction of the screen's height. */
 const VERTICAL_MARGIN = 0.022;
 
 const contains = (box, x, y) => x >= box.left && x < box.right && y >= box.top && y < box.bottom;

@@ -8,11 +8,11 @@ const KEYS = {
   " ": "stop",
   Escape: "stop",
 };
-/** Moves this shortly before a press are its own: a click by gaze jumps there and presses. */
+/** Moves this shortly before a press belong to it: a click by gaze jumps there and presses. */
 const OWN_MOVE_MS = 60;
 const RECENT_MS = 1500;
 
-/** Tells clicks of a pointer that never moves in between: gaze control that only clicks. */
+/** Detects clicks of a pointer that never moves in between: gaze control that only clicks. */
 class ClickOnly {
   #moves = [];
 
@@ -30,10 +30,10 @@ class ClickOnly {
 /**
  * Listens on the page for its whole life.
  *
- * `targets` is a Targets, `hits` a HitMap, `shown(name)` tells whether a target can be chosen now.
- * `away()` is told when the page loses its person: hidden, without focus, closed. `pressed(alone)`
- * is told of every press of the pointer, true when no movement led to it. Event times are the
- * browser's own stamps: a backlog after a stall proves nothing fresh.
+ * `targets` is a Targets, `hits` a HitMap, `shown(name)`: whether a target can be chosen now.
+ * `away()` is called when the page loses its person: hidden, without focus, closed.
+ * `pressed(alone)` is called at every press of the pointer, true when no movement led to it. Event
+ * times are the browser's own stamps: a backlog after a stall proves nothing fresh.
  */
 export function listen(targets, hits, { shown, away, pressed }) {
   let current = null;
@@ -53,9 +53,9 @@ export function listen(targets, hits, { shown, away, pressed }) {
 
   addEventListener("pointermove", (event) => {
     const at = stampOf(event);
-    if (event.defaultPrevented) return; // looking does nothing for who scans without it
+    if (event.defaultPrevented) return; // a driver who scans without gaze: looking does nothing
     if (event.buttons !== 0) return targets.drag(find(event), source(event), at);
-    // The browser repeats a pointer that stands still: no proof of anyone looking.
+    // The browser repeats a pointer that stands still: that does not prove that anyone looks.
     if (event.clientX === last.x && event.clientY === last.y) return;
     last = { x: event.clientX, y: event.clientY };
     clicks.moved(at);
@@ -64,12 +64,12 @@ export function listen(targets, hits, { shown, away, pressed }) {
   addEventListener("pointerdown", (event) => {
     if (event.button !== 0 || event.defaultPrevented) return; // prevented: it was the switch
     const at = stampOf(event);
-    // Keeps the release ours when the pointer leaves the window with the button down.
+    // Ensures that we get the release when the pointer leaves the window with the button down.
     document.body.setPointerCapture(event.pointerId);
     pressed(event.pointerType === "mouse" && clicks.pressed(at));
     targets.press(find(event), source(event), at);
   });
-  // The keyboard's focus stays where the keyboard put it.
+  // Only the keyboard moves the keyboard's focus.
   addEventListener("mousedown", (event) => event.preventDefault());
   addEventListener("pointerup", (event) => targets.release(source(event), stampOf(event)));
   addEventListener("pointercancel", cancel);
@@ -93,7 +93,7 @@ export function listen(targets, hits, { shown, away, pressed }) {
     targets.press(name, `key ${event.key}`, stampOf(event));
   });
   addEventListener("keyup", (event) => {
-    if (named(event)) event.preventDefault(); // or the browser adds a click of its own
+    if (named(event)) event.preventDefault(); // else the browser adds its own click
     targets.release(`key ${event.key}`, stampOf(event));
   });
 

@@ -1,13 +1,13 @@
 // An on-screen joystick: proportional, springs back, drives only while touched or a key is pressed,
 // or while its other hand, a gamepad's stick, leans.
 
-/** Nearer to the middle than this share nothing moves. */
+/** Dead zone, as a fraction. */
 const DEAD = 0.1;
 /** What an arrow key pushes, of 1000. */
 const KEY_PERMILLE = 500;
 const KEYS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1] };
 
-/** Of a touch's place in -1..1 (right, down): permille forward and left, without the dead zone. */
+/** Permille forward and left, for a touch at -1..1 (right, down), with the dead zone removed. */
 export function push(x, y) {
   const far = Math.hypot(x, y);
   if (far < DEAD) return { linear: 0, turn: 0 };
@@ -16,8 +16,8 @@ export function push(x, y) {
 }
 
 /**
- * The pad. Where it lies is looked up once, at the grab: a page that moves under a finger changes
- * nothing of what the finger says. `on` receives drive(linear, turn, fresh) at once and at every
+ * The pad. Its position is read once, at the grab: a page that moves under a finger does not change
+ * the finger's meaning. `on` receives drive(linear, turn, fresh) at once and at every
  * heartbeat while held, `fresh` for a new press, and stop() when it ends for whatever reason.
  */
 export class Joystick {
@@ -42,7 +42,7 @@ export class Joystick {
     for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
       pad.addEventListener(end, (event) => event.pointerId === this.#pointer && this.end());
     }
-    // A screen that turns or is zoomed: what the finger meant is not known any more.
+    // The screen was rotated or zoomed: the finger's meaning is no longer known.
     for (const screen of [window, visualViewport]) {
       screen.addEventListener("resize", () => this.#pointer !== null && this.end());
     }
@@ -55,7 +55,7 @@ export class Joystick {
   }
 
   /**
-   * A stick beside the pad leans to {x, y}, -1..1 right and down, dead zone and curve applied;
+   * A gamepad's stick leans to {x, y}, -1..1 right and down, dead zone and curve applied;
    * `fresh` begins a press. False: that press does not live, or another hand has the joystick.
    */
   lean({ x, y }, fresh) {
@@ -66,7 +66,7 @@ export class Joystick {
     return true;
   }
 
-  /** That stick was let go, or is gone. */
+  /** That stick was released, or is gone. */
   unlean() {
     if (this.#leaning) this.end();
   }

@@ -1,6 +1,6 @@
-// Parts of the driver's page that show what the host does not always tell.
+// Parts of the driver's page that show optional data from the host.
 
-/** What the host may tell, and who shows it from then on. */
+/** Optional data, and the parts that show it from then on. */
 const PARTS = { where: "./small_map.js", assist: "./assist_sign.js" };
 const coming = {};
 

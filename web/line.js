@@ -1,6 +1,6 @@
 // The obstacle line: three segments around the view (left, front, right); colour, shape and word.
 
-/** Where each direction is shown; behind the chair it is a tag on Achteruit. */
+/** Where each direction is shown; backward is a tag on Achteruit. */
 const PLACES = {
   left: "line-left",
   forward: "line-front",
@@ -8,10 +8,10 @@ const PLACES = {
   backward: "backward",
 };
 const TURNS = ["left", "right"];
-/** What the board does not let pass. */
+/** Decisions that block a motion. */
 const STOPS = ["blocked", "unknown"];
 
-/** Shows the board's decision per direction, and how far is free. */
+/** Shows the board's decision and the free distance per direction. */
 export class ObstacleLine {
   #strings;
   #shown = {};
@@ -21,7 +21,7 @@ export class ObstacleLine {
   }
 
   /**
-   * `decisions`: direction -> "free", "slow", "blocked" or "unknown". Where the host tells them,
+   * `decisions`: direction -> "free", "slow", "blocked" or "unknown". If the host sends them,
    * `clearance`: metres forward and backward, degrees left and right, null for not known; `view`:
    * direction -> "seen", "blind" or "unseen".
    */
@@ -40,7 +40,7 @@ export class ObstacleLine {
       if (element.dataset.seen !== seen) element.dataset.seen = seen;
       element.querySelector(".word").textContent = this.#strings.label(decision);
       element.querySelector(".far").textContent = far;
-      // Replaced as a whole: no word moves because another grew.
+      // Replaced as a whole, so that no word moves because another grew.
       const tag = element.querySelector(".tag") ?? element;
       tag.replaceChildren(...[...tag.childNodes].map((node) => node.cloneNode(true)));
     }

@@ -1,11 +1,11 @@
-// Maps as files on the caretaker's page: one is kept on the phone, one of the phone becomes a map.
+// Maps as files on the caretaker's page: saves one to the phone, imports one from the phone.
 
 import { button, element } from "./map_tools.js";
 
 const ZIP = "application/zip";
 const MEGA = 1e6;
 const UTF8 = 0x800;
-const OLDEST = 0x21; // 1980-01-01, as a zip file has it
+const OLDEST = 0x21; // 1980-01-01 in a zip file's format
 
 /** `on`: tell(text), send(path, request), most() bytes. */
 export class MapFiles {
@@ -36,7 +36,7 @@ export class MapFiles {
       const request = { method: "POST", headers: { "Content-Type": ZIP }, body };
       if (body) await this.#on.send("/maps/import", request);
     }
-    this.#field.value = ""; // so that the same file can be chosen once more
+    this.#field.value = ""; // so that the same file can be chosen again
   }
 
   async #packed(files) {
@@ -50,7 +50,7 @@ export class MapFiles {
   }
 }
 
-/** Keeps what is at this address on the phone. */
+/** Downloads the file at this address to the phone. */
 export function download(address) {
   const link = element("a");
   link.href = address;
@@ -71,7 +71,7 @@ function record(form, ...values) {
   return view;
 }
 
-/** A zip file of them, not compressed. */
+/** An uncompressed zip file of them. */
 async function zipOf(files) {
   const pieces = [];
   const table = [];

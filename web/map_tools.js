@@ -51,12 +51,12 @@ export class MapTools {
     this.root.append(this.#buttons, this.#form, this.#list);
   }
 
-  /** What is being tapped. */
+  /** The points being tapped. */
   get draft() {
     return { points: this.#points, closed: this.#tool === "no_go" && this.#points.length > 2 };
   }
 
-  /** Another tool, or none: what was begun is forgotten. */
+  /** Switches to another tool, or none; discards a started drawing. */
   take(tool) {
     const was = this.#tool;
     this.#tool = tool === was ? "" : tool;
@@ -85,7 +85,7 @@ export class MapTools {
     this.#on.changed();
   }
 
-  /** The list of what is drawn. */
+  /** The list of drawn items. */
   show(drawing) {
     if (drawing === this.#shown) return;
     this.#shown = drawing;
@@ -115,7 +115,7 @@ export class MapTools {
 
   async #post(wish) {
     const points = this.#points;
-    // What was begun meanwhile stays.
+    // Keep a drawing that was started meanwhile.
     if ((await this.#on.post(wish)) && points === this.#points) this.take("");
   }
 

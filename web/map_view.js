@@ -12,7 +12,7 @@ const ARROW = 14;
 export class MapView {
   #canvas;
   #image = new Image();
-  #place = null; // where the picture lies: cell_m, x, y, width, height
+  #place = null; // the picture's place in the map: cell_m, x, y, width, height
   #drawing = { places: [], no_go: [], home: null };
   #draft = { points: [], closed: false };
   #where = null;
@@ -35,13 +35,13 @@ export class MapView {
     this.#draw();
   }
 
-  /** What is drawn on it; `draft`: points that are being tapped. */
+  /** The drawn items; `draft`: points being tapped. */
   show(drawing, draft) {
     [this.#drawing, this.#draft] = [drawing, draft];
     this.#draw();
   }
 
-  /** Where it takes itself: `way` and `goal` of the host's `going`, or null. */
+  /** The auto motion: `way` and `goal` of the host's `going`, or null. */
   way(going) {
     const on = going && !["arrived", "ended"].includes(going.state) ? going : null;
     if (JSON.stringify(on?.way) === JSON.stringify(this.#going?.way)) return;
@@ -56,7 +56,7 @@ export class MapView {
     if (JSON.stringify(where) !== before) this.#draw();
   }
 
-  /** Pixels of the canvas by one metre, and the corner of the picture. */
+  /** Canvas pixels per metre, and the corner of the picture. */
   #scale() {
     const { cell_m: cell, width, height } = this.#place;
     const [wide, high] = [this.#canvas.width, this.#canvas.height];

@@ -1,9 +1,9 @@
-// The words about maps: their own texts, else the page's; signs of places.
+// The texts about maps: their own, else the page's; symbols of places.
 
 import { PartWords } from "./part_words.js";
 import { tableOf } from "./table.js";
 
-/** Signs by the names that the host knows them by. */
+/** Symbols by the host's names for them. */
 export const ICONS = {
   star: "★",
   bed: "🛏️",
@@ -21,7 +21,7 @@ export const ICONS = {
   charger: "🔌",
 };
 
-/** The words in this language, Dutch when there are none. Throws without answer. */
+/** The texts in this language, else in Dutch. Throws when the host does not answer. */
 export async function mapWords(strings) {
   const table = await tableOf(strings.language, "maps");
   return new MapWords(table, strings, "?");
@@ -32,7 +32,7 @@ class MapWords extends PartWords {
     return this.strings.number(value, digits);
   }
 
-  /** A day and the time, as people write them. */
+  /** Date and time in this language's format. */
   moment(iso) {
     if (!iso) return this.unknown;
     const form = { dateStyle: "long", timeStyle: "short" };

@@ -15,7 +15,7 @@ const put = (made, text) => {
   if (made.textContent !== text) made.textContent = text;
 };
 
-/** Ready to be shown; throws when its words do not come. */
+/** Ready to be shown; throws when its texts do not load. */
 export async function maps(root, strings) {
   return new Maps(root, await mapWords(strings));
 }
@@ -31,8 +31,8 @@ class Maps {
   #files;
   #askedMs = -Infinity;
   #pictureMs = -Infinity;
-  #asking = 0; // requests that are not answered yet
-  #sent = 0; // wishes and files
+  #asking = 0; // unanswered requests
+  #sent = 0; // requests and files sent
   #rows = "";
 
   constructor(root, words) {
@@ -72,7 +72,7 @@ class Maps {
     this.#askedMs = now;
     const sent = this.#sent;
     this.#ask("/maps", { cache: "no-store" }).then((answer) => {
-      // What was wished meanwhile has an answer of its own, which is newer.
+      // A request made meanwhile gets its own, newer answer.
       if (answer && sent === this.#sent) this.#show(answer, now);
     });
   }
@@ -185,7 +185,7 @@ class Maps {
     this.#open(there ? this.#chosen : first);
   }
 
-  /** What is going on, in one line; what was answered last stands until something is done. */
+  /** The state in one line; the last answer stays until something is done. */
   #sentence() {
     if (this.#parts.said) return;
     const { state, wants, making, where, maps } = this.#all;
@@ -232,7 +232,7 @@ class Maps {
     this.#arrange();
   }
 
-  /** Which parts are there: while a map is made, only what belongs to that. */
+  /** Shows the parts; while a map is being made, only those for that. */
   #arrange() {
     const making = this.#all !== null && this.#all.wants !== "know";
     const parts = this.#parts;

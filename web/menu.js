@@ -4,7 +4,7 @@ const TILES = 5;
 const LOOKS = ["normal", "high", "night"];
 
 /**
- * Shows up to five tiles and "Terug"; each tile is a target as any other.
+ * Shows up to five tiles and "Terug"; each tile is a target like any other.
  *
  * `on` receives changed({field: value}), practice(), eyes(), choose(id), closed(), and
  * shown() when other tiles are shown.
@@ -35,7 +35,7 @@ export class Menu {
     }
   }
 
-  /** Opens a sheet ("main", "times", "looks"; "eyes" with its result), or shows it anew. */
+  /** Opens or refreshes a sheet ("main", "times", "looks"; "eyes" with its result). */
   show(sheet = this.#sheet, result = this.#result) {
     this.#sheet = sheet;
     this.#result = result;
@@ -56,7 +56,7 @@ export class Menu {
     this.#tiles[at - 1]?.[2]();
   }
 
-  /** "Terug": to the first sheet, then away. */
+  /** "Terug": to the first sheet, then closes. */
   back() {
     if (this.#sheet !== "main") return this.show("main");
     this.#on.closed();
@@ -94,7 +94,7 @@ export class Menu {
     ];
   }
 
-  /** What the eye test found, what it proposes, and the choice to take that over. */
+  /** The eye test's result, its proposal, and the choice to accept it. */
   _eyes() {
     const label = (key) => this.#strings.label(key);
     const seconds = (ms) => `${this.#strings.number(ms / 1000, 2)} s`;

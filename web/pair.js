@@ -23,7 +23,7 @@ const sayMessage = (key) => {
   say("error", text, advice);
 };
 
-/** Tells how long is left to wait after too many wrong codes, and then lets try again. */
+/** Shows the remaining wait after too many wrong codes, and then allows another try. */
 function waitOut(seconds) {
   byId("go").disabled = true;
   const until = performance.now() + seconds * SECOND_MS;
@@ -77,7 +77,7 @@ byId("form").addEventListener("submit", (event) => {
   pair();
 });
 
-/** Uses a code in the address; opening such an address here again does not load the page anew. */
+/** Uses a code in the address; opening such an address here again does not reload the page. */
 function useGiven() {
   const given = decodeURIComponent(location.hash.slice(1));
   if (given === "") return;

@@ -35,7 +35,7 @@ function qrPicture(rows, spoken) {
   return svg;
 }
 
-/** Shows the way in for a new device, and who is in. */
+/** Shows how to pair a new device, and the paired ones. */
 export class Pairing {
   #invite;
   #code; // over the page while a code is shown

@@ -1,4 +1,4 @@
-// A spot of the picture is chosen by a dwell or a tap; what it would lead to is drawn over it.
+// Chooses a spot in the picture by a dwell or a tap, and draws its result over the picture.
 // That moves nothing: only the tile Ga does, and only for what is shown.
 
 import { byId } from "./dom.js";
@@ -8,15 +8,15 @@ import { button } from "./tile.js";
 const VIEW = "pick";
 const BACK = "pick-back";
 const SVG = document.querySelector("svg").namespaceURI;
-/** A gaze that stays within this share of the screen's width rests on one spot. */
+/** A gaze that stays within this fraction of the screen's width rests on one spot. */
 const NEAR = 0.045;
-/** Without a look for so long, a dwell is over. */
+/** A dwell ends after this long without a look. */
 const STALE_MS = 400;
-/** Whoever looks at what is shown reads: another spot takes so much longer. */
+/** Factor on the dwell for another spot, because the driver first looks at the result. */
 const READS = 2;
-/** The first dwell enlarges the picture so many times: the second one is that much more exact. */
+/** The first dwell enlarges the picture by this factor, which makes the second one more exact. */
 const ENLARGED = 3;
-/** Who looks there reads, or presses. */
+/** Looks at these areas do not choose a spot. */
 const COVERS = ".target, .panel, #status, header";
 
 function shape(name, parent, fields) {
@@ -27,24 +27,24 @@ function shape(name, parent, fields) {
 }
 
 export class Pick {
-  /** The tile that starts; its mode is that of the spot that is shown, "" for none. */
+  /** The tile that starts; its mode is that of the shown spot, "" for none. */
   target = "plugin-go";
   mode = "";
   #strings;
   #words;
   #on;
   #row = null; // the tile that asked for a spot, while the view is open
-  #spot = null; // the host's word of it
+  #spot = null; // its state from the host
   #going = null;
   #rides = false;
   #dwell = null; // {x, y, count, since, last, said}
-  #lens = null; // where the picture is enlarged around, px
+  #lens = null; // centre of the enlargement, px
   #go;
-  #over; // what is drawn over the picture
+  #over; // the drawing over the picture
   #shown = "";
   #bars = new SpotScan();
 
-  /** `on` receives ride("spot", fields), open(view); dwellMs() is asked for. */
+  /** `on` receives ride("spot", fields), open(view); dwellMs() returns the dwell time. */
   constructor(strings, words, on) {
     [this.#strings, this.#words, this.#on] = [strings, words, on];
     button(BACK, "back", "").querySelector(".label").textContent = strings.label("back");
@@ -61,7 +61,7 @@ export class Pick {
     });
   }
 
-  /** `row`: of the tile. */
+  /** `row`: the tile's row. */
   open(row) {
     this.#row = row;
     this.#dwell = null;
@@ -75,7 +75,7 @@ export class Pick {
     if (spot) this.#choose(...spot);
   }
 
-  /** Takes the host's state, the mode that rides and the one that is over; true: `mode` changed. */
+  /** Takes the host's state, the mode that drives and the ended one; true: `mode` changed. */
   update({ spot, going, state, you }, rides, over, words) {
     if (this.#row && (state !== "armed" || !you)) this.#close();
     const mine = this.#row && spot?.tile === this.#row.name;
@@ -98,13 +98,13 @@ export class Pick {
     return before !== this.mode;
   }
 
-  /** While a spot is chosen, and the page's sentence `told` is that all is well: what to do. */
+  /** What to do while a spot is chosen, if the sentence `told` is that all is OK; else null. */
   sentence(told) {
     if (!this.#row || this.#rides || told.level !== "ok") return null;
     const spot = this.#spot;
     const empty = !spot || (spot.state === "ended" && !spot.reason);
     const mine = this.#going?.mode?.startsWith(this.#row.name);
-    if (empty && mine && !this.#lens) return null; // how the ride has ended
+    if (empty && mine && !this.#lens) return null; // show how the ride has ended
     const kind = document.body.dataset.scans === "true" ? "scan" : this.#row.of;
     const asks = this.#lens ? "again" : empty ? "look" : "";
     const said = this.#words.spot(asks ? { kind, state: asks } : spot);
@@ -121,7 +121,7 @@ export class Pick {
     this.#on.open("drive");
   }
 
-  /** Where the picture lies: it covers the screen. */
+  /** The picture's rectangle: it covers the screen. */
   #box() {
     const wide = innerWidth / innerHeight > this.#row.aspect;
     const width = wide ? innerWidth : innerHeight * this.#row.aspect;
@@ -129,17 +129,17 @@ export class Pick {
     return { left: (innerWidth - width) / 2, top: (innerHeight - height) / 2, width, height };
   }
 
-  /** Spots can be chosen. */
+  /** True if spots can be chosen. */
   get #offers() {
     return this.#row && !this.#rides && document.body.dataset.picture !== "stale";
   }
 
-  /** A spot can be chosen there: nothing else is. */
+  /** True if a spot can be chosen there: nothing covers it. */
   #free({ target }) {
     return this.#offers && !target.closest?.(COVERS);
   }
 
-  /** What one switch chooses from: the part of the screen that shows floor within reach. */
+  /** The area for scanning: the part of the screen that shows floor within reach. */
   #scanned() {
     if (!this.#offers || document.body.dataset.scans !== "true") return null;
     const box = this.#box();
@@ -173,7 +173,7 @@ export class Pick {
     this.#choose(dwell.x, dwell.y);
   }
 
-  /** Around a spot of the screen, which stays where it is; null: the whole picture. */
+  /** Enlarges around a spot of the screen, which stays in place; null: the whole picture. */
   #enlarge(at) {
     if (at === this.#lens) return;
     this.#lens = at && { x: at.x, y: at.y };
@@ -183,7 +183,7 @@ export class Pick {
     this.#draw();
   }
 
-  /** Where a spot of the whole picture is on the screen now; `times` 1 / ENLARGED: the inverse. */
+  /** Screen position of a spot of the whole picture; `times` 1 / ENLARGED: the inverse. */
   #through([x, y], times = ENLARGED) {
     const lens = this.#lens;
     return lens ? [lens.x + (x - lens.x) * times, lens.y + (y - lens.y) * times] : [x, y];
@@ -215,7 +215,7 @@ export class Pick {
     this.#draw();
   }
 
-  /** The way and the spot over the picture, and the ring of a dwell. */
+  /** Draws the path, the spot and the ring of a dwell over the picture. */
   #draw() {
     const way = this.#rides ? this.#going?.px : this.#spot?.px;
     const at = this.#rides ? null : this.#spot?.at;

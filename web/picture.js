@@ -1,12 +1,12 @@
-// The camera picture's age, as the page knows it; picture_worker.js draws it in its own thread.
+// The age of the camera picture; picture_worker.js draws the picture in its own thread.
 
 const STALE_MS = 500;
 
 /**
  * Lets the newest picture be drawn on `canvas`.
  *
- * `onAge(state)` is told "fresh" or "stale" (older than 500 ms); a browser that can't draw beside
- * the page (no OffscreenCanvas) shows no picture. The host sends the next picture after the
+ * `onAge(state)` receives "fresh" or "stale" (older than 500 ms); a browser that can't draw in a
+ * worker (no OffscreenCanvas) shows no picture. The host sends the next picture after the
  * acknowledgement: one in flight, never a queue.
  */
 export class Picture {

@@ -1,15 +1,15 @@
-// All plug-ins on the caretaker's page: inputs and modes, how each is, in its own words too.
+// All plug-ins on the caretaker's page: inputs and modes, with their state and own messages.
 
 import { pluginWords } from "./plugins.js";
 
 const RETRY_MS = 2000;
 
-/** The list; every row has one size, whatever it says. The page works without its words, too. */
+/** The list; all rows have the same size. The page also works without its texts. */
 export class PluginList {
   #root;
   #words = null;
   #missing = false;
-  #rows = []; // as the host tells them
+  #rows = []; // from the host
   #shown = "";
 
   constructor(root, language) {
@@ -22,7 +22,7 @@ export class PluginList {
     this.#rows = rows.filter(({ kind }) => kind === "input" || kind === "mode");
   }
 
-  /** Shows them; `token`: the host's newest, by which times are told. */
+  /** Shows them; `token`: the host's newest, for computing times. */
   show(token) {
     if (!this.#words) return;
     const rows = this.#rows.map((row) => this.#texts(row, token));
@@ -33,7 +33,7 @@ export class PluginList {
     if (rows.length === 0) this.#root.append(this.#words.label("plugin_none"));
   }
 
-  /** As PluginWords.sentence(); says when its words are missing. */
+  /** As PluginWords.sentence(); reports missing texts. */
   sentence(told, token) {
     if (this.#words) return this.#words.sentence(told, this.#rows, token);
     const lacks = this.#missing && told.level === "ok";

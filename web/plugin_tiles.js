@@ -1,4 +1,4 @@
-// Tiles of the modes that plug-ins bring, on the driver's page: held as a direction is.
+// Tiles of plug-in modes on the driver's page: held like a direction.
 
 import { AutoRide } from "./auto_ride.js";
 import { byId, setData } from "./dom.js";
@@ -8,18 +8,18 @@ import { Pick } from "./pick.js";
 import { pluginWords } from "./plugins.js";
 import { button, styled } from "./tile.js";
 
-/** Places on the page of modes, those of Vooruit, Links and Rechts; place 0 is Achteruit's. */
+/** Places on the page of modes: those of Vooruit, Links and Rechts; place 0 is Achteruit's. */
 const PLACES = 3;
-/** Rows that have a tile; a "spot" is no mode, its tile opens the choice of one. */
+/** Rows that have a tile; a "spot" is not a mode: its tile opens the choice of one. */
 const KINDS = ["mode", "place", "spot"];
-/** Height of an icon's characters in its mark of 100, by their number. */
+/** Height of an icon's characters, with a box of 100, by their number. */
 const SIZES = [60, 60, 40, 28, 22];
 const STYLES = ["/static/plugin_tiles.css", "/static/pick.css"];
 
 let words = null;
-let going = null; // words, too
+let going = null; // texts, too
 
-/** Fetches what the tiles need besides; throws when it does not come. */
+/** Loads what the tiles need; throws when it does not load. */
 export async function ready(strings) {
   words = await pluginWords(strings.language);
   going = await goingWords(strings);
@@ -27,32 +27,32 @@ export async function ready(strings) {
 }
 
 /**
- * The tiles. The first mode of the configuration has Achteruit's place, where that is free; all of
- * them are on a page of their own, three at a time, when there is no room for all.
+ * The tiles. The first mode of the configuration has Achteruit's place, if that is free; when there
+ * is no room for all, a separate page shows them, three at a time.
  *
- * `on` receives shown() when other tiles are shown, replaced() before a place means another mode,
+ * `on` receives shown() when other tiles are shown, replaced() before a place gets another mode,
  * unable(names) for the tiles whose mode does not work now, gone() when that page has no modes;
- * ride("watch") while somebody looks at a ride that nobody holds, ride("stop") when anything else
+ * ride("watch") while somebody watches an auto ride, ride("stop") when anything else
  * is pressed, ride("mode", fields) for a mode that is held, ride("spot", fields) for a spot of the
  * picture; tone(shape), open(view), dwellMs().
  */
 export class PluginTiles {
-  /** There is a page of modes. */
+  /** True if there is a page of modes. */
   more = false;
   #on;
-  #rows = []; // all plug-ins, as the host tells them
+  #rows = []; // all plug-ins, from the host
   #able = []; // names of the modes that can be held
   #from = 0; // the first mode of the page that is open
   #backward = false;
   #tiles = [];
   #modes = []; // the mode of each place, undefined: none
   #filled = []; // their rows
-  #auto = []; // names of the modes that nobody holds
+  #auto = []; // names of the auto modes
   #ride;
-  #going = null; // the host's word of it
+  #going = null; // its state from the host
   #pick;
   #edge = 0; // of the newest press
-  #paused = 0; // the press that paused it: what is left of its hold starts nothing
+  #paused = 0; // the press that paused it: the rest of its hold starts nothing
 
   constructor(strings, on) {
     this.#on = on;
@@ -67,7 +67,7 @@ export class PluginTiles {
     }
     this.#pick = new Pick(strings, going, on);
     button("next", "mode", "").querySelector(".label").textContent = words.label("plugin_next");
-    // A new element has no place yet that it could be moved from.
+    // A new element has no previous place, so it causes no layout shift.
     const choices = byId("mode").querySelector(".words");
     const wider = choices.cloneNode(true);
     const choice = wider.lastElementChild.cloneNode(true);
@@ -90,12 +90,12 @@ export class PluginTiles {
     return this.#modes[this.#tiles.findIndex((tile) => tile.id === target)];
   }
 
-  /** It starts a ride that nobody holds. */
+  /** True if it starts an auto ride. */
   auto(target) {
     return this.#auto.includes(this.mode(target));
   }
 
-  /** It opens the choice of a spot. */
+  /** True if it opens the choice of a spot. */
   picks(target) {
     return this.#spot(this.mode(target)) !== undefined;
   }
@@ -104,7 +104,7 @@ export class PluginTiles {
   use(mode, edge) {
     const spot = this.#spot(mode);
     if (spot) {
-      // Not within the press: it ends what is held.
+      // Not within the press, because it ends what is held.
       if (edge > this.#edge) queueMicrotask(() => this.#pick.open(spot));
       this.#edge = edge;
       return;
@@ -116,7 +116,7 @@ export class PluginTiles {
     else if (edge !== this.#paused) this.#on.ride("mode", { mode, edge });
   }
 
-  /** What does not drive was pressed: that ends a ride. */
+  /** Something that does not drive was pressed: that ends a ride. */
   act(name) {
     if (this.#ride.mode) this.#on.ride("stop");
     if (name === "next") {
@@ -126,7 +126,7 @@ export class PluginTiles {
     this.#pick.act(name);
   }
 
-  /** Takes what the host says of such a ride, and of a spot that was chosen. */
+  /** Takes the host's state of an auto ride, and of a chosen spot. */
   rides(state) {
     const { auto, going: told } = state;
     const before = this.#going;

@@ -1,4 +1,4 @@
-// What plug-ins are called and what is wrong with them, in words; their texts are never trusted.
+// Names and problems of plug-ins as text; the plug-ins' own texts are never trusted.
 
 import { tableOf } from "./table.js";
 
@@ -6,23 +6,23 @@ const HOME = "nl";
 /** Longest name and icon, in characters: what fits on a tile. */
 const NAME = 20;
 const ICON = 4;
-/** The next try is told in steps of so many seconds: a text that changes less is calmer. */
+/** The time of the next try is shown in steps of this many seconds, so that it changes less. */
 const STEP_S = 5;
 const MS = 1000;
-/** What somebody must do something about; all else is tried again by itself. */
+/** Problems that need somebody; all others are retried automatically. */
 const FOR_PEOPLE = ["plugin_missing", "plugin_setting"];
-/** A text that may run from right to left keeps that to itself. */
+/** Isolates a text that may run from right to left. */
 const ISOLATE = "\u2068";
 const END_ISOLATE = "\u2069";
 
 const cut = (text, longest) => [...String(text ?? "")].slice(0, longest).join("");
 
-/** The words about plug-ins in this language, Dutch when there are none. Throws without answer. */
+/** The texts in this language, else in Dutch. Throws when the host does not answer. */
 export async function pluginWords(language) {
   return new PluginWords((await tableOf(language, "plugins")).labels, language);
 }
 
-/** Words about a plug-in: a row of the host's `welcome.plugins`. */
+/** Texts about a plug-in: a row of the host's `welcome.plugins`. */
 class PluginWords {
   #labels;
   #language;
@@ -52,7 +52,7 @@ class PluginWords {
     return this.#labels[reason] ?? this.#labels[`plugin_${state}`] ?? this.#labels.plugin_lost;
   }
 
-  /** When it is tried again; `token`: the host's newest. "" for one that works. */
+  /** When it is retried; `token`: the host's newest. "" for one that works. */
   again({ state, reason, again }, token) {
     if (state !== "lost") return "";
     if (FOR_PEOPLE.includes(reason)) return this.#labels.plugin_people;
@@ -62,8 +62,8 @@ class PluginWords {
   }
 
   /**
-   * The page's sentence `told`; where that is that all is well, what is wrong with a plug-in of
-   * these `rows`: one that is lost before one that only reports something.
+   * The page's sentence `told`, or, if that says that all is OK, the problem of a plug-in in
+   * `rows`: a lost one before one that only reports something.
    */
   sentence(told, rows, token) {
     const wrong = ["lost", "degraded"].flatMap((state) => rows.filter((r) => r.state === state));

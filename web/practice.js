@@ -1,6 +1,6 @@
 // Practice mode: the targets work and count, but nothing that could move the chair is sent.
 
-/** Counts what was chosen, and plays the part of the board. */
+/** Counts the choices, and simulates the board. */
 export class Practice {
   on = false;
   armed = false;
@@ -12,7 +12,7 @@ export class Practice {
     this.#strings = strings;
   }
 
-  /** Begins, or ends; the counts begin anew. */
+  /** Begins or ends; resets the counts. */
   toggle() {
     this.on = !this.on;
     this.armed = false;
@@ -27,7 +27,7 @@ export class Practice {
     this.armed = !this.armed;
   }
 
-  /** A command as it would have been sent; `verb`: a label, or a name of its own. */
+  /** A command that would have been sent; `verb`: a label, or another name. */
   drive(verb, edge) {
     if (edge === this.#edge) return;
     this.#edge = edge;

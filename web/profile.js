@@ -3,7 +3,7 @@
 const RETRY_MS = 2000;
 const JSON_TYPE = { "Content-Type": "application/json" };
 
-/** The profiles the host keeps, the chosen one among them, and the limits of every field. */
+/** The host's profiles, with the chosen one, and the limits of every field. */
 export class Profiles {
   #table;
   #reloading = false;
@@ -32,8 +32,8 @@ export class Profiles {
   }
 
   /**
-   * Reads them again, once at a time; keeps what it has when the host does not answer, or when
-   * `wanted` says no by then. Whether it took them.
+   * Reloads them, once at a time; keeps the present ones when the host does not answer, or when
+   * `wanted` returns false by then. Returns whether it took them.
    */
   async reload(wanted = () => true) {
     if (this.#reloading) return false;
@@ -46,8 +46,8 @@ export class Profiles {
   }
 
   /**
-   * Asks for a change, as POST /profiles takes it; null, or the reason why not. With `alone`, what
-   * others have changed meanwhile is left for the next reload: the revision stays the old one.
+   * Requests a change, see POST /profiles; null, or the reason of a refusal. With `alone`, others'
+   * changes are left for the next reload: the revision stays the old one.
    */
   async change(wish, alone = () => false) {
     const body = JSON.stringify(wish);

@@ -8,7 +8,7 @@ export function addRings() {
   for (const mark of document.querySelectorAll(".mark")) mark.prepend(ring.cloneNode());
 }
 
-/** Names of the target looked at, for `dwellMs`, and of the one held; null for none. */
+/** The target looked at, with its `dwellMs`, and the held one, by name; null for none. */
 export function showChosen(dwelling, holding, dwellMs) {
   if (dwelling) document.body.style.setProperty("--dwell", `${dwellMs}ms`);
   for (const target of document.querySelectorAll(".target")) {

@@ -6,15 +6,15 @@ const FEW = 4;
 const ROUNDS = 3;
 /** Rounds within a row; then the rows again. */
 const ROW_ROUNDS = 2;
-/** So long after a change nobody can have seen it yet: a press means what was lit before. */
+/** This soon after a change nobody can have seen it: a press counts for what was lit before. */
 const UNSEEN_MS = 50;
-/** A press that is told later than this (the page stalled) is too old to mean anything. */
+/** A press that arrives later than this (the page stalled) is ignored. */
 const OLD_MS = 300;
 
 const same = (a, b) => a.join(" ") === b.join(" ");
 
 /**
- * Lights the choices one after the other, Stop first; a press of the one switch takes what is lit.
+ * Lights the choices one after the other, Stop first; a press of the switch takes what is lit.
  *
  * All times are ms of one monotonic clock, and injected. `on` receives show(names) when other
  * targets are lit, press(name) for a choice, release() when the press of that choice ends,
@@ -32,7 +32,7 @@ export class Scan {
   #offered = []; // rows of names, without Stop
   #row = null; // the chosen row
   #lit = ["stop"];
-  #before = null; // lit before; null: nothing that a press may still mean
+  #before = null; // lit before; null: a press can no longer mean it
   #at = 0; // which of the list is lit
   #since = 0; // when its time began
   #litAt = 0;
@@ -57,7 +57,7 @@ export class Scan {
     this.cancel(at);
   }
 
-  /** What can be chosen now besides Stop, row by row. Another offer begins anew. */
+  /** What can be chosen now besides Stop, row by row. A new offer restarts the scan. */
   offer(rows, at) {
     if (rows.length === this.#offered.length && rows.every((r, n) => same(r, this.#offered[n]))) {
       return;
@@ -67,7 +67,7 @@ export class Scan {
     this.#restart(at);
   }
 
-  /** The chair moves, or may at any moment. A press that was not taken yet then stops it. */
+  /** The chair moves, or may at any moment. A press not taken yet then stops it. */
   setMoving(moving, at) {
     if (moving === this.#moving) return;
     this.#moving = moving;
@@ -78,7 +78,7 @@ export class Scan {
     this.#restart(at);
   }
 
-  /** The contact closed at `at`; `now` is when that is told. */
+  /** The contact closed at `at`; `now` is when this is called. */
   down(at, now) {
     if (this.#openAt !== null && at - this.#openAt < this.#debounceMs) {
       this.#openAt = null;
@@ -87,7 +87,7 @@ export class Scan {
       return;
     }
     if (this.#openAt !== null) this.#over(this.#openAt);
-    const again = this.#closed; // nobody told of its opening
+    const again = this.#closed; // its opening was not reported
     this.#closed = true;
     if (this.#moving) return this.#halt(at);
     if (again) return this.#drop();
@@ -106,7 +106,7 @@ export class Scan {
     this.tick(at);
   }
 
-  /** Nobody knows any more what the switch does: focus, page or link lost. */
+  /** The switch's state is no longer known: focus, page or link lost. */
   cancel(at) {
     this.#drop();
     this.#closed = false;
@@ -114,7 +114,7 @@ export class Scan {
     this.#restart(at);
   }
 
-  /** Lets time pass; call it often (each 25 ms). */
+  /** Advances the time; call it often (every 25 ms). */
   tick(now) {
     if (this.#openAt !== null && now - this.#openAt >= this.#debounceMs) {
       this.#over(this.#openAt);
@@ -157,7 +157,7 @@ export class Scan {
     return this.#press?.taken && this.#press.names.length === 1;
   }
 
-  /** The present press means nothing more. */
+  /** The present press no longer counts. */
   #drop() {
     const held = this.#held();
     this.#press = null;
@@ -197,7 +197,7 @@ export class Scan {
     this.#on.show(lit);
   }
 
-  /** What is lit one after the other. */
+  /** The items to light one after the other. */
   #list() {
     if (this.#row) return this.#row.map((name) => [name]);
     if (this.#moving) return [["stop"]];

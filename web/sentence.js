@@ -1,6 +1,6 @@
 // The only place that decides which sentence the pages show, so that no two contradict each other.
 
-/** What passes by itself: nothing to do but to wait. */
+/** Messages that pass by themselves: only wait. */
 export const WAITS = [
   "link_lost",
   "not_connected",
@@ -15,14 +15,14 @@ export const WAITS = [
   "lidar_starting",
   "lidar_power",
 ];
-/** Reasons not to be armed that end by asking: no hindrance. */
+/** Reasons for being disarmed that end with a request to arm: they do not prevent it. */
 const READY = ["none", "no_owner", "command_active"];
 
 /**
- * Of what the host tells (`news`), and of whether the link is alive and whether this is practice:
- * {level, key} for the corner, "ok", "wait", "warning" (something is to be done) or "error", and
- * {kind, words} for the middle: "none", "ready", "hindered" (`words` is `key` too), "override" or
- * "taken" (`words`: the label of who drives). At most one message is told at a time.
+ * From the host's state (`news`), whether the link is alive, and whether this is practice:
+ * {level, key} for the corner, "ok", "wait", "warning" (somebody must act) or "error", and
+ * {kind, words} for the middle: "none", "ready", "hindered" (`words` is also `key`), "override" or
+ * "taken" (`words`: the label of who drives). At most one message is shown at a time.
  */
 export function sentence(news, linked, practice) {
   if (!linked) return { level: "error", key: "link_lost", kind: "none" };

@@ -1,8 +1,8 @@
-// A quiet small map for the driver, in the status corner while all is well and there is room.
+// A small map for the driver, in the status corner while all is OK and there is room.
 
 import { MapView } from "./map_view.js";
 
-/** Nothing on it moves more often. */
+/** Shortest interval between updates. */
 const CALM_MS = 2000;
 const NOTHING = { places: [], no_go: [], home: null };
 
@@ -20,7 +20,7 @@ const view = new MapView(canvas, () => {});
 let map = ""; // shown
 let movedMs = -Infinity;
 
-/** Only where the status leaves room for it. */
+/** Shown only where the status leaves room for it. */
 function look() {
   const words = document.createRange();
   words.selectNodeContents(status);
@@ -29,7 +29,7 @@ function look() {
 }
 new MutationObserver(look).observe(status, { childList: true, subtree: true, attributes: true });
 addEventListener("resize", look);
-link.onload = look; // the canvas has its place
+link.onload = look; // now the canvas has its place
 
 async function open(id) {
   map = id;
@@ -44,11 +44,11 @@ async function open(id) {
   } catch (error) {
     console.warn(`small map: ${error.message}`);
     canvas.hidden = true;
-    map = ""; // asked for again
+    map = ""; // request it again
   }
 }
 
-/** Where the chair is, as the host tells it (null: not known), and the way it goes, or would go. */
+/** The chair's pose from the host (null: not known), and its present or planned path. */
 export function show(where, _strings, { going, spot }) {
   const now = performance.now();
   if (now - movedMs < CALM_MS) return;

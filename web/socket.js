@@ -5,12 +5,12 @@ import { Wire } from "./wire.js";
 const BEAT_MS = 100;
 /** No message from the host for this long: the link counts as lost. */
 const LOST_MS = 500;
-/** No message for this long: the connection is given up and made anew. */
+/** No message for this long: reconnect. */
 const SILENCE_MS = 2000;
 /** More than this waiting to be sent: only stops are added to it. */
 const BACKLOG_BYTES = 512;
 
-/** Messages that always go out, whatever waits before them. */
+/** Messages that are always sent, whatever is queued before them. */
 const ALWAYS = ["stop", "disarm", "emergency"];
 const REVOKED = 4001;
 const PAIR = "/pair";
@@ -19,14 +19,14 @@ const PAIR = "/pair";
  * Talks to `/ws/control`.
  *
  * `on` receives message(object) for every message, link(alive) when that changed. A page that is
- * not (any more) paired goes to the pairing page by itself.
+ * not, or no longer, paired goes to the pairing page by itself.
  */
 export class ControlSocket {
   #wire;
   #on;
-  /** A token older than this proves nothing to the host, which says so. */
+  /** A token older than this proves nothing to the host; set by the host. */
   #tokenMs = 0;
-  #tokens = []; // {token, at}: those of that time that were delayed less than all later ones
+  #tokens = []; // {token, at}: recent ones that were delayed less than all later ones
   #heardMs = 0;
   #beatAtMs = 0;
   #alive = false;
@@ -47,7 +47,7 @@ export class ControlSocket {
     return this.#alive;
   }
 
-  /** Time since the host was last heard, ms. */
+  /** Time since the last message from the host, ms. */
   ageMs(now) {
     return now - this.#heardMs;
   }
@@ -61,7 +61,7 @@ export class ControlSocket {
     return sent;
   }
 
-  /** A message that proves when it was said: by the host's own clock and the ms passed since. */
+  /** A message that proves its time: by the host's clock and the ms passed since. */
   sendFresh(kind, fields = {}) {
     const now = performance.now();
     this.#forget(now);
@@ -89,7 +89,7 @@ export class ControlSocket {
     if (this.#tokens.length > 0) this.#setAlive(true);
   }
 
-  /** The first of #tokens is always the one that was delayed least. */
+  /** The first of #tokens is always the least delayed one. */
   #keep(token, at) {
     this.#forget(at);
     while (this.#tokens.length) {
@@ -114,7 +114,7 @@ export class ControlSocket {
     this.#welcomed = false;
   }
 
-  /** A refused handshake does not tell why; this does. */
+  /** Finds out why a handshake was refused, which the browser does not report. */
   async #askWhoWeAre() {
     try {
       const answer = await fetch("/me");

@@ -1,14 +1,14 @@
-// A spot of the picture by one switch: a column is chosen, then a cell of it.
+// Chooses a spot in the picture with one switch: first a column, then a cell of it.
 
 import { byId } from "./dom.js";
 
 const COLUMNS = 16;
 const CELLS = 12;
 
-/** Bars over the picture that scanning lights as it does the targets. */
+/** Bars over the picture that scanning lights like targets. */
 export class SpotScan {
   #area = null; // {left, top, width, height} px, null: nothing can be chosen
-  #column = null; // that was chosen, while one of its cells is not
+  #column = null; // the chosen column, until one of its cells is chosen
   #over = document.createElement("div");
 
   constructor() {

@@ -1,6 +1,6 @@
 // Shows whether a STOP is confirmed: sent at once, confirmed when the board reports no request.
 
-/** A stop that the board has not followed for this long is said not to be confirmed. */
+/** A stop that the board has not followed for this long is shown as not confirmed. */
 const LATE_MS = 1000;
 /** How long "seen" stays. */
 const SEEN_MS = 3000;
@@ -18,7 +18,7 @@ export class StopSeen {
     this.#strings = strings;
   }
 
-  /** Somebody stopped; `count`: how many stops this page has sent. */
+  /** Somebody pressed Stop; `count`: how many stops this page has sent. */
   asked(count, now) {
     this.#count = count;
     this.#sinceMs = now;

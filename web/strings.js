@@ -9,7 +9,7 @@ export function chosenLanguage(search, wish = HOME) {
   return /^[a-z]{2}(?=-|$)/.exec(asked)?.[0] ?? HOME;
 }
 
-/** Puts a title, and what a message says and advises, into an element, anew as a whole. */
+/** Replaces an element's content by a title and a message's text and advice. */
 export function message(element, title, { text, do: advice }) {
   const line = (name, words) => {
     const made = document.createElement("p");
@@ -31,7 +31,7 @@ export class Strings {
     this.#table = table;
   }
 
-  /** A word of the pages' own; undefined for a word there is not. */
+  /** A label of the pages; undefined for an unknown one. */
   label(key) {
     return this.#table.labels[key];
   }
@@ -44,7 +44,7 @@ export class Strings {
     return { text: `${text} (${key})`, do: advice };
   }
 
-  /** A number as it is written here: "2,4" or "2.4". */
+  /** A number in this language's format: "2,4" or "2.4". */
   number(value, digits) {
     const form = { minimumFractionDigits: digits, maximumFractionDigits: digits };
     this.#numbers[digits] ??= new Intl.NumberFormat(this.language, form);
@@ -66,7 +66,7 @@ export class Strings {
 
 /**
  * Loads a language, Dutch when there is no such file. `more` names a second file of texts, for a
- * page that says more than the driver's ("care": nl-care.json).
+ * page with more texts than the driver's ("care": nl-care.json).
  */
 export async function loadStrings(language, more) {
   const table = await load(language);

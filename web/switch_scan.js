@@ -1,4 +1,4 @@
-// Scanning on the driver's page: the switch's events, what is shown to be lit, what may be chosen.
+// Scanning on the driver's page: the switch's events, what is lit, what may be chosen.
 
 import { setData } from "./dom.js";
 import { isDrive, isPlugin } from "./intent_times.js";
@@ -17,13 +17,13 @@ const ROWS = [
   ["tile-1", "tile-2", "tile-3"],
   ["tile-4", "tile-5", "back"],
 ];
-/** So many bars over the picture (spot_scan.js) are a row, after the view's own tiles. */
+/** Bars over the picture (spot_scan.js) per row, after the view's own tiles. */
 const BARS = 4;
-/** A step that was begun counts as moving from now on, though the board has not said so yet. */
+/** A started step counts as moving for this long, before the board has reported it. */
 const STEP_BEGINS_MS = 700;
 
 /**
- * One switch of a person's own (a key or a button) chooses among the page's targets.
+ * A person's switch (a key or a button) chooses among the page's targets.
  *
  * `on` tells moving(), whether the chair moves or this page makes it, and receives used() for
  * every press that counts.
@@ -52,7 +52,7 @@ export class SwitchScan {
       stop: () => targets.stop(performance.now(), true),
       used: on.used,
     });
-    // Before all other listeners: what belongs to the switch is marked as taken.
+    // Before all other listeners: marks the switch's events as handled.
     addEventListener("keydown", (event) => this.#keyed(event, true), true);
     addEventListener("keyup", (event) => this.#keyed(event, false), true);
     for (const kind of ["pointerdown", "pointermove", "pointerup"]) {
@@ -61,7 +61,7 @@ export class SwitchScan {
     addEventListener("pointercancel", () => this.cancel(performance.now()));
   }
 
-  /** Takes the settings of a profile; a press that began before is forgotten. */
+  /** Takes the settings of a profile; discards a press that began before. */
   configure(mine, now) {
     this.#off = mine.scan === "off";
     setData("scans", !this.#off);
@@ -83,7 +83,7 @@ export class SwitchScan {
     this.tick(now);
   }
 
-  /** Page hidden, focus or link lost: whatever was pressed is over. */
+  /** Page hidden, focus or link lost: ends every press. */
   cancel(now) {
     this.#closed.clear();
     this.#scan.cancel(now);
@@ -134,7 +134,7 @@ export class SwitchScan {
     const { type, pointerId: id, clientX: x, clientY: y } = event;
     const down = (event.buttons & this.#button) !== 0;
     if (down === this.#closed.has(id)) return;
-    // No button went down here and now (a drag from elsewhere); or it did on Stop, which it means.
+    // No button went down here now (a drag from elsewhere); or it did on Stop, and means Stop.
     if (down && (event.button < 0 || this.#hits.at(x, y, null) === "stop")) return;
     if (down) document.body.setPointerCapture(id);
     if (type === "pointerdown") event.preventDefault();

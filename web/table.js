@@ -1,8 +1,8 @@
-// The texts of a part of the pages, fetched when that part is needed.
+// The texts of a part of the pages, loaded when that part is needed.
 
 const HOME = "nl";
 
-/** strings/LANGUAGE-PART.json, in Dutch when there is none. Throws without answer. */
+/** strings/LANGUAGE-PART.json, else the Dutch one. Throws when the host does not answer. */
 export async function tableOf(language, part) {
   for (const name of [language, HOME]) {
     const answer = await fetch(`/strings/${name}-${part}.json`);

@@ -7,9 +7,9 @@ import { STEP_REPEAT_MS, TAP_MS } from "./intent_times.js";
  * Turns pointer, touch and key events into commands.
  *
  * All times are ms of one monotonic clock. `on` receives:
- * drive(verb, mode, edge) for every command to send, stop(asked) where `asked` tells that somebody
+ * drive(verb, mode, edge) for every command to send, stop(asked) where `asked` means that somebody
  * looked at Stop or pressed it, act(name) for a button, tap() when a press was too short to drive,
- * unable() for one that is not followed, view(dwelling, holding, dwellMs) when either name changed.
+ * unable() for a refused press, view(dwelling, holding, dwellMs) when either name changed.
  */
 export class Targets {
   mode = "continuous";
@@ -28,7 +28,7 @@ export class Targets {
   #freshMs = 200;
   #edge = 0;
   #under = undefined; // target under the pointer, null: none, undefined: not known
-  #spent = null; // button that acted and was not left yet
+  #spent = null; // button that acted and that the gaze has not left yet
   #dwell = null; // {target, since, movedAt, leftAt, ms}
   #hold = null; // {target, source, mode, edge, since, provenAt, leftAt, sendAt}
   #pressed = null; // button pressed and not released: {target, source, since}
@@ -40,7 +40,7 @@ export class Targets {
     this.#on = on;
   }
 
-  /** How often a held command is said, how long the board lets it live, ms; null: perhaps long. */
+  /** Period of a held command and its time to live on the board, ms; null: unknown. */
   setTimes(heartbeatMs, ttlMs) {
     this.#heartbeatMs = heartbeatMs;
     this.#ttlMs = ttlMs ?? Infinity;
@@ -61,7 +61,7 @@ export class Targets {
     return this.#hold !== null;
   }
 
-  /** Changes between "step" and "continuous"; what was held ends. */
+  /** Changes between "step" and "continuous"; ends every hold. */
   setMode(mode, at) {
     this.mode = mode;
     if (this.#hold) this.stop(at);
@@ -79,7 +79,7 @@ export class Targets {
     this.#show();
   }
 
-  /** A mouse button, finger or key went down on `target`; `source` tells which one. */
+  /** A mouse button, finger or key went down on `target`; `source`: which one. */
   press(target, source, at) {
     this.#dwell = null;
     this.#under = target;
@@ -133,7 +133,7 @@ export class Targets {
     this.stop(at);
   }
 
-  /** Other buttons stand there now, or (`all` false) tiles: a gaze on one did not choose it. */
+  /** The buttons, or (`all` false) the tiles, were replaced: a gaze on one did not choose it. */
   replaced(at, all = true) {
     if (all || isPlugin(this.#hold?.target)) this.cancel(at);
     this.#dwell = null;
@@ -147,7 +147,7 @@ export class Targets {
     if (!armed && this.#hold) this.stop(at);
   }
 
-  /** Lets time pass; call it often (each 25 ms). */
+  /** Advances the time; call it often (every 25 ms). */
   tick(now) {
     this.#rested(now);
     if (this.#hold) this.#tickHold(now);
@@ -159,7 +159,7 @@ export class Targets {
     const hold = this.#hold;
     if (hold.source !== "gaze") return;
     if (target === hold.target) {
-      // Late return (the page stalled): the tick that should have stopped is made up for.
+      // Late return (the page stalled): make up for the tick that should have stopped.
       if (this.#gazeOver(at)) return this.#letGo(at);
       hold.provenAt = at;
       hold.leftAt = null;
@@ -172,7 +172,7 @@ export class Targets {
     }
   }
 
-  /** Moving already, a look at another direction needs less time; the old motion ends meanwhile. */
+  /** While moving, a look at another direction needs less time; the old motion ends meanwhile. */
   #steer(target, at) {
     if (this.#dwell && at - this.#dwell.movedAt >= this.#staleMs) this.#dwell = null;
     if (!this.#dwell && this.#gazeOver(at)) return this.#letGo(at);
@@ -266,7 +266,7 @@ export class Targets {
   }
 
   #fresh() {
-    // Heartbeats end early, so that the board's time-to-live runs out when the pointer is stale.
+    // Heartbeats end early, so that the board's time to live runs out when the pointer is stale.
     this.#freshMs = Math.max(this.#heartbeatMs, this.#staleMs - this.#ttlMs);
   }
 

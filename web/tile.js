@@ -1,8 +1,8 @@
-// A button of the driver's page that is made when it is wanted.
+// A button of the driver's page that is created on demand.
 
 import { byId } from "./dom.js";
 
-/** As the others: the mark of the target `like` with its ring, a label, a small line. */
+/** Like the others: the mark of the target `like` with its ring, a label, a small line. */
 export function button(id, like, kind) {
   const tile = document.createElement("button");
   [tile.type, tile.id, tile.className] = ["button", id, `target ${kind}`];
@@ -17,7 +17,7 @@ export function button(id, like, kind) {
   return tile;
 }
 
-/** Fetches a style sheet; throws when it does not come. */
+/** Loads a style sheet; throws when it does not load. */
 export function styled(path) {
   return new Promise((resolve, reject) => {
     const link = document.createElement("link");

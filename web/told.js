@@ -1,10 +1,10 @@
-// What the driver's page says: its one sentence, in the corner and in the middle; short notices.
+// The driver's page's messages: its one sentence, in the corner and in the middle; short notices.
 
 import { Banner } from "./banner.js";
 import { setData } from "./dom.js";
 import { StatusCorner } from "./status.js";
 
-/** Says one thing at a time. */
+/** Shows one message at a time. */
 export class Told {
   /** The sentence: see sentence.js. */
   now = { kind: "none" };
@@ -16,7 +16,7 @@ export class Told {
     this.#corner = new StatusCorner(strings);
   }
 
-  /** Says it; whether that is of another kind than before. */
+  /** Shows it; returns whether its kind has changed. */
   say(told, now) {
     const other = told.kind !== this.now.kind;
     this.now = told;
@@ -26,7 +26,7 @@ export class Told {
     return other;
   }
 
-  /** What hinders is the reason of every refusal, too. */
+  /** What prevents arming is also the reason of every refusal. */
   notice(title, key) {
     const why = this.now.kind === "hindered" && title === "arm_refused" ? this.now.key : key;
     this.#banner.notice(title, why, performance.now());

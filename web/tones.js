@@ -3,7 +3,7 @@
 const LOUDNESS = 0.12;
 const GAP_S = 0.02;
 
-/** Each tone has a shape of its own: [Hz, seconds, wave] one after the other. */
+/** The shape of each tone: [Hz, seconds, wave] one after the other. */
 const SHAPES = {
   start: [
     [520, 0.07, "sine"],
@@ -27,19 +27,19 @@ const SHAPES = {
   ],
 };
 
-/** One audio context for the page; where the browser wants a press or key first, that wakes it. */
+/** One audio context for the page; if the browser requires a press or key first, that wakes it. */
 export class Tones {
   on = true;
   #context = new AudioContext();
 
-  /** `changed(audible)` is told at once, and whenever it changes. */
+  /** `changed(audible)` is called at once, and whenever it changes. */
   constructor(changed) {
     this.#context.onstatechange = () => changed(this.audible);
     changed(this.audible);
     for (const event of ["pointerup", "keydown"]) addEventListener(event, () => this.#wake());
   }
 
-  /** True while the browser lets the page be heard. */
+  /** True while the browser lets the page play sound. */
   get audible() {
     return this.#context.state === "running";
   }

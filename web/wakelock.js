@@ -1,8 +1,8 @@
 // Keeps the tablet's screen on while the page is visible, where the browser can.
 
-/** Asks for the wake lock now and after each return to the page. */
+/** Requests the wake lock now and after each return to the page. */
 export function keepAwake() {
-  if (!navigator.wakeLock) return; // plain http beyond loopback has none
+  if (!navigator.wakeLock) return; // not available over plain http, except on loopback
   const ask = () => {
     if (document.hidden) return;
     navigator.wakeLock.request("screen").catch((error) => {

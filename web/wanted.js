@@ -1,12 +1,12 @@
-// Parts of the driver's page that are fetched when they are wanted; what is missing is told.
+// Loads parts of the driver's page on demand; reports missing ones.
 
 import { setText } from "./dom.js";
 
 const RETRY_MS = 2000;
-/** Names of the parts that are wanted and that the host has not given yet. */
+/** Names of the requested parts that have not loaded yet. */
 const missing = new Set();
 
-/** Fetches a part, trying again until that succeeds; `more` fetches what it needs besides. */
+/** Loads a part, retrying until that succeeds; `more` loads what else it needs. */
 async function fetchPart(name, more = () => {}) {
   for (;;) {
     try {
@@ -22,20 +22,20 @@ async function fetchPart(name, more = () => {}) {
   }
 }
 
-/** As fetchPart, once, for who has just asked for it: null when it does not come. */
+/** As fetchPart, but tries once, for a press that needs it: null when it does not load. */
 const tryPart = (name) => import(`./${name}.js`).catch(() => null);
 
-/** The menu, fetched at its first use. */
+/** The menu, loaded at its first use. */
 export class LateMenu {
   #rest;
   #part = null;
 
-  /** `rest`: what Menu is made of. */
+  /** `rest`: arguments of Menu. */
   constructor(...rest) {
     this.#rest = rest;
   }
 
-  /** As Menu.show(); false when the menu did not come. */
+  /** As Menu.show(); false when the menu did not load. */
   async show(...sheet) {
     const loaded = this.#part ? null : await tryPart("menu");
     if (loaded) this.#part ??= new loaded.Menu(...this.#rest);
@@ -52,7 +52,7 @@ export class LateMenu {
   }
 }
 
-/** The eye test. `on` receives open(view), lacking() when it does not come, judged(result). */
+/** The eye test. `on` receives open(view), lacking() when it does not load, judged(result). */
 export class Eyes {
   #strings;
   #on;
@@ -85,7 +85,7 @@ export class Eyes {
   }
 }
 
-/** Scanning with one switch, while the profile says so; `rest`: what SwitchScan is made of. */
+/** Scanning with one switch, if the profile enables it; `rest`: arguments of SwitchScan. */
 export class Scanning {
   #rest;
   #mine;
@@ -115,7 +115,7 @@ export class Scanning {
   }
 }
 
-/** Tiles of the modes that plug-ins bring, and what is wrong with plug-ins, where there are any. */
+/** Tiles of plug-in modes, and problems of plug-ins, if there are any. */
 export class Plugins {
   /** The PluginTiles, null while there are none. */
   part = null;
@@ -123,7 +123,7 @@ export class Plugins {
   #welcome;
   #coming = null;
 
-  /** `rest`: what PluginTiles is made of. */
+  /** `rest`: arguments of PluginTiles. */
   constructor(...rest) {
     this.#rest = rest;
   }
@@ -138,12 +138,12 @@ export class Plugins {
     this.part.update(this.#welcome);
   }
 
-  /** More modes than the page has room for beside the directions: their page can be opened. */
+  /** True if not all modes fit next to the directions: their page can be opened. */
   get more() {
     return this.part?.more ?? false;
   }
 
-  /** The sentence `told`; where that is that all is well, what a plug-in or this page lacks. */
+  /** The sentence `told`, or, if that says that all is OK, a problem of a plug-in or this page. */
   sentence(told, state) {
     if (state) this.part?.rides(state);
     const said = this.part?.sentence(told, state?.token) ?? told;
@@ -154,7 +154,7 @@ export class Plugins {
 
 let late = null;
 
-/** Shows what is not always told: nothing is missing without it. */
+/** Shows optional data; the page works without it. */
 export function showLate(news, strings) {
   if (news.where || news.assist) late ??= tryPart("late");
   late?.then((part) => part?.show(news, strings));

@@ -1,12 +1,12 @@
-// Detects what gives the page no event: sleep, a clock jump, driving left unused.
+// Detects what causes no event: sleep, a clock jump, driving left unused.
 
 /** The page stood still, or a clock jumped, by more than this: the tablet slept. */
 const JUMP_MS = 1000;
 
-/** Every target lit once, one by one, with some to spare. */
+/** Scan times that light every target once, with a margin. */
 const SCAN_STEPS = 9;
 
-/** Tells of gaps in the page's time, by its own clock and by the time of day. */
+/** Detects gaps in the page's time, by its own clock and by the time of day. */
 export class ClockWatch {
   #last = null; // {now, day}
 
@@ -19,12 +19,12 @@ export class ClockWatch {
   }
 }
 
-/** Driving that is on and unused goes off by itself. */
+/** Switches off unused driving. */
 export class AutoOff {
   #limitMs = 15_000;
   #usedMs = 0;
 
-  /** Takes a person's own time; whoever scans has time to have every target lit. */
+  /** Takes a person's own time; with scanning, at least the time to light every target. */
   configure({ auto_off_s, scan, scan_ms }) {
     this.#limitMs = Math.max(auto_off_s * 1000, scan === "off" ? 0 : SCAN_STEPS * scan_ms);
   }
@@ -34,7 +34,7 @@ export class AutoOff {
     this.#usedMs = now;
   }
 
-  /** What is left, ms; 0 or less: time to switch off. */
+  /** Time left, ms; 0 or less: switch off. */
   leftMs(now) {
     return this.#limitMs - (now - this.#usedMs);
   }

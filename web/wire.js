@@ -5,7 +5,7 @@ const LAST_RETRY_MS = 2000;
 const CONNECT_MS = 3000;
 
 /**
- * A reconnecting WebSocket without timers of its own: its owner calls tick(now).
+ * A reconnecting WebSocket without its own timers: its owner calls tick(now).
  *
  * `path` is on this page's host; `silenceMs` without a message counts as a dead connection;
  * `on` receives message(data) and closed(code).
@@ -30,7 +30,7 @@ export class Wire {
     return this.#socket?.readyState === WebSocket.OPEN;
   }
 
-  /** Bytes given to the browser and not yet on the network. */
+  /** Bytes handed to the browser and not yet on the network. */
   get waiting() {
     return this.#socket?.bufferedAmount ?? 0;
   }
@@ -42,7 +42,7 @@ export class Wire {
     return true;
   }
 
-  /** Connects, gives up on a silent connection, tries again. `now` as performance.now(). */
+  /** Connects, drops a silent connection, retries. `now`: performance.now(). */
   tick(now) {
     if (this.#socket === null) {
       if (now >= this.#retryAtMs) this.#connect(now);

@@ -1,1 +1,1 @@
-"""The contract tests of plug-ins, anyone's: `gazechair plugin check`, in the virtual chair."""
+"""Contract tests for any plug-in, in the virtual chair: `gazechair plugin check`."""

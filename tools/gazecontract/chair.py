@@ -1,7 +1,7 @@
 """The virtual chair with a host, its driver's page, and a seat for one plug-in, in virtual time.
 
-The seat does what gazechair.plugins.service does with a process: its values pass through the same
-producer, and one that is refused ends it.
+The seat treats the plug-in like gazechair.plugins.service treats a process: its values pass through
+the same producer, and a refused one ends it.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Say = Callable[[dict[str, Any]], bytes | None]
 
 
 class PluginChair(ChairRig):
-    """`say` is the plug-in: a word to it, the value it answers; None: nothing."""
+    """`say` is the plug-in: takes a word, returns the value that it answers; None: nothing."""
 
     def __init__(self, kind: str, name: str, say: Say) -> None:
         super().__init__("open")
@@ -53,9 +53,9 @@ class PluginChair(ChairRig):
         self._pressed = False
         self._edge = 0
         self.spoil: Callable[[Value], bytes | None] = Value.pack
-        """What becomes of a value on its way; None: it never arrives."""
+        """Changes a value on its way; returns None if it never arrives."""
         self.value: Value | None = None
-        """The newest that the plug-in said, arrived or not."""
+        """The plug-in's newest value, arrived or not."""
         self.refused = ""
         """Why the seat ended the plug-in."""
         self.reasons: set[str] = set()
@@ -73,7 +73,7 @@ class PluginChair(ChairRig):
             self.control.offer_mode(self._name, {"icon": "", "names": {}})
 
     def leave(self) -> None:
-        """It ends, by whatever."""
+        """It ends, for any reason."""
         if isinstance(self._life, InputProducer):
             self._life.end()
         elif self._life is not None:
@@ -118,7 +118,7 @@ class PluginChair(ChairRig):
             self._ask()
 
     def say(self, **message: Any) -> None:
-        """The driver's page says so, with a fresh token."""
+        """The driver's page sends this, with a fresh token."""
         token = self.control.token()
         for refusal in self.control.receive(self.page, {**message, "token": token}):
             self.reasons.add(refusal["reason"])
@@ -129,22 +129,22 @@ class PluginChair(ChairRig):
         self._pressed = self.kind == "mode"
 
     def release(self) -> None:
-        """The driver's page lets go of it."""
+        """The driver's page releases it."""
         self._pressed = False
         if self.kind == "mode":
             self.say(k="stop")
 
     def block(self, on: bool) -> None:
-        """Something stands in every direction."""
+        """Puts an obstacle in every direction, or removes it."""
         self.blocked = _ALL if on else 0
 
     def ready(self) -> None:
-        """Nothing stands against arming."""
+        """Wait until nothing prevents arming."""
         self.until(lambda: self.app is not None and self.link.state() is not None, _READY_MS)
         self.until(lambda: bool(self.app.safety.arm_reason == codes.NO_REASON), _READY_MS)
 
     def arm(self) -> None:
-        """Armed by the driver's page, and the ways look free."""
+        """Arm from the driver's page, with all directions free."""
         self.ready()
         self.say(k="arm")
         self.until(self.armed, 1000)

@@ -15,15 +15,15 @@ from gazechair.plugins.found import Found, installed
 
 def add(commands: Any) -> None:
     """Add it to argparse's subparsers `commands`."""
-    plugin = commands.add_parser("plugin", help="inputs and modes: list, check, begin a new one")
+    plugin = commands.add_parser("plugin", help="inputs and modes: list, check, create")
     acts = plugin.add_subparsers(title="acts", required=True, metavar="ACT")
-    shown = acts.add_parser("list", help="what is installed, with every setting")
+    shown = acts.add_parser("list", help="list what is installed, with every setting")
     shown.set_defaults(act=_list)
     check = acts.add_parser("check", help="run the contract tests in the virtual chair")
     check.add_argument("name", help="as in the list; input.NAME or mode.NAME when both exist")
     check.add_argument("--json", action="store_true", help="print one line of JSON")
     check.set_defaults(act=_check)
-    new = acts.add_parser("new", help="write a package to begin with")
+    new = acts.add_parser("new", help="create a package to start from")
     new.add_argument("name")
     new.add_argument("--kind", choices=("input", "mode"), default="input")
     new.add_argument("--folder", type=Path, default=Path(), help="where (default: here)")

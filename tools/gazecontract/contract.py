@@ -1,7 +1,7 @@
-"""The contract: what every plug-in must do in the virtual chair, whoever wrote it.
+"""The contract: what every plug-in must do in the virtual chair.
 
-Only outputs count: the wipers, and what the plug-in's own process says. Each rule has a name, a
-limit in virtual time where time matters, and says in one line what it saw.
+Only outputs count: the wipers, and what the plug-in's own process sends. Each rule has a name, a
+limit in virtual time where time matters, and reports in one line what it observed.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _MORE_PERMILLE = 1001
 
 @dataclass(frozen=True)
 class Row:
-    """One rule and how it went."""
+    """One rule and its result."""
 
     rule: str
     ok: bool
@@ -33,7 +33,7 @@ class Row:
 
 
 class _Broken(Exception):
-    """The rule does not hold; what was seen."""
+    """Raised when a rule does not hold; the text is what was observed."""
 
 
 class Contract:
@@ -45,7 +45,7 @@ class Contract:
         self._settings = settings
 
     def rows(self) -> Iterator[Row]:
-        """Every rule in turn; after a process that fails there is only that row."""
+        """Check every rule in turn; if the process fails there is only that row."""
         try:
             with Paced(self._found, {}, "describe") as asked:
                 described = json.loads(asked.data())
@@ -83,7 +83,7 @@ class Contract:
                 row = Row(name, False, str(broken))
             yield row
             if name == rules.FIRST and not row.ok:
-                return  # nothing else can be seen of one that does not drive
+                return  # nothing else can be checked if it does not drive
             rules.calm()
 
 
@@ -97,7 +97,7 @@ def _words(facts: Facts) -> Row:
 
 
 class _Rules:
-    """The rules that are seen at the wipers."""
+    """The rules that are checked at the wipers."""
 
     FIRST = "armed, it drives the chair"
 
@@ -122,7 +122,7 @@ class _Rules:
         ]
 
     def calm(self) -> None:
-        """Between two rules: as before the first, armed."""
+        """Return to the state before the first rule, armed."""
         chair = self._chair
         chair.spoil = Value.pack
         chair.block(False)
@@ -136,7 +136,7 @@ class _Rules:
         chair.sit()
         chair.run(60)
 
-    # -- rules: each returns what it saw, or raises _Broken --
+    # -- rules: each returns what it observed, or raises _Broken --
 
     def unarmed(self) -> str:
         chair = self._chair
@@ -235,7 +235,7 @@ class _Rules:
             raise _Broken(f"it was ended: {chair.refused}")
         return f"neutral within {limit_ms} ms"
 
-    # -- what they are made of --
+    # -- helpers --
 
     def _ended(self, spoil: Callable[[Value], bytes]) -> str:
         chair = self._chair
@@ -280,13 +280,13 @@ class _Rules:
         raise _Broken(f"not neutral within {limit_ms} ms; {self._chair.why()}")
 
     def _newer_press(self) -> Callable[[], bool]:
-        """Whether the person has pressed again since now; on the page nobody does."""
+        """A function: has the person pressed again since now? On the page nobody does."""
         chair = self._chair
         press = chair.value.press if chair.value is not None else 0
         return lambda: chair.kind == "input" and bool(chair.value and chair.value.press != press)
 
     def _released(self) -> Callable[[], bool]:
-        """Whether the person has let go of the input since now."""
+        """A function: has the person let go of the input since now?"""
         chair = self._chair
         seen: list[bool] = []
 
@@ -298,7 +298,7 @@ class _Rules:
         return released
 
     def _stays(self, may_move: Callable[[], bool]) -> None:
-        """At neutral until a new press."""
+        """Check that the wipers stay at neutral until a new press."""
         for ms in range(_WATCH_MS):
             self._chair.one_ms()
             if may_move():

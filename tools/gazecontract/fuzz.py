@@ -1,7 +1,7 @@
-"""Fuzzes the producers: pages, inputs and modes say anything, in any order, at any time.
+"""Fuzzes the producers: pages, inputs and modes send anything, in any order, at any time.
 
-`python -m gazecontract.fuzz [--messages N] [--seed N]`: through Control as the daemon has it, with
-a link that only remembers, in virtual time. A command that nothing permits ends it with its seed.
+`python -m gazecontract.fuzz [--messages N] [--seed N]`: through the daemon's Control, with a link
+that only records, in virtual time. A command that nothing permits ends it and prints the seed.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _RUN = 20_000  # messages of a run
 
 
 class Fuzz:
-    """One run; `messages` counts what was said."""
+    """One run; `messages` counts those sent."""
 
     def __init__(self, seed: int) -> None:
         self._chance = random.Random(seed)
@@ -77,7 +77,7 @@ class Fuzz:
         return self._now_s
 
     def run(self, messages: int) -> None:
-        """Say so many. Raises Violation."""
+        """Send this many. Raises Violation."""
         weights = [weight for weight, _ in self._acts]
         while self.messages < messages:
             self._pass(self._chance.choice((0.0, 0.0, 0.001, 0.005, 0.02, 0.06, 0.2)))
@@ -89,7 +89,7 @@ class Fuzz:
                 self._judge()
 
     def _pass(self, seconds: float) -> None:
-        # The daemon looks 40 times a second; everybody who lives goes on living meanwhile.
+        # The daemon ticks 40 times a second; everybody alive keeps sending heartbeats.
         while seconds > 0.0:
             self._now_s += min(seconds, 0.02)
             seconds -= 0.02
@@ -114,7 +114,7 @@ class Fuzz:
     # -- pages --
 
     def _say(self, page: Page, late_s: float = 0.0, **message: Any) -> bool:
-        """Whether it was taken."""
+        """Send it; True if it was accepted."""
         self.messages += 1
         token = self._control.proof(self._now_s - late_s)
         return self._control.receive(page.client, {**message, "token": token}) == []
@@ -237,7 +237,7 @@ class Fuzz:
         try:
             one.life.take(Value(birth_s, one.press, one.intent, one.stops).pack())
         except BadValue:
-            self._restart(one)  # only old ones for a second
+            self._restart(one)  # it sent only old values for a second
 
     def _tell(self, one: Device, birth_s: float) -> None:
         intent = one.intent
@@ -368,7 +368,7 @@ class Fuzz:
 
 
 def fuzz(messages: int, first_seed: int = 1) -> tuple[int, int]:
-    """Runs until so many messages were said; how many, and motions judged. Raises Violation."""
+    """Run until this many messages were sent; returns how many, and motions judged. Violation."""
     said, judged, seed = 0, 0, first_seed
     while said < messages:
         run = Fuzz(seed)

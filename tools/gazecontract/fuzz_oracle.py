@@ -1,4 +1,4 @@
-"""The fuzzer's judge: from what was said and when, which motions the board may have been given.
+"""The fuzzer's oracle: from the messages and their times, which motions the host may command.
 
 Written from the promises (P3, P13, P14, docs/extending.md), not from the code: it sees messages,
 and the commands that leave the host. Times are seconds of the fuzzer's clock.
@@ -18,11 +18,11 @@ _CLOCK_S = 0.003  # tokens count whole milliseconds
 _LOOK_S = 0.03
 
 Motion = tuple[int, int, int, int]  # verb, mode, linear, turn
-PressKey = tuple[str, int, int]  # who, which life of theirs, which press
+PressKey = tuple[str, int, int]  # who, their run, their press
 
 
 class Violation(AssertionError):
-    """A command that nothing said permits."""
+    """Raised for a command that no message permits."""
 
 
 @dataclass
@@ -46,7 +46,7 @@ class _Steer:
 
 
 class Oracle:
-    """Told of everything that is said before it is delivered; judges each command after it."""
+    """Sees every message before it is delivered; judges each command afterwards."""
 
     def __init__(self) -> None:
         self.armed = False
@@ -60,15 +60,15 @@ class Oracle:
         self.judged = 0
         """Commands that were in force when judged."""
 
-    # -- what is said --
+    # -- messages --
 
     @staticmethod
     def fresh(birth_s: float, now_s: float) -> bool:
-        """Whether it counts at all."""
+        """True if a message born then counts at all."""
         return now_s - FRESH_S - _CLOCK_S <= birth_s <= now_s + _CLOCK_S
 
     def page_lives(self, role: int, now_s: float) -> None:
-        """A page of that role says something fresh."""
+        """A page of that role sends something fresh."""
         self._page_s[role] = now_s
 
     def wants(
@@ -86,36 +86,36 @@ class Oracle:
         self._dead.add(key)
 
     def lets_go(self, who: str) -> None:
-        """This one's person let go. A step ends by itself."""
+        """The person of `who` let go. A step ends by itself."""
         for key, press in self._presses.items():
             motion = press.claims[-1].motion
             if key[0] == who and not (motion and motion[1] == codes.STEP):
                 self._dead.add(key)
 
     def ends_of(self, who: str) -> None:
-        """All that this one pressed is over."""
+        """All presses of `who` are over."""
         self._dead |= {key for key in self._presses if key[0] == who}
 
     def stops(self) -> None:
-        """Somebody who may stops, takes over, arms, disarms; or the board is another one."""
+        """Somebody permitted stops, takes over, arms or disarms; or the board was replaced."""
         self._dead |= self._presses.keys()
 
     def steers(self, mode: str, number: int, out: tuple[int, int], birth_s: float) -> None:
-        """A mode says how to drive."""
+        """A mode sends its output."""
         kept = self._steers.setdefault(mode, [])
         self._steers[mode] = [*kept[-20:], _Steer(birth_s, number, out)]
 
     def mode_ends(self, mode: str) -> None:
-        """A mode is gone, or has come to the end of what is pressed."""
+        """A mode is gone, or has ended its press."""
         self._steers[mode] = []
         for key, press in self._presses.items():
             if press.claims[-1].mode == mode:
                 self._dead.add(key)
 
-    # -- what comes out --
+    # -- commands --
 
     def judge(self, command: Command, now_s: float) -> None:
-        """Raises Violation for a motion in force that may not be."""
+        """Raise Violation for a motion in force that is not permitted."""
         self._expire(now_s)
         if command.verb == codes.STOP or command.ttl_deadline_s <= now_s:
             return
@@ -135,7 +135,7 @@ class Oracle:
         if bound is not None and bound not in self._dead:
             raise Violation(f"one number for two presses: {bound}, {fitting}")
         self._bound[command.edge] = fitting[-1]
-        # The newest press counts: the others are over.
+        # The newest press counts and ends the others.
         self._dead |= self._presses.keys() - set(fitting)
 
     def _permits(self, key: PressKey, command: Command) -> bool:
@@ -162,7 +162,7 @@ class Oracle:
         for key in list(self._presses):
             if now_s - max(c.birth_s for c in self._presses[key].claims) > PROVEN_S + _LOOK_S:
                 self._dead.add(key)
-        # A press that is dead and old is forgotten; its key is never used again.
+        # Forget dead, old presses; their keys are never used again.
         if len(self._presses) > 200:
             for key in [key for key in self._presses if key in self._dead][:100]:
                 del self._presses[key]

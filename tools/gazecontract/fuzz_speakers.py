@@ -1,4 +1,4 @@
-"""Who speaks in the producers' fuzz, and the link that only remembers."""
+"""The senders in the producers' fuzz, and the link that only records."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ROLES = {"driver": codes.DRIVER, "caretaker": codes.CARETAKER, "viewer": codes.N
 
 
 class Link:
-    """As the daemon's to the board: what it was sent last, and what it says of the board."""
+    """Stands for the daemon's link: the last command sent, and the board's state."""
 
     def __init__(self) -> None:
         self.now = QUIET
@@ -52,7 +52,7 @@ class Link:
 
 @dataclass
 class Page:
-    """A page and what it holds."""
+    """A page and its press."""
 
     role: str
     client: int
@@ -64,7 +64,7 @@ class Page:
 
 @dataclass
 class Device:
-    """An input and what it said last."""
+    """An input and its last value."""
 
     role: str
     name: str
@@ -80,14 +80,14 @@ class Device:
 
 
 def motion_of(held: dict[str, Any]) -> Motion:
-    """What a page's message asks for."""
+    """The motion that a page's message requests."""
     if held["k"] == "drive":
         return codes.DRIVE, codes.CONTINUOUS, held["linear"], held["turn"]
     return codes.VERBS.index(held["verb"]), codes.MODES.index(held["mode"]), 0, 0
 
 
 def meaning_of(intent: Intent) -> Motion:
-    """What an intent asks for."""
+    """The motion that an intent requests."""
     if intent.do == "drive":
         out = (intent.linear_permille, intent.turn_permille)
         return codes.DRIVE, codes.CONTINUOUS, *out

@@ -1,4 +1,4 @@
-"""A plug-in's real process, asked step by step: it lives in the virtual chair's time."""
+"""A plug-in's real process, called step by step in the virtual chair's time."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ START_S = 20.0
 
 
 class Failed(Exception):
-    """What the plug-in's process did instead of answering; one plain line."""
+    """Raised when the plug-in's process does not answer; the text is one plain line."""
 
 
 class Paced:
@@ -66,7 +66,7 @@ class Paced:
         self._process.wait()
 
     def ask(self, word: Mapping[str, Any]) -> bytes:
-        """One step at the time in `word`: the value it says. Raises Failed."""
+        """One step at the time in `word`; returns its value. Raises Failed."""
         assert self._process.stdin is not None
         try:
             self._process.stdin.write(json.dumps(word).encode() + b"\n")

@@ -1,8 +1,8 @@
-"""The package: wheels of everything, locked by their hashes, the service, and what installs them.
+"""The package: wheels of everything, pinned by their hashes, the service, and its installer.
 
 /usr/share/gazechair  wheels for each Python in PYTHONS, and locked.txt
-/opt/gazechair        a virtual environment a version, made from them while installing; `current`
-                      is the one in use, `before` the one before it
+/opt/gazechair        one virtual environment per version, made from them while installing;
+                      `current` is the one in use, `before` the one before it
 /etc/gazechair        the configuration
 /var/lib/gazechair    paired devices, profiles, certificate, log
 """
@@ -28,7 +28,7 @@ _FILES = Path(__file__).resolve().parent / "files"
 _LOCKED = Path(__file__).resolve().parent / "locked.txt"
 _EXTRAS = "alerts,flash,qr,log,picture"
 _PLATFORMS = ("manylinux_2_28_x86_64", "manylinux2014_x86_64", "manylinux_2_17_x86_64")
-_NO_WHEEL = ("rplidar-roboticia",)  # published as source alone; pure Python
+_NO_WHEEL = ("rplidar-roboticia",)  # published only as source; pure Python
 _CONTROL = """\
 Package: gazechair
 Version: {version}
@@ -45,7 +45,7 @@ Description: drives a power wheelchair with the eyes
 
 
 def version_of(checkout: Path) -> str:
-    """As Debian orders them: the version, then how many commits it has and which is the last."""
+    """A version that Debian sorts correctly: the version, number of commits, and last commit."""
     count, commit = (
         subprocess.run(
             ["git", "-C", str(checkout), *words], capture_output=True, text=True, check=True
@@ -103,7 +103,7 @@ def _lay_out(root: Path, version: str) -> None:
 
 
 def _configuration() -> str:
-    """All defaults, but that the tablet reaches the page."""
+    """The defaults, except that the page is reachable from the network."""
     text = configuration.annotated_default()
     default = 'host = "127.0.0.1"'
     assert text.count(default) == 1
@@ -111,7 +111,7 @@ def _configuration() -> str:
 
 
 def _wheels() -> Path:
-    """A folder with the wheels of every locked package for every Python; fetched once."""
+    """A folder with the wheels of every pinned package for every Python; fetched once."""
     key = hashlib.sha256(f"{_LOCKED.read_text()}{PYTHONS}{_PLATFORMS}".encode()).hexdigest()[:16]
     kept = LOCAL / "deb" / key
     if kept.is_dir():
@@ -133,7 +133,7 @@ def _wheels() -> Path:
 
 
 def _hashed(wheels: Path) -> str:
-    """What pip is to install: each package at its version, only from a file with these bytes."""
+    """The requirements for pip: each package with its version and hashes."""
     hashes = defaultdict(list)
     for wheel in sorted(wheels.glob("*.whl")):
         name, version = wheel.name.split("-")[:2]

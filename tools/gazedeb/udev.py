@@ -1,4 +1,4 @@
-"""What udev is to do with the chair's devices: who may open them, and what they are called."""
+"""udev rules for the chair's devices: permissions and names."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from gazechair.board import ports
 def rules() -> str:
     """The rules file: one line for each USB device that is a board or a lidar.
 
-    ModemManager would otherwise talk to a board that has just been plugged in.
+    The rules also keep ModemManager from probing a board that has just been plugged in.
     """
     lines = ["# Written by tools/deb from the host's table of USB devices."]
     for vendor, product, role, what in ports.KNOWN:

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from playwright.sync_api import Page, sync_playwright
 
-# Playwright's own list, which this one replaces, and the address bar's suggestions: each page would
-# start a process for them that takes more time than the page.
+# Playwright's own list, which this one replaces, plus the address bar's suggestions, for which each
+# page would start a process that takes more time than the page itself.
 _WITHOUT = (
     "AimEnabled",
     "AvoidCorsURLLoaderRestartOnRedirect",
@@ -69,7 +69,7 @@ class Driver:
         self.page.mouse.up()
 
     def rest(self) -> None:
-        """Move the pointer to the rest zone, where nothing is."""
+        """Move the pointer to the empty rest zone."""
         size = self.page.viewport_size
         assert size is not None
         self.page.mouse.move(size["width"] * 0.5, size["height"] * 0.6)
@@ -101,7 +101,7 @@ class Driver:
 def open_page(
     chromium: str | Path, url: str, size: tuple[int, int] = (1366, 768)
 ) -> Iterator[Driver]:
-    """The page at `url`, an invitation for instance, in a fresh headless Chromium."""
+    """The page at `url`, for instance an invitation, in a fresh headless Chromium."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=str(chromium), args=list(OPTIONS))
         try:

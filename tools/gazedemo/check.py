@@ -14,15 +14,15 @@ from gazedemo.stack import Stack
 
 NEUTRAL = (WIPER_NEUTRAL, WIPER_NEUTRAL)
 _HOST_SILENT_MS = 100.0  # promise P2; the cable's last bytes are still in transit when it is pulled
-_SIM_STEP_MS = 5.0  # what the simulator's own look at the wipers may add
+_SIM_STEP_MS = 5.0  # the simulator's own sampling of the wipers may add this
 _TRIES = 4
-# Reasons that a PC which stalls for a moment gives rise to: the driver presses again, as a person
-# would. Each such press is counted in the figures.
+# Reasons that appear when a PC stalls for a moment: the driver presses again, as a person would.
+# Each such press is counted in the figures.
 _STALLS = ("host_silent", "service_stalled", "needs_new_command", "command_expired", "stale_token")
 
 
 class CheckFailed(Exception):
-    """A step did not do what it must; the text names the step and what was seen."""
+    """Raised when a step fails; the text names the step and what was observed."""
 
 
 class Check:
@@ -53,7 +53,7 @@ class Check:
         return self.figures
 
     def simulation_is_said(self) -> None:
-        """The page is linked, shows a picture and marks the simulation."""
+        """The page is connected, shows a picture and marks the simulation."""
         driver = self._driver
         driver.wait(lambda: driver.data("link") == "ok", 20, "the page is linked to the host")
         driver.wait(lambda: driver.data("picture") == "fresh", 20, "a picture is shown")
@@ -171,7 +171,7 @@ class Check:
                 self._sim.wait(condition, 3, what)
                 return
             except TimeoutError:
-                # A PC that stalled ended the press; the page may not show its reason any more.
+                # A stall of the PC ended the press; the page may no longer show its reason.
                 if tries_left == 0:
                     raise
             self._driver.release()
@@ -182,7 +182,7 @@ class Check:
                 self.arm()
 
     def _neutral_ms(self, mark: int, since_s: float, limit_s: float, what: str) -> float:
-        """Waits for neutral wipers; how long after `since_s` the first ones after `mark` came."""
+        """Wait for neutral wipers; ms from `since_s` to the first neutral after `mark`."""
         self._sim.wait(lambda t: tuple(t["wipers"]) == NEUTRAL, limit_s, what)
         entries = self._sim.do("wiper_log", since=mark)["entries"]
         times_s = [e[1] for e in entries if (e[2], e[3]) == NEUTRAL]
@@ -200,7 +200,7 @@ class Check:
         return key
 
     def _quiet(self) -> None:
-        """A moment without a request, as between two looks; an old override ends."""
+        """Wait a moment without a request, as between two looks; ends an old override."""
         self._driver.page.wait_for_timeout(500)
 
     def _standing(self, truth: dict[str, Any]) -> bool:

@@ -24,10 +24,10 @@ def add(commands: Any) -> None:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """What the demo takes."""
+    """Add the demo's options."""
     parser.add_argument("--check", action="store_true", help="drive it headless and print figures")
     parser.add_argument(
-        "--home", action="store_true", help="a flat with a stored map: places to be taken to"
+        "--home", action="store_true", help="a flat with a stored map and places to drive to"
     )
     parser.add_argument("--room", default="living", help="room of the simulator (default: living)")
     parser.add_argument("--profile", default="3.1", help="the chair's speed profile (default: 3.1)")

@@ -83,7 +83,7 @@ def _stack(arguments: argparse.Namespace, **more: Any) -> Stack:
 
 
 def _check(arguments: argparse.Namespace) -> int:
-    # Only the check needs a browser's driver, which only --check sets up.
+    # Only the check needs a browser driver, which only --check sets up.
     from gazedemo import check, home_check
 
     drive = home_check.check if arguments.home else check.check

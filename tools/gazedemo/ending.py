@@ -24,7 +24,7 @@ def listen() -> None:
 
 
 def enough() -> None:
-    """The program is ending: none of them means anything more."""
+    """The program is ending: ignore further signals."""
     signal.setitimer(signal.ITIMER_REAL, 0)
     for number in (*_ENDINGS, signal.SIGALRM):
         signal.signal(number, signal.SIG_IGN)
@@ -32,7 +32,7 @@ def enough() -> None:
 
 @contextmanager
 def later() -> Iterator[None]:
-    """Signals are delayed inside it and delivered after it."""
+    """A context in which signals are delayed; they are delivered after it."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, (*_ENDINGS, signal.SIGALRM))
     try:
         yield

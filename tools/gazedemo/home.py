@@ -15,13 +15,13 @@ _MAP = "flat"
 
 
 def prepare(state_folder: Path) -> None:
-    """A map of the flat with its places."""
+    """Store a map of the flat with its places."""
     path = state_folder / FOLDER / f"{_MAP}.map"
     room_map.store(plans.room(ROOM), plans.FLAT_PLACES, path)
 
 
 def allow(stack: Stack) -> None:
-    """A caretaker allows the driver to be taken to places. Raises StackError."""
+    """Allow the driver, as a caretaker, to drive to places. Raises StackError."""
     headers = {"Cookie": stack.cookie("caretaker"), "Content-Type": "application/json"}
     asked = urllib.request.Request(stack.url + "profiles", headers=headers)
     with urllib.request.urlopen(asked, timeout=5) as answer:

@@ -1,4 +1,4 @@
-"""The check of the demo in a home: a drive to the kitchen by itself, through the page."""
+"""The check of the demo in a home: an auto drive to the kitchen, through the page."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ _NEAR_M, _NEAR_DEG = 0.15, 5.0
 _KNOWS_S = 90.0
 _ARMED_S = 6.0
 _ARRIVES_S = 240.0
-_LOOK_S = 0.4  # an eye moves
+_LOOK_S = 0.4  # between two eye movements
 _PRESSES = 40  # a machine that stalls for 150 ms ends a press, as it should
 _TRIES = 12
 
 
 class HomeCheck:
-    """Drives to the kitchen through the page, in real processes; the simulator's truth judges."""
+    """Drives to the kitchen through the page, in real processes; checks the simulator's truth."""
 
     def __init__(self, stack: Stack, driver: Driver, artefacts: Path) -> None:
         self._stack = stack
@@ -68,7 +68,7 @@ class HomeCheck:
         raise TimeoutError(f"not armed: {driver.text('#hint')}")
 
     def _find_tile(self) -> str:
-        """Driving is on, and the goal's tile can be pressed."""
+        """Switch driving on until the goal's tile can be pressed; returns the tile."""
         end_s = time.monotonic() + _KNOWS_S
         while time.monotonic() < end_s:
             if self._driver.data("state") != "armed":
@@ -97,7 +97,7 @@ class HomeCheck:
         return ""
 
     def _go(self) -> None:
-        """Press its tile; look at the page while it drives; go on when it has stopped."""
+        """Press its tile; look at the page while it drives; resume when it has stopped."""
         driver = self._driver
         start_s = time.monotonic()
         shot = False
@@ -128,7 +128,7 @@ class HomeCheck:
         raise AssertionError(f"it ended {_PRESSES} times: {state}")
 
     def _said(self) -> dict[str, Any]:
-        """What the page last heard of the way."""
+        """The page's last news of the auto motion."""
         return {"state": self._driver.data("going"), "reason": self._driver.data("why")}
 
     def _moved(self, far_m: float) -> bool:

@@ -1,4 +1,4 @@
-"""A folder with an installed package of plug-ins, for a host that is started to show or measure."""
+"""Creates a folder with an installed package of plug-ins, for a demo or a benchmark."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 def package(folder: Path, name: str, groups: Mapping[str, Mapping[str, str]]) -> str:
     """Make the package `name` in `folder`; `groups`: {group: {plug-in: "module:Class"}}.
 
-    Returns the folder in which modules of the package are found, too.
+    Returns the folder, in which the package's modules belong, too.
     """
     info = folder / "packages" / f"{name}-0.dist-info"
     info.mkdir(parents=True)

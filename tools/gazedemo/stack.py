@@ -69,12 +69,12 @@ mode = "continuous"
 
 
 class StackError(Exception):
-    """A part did not start or ended by itself; one line: what, and where its log is."""
+    """Raised when a part did not start or has ended; one line: what, and where its log is."""
 
 
 class Stack:
-    """Use as a context: inside it everything runs, after it nothing is left. Killed, it leaves
-    only its folder: its processes end with the thread that entered it.
+    """Use as a context: everything runs inside it, and nothing is left after it. If it is killed,
+    only its folder is left: its processes end with the thread that entered it.
 
     `interpreter` is a MicroPython's path or "cpython"; `port` 0 takes any free one; `camera_url` ""
     shows what the simulated camera sees; `lidars`: 1 or 2; `prepare` fills the host's state folder
@@ -120,7 +120,7 @@ class Stack:
 
     @property
     def state_folder(self) -> Path:
-        """The host's: its side door is there."""
+        """The host's state folder, with its local socket."""
         return self.folder / "state"
 
     def invitation(self, role: str = "driver", language: str = "") -> str:
@@ -150,7 +150,7 @@ class Stack:
         return self.sim
 
     def health(self) -> dict[str, Any]:
-        """The host's own word on its parts (GET /health)."""
+        """The health of the host's parts (GET /health)."""
         if not self._cookie:
             self._cookie = self.cookie("viewer", "demo")
         request = urllib.request.Request(self.url + "health", headers={"Cookie": self._cookie})
@@ -159,7 +159,7 @@ class Stack:
         return parts
 
     def check_alive(self) -> None:
-        """StackError when a process has ended by itself."""
+        """Raise StackError when a process has ended by itself."""
         for name, process in self._processes.items():
             if process.poll() is not None:
                 raise StackError(f"{name} ended ({process.returncode}): {self._tail(name)}")
@@ -208,7 +208,7 @@ class Stack:
                 stderr=log,
                 env=env,
                 cwd=gazesetup.ROOT,
-                start_new_session=True,  # Ctrl-C is for us; we end them in order
+                start_new_session=True,  # Ctrl-C must reach only us; we end them in order
                 preexec_fn=prepare(signal.SIGTERM),
             )
 

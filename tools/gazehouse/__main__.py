@@ -17,7 +17,7 @@ PAGES = {
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """0: written, or as they should be; 1: one is stale (--check)."""
+    """0: written, or up to date; 1: one is stale (--check)."""
     parser = argparse.ArgumentParser(prog="tools/docs", description="Pages made from the code.")
     parser.add_argument("--check", action="store_true", help="write nothing; 1 when one is stale")
     check = parser.parse_args(arguments).check

@@ -1,6 +1,6 @@
-"""The import graph of the rooms, read from the sources: arrows and circles. Runs nothing.
+"""The import graph of the rooms, read from the sources: arrows and cycles. Runs nothing.
 
-An arrow is an import that runs; one that only a type checker follows (`if TYPE_CHECKING`) is none.
+An arrow is an import that runs; one only for type checkers (`if TYPE_CHECKING`) does not count.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pathlib import Path
 
 from gazesetup.paths import ROOT, SOURCE_ROOTS
 
-# Every room above those that it may import from, one line a storey: top to bottom.
+# Every room above those that it may import from, one line per storey: top to bottom.
 STOREYS: tuple[tuple[str, ...], ...] = (
     ("gazehouse",),
     ("gazemeasure", "gazeprove"),
@@ -87,7 +87,7 @@ def _imported(tree: ast.AST, known: Mapping[str, Path]) -> Iterator[str]:
 
 
 def _running(tree: ast.AST) -> Iterator[ast.AST]:
-    """All statements, and what holds some, but what only a type checker reads."""
+    """All nodes with statements, except those only for type checkers."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.expr):
             continue

@@ -47,7 +47,7 @@ def render() -> str:
 
 
 def _direct(found: list[Arrow]) -> list[Arrow]:
-    """Without the arrows that a longer path of arrows implies."""
+    """The arrows that no longer path of arrows implies."""
     ends: dict[str, set[str]] = {}
     for arrow in found:
         ends.setdefault(arrow.start, set()).add(arrow.end)
@@ -82,7 +82,7 @@ def _box(name: str, place: Place) -> str:
 
 
 def _lines(found: Iterable[Arrow], places: dict[str, Place]) -> list[str]:
-    """An arrow each, thicker the more imports."""
+    """One line per arrow, thicker with more imports."""
     drawn = []
     for arrow in found:
         (x1, y1), (x2, y2) = places[arrow.start], places[arrow.end]

@@ -21,7 +21,7 @@ _DRIVER = (1024, 576)
 _PHONE = (390, 844)
 _LIMIT_S = 60.0
 _HELD_S = 4.0
-# What only the computer can have, in all of the host's processes.
+# Faults of the computer itself, in all of the host's processes.
 _FULL = "import gazechair.blackbox.writer as writer\nwriter._KEPT_FREE = 1 << 60\n"
 _HOT = """\
 from pathlib import Path
@@ -61,21 +61,21 @@ class _Scene:
 
     @contextlib.contextmanager
     def restarted(self, site: str = "", config: str = "") -> Iterator[None]:
-        """The host on another computer, or with another configuration."""
+        """Restart the host on another computer, or with another configuration."""
         self._restart(site, config or self._plain)
         yield
         self._restart("", self._plain)
 
     @contextlib.contextmanager
     def stopped(self) -> Iterator[None]:
-        """Nothing of the host reaches anybody."""
+        """The host sends nothing."""
         os.kill(self.stack.pid("host"), signal.SIGSTOP)
         yield
         os.kill(self.stack.pid("host"), signal.SIGCONT)
 
     @contextlib.contextmanager
     def slow(self) -> Iterator[None]:
-        """The host stands still for a moment each second."""
+        """The host stalls for a moment every second."""
 
         def stutter() -> None:
             os.kill(self.stack.pid("host"), signal.SIGSTOP)
@@ -87,7 +87,7 @@ class _Scene:
 
     @contextlib.contextmanager
     def held_up(self) -> Iterator[None]:
-        """The tablet does nothing for a moment while the driver holds Vooruit."""
+        """The tablet stalls for a moment while the driver holds Vooruit."""
         self._check.arm()
         self._check.hold("forward", lambda truth: truth["speed_m_s"] > 0.15, "the chair drives")
         busy = f"const end = performance.now() + {1000 * _HELD_S}; while (performance.now() < end);"
@@ -97,7 +97,7 @@ class _Scene:
 
     @contextlib.contextmanager
     def called(self) -> Iterator[None]:
-        """The driver calls, and no caretaker's page is open."""
+        """The driver calls while no caretaker's page is open."""
         self.caretaker.page.goto("about:blank")
         self.driver.page.wait_for_timeout(4000)
         self.driver.click("help")
@@ -123,7 +123,7 @@ class _Scene:
         return self.restarted(_HOT.format(folder=str(zone.parent)))
 
     def one_of_two(self) -> contextlib.AbstractContextManager[None]:
-        """A second lidar that is not there."""
+        """A second lidar that is configured but missing."""
         more = _SECOND_LIDAR.format(folder=self.stack.folder)
         return self.restarted(config=self._plain.replace("[lidar]", _FIRST_LIDAR) + more)
 
@@ -154,7 +154,7 @@ CAUSES: dict[str, tuple[_Cause, str]] = {
 
 
 def take(stack: Stack, chromium: str | Path, site: Path, only: tuple[str, ...] = ()) -> list[Path]:
-    """Take all of them, or `only` those; the files. `site` is in the path of the host's Python."""
+    """Take all, or `only` those; returns the files. `site` is in the path of the host's Python."""
     taken = []
     with (
         open_page(chromium, stack.invitation(), _DRIVER) as driver,
@@ -176,7 +176,7 @@ def _take(scene: _Scene, failure: Failure) -> Path:
         path = picture(failure)
         path.parent.mkdir(exist_ok=True)
         shown = False
-        while not shown:  # a computer that stalls may say something else between
+        while not shown:  # a computer that stalls may show something else in between
             person.wait(lambda: words in person.text("body"), _LIMIT_S, words)
             if person is scene.caretaker:
                 person.wait(lambda: _quiet(person), _LIMIT_S, "a picture")
@@ -198,7 +198,7 @@ def _words(key: str) -> str:
 
 @contextlib.contextmanager
 def _second_page(driver: Driver, url: str) -> Iterator[Driver]:
-    """In the same browser, with cookies of its own."""
+    """A second page in the same browser, with its own cookies."""
     browser = driver.page.context.browser
     assert browser is not None
     page = browser.new_page(viewport={"width": _PHONE[0], "height": _PHONE[1]})
@@ -210,7 +210,7 @@ def _second_page(driver: Driver, url: str) -> Iterator[Driver]:
 
 @contextlib.contextmanager
 def _repeated(cause: Callable[[], None], pause_s: float) -> Iterator[None]:
-    """Caused over and over on a thread of its own."""
+    """Cause it repeatedly on a separate thread."""
     ended = threading.Event()
 
     def run() -> None:

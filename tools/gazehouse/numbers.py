@@ -76,7 +76,7 @@ def _value(node: ast.expr) -> str:
 
 
 def _comment(lines: list[str], at: int) -> str:
-    """The comment beside a line, or the block of comment directly above it."""
+    """The comment on a line, or the comment block directly above it."""
     if " # " in lines[at] or "  #" in lines[at]:
         return lines[at].partition("#")[2].strip()
     block: list[str] = []
@@ -94,7 +94,7 @@ class Mentions:
         self._words = {file: set(re.findall(r"\w+", file.read_text())) for file in files}
 
     def of(self, word: str, without: Iterable[Path] = ()) -> list[Path]:
-        """The files that name it, but those."""
+        """The files that name it, except those."""
         skipped = set(without)
         return [f for f, words in self._words.items() if word in words and f not in skipped]
 

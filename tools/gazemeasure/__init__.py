@@ -11,20 +11,20 @@ from gazemeasure.report import Report
 BENCHMARKS = {
     "allday": ("gazemeasure.allday", "a day of driving: faults, alerts, power cuts, replays"),
     "glance": ("gazemeasure.glance", "from the page's event handler to the wipers and back"),
-    "go": ("gazemeasure.go", "from place to place by itself, in generated homes"),
-    "home": ("gazemeasure.home", "where the chair is and how fast it moves: a real log, homes"),
-    "link": ("gazemeasure.link", "the serial link: round trip beside a bare echo, re-plugs"),
+    "go": ("gazemeasure.go", "auto drives between places in generated homes"),
+    "home": ("gazemeasure.home", "odometry, maps, localization: a real log, generated homes"),
+    "link": ("gazemeasure.link", "the serial link: round trip and a bare echo, replugging"),
     "obstacles": (
         "gazemeasure.obstacles",
-        "past things and people: ours, the first prototype's rule",
+        "obstacles and people: our rule, the first prototype's",
     ),
     "page": ("gazemeasure.page", "the page on a bad network, the host under floods"),
-    "person": ("gazemeasure.go_person", "following a person: others between, doors, gaits"),
+    "person": ("gazemeasure.go_person", "following a person: other people, doors, gaits"),
     "plugins": (
         "gazemeasure.plugins",
         "inputs and modes: gamepad and mode to the wipers, bad ones, twenty of them, a fuzzer",
     ),
-    "scanning": ("gazemeasure.scanning", "through a door with one switch, beside gaze"),
+    "scanning": ("gazemeasure.scanning", "through a door with one switch, compared with gaze"),
     "tick": ("gazemeasure.tick", "the hard tick: allocation, instructions, jitter, telemetry"),
     "turn": ("gazemeasure.turn", "turns: ours, the first prototype, a plain PID, the optimum"),
 }

@@ -24,7 +24,7 @@ MOTIONS = (
 
 
 class Locked:
-    # One ms of the board with the heap locked; what the world and the host do is done outside.
+    # One ms of the board with the heap locked; the world and the host act outside it.
 
     def __init__(self, rig):
         self.rig = rig
@@ -35,7 +35,7 @@ class Locked:
         rig = self.rig
         rig.world_ms()
         app = rig.app
-        app._gc_at = app.outbox.ticks  # collecting is planned, and not what is measured
+        app._gc_at = app.outbox.ticks  # collection is planned, and not measured here
         # The locked heap refuses every allocation but a raised exception, which comes from the
         # emergency buffer; the heap's size shows that one. Reading it is slow: only sometimes.
         ask = rig.now_ms & 63 == 0
@@ -118,7 +118,7 @@ def fuzzed(n):
         motions += not rig.neutral()
         fed += 64
         if fed % 6400 == 0:
-            # A good frame after all that noise, behind a delimiter, is taken and counted once.
+            # A good frame after all that noise, after a delimiter, is accepted and counted once.
             before = link._decoder.ok
             rig.wire.push(b"\0", 1)
             rig.send(messages.PING, (1, 2))

@@ -99,7 +99,7 @@ if PARTS:
     for name, method, words in PARTS:
         parts.watch(getattr(app, name), method, words, name + "." + method)
 
-# What the tick's wrapper writes: no allocation, the timer is a hard one.
+# Written by the tick's wrapper: no allocation, because the timer is hard.
 phase = array.array("I", [0] * 128)  # tick start, us after the grid, histogram
 gaps = array.array("I", [0, 0, 0])  # ticks, missed, grid offset
 worst = array.array("I", [0] * 4)  # us: worst tick, sum of ticks (two words), ticks measured
@@ -122,7 +122,7 @@ def tick(timer):
     phase[late] += 1
     last_us[0] = start
     gaps[0] += 1
-    # Counting the above is no part of the tick.
+    # Counting the above is not part of the tick.
     start = time.ticks_us()
     start_cpu = time.ticks_cpu()
     app.tick(timer)
@@ -136,7 +136,7 @@ def tick(timer):
 
 
 class Measured:
-    # The app as board.run() sees it.
+    # The app for board.run().
 
     def tick(self, timer):
         tick(timer)
@@ -176,7 +176,7 @@ class Measured:
             self.moved += 1
         return going and app_running
 
-    # The second half of each drive is a motion that nobody holds, supervised from before.
+    # The second half of each drive is an auto motion, supervised since before it.
     def _auto(self, ticks, since):
         return ticks // 1000 % 5 == 4 and ticks % 1000 >= since
 
@@ -206,7 +206,7 @@ class Measured:
             host.give(messages.COMMAND)
         elif turn == 1:
             blocked = 15 if second % 7 == 6 else 0
-            # In turn nothing within range, a distance that ends, and one that is near.
+            # In turn: nothing within range, a finite distance, and a near one.
             ahead = (messages.CLEAR_FAR, 900, 600)[second % 3]
             messages.CLEARANCE.pack(
                 host.encoder.body,

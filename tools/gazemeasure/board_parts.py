@@ -29,13 +29,13 @@ class Parts:
         self._around = 0  # and the enclosing part
         self._calibrate()
 
-    # Replaces `holder.name`, a method that takes `words` arguments.
+    # Replace `holder.name`, a method that takes `words` arguments.
     def watch(self, holder, name, words, title):
         at = len(self.names)
         self.names.append(title)
         setattr(holder, name, _Counted(getattr(holder, name), at, self).call(words))
 
-    # After each tick: `cycles` is what all of it took.
+    # After each tick: `cycles` is the total time.
     def tick(self, cycles):
         now = self.now
         calls = self.calls
@@ -72,7 +72,7 @@ class Parts:
         del self.names[-1]
         inside = self.now[0]
         self._around = (counted - plain) // _TRIES
-        # What the method itself takes is not counting's.
+        # The method's own time does not belong to counting.
         bare = _Dummy().nothing
         start = ticks_cpu()
         for _ in range(_TRIES):

@@ -1,7 +1,7 @@
-"""Public lidar logs in CARMEN's format: scans, the corrected track, and how far a track is off.
+"""Public lidar logs in CARMEN's format: scans, the corrected track, and the error of a track.
 
 The logs are not part of the project: they are read from the folder GAZECHAIR_DATA, else from
-../shared/data. The corrected track is a reference only; no method may see it, except as the
+../shared/data. The corrected track is only a reference; no method may see it, except as the
 headings that the chair's sensor would give (`sensor_headings`).
 """
 
@@ -30,7 +30,7 @@ _SCALE, _DRIFT_DEG_MIN, _NOISE_DEG = 0.005, 0.3, 0.1
 
 
 class NoDataError(Exception):
-    """The logs are not on this machine; the text is one plain line."""
+    """Raised when the logs are not on this machine; the text is one plain line."""
 
 
 @dataclass(frozen=True)
@@ -65,14 +65,14 @@ def read(name: str) -> list[Frame]:
 
 
 def directions_rad(count: int) -> Array:
-    """Of a scan's beams, from right to left; 181 and 361 include both ends."""
+    """Directions of a scan's beams, from right to left; 181 and 361 include both ends."""
     return np.asarray(
         math.pi / (count - count % 2) * np.arange(count) - 0.5 * math.pi, dtype=np.float64
     )
 
 
 def sensor_headings(frames: list[Frame], seed: int = 0) -> Array:
-    """Headings in radians, full turns counted, as the board's sensor would give them."""
+    """Unwrapped headings in radians, as the board's sensor would give them."""
     times = np.array([frame.time_s for frame in frames])
     true = np.unwrap([frame.reference[2] for frame in frames])
     noise = np.random.default_rng(seed).standard_normal(len(frames))
@@ -81,7 +81,7 @@ def sensor_headings(frames: list[Frame], seed: int = 0) -> Array:
 
 
 def position_rmse_m(track: Array, reference: Array) -> float:
-    """Of positions (N, 2), after the best rigid alignment of the whole track."""
+    """RMS error of positions (N, 2), after the best rigid alignment of the whole track."""
     mean, mean_reference = track.mean(axis=0), reference.mean(axis=0)
     u, _, v = np.linalg.svd((track - mean).T @ (reference - mean_reference))
     turn = v.T @ np.diag((1.0, np.linalg.det(v.T @ u.T))) @ u.T

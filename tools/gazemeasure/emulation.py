@@ -29,8 +29,8 @@ def run(program: str, files: Mapping[str, str], limit_s: float) -> bytes:
     """Output of `program` (MicroPython text), run from reset with `files` on the board's flash:
     {path on the board: text}.
 
-    Its times repeat to the instruction. Raises gazesetup.NotAvailable without the emulated board,
-    EmulationError when the program fails or takes longer than `limit_s` of the PC's time.
+    Its times are reproducible to the instruction. Raises gazesetup.NotAvailable without the
+    emulated board, EmulationError when the program fails or takes longer than `limit_s` real time.
     """
     elf = gazesetup.find_m7() / ELF
     qemu = gazesetup.ensure_qemu()

@@ -1,8 +1,8 @@
 """Attacks from the network, each as its own program.
 
 `python -m gazemeasure.flooding NAME PORT COOKIE_NAME COOKIE`. It ends after a minute, or when its
-standard input is closed. It runs at the lowest priority: an attacker's processor is not the
-chair's.
+standard input is closed. It runs at the lowest priority, because an attacker has their own
+processor.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _TEXT, _PING = 1, 9
 
 
 class Attack:
-    """What the attacks need to know of the host."""
+    """What the attacks need to know about the host."""
 
     def __init__(self, port: int, cookie_name: str, cookie: str) -> None:
         self.port = port
@@ -36,18 +36,18 @@ class Attack:
         self.cookie = cookie
 
     def ask(self, data: bytes) -> None:
-        """One request, until its answer ends."""
+        """Send one request, and read its answer to the end."""
         with contextlib.suppress(OSError), self.line() as line:
             line.sendall(data)
             while line.recv(65536):
                 pass
 
     def line(self) -> socket.socket:
-        """A connection."""
+        """Open a connection."""
         return socket.create_connection(("127.0.0.1", self.port), _LIMIT_S)
 
     def socket(self, path: str = "/ws/control") -> socket.socket:
-        """A paired WebSocket."""
+        """Open a paired WebSocket."""
         return upgrade(self.port, path, self.cookie)
 
 
@@ -117,7 +117,7 @@ def _stay_open(attack: Attack, begin: bytes, each: bytes = b"") -> Iterator[None
 
 
 def _frames(attack: Attack, path: str, first: bytes, each: bytes, per_s: float) -> Iterator[None]:
-    """Frames on a paired socket that is opened again whenever it is cut."""
+    """Send frames on a paired socket that is reopened whenever it is cut."""
     while True:
         with contextlib.suppress(OSError), attack.socket(path) as line:
             line.sendall(first)

@@ -31,7 +31,7 @@ _PATIENCE = 4  # times as many presses at most
 
 @dataclass
 class _Times:
-    """Of one attack, ms."""
+    """The times during one attack, ms."""
 
     both: list[float] = field(default_factory=list)
     pressed: int = 0
@@ -104,7 +104,7 @@ def _drive(driver: RawDriver, sim: SimControl, probe: StallProbe, presses: int) 
         moved_s = _first(entries, down_s, moved=True)
         stopped_s = _first(entries, up_s, moved=False)
         if moved_s is None or stopped_s is None or moved_s > up_s:
-            # The chair refuses to move on scans that come late, as on a machine that stalls.
+            # The chair refuses to move on late scans, as on a machine that stalls.
             stalled = probe.stalled(down_s - _REST_S, up_s + _REST_S)
             times.missed += not stalled
             times.dropped += stalled

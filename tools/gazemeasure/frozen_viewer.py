@@ -15,7 +15,7 @@ _HANDSHAKE = (
 
 
 class FrozenViewer:
-    """Use as a context. Raises ConnectionError when the host does not take it in."""
+    """Use as a context. Raises ConnectionError when the host does not accept it."""
 
     def __init__(self, port: int, cookie: str) -> None:
         self._sockets = [self._open(port, path, cookie) for path in ("/ws/control", "/ws/video")]

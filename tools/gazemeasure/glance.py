@@ -19,7 +19,7 @@ _PRESSES_QUICK = 25
 _EDGES_MS = (2, 4, 6, 8, 10, 15, 20, 30, 50, 100)
 _HOLD_S = 0.25
 _REST_S = 0.45
-# The time of each event as the page's own handlers get it, on the computer's wall clock.
+# The time at which the page's own handlers get each event, on the computer's wall clock.
 _SPY = """() => {
   window.glance = {down: 0, up: 0};
   const now = () => performance.timeOrigin + performance.now();

@@ -1,4 +1,4 @@
-"""What a process takes and holds: processor time, memory, threads, files; whether it grows."""
+"""Resources of a process: processor time, memory, threads, files; whether they grow."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _MOST_POINTS = 300
 
 
 def slope_per_hour(points: Sequence[tuple[float, float]]) -> float:
-    """The median of all slopes between two of the points (s, value): a peak does not move it.
+    """The median of the slopes between all pairs of points (s, value): robust against peaks.
 
-    Nan for fewer than three points.
+    NaN for fewer than three points.
     """
     points = points[:: 1 + len(points) // _MOST_POINTS]
     if len(points) < 3:
@@ -26,13 +26,13 @@ def slope_per_hour(points: Sequence[tuple[float, float]]) -> float:
 
 
 def cpu_s(pid: int) -> float:
-    """Processor time that it has taken. Raises OSError when it has ended."""
+    """Its processor time. Raises OSError when it has ended."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def family(pid: int) -> list[int]:
-    """It and all that it has started, and those; without what ends meanwhile."""
+    """It and all its descendants, without those that end meanwhile."""
     found = [pid]
     for one in found:
         with contextlib.suppress(OSError):
@@ -43,14 +43,14 @@ def family(pid: int) -> list[int]:
 
 @dataclass
 class Holding:
-    """What one process held at each look: (s, value)."""
+    """The resources of one process over time: (s, value)."""
 
     memory_mb: list[tuple[float, float]] = field(default_factory=list)
     threads: list[tuple[float, float]] = field(default_factory=list)
     files: list[tuple[float, float]] = field(default_factory=list)
 
     def look(self, pid: int, now_s: float) -> None:
-        """Note what `pid` holds now. Raises OSError when it has ended."""
+        """Record the present resources of `pid`. Raises OSError when it has ended."""
         status = dict(
             line.partition(":")[::2] for line in Path(f"/proc/{pid}/status").read_text().split("\n")
         )

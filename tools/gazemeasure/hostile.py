@@ -37,7 +37,7 @@ UPGRADE = (
     "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
     f"Sec-WebSocket-Key: {_KEY}\r\n"
 )
-BIG = 15_000  # just below what a request may have
+BIG = 15_000  # just below the limit of a request
 
 
 def request(path: str, headers: str = "", body: bytes = b"", method: str = "GET") -> bytes:
@@ -126,7 +126,7 @@ def targets(path: str) -> Iterator[tuple[str, str]]:
 
 
 def bodies() -> Iterator[tuple[str, str, bytes]]:
-    """What is posted: name, headers, body."""
+    """POST requests: name, headers, body."""
     json_type = "Content-Type: application/json\r\n"
     yield "body of brackets", json_type, b"[" * 1000
     yield "body of objects", json_type, b'{"a":' * 200

@@ -1,4 +1,4 @@
-"""Debian's icp-slam as a rival: the track that it finds from the same scans and headings."""
+"""Debian's icp-slam for comparison: the track that it finds from the same scans and headings."""
 
 from __future__ import annotations
 
@@ -58,10 +58,10 @@ corresponding_points_decimation=1
 
 
 def track(frames: list[Frame], headings: Array, ahead_m: Callable[[float], float]) -> Array:
-    """(N, 3): a pose for each frame, in a frame of its own.
+    """(N, 3): a pose for each frame, in its own coordinate frame.
 
-    `ahead_m(turn_rad)` is the way from one frame to the next that it is told as odometry, beside
-    `headings` (rad). Raises NotAvailable: it can't be had here, or does not do its work.
+    Its odometry input is `headings` (rad) and `ahead_m(turn_rad)`, the distance from one frame to
+    the next. Raises NotAvailable when it is not available here, or fails.
     """
     program = gazesetup.ensure_icp_slam()
     with tempfile.TemporaryDirectory(prefix="gazechair-") as name:

@@ -1,4 +1,4 @@
-"""Measures the serial link: round trip compared with a bare echo, and re-plugs in every order."""
+"""Measures the serial link: round trip compared with a bare echo, and replugging in every order."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def measure(quick: bool) -> Report:
 
 
 class _World:
-    """The simulator in a thread of its own, and a host link that keeps obstacle data fresh."""
+    """The simulator in its own thread, and a host link that keeps obstacle data fresh."""
 
     def __init__(self, folder: Path, interpreter: str) -> None:
         self._folder = folder
@@ -89,7 +89,7 @@ class _World:
         return BoardLink(lambda: [str(self._folder / "board")], Health("board"))
 
     def restart_host(self) -> None:
-        """The host's link ends and a new one begins, as a restarted daemon."""
+        """End the host's link and begin a new one, like a restarted daemon."""
         self.link.stop()
         self.link = self._new_link()
         self.link.start()
@@ -109,7 +109,7 @@ class _World:
             rig.stop()
 
     def ask(self, job: Callable[[Simulator], Any]) -> Any:
-        """Run `job` in the simulator's thread; its result."""
+        """Run `job` in the simulator's thread; returns its result."""
         done = threading.Event()
         result: list[Any] = []
         self._jobs.append((job, done, result))
@@ -129,11 +129,11 @@ class _World:
         self.held = (verb, mode)
 
     def let_go(self) -> None:
-        """No more request."""
+        """End the request."""
         self.held = (codes.STOP, codes.STEP)
 
     def until(self, condition: Callable[[], bool], limit_s: float = _READY_S) -> float:
-        """Seconds until `condition`; nan when it does not come."""
+        """Seconds until `condition`; NaN when it does not become true."""
         start_s = time.monotonic()
         while not condition():
             if time.monotonic() - start_s > limit_s:
@@ -142,12 +142,12 @@ class _World:
         return time.monotonic() - start_s
 
     def ready(self) -> bool:
-        """Connected, and nothing stands against arming."""
+        """True if connected, and nothing prevents arming."""
         state = self.link.state()
         return state is not None and state.arm_reason == codes.NO_REASON
 
     def armed(self) -> bool:
-        """The board is armed."""
+        """True if the board is armed."""
         state = self.link.state()
         return state is not None and state.state == codes.ARMED
 
@@ -180,7 +180,7 @@ def _round_trips(world: _World, probe: StallProbe, n: int, report: Report) -> No
 
 @contextlib.contextmanager
 def _echo() -> Iterator[Callable[[], float | None]]:
-    """A pseudo terminal whose far end sends every byte back: what the system itself costs."""
+    """A pseudo terminal whose far end echoes every byte: measures the system's own delay."""
     near, far = pty.openpty()
     tty.setraw(near)
     tty.setraw(far)
@@ -308,7 +308,7 @@ def _wipers(world: _World) -> tuple[int, int]:
 
 
 def _harmless(world: _World) -> bool:
-    """Both wipers neutral, or the relay open: a board without power leaves them where they were."""
+    """Both wipers neutral, or the relay open: a board without power leaves the wipers unchanged."""
 
     def look() -> bool:
         truth = world.ask(lambda rig: rig.world.truth())

@@ -1,7 +1,7 @@
 """Measures the driver's page in a real Chromium on a bad network: delay, picture age, load.
 
-Both sockets go through one shaper (see shaper). The driver is a pointer that rests on Vooruit, as a
-gaze does, and jitters at 30 Hz; times are those at which the page's own handlers ran.
+Both sockets go through one shaper (see shaper). The driver is a pointer that rests on Vooruit, like
+gaze, and jitters at 30 Hz; times are those at which the page's own handlers ran.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from gazemeasure.stamped_camera import StampedCamera
 _HOLD_S = 0.3
 _REST_S = 0.7
 _JITTER_S = 0.033
-_SETTLE_S = 6.0  # the picture finds its size
+_SETTLE_S = 6.0  # until the picture has found its size
 _WAIT_S = 5.0
 _ENOUGH = 0.4  # of the presses must have met no stall of the machine
 _PATIENCE = 3  # times as many presses at most
@@ -41,7 +41,7 @@ _GROWTH_LIMIT_MS = 100.0
 
 @dataclass(frozen=True)
 class Network:
-    """One shape, the same in both directions, and what it may add to each time."""
+    """One shape, the same in both directions, and the limits of what it may add to each time."""
 
     name: str
     mbit_s: float
@@ -55,7 +55,7 @@ BAD = Network("0.3 Mbit/s, +100 ms each way", 0.3, 100.0, 100.0)
 
 @dataclass
 class Samples:
-    """Of one network, ms."""
+    """The samples of one network, ms."""
 
     to_wipers: list[float] = field(default_factory=list)
     to_neutral: list[float] = field(default_factory=list)
@@ -187,7 +187,7 @@ def _one(
 
 
 def _look(driver: Driver, target: str, seconds: float) -> None:
-    """Rest the pointer on a target, jittering as a gaze does."""
+    """Rest the pointer on a target, jittering like gaze."""
     box = driver.page.locator(f"#{target}").bounding_box()
     assert box is not None, f"the page shows no target {target!r}"
     _jitter(driver, box["x"] + box["width"] / 2, box["y"] + box["height"] / 2, seconds)
@@ -224,7 +224,7 @@ def _first(entries: list[list[Any]], since_s: float, moved: bool) -> float | Non
 
 
 def _ages(drawn: list[list[float]], samples: Samples) -> None:
-    """Ages when drawn, and every 10 ms until the next is drawn."""
+    """Add the ages when drawn, and every 10 ms until the next picture is drawn."""
     for index, (at_ms, age_ms, width) in enumerate(drawn):
         samples.drawn_age.append(age_ms)
         samples.widths.append(int(width))
@@ -250,7 +250,7 @@ def _report_glances(
 
 
 def _judge_long(report: Report, stack: Stack, shaper: Shaper, seconds: float) -> None:
-    """The picture on the bad network: bounded, and no older at the end than at the beginning."""
+    """Check the picture on the bad network: its age is bounded and does not grow."""
     shaper.shape(BAD.mbit_s, BAD.delay_ms)
     samples = Samples()
     thirds: list[list[float]] = [[], [], []]
@@ -272,7 +272,7 @@ def _judge_long(report: Report, stack: Stack, shaper: Shaper, seconds: float) ->
 
 
 def _judge_load(report: Report, stack: Stack, seconds: float) -> None:
-    """Page weight, and the main thread's share on a processor six times slower."""
+    """Measure the page's size, and the main thread's load on a processor six times slower."""
     sizes: dict[str, int] = {}
     with _page(stack, spy=False) as driver:
         session = driver.page.context.new_cdp_session(driver.page)

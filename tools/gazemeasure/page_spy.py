@@ -50,7 +50,7 @@ _DRAWING = f"""(() => {{
   }};
 }})()"""
 
-# Empties what was noted and returns it.
+# Returns the records and clears them.
 TAKE = """() => {
   const taken = {...window.spy};
   Object.assign(window.spy, {said: [], over: [], late: [], drawn: []});
@@ -59,7 +59,7 @@ TAKE = """() => {
 
 
 def install(page: Page) -> None:
-    """Load the page again, watched; its host must be there. Error when it starts no thread."""
+    """Reload the page with instruments; its host must run. Error when it starts no thread."""
     page.add_init_script(_PAGE)
     page.reload()
     if not any(worker.url.endswith(_WORKER) for worker in page.workers):

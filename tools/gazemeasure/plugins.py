@@ -1,4 +1,4 @@
-"""Measures inputs and modes in real time: their way to the wipers, and what bad ones can do.
+"""Measures inputs and modes in real time: their latency to the wipers, and effects of bad ones.
 
 The gamepad's events are bytes of the kernel's format in a named pipe; the chair is the demo's, its
 picture streaming to a viewer.
@@ -39,7 +39,7 @@ _PATIENCE_S = 30.0
 _TRIES = 4
 _MANY = 20
 _NEUTRAL_MS = 300.0
-_FOR_P99 = 80  # samples: of fewer, p99 is the worst one, and has no limit
+_FOR_P99 = 80  # samples: with fewer, p99 is the maximum, and has no limit
 _TEXT = 1
 _CONFIG = """
 [input.gamepad]
@@ -79,7 +79,7 @@ def measure(quick: bool) -> Report:
 
 
 def _packages(folder: Path) -> str:
-    """A folder with an installed package whose entry points name the benchmark's plug-ins."""
+    """Create a folder with an installed package that offers the benchmark's plug-ins."""
     home = "gazemeasure.plugins_samples"
     inputs = {"bad": f"{home}:Bad", "broken": "no_such_module_at_all:Nothing"}
     inputs |= {f"quiet{n}": f"{home}:Quiet" for n in range(_MANY - 1)}
@@ -112,7 +112,7 @@ def _streaming(stack: Stack) -> Iterator[None]:
 
 
 class _Bench:
-    """The running chair and what is measured on it."""
+    """The running chair and the measurements on it."""
 
     def __init__(
         self, stack: Stack, driver: RawDriver, probe: StallProbe, folder: Path, report: Report
@@ -174,7 +174,7 @@ class _Bench:
     # -- a mode --
 
     def mode(self, presses: int) -> None:
-        """Hold it, and match its changes with the wipers'."""
+        """Hold the mode, and match its changes with the wipers'."""
         notes = self._folder / "flips"
         samples: list[float] = []
         wanted = 4 * presses
@@ -191,7 +191,7 @@ class _Bench:
         self._add("mode at 50 Hz: sensed -> wipers", samples, presses, 10.0, None)
 
     def _matched(self, flips: list[float], entries: list[list[Any]]) -> list[float]:
-        # The first change of the wipers after each flip: between two of its flips it is steady.
+        # The first change of the wipers after each flip; between two flips the output is constant.
         times = [
             float(b[1]) for a, b in itertools.pairwise(entries) if (a[2], a[3]) != (b[2], b[3])
         ]
@@ -203,7 +203,7 @@ class _Bench:
         return found
 
     def _ride(self, act: Callable[[], None]) -> int:
-        """Hold the mode's tile and do `act` while the chair moves; a mark of the wipers' log."""
+        """Hold the mode's tile and do `act` while the chair moves; returns a mark in the log."""
         self._driver.button = {"k": "mode", "mode": "flips"}
         for _ in range(_TRIES):
             mark = self._begin()
@@ -236,7 +236,7 @@ class _Bench:
                 entries = self._sim.do("wiper_log", since=mark)["entries"]
                 still = [e[1] for e in entries if e[1] >= ended[0] and (e[2], e[3]) == NEUTRAL]
                 took_ms = 1000 * (still[0] - ended[0]) if still else float("inf")
-                # A stall only makes it later: what is in time anyway counts.
+                # A stall only adds delay: a sample that is in time anyway counts.
                 stalled = self._probe.stalled(ended[0], ended[0] + took_ms / 1000)
                 if took_ms <= _NEUTRAL_MS or not stalled:
                     worst, kept = max(worst, took_ms), kept + 1
@@ -258,7 +258,7 @@ class _Bench:
         time.sleep(0.01)
         return float((self._folder / "began").read_text())
 
-    # -- the driver beside a bad one --
+    # -- the driver while an input misbehaves --
 
     def driver_beside(self, presses: int) -> None:
         """The driver's own presses while an input misbehaves whenever it runs."""
@@ -322,7 +322,7 @@ class _Bench:
 
 
 def _many(report: Report, micropython: str, packages: str) -> None:
-    """How much later the host is ready with twenty plug-ins, one of which cannot be imported."""
+    """Measure how much later the host is ready with twenty plug-ins, one of them broken."""
     names = [f"quiet{n}" for n in range(_MANY - 1)] + ["broken"]
     config = "\n".join(f"[input.{name}]" for name in names) + "\n"
     took_s = {}
@@ -343,7 +343,7 @@ def _many(report: Report, micropython: str, packages: str) -> None:
 
 
 def _come_up(stack: Stack, names: list[str]) -> int:
-    """How many work, once all of them do but the broken one."""
+    """Wait until all plug-ins but the broken one work; returns how many do."""
 
     def well() -> int:
         parts = stack.health()

@@ -22,13 +22,13 @@ ACTS = ("spin", "flood", "future")
 
 @dataclass(frozen=True)
 class Folder:
-    """Where the benchmark and the plug-in meet."""
+    """The folder through which benchmark and plug-in communicate."""
 
     folder: str = setting("", text(), "of the benchmark")
 
 
 class Flips(Mode):
-    """Changes between two outputs, and notes when it sensed what made it do so."""
+    """Alternates between two outputs, and records when it sensed the trigger."""
 
     Settings = Folder
     nl = "Proef"
@@ -54,7 +54,7 @@ class Flips(Mode):
 
 
 class Quiet(Input):
-    """Nobody wants anything."""
+    """An input without intent."""
 
     nl = "Stil"
     en = "Quiet"
@@ -65,7 +65,7 @@ class Quiet(Input):
 
 
 class Bad(Quiet):
-    """Floods, or spins, whenever it runs."""
+    """Floods, or loops without end, whenever it runs."""
 
     Settings = Folder
 

@@ -1,6 +1,6 @@
-"""The first prototype's obstacle rule, to compare with: one flag per sector of its front lidar.
+"""The first prototype's obstacle rule, for comparison: one flag per sector of its front lidar.
 
-A sector that is not seen well enough counts as blocked, and so does one that is not there: what the
+A sector that is not seen well enough counts as blocked, and so does a missing one: an area that the
 lidar can't see is never free.
 """
 
@@ -15,7 +15,7 @@ from gazelink import codes
 
 HYSTERESIS_M = 0.05
 DISTANCE_M = 0.5  # nearer than this to the lidar's centre is an obstacle
-# Share of a sector's degrees that must have a return.
+# Fraction of a sector's degrees that must have a return.
 MIN_COVERAGE = 0.5
 
 ALL_BLOCKED = (
@@ -36,7 +36,7 @@ class Sector:
     to_deg: float
 
 
-# Nothing was sensed behind.
+# The first prototype sensed nothing behind.
 SECTORS = (
     Sector(codes.DIR_FORWARD, -30.0, 30.0),
     Sector(codes.DIR_LEFT, 30.0, 90.0),
@@ -53,7 +53,7 @@ class Reading:
 
 
 def measure(angles_deg: FloatArray, distances_m: FloatArray, sector: Sector) -> Reading:
-    """Nearest return in the sector, and the share of its degrees that have one.
+    """Nearest return in the sector, and the fraction of its degrees that have one.
 
     Distance 0 is "no return" (nothing in 30 m, a black or mirroring surface, or a covered window):
     it neither blocks nor covers.
@@ -69,7 +69,7 @@ def measure(angles_deg: FloatArray, distances_m: FloatArray, sector: Sector) -> 
 
 
 def blocked(angles_deg: FloatArray, distances_m: FloatArray, before: int = ALL_BLOCKED) -> int:
-    """Blocked bits (1 << codes.DIR_*) of what the front lidar measures.
+    """Blocked bits (1 << codes.DIR_*) for a scan of the front lidar.
 
     Blocked below DISTANCE_M; a direction blocked in `before` is free again only from 5 cm more. A
     direction without a sector is blocked.

@@ -23,7 +23,7 @@ _TEXT = 1
 
 
 def frame(kind: int, data: bytes = b"", last: bool = True) -> bytes:
-    """A frame as a page sends it (RFC 6455), under 126 bytes or with 16 bits of length."""
+    """A WebSocket frame as a page sends it (RFC 6455): under 126 bytes, or with a 16-bit length."""
     mask = os.urandom(4)
     length = len(data)
     size = bytes([0x80 | length]) if length < 126 else b"\xfe" + struct.pack(">H", length)
@@ -32,7 +32,7 @@ def frame(kind: int, data: bytes = b"", last: bool = True) -> bytes:
 
 
 def upgrade(port: int, path: str, cookie: str) -> socket.socket:
-    """An open WebSocket. Raises ConnectionError when the host does not take it in."""
+    """An open WebSocket. Raises ConnectionError when the host does not accept it."""
     line = socket.create_connection(("127.0.0.1", port), _LIMIT_S)
     line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     line.sendall(hostile.request(path, f"{hostile.UPGRADE}Cookie: {cookie}\r\n"))
@@ -57,7 +57,7 @@ class RawDriver:
         self._edge = 0
         self._held = False
         self.button: dict[str, Any] = {"k": "cmd", "verb": "forward", "mode": "continuous"}
-        """What a press says."""
+        """The message of a press."""
         self._stopping = threading.Event()
         self.state: dict[str, Any] = {}
         self._threads = [
@@ -80,16 +80,16 @@ class RawDriver:
 
     @property
     def connected(self) -> bool:
-        """The host has not closed the line."""
+        """True if the host has not closed the connection."""
         return self._threads[0].is_alive()
 
     @property
     def armed(self) -> bool:
-        """Driving is on, and it is this page's."""
+        """True if driving is on, and this page owns the chair."""
         return self.state.get("state") == "armed" and bool(self.state.get("you"))
 
     def arm(self, limit_s: float = 30.0) -> None:
-        """Request until driving is on. TimeoutError."""
+        """Request driving until it is on. Raises TimeoutError."""
         end_s = time.monotonic() + limit_s
         while not self.armed:
             if time.monotonic() > end_s:
@@ -100,11 +100,11 @@ class RawDriver:
                 self._stopping.wait(0.02)
 
     def send(self, message: dict[str, Any]) -> None:
-        """Say anything, at once."""
+        """Send any message at once."""
         self._say(message, fresh=False)
 
     def press(self) -> float:
-        """A new press of its button, active from now on; when it was sent (CLOCK_MONOTONIC)."""
+        """A new press of its button, active from now on; returns its time (CLOCK_MONOTONIC, s)."""
         with self._lock:
             self._edge += 1
             self._held = True
@@ -113,7 +113,7 @@ class RawDriver:
         return now_s
 
     def release(self) -> float:
-        """Release; when that was sent."""
+        """Release; returns the time of sending."""
         with self._lock:
             self._held = False
         now_s = time.monotonic()

@@ -11,18 +11,18 @@ _BAR = 40
 
 @dataclass(frozen=True)
 class Figure:
-    """One measured number. `limit` is the most it may be (None: for information only)."""
+    """One measured number. `limit`: its maximum (None: for information only)."""
 
     name: str
     value: float
     unit: str
     limit: float | None = None
     at_least: bool = False
-    """True: `limit` is the least it may be."""
+    """True: `limit` is its minimum."""
 
     @property
     def ok(self) -> bool:
-        """Whether it keeps its limit; a figure that is not a number keeps none."""
+        """True if it keeps its limit; NaN never does."""
         if self.limit is None:
             return True
         return self.value >= self.limit if self.at_least else self.value <= self.limit
@@ -30,7 +30,7 @@ class Figure:
 
 @dataclass
 class Report:
-    """All figures of one benchmark, in the order in which they are to be read."""
+    """All figures of one benchmark, in reading order."""
 
     title: str
     figures: list[Figure] = field(default_factory=list)
@@ -53,11 +53,11 @@ class Report:
 
     @property
     def ok(self) -> bool:
-        """Whether every figure keeps its limit."""
+        """True if every figure keeps its limit."""
         return all(figure.ok for figure in self.figures)
 
     def table(self) -> str:
-        """For people."""
+        """The report as a table for people."""
         width = max(len(figure.name) for figure in self.figures)
         lines = [self.title, ""]
         for figure in self.figures:
@@ -70,7 +70,7 @@ class Report:
         return "\n".join([*lines, "", *self.notes]).rstrip() + "\n"
 
     def json(self) -> str:
-        """For programs: one line."""
+        """The report as one line of JSON."""
         figures = [asdict(figure) | {"ok": figure.ok} for figure in self.figures]
         return json.dumps(
             {"title": self.title, "ok": self.ok, "figures": figures, "notes": self.notes}
@@ -78,7 +78,7 @@ class Report:
 
 
 def percentile(values: Sequence[float], share: float) -> float:
-    """The smallest value that `share` (0..1) of all values do not exceed; nan for no values."""
+    """The smallest value that `share` (0..1) of all values do not exceed; NaN for no values."""
     if not values:
         return float("nan")
     ordered = sorted(values)
@@ -86,7 +86,7 @@ def percentile(values: Sequence[float], share: float) -> float:
 
 
 def histogram(values: Sequence[float], edges: Sequence[float], unit: str) -> str:
-    """Counts between the edges, a bar each; what is above the last edge has its own line."""
+    """Counts between the edges, one bar each; values above the last edge have their own line."""
     lines = []
     low = 0.0
     for high in [*edges, float("inf")]:

@@ -1,4 +1,4 @@
-"""Measures a person with one switch who passes a 0.90 m door by scanning, beside one by gaze.
+"""Measures a person with one switch who passes a 0.90 m door by scanning, compared with gaze.
 
 The page's own modules (targets.js, switch_scan.js, scan.js) run in Chromium in virtual time; the
 whole firmware drives the simulated chair, with one lidar in front. The chair starts 0.4 m beside
@@ -34,7 +34,7 @@ _ORIGIN = "http://page.test/"
 _VERBS = {name: codes.VERBS.index(name) for name in ("forward", "left", "right")}
 _MODES = {"hold": "continuous", "step": "step"}
 _TYPES = {".js": "text/javascript", ".html": "text/html"}
-# The page's modules without the page: what it shows are these names, and time is ours.
+# The page's modules without the page: these names are its targets, and time is ours.
 _HTML = '<!DOCTYPE html><body data-link="ok">' + "".join(
     f'<i class="target" id="{name}"></i>'
     for name in ("stop", "forward", "left", "right", "arm", "mode", "help")
@@ -74,7 +74,7 @@ _BEGIN = """async ([mine, mode]) => {
 
 @dataclass
 class Passage:
-    """What came of one run."""
+    """The result of one run."""
 
     passed: bool = False
     presses: int = 0
@@ -142,7 +142,7 @@ class _Run:
         page.evaluate(_BEGIN, [mine | {"scan": scan}, _MODES[way]])
 
     def __call__(self) -> Passage:
-        """Run it to its end."""
+        """Run it to the end."""
         chair, outcome = self._chair, Passage()
         chair.arm()
         chair.run(300)

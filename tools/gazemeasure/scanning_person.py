@@ -1,13 +1,13 @@
-"""People who drive through a door in the benchmark `scanning`: by one switch, by gaze.
+"""Simulated people who drive through a door in the benchmark `scanning`: by switch, by gaze.
 
 The switch: a scan time of 1.5 s suits a person whose presses come 0.65 of it after the light, and
 it is about their mean plus two standard deviations (Simpson, Koester, LoPresti: Selecting an
 appropriate scan rate: the ".65 rule", Assistive Technology 19(2), 2007, doi
 10.1080/10400435.2007.10131865): mean 0.975 s, standard deviation 0.26 s. So one press in forty
-comes too late and takes the next choice, which the person then undoes. The same times to let go.
-Gaze: an estimate, 0.2 s for the eyes to start and 0.15 s to decide.
-Driving forward, both know their own delay and the chair's, and let go so much earlier. How long
-they hold a turn they decide beforehand, with a standard deviation of 15 % of it (an estimate).
+comes too late and takes the next choice, which the person then undoes. The same times apply to
+letting go. Gaze: an estimate, 0.2 s for the eyes to start and 0.15 s to decide.
+Driving forward, both know their own delay and the chair's, and let go that much earlier. They plan
+how long to hold a turn, with a standard deviation of 15 % (an estimate).
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ _LEAVE_S = 0.2  # grace after looking away
 _COAST_S = 0.2  # the chair's own delay
 _TURN_DEG_S, _TURN_SD, _SHORTEST_S = 9.5, 0.15, 0.35  # a held turn, as learnt
 _TAP_S = 0.25
-_NOTHING_S, _AWAY_S = 1.5, 0.8  # a look that fills no ring: away for so long, and again
+_NOTHING_S, _AWAY_S = 1.5, 0.8  # after a look that fills no ring: look away this long, then again
 _APPROACH_DEG = 20.0
 _ON_AXIS_M = 0.02
 _LAST_STEP_M = 0.08
 _STEP_TOLERANCE_DEG = 5.0  # half a step's turn
 _OFF_AXIS_M = 0.05
-_STRAIGHT_M = 0.4  # nearer to the door nobody crosses over any more: they aim at its centre
+_STRAIGHT_M = 0.4  # nearer to the door they aim at its centre instead of crossing its axis
 _BEYOND_M = 0.5  # behind the wall, where they look
-_STUCK_S = 1.0  # they let go of a motion that moves nothing for so long
+_STUCK_S = 1.0  # they let go of a motion without effect for this long
 
 Event = list[str | None]
 
 
 class Pose(Protocol):
-    """Where the chair is and how it moves."""
+    """The chair's pose and motion."""
 
     x_m: float
     y_m: float
@@ -53,11 +53,11 @@ class Way:
 
     With steps, the last one to the axis at 10 degrees: at 20 it would end on the other side.
 
-    When the chair has stopped before the door, they let go, turn a little and go on.
+    When the chair has stopped in front of the door, they let go, turn a little and continue.
     """
 
     def __init__(self, wall_m: float, tolerance_deg: float) -> None:
-        """`tolerance_deg`: a smaller error of the heading is left as it is."""
+        """`tolerance_deg`: a smaller heading error is not corrected."""
         self._wall_m = wall_m
         self._tolerance_deg = tolerance_deg
         self._steps = tolerance_deg >= _STEP_TOLERANCE_DEG
@@ -66,11 +66,11 @@ class Way:
         self._stuck = False
 
     def see(self, pose: Pose) -> None:
-        """Look where the chair is."""
+        """Take the chair's pose."""
         self._pose = pose
 
     def stands(self) -> None:
-        """Forward moves nothing."""
+        """Driving forward has no effect."""
         self._stuck = True
 
     def turns(self) -> None:
@@ -89,7 +89,7 @@ class Way:
         return math.degrees(math.atan2(-self._pose.y_m, ahead_m)) - self._pose.heading_deg
 
     def wanted(self, moving: str | None, lead_s: float) -> str | None:
-        """The motion wanted `lead_s` from now, None for none; `moving`: that of now."""
+        """The motion wanted `lead_s` from now, None for none; `moving`: the present one."""
         if moving in ("left", "right"):
             return moving
         if moving == "forward" and self._stuck:
@@ -111,7 +111,7 @@ class Way:
 
 
 class Person:
-    """What a person with a device does; times are seconds since the start."""
+    """A person with a device; times are seconds since the start."""
 
     mean_s, sd_s, more_s = 0.0, 0.0, 0.0
 
@@ -120,21 +120,21 @@ class Person:
         self._random = random.Random(seed)
         self._holds = self._leads = holds
         self.presses = 0
-        self._moving: str | None = None  # as the person knows by having begun it
+        self._moving: str | None = None  # the motion that the person began
         self._edge = 0
         self._since_s = 0.0  # it has not moved
         self._moved = False  # by this press
-        self._until_s = 0.0  # the present turn is meant to be held
+        self._until_s = 0.0  # planned end of the present turn
 
     def tick(self, now_s: float, way: Way, moves: bool) -> list[Event]:
-        """The events of this moment; `moves`: the page says that the chair moves."""
+        """The events of this moment; `moves`: the page shows that the chair moves."""
         raise NotImplementedError
 
     def sees(self, lit: list[str], now_s: float) -> None:
-        """What is lit."""
+        """Take the lit targets."""
 
     def hears(self, what: str, edge: int, now_s: float, way: Way) -> None:
-        """What the page has commanded: the person hears its tone and sees it."""
+        """Take the page's command: the person hears its tone and sees it."""
         if what == "stop":
             self._moving = None
         elif edge > self._edge:
@@ -147,12 +147,12 @@ class Person:
             self._until_s = now_s + max(_SHORTEST_S, hold_s * self._random.gauss(1.0, _TURN_SD))
 
     def _wanted(self, way: Way) -> str | None:
-        # A step is let end: its next one is judged from where it stands then.
+        # Let a step end: the next one is decided from the pose after it.
         lead_s = self.mean_s + self.more_s + _COAST_S if self._leads else 0.0
         return way.wanted(self._moving, lead_s)
 
     def _turned(self, now_s: float) -> bool:
-        """A held turn has lasted as long as it was meant to."""
+        """True if a held turn has lasted as long as planned."""
         turns = self._holds and self._moving in ("left", "right")
         return turns and now_s >= self._until_s - self.more_s
 
@@ -160,7 +160,7 @@ class Person:
         return max(0.15, self._random.gauss(self.mean_s, self.sd_s))
 
     def _watch(self, now_s: float, way: Way, moves: bool) -> None:
-        # A step ends by itself: seen when it has moved and stands again, or never began.
+        # A step ends by itself: the chair has moved and stands again, or never began to move.
         if moves:
             self._since_s, self._moved = now_s, True
         elif self._holds and self._moving == "forward" and now_s - self._since_s > _STUCK_S:
@@ -172,20 +172,20 @@ class Person:
 
 
 class Switcher(Person):
-    """Presses the space bar when what is wanted is lit."""
+    """Presses the space bar when the wanted target is lit."""
 
     mean_s, sd_s, more_s = _PRESS_S, _PRESS_SD_S, 0.04
 
     def __init__(self, seed: int, holds: bool) -> None:
         super().__init__(seed, holds)
         self._lit: list[str] = []
-        self._fresh = False  # newly lit, not judged yet
+        self._fresh = False  # newly lit, not considered yet
         self._press_s: float | None = None
         self._release_s: float | None = None
         self._down = False
 
     def sees(self, lit: list[str], now_s: float) -> None:
-        """A light at another place is a new chance."""
+        """A newly lit target is a new chance."""
         self._fresh = self._fresh or lit != self._lit
         self._lit = lit
 
@@ -223,7 +223,7 @@ class Switcher(Person):
 
 
 class Gazer(Person):
-    """Looks at what is wanted."""
+    """Looks at the wanted target."""
 
     mean_s, sd_s, more_s = _LOOK_S, _LOOK_SD_S, _LEAVE_S
 
@@ -240,7 +240,7 @@ class Gazer(Person):
         super().hears(what, edge, now_s, way)
 
     def tick(self, now_s: float, way: Way, moves: bool) -> list[Event]:
-        """Look there."""
+        """Look at the wanted target."""
         self._watch(now_s, way, moves)
         goal = self._goal(way, moves)
         if self._turned(now_s):

@@ -12,7 +12,7 @@ import socket
 import threading
 from dataclasses import dataclass, field
 
-_PACKET = 1460  # bytes that go at once, so that connections take turns
+_PACKET = 1460  # bytes sent at once, so that connections take turns
 _BUFFER = 64 * 1024
 _SOCKET_BUFFER = 8192  # the kernel's own buffers would be a second, hidden queue
 _READY_S = 10.0
@@ -31,7 +31,7 @@ class Line:
     room: asyncio.Condition = field(default_factory=asyncio.Condition)
 
     async def send(self, size: int) -> float:
-        """Take `size` bytes as soon as the buffer has room; when they arrive, loop time."""
+        """Take `size` bytes as soon as the buffer has room; returns their arrival, loop time."""
         async with self.room:
             await self.room.wait_for(lambda: self.waiting + size <= _BUFFER)
             self.waiting += size
@@ -81,13 +81,13 @@ class Shaper:
         self._thread.join(_READY_S)
 
     def shape(self, mbit_s: float, delay_ms: float) -> None:
-        """Another rate and delay, both directions, from now on."""
+        """Set the rate and delay of both directions."""
         for line in (self.up, self.down):
             line.rate_b_s = mbit_s * 125_000
             line.delay_s = delay_ms / 1000
 
     def drop(self, dropped: bool) -> None:
-        """True: nothing arrives any more and everything waits; False: all that waits arrives."""
+        """True: queue everything and deliver nothing; False: deliver everything queued."""
         assert self._loop is not None
         assert self._flowing is not None
         act = self._flowing.clear if dropped else self._flowing.set

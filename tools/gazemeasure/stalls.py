@@ -1,4 +1,4 @@
-"""Records stalls of the machine itself, so that a benchmark does not count them."""
+"""Records stalls of the machine itself, so that a benchmark can exclude them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ STALL_S = 0.005  # longer than this between two looks is a stall
 
 
 def waited_s(pid: int) -> float:
-    """How long the main thread of `pid` could have run and got no processor; 0.0 when it ended."""
+    """How long the main thread of `pid` was ready but got no processor; 0.0 when it ended."""
     try:
         return int(Path(f"/proc/{pid}/schedstat").read_text().split()[1]) / 1e9
     except OSError:
@@ -19,7 +19,7 @@ def waited_s(pid: int) -> float:
 
 
 class StallProbe:
-    """A thread that looks at the clock every millisecond; use as a context."""
+    """A thread that reads the clock every millisecond; use as a context."""
 
     def __init__(self) -> None:
         self._stalls: list[tuple[float, float]] = []
@@ -44,5 +44,5 @@ class StallProbe:
             last_s = now_s
 
     def stalled(self, start_s: float, end_s: float) -> bool:
-        """Whether a stall overlaps the time from `start_s` to `end_s` (CLOCK_MONOTONIC)."""
+        """True if a stall overlaps the time from `start_s` to `end_s` (CLOCK_MONOTONIC)."""
         return any(a < end_s and start_s < b for a, b in list(self._stalls))

@@ -1,4 +1,4 @@
-"""A camera whose pictures carry the time they were taken, readable after every reduction.
+"""A camera whose pictures contain their time, readable after every reduction.
 
 A row of black and white fields along the upper edge: the wall clock's ms modulo 2**16, highest bit
 first, between a white and a black field that show the levels, and a parity field.
@@ -51,7 +51,7 @@ class StampedCamera(MjpegServer):
         super().__init__(self.stamped)
 
     def stamped(self) -> bytes:
-        """A picture of now."""
+        """A picture with the present time."""
         stamp = round(time.time() * 1000) & 0xFFFF
         picture = self._room.copy()
         bits = [stamp >> (BITS - 1 - at) & 1 for at in range(BITS)]

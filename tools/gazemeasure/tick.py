@@ -1,7 +1,7 @@
 """Measures the hard tick under the worst load: allocation, instructions, jitter, telemetry.
 
 Allocation is tested on 32-bit MicroPython with the heap locked; the rest is counted on the emulated
-Cortex-M7, where 500 instructions are one microsecond and runs repeat to the instruction.
+Cortex-M7, where 500 instructions are one microsecond and runs are reproducible to the instruction.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _RUN_MS_QUICK = 5_000
 _STRETCH_US = 180
 _LIMIT_S = 1500.0
 _LATENCY_STEP_MS = 0.25
-# Wire time of one tick at 400 kHz: a 3-byte write and a 2-byte read for each wiper, 9 bits a byte,
+# Wire time of one tick at 400 kHz: a 3-byte write and a 2-byte read per wiper, 9 bits per byte,
 # START and STOP.
 _WIRE_US = 2 * (3 * 9 + 2 + 2 * 9 + 2) / 0.4
 _SESSION = 77
@@ -86,7 +86,7 @@ def measure(quick: bool) -> Report:
 
 
 def _add_parts(report: Report) -> None:
-    """A table of what each part of the tick takes, from a run of its own: counting disturbs."""
+    """Add a table of each part's cost, from a separate run, because counting adds cost."""
     result, _ = _load(_RUN_MS_QUICK, state_period_ms=1, parts=True)
     *parts, whole = result["parts"]
     report.note("")
@@ -109,7 +109,7 @@ def _words(part: type, method: str) -> int:
 def _load(
     run_ms: int, state_period_ms: int, parts: bool = False, traced: bool = False
 ) -> tuple[dict[str, Any], list[int]]:
-    """What board_load.py found; and the stamps, ms, of the STATE frames that arrived."""
+    """The results of board_load.py, and the stamps, ms, of the received STATE frames."""
     text = (Path(__file__).parent / "board_load.py").read_text()
     watched = [(name, method, _words(of, method)) for name, of, method in _PARTS] if parts else []
     values = f"RUN_MS={run_ms}\nSTATE_PERIOD_MS={state_period_ms}\nSTRETCH_US={_STRETCH_US}\n"
@@ -151,7 +151,7 @@ def _states(telemetry: bytes) -> list[int]:
 
 
 def _jitter_us(phase: list[int], share: float) -> float:
-    """Distance of the tick's start from its most frequent place on the grid, us."""
+    """Distance of the tick's start from its most frequent phase on the grid, us."""
     base = phase.index(max(phase))
     return _share_below([(abs(at - base), count) for at, count in enumerate(phase)], share)
 

@@ -3,7 +3,7 @@
 The board's own turn controller after the host's own autotune of that chair; the first prototype's
 PID; a plain PID with the best gains for the profile; and the time-optimal bound, which knows
 chair and disturbances in advance (turn_bound). Chairs are gazesim's twin with a heading sensor of
-100 Hz. Everything is drawn from seeds: equal runs give equal figures.
+100 Hz. Everything is drawn from seeds: runs are reproducible.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from gazemeasure.turn_model import Floats
 _CHAIRS = 1000
 _CHAIRS_QUICK = 40
 _PROCESSES = 2
-_AT_ONCE = 125  # cases of a bound's search
+_AT_ONCE = 125  # cases per search of bounds
 
 
 def measure(quick: bool) -> Report:

@@ -14,11 +14,11 @@ from gazeboard.turning.turn import turn_controller
 from gazelink import codes
 
 _FREE = [1000] * 4  # no obstacle caps anything
-_counts: Any = joystick.counts  # mypy has no types for what the board compiles
+_counts: Any = joystick.counts  # mypy has no types for functions that the board compiles
 
 
 def settings_with(values: Mapping[str, int]) -> Any:
-    """The board's Settings: defaults but for `values` {name in the table: value}."""
+    """The board's Settings: the defaults, except `values` {name in the table: value}."""
     settings = Settings()
     for name, value in values.items():
         setattr(settings, name, value)
@@ -28,7 +28,7 @@ def settings_with(values: Mapping[str, int]) -> Any:
 class BoardMotion:
     """Motion and turn controller as the App builds them from these settings; no obstacles.
 
-    `count` is the turn wiper. The safety core is left out: it permits everything here.
+    `count` is the turn wiper. There is no safety core: everything is permitted.
     """
 
     def __init__(self, settings: Any) -> None:

@@ -20,7 +20,7 @@ from gazemeasure.turn_model import Case, Floats, Model, Switches, outcome
 FINE_S = 0.003
 _SECANTS = 5
 _FEW = 3  # from a good guess
-_TOGETHER = 120  # chairs that are simulated as long as the slowest of them
+_TOGETHER = 120  # chairs simulated together, as long as the slowest of them needs
 _COARSE, _FINE, _OFFSETS = 14, 9, 11
 
 
@@ -60,7 +60,7 @@ def _search(model: Model) -> tuple[Floats, Floats, Floats]:
 
 
 def _around(model: Model, t1: Floats, t2: Floats, secants: int) -> tuple[Floats, Floats, Floats]:
-    """Earliest settling per chair over the t2 given and, for each, t1 around the right one."""
+    """Earliest settling per chair over the given t2 and, for each, t1 around the correct one."""
     t1 = _landing(model, t1, t2, secants)
     offsets = np.linspace(-1.0, 1.0, _OFFSETS) * WITHIN_DEG
     many_t1 = np.maximum(0.0, t1[:, :, None] + (offsets / model.forward)[:, None, :])

@@ -15,7 +15,7 @@ ANGLES_DEG = (5, 10, 20, 45, 90)
 
 @dataclass(frozen=True)
 class Drawn:
-    """One turn to make: in which profile, and all that is random from `case.seed`."""
+    """One turn: its profile, and everything drawn from `case.seed`."""
 
     profile: str
     case: Case
@@ -37,7 +37,7 @@ def grid() -> list[Drawn]:
 
 
 def monte_carlo(count: int) -> list[Drawn]:
-    """`count` chairs as gazesim.profiles.random_chair draws them, one turn each."""
+    """`count` chairs drawn by gazesim.profiles.random_chair, one turn each."""
     out = []
     for seed in range(1, count + 1):
         source = random.Random(-seed)
@@ -48,7 +48,7 @@ def monte_carlo(count: int) -> list[Drawn]:
 
 
 def stepped() -> list[Drawn]:
-    """Ten degrees, in both directions, on every profile over a usual floor: for ten steps."""
+    """Ten degrees, in both directions, in every profile on a typical floor: for ten steps."""
     return [
         Drawn(profile, Case(PROFILES[profile], side * 10.0, seed=20 + number))
         for number, profile in enumerate(PROFILES)
@@ -57,8 +57,8 @@ def stepped() -> list[Drawn]:
 
 
 def published() -> list[Drawn]:
-    """The published turn of 10 degrees on 4.1, in both directions, by both chairs that the first
-    prototype's figures allow."""
+    """The published turn of 10 degrees on 4.1, in both directions, on both chairs that fit the
+    first prototype's figures."""
     return [
         Drawn("4.1", Case(chair("4.1"), side * 10.0))
         for chair in (identified, least_sticky)

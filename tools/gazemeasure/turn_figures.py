@@ -12,12 +12,12 @@ from gazemeasure.turn_judge import Verdict
 from gazemeasure.turn_model import Floats
 from gazemeasure.turn_stops import Stops
 
-_TIMES = 2.5  # the bound: what tuned chairs keep to
+_TIMES = 2.5  # x the bound: limit for tuned chairs
 _OFF_DEG = 2.0
 
 
 def of_grid(report: Report, found: Sequence[Done], best: Floats) -> None:
-    """Tuned, undisturbed."""
+    """Add the figures of tuned, undisturbed chairs."""
     ratios = _ratios(found, best)
     report.add("undisturbed: settling / bound, median", percentile(ratios, 0.5), "x", 1.5)
     report.add("undisturbed: settling / bound, p95", percentile(ratios, 0.95), "x", 2.0)
@@ -31,7 +31,7 @@ def of_grid(report: Report, found: Sequence[Done], best: Floats) -> None:
 
 
 def of_steps(report: Report, steps: Sequence[Steps]) -> None:
-    """Ten steps in a row."""
+    """Add the figures of ten steps in a row."""
     shown = max(abs(abs(s.shown_deg) - 100.0) for s in steps)
     true = max(abs(abs(s.true_deg) - 100.0) for s in steps)
     report.add("ten steps of 10 deg: off by the sensor, most", shown, "deg", _OFF_DEG)
@@ -39,7 +39,7 @@ def of_steps(report: Report, steps: Sequence[Steps]) -> None:
 
 
 def of_chairs(report: Report, found: Sequence[Done], best: Floats) -> None:
-    """Tuned, on chairs and floors drawn at random."""
+    """Add the figures of tuned random chairs and floors."""
     ratios = _ratios(found, best)
     within = 100 * sum(ratio <= _TIMES for ratio in ratios) / len(ratios)
     verdicts = [done.verdict for done in found]
@@ -57,7 +57,7 @@ def of_chairs(report: Report, found: Sequence[Done], best: Floats) -> None:
 
 
 def of_defaults(report: Report, found: Sequence[Done]) -> None:
-    """The same chairs, untuned: the default settings of their profile."""
+    """Add the figures of the same chairs, untuned: with their profile's default settings."""
     verdicts = [done.verdict for done in found]
     report.add("untuned defaults: unstable", sum(v.unstable for v in verdicts), "", 0)
     report.add("untuned defaults: do not stop", sum(not v.stands for v in verdicts), "", 0)
@@ -67,13 +67,13 @@ def of_defaults(report: Report, found: Sequence[Done]) -> None:
 
 
 def of_published(report: Report, ours: Sequence[Done], first: Sequence[Done]) -> None:
-    """The turn that was published, on the chairs identified from it."""
+    """Add the figures of the published turn, on the chairs identified from it."""
     report.add("published 10 deg on 4.1: ours, slowest", max(map(settled_s, ours)), "s")
     report.add("published 10 deg on 4.1: first prototype", max(map(settled_s, first)), "s")
 
 
 def of_stops(report: Report, stops: Stops, done: Sequence[Done]) -> None:
-    """Causes that interrupt a turn; and the wipers of everything that ran."""
+    """Add the figures of interrupted turns, and of the wipers in all runs."""
     report.add("paths that cut a turn short", stops.paths, "")
     report.add("  did not end it", stops.never, "", 0)
     report.add("  ticks not neutral without permission", stops.not_neutral, "", 0)
@@ -87,7 +87,7 @@ def of_stops(report: Report, stops: Stops, done: Sequence[Done]) -> None:
 def table(
     report: Report, found: Sequence[Done], best: Floats, rivals: dict[str, list[Done]]
 ) -> None:
-    """Per undisturbed turn, settling times of all; mean of both directions."""
+    """Add a table of all controllers' settling times per undisturbed turn."""
     report.note("settling time, s, the slower of left and right; undisturbed")
     names = list(rivals)
     report.note(

@@ -40,14 +40,14 @@ class Job:
 
 @dataclass(frozen=True)
 class Done:
-    """What came of it."""
+    """The result of a job."""
 
     job: Job
     verdict: Verdict
     found: TurnNumbers | None = None
     """What tuning found."""
     refused: str = ""
-    """Why tuning refused: the turn was then made with the default settings."""
+    """Why tuning refused; the turn then used the default settings."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ _plain = cache(tuned_gains)
 
 
 def tune(drawn: Drawn) -> TurnNumbers:
-    """What `gazechair tune` finds on this chair. TuneError when it refuses."""
+    """The result of `gazechair tune` on this chair. Raises TuneError when it refuses."""
     believed = TurnNumbers.default(drawn.profile)
     chair = Chair(drawn.profile, drawn.case.seed, drawn.case.parameters)
     settings = settings_with({"profile": PROFILES.index(drawn.profile)})

@@ -51,7 +51,7 @@ class Turn:
 
 @dataclass(frozen=True)
 class Verdict:
-    """See the module's words; times in s, nan when it never settled."""
+    """See the module's docstring; times in s, NaN when it never settled."""
 
     settled_s: float
     overshoot_deg: float
@@ -59,9 +59,9 @@ class Verdict:
     oscillates: bool
     unstable: bool
     stands: bool
-    """At the end: neutral, and under 1 degree/s."""
+    """True if at the end it is neutral, and under 1 degree/s."""
     left_again: bool
-    """Out of the band after it had settled."""
+    """True if it left the band after it had settled."""
     counts: tuple[int, int]
     """Lowest and highest count of the turn wiper."""
 
@@ -100,7 +100,7 @@ def settled_at(error_deg: Floats, rate_dps: Floats) -> int | None:
 
 
 def _swings(error: Floats) -> list[float]:
-    """Peaks beyond the band after first coming into it, one for each change of side."""
+    """Peaks outside the band after first entering it, one per change of side."""
     inside = np.flatnonzero(np.abs(error) <= WITHIN_DEG)
     if len(inside) == 0:
         return []
@@ -123,8 +123,8 @@ def _swings(error: Floats) -> list[float]:
 
 
 def _flips(error: Floats, count: NDArray[np.int16]) -> int:
-    """How often the wiper changed sides after the heading first came within the band; the one
-    counter-deflection with which a later move stops is part of that move and not counted."""
+    """How often the wiper changed sides after the heading first entered the band; the single
+    counter-deflection that stops a later move is part of that move and not counted."""
     inside = np.flatnonzero(np.abs(error) <= WITHIN_DEG)
     if len(inside) == 0:
         return 0

@@ -18,8 +18,8 @@ from gazesim.chair import Parameters
 from gazesim.disturbances import Floor
 
 STEP_S = 0.004
-_OUT_S = 1.2 + FOR_MS / 1000  # after the last switch: it runs out and stands for a second
-_CHUNK = 20_000  # candidates at a time: the size of the processor's cache
+_OUT_S = 1.2 + FOR_MS / 1000  # after the last switch: until it has coasted and stood for a second
+_CHUNK = 20_000  # candidates at a time, to fit into the processor's cache
 _VEER_EVERY_S = 0.1
 _VEERS = 150
 
@@ -28,9 +28,9 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Case:
-    """One turn: the chair, the angle (left positive, degrees), what its floor is drawn from.
+    """One turn: the chair, the angle (left positive, degrees), and the seed of its floor.
 
-    `begins_s`: the chair's own time at the press, on which its floor depends; it stood until then.
+    `begins_s`: the chair's time at the press, on which its floor depends; it stood until then.
     """
 
     parameters: Parameters
@@ -49,13 +49,13 @@ class Switches:
 
     @classmethod
     def two(cls, t1: Floats, t2: Floats) -> Switches:
-        """Without the third."""
+        """Two switches, without the third."""
         return cls(t1, t2, np.zeros_like(t1))
 
 
 @dataclass(frozen=True)
 class Model:
-    """The chairs' turning as columns (one row a chair), seen in the direction of the turn."""
+    """The chairs' turning as columns (one row per chair), in the direction of the turn."""
 
     angle: Floats
     sign: Floats
@@ -95,7 +95,7 @@ def _row(case: Case) -> tuple[float, ...]:
     a = d.axis(case.parameters.turn)
     left = case.angle_deg > 0
     towards, away = (a.positive, a.negative) if left else (a.negative, a.positive)
-    # As gazesim.disturbances.Floor draws them: the turning casters' second.
+    # In the order of gazesim.disturbances.Floor: the casters for turning come second.
     lie = Floor(case.seed)._lie[1]
     sign = 1.0 if left else -1.0
     return (
@@ -106,7 +106,7 @@ def _row(case: Case) -> tuple[float, ...]:
 
 
 def _veers(case: Case) -> list[float]:
-    """Share of veer of the turn in each tenth of a second of the chair's life."""
+    """Relative veer of the turn in each tenth of a second of the chair's time."""
     spread = case.parameters.disturbances.veer
     floor = Floor(case.seed)
     out = []
@@ -171,10 +171,10 @@ def _simulate(m: Model, t1: Floats, t2: Floats, t3: Floats) -> tuple[Floats, Flo
 
 
 def _ramps(m: Model, t1: Floats, t2: Floats, t3: Floats) -> tuple[Callable[[float], Floats], float]:
-    """The chair's own controller's ramp at any time, and when the last of them is back at zero.
+    """The ramp of the chair's own controller as a function of time, and when it is back at zero.
 
-    Each phase is a trapezoid: up with `accelerate` from where the one before has come down to zero,
-    down with `brake` from its switch on.
+    Each phase is a trapezoid: up with `accelerate` from where the previous one reaches zero, down
+    with `brake` from its switch on.
     """
     a, b = m.accelerate, m.brake
     phases = []
@@ -200,7 +200,7 @@ def _ramps(m: Model, t1: Floats, t2: Floats, t3: Floats) -> tuple[Callable[[floa
 def _over_floor(
     m: Model, now: float, speed: Floats, heading: Floats, lie: Floats
 ) -> tuple[Floats, Floats]:
-    """The yaw rate over this floor, and the casters' position then."""
+    """The yaw rate on this floor, and the casters' position."""
     tenth = np.minimum((m.begins + m.dead + now) / _VEER_EVERY_S, _VEERS - 1).astype(np.int64)
     veer = np.take_along_axis(m.veers, tenth, 1)
     downhill = np.radians(m.downhill - m.sign * heading)

@@ -19,7 +19,7 @@ from gazesim.profiles import PROFILES, undisturbed
 
 SECONDS = 9.0
 _STEP_S = 0.005
-_LATE_S = 0.015  # of the heading sensor
+_LATE_S = 0.015  # delay of the heading sensor
 _KP = (150, 250, 400, 600, 900, 1400, 2000, 3000)
 _KI = (0, 20, 80)
 _KD = (0, 40, 80, 120, 160, 240, 320, 480, 640)

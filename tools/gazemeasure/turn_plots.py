@@ -38,7 +38,7 @@ def main() -> None:
 
 
 def _turns(profile: str) -> Plot:
-    """Ten degrees of all four on the undisturbed chair."""
+    """A turn of ten degrees by all four on the undisturbed chair."""
     drawn = Drawn(profile, Case(undisturbed(profile), 10.0))
     rows = turn_jobs.tune(drawn).rows(profile)
     values = {"profile": PROFILES.index(profile), "step_turn_limit_ms": LIMIT_MS}
@@ -57,7 +57,7 @@ def _turns(profile: str) -> Plot:
         ],
         band=(9.0, 11.0),
         x_range=(0.0, _SECONDS),
-        y_range=(0.0, 16.0),  # the legend has the room above
+        y_range=(0.0, 16.0),  # leaves room for the legend
     )
 
 
@@ -71,7 +71,7 @@ def _line(name: str, turn: Turn) -> Line:
 
 
 def _bang_bang(drawn: Drawn) -> tuple[list[float], list[float]]:
-    """The twin itself under the two switches that the bound found."""
+    """The twin's turn with the two switches that the bound found."""
     _, switches = best([drawn.case])
     first, second = switches[0, 0], switches[0].sum()
     chair = _chair(drawn)

@@ -46,7 +46,7 @@ class Rival(ABC):
 
 
 class PrototypeTurn(Rival):
-    """The first prototype's own controller, in one reading of its published gains."""
+    """The first prototype's controller, with one interpretation of its published gains."""
 
     def __init__(self, reading: Reading, cutoff_deg: float = 0.0) -> None:
         super().__init__()
@@ -68,17 +68,17 @@ class PrototypeTurn(Rival):
 
 @dataclass(frozen=True)
 class PlainGains:
-    """Of `turning.pid`: permille per degree, per degree second, per degree/s; sixteenths."""
+    """Gains of `turning.pid`: permille per degree, per degree second, per degree/s; sixteenths."""
 
     kp_q4: int
     ki_q4: int
     kd_q4: int
     cutoff_q4: int
-    """No output nearer to the setpoint than this, 1/16 degree."""
+    """Within this distance of the setpoint the output is neutral, 1/16 degree."""
 
 
 class PlainTurn(Rival):
-    """A PID on the heading error and nothing else; the board's own PID, each ms."""
+    """A PID on the heading error only; the board's own PID, every ms."""
 
     def __init__(self, gains: PlainGains) -> None:
         super().__init__()
@@ -102,7 +102,7 @@ class PlainTurn(Rival):
 
 
 def turn_of_rival(chair: Chair, imu: Imu, rival: Rival, angle_deg: float, seconds: float) -> Turn:
-    """One turn, recorded for `seconds`: rivals have no end of their own."""
+    """One turn, recorded for `seconds`, because rivals do not end by themselves."""
     bench = Bench(chair, imu, rival)
     bench.run(WARM_MS)
     before_deg = chair.heading_deg

@@ -15,13 +15,13 @@ from gazesim.chair import Chair
 from gazesim.imu_model import Imu
 from gazesim.pot import deflection
 
-WARM_MS = 50  # the chair finds its joystick neutral, the sensor its pipeline full
+WARM_MS = 50  # until the chair has seen a neutral joystick and the sensor's pipeline is full
 _BETWEEN_MS = 500
 _STICK = [deflection(count) for count in range(256)]
 
 
 class Controller(Protocol):
-    """Turns the chair by its wiper."""
+    """Turns the chair with its wiper."""
 
     count: int
     running: bool
@@ -46,7 +46,7 @@ class Bench:
         self._controller = controller
 
     def run(self, ms: int, watch: Callable[[], bool] = lambda: False) -> None:
-        """Let `ms` pass, recording; until `watch`, called with each sample, returns true."""
+        """Run for `ms`, recording, or until `watch`, called with each sample, returns true."""
         chair, controller, imu = self.chair, self._controller, self.imu
         for _ in range(ms):
             if imu.step(0.001, chair.yaw_rate_deg_s):
@@ -62,7 +62,7 @@ class Bench:
             self.now_ms += 1
 
     def forget(self) -> None:
-        """Drop what was recorded."""
+        """Discard the recording."""
         self.headings.clear()
         self.rates.clear()
         self.counts.clear()
@@ -87,8 +87,8 @@ def turn_of_board(
 def steps_of_board(
     chair: Chair, imu: Imu, settings: Any, angle_deg: float, count: int
 ) -> tuple[float, float]:
-    """`count` step turns, each pressed half a second after the one before has ended: how far the
-    chair turned in all by its heading sensor, and truly, degrees."""
+    """`count` step turns, each pressed half a second after the one before has ended. Returns the
+    total turn by the heading sensor, and the true one, degrees."""
     settings.step_turn_q4_deg = round(abs(angle_deg) * 16)
     board = BoardMotion(settings)
     bench = Bench(chair, imu, board)

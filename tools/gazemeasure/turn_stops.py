@@ -25,11 +25,11 @@ _LEFT, _RIGHT = 1 << codes.DIR_LEFT, 1 << codes.DIR_RIGHT
 
 @dataclass
 class Stops:
-    """What was seen on all paths."""
+    """The observations on all paths."""
 
     paths: int = 0
     not_neutral: int = 0
-    """Ticks without permission in which a wiper was elsewhere and the enable line on."""
+    """Ticks without permission in which a wiper was not neutral and the enable line on."""
     worst_stop_ticks: int = 0
     """From the decoding of Stop to neutral."""
     never: int = 0
@@ -87,8 +87,8 @@ _STEP_GOES_ON = ("hold not proven",)  # a step needs no holding: it ends by itse
 
 
 def stop_paths(moment_ms: int, only_one_motion: bool) -> Stops:
-    """Walk all paths that are cut short `moment_ms` after the press; in every motion, or, to be
-    quick, in one of them for each cause, in turn."""
+    """Walk all paths that are interrupted `moment_ms` after the press; in every motion, or, to be
+    quick, in one motion per cause, in turn."""
     stops = Stops()
     for number, (name, strike) in enumerate(CAUSES.items()):
         motions = _MOTIONS[number % 3 :][:1] if only_one_motion else _MOTIONS
@@ -105,7 +105,7 @@ def stop_paths(moment_ms: int, only_one_motion: bool) -> Stops:
 
 
 def together(parts: Sequence[Stops]) -> Stops:
-    """All that was seen in the parts."""
+    """The sum of the parts."""
     return Stops(
         sum(p.paths for p in parts),
         sum(p.not_neutral for p in parts),

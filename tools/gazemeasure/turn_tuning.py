@@ -23,8 +23,8 @@ _LIMIT_MS = 120_000
 
 
 def waits_ms(seed: int) -> Iterator[int]:
-    """From a sample until the pulse that it led to begins: a command reaches the board at any time
-    between two samples."""
+    """Delays from a sample until its pulse begins: a command reaches the board at any time between
+    two samples."""
     source = random.Random(seed)
     while True:
         yield source.randint(1, _SAMPLE_MS - 1)
@@ -62,7 +62,7 @@ def record(chair: Chair, imu: Imu, settings: Any, profile: str, seed: int = 1) -
 
 
 def truth(parameters: Parameters) -> TurnNumbers:
-    """How that chair really turns, its casters aside."""
+    """The chair's true numbers, without its casters."""
     axis = parameters.disturbances.axis(parameters.turn)
     return TurnNumbers(
         axis.positive,

@@ -1,1 +1,1 @@
-"""Replay: what a board took in each tick, recorded, through the real safety core once more."""
+"""Replay: runs the recorded inputs of a board's ticks through the real safety core again."""

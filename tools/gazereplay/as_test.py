@@ -1,4 +1,4 @@
-"""A recorded drive as a regression test: the trace alone, without scans, pictures and words."""
+"""Stores a recorded drive as a regression test: only the trace, without scans, pictures, words."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def keep(path: Path, name: str, folder: Path = FOLDER) -> Path:
             writer.add_message(channels[line.topic], line.at_ns, line.data, line.at_ns)
         writer.finish()
     if TRACE in channels:
-        # The names of a snapshot's words, so that a core that has others can take it, too.
+        # The names of a snapshot's words, so that a core with other words can use it, too.
         layout = kept_layout(path) or Core(Settings(), simulated=False, boot_faults=0).layout()
         target.with_suffix(".json").write_text(json.dumps(layout))
     return target

@@ -1,4 +1,4 @@
-"""Plays the trace that a board sent, and compares every state that it reported with the core's."""
+"""Replays the trace that a board sent, and compares every reported state with the core's."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _WAITING_NS = 20 * 10**9  # a state's 16 bits of the tick are unambiguous for lo
 
 
 class _Pace:
-    """In place of TickClock: a trace has what it found, not the microseconds."""
+    """Replaces TickClock: a trace has its results, not the microseconds."""
 
     owes = True
 
@@ -31,7 +31,7 @@ class _Pace:
         self.missed_ms = 0
 
     def step(self, _elapsed_us: int) -> int:
-        """What passed without a tick."""
+        """The milliseconds that passed without a tick."""
         return self.missed_ms
 
 
@@ -39,7 +39,7 @@ class BoardPlayer:
     """Takes the messages of a log in order; stops at the first difference."""
 
     def __init__(self, layout: Sequence[str] = ()) -> None:
-        """`layout`: that of the snapshots, when another version's may have made them."""
+        """`layout`: that of the snapshots, if another version may have made them."""
         self._layout = layout
         self.result = Result()
         self._stream = Stream()
@@ -54,7 +54,7 @@ class BoardPlayer:
         self._last: dict[str, int] = {}
 
     def hear(self, line: Line) -> None:
-        """The next message; plays the ticks that are known by it."""
+        """Take the next message; play the ticks whose inputs are now known."""
         message = line.message
         if line.topic == STATE:
             self._states.append((line.at_ns, message))
@@ -106,7 +106,7 @@ class BoardPlayer:
         self._silent.clear()
 
     def _play_before(self, end: int) -> None:
-        """The ticks before `end`; each counts those that were missed before it, too."""
+        """Play the ticks before `end`; each also counts those missed before it."""
         core, result, bits = self._core, self.result, self._around
         assert core is not None
         self._pace.missed_ms = _missed_ms(bits)
@@ -125,7 +125,7 @@ class BoardPlayer:
             self._compare(now)
 
     def _alive(self, tick: int) -> bool:
-        """Whether this tick sees a sign of life of the service loop."""
+        """True if this tick sees a sign of life of the service loop."""
         silent = self._silent
         while silent and silent[0].until < tick:
             silent.popleft()
@@ -147,7 +147,7 @@ class BoardPlayer:
                 return
 
     def _tell(self, now: dict[str, int]) -> dict[str, int]:
-        """A tick's decisions as STATE has them."""
+        """A tick's decisions in the form of STATE."""
         assert self._core is not None
         told = {name: now[name] for name in _NAMES}
         if now["faults"] >> codes.OBSTACLE_DATA_OLD & 1:
@@ -158,11 +158,11 @@ class BoardPlayer:
         return told
 
 
-_NAMES = tuple(name for name in DECIDED if name != "toggled")  # a STATE does not say it
+_NAMES = tuple(name for name in DECIDED if name != "toggled")  # not in a STATE
 
 
 def _core(words: Sequence[int], layout: Sequence[str], pace: _Pace) -> Core:
-    """As it was; raises NoTrace."""
+    """The core in the snapshot's state; raises NoTrace."""
     settings = Settings()
     layout = layout or Core(settings, simulated=False, boot_faults=0).layout()
     if len(layout) != len(words):

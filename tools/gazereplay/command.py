@@ -13,14 +13,14 @@ from gazechair.cli import refuse
 def add(commands: Any) -> None:
     """Add it to argparse's subparsers `commands`."""
     replay = commands.add_parser(
-        "replay", help="play a recorded drive through the safety core: is each decision the same?"
+        "replay", help="replay a recorded drive through the safety core and compare every decision"
     )
     replay.add_argument("file", type=Path, help="a file of the log, with the board's trace")
     replay.add_argument(
-        "--as-test", metavar="NAME", help="keep it as a test, in tests/drives of this checkout"
+        "--as-test", metavar="NAME", help="store it as a test, in tests/drives of this checkout"
     )
     replay.add_argument(
-        "--view", type=Path, metavar="SVG", help="draw the drive from above; of any log"
+        "--view", type=Path, metavar="SVG", help="draw the drive from above; works for any log"
     )
     replay.set_defaults(act=_replay)
 

@@ -22,7 +22,7 @@ from gazereplay import trace
 
 
 class _Wipers:
-    """A bus whose joystick answers."""
+    """An I2C bus whose potentiometer answers."""
 
     def writeto(self, _address: int, _octets: bytes) -> None:
         """Nothing is there."""
@@ -32,7 +32,7 @@ class _Wipers:
 
 
 def _places(state: CoreState) -> Iterator[tuple[str, Any, str | int]]:
-    """Each word behind the settings: a name of its own, and where it is."""
+    """Each word after the settings: its unique name, and where it is."""
     kinds: dict[str, list[Any]] = {}
     arrays: dict[int, str] = {}
 
@@ -59,7 +59,7 @@ class Core:
     def __init__(
         self, settings: Settings, simulated: bool, boot_faults: int, clock: Any = None
     ) -> None:
-        """`clock`: in place of a TickClock."""
+        """`clock`: replaces a TickClock."""
         s: Any = settings
         self._neutral: tuple[int, int] | None = None
         self.inputs = Inputs()
@@ -73,7 +73,7 @@ class Core:
         self.apply(settings)
 
     def apply(self, settings: Settings) -> None:
-        """Other settings, while disarmed."""
+        """Apply other settings, while disarmed."""
         s: Any = settings
         safety = self._tick.safety
         if s.neutral() != self._neutral:
@@ -93,7 +93,7 @@ class Core:
         return [*NAMES, *(name for name, _, _ in _places(state))]
 
     def restore(self, words: Mapping[str, int]) -> None:
-        """Put back what a CoreState holds, by the layout's names; what it lacks stays."""
+        """Restore the words of a CoreState by the layout's names; missing ones stay."""
         for name, target, key in _places(CoreState(self._tick, self.stick, Settings())):
             if name not in words:
                 continue
@@ -109,14 +109,14 @@ class Core:
         turn._plan = turn._left if turn._sign > 0 else turn._right  # no number
 
     def take(self, names: Sequence[str], values: Sequence[int], arcs: Sequence[int]) -> None:
-        """From the next tick on, these inputs."""
+        """Use these inputs from the next tick on."""
         for name, value in zip(names, values, strict=True):
             setattr(self.inputs, name, value)
         self.inputs.clearance_arcs = bytearray(arcs)
 
     def tick(self, around: Sequence[int], service_alive: bool) -> dict[str, int]:
-        """One tick; what it decided. `around`: as trace.AROUND; without the last, the wipers are
-        where this core put them."""
+        """Run one tick; returns its decisions. `around`: as trace.AROUND; without the last one, the
+        wipers are where this core put them."""
         i = self.inputs
         if service_alive:
             i.service_count = (i.service_count + 1) & 0xFFFF

@@ -1,4 +1,4 @@
-"""Records a chair in virtual time as the log of its host, with the trace of its board."""
+"""Records a chair in virtual time as its host's log, with the trace of its board."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from gazereplay import trace
 from gazereplay.tap import Tap
 from gazesim.chair_rig import ChairRig
 
-WALL_NS = 1_790_000_000 * 10**9  # when its clock begins
+WALL_NS = 1_790_000_000 * 10**9  # where its clock begins
 _SYNC_MS = 1000
 
 
 def virtual_log(folder: Path, now_ms: Callable[[], int]) -> LogWriter:
-    """A log of virtual time on a disk without end."""
+    """A log in virtual time, on a disk without limit."""
     return LogWriter(
         folder,
         max_bytes=10**9,
@@ -32,7 +32,7 @@ class Recording:
     """Attach it before the chair's first step, and call `after_ms` after each."""
 
     def __init__(self, chair: ChairRig, protocol: LinkProtocol, folder: Path) -> None:
-        """`protocol`: the host's end of the line; `folder`: where the file goes."""
+        """`protocol`: the host's side of the line; `folder`: for the file."""
         self._chair = chair
         self._log = virtual_log(folder, lambda: chair.now_ms)
         self.path = Path()
@@ -41,11 +41,11 @@ class Recording:
         self._boots(chair.app)
 
     def note(self, kind: str, payload: Any) -> None:
-        """A record of the host now; see gazechair.blackbox.topics."""
+        """Add a record of the host now; see gazechair.blackbox.topics."""
         self._log.write(kind, self._chair.now_ms * 10**6, payload)
 
     def after_ms(self) -> bool:
-        """A step is over; True when all was synced."""
+        """Call after each step; True when everything was synced."""
         self.path = self._log.path or self.path
         if self._chair.now_ms % _SYNC_MS:
             return False

@@ -1,4 +1,4 @@
-"""Plays a trace through the real core and compares every decision with the recorded one."""
+"""Replays a trace through the real core and compares every decision with the recorded one."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Player:
         self._began_ns = 0
 
     def hear(self, line: Line) -> None:
-        """The next message; play the ticks before it. One of INPUTS or DECISION opens a tick."""
+        """Take the next message; play the ticks before it. INPUTS or DECISION opens a tick."""
         message = line.message
         if line.topic == trace.START:
             settings = Settings(message.settings)
@@ -73,7 +73,7 @@ class Player:
 
 
 def of_trace(path: Path) -> Iterator[Line]:
-    """The messages of a log by which it is replayed: of a board in virtual time, or as one sent."""
+    """The messages of a log for its replay: of a board in virtual time, or as a board sent them."""
     topics: Container[str] = TOPICS
     if any(line.topic == trace.START for line in LogFile(path).lines()):
         topics = trace.DEFINITIONS
@@ -81,14 +81,14 @@ def of_trace(path: Path) -> Iterator[Line]:
 
 
 def kept_layout(path: Path) -> list[str]:
-    """What as_test kept beside a drive: the names of the snapshots' words; [] for other logs."""
+    """The names of the snapshots' words that as_test stored with a drive; [] for other logs."""
     beside = path.with_suffix(".json")
     names: list[str] = json.loads(beside.read_text()) if beside.exists() else []
     return names
 
 
 def replay(path: Path) -> Result:
-    """Play the log at `path`. Raises NoTrace when it holds nothing to play."""
+    """Replay the log at `path`. Raises NoTrace when it has no trace."""
     player: Player | BoardPlayer = BoardPlayer(kept_layout(path))
     for line in of_trace(path):
         if line.topic in trace.DEFINITIONS and isinstance(player, BoardPlayer):

@@ -1,4 +1,4 @@
-"""What a replay found."""
+"""The result of a replay."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from gazelink import codes
 
 
 class NoTrace(ValueError):
-    """A log that cannot be replayed; one line why."""
+    """Raised for a log that cannot be replayed; the text is the reason, in one line."""
 
 
 @dataclass(frozen=True)
 class Difference:
-    """The first tick that decided otherwise."""
+    """The first tick with a different decision."""
 
     life: int
     """Which start of the board in this file, from 1."""
@@ -35,19 +35,19 @@ class Difference:
 
 @dataclass
 class Result:
-    """What a replay found."""
+    """The result of a replay."""
 
     ticks: int = 0
     lives: int = 0
     decisions: int = 0
-    """How many differed from the tick before: what was there to compare."""
+    """How many differed from the tick before."""
     armed: int = 0
     """Ticks in which driving was on."""
     compared: int = 0
     """Ticks whose decisions were recorded."""
     gaps: int = 0
     unchecked: int = 0
-    """Ticks in those: the trace does not say what they took."""
+    """Ticks in those: the trace lacks their inputs."""
     difference: Difference | None = None
 
 

@@ -17,14 +17,14 @@ class Snapshot:
 
     tick: int
     lost: bool
-    """What was before is not known."""
+    """True if what was before is not known."""
     around: int
     words: tuple[int, ...]
 
 
 @dataclass(frozen=True)
 class Inputs:
-    """What the ticks from this one on take."""
+    """Inputs of the ticks from this one on."""
 
     tick: int
     words: tuple[int, ...]
@@ -50,23 +50,23 @@ Record = Snapshot | Inputs | Around | Silent
 
 
 class _Short(Exception):
-    """The record goes on in the next frame."""
+    """Raised when the record continues in the next frame."""
 
 
 class Stream:
-    """One board's frames in order; after one is missing, nothing before the next snapshot."""
+    """One board's frames in order; after a missing one, yields nothing until the next snapshot."""
 
     def __init__(self) -> None:
         self._part: int | None = None
         self._buffer = bytearray()
         self._at = 0
-        self._read = False  # in step with the records
+        self._read = False  # in sync with the records
         self._broken = True
         self._tick = 0
         self._inputs = [0] * trace.WORDS
 
     def frame(self, part: int, begins: int, data: bytes) -> Iterator[Record]:
-        """The records that are whole with this frame."""
+        """The records that are complete with this frame."""
         if part != self._part:
             self._lose()
         self._part = (part + 1) & _U16

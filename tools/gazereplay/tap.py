@@ -13,7 +13,7 @@ Say = Callable[[str, dict[str, Any]], None]
 
 
 class Tap:
-    """One life of one board, from before its first tick."""
+    """One run of one board, from before its first tick."""
 
     def __init__(self, app: Any, say: Say) -> None:
         """`app` is a gazeboard.app.App that has not ticked yet."""
@@ -72,5 +72,5 @@ class Tap:
         self.end("an exception in the tick")
 
     def end(self, reason: str) -> None:
-        """The last tick has been; say so, that as many are replayed."""
+        """Record that the last tick has passed, so that exactly those are replayed."""
         self._say(trace.ENDED, {"tick": self._tick, "reason": reason})

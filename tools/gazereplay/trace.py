@@ -1,7 +1,7 @@
-"""The trace of a board in a log: all that its ticks took, and what they decided.
+"""The trace of a board in a log: all inputs of its ticks, and their decisions.
 
 A message is written when something in it differs from the tick before; `tick` counts the ticks of
-one life of the board, from 0.
+one run of the board, from 0.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ ENDED = "/trace/ended"
 # Of the tick itself: time since the tick before, contacts, and whether the wipers read back as
 # written.
 AROUND = ("elapsed_us", "relay_closed", "emergency_open", "button_pressed", "verified", "neutral")
-# Changes in each tick while the service loop lives: kept as whether it did.
+# Changes in each tick while the service loop lives: stored as whether it changed.
 ALIVE = "service_count"
 TAKEN = tuple(name for name in Inputs.FIELDS if name != ALIVE)
 DECIDED = (
@@ -65,7 +65,7 @@ def type_name(topic: str) -> str:
 
 @dataclass(frozen=True)
 class Taken:
-    """What one tick took."""
+    """The inputs of one tick."""
 
     around: tuple[int, ...]
     """In the order of AROUND."""
@@ -82,7 +82,7 @@ class Taken:
 
     @classmethod
     def of(cls, message: Any) -> Taken:
-        """From a message; what an older version did not have is 0."""
+        """From a message; fields missing in an older version are 0."""
         return cls(
             tuple(getattr(message, name, 0) for name in AROUND),
             tuple(getattr(message, name, 0) for name in TAKEN),
@@ -92,7 +92,7 @@ class Taken:
 
 
 def decision(core: Any, toggled: bool) -> tuple[int, ...]:
-    """What a Tick has decided, in the order of DECIDED; `toggled`: the enable line changed."""
+    """A Tick's decisions, in the order of DECIDED; `toggled`: the enable line changed."""
     safety = core.safety
     obstacles = core._parts[1]
     return (

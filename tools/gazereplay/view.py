@@ -1,7 +1,7 @@
-"""A recorded drive from above, as the simulator's chair drives it: path, scans, what stopped it.
+"""Draws a recorded drive from above, as the simulated chair drives it: path, scans, stops.
 
-The heading is the one that the board measured; the distance is the model's, as no chair of this
-kind measures it. So the path is an estimate, and is called one.
+The heading is the one that the board measured; the distance is the model's, because the chair does
+not measure it. So the path is an estimate, and is labelled so.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from gazelink.settings_table import PROFILES
 from gazesim.chair import Chair
 
 _STEP_S = 0.01
-_GAP_S = 0.5  # without a state: the chair is taken to stand
+_GAP_S = 0.5  # without a state for longer, the chair is assumed to stand
 _SCAN_OLD_NS = 10**9
 _EDGE_M = 0.5
 _LETTERS = 45.0  # high, across the picture
@@ -30,26 +30,26 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Event:
-    """Something to be seen on the picture."""
+    """Something to mark in the picture."""
 
     at_ns: int
     text: str
     pose: tuple[float, float, float]
-    """x, y, heading in degrees: metres from the start, x where the chair looked then."""
+    """x, y, heading in degrees: metres from the start, x along the heading at the start."""
     scan: tuple[Point, ...]
     """What the lidars saw, in the same frame."""
 
 
 @dataclass
 class Drive:
-    """What the picture is made of."""
+    """The data of the picture."""
 
     path: list[Point] = field(default_factory=lambda: [(0.0, 0.0)])
     events: list[Event] = field(default_factory=list)
 
 
 class Follower:
-    """Drives the model by what the board put out."""
+    """Drives the model with the board's outputs."""
 
     def __init__(self) -> None:
         self.drive = Drive()
@@ -75,7 +75,7 @@ class Follower:
                 self._places[row.child_frame_id] = row.transform
 
     def end(self) -> None:
-        """Nothing more comes."""
+        """No more messages follow."""
         self._tell(self._last_ns, "end")
 
     def _state(self, at_ns: int, state: Any) -> None:
@@ -124,7 +124,7 @@ def follow(lines: Iterable[Line]) -> Drive:
 
 
 def draw(drive: Drive, target: Path) -> None:
-    """Write it as SVG; up is where the chair looked at first."""
+    """Write it as SVG; up is the chair's heading at the start."""
     outlines = [
         [_moved(corner, event.pose) for corner in DEFAULT_CORNERS] for event in drive.events
     ]

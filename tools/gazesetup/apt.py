@@ -23,7 +23,7 @@ KEYRINGS = (
     Path("/usr/share/keyrings/debian-archive-keyring.pgp"),
 )
 LISTS_OLD_S = 24 * 3600
-# A mirror that is being synchronised hands out lists and checksums of two days.
+# A mirror that is being synchronised may serve lists and checksums of different days.
 RETRY_AFTER_S = (5, 15, 30)
 POOL_TIMEOUT_S = 60
 ONE_LINE = re.compile(
@@ -182,7 +182,7 @@ def unpack_pinned(archive: Source, files: Sequence[tuple[str, str]], target: Pat
     """Download files of the archive's pool, (path, SHA-256) each, and unpack them into `target`.
 
     Needs no lists: while a mirror is being synchronised its lists fit no checksum for hours.
-    Raises NotAvailable, also when a file is another than the one that was pinned.
+    Raises NotAvailable, also when a file differs from the pinned one.
     """
     if shutil.which("dpkg") is None:
         raise NotAvailable("dpkg is missing: this needs Debian's package tools")

@@ -1,4 +1,4 @@
-"""Child processes that end with their parent, however it ends; and those that come first."""
+"""Child processes that end with their parent, however it ends; and those with priority."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ def dies_with_me(number: signal.Signals) -> Callable[[], None]:
 
 
 def simulates_a_device(number: signal.Signals) -> Callable[[], None]:
-    """As dies_with_me, for the leader of a new session that stands for a device: it comes before
-    all else, for a real one has a processor of its own. Only on Linux, and only for root.
+    """As dies_with_me, for the leader of a new session that stands for a device: it has priority,
+    because a real one has its own processor. Only on Linux, and only for root.
     """
     dies = dies_with_me(number)
 

@@ -28,7 +28,7 @@ exec "$lib/{loader}" --library-path "$lib" "$here/root/usr/{program}" "$@"
 
 @dataclass(frozen=True)
 class Private:
-    """Neither packages of that architecture nor a C library as new are needed on the machine."""
+    """The machine needs neither packages of that architecture nor such a new C library."""
 
     name: str  # of its folder in .local and of the program there
     what: str
@@ -39,12 +39,12 @@ class Private:
     loader: str
     machines: tuple[str, ...]  # that can run it
     packages: tuple[str, ...]
-    # (path in the archive's pool, SHA-256): taken before the suite's lists are asked, if all there.
+    # (path in the archive's pool, SHA-256): used first if all exist, before the suite's lists.
     pinned: tuple[tuple[str, str], ...] = ()
 
 
 def ensure(wanted: Private, check: Callable[[Path], Found], local: Path = LOCAL) -> Found:
-    """`check` of the program in .local, fetched when it is not there or `check` refuses it.
+    """`check` of the program in .local, fetched if it is missing or `check` refuses it.
 
     `check` runs it and raises NotAvailable; so does this, with the reason.
     """
@@ -71,7 +71,7 @@ def ensure(wanted: Private, check: Callable[[Path], Found], local: Path = LOCAL)
 
 
 def ask(path: Path, code: str) -> subprocess.CompletedProcess[str]:
-    """What an interpreter at `path` answers to `-c code`. Raises NotAvailable: it does not run."""
+    """The result of `-c code` with the interpreter at `path`. NotAvailable: it does not run."""
     try:
         return subprocess.run(
             [path, "-c", code],
@@ -85,7 +85,7 @@ def ask(path: Path, code: str) -> subprocess.CompletedProcess[str]:
 
 
 def last_words(result: subprocess.CompletedProcess[str]) -> str:
-    """The last line of an answer that was not the wanted one."""
+    """The last line of an unexpected output."""
     said = (result.stderr or result.stdout).strip().splitlines()
     return said[-1] if said else "it said nothing"
 

@@ -17,7 +17,7 @@ TAIL_LINES = 25
 
 
 class NotAvailable(Exception):
-    """Something cannot be had on this machine. The text: one line, what and what to do."""
+    """Something is not available on this machine. The text: one line, what and what to do."""
 
 
 @contextmanager

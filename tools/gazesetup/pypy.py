@@ -1,4 +1,4 @@
-"""Finds PyPy, which runs long pure Python several times as fast."""
+"""Finds PyPy, which runs long pure-Python code several times as fast."""
 
 from __future__ import annotations
 

@@ -24,8 +24,8 @@ PIP_NOTES = ("Collecting", "Downloading", "Building", "Installing")
 def ensure_venv(extras: Iterable[str] = (), *, root: Path = ROOT, local: Path = LOCAL) -> Path:
     """Path of the venv's Python, with gazechair installed editable and at least these `extras`.
 
-    It is remade when the Python version, the checkout's place, pyproject.toml or setup.py changed,
-    or when a previous attempt was cut off. Raises NotAvailable with the reason.
+    It is rebuilt when the Python version, the checkout's path, pyproject.toml or setup.py changed,
+    or when a previous attempt was interrupted. Raises NotAvailable with the reason.
     """
     venv = local / "venv"
     python = venv / "bin" / "python"
@@ -57,7 +57,7 @@ def enter_venv(extras: Iterable[str] = ()) -> None:
 def run_module(command: str, module: str, arguments: Sequence[str]) -> int:
     """Run `python -m module` with what the tests need installed; its exit code.
 
-    2, with the reason said in the name of `command`, when the set-up fails; 130 after Ctrl-C.
+    2, with the reason printed in the name of `command`, when the set-up fails; 130 after Ctrl-C.
     """
     try:
         python = ensure_venv(["test"])
@@ -84,7 +84,7 @@ def locked(local: Path) -> Iterator[None]:
 
 
 def _basis(root: Path) -> str:
-    """Digest of all that the venv rests on."""
+    """Digest of everything that the venv depends on."""
     digest = hashlib.sha256()
     for text in (sys.version, sys.base_prefix, str(root)):
         digest.update(text.encode() + b"\0")
@@ -94,7 +94,7 @@ def _basis(root: Path) -> str:
 
 
 def _installed(stamp: Path, basis: str) -> set[str] | None:
-    """Extras of a complete venv on this basis; None when there is no such venv."""
+    """Extras of a complete venv with this basis; None when there is no such venv."""
     try:
         have = json.loads(stamp.read_text())
         return set(have["extras"]) if have["basis"] == basis else None

@@ -1,1 +1,1 @@
-"""Alerts: who is called, when, and whether somebody answered."""
+"""Alerts: whom to call, when, and whether somebody answered."""

@@ -1,4 +1,4 @@
-"""One message over one service of Apprise; what it says about a failure, without the secrets."""
+"""Sends one message over one Apprise service; reports failures without the secrets."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from urllib.parse import unquote
 
 MISSING = "nothing can be sent: pip install 'gazechair[alerts]'"
 _MOST = 200  # characters of a reason
-_SHORT = 4  # characters: shorter parts of an address tell nothing
+_SHORT = 4  # characters: shorter parts of an address are not secret
 
 
 def installed() -> bool:
-    """Apprise is there."""
+    """True if Apprise is installed."""
     return find_spec("apprise") is not None
 
 
 def load() -> None:
-    """Load every service now, and not with the first message."""
+    """Load every service now instead of with the first message."""
     if installed():
         import apprise
 
@@ -27,13 +27,13 @@ def load() -> None:
 
 
 def send(url: str, title: str, body: str) -> str:
-    """Send it; why that failed, in one line, "" when it was delivered. May take very long."""
+    """Send it; returns why that failed, in one line, "" when delivered. May take very long."""
     if not installed():
         return MISSING
     import apprise
 
     logger = logging.getLogger("apprise")
-    logger.propagate = False  # its lines may contain what is secret
+    logger.propagate = False  # its lines may contain secrets
     heard = _Heard()
     logger.addHandler(heard)
     try:
@@ -51,7 +51,7 @@ def send(url: str, title: str, body: str) -> str:
 
 
 class _Heard(logging.Handler):
-    """The warnings that this thread causes."""
+    """Collects the warnings that this thread causes."""
 
     def __init__(self) -> None:
         super().__init__(logging.WARNING)

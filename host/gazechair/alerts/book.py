@@ -1,4 +1,4 @@
-"""The book of alerts: repeated ones are one, routes follow each other until somebody answers. Pure.
+"""The book of alerts: merges repeats, uses route after route until somebody answers. Pure.
 
 Times `now_s` are monotonic seconds, `wall_s` seconds since 1970 for people to read.
 """
@@ -17,10 +17,10 @@ WAITING, TRYING, SENT, FAILED = ("waiting", "trying", "sent", "failed")
 
 MOST_ALERTS = 100  # kept, the oldest go first
 MOST_PER_MINUTE = 10  # deliveries over one route, attempts included
-FOR_HELP = 3  # of them are for the driver's call alone
-AGAIN_S = 60.0  # what returns this soon is the same alert, and goes over a route at most this often
+FOR_HELP = 3  # of them are reserved for the driver's call
+AGAIN_S = 60.0  # back within this it is the same alert; also the shortest interval on a route
 ANSWER_S = 20.0  # an attempt without a result by then has failed
-RETRIES_S = (10.0, 20.0, 40.0, 60.0)  # the last one again and again
+RETRIES_S = (10.0, 20.0, 40.0, 60.0)  # the last one repeats
 _MINUTE_S = 60.0
 _NEVER_S = float("-inf")
 _MOST_AT = 1e11
@@ -28,7 +28,7 @@ _MOST_AT = 1e11
 
 @dataclass(frozen=True)
 class Route:
-    """One of the ways to reach somebody."""
+    """One service that reaches somebody."""
 
     name: str
     after_s: float = 0.0
@@ -125,7 +125,7 @@ class Book:
         return {alert.key for alert in self._alerts if alert.state != OVER}
 
     def due(self, now_s: float) -> list[tuple[Alert, Route]]:
-        """What must be sent now; each counts as being attempted until `result`."""
+        """Messages to send now; each counts as in progress until `result`."""
         for alert, name, one in self._all():
             if one.state == TRYING and now_s - one.tried_s > ANSWER_S:
                 self.result(alert.number, name, "no result of the attempt", now_s)
@@ -144,12 +144,12 @@ class Book:
                 found.append((alert, self._routes[name]))
         return found
 
-    # What goes in
+    # Events
 
     def raise_(
         self, key: str, now_s: float, wall_s: float, sentence: str = "", detail: str = ""
     ) -> Alert:
-        """There is a reason to call somebody, again perhaps. KeyError: no reason of the table."""
+        """Raise an alert for a reason, perhaps again. Raises KeyError for an unknown reason."""
         alert = self.of(key)
         if alert is None or (alert.state == OVER and now_s - alert.ended_s >= AGAIN_S):
             return self._new(key, now_s, wall_s, sentence, detail)
@@ -178,7 +178,7 @@ class Book:
             self.revision += 1
 
     def acknowledge(self, number: int, by: str) -> bool:
-        """Somebody takes care of it; False: there is no such alert, or nothing to acknowledge."""
+        """Somebody takes over; False: there is no such alert, or nothing to acknowledge."""
         alert = self.find(number)
         if alert is None or alert.state == OVER or (alert.by and alert.state == ACKNOWLEDGED):
             return False
@@ -197,7 +197,7 @@ class Book:
         self.revision += 1
 
     def messenger_lost(self, now_s: float) -> None:
-        """What was being attempted may not have arrived: once more, at once the first time."""
+        """Attempts in progress may have been lost: retry them, the first time at once."""
         for alert, name, one in self._all():
             if one.state == TRYING:
                 self.result(alert.number, name, "its sender had to be started again", now_s)
@@ -205,9 +205,9 @@ class Book:
                     one.due_s = now_s
 
     def restore(self, rows: Iterable[Mapping[str, Any]], now_s: float, wall_s: float) -> None:
-        """Continue from as_json() of a host that has ended: what is open stays open.
+        """Continue from as_json() of an earlier host: open alerts stay open.
 
-        Rows that are no alerts are left out. Raises nothing.
+        Rows that are not alerts are skipped. Raises nothing.
         """
         for row in rows:
             alert = alert_of(row)
@@ -223,7 +223,7 @@ class Book:
                 if old.get("state") in (SENT, FAILED):
                     one.state, one.detail = old["state"], str(old.get("detail", ""))
                 alert.deliveries[route.name] = one
-            if alert.kind != TEST:  # the next test goes everywhere
+            if alert.kind != TEST:  # the next test uses every route again
                 alert.ended_s = now_s
             self._keep(alert)
 
@@ -244,7 +244,7 @@ class Book:
         self._alerts.append(alert)
         self.revision += 1
         if len(self._alerts) > MOST_ALERTS:
-            # One that is open is kept: there are no more of those than reasons.
+            # Open alerts are kept: there are at most as many as reasons.
             oldest = next((one for one in self._alerts if one.state == OVER), self._alerts[0])
             self._alerts.remove(oldest)
 
@@ -269,7 +269,7 @@ def _live(alert: Alert, one: Delivery) -> bool:
 
 
 def alert_of(row: Mapping[str, Any]) -> Alert | None:
-    """The alert of a line of the diary, but its deliveries; None: it is none."""
+    """The alert in a line of the diary, without its deliveries; None: not an alert."""
     try:
         alert = Alert(
             int(row["number"]),

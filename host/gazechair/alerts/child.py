@@ -1,4 +1,4 @@
-"""The process that sends alerts: several at once, each in limited time, whatever a service does."""
+"""The process that sends alerts: several at once, each with a timeout."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from gazechair.base.supervisor import RecordWriter, enter_child
 LONGEST = 1 << 16  # bytes of a message to this process
 LIMIT_S = 12.0
 MOST_AT_ONCE = 16
-MOST_ON_ROUTE = 4  # so that one that hangs leaves the others room
-MOST_MEMORY = 512 << 20  # bytes; a service that answers without end meets it
+MOST_ON_ROUTE = 4  # so that a route that hangs does not block the others
+MOST_MEMORY = 512 << 20  # bytes; stops a service that answers endlessly
 _LOOK_S = 0.1
 _ALIVE_S = 1.0
 
@@ -30,7 +30,7 @@ Send = Callable[[str, str, str], str]
 
 
 class Attempts:
-    """Messages on their way, a thread each."""
+    """Messages being sent, one thread each."""
 
     def __init__(self, report: Callable[[dict[str, Any]], None], send: Send) -> None:
         self._report = report
@@ -47,13 +47,13 @@ class Attempts:
 
     @property
     def worn(self) -> bool:
-        """Too many threads hang: another process is better."""
+        """True if so many threads hang that a new process should take over."""
         with self._lock:
             full = max(self._stuck.values(), default=0) >= MOST_ON_ROUTE and not self._open
             return full or self.stuck >= MOST_AT_ONCE
 
     def begin(self, job: dict[str, Any], now_s: float) -> None:
-        """Send `job`; its end is reported, in time or not."""
+        """Send `job`; its result or timeout is reported."""
         with self._lock:
             route = str(job["route"])
             on_route = self._stuck[route] + sum(o["route"] == route for o, _ in self._open.values())
@@ -66,7 +66,7 @@ class Attempts:
         threading.Thread(target=self._run, args=(number, job), daemon=True).start()
 
     def look(self, now_s: float) -> None:
-        """Let time act."""
+        """Report timeouts."""
         with self._lock:
             for number, (job, since_s) in list(self._open.items()):
                 if now_s - since_s > LIMIT_S:
@@ -87,12 +87,12 @@ class Attempts:
 
 
 def run(fd: int, out: RecordWriter) -> None:
-    """Until the daemon ends us, or too many services hang: then another process takes over."""
+    """Serve until the daemon ends us or too many services hang; then a new process takes over."""
 
     def report(result: dict[str, Any]) -> None:
         out.facts(json.dumps(result).encode())
 
-    # Its hundred services take a second to load: before somebody calls.
+    # Its hundred services take a second to load: do that before somebody calls.
     threading.Thread(target=apprise_route.load, name="load", daemon=True).start()
     attempts = Attempts(report, apprise_route.send)
     broker = Broker()
@@ -115,12 +115,12 @@ def run(fd: int, out: RecordWriter) -> None:
 
 
 def main() -> None:
-    """Entry of `python -m gazechair.alerts.child FD`: jobs come over that socket."""
+    """Entry of `python -m gazechair.alerts.child FD`: jobs arrive over that socket."""
     out = enter_child()
     resource.setrlimit(resource.RLIMIT_DATA, (MOST_MEMORY, MOST_MEMORY))
     with contextlib.suppress(BrokenPipeError):
         run(int(sys.argv[1]), out)
-    os._exit(0)  # threads that hang hold up nobody
+    os._exit(0)  # do not wait for threads that hang
 
 
 if __name__ == "__main__":

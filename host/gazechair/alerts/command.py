@@ -25,10 +25,10 @@ _REFUSED = 2
 
 def add(commands: Any) -> None:
     """Add them to argparse's subparsers `commands`."""
-    alert = commands.add_parser("alert", help="who is called when somebody is needed")
+    alert = commands.add_parser("alert", help="whom to call when somebody is needed")
     acts = alert.add_subparsers(title="commands", required=True, metavar="WHAT")
-    test = acts.add_parser("test", help="send a test over every route, and say how it went")
-    listed = acts.add_parser("list", help="the diary: every alert, and who was reached")
+    test = acts.add_parser("test", help="send a test over every route, and print the results")
+    listed = acts.add_parser("list", help="print the diary: every alert, and who was reached")
     test.set_defaults(act=_test)
     listed.set_defaults(act=_list)
     for command in (test, listed):

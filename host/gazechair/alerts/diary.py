@@ -1,4 +1,4 @@
-"""The diary: a bounded file of alerts, replaced as a whole; a damaged line is left out."""
+"""The diary: a bounded file of alerts, replaced atomically; damaged lines are skipped."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Diary:
         return found
 
     def write(self, rows: Iterable[Mapping[str, Any]]) -> bool:
-        """Replace it; the oldest lines go when it would grow too large. False: the disk refuses."""
+        """Replace the file, without the oldest lines if too large. False: the write failed."""
         lines = [json.dumps(row).encode() + b"\n" for row in rows]
         size = sum(map(len, lines))
         first = 0

@@ -1,6 +1,6 @@
-"""What a broker is told for Home Assistant: help wanted, state, last alert, a heartbeat.
+"""Publishes help wanted, state, last alert and a heartbeat over MQTT for Home Assistant.
 
-Everything here is called by one thread but the callbacks of paho, which only note what happened.
+One thread calls everything here, except paho's callbacks, which only record what happened.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from gazechair.alerts.reasons import KINDS
 MISSING = "no broker is told: pip install 'gazechair[alerts]'"
 HEARTBEAT_S = 30.0
 EXPIRES_S = 90  # Home Assistant calls the chair unavailable then
-HOST_SILENT_S = 15.0  # a host that has said nothing for so long is not alive
+HOST_SILENT_S = 15.0  # a host that is silent for longer counts as dead
 _KEEPALIVE_S = 20
-_MOST_QUEUED = 100  # for a broker that takes a connection and answers nothing
+_MOST_QUEUED = 100  # for a broker that accepts a connection and then never answers
 OK = "ok"
 BATTERY = "battery"  # of the state; a computer without one leaves it out
 
 
 class Broker:
-    """One connection, made again whenever it is lost."""
+    """One connection, re-established whenever it is lost."""
 
     def __init__(self) -> None:
         self.problem = ""
@@ -38,7 +38,7 @@ class Broker:
         self._sent_s = 0.0
 
     def tell(self, url: str, node: str, state: dict[str, str], now_s: float) -> None:
-        """The host lives, and this is its state."""
+        """Set the host's state; also its sign of life."""
         self._heard_s = now_s
         if self._client is None:
             self._node = node
@@ -48,7 +48,7 @@ class Broker:
             self._sent_s = 0.0
 
     def tick(self, now_s: float) -> None:
-        """Let time act: announce after connecting, a heartbeat each HEARTBEAT_S."""
+        """Call regularly: announces after connecting, sends a heartbeat every HEARTBEAT_S."""
         if not self._connected or not self._state:
             self._announced = False
             return
@@ -114,7 +114,7 @@ def _topic(node: str, what: str) -> str:
 
 
 def discovery(node: str, battery: bool) -> dict[str, dict[str, Any]]:
-    """Home Assistant's discovery: {topic: entity}; `battery`: the computer has one."""
+    """Home Assistant's discovery messages: {topic: entity}; `battery`: the computer has one."""
     device = {"identifiers": [f"gazechair_{node}"], "name": "gazechair", "model": "gazechair"}
     found = {}
     entities: list[tuple[str, str, str, dict[str, Any]]] = [

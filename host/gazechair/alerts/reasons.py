@@ -1,4 +1,4 @@
-"""What is worth an alert, of which kind, after how long; base/reasons.py says who can end it."""
+"""Reasons for alerts: their kind, and after how long; base/reasons.py lists who can end them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PART = "alert_part"
 STANDS = "motion_stuck"
 TRIED = "alert_test"
 
-# How long it must last before it is an alert.
+# How long a reason must last before it raises an alert.
 AT_ONCE_S = 0.0
 HELD_S = 5.0
 FAULT_S = 10.0

@@ -1,4 +1,4 @@
-"""The daemon's end of the process that sends alerts: hands over, hears how it went, never waits."""
+"""The daemon's side of the process that sends alerts: hands over, gets results, never waits."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ class Sender(Supervised):
     def __init__(
         self, health: Health, result: Result, lost: Callable[[], None] = lambda: None
     ) -> None:
-        """`result(number, route, problem)` is called when an attempt has ended, `lost` when the
-        process has, from a thread."""
+        """Calls `result(number, route, problem)` when an attempt has ended, and `lost` when the
+        process has, from its own thread."""
         self._health = health
         self._result = result
         self._lost = lost
@@ -63,7 +63,7 @@ class Sender(Supervised):
             self._its.close()
 
     def send(self, number: int, route: str, url: str, words: Words) -> str:
-        """Hand it over; why that is not possible, or "": its result will follow."""
+        """Hand it over; returns why that is not possible, or "": the result will follow."""
         job = {
             "number": number,
             "route": route,
@@ -81,7 +81,7 @@ class Sender(Supervised):
         return ""
 
     def tell_broker(self, url: str, node: str, state: dict[str, str]) -> None:
-        """What the broker is to know; said again and again, for it is also the sign of life."""
+        """Pass the state on to the broker; call repeatedly: it is also the sign of life."""
         packet = json.dumps({"mqtt": url, "node": node, "state": state}).encode()
         with contextlib.suppress(OSError):
             self._ours.send(packet)

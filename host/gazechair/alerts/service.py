@@ -1,4 +1,4 @@
-"""The alerts' part in the daemon: watches the host, keeps the book, has messages sent."""
+"""Alerts in the daemon: watches the host, keeps the book, has messages sent."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _TELL_S = 5.0
 
 
 class Chair(Protocol):
-    """What alerts need of Control."""
+    """What alerts need from Control."""
 
     def situation(self) -> Situation: ...
     def answer_call(self) -> None: ...
@@ -65,7 +65,7 @@ class Alerts:
         self._diary = Diary(folder)
         routes = [Route(one.name, one.after_s, one.kinds) for one in config.routes]
         self._book = Book(routes)
-        self._before = secrets.randbelow(1 << 30)  # a page that knew another host asks again
+        self._before = secrets.randbelow(1 << 30)  # a page that knew an earlier host reloads
         self._book.restore(self._diary.read(), clock(), wall())
         asked = self._book.of(HELP_WANTED)
         self.help_wanted = asked is not None and asked.state == OPEN
@@ -91,11 +91,11 @@ class Alerts:
         ]
 
     def watch(self, chair: Chair) -> None:
-        """What to look at, from `start` on."""
+        """Watch `chair`, from `start` on."""
         self._chair = chair
 
     def start(self) -> None:
-        """Begin to look, and to send."""
+        """Start watching and sending."""
         silent = not apprise_route.installed() and not self._broker
         if self._health is not None and silent:
             self._health.set(states.LOST, LOST, apprise_route.MISSING)
@@ -105,7 +105,7 @@ class Alerts:
             thread.start()
 
     def stop(self) -> None:
-        """End the process and the threads; the diary is on disk then."""
+        """End the process and the threads; the diary is on disk afterwards."""
         self._ended.set()
         for thread in self._threads:
             if thread.is_alive():
@@ -121,7 +121,7 @@ class Alerts:
         return self._before + self._book.revision
 
     def reaches_somebody(self) -> bool:
-        """A call has reached somebody outside the page, or would as far as is known."""
+        """True if a call has reached somebody outside the page, or presumably would."""
         with self._lock:
             asked = self._book.of(HELP_WANTED)
             if asked is not None and asked.state == OPEN:
@@ -138,7 +138,7 @@ class Alerts:
             }
 
     def acknowledge(self, number: int, by: str) -> bool:
-        """`by` takes care of it; False: nothing of that number is open."""
+        """`by` takes over; False: no open alert has that number."""
         with self._lock:
             done = self._book.acknowledge(number, by)
             alert = self._book.find(number)
@@ -151,7 +151,7 @@ class Alerts:
         with self._lock:
             alert = self._book.raise_(TRIED, self._clock(), self._wall(), detail=by)
             self._book.acknowledge(alert.number, by)
-            self._book.end(TRIED, self._clock())  # it is sent all the same
+            self._book.end(TRIED, self._clock())  # it is sent anyway
 
     # Inside
 
@@ -169,7 +169,7 @@ class Alerts:
             self._book.messenger_lost(self._clock())
 
     def look(self) -> None:
-        """Let time act; called each LOOK_S."""
+        """Look for changes; called every LOOK_S."""
         assert self._chair is not None
         situation = self._chair.situation()
         person = self._chair.person()
@@ -185,7 +185,7 @@ class Alerts:
                     self._book.end(change.key, now_s)
             asked = self._book.of(HELP_WANTED)
             if asked is not None and asked.state == OPEN and situation.coming:
-                self._book.acknowledge(asked.number, "")  # who, the page says in a moment
+                self._book.acknowledge(asked.number, "")  # the page sends the name in a moment
             due = self._book.due(now_s)
             state = self._as_state()
         news = state != self._told or now_s - self._told_s >= _TELL_S
@@ -198,7 +198,7 @@ class Alerts:
                 self.result(alert.number, route.name, problem)
 
     def _as_state(self) -> dict[str, str]:
-        """What Home Assistant shows."""
+        """The state that Home Assistant shows."""
         rows = [alert for alert in self._book.alerts() if alert.kind != TEST]
         kinds = {alert.kind for alert in rows if alert.state == OPEN}
         last = sentence(self._language, rows[-1].key) if rows else ""
@@ -224,14 +224,14 @@ class Alerts:
                 complaints.warn("alerts: error in a look", exc_info=True)
 
     def _keep(self) -> None:
-        # A disk may hang: whoever calls somebody does not wait for it.
+        # A disk may hang: callers do not wait for it.
         ended = False
         while not ended:
             ended = self._ended.wait(_KEEP_S)
             self.keep()
 
     def keep(self) -> None:
-        """Write the diary when it has changed; called each _KEEP_S."""
+        """Write the diary if it has changed; called every _KEEP_S."""
         with self._lock:
             revision = self._book.revision
             rows = self._book.as_json() if revision != self._kept else None

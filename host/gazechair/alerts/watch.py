@@ -1,4 +1,4 @@
-"""What the host sees, turned into reasons to call somebody. Pure; times are monotonic seconds."""
+"""Turns the host's situation into reasons to call somebody. Pure; times are monotonic seconds."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 
 from gazechair.alerts.reasons import HELP_WANTED, OVERRULED, PART, REASONS, STANDS, SYSTEM
 
-MOVED_S = 2.0  # a chair that moved for so long is not stuck
-GAVE_UP_S = 30.0  # without another attempt for so long, the driver does not want to move
+MOVED_S = 2.0  # a chair that moved for this long is not stuck
+GAVE_UP_S = 30.0  # after this long without an attempt, the driver does not want to move
 
 
 @dataclass(frozen=True)
 class Situation:
-    """The host at one moment."""
+    """The host's state at one moment."""
 
     call: bool = False
     """The driver asks for help, and nobody has answered."""
@@ -59,7 +59,7 @@ class Watch:
         self._moving_since_s: float | None = None
 
     def look(self, now: Situation, open_keys: Collection[str], now_s: float) -> Iterator[Change]:
-        """What has changed; `open_keys`: the reasons whose alerts are not over."""
+        """Yields the changes; `open_keys`: the reasons whose alerts are not over."""
         if now.call and (not self._call or now.calls != self._calls):
             yield Change(HELP_WANTED, True)
         elif not now.call and not now.coming and HELP_WANTED in open_keys:
@@ -99,5 +99,5 @@ class Watch:
         elif now_s - self._tried_s > GAVE_UP_S:
             self._stuck_since_s = None
         if self._stuck_since_s is not None and now_s - self._stuck_since_s >= self._stuck_s:
-            self._stuck_since_s = now_s  # and once more when it lasts
+            self._stuck_since_s = now_s  # raise again if it lasts
             yield Change(OVERRULED, True)

@@ -1,4 +1,4 @@
-"""An alert in words, for a message to somebody who is not at the chair."""
+"""The text of an alert, for a message to somebody who is not at the chair."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Words:
 
 
 def words(alert: Alert, driver: str, language: str) -> Words:
-    """What to send about `alert` of the person called `driver`."""
+    """The message about `alert` for the driver named `driver`."""
     lines = [f"{driver}: {alert.sentence}"] if alert.sentence else []
     lines += [alert.detail[:_DETAIL]] if alert.detail else []
     lines.append(sentence(language, REASONS[alert.key].who))

@@ -1,4 +1,4 @@
-"""Brings angles into one turn: the remainder, several times faster than numpy's."""
+"""Wraps angles into one turn: a remainder several times faster than numpy's."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from gazechair.base.footprint import FloatArray
 
 
 def in_turn(angles: FloatArray, turn: float) -> FloatArray:
-    """`angles % turn`, equal to the last bit; fast where most are within a turn of 0."""
+    """`angles % turn`, bit for bit; fast when most are within a turn of 0."""
     found = wrapped(angles, turn)
     far = np.abs(angles) >= turn
     if np.count_nonzero(far):
@@ -17,6 +17,6 @@ def in_turn(angles: FloatArray, turn: float) -> FloatArray:
 
 
 def wrapped(angles: FloatArray, turn: float) -> FloatArray:
-    """The same in half the time, of angles that are all within [-turn, turn)."""
+    """The same in half the time, if all angles are within [-turn, turn)."""
     found: FloatArray = angles + (angles < 0.0) * turn  # so the remainder of -0.0 is 0.0, too
     return found

@@ -1,4 +1,4 @@
-"""The charge of the computer's own battery, where it has one."""
+"""Reads the charge of the computer's own battery, if it has one."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ SUPPLIES = Path("/sys/class/power_supply")
 
 
 def charge_percent(supplies: Path = SUPPLIES) -> int | None:
-    """0..100; None without a battery, or when it does not tell.
+    """0..100, of the emptiest battery; None without a battery, or when it reports nothing.
 
-    A mouse or a phone that reports a battery of its own has `scope` Device and does not count
-    (Linux kernel, Documentation/ABI/testing/sysfs-class-power). Of several, the emptiest.
+    The battery of a mouse or a phone has `scope` Device and does not count (Linux kernel,
+    Documentation/ABI/testing/sysfs-class-power).
     """
     found = []
     for folder in sorted(supplies.glob("*")):

@@ -1,4 +1,4 @@
-"""A child process as its supervisor handles it: its pipes, what it waits for, its end."""
+"""Helpers of the supervisor for one child process: its pipes, what it waits for, its end."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import os
 import subprocess
 from pathlib import Path
 
-# One that would run on a busy machine, or waits for a disk, gets longer to write what it has.
+# A child that is ready to run, or waits for a disk, gets longer to finish writing.
 _ENDS_S = (1.0, 3.0)
 
 
 def drain(fd: int, most: int) -> tuple[bytes, bool]:
-    """All bytes there are, up to some `most`, and whether the other end is closed."""
+    """All available bytes, up to about `most`, and whether the other end is closed."""
     pieces: list[bytes] = []
     size = 0
     while size < most:
@@ -28,7 +28,7 @@ def drain(fd: int, most: int) -> tuple[bytes, bool]:
 
 
 def say_to(process: subprocess.Popen[bytes], word: bytes | None) -> bool:
-    """False when the child has not read what came before; a line goes whole or not at all."""
+    """Send a line, whole or not at all; False when the child has not read the previous ones."""
     if process.stdin is None or word is None:
         return True
     try:
@@ -57,7 +57,7 @@ def end(process: subprocess.Popen[bytes]) -> None:
 
 
 def would_run(pid: int) -> bool:
-    """A thread of it is ready to run, or waits for a disk (proc(5)): it does not hang by itself."""
+    """True if a thread of it is ready to run or waits for a disk (proc(5)): it does not hang."""
     with contextlib.suppress(OSError):
         for task in Path(f"/proc/{pid}/task").iterdir():
             if (task / "stat").read_text().rpartition(")")[2].split()[0] in "RD":

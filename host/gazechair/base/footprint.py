@@ -45,7 +45,7 @@ def why_not(corners: Sequence[Corner]) -> str:
 
 @dataclass(frozen=True)
 class Margins:
-    """What is added round the outline, in metres, each 0 or more."""
+    """Distances added to the outline, in metres, each 0 or more."""
 
     front_m: float = 0.05
     side_m: float = 0.02
@@ -58,11 +58,11 @@ class Margins:
 
 
 class Footprint:
-    """Outline and margins. `body` is the bare polygon; the union of `parts` is the polygon grown.
+    """Outline and margins. `body` is the bare polygon; the union of `parts` is the grown polygon.
 
     Grown = Minkowski sum with the box of the margins: a point in it is within the margin of the
     body, ahead, behind or at a side. A convex outline grows to one convex part; any other one to
-    itself and one convex part for each side. Raises ValueError for no outline (see `why_not`).
+    itself and one convex part for each side. Raises ValueError for a bad outline (see `why_not`).
     """
 
     def __init__(

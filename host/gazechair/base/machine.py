@@ -13,7 +13,7 @@ from gazechair.base.health import Health
 LOOK_S = 1.0
 LATE_S = 0.15  # the board stops the chair after 0.1 s without a frame; see HOST_SILENT_MS
 WINDOW = 10  # looks
-MANY = 5  # of them late: it is slow; none late: it is not any more
+MANY = 5  # of them late: the computer is slow; none late: it no longer is
 HOT_C = 90.0  # processors slow down near 100
 COOL_C = 85.0
 _NONSENSE_C = 150.0
@@ -28,7 +28,7 @@ class Machine:
         late_s: Callable[[], float],
         thermal: Path = Path("/sys/class/thermal"),
     ) -> None:
-        """`late_s`: the most by which the thread that drives was late since the last call."""
+        """`late_s`: the longest delay of the driving thread since the last call, s."""
         self._health = health
         self._health.set(states.OK)
         self._late_s = late_s
@@ -40,7 +40,7 @@ class Machine:
         self._thread = threading.Thread(target=self._run, name="machine", daemon=True)
 
     def start(self) -> None:
-        """Begin to look, once a second."""
+        """Start measuring, once a second."""
         self._thread.start()
 
     def stop(self) -> None:

@@ -1,4 +1,4 @@
-"""What a parent says on the standard input of its child: only the newest line counts."""
+"""Reads a parent's messages on a child's standard input: only the newest line counts."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ _CHUNK = 1 << 16
 
 
 class NewestLine:
-    """Of the lines on a file descriptor."""
+    """The newest of the lines on a file descriptor."""
 
     def __init__(self, fd: int = 0) -> None:
         self._fd = fd

@@ -1,4 +1,4 @@
-"""Tells systemd that the daemon is ready, alive, and ending (sd_notify(3)); nothing without it."""
+"""Notifies systemd that the daemon is ready, alive or ending (sd_notify(3)); else does nothing."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ class ServiceManager:
         self._address = "\0" + address[1:] if address.startswith("@") else address
         watchdog_us = os.environ.pop("WATCHDOG_USEC", "")
         self.pace_s = min(1.0, int(watchdog_us) / 2e6) if watchdog_us.isdecimal() else 1.0
-        """How often to say `alive`, so that a single late word is not the end."""
+        """How often to call `alive`, so that a single late call does not end the service."""
 
     def ready(self, status: str) -> None:
         """Every part has been started."""
         self._tell(f"READY=1\nSTATUS={status}")
 
     def alive(self) -> None:
-        """The watchdog may wait again."""
+        """Restart the watchdog's time."""
         self._tell("WATCHDOG=1")
 
     def ending(self) -> None:
@@ -33,6 +33,6 @@ class ServiceManager:
         if not self._address:
             return
         kind = socket.SOCK_DGRAM | socket.SOCK_NONBLOCK
-        # What it cannot hear its watchdog ends.
+        # If systemd does not receive this, its watchdog ends the service.
         with contextlib.suppress(OSError), socket.socket(socket.AF_UNIX, kind) as line:
             line.sendto(words.encode(), self._address)

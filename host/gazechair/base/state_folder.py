@@ -1,4 +1,4 @@
-"""The folder for data that survives a restart, and how its files are replaced."""
+"""The folder for data that survives a restart, and atomic replacement of its files."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def state_folder(configured: str) -> Path:
 
 
 def replace_file(path: Path, content: bytes, durable: bool = True) -> None:
-    """Replace it as a whole: after a power cut there is the old content or the new, never half.
+    """Replace the file atomically: after a power cut it has the old content or the new.
 
-    `durable`: the new, once this returns. A folder in its place is set aside. OSError.
+    `durable`: the new one, once this returns. A folder in its place is moved aside. Raises OSError.
     """
     path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     fresh = path.with_suffix(".new")
@@ -38,11 +38,11 @@ def replace_file(path: Path, content: bytes, durable: bool = True) -> None:
         with open(handle, "wb") as file:
             file.write(content)
             file.flush()
-            os.fsync(handle)  # else the new name may outlive a power cut, and its content not
+            os.fsync(handle)  # else the new name may survive a power cut without its content
         os.replace(fresh, path)
     except OSError:
         with contextlib.suppress(OSError):
-            fresh.unlink()  # half of it would fill a disk that is full
+            fresh.unlink()  # a partial file would take space on a full disk
         raise
     if durable:
         folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
@@ -53,7 +53,7 @@ def replace_file(path: Path, content: bytes, durable: bool = True) -> None:
 
 
 def set_aside(path: Path) -> None:
-    """Keep what cannot be used under another name, so that the host goes on without. OSError."""
+    """Rename an unusable file or folder, so that the host continues without it. Raises OSError."""
     kept = (path.with_suffix(f".damaged{number or ''}") for number in range(_MOST_ASIDE))
     place = next((place for place in kept if not place.exists()), path.with_suffix(".damaged"))
     os.replace(path, place)

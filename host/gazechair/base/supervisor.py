@@ -46,7 +46,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Status:
-    """How the part is, by its child or supervisor: health state, reason key, one plain line."""
+    """The part's health, from its child or supervisor: state, reason key, one plain line."""
 
     state: str
     reason: str
@@ -63,7 +63,7 @@ class RecordReader:
         self._longest = longest
 
     def feed(self, data: bytes) -> list[tuple[bytes, bytes]]:
-        """The whole records in `data` and what came before it, as (kind, payload).
+        """The complete records in `data` and the bytes before it, as (kind, payload).
 
         Raises ValueError for a length out of range.
         """
@@ -83,7 +83,7 @@ class RecordReader:
 
 
 class RecordWriter:
-    """The child's end: writes whole records to a file descriptor; raises BrokenPipeError."""
+    """The child's side: writes whole records to a file descriptor; raises BrokenPipeError."""
 
     def __init__(self, fd: int) -> None:
         self._fd = fd
@@ -98,7 +98,7 @@ class RecordWriter:
         self._write(STATUS + text.encode())
 
     def facts(self, payload: bytes) -> None:
-        """Send what the parent must know of this child itself."""
+        """Send facts about this child itself to the parent."""
         self._write(FACTS + payload)
 
     def _write(self, body: bytes) -> None:
@@ -108,9 +108,9 @@ class RecordWriter:
 
 
 def enter_child(outlives: bool = False) -> RecordWriter:
-    """First call in a child: die with the parent, end on SIGTERM, keep stdout for records alone.
+    """First call in a child: die with the parent, end on SIGTERM, reserve stdout for records.
 
-    `outlives`: it notices the parent's death by itself, and has something to finish.
+    `outlives`: the child notices the parent's death itself, and has something to finish.
     """
     if sys.platform == "linux" and not outlives:
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
@@ -139,10 +139,10 @@ class Supervisor:
     child that sends nothing for `silent_s` (`start_s` before its first value) is killed, and so is
     one whose value `on_data` refuses by a ValueError, or that sends more than `records_per_s`; one
     that ended is restarted after 0.25 s, doubling up to `longest_pause_s` until it
-    delivers for 10 s. Each one that ends before its first value gives the next one twice
-    `start_s`, up to 8 times: a machine that is too slow just now is not kept busy with starts.
-    When 10 have delivered nothing and none ever has, the part is disabled: what it needs is
-    probably not there, and it is tried once a minute.
+    delivers for 10 s. Each one that ends before its first value doubles `start_s` for the next
+    one, up to 8 times: an overloaded machine is not kept busy with starts.
+    When 10 have delivered nothing and none ever has, the part is disabled: something it needs is
+    probably missing, and it is retried once a minute.
     """
 
     def __init__(
@@ -165,10 +165,11 @@ class Supervisor:
         fds: tuple[int, ...] = (),
         patience_s: float = 0.0,
     ) -> None:
-        """`name`: of the child in statuses; `longest` record of it in bytes; `records_per_s` 0:
-        no limit; `on_facts` gets every record of facts; `nice`: how far the child gives way;
-        `fds`: open files that each child has too, under the same numbers; `patience_s`: how much
-        longer than `silent_s` it may be silent while it waits for a processor or a disk."""
+        """`name`: the child's name in statuses; `longest`: bytes of its longest record;
+        `records_per_s` 0: no limit; `on_facts` gets every record of facts; `nice`: the child's
+        niceness; `fds`: file descriptors that each child inherits under the same numbers;
+        `patience_s`: how much longer than `silent_s` it may be silent while it waits for a
+        processor or a disk."""
         self._command = [sys.executable, "-m", module, argument]
         self._name = name or module.removesuffix(".child")
         self._longest = longest
@@ -184,10 +185,10 @@ class Supervisor:
         self._silent_s = silent_s
         self._start_s = start_s
         self._listens = listens
-        self._word: bytes | None = None  # the newest, for a child that listens
+        self._word: bytes | None = None  # the newest, for a child that reads
         self._wake_fds = os.pipe()
         os.set_blocking(self._wake_fds[1], False)
-        self._lock = threading.Lock()  # nobody writes to a closed pipe
+        self._lock = threading.Lock()  # prevents writing to a closed pipe
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
         self._process: subprocess.Popen[bytes] | None = None
@@ -197,7 +198,7 @@ class Supervisor:
 
     @property
     def pid(self) -> int | None:
-        """Process id of the running child, None between two."""
+        """Process id of the running child, None while none runs."""
         process = self._process
         return process.pid if process else None
 
@@ -206,8 +207,8 @@ class Supervisor:
         self._thread.start()
 
     def tell(self, word: bytes) -> None:
-        """The newest word to a child that listens, and to each one after it: one line of at most
-        select.PIPE_BUF bytes. It goes out at once, or when the child has read; never waits."""
+        """Send the newest line, of at most select.PIPE_BUF bytes, to a child that reads, and to
+        each one after it. It is sent at once, or when the child has read; never waits."""
         assert self._listens
         assert len(word) < select.PIPE_BUF
         assert b"\n" not in word
@@ -266,7 +267,7 @@ class Supervisor:
             self.restarts += 1
 
     def _spawn(self) -> subprocess.Popen[bytes]:
-        # The child sees the packages we see, however they got on our path.
+        # The child gets the packages on our path, however they got there.
         environment = dict(os.environ, PYTHONPATH=os.pathsep.join(p for p in sys.path if p))
         process = subprocess.Popen(
             self._command,
@@ -280,7 +281,7 @@ class Supervisor:
         return process
 
     def _watch(self, process: subprocess.Popen[bytes], start_s: float) -> bool:
-        """Until the child ends, hangs or must stop; True when it delivered a value."""
+        """Serve until the child ends, hangs or must stop; True when it delivered a value."""
         assert process.stdout is not None
         fd = process.stdout.fileno()
         os.set_blocking(fd, False)
@@ -320,7 +321,7 @@ class Supervisor:
                         explained = False
                         deadline_s = time.monotonic() + self._silent_s
                         self._on_data(newest)
-                except Exception as error:  # whatever it sends, the next one is started
+                except Exception as error:  # whatever it sends, the next child is started
                     self._lost("wrong", f"{self._name} sent nonsense: {error}")
                     return delivered
                 if ended:
@@ -331,7 +332,7 @@ class Supervisor:
                 self._stopping.wait(_LOOK_S)
             elif not ready and left_s <= 0:
                 self._lost("hangs", f"{self._name} hangs; ending it and starting it again")
-                process.kill()  # it would not hear a gentler word
+                process.kill()  # it would not react to SIGTERM
                 return delivered
         return delivered
 
@@ -349,18 +350,18 @@ class Supervisor:
 
 
 class Supervised:
-    """A part of the daemon whose work a child process does."""
+    """A part of the daemon whose work is done by a child process."""
 
     _supervisor: Supervisor | None = None  # None: not started, or not configured
 
     @property
     def restarts(self) -> int:
-        """How often the child process had to be started again."""
+        """How often the child process was restarted."""
         return self._supervisor.restarts if self._supervisor else 0
 
     @property
     def next_start_s(self) -> float | None:
-        """When its child is started again, monotonic; None: it runs, or never will."""
+        """When its child is restarted, monotonic s; None: it runs, or never will."""
         return self._supervisor.next_start_s if self._supervisor else None
 
     @property

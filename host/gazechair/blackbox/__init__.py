@@ -1,1 +1,1 @@
-"""The black box: what happened, kept in files that other tools open too."""
+"""The black box: logs what happened to files that other tools open too."""

@@ -1,4 +1,4 @@
-"""The log's own process: takes records from the daemon and writes them, whatever the disk does."""
+"""The log's process: takes records from the daemon and writes them to disk."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ REFUSED = "log_disk"
 
 
 class Keeper:
-    """Writes what comes, syncs each second, and says how it goes."""
+    """Writes records, syncs every second, and reports its status."""
 
     def __init__(self, writer: LogWriter, out: RecordWriter) -> None:
         self._writer = writer
@@ -44,7 +44,7 @@ class Keeper:
         self.lost = 0
 
     def take(self, batch: bytes) -> None:
-        """A batch of records; lost while the disk refuses them."""
+        """Write a batch of records; it is lost if the write fails."""
         records = unpack(batch)
         if time.monotonic() < self._retry_s:
             self.lost += len(records)
@@ -57,13 +57,13 @@ class Keeper:
             except OSError as error:
                 self._failed(error)
                 break
-            except Exception as error:  # what no file takes holds up nothing else
+            except Exception as error:  # a record that cannot be written must not stop the others
                 complaints.warn("not recorded: %s: %r", kind, error)
         self.written += done
         self.lost += len(records) - done
 
     def due(self) -> None:
-        """Each second: to the disk, and a sign of life to the daemon."""
+        """Every second: sync to disk, and send a sign of life to the daemon."""
         now_s = time.monotonic()
         if now_s < self._synced_s + SYNC_S:
             return
@@ -75,7 +75,7 @@ class Keeper:
             except OSError as error:
                 self._failed(error)
         figures = {"written": self.written, "refused_by_disk": self.lost}
-        with contextlib.suppress(BrokenPipeError):  # the daemon ends: what has arrived counts
+        with contextlib.suppress(BrokenPipeError):  # the daemon ends: write what has arrived
             self._out.data(json.dumps(figures).encode())
 
     def _failed(self, error: OSError) -> None:
@@ -92,7 +92,7 @@ class Keeper:
 
 
 def run(argument: Mapping[str, Any], out: RecordWriter) -> None:
-    """Until the daemon ends us, or is no more; what has arrived by then is written."""
+    """Serve until the daemon ends us or dies; writes everything that has arrived by then."""
     writer = LogWriter(Path(argument["folder"]), argument["max_bytes"], argument["keep_s"])
     keeper = Keeper(writer, out)
     ended: list[int] = []
@@ -115,7 +115,7 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> None:
 
 
 def main() -> None:
-    """Entry of `python -m gazechair.blackbox.child JSON`: folder, bounds, file descriptor."""
+    """Entry of `python -m gazechair.blackbox.child JSON`: folder, limits, file descriptor."""
     run(json.loads(sys.argv[1]), enter_child(outlives=True))
 
 

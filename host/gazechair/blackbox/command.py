@@ -16,13 +16,13 @@ _REFUSED = 2
 
 def add(commands: Any) -> None:
     """Add them to argparse's subparsers `commands`."""
-    log = commands.add_parser("log", help="what the black box has kept")
+    log = commands.add_parser("log", help="read the black box")
     acts = log.add_subparsers(title="commands", required=True, metavar="WHAT")
-    listed = acts.add_parser("list", help="the files: when, how long, how large")
-    shown = acts.add_parser("show", help="what happened, in words")
-    exported = acts.add_parser("export", help="all of it, as JSON lines or CSV, to the terminal")
+    listed = acts.add_parser("list", help="list the files: when, how long, how large")
+    shown = acts.add_parser("show", help="print what happened, in words")
+    exported = acts.add_parser("export", help="print everything as JSON lines or CSV")
     exported.add_argument("--format", choices=("jsonl", "csv"), default="jsonl")
-    exported.add_argument("--topic", help="only this one, as /board/state")
+    exported.add_argument("--topic", help="only this one, for example /board/state")
     for command in (listed, shown, exported):
         command.add_argument(
             "--config", type=Path, metavar="FILE", help="the configuration of gazechair run"
@@ -37,11 +37,11 @@ def add(commands: Any) -> None:
 
 
 class LogRefused(Exception):
-    """Why a command cannot do what it was asked for, in one line."""
+    """Raised when a command cannot be done; the text is the reason, in one line."""
 
 
 def chosen(folder: Path, wanted: str | None) -> Path:
-    """The file that is meant by a path, a name or a number; None: the newest of `folder`."""
+    """The file for a path, a name or a number; None: the newest in `folder`."""
     from gazechair.blackbox.writer import files
 
     if wanted is not None and Path(wanted).is_file():

@@ -1,4 +1,4 @@
-"""Messages of the log as plain values: for JSON lines, CSV, and a line on a terminal."""
+"""Exports messages of the log as JSON lines, CSV, or text for a terminal."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _FACES = {"/rosout", "/board/state", "/host/command", "/host/order", "/board/fau
 
 
 def plain(value: Any) -> Any:
-    """A decoded message as JSON has it; bytes as a list, infinity as null."""
+    """A decoded message as JSON-compatible values; bytes as a list, infinity as null."""
     if isinstance(value, bytes | bytearray | memoryview | array.array):
         return [plain(item) for item in value.tolist()] if hasattr(value, "tolist") else list(value)
     if isinstance(value, list | tuple):
@@ -30,14 +30,14 @@ def plain(value: Any) -> Any:
 
 
 def as_json_lines(lines: Iterable[Line], out: TextIO) -> None:
-    """An object a line: t (wall time, s), topic, type and the fields."""
+    """Write one object per line: t (wall time, s), topic, type and the fields."""
     for line in lines:
         head = {"t": line.at_ns / 1e9, "topic": line.topic, "type": line.type_name}
         print(json.dumps({**head, **plain(line.message)}), file=out)
 
 
 def as_csv(lines: Iterable[Line], out: TextIO) -> None:
-    """A row a message, all of one topic: t (wall time, s) and the fields."""
+    """Write one row per message, all of one topic: t (wall time, s) and the fields."""
     writer = csv.writer(out)
     for at, line in enumerate(lines):
         row = dict(_flat(plain(line.message)))
@@ -57,7 +57,7 @@ def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def story(lines: Iterable[Line]) -> Iterator[str]:
-    """What a person wants to know: a line for each change of state, command or reason."""
+    """The log for people: one line for each change of state, command or reason."""
     last: dict[str, str] = {}
     for line in lines:
         if line.topic not in _FACES:

@@ -1,4 +1,4 @@
-"""Reads the log's files from front to end, so that one cut at any byte is readable up to there."""
+"""Reads the log's files from start to end; a truncated file is readable up to the cut."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap_ros2.decoder import DecoderFactory
 from zstandard import ZstdError
 
-_LONGEST = 64 << 20  # bytes of a record; a damaged length asks for more
+_LONGEST = 64 << 20  # bytes of a record; a larger length is damaged
 _DAMAGED = (McapError, ZstdError, struct.error, ValueError, KeyError, MemoryError)
 
 
@@ -41,7 +41,7 @@ class Line:
 
 
 class LogFile:
-    """One file, in the order in which it was written."""
+    """One file, read in the order in which it was written."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -66,7 +66,7 @@ class LogFile:
                 )
 
     def length_s(self) -> float:
-        """From the first message to the last one; reads no more of a finished file than its end."""
+        """Seconds from the first to the last message; of a finished file it reads only the end."""
         with self.path.open("rb") as file:
             try:
                 summary = make_reader(file).get_summary()

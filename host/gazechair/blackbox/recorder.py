@@ -1,4 +1,4 @@
-"""The daemon's end of the black box: takes records from any thread and never waits for a disk."""
+"""The daemon's side of the black box: takes records from any thread, never waits for a disk."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _HEALTH_S = 1.0
 _MOTION_S = 0.095  # a lidar's half turns come each 50 ms
 _PATIENCE_S = 57.0  # a disk may take that long
 _LAST_PACE_S = 0.01
-_LAST_S = 2.0  # what waits at the end is handed over for so long, to a process that reads
+_LAST_S = 2.0  # at the end, queued records are handed over for this long, to a process that reads
 _NICE = 10
 _LINE = 500  # characters
 _TOLD = tuple(
@@ -45,9 +45,9 @@ _TOLD = tuple(
 
 
 class BlackBox(Supervised):
-    """What the parts call to have something recorded; off, it takes nothing.
+    """The parts call this to record something; when the log is off it does nothing.
 
-    Records wait in a bounded ring for a thread that hands them to the log's process.
+    Records are queued in a bounded ring; a thread hands them to the log's process.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class BlackBox(Supervised):
         self._handler = _Lines(self)
 
     def start(self) -> None:
-        """Start the log's process; only when the configuration wants a log."""
+        """Start the log's process, if the configuration enables the log."""
         health = self._parts.part("log")
         if find_spec("mcap_ros2") is None:
             health.set(states.LOST, MISSING, "nothing is recorded: pip install 'gazechair[log]'")
@@ -114,7 +114,7 @@ class BlackBox(Supervised):
         logging.getLogger("gazechair").addHandler(self._handler)
 
     def stop(self) -> None:
-        """Hand over what waits, and end the process, which writes it."""
+        """Hand over the queued records, and end the process, which writes them."""
         if not self._on:
             return
         logging.getLogger("gazechair").removeHandler(self._handler)
@@ -126,16 +126,16 @@ class BlackBox(Supervised):
         self._its.close()
 
     def note(self, kind: str, at_s: float, payload: Any) -> None:
-        """Record it; see topics. From any thread."""
+        """Record `payload`; see topics. Callable from any thread."""
         if self._on:
             self._ring.put(kind, at_s, payload)
 
     def scan(self, name: str, acquired_s: float, beams_mm: bytes) -> None:
-        """A turn of a lidar."""
+        """Record one turn of a lidar."""
         self.note("scan", acquired_s, (name, beams_mm))
 
     def motion(self, estimate: Estimate) -> None:
-        """What odometry has found, with its age; of several within 0.1 s, one."""
+        """Record odometry's estimate with its age; at most one per 0.1 s."""
         now_s = self._clock()
         if now_s >= self._motion_due_s:
             self._motion_due_s = now_s + _MOTION_S
@@ -143,7 +143,7 @@ class BlackBox(Supervised):
             self.note("motion", estimate.time_s, {**asdict(estimate), "age_s": age_s})
 
     def pose(self, where: Whereabouts) -> None:
-        """Where the chair is in a map; of several within 0.1 s, one."""
+        """Record the chair's pose in a map; at most one per 0.1 s."""
         if self._clock() < self._pose_due_s:
             return
         self._pose_due_s = self._clock() + _MOTION_S
@@ -207,7 +207,7 @@ class BlackBox(Supervised):
 
 
 class _Lines(logging.Handler):
-    """The host's own log, of the rooms whose lines name no person."""
+    """The host's own log, from the packages whose lines name no person."""
 
     def __init__(self, box: BlackBox) -> None:
         super().__init__(logging.INFO)
@@ -218,6 +218,6 @@ class _Lines(logging.Handler):
             return
         try:
             text = record.getMessage()[:_LINE]
-        except Exception:  # a broken line is its author's
+        except Exception:  # a malformed log call is not our error
             return
         self._box.note("line", time.monotonic(), (record.levelno, record.name, text))

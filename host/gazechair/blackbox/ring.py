@@ -1,4 +1,4 @@
-"""Records on their way to the log's process: a bounded ring that never makes anybody wait."""
+"""A bounded ring of records for the log's process, which never blocks its callers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 KEPT = 5000  # records: some 20 s of driving
 LONGEST = 1 << 17  # bytes of a batch
-_BATCH = 25  # records, so that packing them holds nobody up
+_BATCH = 25  # records, so that packing them blocks nobody for long
 
 Record = tuple[str, int, Any]  # kind, monotonic ns, payload; see topics
 
@@ -18,7 +18,7 @@ log = logging.getLogger(__name__)
 
 
 class Ring:
-    """Any thread puts records in; one hands them over. What finds it full is dropped, counted."""
+    """Any thread puts records in; one hands them over. When full, records are dropped, counted."""
 
     def __init__(self) -> None:
         self._records: deque[Record] = deque()
@@ -28,14 +28,14 @@ class Ring:
         return len(self._records)
 
     def put(self, kind: str, at_s: float, payload: Any) -> None:
-        """One record, of plain values, at monotonic `at_s`. Takes a microsecond."""
+        """Add one record of plain values, at monotonic `at_s`. Takes a microsecond."""
         if len(self._records) >= KEPT:
             self.dropped += 1
         else:
             self._records.append((kind, int(at_s * 1e9), payload))
 
     def hand_over(self, line: socket.socket) -> None:
-        """As much as the line takes at once: a socket that keeps messages whole and never waits."""
+        """Send as much as `line` takes at once: a non-blocking socket that keeps messages whole."""
         records = self._records
         size = _BATCH
         while records:

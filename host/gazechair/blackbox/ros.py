@@ -1,4 +1,4 @@
-"""The ROS 2 messages of the log: the wire's own, made from the message table, and standard ones."""
+"""The ROS 2 messages of the log: generated from the wire's message table, and standard ones."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from gazelink import codes, messages
 from gazelink.messages import Message
 
 PACKAGE = "gazechair_msgs/msg/"
-# Of the handshake and its secret, and of measuring the line: nothing happens by them.
+# The handshake with its secret, and the line measurement: they cause no action.
 UNRECORDED = (messages.NONCE, messages.PING, messages.PONG)
 
 _TYPES = {"B": "uint8", "b": "int8", "H": "uint16", "h": "int16", "I": "uint32"}
@@ -153,7 +153,7 @@ DEFINITIONS: dict[str, str] = {
 
 
 def stamp(at_ns: int) -> dict[str, int]:
-    """A moment as builtin_interfaces/Time."""
+    """A time in ns as builtin_interfaces/Time."""
     return {"sec": at_ns // 10**9, "nanosec": at_ns % 10**9}
 
 

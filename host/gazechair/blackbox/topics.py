@@ -113,7 +113,7 @@ def _motion(at_ns: int, found: dict[str, Any]) -> Iterator[Said]:
 
 
 def _place_covariance(found: dict[str, Any]) -> list[float]:
-    """Rows of x, y, z, and turns about them; in the frame of the place, as ROS has it."""
+    """Rows of x, y, z, and rotations about them; in the frame of the pose, as in ROS."""
     turned = math.radians(found["heading_deg"])
     c, s = math.cos(turned), math.sin(turned)
     along, across = found["along_sigma_m"] ** 2, found["across_sigma_m"] ** 2
@@ -176,7 +176,7 @@ _KINDS: dict[str, Callable[[int, Any], Iterator[Said]]] = {
 
 
 def said(kind: str, at_ns: int, payload: Any) -> Iterator[Said]:
-    """What a record of that kind becomes: any number of messages."""
+    """The messages for a record of that kind, any number of them."""
     return _KINDS[kind](at_ns, payload)
 
 
@@ -191,11 +191,11 @@ def _status(level: int, name: str, message: str, values: dict[str, Any]) -> dict
 
 
 def _frame(name: str) -> str:
-    return re.sub(r"[^A-Za-z0-9_]", "_", name)  # as ROS wants it
+    return re.sub(r"[^A-Za-z0-9_]", "_", name)  # as ROS requires
 
 
 def _text(text: str) -> str:
-    return text.encode("utf-8", "replace").decode()  # the name of a file may be no text
+    return text.encode("utf-8", "replace").decode()  # a file name may be invalid UTF-8
 
 
 def _header(at_ns: int, frame_id: str = "") -> dict[str, Any]:

@@ -22,24 +22,24 @@ from gazechair.blackbox import ros, topics
 NAME = re.compile(r"(\d{6})_.*\.mcap")
 FILE_S = 3600.0
 _FILES = 20  # that share the space, at least
-_MOST_FILES = 2000  # a daemon that is started over and over makes many small ones
+_MOST_FILES = 2000  # a daemon that restarts again and again makes many small ones
 _CLOCK_S = 2.0  # a wall clock that was set by more begins another file
-_CLOCK_EACH_NS = 60 * 10**9  # but not more often: one that is set all the time is not the log's end
+_CLOCK_EACH_NS = 60 * 10**9  # at most this often, even if the clock is set all the time
 _GAP_S = 7 * 86400.0  # between two files; a longer one may be the clock that jumped
 _EARLIEST_S = 1_767_225_600.0  # 2026: a clock that says less has not been set
 _LATEST_NS = (1 << 31) * 10**9 - 1  # of a stamp of ROS 2: in 2038
 _SYNCHRONIZED = Path("/run/systemd/timesync/synchronized")
-_KEPT_FREE = 100 << 20  # bytes of the disk that are for others
+_KEPT_FREE = 100 << 20  # bytes of the disk left free
 
 log = logging.getLogger(__name__)
 
 
 class LogFull(OSError):
-    """The disk has no space for the log, though nothing else of it is left to delete."""
+    """Raised when the disk has no space for the log, and no older file is left to delete."""
 
 
 def files(folder: Path) -> list[Path]:
-    """The files of the log, the oldest first: by number, whatever the clock was."""
+    """The files of the log, oldest first, by number and not by clock."""
     try:
         return sorted(path for path in folder.iterdir() if NAME.fullmatch(path.name))
     except FileNotFoundError:
@@ -47,10 +47,10 @@ def files(folder: Path) -> list[Path]:
 
 
 def ages_s(times_s: Sequence[float], now_s: float, trusted: bool) -> list[float]:
-    """How old files last written at `times_s` are, the oldest first; `trusted`: the clock is right.
+    """Ages of files last written at `times_s`, oldest first; `trusted`: the clock is right.
 
-    A clock that was far ahead or had forgotten the date must not delete all. Where it cannot be
-    trusted, an age is what passed from file to file, and long gaps count as nothing.
+    A clock that was far ahead, or lost the date, must not delete everything. If it cannot be
+    trusted, an age is the sum of the times between files, and long gaps count as zero.
     """
     ages = []
     age_s, next_s = 0.0, now_s
@@ -64,14 +64,14 @@ def ages_s(times_s: Sequence[float], now_s: float, trusted: bool) -> list[float]
 
 def _states(paths: Sequence[Path]) -> Iterator[tuple[Path, os.stat_result]]:
     for path in paths:
-        with contextlib.suppress(FileNotFoundError):  # somebody deletes at this moment
+        with contextlib.suppress(FileNotFoundError):  # somebody else has just deleted it
             state = path.stat()
             if stat.S_ISREG(state.st_mode):
                 yield path, state
 
 
 class LogWriter:
-    """One process writes at a time. Every method but close() raises OSError for the disk."""
+    """Only one process writes at a time. All methods but close() raise OSError."""
 
     def __init__(
         self,
@@ -83,7 +83,7 @@ class LogWriter:
         free_bytes: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
         clock_is_right: Callable[[], bool] = _SYNCHRONIZED.exists,
     ) -> None:
-        """`max_bytes` in all; `keep_s`: how old a file becomes, see ages_s."""
+        """`max_bytes`: of all files together; `keep_s`: maximum age of a file, see ages_s."""
         self._folder = folder
         self._max_bytes = max_bytes
         self._keep_s = keep_s
@@ -94,7 +94,7 @@ class LogWriter:
         self._file: BinaryIO | None = None
         self._writer: Any = None
         self._schemas: dict[str, Schema] = {}
-        self._offset_ns = 0  # from the monotonic clock to the wall's
+        self._offset_ns = 0  # from the monotonic to the wall clock
         self._begun_ns = 0
         self._next_set_ns = 0
         self.path: Path | None = None
@@ -110,7 +110,7 @@ class LogWriter:
     def publish(
         self, at_ns: int, topic: str, name: str, definition: str, message: dict[str, Any]
     ) -> None:
-        """A message of somebody else's type, at `at_ns` of the monotonic clock."""
+        """Write a message of another type, at `at_ns` of the monotonic clock."""
         if self._writer is None:
             self._open()
         self._say(self._stamp_ns(at_ns), topic, name, definition, message)
@@ -126,11 +126,11 @@ class LogWriter:
         self._writer.write_message(topic, self._schemas[name], message, log_time=wall_ns)
 
     def sync(self) -> None:
-        """All that was written is on the disk, and the log within its bounds."""
+        """Sync everything to disk, and keep the log within its limits."""
         if self.path is not None and not self.path.exists():
             self.close()  # somebody has deleted it
         if self._file is not None:
-            self._writer._writer.flush()  # the chunk: mcap_ros2 has no flush of its own
+            self._writer._writer.flush()  # the chunk: mcap_ros2 itself has no flush
             self._file.flush()
             os.fsync(self._file.fileno())
             now_ns = self._monotonic_ns()
@@ -145,7 +145,7 @@ class LogWriter:
         self._trim()
 
     def close(self) -> None:
-        """Finish the file; a disk that refuses leaves one that ends where it does."""
+        """Finish the file; if the write fails, the file stays truncated."""
         file, writer = self._file, self._writer
         self._file = self._writer = self.path = None
         self._schemas = {}

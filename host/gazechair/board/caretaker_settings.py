@@ -11,7 +11,7 @@ from gazechair.board.state import BoardState
 from gazelink import codes
 from gazelink.settings_table import PROFILES, TABLE, index_of
 
-# How fast and how far. What keeps people safe (margins, limits, relay) is not for a phone.
+# Speeds and distances. Safety settings (margins, limits, relay) are not for a phone.
 ALLOWED = (
     "profile",
     "linear_permille",
@@ -25,7 +25,7 @@ _TRIES = 2
 
 
 class SettingsRefused(Exception):
-    """Not read or not changed. `reason` is a key of the string tables, the text one plain line."""
+    """Settings not read or changed. `reason`: a key of the string tables; text: one plain line."""
 
     def __init__(self, reason: str, detail: str) -> None:
         super().__init__(detail)
@@ -33,7 +33,7 @@ class SettingsRefused(Exception):
 
 
 class Link(Protocol):
-    """What is needed of the link to the board (gazechair.board.link.BoardLink)."""
+    """What this needs from the link to the board (gazechair.board.link.BoardLink)."""
 
     def state(self) -> BoardState | None: ...
     def setting(
@@ -47,8 +47,8 @@ class CaretakerSettings:
     def __init__(
         self, link: Link, step_ms: Callable[[int, int, int], int | None] = lambda *_: None
     ) -> None:
-        """`step_ms`: how long a step forward lasts with that row of PROFILES, `linear_permille` and
-        `step_ramp_ms`; None: as it did."""
+        """`step_ms`: duration of a step forward for a row of PROFILES, `linear_permille` and
+        `step_ramp_ms`; None: unchanged."""
         self._link = link
         self._step_ms = step_ms
         self._lock = threading.Lock()
@@ -79,7 +79,7 @@ class CaretakerSettings:
             return self._read()
 
     def _step(self, wishes: dict[str, Any]) -> list[tuple[int, int]]:
-        """A step forward goes as far in another profile, or with another output."""
+        """Keep the length of a step forward in another profile, or with another output."""
         if "step_forward_ms" in wishes or not {"profile", "linear_permille"} & set(wishes):
             return []
         names = ("profile", "linear_permille", "step_ramp_ms")

@@ -1,1 +1,1 @@
-"""The configuration: one TOML file, the rules its values obey, and every default."""
+"""The configuration: one TOML file, the rules for its values, and the defaults."""

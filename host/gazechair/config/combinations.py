@@ -1,4 +1,4 @@
-"""Rules between settings: combinations that a configuration must not have."""
+"""Rules between settings: combinations that a configuration must not contain."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Broken:
-    """A setting that is to blame, `at` which of several tables of its section, and why."""
+    """An offending setting, `at` which of several tables of its section, and why."""
 
     section: str
     key: str

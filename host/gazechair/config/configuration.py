@@ -1,4 +1,4 @@
-"""The configuration: one TOML file, every default working on a bare machine."""
+"""The configuration: one TOML file, whose defaults work on a bare machine."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ else:
 
 
 class ConfigError(Exception):
-    """A file that is refused. Its text is one line: file, line, reason, what to do."""
+    """Raised for a file that is refused. Its text is one line: file, line, reason, what to do."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class BoardConfig:
 
 @dataclass(frozen=True)
 class LidarConfig:
-    """The obstacle sensor; several have a [[lidar]] table each. Without one it never arms."""
+    """The obstacle sensor; several have one [[lidar]] table each. Without one, no arming."""
 
     kind: str = _setting(
         "off",
@@ -62,7 +62,7 @@ class LidarConfig:
     )
     y_m: float = _setting(0.0, number(-2.0, 2.0), "metres to the left of the chair's middle")
     heading_deg: float = _setting(
-        0.0, number(-180.0, 180.0), "where its front looks, counter-clockwise from forward"
+        0.0, number(-180.0, 180.0), "direction of its front, counter-clockwise from forward"
     )
     upside_down: bool = _setting(False, flag(), "true = it hangs from its base")
     mask: tuple[rules.Arc, ...] = _setting(
@@ -75,7 +75,7 @@ class LidarConfig:
 
 @dataclass(frozen=True)
 class OdometryConfig:
-    """Where the chair is and how fast it moves, by its lidars. Read docs/odometry.md."""
+    """The chair's pose and speed, measured by its lidars. Read docs/odometry.md."""
 
     measure: bool = _setting(True, flag(), "false = not measured; the chair drives without it")
 
@@ -172,12 +172,12 @@ class AlertsConfig:
     """Who is called when the driver or the chair needs somebody. Read docs/alerts.md."""
 
     stuck_s: int = _setting(
-        60, integer(10, 3600), "so long overruled without getting on, the chair is stuck"
+        60, integer(10, 3600), "overruled this long without moving on, the chair counts as stuck"
     )
     mqtt: str = _setting(
         rules.Secret(""),
         rules.address("mqtt|mqtts"),
-        "broker that Home Assistant listens to (extra), mqtt://user:password@host; secret",
+        "broker that Home Assistant uses (extra), mqtt://user:password@host; secret",
     )
 
 
@@ -187,13 +187,13 @@ class RouteConfig:
 
     name: str = _setting("route", word(), "what it is called on the page and in the diary")
     url: str = _setting(
-        rules.Secret(""), rules.address(), "a service of Apprise (extra); secret, shown nowhere"
+        rules.Secret(""), rules.address(), "an Apprise service's address (extra); secret, not shown"
     )
     after_s: int = _setting(
-        0, integer(0, 3600), "an alert that nobody has answered for so long goes this way, too"
+        0, integer(0, 3600), "used, too, for an alert that nobody has answered for this long"
     )
     kinds: tuple[str, ...] = _setting(
-        ALERT_KINDS, rules.choices(*ALERT_KINDS), "which alerts go this way"
+        ALERT_KINDS, rules.choices(*ALERT_KINDS), "which alerts use this route"
     )
 
 
@@ -213,10 +213,10 @@ class Config:
     routes: tuple[RouteConfig, ...] = ()
     """Of [[alerts.route]]."""
     plugins: tuple[PluginConfig, ...] = ()
-    """Inputs and modes that are switched on, each by a table of its own."""
+    """Enabled inputs and modes, each with its own table."""
 
 
-# Sections of which there may be several, as [[name]].
+# Sections that may occur several times, as [[name]].
 SEVERAL = ("lidar",)
 
 SECTIONS: dict[str, type[Any]] = {

@@ -1,4 +1,4 @@
-"""The tables [input.NAME] and [mode.NAME]: each switches a plug-in on and has its settings."""
+"""The tables [input.NAME] and [mode.NAME]: each enables a plug-in and has its settings."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from gazechair.config.tables import BadSetting, read, setting
 KINDS = ("input", "mode")
 WHO = ("driver", "caretaker")
 _PERSON = "person"
-# Modes of gazechair itself, and parts: their values would mix.
+# Reserved: gazechair's own modes and parts, whose values would mix with a plug-in's.
 _TAKEN = re.compile(r"(?:to|place)-.*|places|(?:go-look|follow-line)(?:-\d+)?|follow-person")
 
 
 @dataclass(frozen=True)
 class PluginConfig:
-    """One plug-in that is switched on. Its own rules judge `settings`, when it is started."""
+    """One enabled plug-in. Its own rules check `settings` when it starts."""
 
     kind: str
     """One of KINDS."""
     name: str
     person: str = "driver"
-    """Whose input it is; a mode is whoever's chooses it."""
+    """Whose input it is; a mode belongs to the person who chooses it."""
     settings: Mapping[str, Any] = field(default_factory=dict)
     lines: Mapping[str, str] = field(default_factory=dict)
-    """Where each setting stands, as "file:line"; of "", the table."""
+    """Place of each setting, as "file:line"; under "" that of the table."""
 
     @property
     def title(self) -> str:
@@ -36,7 +36,7 @@ class PluginConfig:
         return f"{self.kind}.{self.name}"
 
     def refusal(self, key: str, reason: str) -> str:
-        """One line on a setting that is refused: where, which and why."""
+        """One line about a refused setting: where, which and why."""
         return f"{self.lines.get(key, self.lines.get('', ''))}: {self.title}.{key} {reason}"
 
 

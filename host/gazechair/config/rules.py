@@ -15,19 +15,19 @@ Arc = tuple[float, float]
 
 
 class Secret(str):
-    """A text that neither a log nor an error shows."""
+    """A text that no log or error shows."""
 
     def __repr__(self) -> str:
         return "(secret)"
 
 
 class Refused(ValueError):
-    """A value that a setting does not accept; the text says what it accepts."""
+    """Raised for a value that a setting does not accept; the text says what it accepts."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """What a setting takes."""
+    """The values that a setting accepts."""
 
     describe: str
     """In words: "a whole number 0..3000"."""
@@ -104,7 +104,7 @@ def choices(*names: str) -> Kind:
 
 
 def language() -> Kind:
-    """The name of a file of words for the pages."""
+    """A language: the name of a file of texts for the pages."""
 
     def accept(value: Any) -> str:
         if value not in languages():
@@ -164,7 +164,7 @@ def arc() -> Kind:
 
 
 def arcs(most_deg: float) -> Kind:
-    """Arcs as `arc` takes them, in a list; all together at most `most_deg` degrees."""
+    """A list of arcs (see `arc`); all together at most `most_deg` degrees."""
     one = arc()
 
     def accept(value: Any) -> tuple[Arc, ...]:
@@ -179,7 +179,7 @@ def arcs(most_deg: float) -> Kind:
 
 
 def corners() -> Kind:
-    """Corners [x, y] in metres, in a list."""
+    """A list of corners [x, y] in metres."""
 
     def accept(value: Any) -> tuple[tuple[float, float], ...]:
         if not isinstance(value, list):
@@ -206,7 +206,7 @@ def _angle(value: Any) -> float:
 
 
 def to_toml(value: Any) -> str:
-    """A value as TOML writes it (text, number, true/false, list; None is the empty list)."""
+    """A value in TOML syntax (text, number, true/false, list; None is the empty list)."""
     if value is None:
         return "[]"
     if isinstance(value, bool):
@@ -221,7 +221,7 @@ def to_toml(value: Any) -> str:
 def line_of(content: str, section: str, key: str | None, at: int = 0) -> int:
     """The line (from 1) of `key` in `section`; of the section when key is None or not found.
 
-    `at`: in which of the tables of that name, from 0.
+    `at`: which of the tables of that name, from 0.
     """
     here = ""
     section_line = 1
@@ -229,7 +229,7 @@ def line_of(content: str, section: str, key: str | None, at: int = 0) -> int:
     for number_here, line in enumerate(content.splitlines(), 1):
         header = re.match(r"\s*(\[+)\s*[\"']?([^\]\"'.\s]+)([^\]]*)", line)
         if header and "=" not in line.split("]")[0]:
-            # One of several tables inside a section is counted apart from it.
+            # Repeated tables inside a section are counted separately from it.
             here = "".join(header.groups()[1:]).rstrip() if header[1] == "[[" else header[2]
             tables += here == section
             if here == section and tables == at:

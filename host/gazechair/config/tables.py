@@ -1,4 +1,4 @@
-"""Tables of settings: a frozen dataclass each, whose fields carry their rule and meaning."""
+"""Tables of settings: one frozen dataclass each, whose fields carry their rule and meaning."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ T = TypeVar("T")
 
 
 class BadSetting(ValueError):
-    """A key that a table does not have, or a value that it does not accept."""
+    """Raised for a key that a table does not have, or a value that it does not accept."""
 
     def __init__(self, key: str, reason: str) -> None:
         super().__init__(f"{key} {reason}")
@@ -22,12 +22,12 @@ class BadSetting(ValueError):
 
 
 def setting(default: T, kind: Kind, meaning: str) -> T:
-    """A field of a table: what it is unless the file differs, its rule, and one line of meaning."""
+    """A field of a table: its default, its rule, and its meaning in one line."""
     return field(default=default, metadata={"kind": kind, "meaning": meaning})
 
 
 def read(table: type[T], values: Mapping[str, Any], title: str) -> T:
-    """The table with `values` in it, called `title` in refusals. Raises BadSetting."""
+    """An instance of `table` with `values`, called `title` in refusals. Raises BadSetting."""
     known = {f.name: f for f in fields(cast(Any, table))}
     checked = {}
     for key, value in values.items():

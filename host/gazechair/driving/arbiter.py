@@ -2,10 +2,10 @@
 
 Times are monotonic seconds. One page owns the chair at a time; a stop from any driver or caretaker
 takes effect at once (a viewer changes nothing). The caretaker may take over at any time, a driver
-only when there is no owner. An input (a plug-in) never owns the chair: it drives beside the page
-of its person, while that page owns it. A press (edge) that has ended, for any reason, never moves
-the chair again: its person must press again. A press on a mode that is auto is held by nobody: it
-lasts under supervision (Watch), until anything else is pressed.
+only when there is no owner. An input (a plug-in) never owns the chair: it drives alongside its
+person's page, while that page owns the chair. A press (edge) that has ended, for any reason, never
+moves the chair again: its person must press again. Nobody holds a press on an auto mode: it lasts
+under supervision (Watch), until anything else is pressed.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ from gazechair.driving.tokens import Freshness
 from gazechair.driving.world import Wish
 from gazelink import codes
 
-LOOK_S = 0.025  # time acts at least so often: see tick()
+LOOK_S = 0.025  # longest interval between calls of tick()
 _TO_WHEELS_S = 0.005  # from here through the line and a tick of the board
 THERE_S = 3.0  # a message from a caretaker's page this recently: a call would reach somebody
-MODE_ANSWER_S = 0.3  # a mode that was pressed has said how to drive by then, or the press ends
+MODE_ANSWER_S = 0.3  # a pressed mode must answer within this, or the press ends
 ARM_ANSWER_S = 1.0  # an order to arm that the board has not followed by then has failed
 
 
@@ -55,10 +55,10 @@ class Arbiter:
         self.cap_permille = 1000
         """The highest permitted output, 50..1000."""
         self.ttl_s = 0.0
-        """How long a command lives, as the board said; until it has, nothing moves."""
+        """How long a command lives, as reported by the board; nothing moves before that."""
         self.help = HelpCall()
         self.stopped_s = 0.0
-        """When anyone last said stop, of whatever kind."""
+        """When anyone last sent a stop of any kind."""
         self._stopped_by = 0
         self.freshness = Freshness(first_token)
         self._bypass = Presses(last_edge)
@@ -73,7 +73,7 @@ class Arbiter:
         self._board_edge = 0
         self._orders: list[tuple[int, int]] = []
         self.auto_modes: frozenset[str] = frozenset()
-        """The modes whose press nobody holds."""
+        """The auto modes."""
         self.page_silent = False
         """No message from the owner has arrived for page_silent_s."""
 
@@ -106,25 +106,25 @@ class Arbiter:
         return codes.NOBODY if self._owner is None else self._clients[self._owner].role
 
     def role(self, client: int) -> str:
-        """The role of a page, "viewer" for one that has closed."""
+        """The role of a page, "viewer" for a closed one."""
         return self._clients[client].role_name if client in self._clients else "viewer"
 
     def beside(self, client: int) -> bool:
-        """It is an input, not a page."""
+        """True for an input, False for a page."""
         return client in self._clients and self._clients[client].beside
 
     def page_edge(self, client: int) -> int:
-        """The page's own edge of the press the board last took from it, 0 for none."""
+        """The page's own edge of the press that the board last accepted from it, 0 for none."""
         return self._press.page_edge(client, self._board_edge)
 
     def somebody_hears(self, now_s: float) -> bool:
-        """A caretaker's page is connected: a call would reach it."""
+        """True if a caretaker's page is connected: a call would reach it."""
         pages = self._clients.values()
         return any(p.role == codes.CARETAKER and now_s - p.heard_s <= THERE_S for p in pages)
 
     @property
     def mode_press(self) -> tuple[str, int]:
-        """The mode that somebody presses now, and which press that is; "" for none."""
+        """The mode that is pressed now ("" for none), and the number of that press."""
         press = self._press.now
         if press is None or not press.alive:
             return "", self._mode_press
@@ -137,29 +137,29 @@ class Arbiter:
 
     @property
     def auto_over(self) -> str:
-        """The auto mode that has ended before it came to its end, "" for none."""
+        """The auto mode that was ended before reaching its goal, "" for none."""
         return "" if self._press.auto else self._press.unfinished
 
     def press_number(self) -> int:
-        """The board's number for a press that is of no page."""
+        """The board's number for a press that belongs to no page."""
         return self._press.next_number(self._board_edge)
 
     @property
     def page_silent_s(self) -> float:
-        """An owner who is silent for longer is stopped: their step ends when a command would."""
+        """An owner who is silent for longer is stopped: a step ends when a command would."""
         return self.ttl_s - LOOK_S - _TO_WHEELS_S
 
-    # What goes in
+    # Events
 
     def connect(self, role: str, now_s: float, beside: bool = False) -> int:
-        """A page of `role`, or an input (`beside`); its client id. KeyError: an unknown role."""
+        """Add a page of `role`, or an input (`beside`); its client id. KeyError: unknown role."""
         client = self._next_client
         self._next_client += 1
         self._clients[client] = Client(ROLES[role], role, now_s, beside)
         return client
 
     def disconnect(self, client: int, now_s: float) -> None:
-        """A page has closed. When it drove: stop and disarm."""
+        """A page has closed. If it drove: stop and disarm."""
         self._press.gone(client)
         if client == self._owner:
             self._order(codes.DISARM, client)
@@ -211,7 +211,7 @@ class Arbiter:
     def _care(
         self, client: int, page: Client, message: PageMessage, now_s: float
     ) -> Refusal | None:
-        # What only the caretaker may.
+        # Only the caretaker may do this.
         if page.role != codes.CARETAKER:
             what = {Take: "take", Cap: "cap", HoldBypass: "bypass"}.get(type(message), "message")
             detail = "only the caretaker may; faults also clear by a 3 s press at the chair"
@@ -231,7 +231,7 @@ class Arbiter:
     def board(
         self, session: int, state: int, edge: int, now_s: float, override: int = codes.NO_REASON
     ) -> None:
-        """What the board is now: session (0 = none), codes.DISARMED.., edge it last accepted."""
+        """The board's report: session (0 = none), codes.DISARMED.., edge it last accepted."""
         self._press.overruled(edge, override)
         if session != self._session:
             self._session = session
@@ -246,7 +246,7 @@ class Arbiter:
         self.tick(now_s)
 
     def tick(self, now_s: float) -> None:
-        """Let time act: stop an owner who is silent, end an unanswered order to arm."""
+        """Process timeouts: stop a silent owner, end an unanswered order to arm."""
         self._bypass.tick(now_s)
         if self._arm_asked_s is not None and now_s - self._arm_asked_s > ARM_ANSWER_S:
             self._arm_asked_s = None
@@ -260,13 +260,13 @@ class Arbiter:
         self._press.tick(now_s)
 
     def _input_silent(self, now_s: float) -> bool:
-        # A step that an input began outlives its proof, as a page's does, but not its input.
+        # A step that an input began outlives its proof, like a page's, but not its input.
         press = self._press.now
         client = None if press is None else self._clients.get(press.client)
         return client is not None and client.beside and now_s - client.heard_s > self.page_silent_s
 
     def _heard(self, client: int, page: Client, now_s: float, proof: int | None) -> None:
-        # An input that repeats one old moment has not lived since.
+        # An input that keeps repeating an old time counts as dead since then.
         page.heard_s = now_s
         if page.beside and proof is not None:
             page.heard_s = self.freshness.proven_s(proof, now_s)
@@ -278,10 +278,10 @@ class Arbiter:
     def mode_says(
         self, mode: str, number: int, wish: Wish, till_s: float, now_s: float, reached: bool = True
     ) -> None:
-        """How `mode` would drive in its press `number`: (linear, turn), None: not any more.
+        """The output of `mode` in its press `number`: (linear, turn), None: it has ended.
 
-        `till_s`: how long that lives; `reached`: what is over has come to its goal. Without a live
-        press on this mode it means nothing.
+        `till_s`: when that expires; `reached`: it ended at its goal. Ignored without a live press
+        on this mode.
         """
         self.tick(now_s)
         if self.mode_press != (mode, number):
@@ -316,7 +316,7 @@ class Arbiter:
         proven_s = self.freshness.proven_s(wish.proof, now_s)
         deadline_s = proven_s + min(self.ttl_s, wish.life_s)
         if new and proven_s < self.stopped_s and client != self._stopped_by:
-            alive = False  # pressed before somebody's stop, and longer on its way
+            alive = False  # pressed before somebody's stop, but delayed on its way
         elif isinstance(wish, UseMode):
             alive = self._drive_by(client, page, wish, deadline_s, new, now_s)
         elif new:
@@ -337,7 +337,7 @@ class Arbiter:
             self._mode_press += 1
         elif not self._press.drive_by_on(client, wish, deadline_s):
             return False
-        # Whoever presses it is there, and so is whoever goes on pressing.
+        # A press proves that its person is present, and so does continuing to press.
         self._press.watch(page.role, self.freshness.proven_s(wish.proof, now_s))
         return True
 

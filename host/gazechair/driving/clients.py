@@ -1,4 +1,4 @@
-"""Who is connected to the arbiter: pages, and inputs beside them."""
+"""The arbiter's clients: pages, and inputs alongside them."""
 
 from __future__ import annotations
 

@@ -48,9 +48,9 @@ class Control:
         alerts: Calls | None = None,
         steer: Callable[[Command, float], Command] = lambda command, _now_s: command,
     ) -> None:
-        """`picture_age_s` is the age of the newest picture, None before the first; `profiles`
-        are those on disk, None: the configured one, in memory; `kept_cap`: the speed cap's file;
-        `alerts` None: calls reach pages only; `steer`: corrects what is sent to the board.
+        """`picture_age_s`: the age of the newest picture, None before the first; `profiles`: those
+        on disk, None: the configured one, in memory; `kept_cap`: the speed cap's file;
+        `alerts` None: calls reach pages only; `steer`: corrects the command to the board.
         """
         self._config = config
         self._link = link
@@ -66,8 +66,8 @@ class Control:
         self._arbiter.help.on = alerts is not None and alerts.help_wanted
         self._stop_seen, self._step_turns = StopSeen(), StepTurns()
         self._errors = error_handler.ErrorHandler(), error_handler.ErrorHandler()
-        self._verdicts = (error_handler.Verdict("ok", "ok"),) * 2  # all, what the driver is told
-        self._limits: BoardLimits | None = None  # as the board last said
+        self._verdicts = (error_handler.Verdict("ok", "ok"),) * 2  # of all, for the driver
+        self._limits: BoardLimits | None = None  # as last reported by the board
         self._sent = STOP_COMMAND
         self._sent_bypass: Bypass | None = None
         self._clearance: Clearance | None = None
@@ -79,10 +79,10 @@ class Control:
         self._thread = threading.Thread(target=self._run, name="arbiter", daemon=True)
         self._late_s = 0.0
         self.alive_s = time.monotonic()
-        """CLOCK_MONOTONIC seconds at which its thread last came by."""
+        """CLOCK_MONOTONIC seconds at which its thread last ran."""
 
     def start(self) -> None:
-        """Begin to let time act."""
+        """Start the thread that calls tick()."""
         self.alive_s = time.monotonic()
         self._thread.start()
 
@@ -102,16 +102,16 @@ class Control:
         self._clearance = clearance
 
     def join(self, role: str) -> int:
-        """An input of a driver or a caretaker joins; its client id, for act() and disconnect()."""
+        """Add an input of a driver or a caretaker; its client id, for act() and disconnect()."""
         with self._lock:
             return self._arbiter.connect(role, self._clock(), beside=True)
 
     def proof(self, born_s: float) -> int:
-        """What stands for the moment `born_s` in a message to act()."""
+        """The proof for the time `born_s` in a message to act()."""
         return self._arbiter.freshness.token(born_s)
 
     def proven_s(self, proof: int) -> float | None:
-        """The moment that the proof of a page's message stands for; None: too long ago."""
+        """The time that the proof of a page's message stands for; None: too long ago."""
         return self._arbiter.freshness.moment(proof, self._clock())
 
     def press_number(self) -> int:
@@ -120,14 +120,14 @@ class Control:
             return self._arbiter.press_number()
 
     def stopped_s(self) -> float:
-        """When anyone last said stop, of whatever kind, monotonic."""
+        """When anyone last sent a stop of any kind, monotonic s."""
         return self._arbiter.stopped_s
 
     def act(self, client: int, meaning: PageMessage) -> Refusal | None:
-        """Act on what a page or an input says; a refusal if it was not followed."""
+        """Act on a message from a page or an input; a refusal if it was not followed."""
         with self._lock:
             now_s = self._clock()
-            self._hear_board(now_s)  # what the page has seen, the arbiter must know
+            self._hear_board(now_s)  # the arbiter must know what the page has seen
             was_permille = self._arbiter.cap_permille
             if isinstance(meaning, UseMode) and meaning.mode not in self._tiles:
                 refusal: Refusal | None = Refusal("drive", "no_answer", f"no mode {meaning.mode}")
@@ -138,12 +138,12 @@ class Control:
             cap_permille = self._arbiter.cap_permille
             self._tell_board()
         if cap_permille != was_permille:
-            # A disk may be slow: no lock is held.
+            # The disk may be slow: hold no lock.
             self._kept_cap.keep(lambda: self._arbiter.cap_permille)
         return refusal
 
     def offer_mode(self, mode: str, tile: Message | None) -> None:
-        """`mode` can be chosen from now on, under this tile of the page; None: not any more."""
+        """Offer `mode` under this tile of the page from now on; None: no longer."""
         with self._lock:
             now_s = self._clock()
             if tile is None:
@@ -155,13 +155,13 @@ class Control:
             self._refresh(now_s)
 
     def show_plugins(self, rows: Callable[[], list[Message]]) -> None:
-        """Where to ask for all plug-ins that are switched on, as pages show them."""
+        """Set the source of all enabled plug-ins, as pages show them."""
         self._plugins = rows
 
     def mode_says(
         self, mode: str, number: int, wish: Wish, till_s: float, reached: bool = True
     ) -> None:
-        """How `mode` would drive in its press `number`; see Arbiter.mode_says."""
+        """The output of `mode` in its press `number`; see Arbiter.mode_says."""
         with self._lock:
             now_s = self._clock()
             self._hear_board(now_s)
@@ -169,7 +169,7 @@ class Control:
             self._tell_board()
 
     def world(self) -> World:
-        """What modes may know at this moment."""
+        """What modes may know now."""
         with self._lock:
             mode, press = self._arbiter.mode_press
         return sensed(
@@ -177,7 +177,7 @@ class Control:
         )
 
     def situation(self) -> Situation:
-        """What may be a reason to call somebody, at this moment."""
+        """What may be a reason to call somebody now."""
         with self._lock:
             now_s = self._clock()
             state = self._link.state()
@@ -209,12 +209,12 @@ class Control:
         return self._profiles.chosen()
 
     def update(self) -> None:
-        """Something about the board or a part's health has changed."""
+        """Process a change of the board or of a part's health."""
         with self._lock:
             self._refresh(self._clock())
 
     def take_late_s(self) -> float:
-        """The most by which its thread was late since the last call."""
+        """The longest delay of its thread since the last call, s."""
         late_s, self._late_s = self._late_s, 0.0
         return late_s
 
@@ -373,7 +373,7 @@ class Control:
         return error_handler.of_host(self._parts.states(), state, age_s, camera_s, silent)
 
     def _tell_board(self) -> None:
-        # Orders first: nothing may move between a disarming and its order.
+        # Orders first: nothing may move between the decision to disarm and its order.
         for action, owner in self._arbiter.take_orders():
             self._link.order(action, owner)
         command = self._steer(self._arbiter.command, self._clock())

@@ -59,7 +59,7 @@ class DriverPort(Protocol):
 
 
 class RelayingPort:
-    """A DriverPort that hands everything to `port`; who derives from it answers some itself."""
+    """A DriverPort that forwards everything to `port`; subclasses answer some calls themselves."""
 
     def __init__(self, port: DriverPort) -> None:
         self._port = port

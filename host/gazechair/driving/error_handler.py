@@ -29,7 +29,7 @@ class Problem:
     severity: int
     """codes.WARNING or codes.ERROR."""
     caretaker_only: bool = False
-    """The driver need not know."""
+    """Not shown to the driver."""
 
 
 @dataclass(frozen=True)
@@ -52,12 +52,12 @@ def of_board(state: BoardState) -> list[Problem]:
     if state.override != codes.NO_REASON:
         problems.append(Problem(state.override_name, codes.WARNING))
     if state.tuned is False:
-        problems.append(Problem("untuned", NOTE))  # said where all else is well
+        problems.append(Problem("untuned", NOTE))  # shown if everything else is OK
     return problems
 
 
 def of_parts(parts: dict[str, HealthState]) -> list[Problem]:
-    """What the parts' health means for people."""
+    """The problems that follow from the parts' health."""
     return [
         Problem(part.reason, _PARTS[name, part.state], PARTS[name].caretaker_only)
         for name, part in parts.items()
@@ -67,7 +67,7 @@ def of_parts(parts: dict[str, HealthState]) -> list[Problem]:
 
 
 def of_silence(part: str, age_s: float | None) -> list[Problem]:
-    """A source that was heard and is silent now; `age_s` of its newest word, None: never."""
+    """A source that has become silent; `age_s`: of its newest data, None: never any."""
     if age_s is None or age_s <= PARTS[part].silent_s:
         return []
     key = f"{part}_lost"
@@ -81,7 +81,7 @@ def of_host(
     camera_age_s: float | None,
     page_silent: bool,
 ) -> list[Problem]:
-    """All of them. Ages are of the newest data, None: never any."""
+    """All problems. Ages are those of the newest data, None: never any."""
     problems = of_parts(parts)
     if state is not None:
         problems += of_board(state)
@@ -93,13 +93,13 @@ def of_host(
 
 
 class ErrorHandler:
-    """Remembers since when each problem has lasted: shown is the most severe, then the oldest."""
+    """Remembers when each problem began; shows the most severe, then the oldest."""
 
     def __init__(self) -> None:
         self._since_s: dict[str, float] = {}
 
     def fold(self, problems: Iterable[Problem], now_s: float) -> Verdict:
-        """The verdict on all problems there are at `now_s`, monotonic seconds."""
+        """The verdict on all problems at `now_s`, monotonic seconds."""
         severities: dict[str, int] = {}
         for problem in problems:
             known = severities.get(problem.key, 0)

@@ -6,7 +6,7 @@ from gazechair.driving.messages import Call
 from gazechair.driving.refusal import Refusal
 from gazelink import codes
 
-COMING_S = 600.0  # a caretaker who answered has come by then, or must be called again
+COMING_S = 600.0  # an answer lasts this long; then the driver must call again
 
 
 class HelpCall:
@@ -19,7 +19,7 @@ class HelpCall:
         self._coming_till_s: float | None = None
 
     def coming(self, now_s: float) -> bool:
-        """A caretaker has answered the driver's call, and is coming."""
+        """True if a caretaker has answered the driver's call, and is coming."""
         return self._coming_till_s is not None and now_s < self._coming_till_s
 
     def answer(self, now_s: float) -> None:
@@ -29,7 +29,7 @@ class HelpCall:
             self._coming_till_s = now_s + COMING_S
 
     def receive(self, role: int, message: Call, now_s: float) -> Refusal | None:
-        """A caretaker answers a call, then reports their arrival; the driver can take it back."""
+        """A caretaker answers a call, then reports their arrival; the driver can cancel it."""
         if message.on and role != codes.DRIVER:
             return Refusal("call", "not_allowed", "only the driver calls; a caretaker ends it")
         answers = role == codes.CARETAKER and self.on

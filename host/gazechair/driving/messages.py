@@ -10,15 +10,15 @@ from typing import Any
 from gazelink import codes
 
 MAX_EDGE = 1 << 31
-MAX_TOKEN = 1 << 53  # what JavaScript counts exactly
-MAX_SINCE_MS = 500  # so long a page's clock may run on by itself from a token
+MAX_TOKEN = 1 << 53  # largest integer that is exact in JavaScript
+MAX_SINCE_MS = 500  # the longest time that a page may count from a token
 LOWEST_CAP_PERMILLE = 50
 
 _VERBS = {name: codes.VERBS.index(name) for name in ("forward", "backward", "left", "right")}
 
 
 class BadMessage(ValueError):
-    """A message that is not of the page protocol; the text is one plain line."""
+    """Raised for a message outside the page protocol; the text is one plain line."""
 
 
 @dataclass(frozen=True)
@@ -36,12 +36,12 @@ class Drive:
     turn_permille: int = 0
     """-1000..1000, left positive; of codes.DRIVE."""
     life_s: float = math.inf
-    """How long its producer lets it live from its proof on; never longer than the board does."""
+    """Time to live from its proof on, set by its producer; never longer than the board's."""
 
 
 @dataclass(frozen=True)
 class UseMode:
-    """A press on a mode, repeated while active: the mode says how to drive meanwhile."""
+    """A press on a mode, repeated while active: the mode decides how to drive meanwhile."""
 
     mode: str
     edge: int
@@ -65,7 +65,7 @@ class Take:
 
 @dataclass(frozen=True)
 class Beat:
-    """The page lives. Never an intent to move."""
+    """A page's heartbeat. Never an intent to move."""
 
     proof: int | None
     """None before the page has received a token."""
@@ -73,7 +73,7 @@ class Beat:
 
 @dataclass(frozen=True)
 class Watch:
-    """Somebody supervises the motion that nobody holds: looks at the page, or holds a button."""
+    """Somebody supervises the auto motion: looks at the page, or holds a button."""
 
     proof: int
 
@@ -87,7 +87,7 @@ class Cap:
 
 @dataclass(frozen=True)
 class Call:
-    """The driver asks for help, or does not need it any more."""
+    """The driver asks for help, or no longer needs it."""
 
     on: bool
 
@@ -114,7 +114,7 @@ RESET = Plain("reset")
 RELEASE = Plain("release")
 END_BYPASS = Plain("bypass")
 _PLAIN = {plain.kind: plain for plain in (STOP, DISARM, EMERGENCY, RESET, RELEASE)}
-# What only an input says: its person let go. A page says stop.
+# Only an input sends this: its person let go. A page sends stop.
 LET_GO = Plain("let_go")
 _OTHERS = ("cmd", "drive", "mode", "arm", "take", "hb", "cap", "call", "bypass", "watch")
 

@@ -1,4 +1,4 @@
-"""What Control needs of parts that it does not own: the link to the board, and who is called."""
+"""What Control needs from parts that it does not own: the link to the board, and the alerts."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from gazechair.board.state import BoardId, BoardState, BoardStats
 
 
 class Link(Protocol):
-    """What Control needs of the link to the board (gazechair.board.link.BoardLink)."""
+    """What Control needs from the link to the board (gazechair.board.link.BoardLink)."""
 
     def command(self, command: Command) -> None: ...
     def order(self, action: int, owner: int) -> None: ...
@@ -21,7 +21,7 @@ class Link(Protocol):
 
 
 class Calls(Protocol):
-    """What Control shows of the alerts (gazechair.alerts.service.Alerts)."""
+    """What Control needs from the alerts (gazechair.alerts.service.Alerts)."""
 
     help_wanted: bool
 

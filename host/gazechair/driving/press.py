@@ -1,4 +1,4 @@
-"""Presses: numbered for the board, alive while proven, never back once they have ended. Pure."""
+"""Presses: numbered for the board, alive while proven, never revived once ended. Pure."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from gazelink import codes
 
 @dataclass(frozen=True)
 class Press:
-    """One press, as the board is told of it."""
+    """One press, as sent to the board."""
 
     client: int
     page_edge: int
@@ -23,9 +23,9 @@ class Press:
 
 
 class Presses:
-    """Presses of one button or of all that drive, at most one at a time; times are monotonic s.
+    """Presses of one button, or of everything that drives, one at a time; times: monotonic s.
 
-    One that ended, by whatever, never comes back: only a higher edge of its page is a new one.
+    One that ended, for any reason, never returns: only a higher edge of its page is a new one.
     """
 
     def __init__(self, last_number: int) -> None:
@@ -33,21 +33,21 @@ class Presses:
         self._last_number = last_number
         self._newest: dict[int, int] = {}  # edge of each client, whether it began or not
         self.now: Press | None = None
-        """The newest, dead or alive; None: the board must hear of none."""
+        """The newest, dead or alive; None: none is sent to the board."""
 
     def is_new(self, client: int, edge: int) -> bool:
-        """True for the first message of a press: the caller begins it, or never."""
+        """True for the first message of a press: the caller begins it now or never."""
         if edge <= self._newest.get(client, 0):
             return False
         self._newest[client] = edge
         return True
 
     def begin(self, client: int, edge: int, deadline_s: float, board_number: int = 0) -> None:
-        """A new press; `board_number`: the one the board last took, perhaps of another host."""
+        """A new press; `board_number`: the board's last accepted, perhaps from another host."""
         self.now = Press(client, edge, self.next_number(board_number), deadline_s)
 
     def next_number(self, board_number: int = 0) -> int:
-        """The board's number for a press that is not of a page, or of one; see begin()."""
+        """The board's number for the next press, of a page or not; see begin()."""
         number = self._last_number % 255 + 1  # 0 is none
         if number == board_number:
             number = number % 255 + 1
@@ -55,7 +55,7 @@ class Presses:
         return number
 
     def refresh(self, client: int, edge: int, deadline_s: float) -> bool:
-        """It is still pressed, proven until `deadline_s`; False when that press has ended."""
+        """Still pressed, proven until `deadline_s`; False when that press has ended."""
         press = self.now
         if press is None or not press.alive or (press.client, press.page_edge) != (client, edge):
             return False
@@ -63,16 +63,16 @@ class Presses:
         return True
 
     def end(self) -> None:
-        """It is over, but stays the newest."""
+        """End the press; it stays the newest."""
         if self.now is not None and self.now.alive:
             self.now = replace(self.now, deadline_s=0.0, alive=False)
 
     def drop(self) -> None:
-        """It is over, and the board must hear so."""
+        """End the press, and remove it from what the board receives."""
         self.now = None
 
     def release(self, client: int) -> None:
-        """This client does not press any more; another's press stays."""
+        """This client has released; another's press stays."""
         if self.now is not None and self.now.client == client:
             self.drop()
 
@@ -82,7 +82,7 @@ class Presses:
         self._newest.pop(client, None)
 
     def tick(self, now_s: float) -> None:
-        """Let time act."""
+        """End an expired press."""
         if self.now is not None and now_s >= self.now.deadline_s:
             self.end()
 
@@ -103,18 +103,18 @@ class DrivingPress(Presses):
         self._pages_edge = (0, 0, 0)  # board edge, client, page edge: to answer in page edges
         self.mode = ""
         """The mode that this press is on, "" for none."""
-        self._mode_till_s = 0.0  # what the mode said last lives until then
+        self._mode_till_s = 0.0  # when the mode's last answer expires
         self._auto = False
-        self._watched = (codes.NOBODY, 0.0)  # who supervises it, and when that was proven
+        self._watched = (codes.NOBODY, 0.0)  # who supervises it, and the time of the last proof
         self.unfinished = ""
-        """The mode of the newest auto motion until that comes to its end by itself."""
+        """The mode of the newest auto motion until that ends by itself."""
 
     @property
     def command(self) -> Command:
         """What the board receives.
 
-        That of a press that ended stays, without time to live: a step may finish, and the board
-        continues to explain why it overruled this press until the page releases it.
+        The command of an ended press stays, without time to live: a step may finish, and the board
+        keeps reporting why it overruled this press until the page releases it.
         """
         if self.now is None or self._command.verb == codes.STOP:
             return STOP_COMMAND
@@ -132,7 +132,7 @@ class DrivingPress(Presses):
 
     @property
     def auto(self) -> bool:
-        """It is alive, and nobody holds it."""
+        """True if the press is alive, and nobody holds it."""
         return self._auto and self.now is not None and self.now.alive
 
     @auto.setter
@@ -143,7 +143,7 @@ class DrivingPress(Presses):
         self._watched = (codes.NOBODY, 0.0)
 
     def watch(self, role: int, proven_s: float) -> None:
-        """Somebody supervised it at that moment."""
+        """Somebody supervised it at `proven_s`."""
         if self.auto and proven_s > self._watched[1]:
             self._watched = role, proven_s
 
@@ -153,13 +153,13 @@ class DrivingPress(Presses):
             self.drop()
 
     def overruled(self, board_edge: int, override: int) -> None:
-        """What the board says of its newest press: an auto motion waits for obstacles only."""
+        """The board's override of its newest press: an auto motion waits only for obstacles."""
         running = self.auto and self.now is not None and self.now.number == board_edge
         if running and override not in _WAITS:
             self.end()
 
     def come_to_its_end(self, reached: bool) -> None:
-        """The mode has: of an auto motion nothing is left that somebody could release."""
+        """The mode has ended: end an auto motion, which nobody could release."""
         if self.auto:
             self.unfinished = "" if reached else self.mode
             self.drop()
@@ -176,14 +176,14 @@ class DrivingPress(Presses):
         super().gone(client)
 
     def page_edge(self, client: int, board_edge: int) -> int:
-        """The page's own edge of the press that the board calls `board_edge`, 0 for none."""
+        """The page's own edge of the press that is `board_edge` on the board, 0 for none."""
         edge, of_client, page_edge = self._pages_edge
         return page_edge if client == of_client and board_edge == edge != 0 else 0
 
     def drive(
         self, client: int, wish: Drive, role: int, deadline_s: float, board_edge: int
     ) -> None:
-        """A new press; `board_edge` is the edge the board last took."""
+        """A new press; `board_edge` is the edge that the board last accepted."""
         self.begin(client, wish.edge, deadline_s, board_edge)
         self.mode = ""
         self.auto = False
@@ -201,7 +201,7 @@ class DrivingPress(Presses):
         board_edge: int,
         answer_s: float,
     ) -> None:
-        """A new press on a mode, which must have answered by `answer_s`; the chair stands."""
+        """A new press on a mode, which must answer by `answer_s`; until then the chair stands."""
         self.begin(client, wish.edge, deadline_s, board_edge)
         self.mode = wish.mode
         self._mode_till_s = answer_s
@@ -216,7 +216,7 @@ class DrivingPress(Presses):
         return False
 
     def steer(self, linear_permille: int, turn_permille: int, till_s: float) -> None:
-        """What the mode of the live press says."""
+        """The output of the live press's mode, valid until `till_s`."""
         self._mode_till_s = till_s
         self._command = replace(
             self._command,
@@ -227,7 +227,7 @@ class DrivingPress(Presses):
         )
 
     def tick(self, now_s: float) -> None:
-        """Let time act, upon what the mode said, too."""
+        """End an expired press, or an expired answer of its mode."""
         if self.mode and now_s >= self._mode_till_s:
             self.end()
         super().tick(now_s)

@@ -16,5 +16,5 @@ class Refusal:
     detail: str
 
     def message(self) -> dict[str, str]:
-        """As the page is told."""
+        """As sent to the page."""
         return {"k": "refused", "what": self.what, "reason": self.reason, "detail": self.detail}

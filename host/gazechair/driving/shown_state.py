@@ -33,12 +33,12 @@ def board_words(state: BoardState | None) -> dict[str, Any]:
 
 
 def bypass_ms(bypass: Bypass | None, stats: BoardStats | None) -> int:
-    """What is left of `bypass`: the board counts it down and sends it once a second."""
+    """Remaining ms of `bypass`: the board counts it down and sends it once a second."""
     return 0 if bypass is None or stats is None else stats.counters["bypass_ms"]
 
 
 def board_key(state: BoardState | None) -> tuple[int, ...]:
-    """All of the state that a page shows, but what changes all the time."""
+    """Everything of the state that a page shows, except values that change all the time."""
     if state is None:
         return ()
     return (

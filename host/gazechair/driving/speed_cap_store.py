@@ -25,7 +25,7 @@ class KeptCap:
         self._path = None if folder is None else folder / FILE_NAME
 
     def read(self) -> int:
-        """The cap in permille; 1000, none, before the first.
+        """The cap in permille; 1000 (none) before the first.
 
         A file that cannot be parsed counts as the lowest cap, and is logged.
         """
@@ -41,11 +41,11 @@ class KeptCap:
         return max(LOWEST_CAP_PERMILLE, min(permille, _NONE))
 
     def keep(self, newest: Callable[[], int]) -> None:
-        """Write what that returns; a failure to write is logged, and the cap is active anyway."""
+        """Write what `newest` returns; a failed write is logged, and the cap is active anyway."""
         if self._path is None:
             return
         try:
-            with self._writing:  # of two who change it, the last one's is kept
+            with self._writing:  # of two changes, the last one is stored
                 replace_file(self._path, f"{newest()}\n".encode())
         except OSError as error:
             log.error("%s: %s; the speed cap ends with this host", self._path, error.strerror)

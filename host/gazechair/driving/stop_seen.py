@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-ON_ITS_WAY_S = 0.05  # a state that came sooner may have been sent before the stop arrived
+ON_ITS_WAY_S = 0.05  # an earlier state may have been sent before the stop arrived
 
 
 class StopSeen:
-    """Counts each page's stops, and those that the board's word has followed. Not thread-safe."""
+    """Counts each page's stops, and those that the board has confirmed. Not thread-safe."""
 
     def __init__(self) -> None:
         self._said: dict[int, tuple[int, float]] = {}  # client: how many, when the newest
@@ -17,7 +17,7 @@ class StopSeen:
         self._said[client] = (self._said.get(client, (0, 0.0))[0] + 1, now_s)
 
     def board(self, stands: bool, received_s: float) -> None:
-        """The board's newest state: whether it requests no motion, and when that came."""
+        """The board's newest state: whether no motion is requested, and when it arrived."""
         if not stands:
             return
         for client, (count, said_s) in self._said.items():
@@ -25,7 +25,7 @@ class StopSeen:
                 self._seen[client] = count
 
     def seen(self, client: int) -> int:
-        """How many of this page's stops the board's word has followed."""
+        """How many of this page's stops the board has confirmed."""
         return self._seen.get(client, 0)
 
     def all_seen(self) -> int:

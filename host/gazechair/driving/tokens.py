@@ -33,7 +33,7 @@ class Freshness:
         return self._first_token + int(now_s * 1000)
 
     def fresh(self, proof: int | None, now_s: float) -> bool:
-        """True for a proof at most 250 ms old. One that is ahead of the host's clock is made up."""
+        """True for a proof at most 250 ms old. One ahead of the host's clock is forged."""
         if proof is None:
             return False
         return -_CLOCKS_DIFFER_MS <= self.token(now_s) - proof <= VALID_S * 1000

@@ -1,8 +1,8 @@
-"""Until the selected profile is tuned: turns are slower, and a step turn's end is told.
+"""Until the selected profile is tuned: slows turns, and reports where a step turn ended.
 
-Untuned, the board knows the chair's turning by its defaults only. Of 30 random simulated chairs a
+Untuned, the board knows the chair's turning only from its defaults. On 30 random simulated chairs a
 step of 10 degrees ended up to 3.9 degrees off at 60 % deflection, up to 15.5 at full; at 35 %
-some did not begin to turn. This makes turns better, not safer: every limit is the board's own.
+some did not begin to turn. This makes turns better, not safer: the board enforces every limit.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ def slowed(command: Command, state: BoardState | None) -> Command:
 
 
 class StepTurns:
-    """Follows the board's states; `told` is where the last step turn ended. Not thread-safe."""
+    """Follows the board's states; `told`: result of the last step turn. Not thread-safe."""
 
     def __init__(self) -> None:
         self.told: tuple[int, int] | None = None
-        """Degrees turned of degrees asked for; None while there is none, or the profile is tuned"""
+        """Degrees turned of degrees requested; None while there is none, or the profile is tuned"""
         self._began_deg: float | None = None
         self._rests_deg = 0.0
         self._ended_s: float | None = None

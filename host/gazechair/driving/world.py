@@ -1,4 +1,4 @@
-"""What modes may know (who presses, the board's word, the clearance), and what they answer."""
+"""What modes may know (the press, the board's state, the clearance), and what they answer."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from gazechair.sensing.clearance.shown import shown
 from gazelink import codes
 
 Wish = tuple[int, int] | None
-"""How a mode would drive: linear and turn, permille; None: not any more."""
+"""A mode's output: linear and turn, permille; None: it has ended."""
 
 
 @dataclass(frozen=True)
 class World:
-    """What modes may know: who presses which, the board's word, and the clearance."""
+    """What modes may know: the press, the board's state, and the clearance."""
 
     mode: str
     """The mode that is pressed, "" for none."""

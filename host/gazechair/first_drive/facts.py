@@ -1,4 +1,4 @@
-"""What is done of the first drive, and what stands against each step: from facts alone. Pure."""
+"""Which steps of the first drive are done, and what blocks each: from facts alone. Pure."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _RELAY_FAULTS = 1 << codes.RELAY_OPEN | 1 << codes.RELAY_STUCK | 1 << codes.RELA
 
 @dataclass(frozen=True)
 class Facts:
-    """What the host knows at one moment."""
+    """The host's knowledge at one moment."""
 
     state: BoardState | None
     stats: BoardStats | None
@@ -39,7 +39,7 @@ class Facts:
     parts: dict[str, HealthState]
     clearance: Clearance | None
     lidars: tuple[LidarConfig, ...]
-    """As configured, without those that are off."""
+    """As configured, without disabled ones."""
     record: Record
     person: str
     """Name of the chosen profile; "" while nobody has chosen any."""

@@ -22,16 +22,16 @@ _ASIDE_M = np.linspace(-1.0, 1.0, 9)
 
 
 class FloorMarks:
-    """What is known of the camera over the floor, and its fit."""
+    """The stored calibration of the camera over the floor, and its fit."""
 
     def __init__(self, store: FloorStore, picture: Callable[[], bytes | None]) -> None:
-        """`picture`: the camera's newest, a JPEG as the camera made it."""
+        """`picture`: returns the camera's newest JPEG, unchanged."""
         self._store = store
         self._picture = picture
 
     @property
     def readable(self) -> bool:
-        """Pictures can be read here."""
+        """True if this computer can decode pictures."""
         return CAN_DECODE
 
     def size_px(self) -> tuple[int, int] | None:
@@ -40,7 +40,7 @@ class FloorMarks:
         return None if jpeg is None else size_px(jpeg)
 
     def row(self) -> dict[str, Any]:
-        """Of GET /first-drive: what is stored, and lines on the floor as shares of the picture."""
+        """For GET /first-drive: what is stored, and floor lines as fractions of the picture."""
         size, known = self.size_px(), self._store.get()
         shape = None if size is None else list(size)
         if known is None:
@@ -52,7 +52,7 @@ class FloorMarks:
         return {"done": fits, "size": shape, "found": found, "lines": lines}
 
     def fit(self, marks: Sequence[Sequence[float]]) -> None:
-        """Store what `marks` give, see `marks_of`. Raises CalibrateError."""
+        """Fit and store a calibration from `marks`, see `marks_of`. Raises CalibrateError."""
         size = self.size_px()
         if size is None:
             raise CalibrateError("no picture comes from the camera; repeat it", "floor_no_picture")
@@ -66,8 +66,8 @@ class FloorMarks:
 
 
 def marks_of(value: Any) -> list[list[float]] | None:
-    """Rows of a page: shares of the picture's width and height, cm forward and to the left of the
-    drive axle; None: it is none."""
+    """Rows from a page: fractions of the picture's width and height, cm forward and to the left of
+    the drive axle; None: `value` is malformed."""
     if not isinstance(value, list) or len(value) > MOST_MARKS:
         return None
     for row in value:

@@ -1,7 +1,7 @@
 """The guide of the first drive: runs one step at a time, each an existing procedure.
 
-What a terminal asks a person, the caretaker's page asks: lines for what is said, answers for what
-is typed, a held button in place of the key that stops.
+The caretaker's page takes the terminal's place: lines instead of output, answers instead of typed
+input, a held button instead of the key that stops.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ log = logging.getLogger(__name__)
 
 
 class StepRefused(Exception):
-    """A step that cannot begin or did not succeed; `reason` is a key of the string tables."""
+    """Raised when a step cannot begin or has failed; `reason` is a key of the string tables."""
 
     def __init__(self, reason: str, detail: str = "") -> None:
         super().__init__(detail or reason)
@@ -65,14 +65,14 @@ class StepRefused(Exception):
 
 
 class Steering(Protocol):
-    """What it needs of gazechair.driving.control.Control."""
+    """What this needs from gazechair.driving.control.Control."""
 
     def stopped_s(self) -> float: ...
     def press_number(self) -> int: ...
 
 
 class Guide:
-    """Thread-safe: pages' threads call it, each step runs on a thread of its own."""
+    """Thread-safe: the pages' threads call it, each step runs on its own thread."""
 
     def __init__(
         self,
@@ -89,8 +89,8 @@ class Guide:
         keep: Callable[[str, ForwardNumbers], None] = lambda _profile, _numbers: None,
         marks: FloorMarks | None = None,
     ) -> None:
-        """`remask` starts the lidars anew with other masks; `wait` lets seconds of `clock` pass;
-        `measured`: odometry's newest estimate, `keep` gets what tuning finds with it, as Tuning;
+        """`remask` restarts the lidars with other masks; `wait` sleeps for seconds of `clock`;
+        `measured`: odometry's newest estimate, `keep` stores what tuning finds with it, see Tuning;
         `marks`: None without a camera."""
         self._config = config
         self._link = link
@@ -121,7 +121,7 @@ class Guide:
     # For the daemon
 
     def seen(self, clearance: Clearance) -> Clearance:
-        """The clearance to send: while the chair is tuned, a person sees what no lidar does."""
+        """The clearance to send: during tuning a person watches the areas that no lidar sees."""
         self._clearance = clearance
         return with_eyes(clearance) if self._looked and self.held.alive else clearance
 
@@ -134,7 +134,7 @@ class Guide:
             scans[name].append(Scan(angles, metres, acquired_s, codes.REAL))
 
     def look(self) -> None:
-        """The board has said something new."""
+        """The board has sent something new."""
         state, stats = self._link.state(), self._link.stats()
         if self.moving:
             self.held.tick()
@@ -143,7 +143,7 @@ class Guide:
             self._drove = moves and stats.counters["owner"] == codes.DRIVER
 
     def stop(self) -> None:
-        """End what runs."""
+        """End the running step."""
         self._given_up = True
         self.held.end()
         if self._thread is not None:
@@ -153,11 +153,11 @@ class Guide:
 
     @property
     def moving(self) -> str:
-        """The step that may move the chair at this moment, "" for none."""
+        """The step that may move the chair now, "" for none."""
         return self._step if self._step in MOVES else ""
 
     def status(self) -> dict[str, Any]:
-        """All steps, and what runs or ended last."""
+        """All steps, and the one that runs or ended last."""
         if self._drove and not self._record.get("drove"):
             self._record.keep("drove", True)
         asks = self._joystick.asks if self._joystick is not None else ""
@@ -165,13 +165,13 @@ class Guide:
         return {"steps": self._facts().rows(), "run": run}
 
     def begin(self, step: str, value: Any = None) -> None:
-        """Run `step` on a thread of its own. StepRefused."""
+        """Run `step` on its own thread. Raises StepRefused."""
         work = self.prepare(step, value)
         self._thread = threading.Thread(target=work, name="first-drive", daemon=True)
         self._thread.start()
 
     def prepare(self, step: str, value: Any = None) -> Callable[[], None]:
-        """The work of `step`, which counts as running from now on. StepRefused."""
+        """The work of `step`, which counts as running from now on. Raises StepRefused."""
         if step not in STEPS or not hasattr(self, f"_{step}"):
             raise StepRefused("bad_message", f"no step {step!r:.40}")
         reason = self._facts().refused(step)
@@ -191,7 +191,7 @@ class Guide:
 
     def ask(self, wish: dict[str, Any]) -> tuple[str, str] | None:
         """{"run": step, "value": ...} begins a step that does not move the chair, {"answer": text,
-        "asks": question} is what a person would have typed, {"give_up": true} ends what runs. A
+        "asks": question} is typed input, {"give_up": true} ends the running step. Returns a
         refusal (reason key, detail), or None."""
         step, text, asks = wish.get("run"), wish.get("answer"), wish.get("asks")
         if isinstance(step, str):
@@ -248,7 +248,7 @@ class Guide:
             ended |= {"ok": False, "reason": "first_failed", "detail": repr(error)}
         finally:
             if step in MOVES:
-                self.held.end()  # a button still pressed belongs to no other step
+                self.held.end()  # a button still pressed must not start another step
             self._looked = False
             self._scans = None
             self._joystick = None
@@ -264,12 +264,12 @@ class Guide:
         while not self._given_up and self._clock() < end_s:
             while self._answers:
                 to, text = self._answers.popleft()
-                if to == asks:  # a second tap is no answer to the next question
+                if to == asks:  # a second tap must not answer the next question
                     return text + "\n"
             self._wait(_POLL_S)
         return ""
 
-    # Steps: each raises when it does not succeed
+    # Steps: each raises on failure
 
     def _mask(self, _: Any) -> None:
         lidars = self._fitted()
@@ -286,7 +286,7 @@ class Guide:
             mask = [list(arc) for arc in learned.mask]
             found[one.name] = {"fitted": fitted_as(one), "mask": mask}
         refused = self._facts().refused("mask")
-        if refused:  # somebody drives meanwhile: with the lidars as they are
+        if refused:  # somebody drives now: keep the present lidars
             raise StepRefused(refused)
         self._record.keep("mask", found)
         self._remask(self._record.masked(self._config.lidar))
@@ -350,7 +350,7 @@ class Guide:
         end_s = self._clock() + _READY_S
         while (state := self._link.state()) is None or state.state or state.arm_reason:
             if self._clock() > end_s or self._aborted():
-                break  # what stands against it is told by the attempt
+                break  # the attempt reports what blocks it
             self._wait(_POLL_S)
         return ForwardRunner(self._hands(), measured).run()
 

@@ -1,6 +1,6 @@
 """The caretaker's held button: a step of the first drive moves the chair only while it is pressed.
 
-Letting go, a page that falls silent or closes, and a stop of any kind from anybody end it at once;
+Letting go, a page that becomes silent or closes, and any stop from anybody end it at once;
 a press that has ended never counts again.
 """
 
@@ -23,7 +23,7 @@ class Held:
     def __init__(
         self, link: Link, clock: Callable[[], float], stopped_s: Callable[[], float]
     ) -> None:
-        """`stopped_s`: when anyone last said stop, page or input."""
+        """`stopped_s`: when a page or an input last sent a stop."""
         self._link = link
         self._clock = clock
         self._stopped_s = stopped_s
@@ -32,10 +32,10 @@ class Held:
         self._presses = Presses(0)
         self._moved = False  # by the newest press
         self.cap_permille = 1000
-        """Nothing that passes exceeds it."""
+        """Limit for all outputs that pass."""
 
     def press(self, client: int, edge: int, deadline_s: float) -> bool:
-        """The button is pressed, proven until `deadline_s`; True when this is a new press."""
+        """The button is pressed, proven until `deadline_s`; True for a new press."""
         with self._lock:
             if not self._presses.is_new(client, edge):
                 self._presses.refresh(client, edge, deadline_s)
@@ -48,25 +48,25 @@ class Held:
             return True
 
     def release(self, client: int) -> None:
-        """This page's button is let go, or the page is gone."""
+        """This page's button is released, or the page is gone."""
         with self._lock:
             held = self._presses.now
             if held is not None and held.client == client:
                 self._end()
 
     def end(self) -> None:
-        """Somebody said stop."""
+        """Somebody sent a stop."""
         with self._lock:
             self._end()
 
     @property
     def alive(self) -> bool:
-        """It is pressed."""
+        """True while it is pressed."""
         with self._lock:
             return self._lasts()
 
     def tick(self) -> None:
-        """Let time act, whatever the step's own thread does."""
+        """End an expired press, whatever the step's own thread does."""
         with self._lock:
             self._lasts()
 
@@ -80,13 +80,13 @@ class Held:
         return False
 
     def _end(self) -> None:
-        # Sent at once: what runs the step may take a moment to see it.
+        # Sent at once: the step's thread may take a moment to notice.
         if self._presses.now is not None and self._presses.now.alive:
             self._presses.end()
-            if self._moved:  # a press that was refused stops nobody else
+            if self._moved:  # a refused press must not stop anybody else
                 self._link.command(STOP_COMMAND)
 
-    # As the link of what moves the chair: nothing but a stop passes unless the button is held.
+    # The link for the step's motions: only a stop passes unless the button is held.
 
     def command(self, command: Command) -> None:
         """The latest command."""

@@ -12,7 +12,7 @@ from gazechair.service.tune.errors import TuneError
 from gazelink import codes
 
 _RELAY_S = 3.0  # the board reports its relay once a second
-_PASSES_S = 0.2  # until what is reported is of after the change
+_PASSES_S = 0.2  # until a report describes the state after the change
 _BEGINS_S = 1.0
 _ENDS_S = 12.0
 _SETTLES_S = 0.6
@@ -26,7 +26,7 @@ class Moves(ArmedSession):
         self._stats = stats
 
     def relay(self) -> None:
-        """See the relay closed while armed, and open when not. Nothing drives."""
+        """Check that the relay is closed while armed, and open otherwise. Nothing drives."""
         with self.armed():
             self._sees(True)
         self._sees(False)
@@ -80,7 +80,7 @@ class Moves(ArmedSession):
         return (self._state().heading_deg - start_deg + 180.0) % 360.0 - 180.0
 
     def _overruled(self, state: BoardState) -> None:
-        # A step that ends off its mark is a result, and what this step of the first drive shows.
+        # A turn that ends off its mark is a result, which this step shows.
         if state.override not in (codes.NO_REASON, codes.TIME_LIMIT):
             text = "the board stopped the turn: {reason}"
             raise TuneError(text, "turn_stopped", reason=state.override_name)

@@ -1,4 +1,4 @@
-"""The pages' door while a first drive is going on: the held button, and whoever else acts."""
+"""The pages' port during a first drive: adds the held button, and limits other pages."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ _STOPS = ("stop", "disarm", "emergency", "release")
 # What another page must not begin while a step moves the chair: it stops the step first.
 _OTHERS = ("arm", "take", "cmd", "drive", "mode", "bypass", "cap", "reset")
 _FULL_PERMILLE = 1000
-_KEEPS_S = 0.3  # a proof of holding; the board's own limit is the same
+_KEEPS_S = 0.3  # a proof of holding is valid this long, the same as on the board
 
 
 class FirstDrivePort(RelayingPort):
-    """The DriverPort of `control`, with {"k": "step"} besides."""
+    """The DriverPort of `control`, with {"k": "step"} added."""
 
     def __init__(self, control: Control, guide: Guide, facts: Callable[[], Message] = dict) -> None:
-        """`facts`: what each state says besides, from outside of `control`."""
+        """`facts`: additional fields for each state, from outside `control`."""
         super().__init__(control)
         self._control = control
         self._guide = guide
@@ -57,7 +57,7 @@ class FirstDrivePort(RelayingPort):
             self._guide.held.release(client)
             return None
         try:
-            # Pressed and proven as the bypass button is.
+            # Pressed and proven like the bypass button.
             press = parse({**message, "k": "bypass"})
         except BadMessage as error:
             return Refusal("step", "bad_message", str(error))
@@ -79,6 +79,6 @@ class FirstDrivePort(RelayingPort):
             raise StepRefused("setting_while_armed")
         if step == "tune" and state["cap_permille"] < _FULL_PERMILLE:
             raise StepRefused("first_cap", "tuning turns the chair as fast as it can")
-        # As long as the step moves the chair, nobody changes it.
+        # While the step moves the chair, nobody may change it.
         self._guide.held.cap_permille = state["cap_permille"]
         self._guide.begin(step)

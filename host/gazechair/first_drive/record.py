@@ -1,7 +1,7 @@
-"""What the steps of the first drive found, kept in a file of the state folder.
+"""Stores results of the first drive's steps in a file of the state folder.
 
-Only what neither the board nor the host can be asked again. Each entry names what it was found
-with, so that another pose, profile or neutral makes its step "not done" again.
+Only results that neither board nor host can provide again. Each entry names the conditions, so
+that another pose, profile or neutral makes its step "not done" again.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ log = logging.getLogger(__name__)
 
 
 class Record:
-    """{step: what was found}. A file that cannot be read counts as none, and is logged."""
+    """{step: result}. A file that cannot be read counts as empty, and is logged."""
 
     def __init__(self, folder: Path | None) -> None:
         """None: kept in memory only."""
@@ -40,11 +40,11 @@ class Record:
                 log.error("%s: %s; the first drive begins anew", self._path, error)
 
     def get(self, step: str) -> Any:
-        """What `step` found; None: nothing yet."""
+        """The result of `step`; None: none yet."""
         return self._found.get(step)
 
     def keep(self, step: str, found: Any) -> None:
-        """Write it; a failure to write is logged, and holds until the host ends."""
+        """Store it; a failed write is logged, and the result lasts until the host ends."""
         self._found = {**self._found, step: found}
         if self._path is None:
             return
@@ -54,13 +54,13 @@ class Record:
             log.error("%s: %s; what was found ends with this host", self._path, error.strerror)
 
     def masked(self, lidars: tuple[LidarConfig, ...]) -> tuple[LidarConfig, ...]:
-        """`lidars` with the masks that were learned on the phone, where nobody has changed the
-        configuration since."""
+        """`lidars` with the masks learned on the phone, where the configuration has not changed
+        since."""
         learned = [(one, self._learned(one)) for one in lidars]
         return tuple(one if mask is None else replace(one, mask=mask) for one, mask in learned)
 
     def knows(self, lidar: LidarConfig) -> bool:
-        """The mask of `lidar`, as it is fitted now, was learned."""
+        """True if the mask of `lidar` was learned in its present place."""
         return self._learned(lidar) is not None
 
     def _learned(self, lidar: LidarConfig) -> tuple[Arc, ...] | None:
@@ -75,14 +75,14 @@ class Record:
 
 
 def fitted_as(lidar: LidarConfig) -> dict[str, Any]:
-    """How it is fitted by the configuration, as JSON: what a mask or a distance belongs to."""
+    """The lidar's place by the configuration, as JSON: a mask or a distance belongs to it."""
     whole = asdict(lidar)
     place = {name: whole[name] for name in ("x_m", "y_m", "heading_deg", "upside_down")}
     return {**place, "mask": [[float(a), float(b)] for a, b in lidar.mask]}
 
 
 def _sound(step: str, found: Any) -> bool:
-    """What `step` found has the form in which the page shows it."""
+    """True if the result of `step` has the form that the page expects."""
     if step not in ("distance", "turn"):
         return True
     if not isinstance(found, dict):

@@ -1,1 +1,1 @@
-"""Who may use this chair: pairing and roles, and each person's profile."""
+"""The people who may use this chair: pairing, roles, and each person's profile."""

@@ -1,4 +1,4 @@
-"""The picture on its way to a page: reduced to the size that each viewer's link carries."""
+"""The camera's picture for the pages: reduced to the size that each viewer's link carries."""
 
 from gazechair.picture.pacing import Pacing
 from gazechair.picture.reducer import LEVELS, Reducer

@@ -1,4 +1,4 @@
-"""The camera over the floor: from a pixel to a spot in the chair's frame, and back.
+"""Maps pixels of the calibrated camera to floor spots in the chair's frame, and back.
 
 A pinhole with square pixels, its axis through the picture's centre, and one radial term. Chair's
 frame: metres, x forward, y left, z up from the floor under the drive axle.
@@ -22,17 +22,17 @@ OUTSIDE, ABOVE_HORIZON, TOO_FAR, TOO_UNSURE = (
 )
 
 FARTHEST_M = 5.0
-"""Of the drive axle: beyond, neither gaze nor the lidars' view of the floor is sharp enough."""
+"""Distance from the drive axle: beyond, neither gaze nor the lidars are precise enough."""
 UNSURE_M = 0.5
-"""Standard deviation from which a spot is refused."""
-_SAME_SHAPE = 0.01  # of width by height: a picture of another shape is another camera's
+"""A spot with a larger standard deviation is refused."""
+_SAME_SHAPE = 0.01  # of the aspect ratio: a picture with another one is from another camera
 _UNDISTORT_STEPS = 12
 _STEP_PX = 0.5
 
 
 @dataclass(frozen=True)
 class Spot:
-    """On the floor. `covariance_m2`: (2, 2)."""
+    """A spot on the floor. `covariance_m2`: (2, 2)."""
 
     x_m: float
     y_m: float
@@ -46,7 +46,7 @@ class Spot:
 
 @dataclass(frozen=True)
 class NoSpot:
-    """There is none; `reason` is a key of the string tables."""
+    """No spot; `reason` is a key of the string tables."""
 
     reason: str
 
@@ -65,16 +65,16 @@ class FloorCamera:
     x_m: float = 0.0
     y_m: float = 0.0
     radial: float = 0.0
-    """Share by which a ray at 45 degrees lies farther out than with a pinhole."""
+    """Fraction by which a ray at 45 degrees lies farther out than with a pinhole."""
 
     def scaled(self, width_px: int) -> FloorCamera:
-        """The same camera's smaller or larger picture."""
+        """The same camera for a picture scaled to this width."""
         share = width_px / self.width_px
         height_px = round(self.height_px * share)
         return replace(self, width_px=width_px, height_px=height_px, focal_px=self.focal_px * share)
 
     def same_shape(self, size_px: tuple[int, int]) -> bool:
-        """A picture of this width and height may be this camera's."""
+        """True if a picture of this width and height may be from this camera."""
         return abs(size_px[0] / size_px[1] / (self.width_px / self.height_px) - 1.0) <= _SAME_SHAPE
 
     def floor_m(self, pixels: FloatArray) -> FloatArray:
@@ -87,7 +87,7 @@ class FloorCamera:
             return np.asarray(directions[:, :2] * far[:, None] + (self.x_m, self.y_m))
 
     def pixels(self, points_m: FloatArray) -> FloatArray:
-        """(N, 2) pixels of (N, 2) floor points; nan for what is behind the camera."""
+        """(N, 2) pixels of (N, 2) floor points; nan for points behind the camera."""
         rays = self._rays(points_m)
         radius2 = (rays**2).sum(axis=1, keepdims=True)
         return np.asarray(self._centre + self.focal_px * rays * (1.0 + self.radial * radius2))
@@ -96,7 +96,7 @@ class FloorCamera:
         """Which floor points are within the picture."""
         radius2 = (self._rays(points_m) ** 2).sum(axis=1)
         seen = self._within(self.pixels(points_m))
-        # Where the radial term folds the picture back upon itself there is no picture.
+        # Exclude the region where the radial term folds the picture back.
         return np.asarray(seen & (1.0 + 3.0 * self.radial * radius2 > 0.05))
 
     def spot(
@@ -106,10 +106,10 @@ class FloorCamera:
         calibration_m: float = 0.0,
         farthest_m: float = FARTHEST_M,
     ) -> Spot | NoSpot:
-        """Where a look at `pixel` meets the floor.
+        """The floor spot at `pixel`.
 
         `sigma_px`: of the gaze on the picture, each axis (see `gaze_px`). `calibration_m`: the
-        calibration's standard deviation 2 m ahead; it grows with the distance's square.
+        calibration's standard deviation 2 m ahead; it grows with the square of the distance.
         """
         at = np.array((pixel,), dtype=np.float64)
         if not self._within(at)[0]:
@@ -135,7 +135,7 @@ class FloorCamera:
         return np.asarray(inside.all(axis=1))
 
     def _rays(self, points_m: FloatArray) -> FloatArray:
-        """(N, 2): right and down for each metre forward."""
+        """(N, 2): right and down per metre forward."""
         right, down, forward = self._axes()
         towards = np.column_stack(
             (points_m - (self.x_m, self.y_m), np.full(len(points_m), -self.height_m))
@@ -164,8 +164,8 @@ class FloorCamera:
         return rays
 
     def _metres_per_pixel(self, pixel: FloatArray) -> FloatArray:
-        """(2, 2): change of the floor point by each pixel's axis."""
-        # One-sided, downwards: just below the horizon the other side has no floor.
+        """(2, 2): change of the floor point, m, per pixel along each axis."""
+        # One-sided, downwards: just below the horizon there is no floor on the other side.
         steps = np.array(((0.0, 0.0), (_STEP_PX, 0.0), (0.0, _STEP_PX)))
         at = self.floor_m(pixel + steps)
         return np.asarray((at[1:] - at[0]).T / _STEP_PX)
@@ -174,5 +174,5 @@ class FloorCamera:
 def gaze_px(
     degrees: float, picture_width_px: int, picture_width_m: float, eye_m: float = 0.6
 ) -> float:
-    """Pixels that so many degrees of gaze are, on a picture shown so wide to an eye so far off."""
+    """`degrees` of gaze in pixels, for a picture `picture_width_m` wide, `eye_m` from the eye."""
     return eye_m * math.radians(degrees) * picture_width_px / picture_width_m

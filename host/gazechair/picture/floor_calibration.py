@@ -1,8 +1,8 @@
 """Guided calibration of the camera over the floor: from taps on the picture, by least squares.
 
-A tap is on a mark at a place measured with a tape, or anywhere on the foot of a wall whose line
-the lidars see. What is never known from few taps (lens, where the camera sits) is held by weak
-assumptions; a set that cannot be right is refused with the reason and what to do.
+A tap is on a mark at a place measured with a tape, or anywhere on the base of a wall whose line
+the lidars see. Weak priors hold what a few taps cannot determine (lens, camera position); an
+impossible set is refused with the reason and what to do.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from gazechair.picture.floor import FloorCamera
 
 LEAST_TAPS = 6
 RESIDUAL_M = 0.06
-"""Most that taps may disagree, as distance on the floor 2 m ahead."""
+"""Largest disagreement of taps, as a distance on the floor 2 m ahead."""
 SIGMA_M = 0.05
-"""Most standard deviation of a floor spot within 2 m."""
+"""Largest standard deviation of a floor spot within 2 m."""
 TAP_PX = 4.0
 """Of a finger's tap, on a picture 640 wide."""
 TAPE_M = 0.01
@@ -39,7 +39,7 @@ _NUDGES = np.array((1e-4, 1e-4, 1e-4, 1e-4, 1e-2, 1e-4, 1e-4, 1e-4))
 
 @dataclass(frozen=True)
 class Tap:
-    """A tap on a mark. Pixel, and the mark's place in the chair's frame."""
+    """A tap on a mark: pixel, and the mark's place in the chair's frame."""
 
     pixel: tuple[float, float]
     place_m: tuple[float, float]
@@ -47,7 +47,7 @@ class Tap:
 
 @dataclass(frozen=True)
 class FootTap:
-    """A tap on a wall's foot, between two points of it that the lidars see."""
+    """A tap on a wall's base, between two points of the wall that the lidars see."""
 
     pixel: tuple[float, float]
     wall_m: tuple[tuple[float, float], tuple[float, float]]
@@ -55,7 +55,7 @@ class FootTap:
 
 @dataclass(frozen=True)
 class Calibration:
-    """`residual_m`: how far taps disagree, 2 m ahead; `sigma_m`: of a spot there, from the fit."""
+    """`residual_m`: disagreement of the taps 2 m ahead; `sigma_m`: of a spot there, by the fit."""
 
     camera: FloorCamera
     residual_m: float
@@ -64,8 +64,8 @@ class Calibration:
 
 @dataclass(frozen=True)
 class Refused:
-    """`reason` is a key of the string tables; `worst`: number of the tap that fits least, and
-    `residual_m` as a Calibration's, where it was fitted."""
+    """`reason` is a key of the string tables; `worst`: number of the tap that fits worst;
+    `residual_m` as in Calibration, if it was fitted."""
 
     reason: str
     worst: int | None = None
@@ -85,7 +85,7 @@ FEW, SPREAD, UNITS, RESIDUAL, SWAPPED, AXES, UNSURE, OUTSIDE = (
 
 
 def calibrate(start: FloorCamera, taps: Sequence[Tap | FootTap]) -> Calibration | Refused:
-    """The camera that sees the taps where they are; `start`: as mounted, by eye and tape."""
+    """The camera that fits the taps; `start`: as mounted, estimated by eye and tape."""
     refused = _refused(start, taps)
     if refused is not None:
         return refused
@@ -102,7 +102,7 @@ def calibrate(start: FloorCamera, taps: Sequence[Tap | FootTap]) -> Calibration 
 
 
 def _refused(start: FloorCamera, taps: Sequence[Tap | FootTap]) -> Refused | None:
-    """What is wrong before anything is fitted."""
+    """What is wrong with the taps before any fit; None: nothing."""
     if len(taps) < LEAST_TAPS:
         return Refused(FEW)
     for number, tap in enumerate(taps):
@@ -115,7 +115,7 @@ def _refused(start: FloorCamera, taps: Sequence[Tap | FootTap]) -> Refused | Non
     if not np.isfinite(away).all() or np.median(away) > _FARTHEST_M or away.max() < _NEAREST_M:
         return Refused(UNITS)
     pixels = np.array([tap.pixel for tap in taps])
-    # Marks in one line, one mark many times, or taps in one line of the picture: no plane.
+    # Marks in one line, one mark many times, or taps in one line of the picture define no plane.
     places = np.unique(np.round(places / _APART_M), axis=0) * _APART_M
     if _spread(places) < 0.5 * _SPREAD_M or _spread(pixels) < 0.02 * start.width_px:
         return Refused(SPREAD)
@@ -123,7 +123,7 @@ def _refused(start: FloorCamera, taps: Sequence[Tap | FootTap]) -> Refused | Non
 
 
 def _spread(points: FloatArray) -> float:
-    """Standard deviation across the line that fits best."""
+    """Standard deviation of the points from the best-fitting line."""
     off = points - points.mean(axis=0)
     return math.sqrt(max(0.0, float(np.linalg.eigvalsh(off.T @ off / len(off))[0])))
 
@@ -165,14 +165,14 @@ def _slope(
 
 
 def _tempered(errors: FloatArray) -> FloatArray:
-    """Beyond 4 sigma an error counts by its size, not its square."""
+    """Errors beyond 4 sigma count linearly instead of squared."""
     size = np.abs(errors)
     far = np.sqrt(np.maximum(8.0 * size - 16.0, 0.0))
     return np.where(size < 4.0, errors, np.sign(errors) * far)
 
 
 def _tap_errors(camera: FloorCamera, taps: Sequence[Tap | FootTap]) -> FloatArray:
-    """In standard deviations: two for each mark, one for each wall's foot."""
+    """Errors in standard deviations: two per mark, one per wall base."""
     sigma_px = TAP_PX * camera.width_px / 640.0
     found = []
     for tap in taps:
@@ -198,7 +198,7 @@ def _off_wall_m(points_m: FloatArray, tap: FootTap) -> FloatArray:
 
 
 def _residual_m(camera: FloorCamera, taps: Sequence[Tap | FootTap]) -> tuple[float, int]:
-    """Root mean square of what taps are off, as if 2 m ahead; and the number of the worst."""
+    """Root mean square error of the taps, scaled to 2 m ahead; and the number of the worst."""
     offs = []
     for tap in taps:
         at = camera.floor_m(np.array((tap.pixel,), dtype=np.float64))
@@ -206,7 +206,7 @@ def _residual_m(camera: FloorCamera, taps: Sequence[Tap | FootTap]) -> tuple[flo
             off = abs(float(_off_wall_m(at, tap)[0]))
         else:
             off = float(np.hypot(*(at[0] - tap.place_m)))
-        # A pixel is the more metres the farther off it is.
+        # A pixel covers more metres at a larger distance.
         away = math.hypot(*(at[0] - (camera.x_m, camera.y_m)))
         share = (camera.height_m**2 + 4.0) / (camera.height_m**2 + away**2)
         offs.append(off * min(share, 1.0) if math.isfinite(off) else math.inf)
@@ -215,7 +215,7 @@ def _residual_m(camera: FloorCamera, taps: Sequence[Tap | FootTap]) -> tuple[flo
 
 
 def _sigma_m(camera: FloorCamera, covariance: FloatArray) -> float:
-    """Of floor spots within 2 m, the worst direction, by the parameters' covariance."""
+    """Standard deviation of floor spots within 2 m, worst direction, by the covariance."""
     begin = _parameters(camera)
     pixels = camera.pixels(_AT_M)
     now = camera.floor_m(pixels)
@@ -226,7 +226,7 @@ def _sigma_m(camera: FloorCamera, covariance: FloatArray) -> float:
 
 
 def _mistake(start: FloorCamera, taps: Sequence[Tap | FootTap]) -> str | None:
-    """The usual ones, tried out: the set that fits once it is undone."""
+    """The usual mistake that, once undone, makes the set fit; None: none does."""
     for reason, undo in ((SWAPPED, _mirrored), (AXES, _turned)):
         undone = [_changed(tap, undo) for tap in taps]
         if _refused(start, undone) is None:

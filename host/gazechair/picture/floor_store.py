@@ -1,4 +1,4 @@
-"""Keeps where the camera sits over the floor, as its calibration found it."""
+"""Stores the calibration of the camera over the floor."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ log = logging.getLogger(__name__)
 
 
 class FloorStore:
-    """A file of the state folder. What is damaged counts as not calibrated."""
+    """A file in the state folder. A damaged one counts as not calibrated."""
 
     def __init__(self, folder: Path) -> None:
         self._path = folder / FILE_NAME
@@ -30,11 +30,11 @@ class FloorStore:
         self._known: Calibration | None = None
 
     def keep(self, calibration: Calibration) -> None:
-        """In place of an older one. OSError."""
+        """Replace the older one. Raises OSError."""
         replace_file(self._path, json.dumps(asdict(calibration), indent=1).encode())
 
     def get(self) -> Calibration | None:
-        """The newest; None: the camera is not calibrated. Reads a file that has changed only."""
+        """The newest; None: the camera is not calibrated. Reads the file only after a change."""
         try:
             status = self._path.stat()
         except OSError:
@@ -59,7 +59,7 @@ class FloorStore:
 
 
 def _sound(one: Calibration) -> bool:
-    """What a calibration never says would be driven by."""
+    """True if the values are possible for a calibration."""
     camera = one.camera
     numbers = [getattr(camera, name) for name in _NAMES]
     return (

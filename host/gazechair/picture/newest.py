@@ -1,7 +1,7 @@
-"""The newest picture for other processes, in memory that they share; nothing is ever queued.
+"""The newest picture for other processes, in shared memory; nothing is ever queued.
 
-One writes, anybody with the descriptor reads. Two places, written in turn: who reads while both
-are written anew gets no picture, and tries again.
+One process writes, others with the descriptor read. Two buffers are written in turn: a reader that
+was overtaken twice gets no picture, and tries again.
 """
 
 from __future__ import annotations
@@ -20,25 +20,25 @@ _PLACES = 2
 
 @dataclass(frozen=True)
 class Shot:
-    """A JPEG, and when it was taken (CLOCK_MONOTONIC, s)."""
+    """A JPEG and the time it was taken (CLOCK_MONOTONIC, s)."""
 
     jpeg: bytes
     acquired_s: float
 
 
 class PictureSlot:
-    """The end that writes; one thread at a time."""
+    """The writer's side; one thread at a time."""
 
     def __init__(self) -> None:
         self._fd = os.memfd_create("pictures", os.MFD_CLOEXEC)
         os.ftruncate(self._fd, _PLACES * _PLACE)
-        # Who reads may not write.
+        # Readers must not write.
         self.fd = os.open(f"/proc/self/fd/{self._fd}", os.O_RDONLY | os.O_CLOEXEC)
         """For readers."""
         self._number = 0
 
     def put(self, jpeg: bytes, acquired_s: float) -> None:
-        """In place of the one before the last. One that is too large is none."""
+        """Replace the picture before the last. One that is too large is dropped."""
         if len(jpeg) > MAX_JPEG:
             return
         self._number += 1
@@ -48,20 +48,20 @@ class PictureSlot:
         os.pwrite(self._fd, _HEAD.pack(*head), at)
 
     def close(self) -> None:
-        """Readers keep what they have."""
+        """Close this side; readers keep their mapping."""
         os.close(self.fd)
         os.close(self._fd)
 
 
 class PictureReader:
-    """The end that reads."""
+    """The reader's side."""
 
     def __init__(self, fd: int) -> None:
         self._fd = fd
         self._number = 0
 
     def take(self) -> Shot | None:
-        """The newest; None: none, or none since the last time."""
+        """The newest; None: none, or none since the last call."""
         for at in range(0, _PLACES * _PLACE, _PLACE):
             number, acquired_s, size, checksum = self._head(at)
             if number <= self._number or number < self._head((at + _PLACE) % (_PLACES * _PLACE))[0]:

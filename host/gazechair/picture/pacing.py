@@ -9,11 +9,11 @@ from __future__ import annotations
 
 BUDGET_S = 0.06
 _CLIMB_S = BUDGET_S / 2  # more than this, and the next level would hardly fit
-_GOOD = 3  # so many journeys in a row before a larger level is tried
-_POOR = 2  # so many in a row before a level is left
+_GOOD = 3  # good transfers in a row before a larger level is tried
+_POOR = 2  # poor transfers in a row before a level is left
 _FAR_TOO_LONG_S = 3 * BUDGET_S  # this once is enough
 _RETRY_S = (5.0, 10.0, 20.0, 40.0, 60.0)
-_DELAY_MOVED_S = 0.03  # the link has changed: what was found out about it is void
+_DELAY_MOVED_S = 0.03  # the link has changed: discard what is known about it
 
 
 class Pacing:
@@ -31,14 +31,14 @@ class Pacing:
 
     @property
     def way_s(self) -> float:
-        """How long the next picture takes to the page, estimated from the last one.
+        """Estimated time of the next picture to the page, from the last one.
 
         An acknowledgement takes about half of the smallest picture's round trip.
         """
         return max(0.0, self._last_s - (self._delay_s or 0.0) / 2)
 
     def acknowledged(self, journey_s: float, now_s: float) -> None:
-        """A picture of the present level came home after `journey_s`."""
+        """A picture of the present level was acknowledged after `journey_s`."""
         self._last_s = journey_s
         if self.level == 0:
             self._learn(journey_s)

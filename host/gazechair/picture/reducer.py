@@ -21,18 +21,18 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Level:
-    """What a picture is made into: no wider than `width`, pixels, at this JPEG quality, 1..95."""
+    """A picture size: at most `width` pixels wide, with this JPEG quality, 1..95."""
 
     width: int
     quality: int
 
 
-# From the smallest; above the last one the picture goes as the camera made it.
+# From the smallest; above the last one the picture is sent unchanged.
 LEVELS = (Level(240, 30), Level(320, 35), Level(480, 40), Level(640, 50), Level(960, 60))
 
 
 class Reducer:
-    """Gives the newest picture in each level; what several viewers need is made once."""
+    """Provides the newest picture at each level; each is made once for all viewers."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -43,11 +43,11 @@ class Reducer:
 
     @property
     def top(self) -> int:
-        """Highest level, which is the unchanged picture; 0 when pictures can't be reduced."""
+        """Highest level, the unchanged picture; 0 when pictures can't be reduced."""
         return 0 if Image is None else len(LEVELS)
 
     def reduced(self, frame: Frame, level: int) -> bytes:
-        """The JPEG of `frame` in `level`, 0..top; never larger than the frame itself."""
+        """The JPEG of `frame` at `level`, 0..top; never larger than the frame itself."""
         if level >= self.top:
             return frame.jpeg
         with self._lock:

@@ -1,4 +1,4 @@
-"""Inputs and modes as plug-ins: what their authors use, and what runs them in child processes."""
+"""Inputs and modes as plug-ins: the authors' interface, and the child processes that run them."""
 
 from gazechair.config.rules import choice, flag, integer, number, text, word
 from gazechair.config.tables import setting

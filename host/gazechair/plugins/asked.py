@@ -1,4 +1,4 @@
-"""Asks a plug-in once, in its own process: an intent or a way to drive becomes a value."""
+"""Calls a plug-in once, in its own process, and turns its intent or output into a value."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from gazechair.config import tables
 from gazechair.plugins.contract import NOTHING, Input, Intent, Mode, World, drive
 from gazechair.plugins.exchange import WORLD_OLD_S, Facts, Value
 
-# A step is said that long, like a page's: one that is overtaken at once is not lost.
+# A step is repeated for this long, like a page's, so that a newer value does not hide it.
 _STEP_SAID_S = 0.15
 _KINDS: dict[str, type[Input] | type[Mode]] = {"input": Input, "mode": Mode}
 
 
 def load(kind: str, entry: str) -> type[Input] | type[Mode]:
-    """The class behind an entry point; whatever its import raises."""
+    """The class behind an entry point; raises whatever its import raises."""
     module, _, path = entry.partition(":")
     found: Any = importlib.import_module(module)
     for name in path.split("."):
@@ -27,12 +27,12 @@ def load(kind: str, entry: str) -> type[Input] | type[Mode]:
 
 
 def build(plugin: type[Any], title: str, settings: Mapping[str, Any]) -> Any:
-    """An instance under these settings. Raises tables.BadSetting, contract.Unusable."""
+    """An instance with these settings. Raises tables.BadSetting, contract.Unusable."""
     return plugin(tables.read(plugin.Settings, settings, f"[{title}]"))
 
 
 def facts(plugin: type[Any]) -> Facts:
-    """What it says of itself."""
+    """The plug-in's description of itself."""
     about = (plugin.__doc__ or "").strip().partition("\n")[0]
     names = {"nl": plugin.nl[:20], "en": plugin.en[:20]}
     auto = issubclass(plugin, Mode) and plugin.auto
@@ -67,7 +67,7 @@ class AskedInput:
 
 
 class AskedMode:
-    """Asks a mode how to drive in each world it is told of."""
+    """Asks a mode how to drive in each world that it receives."""
 
     def __init__(self, plugin: Mode) -> None:
         self._plugin = plugin
@@ -75,7 +75,7 @@ class AskedMode:
         self._since_s = 0.0
 
     def ask(self, word: Mapping[str, Any], now_s: float) -> Value:
-        """`word` as World.word() of the daemon makes it: press 0 when nobody presses it."""
+        """`word`: from the daemon's word_of(); press 0 when nobody presses the mode."""
         press, state_s = int(word["press"]), float(word["state_s"])
         trouble = str(self._plugin.trouble())
         if press != self._press:

@@ -1,4 +1,4 @@
-"""A plug-in's process: imports it here and nowhere else, asks it, and says what it answers."""
+"""A plug-in's process: the only place that imports it; calls it, and sends its answers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LOST = "plugin_lost"
 RAISED = "plugin_raised"
 SETTING = "plugin_setting"
 STARTING = "plugin_starting"
-_LEAST_S = 0.004  # between two values: an input that is always readable does not flood
+_LEAST_S = 0.004  # between two values: an input that is always readable must not flood
 _IDLE_S = 0.25
 _RATES_HZ = (4.0, 100.0)
 _CHUNK = 1 << 16
@@ -28,12 +28,12 @@ _LINE = 300
 def main() -> int:
     """Entry of `python -m gazechair.plugins.child JSON`: kind, name, entry, settings, how.
 
-    `how`: "serve" the daemon; "paced", a step for each line with a time, for `plugin check`;
-    "describe": only say what it is.
+    `how`: "serve" the daemon; "paced": one step for each line with a time, for `plugin check`;
+    "describe": only describe the plug-in.
     """
     argument = json.loads(sys.argv[1])
     out = enter_child()
-    words = os.dup(0)  # a plug-in that reads its standard input finds nothing there
+    words = os.dup(0)  # a plug-in that reads its standard input gets nothing
     with open(os.devnull, "rb") as nothing:
         os.dup2(nothing.fileno(), 0)
     out.status("starting", STARTING, "starting")
@@ -46,7 +46,7 @@ def main() -> int:
         out.status("lost", SETTING, str(refused)[:_LINE])
     except Unusable as error:
         out.status("lost", LOST, str(error)[:_LINE])
-    except Exception as error:  # code from outside: whatever it raises, its line is all we need
+    except Exception as error:  # foreign code may raise anything; only its message matters
         sys.excepthook(type(error), error, error.__traceback__)
         line = f"{type(error).__name__}: {error}".partition("\n")[0]
         out.status("lost", RAISED, line[:_LINE])
@@ -54,7 +54,7 @@ def main() -> int:
 
 
 def serve(argument: dict[str, Any], out: RecordWriter, words: int) -> None:
-    """Until the parent closes the pipe, or the plug-in raises."""
+    """Serve until the parent closes the pipe, or the plug-in raises."""
     kind, how = argument["kind"], argument["how"]
     title = f"{kind}.{argument['name']}"
     found: Any = asked.load(kind, argument["entry"])
@@ -101,7 +101,7 @@ def _serve_mode(plugin: Any, out: RecordWriter, words: int) -> None:
         word = {"press": 0, "state_s": 0.0}
         if words not in select.select([words], [], [], _IDLE_S)[0]:
             continue
-        while True:  # all that waits: only the newest line counts
+        while True:  # read everything queued: only the newest line counts
             try:
                 chunk = os.read(words, _CHUNK)
             except BlockingIOError:

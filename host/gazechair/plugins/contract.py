@@ -1,7 +1,7 @@
 """The contract with the author of a plug-in: an input, a mode, intents, and the sensed world.
 
 A plug-in is a class, found by an entry point of the group `gazechair.inputs` or `gazechair.modes`,
-and runs in a child process of its own. docs/extending.md builds one of each.
+and runs in its own child process. docs/extending.md builds one of each.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ OUTPUT_MAX = 1000
 
 
 class Unusable(Exception):
-    """Raised by a plug-in that cannot work now: one plain line, what is missing and what to do."""
+    """Raised by a plug-in that cannot work now: one plain line with the cause and what to do."""
 
 
 @dataclass(frozen=True)
 class Intent:
-    """What a person wants at this moment. Made by hold(), step(), drive(), choose()."""
+    """What a person wants now. Created by hold(), step(), drive(), choose()."""
 
     do: str
     """ "nothing", "stop", "hold", "step", "drive" or "choose"."""
@@ -31,13 +31,13 @@ class Intent:
 
     @property
     def moves(self) -> bool:
-        """A press: neither nothing nor stop."""
+        """True for a press: neither nothing nor stop."""
         return self.do not in ("nothing", "stop")
 
 
 NOTHING = Intent("nothing")
 """The person lets go: what this input pressed ends. After its start, and after anyone's stop,
-nothing moves before this was sensed for 0.3 s without a break."""
+nothing moves until this was sensed for 0.3 s without a break."""
 STOP = Intent("stop")
 """Nobody drives while this is sensed."""
 
@@ -48,7 +48,7 @@ def hold(direction: str) -> Intent:
 
 
 def step(direction: str) -> Intent:
-    """One step in that direction; it ends by itself. A next one needs NOTHING in between."""
+    """One step in that direction; it ends by itself. The next one needs NOTHING in between."""
     return _known(Intent("step", direction))
 
 
@@ -73,7 +73,7 @@ def _known(intent: Intent) -> Intent:
 
 @dataclass(frozen=True)
 class World:
-    """What is sensed while somebody presses a mode; at most 150 ms old, or the mode is not asked.
+    """What is sensed while somebody presses a mode; a mode is never given one older than 150 ms.
 
     Distances are in metres forward and backward, in degrees left and right.
     """
@@ -85,9 +85,9 @@ class World:
     view: Mapping[str, str]
     """By direction: "seen", "blind" (not at this moment) or "unseen" (never)."""
     born_s: float
-    """When the board said so, monotonic."""
+    """When the board reported it, monotonic s."""
     pressed_s: float
-    """For how long this press has lasted; 0 when the mode is asked for the first time."""
+    """Age of this press in s; 0 at the first call."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class _Plugin:
     en: ClassVar[str] = ""
     """Its name on the page, in Dutch and in English."""
     rate_hz: ClassVar[float] = 50.0
-    """How often it is asked, 4..100."""
+    """Calls per second, 4..100."""
     rehearsal: ClassVar[Mapping[str, Any]] = {}
     """Settings with which it moves the chair without its device, for `gazechair plugin check`."""
 
@@ -112,32 +112,32 @@ class _Plugin:
         self.settings = settings
 
     def trouble(self) -> str:
-        """What is wrong at this moment, one plain line for page and log; "" for nothing."""
+        """What is wrong now, one plain line for page and log; "" for nothing."""
         return ""
 
     def close(self) -> None:
-        """Give back what it opened: called once at the end, unless its process is killed."""
+        """Release resources: called once at the end, unless the process is killed."""
 
 
 class Input(_Plugin):
-    """A person's device: says what they want. The first line of its docstring describes it."""
+    """A person's device: returns what they want. Its docstring's first line describes it."""
 
     def sense(self, now_s: float) -> Intent:
-        """What the person wants at this moment, by monotonic `now_s`. Must return at once."""
+        """What the person wants at monotonic `now_s`. Must not block."""
         raise NotImplementedError
 
     def fileno(self) -> int:
-        """A file descriptor: sense() is called at once when it can be read. -1: there is none."""
+        """A file descriptor: sense() is called at once when it is readable. -1: there is none."""
         return -1
 
 
 class Mode(_Plugin):
-    """A way of driving: says how to drive while somebody presses it. Its docstring describes it."""
+    """A driving mode: decides how to drive while it is pressed. Its docstring describes it."""
 
     auto: ClassVar[bool] = False
     """It drives while nobody holds it: one press starts it, under supervision; any other press ends
     it (promises P17 to P20). Each world must be answered anew: an answer lives for 150 ms."""
 
     def drive(self, world: World) -> tuple[int, int] | None:
-        """(linear, turn) in permille, as drive(); None: this press has come to its end."""
+        """(linear, turn) in permille, as in drive(); None: this press is finished."""
         raise NotImplementedError

@@ -1,4 +1,4 @@
-"""What a plug-in says of itself, asked in a process of its own; the daemon is not involved."""
+"""Gets a plug-in's description from a separate process; the daemon is not involved."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ class Description:
 
     about: str = ""
     table: tuple[str, ...] = ()
-    """Its table of the configuration with all defaults, as lines."""
+    """Its configuration table with all defaults, as lines."""
     wrong: str = ""
-    """One plain line; "" when nothing is."""
+    """One plain line; "" when nothing is wrong."""
     setting: bool = False
-    """`wrong` begins with the setting that is refused."""
+    """True if `wrong` begins with the refused setting."""
 
 
 def describe(found: Found, settings: Mapping[str, Any] | None = None) -> Description:
-    """Import it, and build it when there are `settings`, in a child process that ends."""
+    """Import the plug-in, and build it if there are `settings`, in a short-lived child process."""
     how = "describe" if settings is None else "paced"
     argument = {**vars(found), "settings": dict(settings or {}), "how": how}
     environment = dict(os.environ, PYTHONPATH=os.pathsep.join(p for p in sys.path if p))
@@ -69,7 +69,7 @@ def describe(found: Found, settings: Mapping[str, Any] | None = None) -> Descrip
 
 
 def examine(config: PluginConfig) -> Description:
-    """One that is switched on, under its settings."""
+    """Describe an enabled plug-in with its settings."""
     try:
         found = find(config.kind, config.name)
     except LookupError as error:

@@ -1,7 +1,7 @@
-"""What a plug-in's process and the daemon say to each other: small JSON, each value with its birth.
+"""Messages between a plug-in's process and the daemon: small JSON, values with their birth time.
 
-Up, a value: who says what, when it was sensed, and how long that may live. Down, a word: the world.
-Everything that arrives is checked before anything acts on it.
+Up, a value: the intent or output, when it was sensed, and its time to live. Down: the world.
+Everything is checked on arrival, before anything acts on it.
 """
 
 from __future__ import annotations
@@ -16,33 +16,33 @@ from gazechair.plugins.contract import DIRECTIONS, OUTPUT_MAX, Intent
 LONGEST = 4096
 """Bytes of a record."""
 LIFE_S = 0.25
-"""How long a value moves the chair after it was sensed; below the 300 ms of promise P3."""
+"""How long a value may move the chair after it was sensed; below the 300 ms of promise P3."""
 AUTO_LIFE_S = 0.15
-"""The same of a mode that nobody holds: promise P17."""
+"""The same for an auto mode: promise P17."""
 WORLD_OLD_S = 0.15
-"""A mode is not asked about a world that is older."""
+"""A mode does not get an older world."""
 RECORDS_PER_S = 400.0
-"""A plug-in that says more floods."""
+"""More values count as a flood."""
 _MAX_COUNT = 1 << 31
 _DOES = ("nothing", "stop", "hold", "step", "drive", "choose")
 
 
 class BadValue(ValueError):
-    """A value that no honest plug-in sends; one plain line."""
+    """Raised for a value that no correct plug-in sends; the text is one plain line."""
 
 
 @dataclass(frozen=True)
 class Value:
-    """What a plug-in says."""
+    """One message from a plug-in."""
 
     born_s: float
     """When it was sensed, monotonic."""
     press: int
-    """Of an input: counts its presses. Of a mode: the press that it answers."""
+    """Input: the number of its press. Mode: the press that it answers."""
     intent: Intent
-    """Of a mode: drive, or nothing when it has come to its end."""
+    """Mode: drive, or nothing when it has ended."""
     stops: int = 0
-    """Counts the stops of an input: none is lost when a newer value overtakes it."""
+    """Count of an input's stops, so that a newer value cannot hide one."""
     trouble: str = ""
 
     def pack(self) -> bytes:
@@ -77,7 +77,7 @@ def unpack(payload: bytes) -> Value:
 
 @dataclass(frozen=True)
 class Facts:
-    """What a plug-in says of itself, once."""
+    """A plug-in's description of itself, sent once."""
 
     about: str
     icon: str
@@ -90,7 +90,7 @@ class Facts:
 
 
 def unpack_facts(payload: bytes) -> Facts:
-    """The facts in a record, cut to what fits on a tile. Raises BadValue."""
+    """The facts in a record, truncated to fit on a tile. Raises BadValue."""
     try:
         fields = json.loads(payload)
         names = {plain(k, 2): plain(v, 20) for k, v in list(fields["names"].items())[:20]}
@@ -101,7 +101,7 @@ def unpack_facts(payload: bytes) -> Facts:
 
 
 def plain(text: Any, longest: int) -> str:
-    """A text on one line, without anything that cannot be printed."""
+    """`text` on one line, without unprintable characters."""
     if not isinstance(text, str):
         raise TypeError
     return "".join(c if c.isprintable() else " " for c in text[:longest])

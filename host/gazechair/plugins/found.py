@@ -10,7 +10,7 @@ GROUPS = {"input": "gazechair.inputs", "mode": "gazechair.modes"}
 
 @dataclass(frozen=True)
 class Found:
-    """One plug-in that some package offers."""
+    """One plug-in offered by an installed package."""
 
     kind: str
     name: str
@@ -20,7 +20,7 @@ class Found:
 
 
 def installed() -> list[Found]:
-    """All of them, inputs first, by name."""
+    """All plug-ins, inputs first, by name."""
     return [
         Found(kind, one.name, one.value, one.dist.name if one.dist else "?")
         for kind, group in GROUPS.items()

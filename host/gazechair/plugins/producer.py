@@ -1,7 +1,7 @@
-"""Judges what a plug-in says, and passes it to Control. Pure: time comes with each call.
+"""Checks a plug-in's values, and passes them to Control. Pure: time is passed with each call.
 
-A value counts only while it is fresh, in order and from no later than now; nothing here is queued.
-What an honest plug-in cannot send raises BadValue: its process is ended, and with it its motion.
+A value counts only while it is fresh, in order and not from the future; nothing is queued.
+A value that no correct plug-in sends raises BadValue, which ends its process and its motion.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from gazechair.plugins.contract import DIRECTIONS, Intent
 from gazechair.plugins.exchange import AUTO_LIFE_S, LIFE_S, BadValue, Value, unpack
 from gazelink import codes
 
-_AHEAD_S = 0.002  # one clock serves all processes: what is later is made up
+_AHEAD_S = 0.002  # all processes share one clock: a later time is forged
 _REST_S = 0.3  # as on the driver's page: a worn stick that flickers does not undo a stop
-_LATE_S = 1.0  # values that are too old for that long are no accident
+_LATE_S = 1.0  # only old values for this long are a fault
 _VERBS = {name: codes.VERBS.index(name) for name in DIRECTIONS}
 
 
 class Port(Protocol):
-    """What a producer needs of Control."""
+    """What a producer needs from Control."""
 
     def join(self, role: str) -> int: ...
     def disconnect(self, client: int) -> None: ...
@@ -37,7 +37,7 @@ class Port(Protocol):
 
 
 class _Times:
-    """Which values count, by their birth."""
+    """Decides which values count, by their birth times."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -45,7 +45,7 @@ class _Times:
         self._late_since_s: float | None = None
 
     def fresh(self, born_s: float) -> bool:
-        """Whether a value of that birth counts. Raises BadValue for one that is a lie."""
+        """True if a value born then counts. Raises BadValue for an impossible time."""
         now_s = self._clock()
         if born_s > now_s + _AHEAD_S:
             raise BadValue(f"a value from {born_s - now_s:.3g} s in the future")
@@ -63,7 +63,7 @@ class _Times:
 
 
 class InputProducer:
-    """One life of an input's process: a client of the arbiter, beside its person's page."""
+    """One run of an input's process: a client of the arbiter, alongside its person's page."""
 
     def __init__(self, port: Port, person: str, clock: Clock) -> None:
         self._port = port
@@ -71,11 +71,11 @@ class InputProducer:
         self._client = port.join(person)
         self._stops = 0
         self._said = Intent("stop")
-        # Nothing moves before the person has let go for a moment: not what was held when this
-        # began, nor what was held through anyone's stop.
+        # Nothing moves until the person has let go for a moment: neither what was held at the
+        # start, nor what was held through anyone's stop.
         self._began_s = clock()
         self._nothing_since_s: float | None = None
-        self._rested_s = 0.0  # when it last had rested long enough
+        self._rested_s = 0.0  # when it had last rested long enough
         self.refused = ""
         """Why the newest press does not move the chair, a key of the string tables."""
 
@@ -109,12 +109,12 @@ class InputProducer:
             self._rested_s = now_s
 
     def end(self) -> None:
-        """Its process has ended, or is about to be: so has what it pressed."""
+        """Its process has ended, or is about to end: end its press."""
         self._port.disconnect(self._client)
 
 
 class ModeProducer:
-    """One life of a mode's process."""
+    """One run of a mode's process."""
 
     def __init__(self, port: Port, name: str, clock: Clock, auto: bool = False) -> None:
         self._port = port
@@ -123,7 +123,7 @@ class ModeProducer:
         self._times = _Times(clock)
 
     def take(self, payload: bytes, reached: bool = True) -> Value:
-        """Act on a value; raises BadValue. `reached`: its end, when it says one, is its goal."""
+        """Act on a value; raises BadValue. `reached`: an end in this value is at its goal."""
         value = unpack(payload)
         if value.intent.do not in ("nothing", "drive"):
             raise BadValue("an intent that is no mode's")

@@ -1,4 +1,4 @@
-"""The plug-ins' part in the daemon: runs those that are switched on, each in a child process."""
+"""Plug-ins in the daemon: runs the enabled ones, each in a child process."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from gazechair.plugins.exchange import LONGEST, RECORDS_PER_S, Facts, Value, pla
 from gazechair.plugins.found import find
 
 MISSING = "plugin_missing"
-_NICE = 5  # one that computes does not take the processor from those who stop the chair
+_NICE = 5  # a busy plug-in must not take the processor from the parts that stop the chair
 _LONGEST_PAUSE_S = 10.0
-_OTHERS_S = 5.0  # board, lidar and camera come first, for so long
-_START_S = 2.0  # the next one starts then at the latest
+_OTHERS_S = 5.0  # longest wait for board, lidar and camera, which start first
+_START_S = 2.0  # longest wait before the next plug-in starts
 _HEALTH_S = 0.5
 _DETAIL = 200
 _LOOK_S = 0.004  # while a mode is pressed
 _IDLE_LOOK_S = 0.02
-_WORLD_PERIOD_S = 0.018  # 50 a second, and never late for one
+_WORLD_PERIOD_S = 0.018  # for 50 per second, with a margin
 
 
 class Port(producer.Port, Protocol):
-    """What plug-ins need of Control."""
+    """What plug-ins need from Control."""
 
     def offer_mode(self, mode: str, tile: dict[str, Any] | None) -> None: ...
     def world(self) -> World: ...
@@ -42,7 +42,7 @@ class Port(producer.Port, Protocol):
 
 
 class Plugin(Supervised):
-    """One plug-in that is switched on."""
+    """One enabled plug-in."""
 
     def __init__(self, config: PluginConfig, port: Port, health: Health, clock: Clock) -> None:
         self.config = config
@@ -54,7 +54,7 @@ class Plugin(Supervised):
         self._told_s = 0.0
 
     def start(self) -> None:
-        """Start its process; one that is not installed is only a health state."""
+        """Start its process; a missing one is only reported in its health."""
         config = self.config
         try:
             found = find(config.kind, config.name)
@@ -86,12 +86,12 @@ class Plugin(Supervised):
         self._supervisor.start()
 
     def stop(self) -> None:
-        """End its process, and what it moves."""
+        """End its process and its motion."""
         super().stop()
         self._end()
 
     def row(self) -> dict[str, Any]:
-        """What the pages show of it; `again`: the token of the moment it is started again."""
+        """Its row for the pages; `again`: the token of the time of its restart."""
         now, again_s = self.health.now(), self.next_start_s
         return {
             "kind": self.config.kind,
@@ -105,7 +105,7 @@ class Plugin(Supervised):
         }
 
     def tell(self, word: bytes) -> None:
-        """The newest world, to a mode."""
+        """Send the newest world to a mode."""
         if self._supervisor is not None:
             self._supervisor.tell(word)
 
@@ -141,7 +141,7 @@ class Plugin(Supervised):
     def _tell(self, value: Value) -> None:
         now_s = self._clock()
         if now_s < self._told_s + _HEALTH_S and self.health.state in (states.OK, states.DEGRADED):
-            return  # one that cannot decide fills no log
+            return  # a plug-in that keeps changing must not fill the log
         self._told_s = now_s
         if value.trouble:
             self.health.set(states.DEGRADED, "plugin_trouble", value.trouble)
@@ -161,7 +161,7 @@ class Plugin(Supervised):
 
 
 class Plugins:
-    """All plug-ins that are switched on."""
+    """All enabled plug-ins."""
 
     def __init__(
         self,
@@ -183,11 +183,11 @@ class Plugins:
         self._threads = [threading.Thread(target=self._tell_modes, name="modes", daemon=True)]
 
     def rows(self) -> list[dict[str, Any]]:
-        """What the pages show of each."""
+        """The rows of all for the pages."""
         return [plugin.row() for plugin in self.running.values()]
 
     def start(self, start: Callable[[Plugin, Health], None]) -> None:
-        """Start each of them by `start`, which turns a failure into its health."""
+        """Start each with `start`, which reports a failure in its health."""
         if not self._modes:
             self._threads.clear()
         if self.running:
@@ -199,7 +199,7 @@ class Plugins:
             thread.start()
 
     def _start(self, start: Callable[[Plugin, Health], None]) -> None:
-        # One after another: twenty processes that begin at once would hold up everybody else.
+        # One after another: twenty processes starting at once would delay everything else.
         if not self._wait(self._others, _OTHERS_S):
             return
         for plugin in self.running.values():
@@ -208,7 +208,7 @@ class Plugins:
                 return
 
     def _wait(self, parts: list[Health], limit_s: float) -> bool:
-        """Until none of them is starting, at most so long; False when all is to stop."""
+        """Wait until none of `parts` is starting, at most `limit_s`; False when stopping."""
         end_s = self._clock() + limit_s
         while any(part.state == states.STARTING for part in parts) and self._clock() < end_s:
             if self._stopping.wait(_IDLE_LOOK_S):
@@ -236,14 +236,14 @@ class Plugins:
 
 
 class WorldTeller:
-    """What the mode that is pressed is told, and when: each new state of the board, 50 a second."""
+    """Decides what the pressed mode receives, and when: each new board state, 50 per second."""
 
     def __init__(self) -> None:
         self._told_s = 0.0
         self._state_s = 0.0
 
     def word(self, world: World, now_s: float) -> bytes | None:
-        """The next word; None: nothing to say now."""
+        """The next message; None: nothing to send now."""
         if not world.mode or world.state_s == self._state_s:
             return None
         if now_s - self._told_s < _WORLD_PERIOD_S:
@@ -253,7 +253,7 @@ class WorldTeller:
 
 
 def word_of(world: World) -> bytes:
-    """The world as a mode's process is told."""
+    """The world as sent to a mode's process."""
     return json.dumps(
         {
             "press": world.press,

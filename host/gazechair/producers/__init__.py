@@ -1,1 +1,1 @@
-"""What drives by itself: one child process for each kind, and its end in the daemon."""
+"""Auto motions: one child process for each kind, and its counterpart in the daemon."""

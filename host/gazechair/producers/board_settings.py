@@ -1,4 +1,4 @@
-"""The board's settings that a producer goes by, asked again each time driving was off."""
+"""The board's settings that a producer uses, read again whenever driving is off."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _AGAIN_S = 5.0  # while driving is off
 
 
 class Link(Protocol):
-    """What it needs of the link to the board."""
+    """What this needs from the link to the board."""
 
     def state(self) -> BoardState | None: ...
     def board(self) -> BoardId | None: ...
@@ -26,7 +26,7 @@ class Link(Protocol):
 
 
 class BoardSettings:
-    """Refreshed by one thread, which waits for the board's answers; read by any."""
+    """Refreshed by one thread, which waits for the board's answers; readable by any."""
 
     def __init__(self, link: Link) -> None:
         self._link = link
@@ -36,17 +36,17 @@ class BoardSettings:
 
     @property
     def known(self) -> Mapping[str, int] | None:
-        """As last answered; None: the board has not answered yet. Never waits."""
+        """The last answers; None: the board has not answered yet. Never blocks."""
         return self._known
 
     def refresh(self) -> None:
-        """Ask again when it is time. May wait for seconds when the board does not answer."""
+        """Read again when due. May block for seconds when the board does not answer."""
         board, state = self._link.board(), self._link.state()
         if board is None or state is None:
             return
         if board.session != self._session:
             self._session, self._known, self._asked_s = board.session, None, float("-inf")
-        # Nobody changes a setting while driving is on.
+        # Settings cannot change while driving is on.
         off = state.state == codes.DISARMED
         if (off or self._known is None) and state.received_s >= self._asked_s + _AGAIN_S:
             self._asked_s = state.received_s
@@ -57,12 +57,12 @@ class BoardSettings:
         try:
             ChairNumbers.of(answers)
         except KeyError:
-            return  # it did not answer: what was known stays
+            return  # no answer: keep the known values
         self._known = dict(answers)
 
 
 class _Answers(dict[str, int]):
-    """Asks the board for each setting that somebody looks up."""
+    """Reads each setting from the board when it is looked up."""
 
     def __init__(self, link: Link) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""A producer's child process: its inbox, the daemon's words, and a step every 50 ms."""
+"""A producer's child process: reads its inbox and the daemon's messages, steps every 50 ms."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def _setup(argument: Mapping[str, Any]) -> Setup:
 
 
 def main() -> int:
-    """Entry of `python -m gazechair.producers.child JSON`: kind, lidars, fds, what is set."""
+    """Entry of `python -m gazechair.producers.child JSON`: kind, lidars, fds, setup."""
     argument = json.loads(sys.argv[1])
     out = enter_child()
     try:
@@ -75,7 +75,7 @@ def main() -> int:
         sys.excepthook(type(error), error, error.__traceback__)
         code = 1
     sys.stderr.flush()
-    os._exit(code)  # a step that hangs holds no process
+    os._exit(code)  # do not wait for a step that hangs
 
 
 if __name__ == "__main__":

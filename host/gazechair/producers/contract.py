@@ -1,7 +1,7 @@
-"""The contract with a kind of producer: what it is given, and what it says in each step. Pure.
+"""The contract with a kind of producer: its inputs, and its output in each step. Pure.
 
-A kind is one class, named in kinds.py. It runs in a child process of its own and is asked every
-50 ms while its mode is pressed. It has no clock, no thread and no pipe: child.py has those.
+A kind is one class, listed in kinds.py. It runs in its own child process and is called every
+50 ms while its mode is pressed. It has no clock, thread or pipe: child.py has those.
 """
 
 from __future__ import annotations
@@ -20,43 +20,43 @@ from gazechair.sensing.odometry.odometry import Estimate, Motion
 from gazechair.sensing.odometry.points import Piece
 
 STEP_S = 0.05
-"""From one step to the next."""
+"""Period of the steps."""
 
 
 @dataclass(frozen=True)
 class Setup:
-    """What does not change while the process lives."""
+    """Values that do not change while the process runs."""
 
     footprint: Footprint
     maps: Path
     """The folder of the stored maps."""
     state: Path = Path()
-    """The folder of what survives a restart, as the camera's calibration."""
+    """The folder for data that survives a restart, such as the camera's calibration."""
     thinker: Executor = field(default_factory=lambda: ThreadPoolExecutor(1))
-    """For what takes longer than a step."""
+    """For work that takes longer than a step."""
 
 
 @dataclass(frozen=True)
 class Press:
-    """What its person pressed."""
+    """A press of its mode."""
 
     number: int
     target: Mapping[str, Any]
     """As the daemon's Targets gave it."""
     settings: Mapping[str, int]
-    """The board's, by name: those that ChairNumbers asks for."""
+    """The board's settings that ChairNumbers needs, by name."""
     may_reverse: bool
-    """Lidars see behind the chair."""
+    """True if lidars see behind the chair."""
     at_s: float
 
 
 @dataclass(frozen=True)
 class Ask:
-    """A spot of the picture that somebody chose. Nothing drives before a press."""
+    """A spot in the picture that somebody chose. Nothing drives before a press."""
 
     number: int
     at: tuple[float, float]
-    """Shares of the picture's width, from its left, and height, from its top."""
+    """Fractions of the picture's width, from its left, and height, from its top."""
     settings: Mapping[str, int]
     """As those of a press."""
     may_reverse: bool
@@ -66,7 +66,7 @@ class Ask:
 
 @dataclass
 class Sensed:
-    """What has come since the step before, each in the order of its times."""
+    """Data since the previous step, each in order of time."""
 
     pieces: list[Piece] = field(default_factory=list)
     estimates: list[Estimate] = field(default_factory=list)
@@ -79,10 +79,10 @@ class Sensed:
 
 @dataclass(frozen=True)
 class Said:
-    """What a producer says in a step."""
+    """A producer's output in a step."""
 
     stick: tuple[int, int] | None
-    """Permille, forward and left positive; None: this press is over."""
+    """Output in permille, forward and left positive; None: this press is over."""
     state: str = ""
     """For the pages: "thinks", "drives", "waits", "blocked", "arrived" or "ended"; of a
     spot that was chosen "thinks", "ready" (it may be pressed) or "ended"."""
@@ -93,30 +93,30 @@ class Said:
 
 
 class Producer(ABC):
-    """One kind. What it raises ends its process, which is started again."""
+    """One kind. An exception ends its process, which is restarted."""
 
     def __init__(self, setup: Setup) -> None:
         self.setup = setup
 
     @abstractmethod
     def press(self, press: Press) -> None:
-        """Its mode was pressed anew: begin. What was before is over."""
+        """A new press of its mode: begin. Everything before is over."""
 
     @abstractmethod
     def step(self, sensed: Sensed, now_s: float) -> Said:
-        """Every 50 ms while it is pressed. While one takes longer, the chair stands."""
+        """Called every 50 ms while pressed. While a step takes longer, the chair stands."""
 
 
 class SpotProducer(Producer):
-    """One kind whose person first chooses a spot of the picture. It is pressed once that is ready.
+    """One kind whose person first chooses a spot in the picture, and presses once that is ready.
 
-    The target of a press says the number of the ask that it is for.
+    The target of a press has the number of its ask.
     """
 
     @abstractmethod
     def ask(self, ask: Ask) -> None:
-        """A spot was chosen. What was chosen before is forgotten."""
+        """A spot was chosen. It replaces any earlier one."""
 
     @abstractmethod
     def wait(self, sensed: Sensed, now_s: float) -> Said:
-        """Every 50 ms while nobody presses. The chair is other people's business meanwhile."""
+        """Called every 50 ms while nobody presses. Others may drive the chair meanwhile."""

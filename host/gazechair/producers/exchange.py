@@ -1,9 +1,9 @@
-"""What a producer's process and the daemon say to each other: small JSON, checked on arrival.
+"""Messages between a producer's process and the daemon: small JSON, checked on arrival.
 
 Down, a word: {"at_s", "press", "target", "settings", "may_reverse"}, press 0 when nobody presses
-its mode; besides "ask", the spot of the picture that was chosen: {"number", "at", "settings",
-"may_reverse", "at_s"}. Up, a record: a plug-in's value, and what the pages are told beside it;
-"ask": of which ask that is, 0 for the press.
+its mode; also "ask", the spot chosen in the picture: {"number", "at", "settings",
+"may_reverse", "at_s"}. Up, a record: a plug-in's value, with additional data for the pages;
+"ask": the ask that it belongs to, 0 for the press.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from gazechair.plugins.exchange import BadValue, Value
 from gazechair.producers.contract import Said
 
 WORD_OLD_S = 0.3
-"""A word that is older tells nothing of who presses."""
+"""An older word no longer proves a press."""
 LONGEST = 16384
 """Bytes of a record."""
 STATES = ("thinks", "drives", "waits", "blocked", "arrived", "ended", "ready")
@@ -27,7 +27,7 @@ _MOST_REASON = 40
 
 @dataclass(frozen=True)
 class Record:
-    """What arrived."""
+    """A received record."""
 
     value: bytes
     """For plugins.producer.ModeProducer."""
@@ -38,7 +38,7 @@ class Record:
 
 
 def pack(born_s: float, press: int, said: Said, ask: int = 0) -> bytes:
-    """What its process says."""
+    """A record as bytes."""
     intent = NOTHING if said.stick is None else drive(*said.stick)
     value = Value(born_s, press, intent).pack().decode()
     told = {"state": said.state, "reason": said.reason, "shown": dict(said.shown), "ask": ask}
@@ -46,7 +46,7 @@ def pack(born_s: float, press: int, said: Said, ask: int = 0) -> bytes:
 
 
 def unpack(payload: bytes) -> Record:
-    """What it said. Raises BadValue."""
+    """The record in `payload`. Raises BadValue."""
     try:
         fields = json.loads(payload)
         value, shown = fields["value"].encode(), fields["shown"]

@@ -1,4 +1,4 @@
-"""The kinds of producers: where the class of each is."""
+"""The kinds of producers, and where the class of each is."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ KINDS = {
 
 
 def build(kind: str, setup: Setup) -> Producer:
-    """Import it here and nowhere else: what one kind needs, the others do not load."""
+    """Import and create the kind's class; only here, so that other kinds do not load it."""
     module, _, name = KINDS[kind].partition(":")
     made: Producer = getattr(importlib.import_module(module), name)(setup)
     return made

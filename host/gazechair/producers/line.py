@@ -1,7 +1,7 @@
 """Kind "line": follows the line on the floor that was chosen in the picture, up to its end.
 
-The line is looked for in every picture from the choice on, so what is shown before the press is
-what would be followed. Without a picture or the line for 0.3 s nothing is asked for.
+Every picture is searched for the line from the choice on, so the pages show before the press what
+would be followed. After 0.3 s without a picture or the line the request is zero.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from gazechair.sensing.mapping.poses import from_frame, to_frame
 NO_PICTURE, NO_PLACE, UNSEEN_BEHIND = "line_no_picture", "line_no_place", "line_unseen_behind"
 LOST, NOT_NOW, UNCALIBRATED = "line_lost", "line_not_now", "camera_uncalibrated"
 WIDTH_PX = 160
-"""Of the pictures that it looks at."""
-_CHOOSES_S = 3.0  # until there is a picture, and the chair stands
-_KEPT_S = 60.0  # a choice that nobody presses
-_OLD_S = 1.0  # a picture
+"""Of the pictures that it searches."""
+_CHOOSES_S = 3.0  # longest wait for a picture of a standing chair
+_KEPT_S = 60.0  # how long a choice lasts without a press
+_OLD_S = 1.0  # maximum age of a picture
 
 
 class LineProducer(SpotProducer):
-    """One line after another."""
+    """Follows one line after another."""
 
     def __init__(self, setup: Setup) -> None:
         super().__init__(setup)
@@ -111,12 +111,12 @@ class LineProducer(SpotProducer):
         return Said(self._stick(request), "drives", "line_follows", shown)
 
     def _over(self, reason: str, state: str = "ended") -> Said:
-        """Going on needs a new choice."""
+        """End it; continuing needs a new choice."""
         self._ask = self._follower = None
         return Said(None, state, reason)
 
     def _choose(self, ask: Ask, shot: Shot | None, now_s: float) -> None:
-        """With the first picture that was taken after the look, of a chair that stands."""
+        """Choose the line in the first picture after the look, while the chair stands."""
         late = now_s - ask.at_s > _CHOOSES_S
         newest = self._track.newest
         if newest is None or not self._track.known(now_s):
@@ -147,7 +147,7 @@ class LineProducer(SpotProducer):
             self._follower, self._track_of, self._placed_s = follower, newest.track, now_s
 
     def _look(self, shot: Shot | None, now_s: float) -> str:
-        """Take a new picture; why the line is over, "" while it is not."""
+        """Process a new picture; returns why the line is over, "" while it is not."""
         follower, newest = self._follower, self._track.newest
         assert follower is not None
         if follower.state is not State.FOLLOWS:
@@ -165,7 +165,7 @@ class LineProducer(SpotProducer):
         return ""
 
     def _shown(self, pose: FloatArray | None) -> dict[str, list[list[float]]]:
-        """The line over the picture."""
+        """The line as drawn over the picture."""
         if pose is None or self._follower is None or self._camera is None:
             return {}
         return {"px": over_picture(self._camera, self._follower.line_m, pose)}

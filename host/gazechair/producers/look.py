@@ -1,6 +1,6 @@
-"""Kind "look": takes the chair to the spot of the floor that was looked at in the picture.
+"""Kind "look": drives the chair to a floor spot that was looked at in the picture.
 
-What the lidars see from where the chair stands is its map, in odometry's frame. The way is planned
+The lidars' view from the standing chair serves as the map, in odometry's frame. The path is planned
 before the press, so that the pages can show it.
 """
 
@@ -35,14 +35,14 @@ from gazechair.sensing.mapping.poses import between, compose, to_frame
 NO_PICTURE, NO_PLACE, NOT_NOW = "look_no_picture", "look_no_place", "look_not_now"
 UNSEEN_BEHIND, UNCALIBRATED = "look_unseen_behind", "camera_uncalibrated"
 _GAZE_DEG, _TABLET_M = 1.0, 0.29  # of one sample of a gaze, on a tablet that wide
-_DWELL = 0.5  # what is left of that in the mean of a dwell
+_DWELL = 0.5  # fraction of it left in the mean over a dwell
 _SCANS, _SCAN_S = 3, 0.09  # of a standing chair
-_CHOOSES_S = 4.0  # until it stands, and there are scans and a picture
+_CHOOSES_S = 4.0  # longest wait for a standing chair, scans and a picture
 _KEPT_S = 60.0  # see kind "line"
 
 
 class LookProducer(SpotProducer):
-    """One spot after another."""
+    """Drives to one spot after another."""
 
     def __init__(self, setup: Setup) -> None:
         super().__init__(setup)
@@ -123,7 +123,7 @@ class LookProducer(SpotProducer):
         return replace(said, shown={**said.shown, **self._shown(way.points_m, now_s)})
 
     def _over(self, reason: str, state: str = "ended") -> Said:
-        """Going on needs another look."""
+        """End it; continuing needs another look."""
         self._ask = self._found = self._mission = None
         return Said(None, state, reason)
 
@@ -135,7 +135,7 @@ class LookProducer(SpotProducer):
             self._map = sensed.where.map
 
     def _find(self, ask: Ask, shot: Shot | None, now_s: float) -> None:
-        """The way there, once enough was seen of a standing chair."""
+        """Plan the path to the spot, once the standing chair has seen enough."""
         late = now_s - ask.at_s > _CHOOSES_S
         newest = self._track.newest
         if newest is None or not self._track.known(now_s):
@@ -151,14 +151,14 @@ class LookProducer(SpotProducer):
         self._scan(ask.at_s)
         if self._refused:
             return
-        looked = self._track.pose(ask.at_s)  # it may have rolled on since
+        looked = self._track.pose(ask.at_s)  # the chair may have rolled on since
         if len(self._scans) < _SCANS or not self._pictured or looked is None:
             self._refused = (NO_PLACE if self._pictured else NO_PICTURE) if late else ""
             return
         self._plan(self._scans, looked)
 
     def _check(self, shot: Shot | None, since_s: float) -> None:
-        """Whoever looked saw what is there now, by the camera that was calibrated."""
+        """Check that a picture taken since the look has arrived, from the calibrated camera."""
         size = None if shot is None or shot.acquired_s < since_s else size_px(shot.jpeg)
         if size is None or self._camera is None:
             return
@@ -198,7 +198,7 @@ class LookProducer(SpotProducer):
         self._found = costmap, planner, there, way
 
     def _shown(self, way_m: FloatArray, now_s: float) -> dict[str, Any]:
-        """The way over the picture, and in the map where the chair is in one."""
+        """The path over the picture, and in the map if the chair is in one."""
         newest = self._track.newest
         if newest is None or self._camera is None or self._found is None:
             return {}

@@ -1,4 +1,4 @@
-"""Where the chair is and was in odometry's frame: for what a picture showed some time ago."""
+"""The chair's present and past poses in odometry's frame, to interpret older pictures."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from gazechair.producers.track import DOUBTED, pose_of
 from gazechair.sensing.odometry.odometry import Estimate
 
 OLD_S = 0.25
-"""The newest estimate that is older says nothing of now."""
+"""An older estimate is not valid for now."""
 _KEPT_S = 5.0  # a look is answered for 4 s
 _STANDS_M_S, _STANDS_DEG_S = 0.03, 2.0
-_AHEAD_S = 0.2  # what lies between the newest estimate and a picture, at most
+_AHEAD_S = 0.2  # a picture may be this much newer than the newest estimate
 
 
 class OdometryTrack:
-    """Feed it estimates in the order of their times. `track`: the frame's, None: none yet."""
+    """Feed it estimates in order of time. `track`: number of the frame, None: none yet."""
 
     def __init__(self) -> None:
         self._kept: deque[Estimate] = deque()
 
     def take(self, estimates: Iterable[Estimate]) -> None:
-        """What is new. A new track forgets the one before."""
+        """Add new estimates. A new track replaces the one before."""
         for one in estimates:
             if self._kept and one.track != self._kept[-1].track:
                 self._kept.clear()
@@ -40,7 +40,7 @@ class OdometryTrack:
         return self._kept[-1] if self._kept else None
 
     def known(self, now_s: float) -> bool:
-        """Where the chair is now, and without doubt."""
+        """True if the present pose is known without doubt."""
         newest = self.newest
         if newest is None or now_s - newest.time_s > OLD_S:
             return False
@@ -48,14 +48,14 @@ class OdometryTrack:
 
     @property
     def stands(self) -> bool:
-        """It hardly moves, by the newest estimate."""
+        """True if it hardly moves, by the newest estimate."""
         newest = self.newest
         if newest is None:
             return False
         return abs(newest.speed_m_s) < _STANDS_M_S and abs(newest.yaw_rate_deg_s) < _STANDS_DEG_S
 
     def pose(self, at_s: float) -> FloatArray | None:
-        """(3,) at that time; None: too long ago, or too late to tell."""
+        """Pose (3,) at that time; None: too long ago, or too new."""
         if not self._kept or at_s < self._kept[0].time_s:
             return None
         after = next((one for one in self._kept if one.time_s >= at_s), None)

@@ -1,4 +1,4 @@
-"""What lies on the floor, as shares of the camera's picture: to be drawn over it by the pages."""
+"""Floor points as fractions of the camera's picture, for the pages to draw over it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _STEP_M = 0.08
 
 
 def over_picture(camera: FloorCamera, line_m: FloatArray, pose: FloatArray) -> list[list[float]]:
-    """The part that is seen of a polyline (N, 2) in the frame of the chair's `pose`."""
+    """The visible part of a polyline (N, 2) that is in the frame of the chair's `pose`."""
     if len(line_m) < 2:
         return []
     points = from_frame(_evenly(line_m), pose)
@@ -26,7 +26,7 @@ def over_picture(camera: FloorCamera, line_m: FloatArray, pose: FloatArray) -> l
 def spot_over_picture(
     camera: FloorCamera, spot_m: FloatArray, pose: FloatArray
 ) -> list[float] | None:
-    """A spot (2,) in the frame of the chair's `pose`; None: it is not in the picture."""
+    """A spot (2,) that is in the frame of the chair's `pose`; None: not in the picture."""
     point = from_frame(spot_m[None], pose)
     return _shares(camera, point)[0] if camera.sees(point)[0] else None
 

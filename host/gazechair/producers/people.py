@@ -6,7 +6,7 @@ from gazechair.producers.places import Target
 
 
 def people(allowed: bool) -> dict[str, Target]:
-    """Follow whoever stands in front; `allowed`: its driver may be moved by itself."""
+    """The tile, by its mode; `allowed`: this driver may use auto motions."""
     if not allowed:
         return {}
     return {"follow-person": Target("Volg persoon", "", {}, "Follow person", "\U0001f6b6")}

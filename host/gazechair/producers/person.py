@@ -1,7 +1,7 @@
-"""Kind "person": follows whoever stands in front of the chair when it is pressed, or comes there.
+"""Kind "person": follows a person who stands in front of the chair at the press, or comes there.
 
-Sight of the person is all it goes by: no map. What the lidar has seen in the seconds before the
-press counts, so somebody who has walked up to the chair is known at once.
+It uses only the lidar's view, no map. Scans from the seconds before the press count, so somebody
+who has walked up to the chair is recognised at once.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.producers.contract import Press, Producer, Said, Sensed, Setup
 
 SIGHT_LOST = "person_no_sight"
-"""No turn of the lidar, or no pose by odometry, in time."""
+"""No lidar turn, or no odometry pose, in time."""
 UNSEEN = "person_unseen_behind"
 """No lidar sees behind the chair: the board permits no turn, and the chair would just stand."""
 OLD_S = 0.25
-"""A turn that is older asks for nothing."""
+"""An older turn requests no motion."""
 _GONE_S = 1.0  # older: the press is over
-_BEGINS_S = 1.5  # after the press, until the first turn
+_BEGINS_S = 1.5  # longest wait for the first turn after the press
 _STATES = {State.CHOOSING: "waits", State.FOLLOWS: "drives", State.HIDDEN: "waits"}
 _REASONS = {
     State.NOBODY: "person_nobody",
@@ -35,7 +35,7 @@ _REASONS = {
 
 
 class PersonProducer(Producer):
-    """One person after another."""
+    """Follows one person after another."""
 
     def __init__(self, setup: Setup) -> None:
         super().__init__(setup)
@@ -60,7 +60,7 @@ class PersonProducer(Producer):
         for turn in filter(None, map(self._turns.estimate, sensed.estimates)):
             if turn.track != self._track:
                 if self._said.state is not State.CHOOSING:
-                    return Said(None, "ended", SIGHT_LOST)  # odometry began afresh
+                    return Said(None, "ended", SIGHT_LOST)  # odometry has restarted
                 self._begin(self._begun_s)
                 self._track = turn.track
             self._seen_s = turn.scan.at_s

@@ -1,4 +1,4 @@
-"""Kind "place": takes the chair to a place of the map. Holds a mission, and what it goes by."""
+"""Kind "place": drives the chair to a place on the map. Runs a mission and feeds its data."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from gazechair.producers.track import MapTrack
 from gazechair.sensing.mapping.store import MapStore
 
 MAP_GONE = "going_map_gone"
-_WHERE_S = 1.5  # after the press, until the first pose
-_MOST_POINTS = 40  # of a way that is shown
+_WHERE_S = 1.5  # longest wait for the first pose after the press
+_MOST_POINTS = 40  # of a path that is shown
 
 
 class PlaceProducer(Producer):
-    """One mission after another."""
+    """Runs one mission after another."""
 
     def __init__(self, setup: Setup) -> None:
         super().__init__(setup)

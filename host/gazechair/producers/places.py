@@ -1,4 +1,4 @@
-"""Which places the driver can be taken to now: the tiles, and what each means."""
+"""The places that the driver can choose now: their tiles and targets."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from gazechair.sensing.mapping.places import Place
 from gazechair.sensing.mapping.store import MapStore, Stored
 
 _PREFIX = "to"
-_KEPT_S = 20.0  # the tiles of a map that the chair is not known to be in any more
-_MODE = re.compile(r"[\w-]{1,20}")  # as messages.parse takes it
+_KEPT_S = 20.0  # the tiles of a map stay this long after the chair's pose in it is lost
+_MODE = re.compile(r"[\w-]{1,20}")  # as accepted by messages.parse
 
 
 @dataclass(frozen=True)
@@ -24,15 +24,15 @@ class Target:
     """One tile of a producer."""
 
     name: str
-    """As people call it."""
+    """Its name for people."""
     icon: str
     """One of places.ICONS."""
     more: Mapping[str, Any]
-    """What its producer is told; what changes here ends a motion there."""
+    """Data for its producer; a change here ends a motion to it."""
     english: str = ""
-    """Its name in English, where it is not one that people gave it."""
+    """Its English name, unless people named it."""
     letters: str = ""
-    """Characters that are drawn where `icon` is empty."""
+    """Characters drawn if `icon` is empty."""
 
 
 class Places:
@@ -45,7 +45,7 @@ class Places:
         allowed: Callable[[], bool],
         clock: Clock = time.monotonic,
     ) -> None:
-        """`here`: the id of that map, "" unknown; `allowed`: its driver may be taken there."""
+        """`here`: the id of that map, "" unknown; `allowed`: this driver may use auto motions."""
         self._store = store
         self._here = here
         self._allowed = allowed
@@ -53,7 +53,7 @@ class Places:
         self._known, self._known_s = "", -math.inf
 
     def __call__(self) -> dict[str, Target]:
-        """By the name of their mode, which no other map's place has."""
+        """The targets by the name of their mode, which is unique across maps."""
         map_ = self._map() if self._allowed() else ""
         stored = self._store.get(map_) if map_ else None
         if stored is None or stored.map is None:
@@ -67,7 +67,7 @@ class Places:
         return {mode: target for mode, target in found.items() if _MODE.fullmatch(mode)}
 
     def _map(self) -> str:
-        """The present one; for a moment, the one before: no tile flickers with the pose."""
+        """The present map; for a moment the previous one, so that tiles do not flicker."""
         here = self._here()
         if here or self._clock() > self._known_s + _KEPT_S:
             self._known, self._known_s = here, self._clock()

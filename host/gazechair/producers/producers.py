@@ -1,5 +1,5 @@
-"""All producers of the daemon: a thread that follows what is pressed, and one that looks what
-can be chosen, and may have to wait for a disk.
+"""All producers of the daemon: one thread follows presses, another one, which may wait for a disk,
+updates what can be chosen.
 """
 
 from __future__ import annotations
@@ -49,15 +49,14 @@ class Producers:
             service.connect(port, lambda: self._settings.known, override)
 
     def start(self, start: Callable[[ProducerService, Health], None]) -> None:
-        """Start each of them by `start`, which turns a failure into its health."""
+        """Start each with `start`, which reports a failure in its health."""
         for service in self.services:
             start(service, service.health)
         for thread in self._threads if self.services else ():
             thread.start()
 
     def stop(self) -> None:
-        """End all processes and the threads. Who writes to the inboxes may still do so: stop the
-        services after them."""
+        """End all processes and threads. Writers to the inboxes must stop before the services."""
         self._stopping.set()
         for thread in self._threads:
             if thread.is_alive():
@@ -66,7 +65,7 @@ class Producers:
             service.end()
 
     def renew(self, lidars: tuple[LidarConfig, ...]) -> None:
-        """With these lidars in place of those before."""
+        """Replace the lidars."""
         for service in self.services:
             service.renew(lidars)
 
@@ -75,18 +74,18 @@ class Producers:
         return [row for service in self.services for row in service.rows()]
 
     def news(self) -> dict[str, Any] | None:
-        """Of the motion that goes on, else of the newest that has ended."""
+        """News of the current motion, else of the last one that ended."""
         told = [news for service in self.services if (news := service.news()) is not None]
         told.sort(key=lambda one: one["state"] in ("arrived", "ended"))
         return told[0] if told else None
 
     def spot(self) -> dict[str, Any] | None:
-        """The spot of the picture that was chosen, see SpotService.spot."""
+        """The chosen spot in the picture, see SpotService.spot."""
         told = [service.spot() for service in self._spots]
         return next(filter(None, told), None)
 
     def choose(self, tile: str, at: At | None, at_s: float) -> bool:
-        """As SpotService.choose; what was chosen for other kinds is forgotten."""
+        """As SpotService.choose; discards spots chosen for other kinds."""
         taken = [service for service in self._spots if service.choose(tile, at, at_s)]
         for service in self._spots:
             if taken and service not in taken:
@@ -107,7 +106,7 @@ class Producers:
             self._each(ProducerService.look)
 
     def _each(self, act: Callable[[ProducerService], None]) -> None:
-        # Where one fails its chair stands, for nobody tells its process to drive on.
+        # If one fails, its chair stands, because its process gets no more words.
         for service in self.services:
             try:
                 act(service)

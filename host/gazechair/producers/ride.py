@@ -1,4 +1,4 @@
-"""A mission under way: what it goes by besides where it is, and what a producer says of it."""
+"""A running mission: its inputs other than the pose, and the producer's output for it."""
 
 from __future__ import annotations
 
@@ -24,36 +24,36 @@ from gazechair.sensing.odometry.odometry import Estimate, Motion
 
 POSE_LOST = "going_pose_lost"
 _BLOCKED_S = 30.0
-_SCAN_S = 0.09  # from one look at what stands round the chair to the next
+_SCAN_S = 0.09  # between two views of the chair's surroundings
 _STATES = {DRIVING: "drives", BLOCKED: "blocked", PLANNING: "thinks"}
 
 
 class Ride:
-    """One mission after another."""
+    """Runs one mission after another."""
 
     def __init__(self, thinker: Executor) -> None:
         self._thinker = thinker
         self._thought: Future[Planned] | None = None
         self.looks = Looks()
         self.seen = False
-        """The newest estimate has a look."""
+        """True if the newest estimate comes with a view of the surroundings."""
         self._looked_s = -math.inf
         self._put_out = STOP
         self._blocked_s: float | None = None
 
     def begin(self) -> None:
-        """Another mission."""
+        """Begin another mission."""
         self._blocked_s = None
 
     def submit(self, work: Callable[[], Planned]) -> Future[Planned]:
-        """Plan, in place of what still waits to be: that is an older mission's."""
+        """Plan; replaces a queued plan, which belongs to an older mission."""
         if self._thought is not None:
             self._thought.cancel()
         self._thought = self._thinker.submit(work)
         return self._thought
 
     def hear(self, sensed: Sensed) -> None:
-        """What is new."""
+        """Process new data."""
         for piece in sensed.pieces:
             self.looks.piece(piece)
         self.seen = False
@@ -86,7 +86,7 @@ class Ride:
         return Said((stick.linear_permille, stick.turn_permille), state, mission.reason, shown)
 
     def _look(self, mission: Mission, at: Pose, time_s: float) -> None:
-        """What stands round the chair, as from where it is."""
+        """Give the mission the chair's surroundings, seen from its pose."""
         if self.seen and time_s >= self._looked_s + _SCAN_S:
             seen = self.looks.seen()
             if seen.estimate.time_s == time_s:

@@ -1,7 +1,7 @@
-"""A producer's process without its pipes: takes words and datagrams, steps the kind, says values.
+"""A producer's process without its pipes: takes words and datagrams, steps the kind, sends values.
 
-A step that takes longer than a value lives goes on in a thread of its own; meanwhile the chair
-stands, and this says so.
+A step that takes longer than a value lives continues in its own thread; meanwhile the chair
+stands, and this reports so.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from gazechair.sensing.odometry.odometry import Estimate, Motion
 from gazechair.sensing.odometry.points import Piece
 
 PULSE_S = 0.25
-_WAITS_S = 0.03  # for a step, before it says that it thinks
-_HANGS_S = 20.0  # a step
-_OLD_S = 0.5  # what waited in the inbox that long is of no use
+_WAITS_S = 0.03  # for a step, before it reports that it thinks
+_HANGS_S = 20.0  # a longer step counts as hanging
+_OLD_S = 0.5  # older data in the inbox is useless
 _KEPT = 64
 _IDLE = Said(None)
 _STANDS = (0, 0)
 
 
 class Out(Protocol):
-    """Where it reports to; see RecordWriter."""
+    """Destination of its reports; see RecordWriter."""
 
     def data(self, payload: bytes) -> None: ...
 
 
 class Runner:
-    """Feed it `word` and `heard`, and `tick` it every STEP_S. What hangs or raises ends it."""
+    """Feed it with `word` and `heard`; call `tick` every STEP_S. A hang or an exception ends it."""
 
     def __init__(
         self,
@@ -46,18 +46,18 @@ class Runner:
         thinker: Executor,
         picture: Callable[[], Shot | None] = lambda: None,
     ) -> None:
-        """`thinker`: runs one step at a time; `picture`: takes the newest, None: no newer one."""
+        """`thinker`: runs one step at a time; `picture`: the newest, None: no newer one."""
         self._producer = producer
         self._lidars = lidars
         self._out = out
         self._thinker = thinker
         self._picture = picture
         self._ask: Ask | None = None
-        self._asked = 0  # the ask that the kind knows of
-        self._answered = 0  # the ask that it has ended, saying this
+        self._asked = 0  # the ask that the kind knows
+        self._answered = 0  # the ask that it has ended with this answer
         self._answer = _IDLE
         self._press: Press | None = None
-        self._begun = 0  # the press that the kind knows of
+        self._begun = 0  # the press that the kind knows
         self._over = 0  # the press that the kind has ended
         self._step: Future[Said] | None = None
         self._step_of, self._step_s = 0, 0.0
@@ -69,7 +69,7 @@ class Runner:
         self._word_s = self._said_s = float("-inf")
 
     def word(self, word: Mapping[str, Any]) -> None:
-        """What the daemon says; see exchange."""
+        """Process a message from the daemon; see exchange."""
         self._word_s = float(word["at_s"])
         ask = word.get("ask")
         self._ask = None if ask is None else Ask(**ask)
@@ -81,7 +81,7 @@ class Runner:
             self._press = Press(number, *more, self._word_s)
 
     def heard(self, said: HalfTurn | Motion | Estimate | Whereabouts | None, now_s: float) -> None:
-        """What came through the inbox."""
+        """Process data from the inbox."""
         if isinstance(said, HalfTurn):
             piece = self._lidars.piece(said) if said.last_s > now_s - _OLD_S else None
             if piece is not None:
@@ -94,7 +94,7 @@ class Runner:
             self._where = said
 
     def tick(self, now_s: float) -> None:
-        """Say what is to be said now. Raises what the kind raises, RuntimeError when it hangs."""
+        """Send what is due now. Raises what the kind raises, RuntimeError when it hangs."""
         press = self._press if now_s - self._word_s <= WORD_OLD_S else None
         if self._step is None and press is not None and press.number != self._over:
             self._begin(press, now_s)
@@ -109,7 +109,7 @@ class Runner:
             if now_s - self._step_s > _HANGS_S:
                 raise RuntimeError(f"a step takes longer than {_HANGS_S:g} s")
         if press is not None and press.number == self._over:
-            self._say(now_s, press.number, self._shown)  # again: only the newest record is read
+            self._say(now_s, press.number, self._shown)  # repeat: only the newest record is read
         elif press is not None:
             mine = self._shown if self._begun == press.number else _IDLE
             self._say(now_s, press.number, Said(_STANDS, "thinks", mine.reason, mine.shown))
@@ -162,7 +162,7 @@ class Runner:
                 self._say(self._step_s, 0, said, self._asked)
             return
         if press is None or press.number != self._step_of:
-            return  # it was for a press that is over
+            return  # it belongs to a press that is over
         self._shown = said
         if said.stick is None:
             self._over = press.number

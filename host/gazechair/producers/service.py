@@ -1,4 +1,4 @@
-"""A producer's part in the daemon: its child process, its tiles, and what pages are told of it."""
+"""A producer in the daemon: its child process, its tiles, and its news for the pages."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.inbox_service import InboxService
 from gazechair.sensing.odometry.odometry import Estimate
 
-# Why a motion ended, besides what its producer and the board say.
+# Why a motion ended, apart from the reasons of its producer and the board.
 STOPPED, CHANGED, FAILED = "going_stopped", "going_changed", "going_failed"
 _BOARD_SAYS = ("supervision_lost", "auto_overruled", "auto_limit")
 
-_WORD_S = 0.018  # 50 a second, and never late for one
+_WORD_S = 0.018  # for 50 per second, with a margin
 _IDLE_WORD_S = 0.1
-_TOLD_S = 60.0  # the end of a motion
-_LATE_S = 0.12  # without a value for so long, its producer is the reason
-_NICE = 5  # what computes does not take the processor from those who stop the chair
+_TOLD_S = 60.0  # how long the end of a motion is shown
+_LATE_S = 0.12  # after this long without a value, its producer is the reason
+_NICE = 5  # a busy producer must not take the processor from the parts that stop the chair
 
 
 Settings = Callable[[], Mapping[str, int] | None]
 
 
 class Port(producer.Port, Protocol):
-    """What it needs of Control."""
+    """What this needs from Control."""
 
     def offer_mode(self, mode: str, tile: dict[str, Any] | None) -> None: ...
     def world(self) -> World: ...
@@ -65,7 +65,7 @@ class _Ride:
 
 
 class ProducerService(InboxService):
-    """One kind. Nothing here waits for it, and nothing that drives the chair by hand needs it."""
+    """One kind. Nothing here waits for it, and driving by hand does not need it."""
 
     def __init__(
         self,
@@ -78,7 +78,7 @@ class ProducerService(InboxService):
         pictures: int | None = None,
     ) -> None:
         """`setup` of the child, see child_setup; `targets`: what can be chosen now, by the name of
-        its mode; `pictures`: a PictureSlot's descriptor."""
+        its mode; `pictures`: descriptor of a PictureSlot."""
         super().__init__(lidars)
         self.kind = kind
         self.health = health
@@ -92,14 +92,14 @@ class ProducerService(InboxService):
         self._lock = threading.RLock()
         self._lives = False
         self._shown: dict[str, Target] = {}
-        self._offered: dict[str, Target] = {}  # of those, what can be pressed
+        self._offered: dict[str, Target] = {}  # those that can be pressed
         self._word_s = float("-inf")
         self._state_s = 0.0
         self._ride: _Ride | None = None  # the newest, over or not
 
     def connect(self, port: Port, settings: Settings, override: Callable[[], str]) -> None:
-        """Before the start. `settings`: the board's, None: not known; `override`: what the board
-        says of its newest press."""
+        """Call before `start`. `settings`: the board's, None: not known; `override`: the board's
+        override of its newest press."""
         self._port, self._settings, self._override = port, settings, override
 
     def start(self) -> None:
@@ -118,21 +118,21 @@ class ProducerService(InboxService):
         )
 
     def end(self) -> None:
-        """End the child process, and what it moves. Its inbox stays until `stop`."""
+        """End the child process and its motion. Its inbox stays until `stop`."""
         Supervised.stop(self)
         self._dies()
 
-    # What it is fed beside what the lidars' child and the board write
+    # Its data, apart from what the lidars' child and the board write
 
     def estimate(self, estimate: Estimate) -> None:
-        """What odometry says. Never waits."""
+        """A new estimate from odometry. Never blocks."""
         inbox.send(self.inbox_fd, inbox.pack_estimate(estimate))
 
     def where(self, where: Whereabouts) -> None:
-        """What mapping says. Never waits."""
+        """A new pose from mapping. Never blocks."""
         inbox.send(self.inbox_fd, pack(where))
 
-    # What pages are told
+    # For the pages
 
     def rows(self) -> list[dict[str, Any]]:
         """Its tiles, as plug-ins' rows; `sign`: one of places.ICONS."""
@@ -154,7 +154,7 @@ class ProducerService(InboxService):
             ]
 
     def news(self) -> dict[str, Any] | None:
-        """Of the newest motion: goal, way, how it goes or why it ended; None: none lately."""
+        """The newest motion: goal, path, state or reason of its end; None: none recently."""
         with self._lock:
             ride = self._ride
             if ride is None:
@@ -178,17 +178,17 @@ class ProducerService(InboxService):
                 "goal": goal or shown.get("goal", {}),
             }
 
-    # What happens
+    # Periodic calls
 
     def look(self) -> None:
-        """What can be chosen now: 4 times a second. Waits for a disk, and nobody for it."""
+        """Update what can be chosen: 4 times a second. May wait for a disk; nobody waits for it."""
         shown = dict(self._targets()) if self._settings() else {}
         with self._lock:
             self._shown = shown
             self._offer()
 
     def tick(self) -> None:
-        """Often: 250 times a second while its mode is pressed, 50 times else. Never waits."""
+        """Call 250 times a second while its mode is pressed, else 50 times. Never blocks."""
         with self._lock:
             now_s = self._clock()
             world = self._port.world()
@@ -197,7 +197,7 @@ class ProducerService(InboxService):
 
     @property
     def rides(self) -> bool:
-        """Its mode is pressed."""
+        """True while its mode is pressed."""
         return self._ride is not None and self._ride.ended_s is None
 
     def _offer(self) -> None:
@@ -254,7 +254,7 @@ class ProducerService(InboxService):
         word: dict[str, Any] = {"at_s": now_s, "press": 0, **self._besides()}
         if rides and self._ride is not None:
             word |= {
-                "at_s": world.state_s,  # a board that is silent is no reason to drive on
+                "at_s": world.state_s,  # while the board is silent, do not drive on
                 "press": self._ride.number,
                 "target": dict(self._ride.target.more),
                 "settings": dict(self._ride.settings),
@@ -263,7 +263,7 @@ class ProducerService(InboxService):
         self._say(json.dumps(word).encode())
 
     def _besides(self) -> Mapping[str, Any]:
-        """What a word says besides."""
+        """Additional fields of a word."""
         return {}
 
     def _say(self, word: bytes) -> None:
@@ -285,7 +285,7 @@ class ProducerService(InboxService):
         self.health.set(states.OK)
 
     def _hear(self, record: exchange.Record) -> None:
-        """What its process says besides of a press."""
+        """Process a record that does not belong to a press."""
 
     def _on_status(self, status: Status) -> None:
         if status.state == states.LOST:
@@ -303,7 +303,7 @@ _SHOWN = ("map", "x", "y", "heading")
 
 
 def child_setup(footprint: FootprintConfig, maps: Path, state: Path) -> dict[str, Any]:
-    """What a child needs; `maps`: the folder of the stored maps, `state`: of all that is stored."""
+    """The child's setup; `maps`: the folder of the stored maps, `state`: the state folder."""
     margins = footprint.front_margin_m, footprint.side_margin_m, footprint.rear_margin_m
     outline = {"corners_m": footprint.corners_m, "margins_m": margins}
     return {"footprint": outline, "maps": str(maps), "state": str(state)}

@@ -1,4 +1,4 @@
-"""The pages' door for spots of the picture: {"k": "spot"}, by the page that drives, and fresh."""
+"""The pages' port for spots in the picture: {"k": "spot"}, fresh, from the page that drives."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Choose = Callable[[str, At | None, float], bool]
 
 
 class SpotPort(RelayingPort):
-    """The DriverPort `port`, with spots besides. A spot moves nothing."""
+    """The DriverPort `port` with spots added. A spot moves nothing."""
 
     def __init__(self, port: DriverPort, control: Control, choose: Choose) -> None:
         """`choose`: as SpotService.choose, of all kinds."""

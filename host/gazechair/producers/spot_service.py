@@ -1,8 +1,8 @@
-"""The part in the daemon of a kind whose person first chooses a spot of the camera's picture.
+"""A kind in the daemon whose person first chooses a spot in the camera's picture.
 
-A spot starts nothing: its process says what it would do there, the pages show it, and only while
-that stands is there a mode to be pressed. Each spot has a mode of its own, so no press is ever for
-a spot that was chosen before.
+A spot starts nothing: its process reports what it would do there, the pages show it, and only while
+that is valid is there a mode to press. Each spot has its own mode, so a press never starts a motion
+to an earlier spot.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from gazechair.producers.places import Target
 from gazechair.producers.service import ProducerService
 
 At = tuple[float, float]
-_MOST = 100_000  # a mode's name is short
+_MOST = 100_000  # so that a mode's name stays short
 
 
 class SpotService(ProducerService):
     """One kind. Its targets are tiles, by name; a tile's `more` has the picture's "aspect"
-    and "top", as pages are told them."""
+    and "top", as sent to the pages."""
 
     _number = 0
     _ask: Mapping[str, Any] | None = None
@@ -30,8 +30,8 @@ class SpotService(ProducerService):
     _answer: exchange.Record | None = None
 
     def choose(self, tile: str, at: At | None, at_s: float) -> bool:
-        """A spot of the picture, in shares of its width and height, for that tile; None: none any
-        more. False: the tile is not this kind's, or does not work now."""
+        """Choose a spot for that tile, as fractions of the picture's width and height; None:
+        discard it. False: the tile is not of this kind, or does not work now."""
         with self._lock:
             settings = self._settings()
             if tile not in self._shown or settings is None or not self._lives:
@@ -45,7 +45,7 @@ class SpotService(ProducerService):
             return True
 
     def forget(self) -> None:
-        """No spot is chosen; what was pressed for one ends."""
+        """Discard the spot; a press for it ends."""
         with self._lock:
             if self._ask is not None:
                 self._ask = self._answer = None
@@ -53,7 +53,7 @@ class SpotService(ProducerService):
                 self._offer()
 
     def spot(self) -> dict[str, Any] | None:
-        """For the pages: the spot, what it would lead to, and the mode that can be pressed."""
+        """For the pages: the spot, its result, and the mode that can be pressed."""
         with self._lock:
             if self._ask is None:
                 return None
@@ -70,7 +70,7 @@ class SpotService(ProducerService):
             }
 
     def rows(self) -> list[dict[str, Any]]:
-        """Its tiles: no modes, they open the choice of a spot."""
+        """Its tiles: not modes; they open the choice of a spot."""
         none = {"aspect": 1.0, "top": 0.0}
         pictures = {tile: target.more for tile, target in self._shown.items()}
         return [
@@ -79,7 +79,7 @@ class SpotService(ProducerService):
         ]
 
     def renew(self, lidars: tuple[LidarConfig, ...]) -> None:
-        """As InboxService.renew: another process, too."""
+        """As InboxService.renew: also starts a new process."""
         self.forget()
         super().renew(lidars)
 
@@ -112,5 +112,5 @@ class SpotService(ProducerService):
 
     def _dies(self) -> None:
         with self._lock:
-            self._ask = self._answer = None  # another process has not seen what was chosen
+            self._ask = self._answer = None  # the new process does not know the spot
             super()._dies()

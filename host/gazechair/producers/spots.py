@@ -1,4 +1,4 @@
-"""The tiles whose person first chooses a spot of the picture: a line, a place on the floor."""
+"""The tiles whose person first chooses a spot in the picture: a line, a place on the floor."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.pixels import CAN_DECODE
 from gazechair.producers.places import Target
 
-_MOST_TOP = 0.8  # a camera that sees little floor
+_MOST_TOP = 0.8  # for a camera that sees little floor
 _TILES = {
     "line": ("follow-line", "Volg lijn", "Follow line", "〰️"),
     "look": ("go-look", "Ga waar ik kijk", "Go where I look", "\U0001f441"),
@@ -19,9 +19,9 @@ _TILES = {
 
 
 def spots(kind: str, allowed: bool, floor: FloorStore) -> dict[str, Target]:
-    """The tile of a kind; `allowed`: its driver may be moved by itself.
+    """The tile of a kind; `allowed`: this driver may use auto motions.
 
-    None without a calibrated camera whose pictures can be read.
+    Empty without a calibrated camera whose pictures can be decoded.
     """
     known = floor.get() if allowed and CAN_DECODE else None
     if known is None:
@@ -33,6 +33,6 @@ def spots(kind: str, allowed: bool, floor: FloorStore) -> dict[str, Target]:
 
 
 def _top(camera: FloorCamera) -> float:
-    """Share of the picture's height above which no floor within reach lies ahead."""
+    """Fraction of the picture's height above which no floor within reach lies ahead."""
     v = float(camera.pixels(np.array(((FARTHEST_M, 0.0),)))[0, 1]) / camera.height_px
     return min(max(v, 0.0), _MOST_TOP) if math.isfinite(v) else 0.0

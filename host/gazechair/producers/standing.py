@@ -1,4 +1,4 @@
-"""Whether the chair was moved by others: what somebody chose from where it stood is over then."""
+"""Detects that the chair was moved by others, which ends what was chosen from its old pose."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from gazechair.base.footprint import FloatArray
 from gazechair.producers.odometry_track import OdometryTrack
 
 _BRAKES_S = 3.0
-"""After a look or a press the chair may roll for so long."""
+"""How long the chair may roll on after a look or a press."""
 _MOVED_M, _MOVED_RAD = 0.1, math.radians(5.0)
 
 
 class Standing:
-    """`begin` with what may leave the chair rolling; then ask in each step."""
+    """Call `begin` after anything that may leave the chair rolling; then `moved` in each step."""
 
     def __init__(self) -> None:
         self._begun_s = -math.inf
         self._pose: FloatArray | None = None
 
     def begin(self, at_s: float) -> None:
-        """It is where it comes to rest after that moment."""
+        """Take the place where the chair comes to rest after `at_s`."""
         self._begun_s, self._pose = at_s, None
 
     def moved(self, track: OdometryTrack, now_s: float) -> bool:
-        """It was, or does not come to rest."""
+        """True if it was moved, or does not come to rest."""
         if not track.stands and now_s - self._begun_s > _BRAKES_S:
             return True
         pose = track.pose(now_s)

@@ -1,4 +1,4 @@
-"""Where the chair is in a map at this moment: the map's newest pose, carried on by odometry."""
+"""The chair's present pose in a map: the map's newest pose, extended by odometry."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from gazechair.sensing.odometry import doubts
 from gazechair.sensing.odometry.odometry import Estimate
 
 POSE_OLD_S = 0.35
-"""A map's pose that is older is lost: the motion must end within 0.5 s."""
+"""An older map pose counts as lost: the motion must end within 0.5 s."""
 _ESTIMATE_OLD_S = 0.25
-_SIGMA_M, _SIGMA_DEG = 0.12, 3.0  # known worse, it is not known
+_SIGMA_M, _SIGMA_DEG = 0.12, 3.0  # a less certain pose counts as unknown
 _SAME_S = 1e-3
 DOUBTED = frozenset((doubts.LITTLE, doubts.LATE, doubts.CARRIED, doubts.LOST))
-"""With any of these an estimate is no place to drive by."""
+"""An estimate with any of these is not usable for driving."""
 _KEPT = 64
 
 
 class MapTrack:
-    """Feed it what comes; ask for the pose in one map."""
+    """Feed it new data; `pose` returns the pose in one map."""
 
     def __init__(self) -> None:
         self._estimates: deque[Estimate] = deque(maxlen=_KEPT)
@@ -33,11 +33,11 @@ class MapTrack:
         self._frame: FloatArray | None = None  # odometry's frame in the map's
 
     def take(self, estimates: Iterable[Estimate], where: Whereabouts | None) -> None:
-        """What is new."""
+        """Process new data."""
         for estimate in estimates:
             if self._estimates and estimate.track != self._estimates[-1].track:
                 self._estimates.clear()
-                self._where = None  # carried on from nothing
+                self._where = None  # nothing to extend
             self._estimates.append(estimate)
         if where is not None:
             self._place(where)
@@ -52,11 +52,11 @@ class MapTrack:
 
     @property
     def newest(self) -> Estimate | None:
-        """Of odometry."""
+        """The newest estimate of odometry."""
         return self._estimates[-1] if self._estimates else None
 
     def pose(self, map_: str, now_s: float) -> FloatArray | None:
-        """(3,) at the time of `newest`, in that map; None: it is not known well enough."""
+        """Pose (3,) at the time of `newest`, in that map; None: not known well enough."""
         where, newest = self._where, self.newest
         if where is None or newest is None or self._frame is None or where.map != map_:
             return None
@@ -70,5 +70,5 @@ class MapTrack:
 
 
 def pose_of(estimate: Estimate) -> FloatArray:
-    """In odometry's frame."""
+    """The estimate's pose in odometry's frame."""
     return np.array((estimate.x_m, estimate.y_m, math.radians(estimate.heading_deg)))

@@ -41,11 +41,11 @@ class Finding:
     what: str
     found: str
     do: str = ""
-    """What to do; empty when nothing is."""
+    """What to do; empty if nothing."""
 
 
 def examine(config_path: Path | None) -> list[Finding]:
-    """All findings about this machine under the configuration at `config_path` (None: defaults)."""
+    """All findings about this machine with the configuration at `config_path` (None: defaults)."""
     findings = [*_python(), *_packages(), *_serial_ports()]
     try:
         config = configuration.load(config_path)
@@ -113,7 +113,7 @@ def _devices(config: Config) -> Iterator[Finding]:
         elif answer.state == h.OK:
             yield Finding(OK, name, answer.detail or "delivers")
         else:
-            # The detail ends in what to do.
+            # The detail ends with what to do.
             level = WARN if answer.state == h.DEGRADED or name == "camera" else FAIL
             do = "" if answer.detail else advice(answer.reason)
             yield Finding(level, name, answer.detail or f"{answer.state}, no answer", do)

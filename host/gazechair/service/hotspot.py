@@ -1,7 +1,7 @@
 """`gazechair hotspot`: the chair's own WiFi network, for homes without one and for outside.
 
 NetworkManager does the work. Its connection is a file in its own format (nm-settings-keyfile(5)),
-written here so that the password is on no command line.
+written here so that the password is not on a command line.
 """
 
 from __future__ import annotations
@@ -22,25 +22,25 @@ from gazechair.people.pairing.show import qr_text
 
 NAME = "gazechair"
 ADDRESS = "10.42.0.1"
-"""Of the host in its own network: pages are there."""
+"""Address of the host, with the pages, in its own network."""
 FOLDER = Path("/etc/NetworkManager/system-connections")
 
-_LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"  # none that looks like another
+_LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"  # no two look alike
 _LENGTH = 12  # letters: 59 bits
 _LIMIT_S = 45.0
 
 
 class HotspotError(Exception):
-    """It cannot be done: one line, what and what to do."""
+    """Raised when it cannot be done: one line with the cause and what to do."""
 
 
 def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the command to the command line."""
-    parser = commands.add_parser("hotspot", help="the chair's own WiFi, by NetworkManager")
+    parser = commands.add_parser("hotspot", help="the chair's own WiFi, with NetworkManager")
     actions = parser.add_subparsers(title="actions", required=True, metavar="ACTION")
-    begin = actions.add_parser("on", help="make it, now and at each start; shows how to join")
+    begin = actions.add_parser("on", help="start it, now and at each boot; shows how to join")
     begin.add_argument("--interface", default="", help="the WiFi adapter (default: any)")
-    begin.add_argument("--name", default=NAME, help="what tablets and phones see")
+    begin.add_argument("--name", default=NAME, help="the name that tablets and phones see")
     begin.set_defaults(act=lambda options: _say(on, options.name, options.interface))
     end = actions.add_parser("off", help="end it; the adapter may join other networks again")
     end.set_defaults(act=lambda _: _say(off))
@@ -49,7 +49,7 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
 
 
 def on(ssid: str = NAME, interface: str = "", folder: Path = FOLDER) -> str:
-    """Make it and begin; a password that exists stays. How to join. Raises HotspotError."""
+    """Create and start it; keeps an existing password. Returns how to join. HotspotError."""
     if not 1 <= len(ssid.encode()) <= 32:
         raise HotspotError("a network's name has 1 to 32 bytes")
     password = _read(folder).get("wifi-security", "psk", fallback="") or _made()
@@ -73,7 +73,7 @@ def on(ssid: str = NAME, interface: str = "", folder: Path = FOLDER) -> str:
 
 
 def off(folder: Path = FOLDER) -> str:
-    """End it and forget its password. Raises HotspotError."""
+    """Stop it and delete its password. Raises HotspotError."""
     if not _file(folder).exists():
         raise HotspotError("there is no hotspot; gazechair hotspot on makes one")
     _nmcli("connection", "delete", "id", NAME)
@@ -111,7 +111,7 @@ def keyfile(ssid: str, password: str, interface: str) -> str:
 
 
 def joining(ssid: str, password: str) -> str:
-    """What phones read from a QR code to join: the form that ZXing introduced."""
+    """The text of a QR code with which phones join, in ZXing's format."""
     ssid, password = (
         "".join("\\" + c if c in '\\;,:"' else c for c in part) for part in (ssid, password)
     )

@@ -10,13 +10,13 @@ from gazechair.config import configuration
 
 
 def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the command `lidar` with its acts."""
+    """Add the command `lidar` with its subcommands."""
     lidar = commands.add_parser("lidar", help="masks and recordings of the lidars")
     acts = lidar.add_subparsers(title="acts", required=True, metavar="ACT")
-    mask = acts.add_parser("mask", help="find where the chair itself is in the lidars' way")
+    mask = acts.add_parser("mask", help="find where the chair itself blocks the lidars' view")
     mask.add_argument("--seconds", type=float, default=5.0, metavar="N", help="look for N seconds")
     mask.set_defaults(act=_mask)
-    record = acts.add_parser("record", help="keep what a lidar measures in a file")
+    record = acts.add_parser("record", help="record a lidar's measurements in a file")
     record.add_argument("file", type=Path, metavar="FILE")
     record.add_argument("--seconds", type=float, metavar="N", help="default: until Ctrl-C")
     record.add_argument("--name", help="which lidar, when there are several")

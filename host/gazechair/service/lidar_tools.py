@@ -29,11 +29,11 @@ Say = Callable[[str], None]
 
 
 class LidarCommandError(Exception):
-    """The command can't continue; the text is one line."""
+    """Raised when the command can't continue; the text is one line."""
 
 
 def fitted(config: Config) -> tuple[LidarConfig, ...]:
-    """The lidars that are there. Raises LidarCommandError when there is none."""
+    """The configured lidars. Raises LidarCommandError when there is none."""
     found = tuple(lidar for lidar in config.lidar if lidar.kind != "off")
     if not found:
         raise LidarCommandError(
@@ -61,7 +61,7 @@ def mask(config: Config, seconds: float, say: Say) -> bool:
 
 
 def learned_mask(lidar: LidarConfig, scans: Sequence[Scan], footprint: FootprintConfig) -> Learned:
-    """The mask of `lidar` from what it has seen. MaskError."""
+    """The mask of `lidar` from its scans. Raises MaskError."""
     pose = Pose(lidar.x_m, lidar.y_m, lidar.heading_deg, lidar.upside_down)
     return learn(scans, pose, np.array(footprint.corners_m, dtype=np.float64))
 

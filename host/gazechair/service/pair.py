@@ -13,7 +13,7 @@ from gazechair.people.pairing.store import Device, StoreError
 
 
 class PairError(Exception):
-    """It cannot be done: one line, what and what to do."""
+    """Raised when it cannot be done: one line with the cause and what to do."""
 
 
 def make_code(folder: Path, role: str, say: Callable[[str], None]) -> None:
@@ -28,7 +28,7 @@ def make_code(folder: Path, role: str, say: Callable[[str], None]) -> None:
 
 
 def show_devices(folder: Path, say: Callable[[str], None]) -> None:
-    """Show the paired devices, also while no daemon runs. Raises PairError."""
+    """Show the paired devices, even if no daemon runs. Raises PairError."""
     try:
         devices = [Device(**row) for row in ask(folder, {"ask": "list"})["devices"]]
     except NotRunning:
@@ -37,7 +37,7 @@ def show_devices(folder: Path, say: Callable[[str], None]) -> None:
 
 
 def revoke(folder: Path, id: str, say: Callable[[str], None]) -> None:
-    """Forget a device, also while no daemon runs. Raises PairError for an unknown id."""
+    """Forget a device, even if no daemon runs. Raises PairError for an unknown id."""
     try:
         answer = ask(folder, {"ask": "revoke", "id": id})
     except NotRunning:

@@ -19,7 +19,7 @@ from gazechair.web.map_routes import Maps
 
 
 class FrontDoor:
-    """Everything by which people's devices reach the host."""
+    """All access for people's devices to the host."""
 
     def __init__(
         self,
@@ -31,7 +31,7 @@ class FrontDoor:
         steps: Steps,
         maps: Maps,
     ) -> None:
-        """Arguments as of WebServer."""
+        """Arguments: see WebServer."""
         self._config = config
         self._driver_port = port
         self._video = video
@@ -45,7 +45,7 @@ class FrontDoor:
 
     @property
     def url(self) -> str:
-        """Where the pages are; "" while it is not open."""
+        """The pages' address; "" while it is not open."""
         if self._web is None:
             return ""
         language = self._config.web.language
@@ -74,7 +74,7 @@ class FrontDoor:
         self._web.start()
 
     def stop(self) -> None:
-        """Cut everyone and close. Safe to call when start failed."""
+        """Disconnect everyone and close. Safe to call when start failed."""
         if self._web is not None:
             self._web.stop()
         if self._side is not None:

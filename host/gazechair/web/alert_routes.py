@@ -1,4 +1,4 @@
-"""HTTP routes of the alerts: what there is, who takes care of it, and a test."""
+"""HTTP routes of the alerts: list, acknowledge, test."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gazechair.web.guard import DEVICE
 
 
 class AlertBook(Protocol):
-    """What the pages need of the alerts."""
+    """What the pages need from the alerts."""
 
     def as_json(self) -> dict[str, Any]: ...
     def acknowledge(self, number: int, by: str) -> bool: ...

@@ -32,7 +32,7 @@ def refuse(status: int, reason: str, detail: str, **more: Any) -> Response:
 
 
 def unless_caretaker() -> Response | None:
-    """A refusal for a device that is no caretaker's, None for a caretaker's."""
+    """A refusal for a device that is not a caretaker's, None for a caretaker's."""
     device: Device = request.environ[DEVICE]
     if device.role == "caretaker":
         return None
@@ -40,7 +40,7 @@ def unless_caretaker() -> Response | None:
 
 
 def file_of(kind: str) -> bytes:
-    """The request's body of this type, which no form of another site can send. BadRequest."""
+    """The request's body of this type, which another site's form cannot send. BadRequest."""
     told = request.environ.get("CONTENT_TYPE", "").partition(";")[0]
     if told.strip(" \t").lower() != kind:
         raise BadRequest(f"send Content-Type: {kind}")
@@ -50,7 +50,7 @@ def file_of(kind: str) -> bytes:
 def body() -> dict[str, Any]:
     """The request's JSON object. Raises BadRequest.
 
-    Its type must be application/json, which no form of another site can send.
+    Its type must be application/json, which another site's form cannot send.
     """
     try:
         content = json.loads(file_of("application/json"))

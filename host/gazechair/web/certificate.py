@@ -28,11 +28,11 @@ log = logging.getLogger(__name__)
 
 
 class CertificateError(Exception):
-    """No certificate can be made: one line, what and what to do."""
+    """Raised when no certificate can be made: one line with the cause and what to do."""
 
 
 class Certificate:
-    """The certificate in `folder`/tls; made there when there is none or it ends soon."""
+    """The certificate in `folder`/tls; created if there is none or it expires soon."""
 
     def __init__(self, folder: Path, names: Sequence[str]) -> None:
         """`names`: host names and addresses by which pages reach this host. Raises
@@ -83,7 +83,7 @@ class Certificate:
 
 
 def _make(folder: Path, names: Sequence[str]) -> None:
-    # In a folder of its own that takes its final name once it is complete.
+    # In a separate folder that gets its final name once it is complete.
     fresh = folder.with_name("tls.new")
     shutil.rmtree(fresh, ignore_errors=True)
     try:
@@ -135,7 +135,7 @@ def _alternative(name: str) -> str:
 
 
 def _openssl(words: list[str]) -> str | None:
-    # None when it did what it should, else one line.
+    # None on success, else one line.
     try:
         done = subprocess.run(
             ["openssl", *words], capture_output=True, text=True, timeout=_LIMIT_S, check=False

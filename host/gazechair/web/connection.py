@@ -15,7 +15,7 @@ class Connection(Protocol):
     """One open connection. At most one thread reads; any may send."""
 
     raw: socket.socket
-    """What carries it: for Places, and to cut it."""
+    """The underlying socket: for Places, and to cut it."""
 
     def receive(self, size: int, limit_s: float) -> bytes | None:
         """At most `size` bytes, b"" at the end, None when none came in time. Raises OSError."""
@@ -27,7 +27,7 @@ class Connection(Protocol):
 
 
 class PlainConnection:
-    """A Connection as it is."""
+    """An unencrypted Connection."""
 
     def __init__(self, raw: socket.socket) -> None:
         self.raw = raw

@@ -66,12 +66,12 @@ class ControlHub:
         ending = Ending(None, "its socket closed")
         try:
             if not self._still_paired(device.id):
-                client.dismiss(REVOKED)  # while it knocked
+                client.dismiss(REVOKED)  # revoked while connecting
             ending = client.run()
         except OSError as gone:
             ending = Ending(None, str(gone))
         finally:
-            # First of all: what it commanded stops.
+            # First: stop what it commanded.
             self._port.disconnect(client.id)
             client.end(ending)
             with self._lock:
@@ -80,15 +80,15 @@ class ControlHub:
             visits.info("page %s, client %d, gone: %s", peer, client.id, ending.why)
 
     def revoked(self, device_id: str) -> None:
-        """Send away every page of that device: what it commanded stops before this returns."""
+        """Disconnect every page of that device: what it commanded stops before this returns."""
         with self._lock:
             clients = [client for client in self._clients if client.device.id == device_id]
         for client in clients:
             client.dismiss(REVOKED)
 
     def _admit(self, ws: WebSocket, device: Device) -> PageClient | None:
-        # Each role has its own places, so that no number of viewers keeps the driver out. A page
-        # of the same device that has fallen silent is what its own return leaves behind.
+        # Each role has its own connection limit, so that viewers cannot keep the driver out. A
+        # silent page of the same device is left over from before it reconnected.
         replaced = Ending(CLOSE_TRY_LATER, "this device has come back on another connection")
         with self._lock:
             if self._stopping.is_set():

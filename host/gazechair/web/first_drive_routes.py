@@ -1,4 +1,4 @@
-"""HTTP routes of the first drive: what is done, run a step that does not move, answer it."""
+"""HTTP routes of the first drive: list steps, run one that does not move the chair, answer it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from gazechair.web.answers import BadRequest, answer, body, refuse, unless_caret
 
 
 class Steps(Protocol):
-    """What the pages need of the first drive (gazechair.first_drive.guide.Guide)."""
+    """What the pages need from the first drive (gazechair.first_drive.guide.Guide)."""
 
     def status(self) -> dict[str, Any]: ...
     def ask(self, wish: dict[str, Any]) -> tuple[str, str] | None: ...

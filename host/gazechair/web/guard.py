@@ -27,7 +27,7 @@ _PUBLIC = ("/pair", "/me", "/authority.crt", "/static/pair.js", "/static/pair.cs
 _PUBLIC_TOO = ("/static/icon.svg", "/static/strings.js")
 _PUBLIC_FOLDER = "/strings/"
 PAGES = ("/", "/caretaker")
-_MOST_COOKIES = 200  # browsers keep fewer a host
+_MOST_COOKIES = 200  # browsers keep fewer per host
 _MOST_ARRIVALS = 100  # more than there are devices
 _FILE_S = 3.0  # of a processor, for a large file at once
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{1,64}")
@@ -166,7 +166,7 @@ class Guard:
             detail = "no WebSocket is at this address"
             return _answer(start, Refusal("400 Bad Request", "bad_message", detail))
         if FILE in environ and device.role == "caretaker":
-            # One after the other, while others of the role go on.
+            # One file at a time; other requests of this role continue meanwhile.
             with self._files.turn():
                 environ[SETTLE](f"file {device.id}")
                 refusal = self._judge(environ)  # it may just have been revoked
@@ -178,7 +178,7 @@ class Guard:
             return self._whole(environ, start)
 
     def _whole(self, environ: Environ, start: StartResponse) -> Iterable[bytes]:
-        # The answer is made inside a turn and sent outside: a slow reader delays nobody.
+        # The answer is computed inside a turn and sent outside, so a slow reader delays nobody.
         body = self._app(environ, start)
         try:
             return [b"".join(body)]
@@ -204,7 +204,7 @@ class Guard:
         try:
             answer = self._whole(checked | {_LIBRARY_SOCKET: line}, start)
         finally:
-            write_off()  # a socket's own limits bound what it costs
+            write_off()  # a socket has its own limits
         if line.opened:
             raise ConnectionAbortedError
         return answer

@@ -174,7 +174,7 @@ class Exchange:
         return environ
 
     def _hear_out(self) -> None:
-        # Closing on what is unread would reset the connection, and the answer might be lost.
+        # Closing with unread data would reset the connection, and the answer might be lost.
         with contextlib.suppress(OSError):
             self._connection.raw.shutdown(socket.SHUT_WR)
             end_s = time.monotonic() + _HEAR_OUT_S
@@ -186,7 +186,7 @@ class Exchange:
 
 
 class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
-    """Accepts, and leaves everything that may take time to the connection's own thread."""
+    """Accepts connections; everything that may take time runs on the connection's own thread."""
 
     daemon_threads = True
     block_on_close = False
@@ -231,7 +231,7 @@ class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
         self.strangers.pause(_ACCEPT_PAUSE_S)
 
     def process_request_thread(self, request: Any, client_address: Any) -> None:
-        """One connection, on a thread of its own."""
+        """Serve one connection, on its own thread."""
         threading.current_thread().name = f"web-request-{client_address[1]}"
         try:
             self.finish_request(request, client_address)
@@ -283,7 +283,7 @@ class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
 def say_plainly(
     connection: Connection, status: str, line: str, kind: str = "text/plain; charset=utf-8"
 ) -> None:
-    """Answer a connection that has not got as far as the application."""
+    """Answer a connection that has not reached the application."""
     text = (
         f"HTTP/1.1 {status}\r\nContent-Type: {kind}\r\n"
         f"Content-Length: {len(line) + 1}\r\nConnection: close\r\n\r\n{line}\n"

@@ -1,8 +1,8 @@
 """A strict parser for the head of an HTTP request, linear in its length.
 
 It accepts only what browsers send (RFC 9112): an origin-form target, lines that end in CR LF, no
-folded header. The application sees only the headers listed here, so that no library ever parses a
-header that a stranger made up.
+folded header. The application sees only the headers listed here, so that no library ever parses an
+arbitrary header from a stranger.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from gazechair.sensing.mapping.packed_map import MOST_BYTES
 
 MOST_HEAD_BYTES = 16_384
 MOST_BODY_BYTES = 1_024
-_FILES = {"/maps/import": MOST_BYTES}  # by path: more, but only of a caretaker; see Guard
+_FILES = {"/maps/import": MOST_BYTES}  # by path: a larger body, from caretakers only; see Guard
 _MOST_TARGET = 1_024
 _MOST_VALUE = 256
 _MOST_LINES = 100
@@ -43,7 +43,7 @@ _USED = {
 
 
 class HeadRefused(Exception):
-    """No request that this server takes: the status, and one plain line."""
+    """Raised for a request that this server refuses: the status, and one plain line."""
 
     def __init__(self, status: str, line: str) -> None:
         super().__init__(line)
@@ -56,13 +56,13 @@ class Head:
 
     method: str
     path: str
-    """Without percent signs, bytes as characters (latin-1), as WSGI wants it."""
+    """Percent-decoded, bytes as characters (latin-1), as WSGI requires."""
     query: str
     version: str
     headers: dict[str, str]
     """Lower-case names; only those that are used here."""
     length: int
-    """Of the body, bytes."""
+    """Length of the body, bytes."""
 
 
 def parse(text: bytes) -> Head:

@@ -1,4 +1,4 @@
-"""HTTP routes of the maps: where the chair is, pictures for every page; changed by caretakers."""
+"""HTTP routes of the maps: pose and pictures for every page; changes by caretakers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _STATUS = {
 
 
 class Maps(Protocol):
-    """What the pages need of the maps (gazechair.sensing.mapping.desk.MapDesk)."""
+    """What the pages need from the maps (gazechair.sensing.mapping.desk.MapDesk)."""
 
     def as_json(self) -> dict[str, Any]: ...
     def where(self) -> dict[str, Any] | None: ...
@@ -39,7 +39,7 @@ class Maps(Protocol):
 
 
 def add_routes(app: Flask, maps: Maps) -> None:
-    """GET and POST /maps, and what belongs to one map."""
+    """GET and POST /maps, and the routes of a single map."""
 
     @app.get("/maps")
     def all_maps() -> Response:

@@ -11,7 +11,7 @@ _LEAN = (".js", ".css", ".html")
 
 
 def lean(text: str, suffix: str) -> str:
-    """`text` of a file of the pages without whole-line comments and indentation.
+    """`text` of a page's file without whole-line comments and indentation.
 
     Relies on two rules that tests/web/test_web_files.py checks: comments have lines of
     their own, and no text continues over a line's end.

@@ -35,7 +35,7 @@ def network_addresses() -> list[str]:
 
 
 def certificate_names(web: WebConfig) -> list[str]:
-    """What the certificate names, the first name first."""
+    """The names in the certificate, the main one first."""
     names = [web.name] if web.name else []
     host = socket.gethostname().lower()
     names += [host, f"{host}.local", "localhost", "127.0.0.1"]

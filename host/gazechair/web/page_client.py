@@ -98,12 +98,12 @@ class PageClient:
 
     @property
     def dismissed(self) -> bool:
-        """It has been sent away already."""
+        """True if it has already been dismissed."""
         return self._dismissed is not None
 
     @property
     def drives(self) -> bool:
-        """The chair is its page's."""
+        """True if its page owns the chair."""
         return bool(self._port.snapshot(self.id).get("you", False))
 
     def changed(self) -> None:
@@ -113,7 +113,7 @@ class PageClient:
             self._wake.notify()
 
     def dismiss(self, ending: Ending) -> None:
-        """Disconnect the page, from another thread: its messages do not count any more."""
+        """Disconnect the page, from another thread: its messages no longer count."""
         self._port.disconnect(self.id)
         with self._wake:
             self._dismissed = ending
@@ -196,7 +196,7 @@ class PageClient:
             self._ws.hang_up()  # the receiving side ends the client
 
     def _welcome(self, told: Message) -> Message:
-        # What the page must know, sent when it differs from what it was told; returns it.
+        # Send the page's welcome when it differs from the last one sent; return it.
         welcome = self._port.welcome(self.id)
         if welcome != told:
             self._send({**welcome, "name": self.device.name, "insecure": self._insecure})

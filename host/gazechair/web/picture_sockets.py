@@ -20,7 +20,7 @@ from gazechair.web.seats import Full, Seat, makes_way
 from gazechair.web.sockets import CLOSE_POLICY, CLOSE_TRY_LATER, CLOSE_UNSUPPORTED, WebSocket
 
 PICTURES = {"driver": 3, "caretaker": 3, "viewer": 2}
-"""At once, by role."""
+"""Connections at a time, by role."""
 HEADER = struct.Struct("<II")  # sequence, expected age_ms at arrival; a JPEG follows
 _TOO_OLD_S = 1.0  # the page greys the picture at 0.5 s: older ones are not sent
 _ACK_S = 5.0

@@ -2,8 +2,8 @@
 
 A connection is new until it has become a socket of a paired device. A new one is always accepted:
 when too many are new, the oldest new one closes, from the same address first. So strangers cannot
-exhaust the connection limit before a driver connects. 10 s are enough for any request, so that idle
-connections, half an encryption handshake or an endless header cost nobody anything.
+exhaust the connection limit before a driver connects. A request has 10 s, so that idle
+connections, half an encryption handshake or an endless header harm nobody.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Place:
     address: str
     since_s: float
     settled: str = ""
-    """Which socket of which device it has become: "control 3fa2b1"; "": still new."""
+    """The socket and device that it has become: "control 3fa2b1"; "": still new."""
     evicted: bool = False
 
     def cut(self) -> None:
@@ -83,7 +83,7 @@ class Places:
                     place.cut()
 
     def cut_overdue(self) -> None:
-        """Break what has been new for too long. Call it often."""
+        """Break connections that have been new for too long. Call it often."""
         with self._lock:
             limit_s = self._clock() - LONGEST_NEW_S
             for place in self._places.values():

@@ -15,12 +15,12 @@ Page = TypeVar("Page")
 
 
 class Full(Exception):
-    """All seats are taken, by devices with a like claim."""
+    """Raised when all seats are taken by devices with an equal claim."""
 
 
 @dataclass(frozen=True)
 class Seat(Generic[Page]):
-    """One page that is served."""
+    """One connected page."""
 
     page: Page
     device_id: str
@@ -30,7 +30,7 @@ class Seat(Generic[Page]):
 
 
 def makes_way(seats: Sequence[Seat[Page]], most: int, device_id: str) -> Page | None:
-    """Of `seats` of one role, `most` at once: which closes for a new page of a device, or None.
+    """The one of `seats` of a role, at most `most`, that closes for a device's new page, or None.
 
     Raises Full.
     """

@@ -46,11 +46,11 @@ complaints = ThrottledLog(log)
 
 
 class WebError(Exception):
-    """The server can't start; the text is one plain line: what, where, what to do."""
+    """Raised when the server can't start; one plain line: what, where, what to do."""
 
 
 class WebServer:
-    """Serves the pages on config.web's address from threads of its own."""
+    """Serves the pages on config.web's address, on its own threads."""
 
     def __init__(
         self,
@@ -200,7 +200,7 @@ class WebServer:
 
 
 def _settle(what: str) -> Device:
-    # The connection is a paired device's socket now: no deadline, and revocation finds it.
+    # The connection is now a paired device's socket: no deadline, and revocation can find it.
     device: Device = request.environ[DEVICE]
     request.environ[SETTLE](f"{what} {device.id}")
     return device

@@ -1,7 +1,7 @@
-"""WebSocket limits beyond the library flask-sock: bounds, complete sends, no extra threads.
+"""WebSocket limits beyond the library flask-sock: size limits, complete sends, no extra threads.
 
 The library implements the protocol (RFC 6455), without extensions. Everything that arrives counts,
-also pings, empty fragments and single bytes: a page that sends more than a page ever needs is
+also pings, empty fragments and single bytes: a page that sends more than it ever needs is
 disconnected, which stops what it commanded.
 """
 
@@ -40,7 +40,7 @@ _PEER_GONE_MS = 3_000
 _KEY_BYTES = 16
 _FLOOD = "far too many messages"
 
-# RFC 6455 section 7.4.1, and the IANA registry for the last of them.
+# RFC 6455 section 7.4.1, and the IANA registry for the last one.
 CLOSE_NORMAL = 1000
 CLOSE_GOING_AWAY = 1001
 CLOSE_UNSUPPORTED = 1003
@@ -54,15 +54,15 @@ class Ended(ConnectionError):
 
 
 class BadHandshake(Exception):
-    """A request that becomes no WebSocket: one plain line."""
+    """Raised for a request that cannot become a WebSocket: one plain line."""
 
 
 class _Fed(Exception):
-    """The library has read everything that it was given."""
+    """Raised when the library has read everything that it was given."""
 
 
 def tune(connection: socket.socket) -> None:
-    """Small messages at once, little queued, a dead peer noticed in 3 s."""
+    """Set options: send small messages at once, queue little, detect a dead peer in 3 s."""
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER)
@@ -70,7 +70,7 @@ def tune(connection: socket.socket) -> None:
 
 
 def handshake(environ: Mapping[str, Any]) -> dict[str, Any]:
-    """A WebSocket's request as the library gets it: of its headers, only what was checked here.
+    """A WebSocket's request for the library, only with the headers that were checked here.
 
     Raises BadHandshake.
     """
@@ -101,7 +101,7 @@ def handshake(environ: Mapping[str, Any]) -> dict[str, Any]:
 
 
 class Arrivals:
-    """What one device may send on all its sockets, those that it opens again too. Thread-safe."""
+    """Limits what one device sends on all its sockets, including reopened ones. Thread-safe."""
 
     def __init__(self, clock: Clock = time.monotonic) -> None:
         self._clock = clock
@@ -114,13 +114,13 @@ class Arrivals:
             return self._limit.allow(self._clock())
 
     def allow_opening(self) -> bool:
-        """A socket is to be opened; False when that is too much."""
+        """A socket is being opened; False when that is too much."""
         with self._lock:
             return self._limit.allow(self._clock(), _COST_OF_OPENING)
 
 
 class Line:
-    """What the library takes for its socket: it reads what it is fed, and sends whole."""
+    """The library's socket object: reads what it is fed, and sends completely."""
 
     def __init__(
         self,
@@ -129,15 +129,15 @@ class Line:
         early: bytes = b"",
         clock: Clock = time.monotonic,
     ) -> None:
-        """`arrivals`: its device's; `early`: what came after the handshake's request already."""
+        """`arrivals`: its device's; `early`: data received after the handshake's request."""
         self.connection = connection
         self.arrivals = arrivals
         self.clock = clock
         self.sending = threading.RLock()
         self.opened = False
-        """Something was sent: the connection is a WebSocket from then on."""
+        """True once something was sent: the connection is a WebSocket from then on."""
         self.ended = ""
-        """Why nothing is sent or received any more."""
+        """Why nothing is sent or received any longer."""
         self._early = early
         self._fed = b""
 
@@ -153,7 +153,7 @@ class Line:
         self._fed = part
 
     def recv(self, _size: int) -> bytes:
-        """For the library, which has no more to do when it raises _Fed."""
+        """For the library, which has nothing more to do when this raises _Fed."""
         part, self._fed = self._fed, b""
         if not part:
             raise _Fed
@@ -181,14 +181,14 @@ class HeldReader:
         self.read = target
 
     def start(self) -> None:
-        """Nothing begins here."""
+        """Does nothing."""
 
 
 LIBRARY_OPTIONS = {"max_message_size": MOST_MESSAGE, "thread_class": HeldReader}
 
 
 class _Counting:
-    """The library's protocol engine, whose every frame counts."""
+    """The library's protocol engine; counts every frame."""
 
     def __init__(self, engine: WSConnection, line: Line) -> None:
         self._engine = engine
@@ -201,7 +201,7 @@ class _Counting:
 
     def events(self) -> Iterator[Event]:
         for event in self._engine.events():
-            # A part of a frame is what one read brought, which counts itself.
+            # Part of a frame comes from one read, which is counted itself.
             counts = not isinstance(event, Message) or event.frame_finished
             if counts and not self._line.arrivals.allow():
                 self.why = _FLOOD
@@ -249,7 +249,7 @@ class WebSocket:
         self._say(lambda: self._library.send(data))
 
     def close(self, code: int = CLOSE_NORMAL, why: str = "") -> None:
-        """Send the reason, and end. Raises OSError when it cannot be sent any more."""
+        """Send the reason, and end. Raises OSError when it can no longer be sent."""
         with self._line.sending:
             try:
                 self._say(lambda: self._library.close(code, why))
@@ -261,7 +261,7 @@ class WebSocket:
         cut(self._line.connection)
 
     def _say(self, act: Callable[[], None]) -> None:
-        # Under the lock from the first: the engine's state and what is sent stay in one order.
+        # Under the lock from the start: the engine's state and the data sent keep one order.
         with self._line.sending:
             if self._line.ended:
                 raise Ended(self._line.ended)

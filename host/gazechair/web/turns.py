@@ -18,11 +18,11 @@ from gazechair.base.latest_value import Clock
 SHARE = 0.25
 BURST_S = 0.05
 LONGEST_WAIT_S = 5.0
-_MINE = threading.local()  # billed_s: of this thread's processor time, by whatever turns
+_MINE = threading.local()  # billed_s: of this thread's processor time, by any Turns
 
 
 class Crowded(Exception):
-    """No turn came free in time."""
+    """Raised when no turn became free in time."""
 
 
 class Turns:
@@ -37,7 +37,7 @@ class Turns:
         spent: Clock = time.thread_time,
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
-        """`share` of one processor, and `burst_s` of it at once; `spent`: of the calling thread."""
+        """`share` of one processor, `burst_s` of it at once; `spent`: the calling thread's time."""
         self._free = threading.BoundedSemaphore(at_once)
         self._share = share
         self._burst_s = burst_s
@@ -45,12 +45,12 @@ class Turns:
         self._spent = spent
         self._sleep = sleep
         self._lock = threading.Lock()
-        self._owed_s = 0.0  # processor time not yet paid off by time that passes
+        self._owed_s = 0.0  # processor time not yet paid off by elapsed time
         self._last_s = clock()
 
     @contextlib.contextmanager
     def turn(self, limit_s: float = LONGEST_WAIT_S) -> Iterator[None]:
-        """Work inside. Raises Crowded when no turn comes within `limit_s`."""
+        """Work inside the context. Raises Crowded when no turn comes within `limit_s`."""
         if not self._free.acquire(timeout=limit_s):
             raise Crowded
         try:
@@ -63,7 +63,7 @@ class Turns:
             self._free.release()
 
     def bill(self) -> None:
-        """Bill what the calling thread has spent since its last bill, or since it began."""
+        """Bill the calling thread's processor time since its last bill, or since it began."""
         now_s = self._spent()
         spent_s = now_s - getattr(_MINE, "billed_s", 0.0)
         _MINE.billed_s = now_s
@@ -71,7 +71,7 @@ class Turns:
             self._owed_s = self._still_owed() + spent_s
 
     def pause(self, most_s: float) -> None:
-        """Wait until little enough is owed, `most_s` at most."""
+        """Wait until little enough is owed, at most `most_s`."""
         wait_s = min(self._wait_s(), most_s)
         if wait_s > 0:
             self._sleep(wait_s)

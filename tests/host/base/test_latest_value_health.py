@@ -99,7 +99,7 @@ def test_registry_as_json_tells_what_to_do() -> None:
     registry.part("board").set(LOST, "unknown_40")
     told = registry.as_json()
     assert told["camera"]["do"] == "Ask for help: check the camera."
-    assert told["mode follow"]["do"] == "Ask who sets up the chair."
+    assert told["mode follow"]["do"] == "Ask whoever set up the chair."
     assert "do" not in told["board"]
 
 

@@ -25,7 +25,7 @@ complaints = ThrottledLog(log)
 
 @dataclass(frozen=True)
 class Paired:
-    """A code was right: the device's new token, shown only this once."""
+    """The code was right: the device's new token, shown only once."""
 
     device: Device
     token: str
@@ -50,14 +50,12 @@ class PairingDesk:
         clock: Clock = time.monotonic,
         wall: Callable[[], float] = time.time,
     ) -> None:
-        """`folder`: the state folder, made if need be. Raises StoreError."""
+        """`folder`: the state folder, created if missing. Raises StoreError."""
         self._store = DeviceStore(folder)
         self._clock = clock
         self._wall = wall
         self._lock = threading.Lock()
-        self._changing = (
-            threading.Lock()
-        )  # while the disk is written; whoever is known does not wait
+        self._changing = threading.Lock()  # held while writing to disk; known devices do not wait
         self._codes = OneTimeCodes()
         self._lockout = Lockout()
         self._seen: dict[str, int] = {}  # id -> last use, newer than on disk
@@ -88,7 +86,7 @@ class PairingDesk:
             name = _plain(name) or found.role
             device, token = self._store.add(found.role, name, int(self._wall()))
             with self._lock:
-                self._codes.use(found)  # not before: a code outlives a full list or disk
+                self._codes.use(found)  # only now: the code survives a full list or disk
                 self._lockout.right(address)
         log.info("paired %s %s (%s) from %s", device.role, device.id, device.name, address)
         return Paired(device, token)
@@ -107,7 +105,7 @@ class PairingDesk:
         return found
 
     def who(self, token: str) -> Device | None:
-        """The device with that token, which is in use. Waits for no disk."""
+        """The device with that token; notes its use. Never waits for the disk."""
         device = self._store.find(token)
         if device is not None:
             with self._lock:
@@ -115,7 +113,7 @@ class PairingDesk:
         return device
 
     def note_uses(self) -> None:
-        """Write down which devices are in use; called now and then."""
+        """Store when devices were last used; called now and then."""
         now_s = self._clock()
         if now_s < self._note_at_s:
             return
@@ -127,7 +125,7 @@ class PairingDesk:
                 if seen.get(device.id, 0) - device.last_used >= _NOTE_USE_S:
                     try:
                         self._store.used(device.id, seen[device.id])
-                    except StoreError as error:  # a full disk locks nobody out
+                    except StoreError as error:  # a full disk must not lock anybody out
                         complaints.warn("%s", error)
 
     def knows(self, id: str) -> bool:
@@ -143,7 +141,7 @@ class PairingDesk:
             ]
 
     def revoke(self, id: str) -> bool:
-        """Forget a device, whose sockets end at once; False for an unknown id. StoreError."""
+        """Forget a device; its sockets close at once. False: unknown id. Raises StoreError."""
         with self._changing:
             found = self._store.remove(id)
         if found:

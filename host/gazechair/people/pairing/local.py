@@ -25,7 +25,7 @@ from gazechair.people.pairing.one_time import VALID_S
 from gazechair.people.pairing.store import ROLES, StoreError
 
 SOCKET_NAME = "pair.sock"
-LOCK_NAME = "lock"  # held by the daemon for as long as it lives, also while it hangs
+LOCK_NAME = "lock"  # held by the daemon as long as it runs, even while it hangs
 LONGEST_VALID_S = 12 * 3600.0
 _DEADLINE_S = 2.0
 _MOST_BYTES = 4096
@@ -35,15 +35,15 @@ log = logging.getLogger(__name__)
 
 
 class NotRunning(Exception):
-    """No daemon listens in that state folder."""
+    """Raised when no daemon listens in that state folder."""
 
 
 class AlreadyRunning(Exception):
-    """Another daemon uses that state folder: one line, what to do."""
+    """Raised when another daemon uses that state folder: one line, what to do."""
 
 
 class LocalDoor:
-    """Serves the side door on a thread of its own."""
+    """Serves the local socket on its own thread."""
 
     def __init__(self, desk: PairingDesk, folder: Path, url: Callable[[], str]) -> None:
         """`url` returns the address of the pairing page, without a code."""

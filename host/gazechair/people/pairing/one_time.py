@@ -26,14 +26,14 @@ class OneTimeCode:
 class OneTimeCodes:
     """The codes that are open. Not thread-safe; times are monotonic seconds.
 
-    Only digests are kept, so that looking one up takes no longer for an almost right guess.
+    Only digests are stored, so that a lookup takes no longer for an almost right guess.
     """
 
     def __init__(self) -> None:
         self._open: dict[bytes, OneTimeCode] = {}
 
     def new(self, role: str, now_s: float, valid_s: float = VALID_S) -> OneTimeCode:
-        """A fresh code for a device of `role`. The oldest of too many open ones is closed."""
+        """A new code for a device of `role`. Closes the oldest if too many are open."""
         self._close_old(now_s)
         while len(self._open) >= MOST_OPEN:
             del self._open[next(iter(self._open))]
@@ -53,7 +53,7 @@ class OneTimeCodes:
         return self._open.get(_digest(text))
 
     def use(self, code: OneTimeCode) -> None:
-        """The code is used up."""
+        """Mark the code as used."""
         self._open.pop(_digest(code.text), None)
 
     def _close_old(self, now_s: float) -> None:

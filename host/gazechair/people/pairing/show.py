@@ -10,7 +10,7 @@ from gazechair.people.pairing.store import Device
 
 
 def code_as_text(url: str, code: str, role: str, valid_s: float) -> str:
-    """Address, code and, with the package segno (extra "qr"), a QR to hold a camera before."""
+    """Address, code and, with the package segno (extra "qr"), a QR code to scan."""
     lines = [
         f"Pair a {role}: open {url} and give the code {code}",
         f"or open {url}#{code}",
@@ -21,7 +21,7 @@ def code_as_text(url: str, code: str, role: str, valid_s: float) -> str:
 
 
 def qr_rows(text: str) -> list[str] | None:
-    """The QR of a text as rows of "0" and "1", None without the package segno."""
+    """The QR code of a text as rows of "0" and "1", None without the package segno."""
     try:
         import segno
     except ImportError:
@@ -41,7 +41,7 @@ def devices_as_text(devices: Sequence[Device]) -> str:
 
 
 def qr_text(text: str) -> str | None:
-    """The QR of a text for a terminal, None without the package segno."""
+    """The QR code of a text for a terminal, None without the package segno."""
     try:
         import segno
     except ImportError:

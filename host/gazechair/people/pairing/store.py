@@ -1,4 +1,4 @@
-"""The paired devices on disk: one line each, replaced as a whole, never half written."""
+"""The paired devices on disk: one line each, in a file that is replaced atomically."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ log = logging.getLogger(__name__)
 
 
 class StoreError(Exception):
-    """The file cannot be read or written, or is full: one line, what and what to do."""
+    """Raised when the file cannot be read or written, or is full: one line, what to do."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Device:
 
 
 def digest_of(token: str) -> str:
-    """What is kept of a token."""
+    """The stored digest of a token."""
     return hashlib.sha256(token.encode()).hexdigest()
 
 
@@ -82,7 +82,7 @@ class DeviceStore:
         return next((d for d in self._devices.values() if d.digest == digest), None)
 
     def add(self, role: str, name: str, now: int) -> tuple[Device, str]:
-        """A new device and its token, shown only this once. Raises StoreError."""
+        """A new device and its token, shown only once. Raises StoreError."""
         if len(self._devices) >= MOST_DEVICES:
             raise StoreError(
                 f"{MOST_DEVICES} devices are paired; revoke one first: gazechair pair --list"

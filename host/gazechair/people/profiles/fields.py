@@ -14,12 +14,12 @@ from typing import Any
 Profile = dict[str, Any]
 
 MOST_NAME = 40
-# What a switch interface sends: a key, or a button of the pointer ("click": a touch, too).
+# Signals of a switch interface: a key, or a pointer button ("click": also a touch).
 _SWITCHES = ("space", "enter", "tab", "f8", "click", "right_click")
 
 
 class ProfileRefused(ValueError):
-    """A change that is not made; the text is one plain English line."""
+    """Raised for a refused change; the text is one plain English line."""
 
     def __init__(self, reason: str, detail: str) -> None:
         """`reason`: a key of the string tables."""
@@ -35,15 +35,15 @@ class Field:
     low: int = 0
     high: int = 0
     step: int = 0
-    """Of a whole number: low..high, and what one press on + or - changes. 0: no number."""
+    """Of a whole number: low..high, and the step of one press on + or -. 0: not a number."""
     choices: tuple[str, ...] = ()
     longest: int = MOST_NAME
     """Of a text, in characters; it may be empty if its default is."""
     care: bool = False
-    """Only the caretaker changes it."""
+    """Only the caretaker may change it."""
 
     def accept(self, name: str, value: Any) -> Any:
-        """The value, if this field takes it. Raises ProfileRefused."""
+        """The value, if this field accepts it. Raises ProfileRefused."""
         if self.choices:
             if isinstance(value, str) and value in self.choices:
                 return value
@@ -74,7 +74,7 @@ class Field:
 
 
 def fields(languages: Sequence[str], house: Mapping[str, Any]) -> dict[str, Field]:
-    """Every field; `languages` there are words for, `house`: defaults other than these."""
+    """Every field; `languages`: those available, `house`: defaults that replace these."""
     table = {
         "name": Field("driver"),
         "help_sentence": Field("", longest=120),

@@ -13,7 +13,7 @@ def house_fields(config: Config) -> dict[str, Field]:
     return fields(
         languages(),
         {
-            # Until somebody gives the first profile a person's name.
+            # Name of the first profile until somebody renames it.
             "name": label(config.web.language, "role_driver"),
             "mode": driver.mode,
             "dwell_ms": driver.dwell_ms,

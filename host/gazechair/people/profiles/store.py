@@ -1,4 +1,4 @@
-"""The profiles on disk: one JSON file, replaced as a whole; a damaged one is kept as a copy."""
+"""The profiles on disk: one JSON file, replaced atomically; a damaged one is kept as a copy."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Profiles:
         self._path = None if folder is None else folder / FILE_NAME
         self._fields = dict(fields)
         self._lock = threading.Lock()
-        self._changing = threading.Lock()  # while the disk is written; nobody who reads waits
+        self._changing = threading.Lock()  # held while writing to disk; readers do not wait
         self._revision = secrets.randbelow(1 << 30)
         self._profiles: dict[str, Profile] = {}
         self._chosen = ""
@@ -45,12 +45,12 @@ class Profiles:
 
     @property
     def kept(self) -> bool:
-        """Somebody has chosen or changed a profile, now or in the past."""
+        """True if a profile was ever chosen or changed."""
         return self._kept
 
     @property
     def revision(self) -> int:
-        """Changes with every change, and with every start of the host."""
+        """A number that differs after every change and every start of the host."""
         return self._revision
 
     def chosen(self) -> Profile:
@@ -64,7 +64,7 @@ class Profiles:
             return self._as_json()
 
     def change(self, wish: Mapping[str, Any], caretaker: bool) -> dict[str, Any]:
-        """Do what POST /profiles requests; the new as_json(). Raises ProfileRefused.
+        """Do what POST /profiles requests; returns the new as_json(). Raises ProfileRefused.
 
         `wish` is one of {"choose": id}, {"save": {"id": id, field: value, ...}}, and for the
         caretaker {"create": name} (as the chosen one) and {"delete": id}.
@@ -156,7 +156,7 @@ class Profiles:
             _keep_aside(path)
 
     def _mended(self, id: str, found: Mapping[str, Any]) -> Profile:
-        # An older or newer host's profile stays usable: strange values become defaults.
+        # An older or newer host's profile stays usable: unknown values become defaults.
         profile = {}
         for name, field in self._fields.items():
             try:

@@ -14,7 +14,7 @@ from gazechair.picture.camera.mjpeg import MjpegParser, NotMjpeg, Part, boundary
 from gazechair.picture.camera.record import Frame
 
 _TIMEOUT_S = 3.0
-# A stamp from another clock than this machine's is off by more than this.
+# A time stamp that is off by more than this is from another machine's clock.
 _OLDEST_STAMP_S = 10.0
 
 

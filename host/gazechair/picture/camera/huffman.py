@@ -32,9 +32,9 @@ TABLES = _segment(_LUMINANCE_DC, _LUMINANCE_AC, _CHROMINANCE_DC, _CHROMINANCE_AC
 
 
 def with_tables(jpeg: bytes) -> bytes:
-    """`jpeg` with the typical tables before its scan, if it has none; else as it is.
+    """`jpeg` with the typical tables inserted before its scan, if it has none; else unchanged.
 
-    What does not parse as a JPEG's segments is returned as it is.
+    Data that does not parse as JPEG segments is returned unchanged.
     """
     at = 2
     while at + 4 <= len(jpeg) and jpeg[at] == 0xFF:

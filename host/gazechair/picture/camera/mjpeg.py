@@ -70,7 +70,7 @@ class MjpegParser:
     def _take(self) -> Part | None:
         start = self._buffer.find(self._boundary)
         if start < 0:
-            # Keep what may be the beginning of a boundary.
+            # Keep bytes that may be the beginning of a boundary.
             del self._buffer[: max(0, len(self._buffer) - len(self._boundary))]
             return None
         del self._buffer[:start]

@@ -26,7 +26,7 @@ def read(width: int, height: int, rate_hz: int, newest: Latest[Frame]) -> None:
             queue = _encoded(dai, pipeline, width, height, rate_hz)
             pipeline.start()
             _copy(pipeline, queue, newest)
-    except RuntimeError as error:  # what depthai raises for everything that goes wrong
+    except RuntimeError as error:  # depthai raises this for every failure
         raise CameraError(f"the OAK camera fails: {str(error).splitlines()[0]}") from error
 
 

@@ -14,8 +14,8 @@ from gazechair.config.configuration import CameraConfig
 from gazechair.picture.camera.mjpeg import is_jpeg
 from gazechair.picture.camera.record import LOST, Frame
 
-_SILENT_S = 3.0  # longer than PARTS["camera"]: a slow picture is no reason to open it anew
-_LONGEST_PAUSE_S = 3.0  # with its start within 5 s of being there again
+_SILENT_S = 3.0  # longer than PARTS["camera"]: do not reopen the camera for a slow picture
+_LONGEST_PAUSE_S = 3.0  # so that a camera is back within 5 s after it is plugged in
 
 
 class CameraService(Supervised):
@@ -28,15 +28,15 @@ class CameraService(Supervised):
         self._takes: list[Callable[[bytes, float], None]] = []
 
     def latest(self) -> Latest[Frame]:
-        """The slot of the newest picture; its birth time is the picture's acquisition."""
+        """The slot of the newest picture; its birth time is the acquisition time."""
         return self._latest
 
     def subscribe(self, take: Callable[[bytes, float], None]) -> None:
-        """Before the start: `take` gets each picture, and when it was taken; it must not wait."""
+        """Call before `start`: `take` gets each picture and its time; it must not block."""
         self._takes.append(take)
 
     def start(self) -> None:
-        """Start the child process; with kind "off" there is none and that is no fault."""
+        """Start the child process; with kind "off" there is none, which is not a fault."""
         if self._config.kind == "off":
             self._health.set(states.OK, "ok", "no camera is configured")
             return
@@ -61,5 +61,5 @@ class CameraService(Supervised):
 
     def _on_status(self, status: Status) -> None:
         if status.state == states.STARTING and self._health.state == states.LOST:
-            return  # one more attempt: it stays lost, with its explanation, until it delivers
+            return  # another attempt: the part stays lost, with its reason, until it delivers
         self._health.set(status.state, status.reason, status.detail)

@@ -1,4 +1,4 @@
-"""A USB webcam: forwards the JPEGs that it makes itself."""
+"""A USB webcam: forwards the camera's own JPEGs."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def find(folder: Path = Path("/dev")) -> list[str]:
 
 
 def open_first(device: str, width: int, height: int, rate_hz: int) -> Capture:
-    """`device`, or, when it is "", the first that makes MJPEG. Raises CameraError."""
+    """`device`, or, if "", the first that provides MJPEG. Raises CameraError."""
     devices = [device] if device else find()
     if not devices:
         raise CameraError("no camera is plugged in (there is no /dev/video...)")
@@ -44,7 +44,7 @@ def read(device: str, width: int, height: int, rate_hz: int, newest: Latest[Fram
         while True:
             picture = camera.read(_WAIT_S)
             now_s = time.monotonic()
-            # Drivers pad the buffer behind the end of the picture.
+            # Drivers pad the buffer after the end of the picture.
             end = picture.jpeg.rfind(b"\xff\xd9") + 2 if picture is not None else 0
             if picture is not None and is_jpeg(picture.jpeg[:end]):
                 good_s = now_s

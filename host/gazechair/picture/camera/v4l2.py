@@ -1,4 +1,4 @@
-"""A Video4Linux camera that makes its own JPEGs: ioctls and mapped buffers, nothing else.
+"""A Video4Linux camera that provides JPEGs: uses only ioctls and mapped buffers.
 
 Source of numbers and layouts: linux/videodev2.h on 64-bit machines (a test checks with the
 compiler).
@@ -53,7 +53,7 @@ _FLAG_ERROR = 0x40
 _TIME_MASK = 0xE000
 _TIME_MONOTONIC = 0x2000
 MJPEG = 0x47504A4D
-_BUFFERS = 2  # one being filled while one is read: more would only be older
+_BUFFERS = 2  # one is filled while the other is read: more would only add delay
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class Capture:
         form = bytearray(FORMAT_SIZE)
         form[0] = _CAPTURE
         _PIX.pack_into(form, _PIX_AT, width, height, MJPEG)
-        self._ioctl(S_FMT, form)  # the driver answers with what it makes of it
+        self._ioctl(S_FMT, form)  # the driver returns the format that it uses
         self.width, self.height, pixels = _PIX.unpack_from(form, _PIX_AT)
         if pixels != MJPEG:
             raise CameraError(f"{self.device} makes no MJPEG; use a camera that does")
@@ -121,7 +121,7 @@ class Capture:
         return buffer
 
     def read(self, timeout_s: float) -> Picture | None:
-        """The newest picture; None when none came in time or it was damaged. CameraError: lost."""
+        """The newest picture; None: none in time, or damaged. Raises CameraError when lost."""
         try:
             ready, _, _ = select.select([self._fd], [], [], timeout_s)
             buffer = self._buffer(0)

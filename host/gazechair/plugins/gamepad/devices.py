@@ -1,4 +1,4 @@
-"""Where events come from: a device of the kernel, a pipe of recorded events, or a rehearsal."""
+"""Sources of gamepad events: a kernel device, a pipe of recorded events, or a rehearsal."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Pad(Protocol):
 
 
 class EvdevPad:
-    """A device of the kernel, asked through the package evdev."""
+    """A kernel device, read through the package evdev."""
 
     def __init__(self, device: Any) -> None:
         self._device = device
@@ -44,24 +44,24 @@ class EvdevPad:
         return {axis: self._device.absinfo(axis) for axis in AXES if axis in known}
 
     def ranges(self) -> dict[int, Range]:
-        """As the kernel knows them."""
+        """As reported by the kernel."""
         return {axis: (int(info.min), int(info.max)) for axis, info in self._info().items()}
 
     def positions(self) -> dict[int, int]:
-        """Where every axis is now."""
+        """The present position of every axis."""
         return {axis: int(info.value) for axis, info in self._info().items()}
 
     def read(self, _now_s: float) -> bytes:
-        """The events that wait."""
+        """The queued events."""
         return _read(self.fileno())
 
     def close(self) -> None:
-        """Give it back."""
+        """Close the device."""
         self._device.close()
 
 
 class PipePad:
-    """Events as bytes from a named pipe: recorded ones, or those of another program."""
+    """Events as bytes from a named pipe: recorded, or from another program."""
 
     def __init__(self, path: str) -> None:
         self._fd = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
@@ -72,15 +72,15 @@ class PipePad:
         return self._fd if self._begun else -1
 
     def ranges(self) -> dict[int, Range]:
-        """As most gamepads have them."""
+        """Those of most gamepads."""
         return {axis: (-1, 1) if axis >= 16 else _WIDE for axis in AXES}
 
     def positions(self) -> dict[int, int]:
-        """Nothing is known of them."""
+        """Unknown."""
         return {}
 
     def read(self, _now_s: float) -> bytes:
-        """The bytes that wait; OSError when the writer has left."""
+        """The queued bytes; raises OSError when the writer has left."""
         try:
             data = os.read(self._fd, _CHUNK)
         except BlockingIOError:
@@ -107,7 +107,7 @@ class RehearsalPad(PipePad):
         return -1
 
     def read(self, now_s: float) -> bytes:
-        """Where the stick is now."""
+        """The present position of the stick."""
         value = _WIDE[0] if now_s % 1.2 >= 0.6 else 0
         return event(ABS, Y, value, now_s) + event(SYN, REPORT, 0, now_s)
 
@@ -116,9 +116,9 @@ class RehearsalPad(PipePad):
 
 
 def opener(device: str) -> Callable[[], Pad]:
-    """What opens `device`, as in the configuration; it raises OSError, one plain line, for none.
+    """A function that opens the configured `device`, or raises OSError with one plain line.
 
-    Raises Unusable when that needs a package that is missing.
+    Raises Unusable if a needed package is missing.
     """
     if device == REHEARSAL:
         return RehearsalPad

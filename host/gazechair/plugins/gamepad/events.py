@@ -29,13 +29,13 @@ class PadState:
         self.axes = dict.fromkeys(AXES, 0.0)
         self.buttons: set[int] = set()
         self.lost = False
-        """The kernel dropped events: nothing is known until each axis is read again."""
+        """True if the kernel dropped events: the state is unknown until each axis is read again."""
         self._rest = b""
         self._axes = dict(self.axes)
         self._buttons: set[int] = set()
 
     def feed(self, data: bytes) -> None:
-        """Bytes from the device, cut anywhere."""
+        """Process bytes from the device, split anywhere."""
         data = self._rest + data
         whole = len(data) - len(data) % EVENT.size
         self._rest = data[whole:]
@@ -43,7 +43,7 @@ class PadState:
             self._take(kind, code, value)
 
     def put(self, axis: int, value: int) -> None:
-        """Where an axis is, as read from the device."""
+        """Set the position of an axis, as read from the device."""
         self._move(axis, value)
         self.axes = dict(self._axes)
 

@@ -1,4 +1,4 @@
-"""The gamepad as an input: stick, cross and buttons become intents, by a person's own settings."""
+"""The gamepad as an input: turns stick, D-pad and buttons into intents."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ from gazechair.plugins import (
 from gazechair.plugins.gamepad import devices
 from gazechair.plugins.gamepad.events import FIRST_BUTTONS, HAT_X, HAT_Y, RX, RY, PadState, X, Y
 
-_LOOK_S = 1.0  # between two looks for a gamepad
-_RELEASE = 0.7  # of the dead zone: a stick at its edge does not press again and again
+_LOOK_S = 1.0  # between two searches for a gamepad
+_RELEASE = 0.7  # of the dead zone: hysteresis for a stick at its edge
 _STICKS = {"left": (X, Y), "right": (RX, RY)}
 
 
@@ -41,11 +41,11 @@ class Gamepad(Input):
             "auto", text(), '"auto" = the first there is, or a path as /dev/input/by-id/...'
         )
         stick: str = setting("left", choice(*_STICKS), "which stick drives")
-        dead_zone_percent: int = setting(20, integer(5, 60), "so far from its middle it rests")
+        dead_zone_percent: int = setting(20, integer(5, 60), "dead zone around its middle")
         curve: float = setting(1.5, number(1.0, 3.0), "1 = even; more = finer near the middle")
         most_linear: int = setting(1000, integer(100, 1000), "permille at full push")
         most_turn: int = setting(700, integer(100, 1000), "permille at full push sideways")
-        cross: str = setting("step", choice("step", "hold", "off"), "what the cross does")
+        cross: str = setting("step", choice("step", "hold", "off"), "what the D-pad does")
         hold_button: bool = setting(
             False, flag(), "true = drives only while the first button (A, trigger) is pressed"
         )
@@ -66,15 +66,15 @@ class Gamepad(Input):
         self._rested = False  # since it was plugged in
 
     def fileno(self) -> int:
-        """Readable when the person moved something."""
+        """Readable when the person has moved something."""
         return -1 if self._pad is None else self._pad.fileno()
 
     def trouble(self) -> str:
-        """That there is none."""
+        """Reports a missing gamepad."""
         return self._trouble
 
     def sense(self, now_s: float) -> Intent:
-        """What stick and buttons say."""
+        """The intent of stick and buttons."""
         if self._pad is None and now_s - self._look_s >= _LOOK_S:
             self._look_s = now_s
             self._plug_in()
@@ -99,7 +99,7 @@ class Gamepad(Input):
             self._unplug(str(error))
 
     def _read_again(self, pad: devices.Pad) -> None:
-        # What is pushed now was not seen to be pushed: it must rest first.
+        # The push of a stick that is already pushed was not seen: it must rest first.
         self._state = PadState(pad.ranges())
         for axis, value in pad.positions().items():
             self._state.put(axis, value)

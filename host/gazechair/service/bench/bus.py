@@ -1,4 +1,4 @@
-"""A Linux I2C bus through smbus2, and the shape of it that Adafruit's drivers expect."""
+"""A Linux I2C bus through smbus2, with an adapter to the interface of Adafruit's drivers."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def answers(bus: Bus, address: int) -> bool:
 
 
 class BusioShape:
-    """A Bus as busio.I2C, without Blinka's guess at which computer this is."""
+    """A Bus with the interface of busio.I2C, without Blinka's detection of the computer."""
 
     def __init__(self, bus: Bus) -> None:
         self._bus = bus

@@ -8,9 +8,7 @@ import time
 import machine
 
 _I2C_HZ = 400_000
-_TIMEOUT_US = (
-    10_000  # the sensor stretches the clock; 50 ms, the default, is for a bus that is well
-)
+_TIMEOUT_US = 10_000  # the sensor stretches the clock; the default, 50 ms, may be too short
 _TRIES, _RETRY_S = 30, 0.01
 _WATCHDOG_MS = 128_000
 _ID_REGISTER = b"\x00"
@@ -19,7 +17,7 @@ _REPORT_S = 0.3
 
 
 class BusioShape:
-    """A machine.I2C as busio.I2C, which is what Adafruit's drivers take."""
+    """A machine.I2C with the interface of busio.I2C, for Adafruit's drivers."""
 
     def __init__(self, i2c: machine.I2C) -> None:
         self._i2c = i2c
@@ -63,7 +61,7 @@ class BusioShape:
         _patiently(transfer)
 
 
-# The driver gives a reset 0.7 s, which is just what it may take.
+# The driver waits 0.7 s for a reset, exactly its maximum.
 def _patiently(transfer) -> None:  # type: ignore
     for _ in range(_TRIES - 1):
         try:

@@ -1,7 +1,7 @@
-"""`gazechair calibrate camera`: where the camera sits over the floor, from marks on its picture.
+"""`gazechair calibrate camera`: finds the camera's pose over the floor from marks in its picture.
 
-Marks on the floor are measured with a tape, from below the middle of the drive axle, and found in
-a picture that this takes. What cannot be right is refused with the reason; nothing is stored then.
+A person measures marks on the floor with a tape, from below the middle of the drive axle, and finds
+them in a picture that this takes. An impossible result is refused with the reason, and not stored.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Say = Callable[[str], None]
 
 
 def show(config: Config, say: Say) -> None:
-    """What is stored."""
+    """Print the stored calibration."""
     known = _store(config).get()
     say(_words(known) if known else "the camera is not calibrated: no line is followed by it")
 

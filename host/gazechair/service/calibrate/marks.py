@@ -1,6 +1,6 @@
-"""Where the camera sits over the floor, from marks on it; what is wrong with them, in words.
+"""Fits the camera's pose over the floor to marks on it; reports errors in words.
 
-The terminal's command and the caretaker's page both end here.
+Used by both the command and the caretaker's page.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ WHY = {
     floor.OUTSIDE: "a mark is outside of the picture; pixels count from its upper left corner"
     " (mark {mark})",
 }
-_MOST_CM = 999.0  # a mark that the fit sees above the horizon is off by more than any number
+_MOST_CM = 999.0  # shown for a mark that the fit sees above the horizon
 _STAYS = "; what was stored before stays"
 
 
 @dataclass(frozen=True)
 class ByEye:
-    """How the camera sits, as somebody sees it: where the fit begins."""
+    """Estimate of the camera's pose by eye: the fit's start."""
 
     height_m: float = 1.1
     down_deg: float = 25.0
     field_deg: float = 70.0
-    """Of the picture's width."""
+    """Angle of the picture's width."""
 
     def camera(self, size_px: tuple[int, int]) -> FloorCamera:
-        """One that sits so, with a picture of this width and height. Raises CalibrateError."""
+        """A camera with this pose and this picture size. Raises CalibrateError."""
         height = 0.1 < self.height_m < 3.0
         if not (height and 0.0 < self.down_deg < 90.0 and 20.0 < self.field_deg < 150.0):
             raise CalibrateError("no camera on a chair has that --height, --down or --field")
@@ -49,7 +49,7 @@ class ByEye:
 
 
 def from_marks(size_px: tuple[int, int], eye: ByEye, taps: Sequence[Tap]) -> Calibration:
-    """The camera that sees the taps there, in a picture of this size. Raises CalibrateError."""
+    """The camera that fits the taps in a picture of this size. Raises CalibrateError."""
     found = calibrate(eye.camera(size_px), taps)
     if isinstance(found, Refused):
         mark = 0 if found.worst is None else found.worst + 1

@@ -1,1 +1,1 @@
-"""`gazechair tune`: how this chair turns in a speed profile, found on the chair itself."""
+"""`gazechair tune`: measures on the chair how it turns and drives straight in a speed profile."""

@@ -1,6 +1,6 @@
-"""Drives the board as the caretaker, for procedures that move the chair by themselves.
+"""Drives the board as the caretaker, for procedures that move the chair automatically.
 
-Only while `armed()`; however that ends, the chair is stopped and driving is off.
+Only within `armed()`; however that ends, the chair is stopped and driving is off.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _SILENT_S = 0.5
 
 
 class Link(Protocol):
-    """What it needs of gazechair.board.link.BoardLink."""
+    """What this needs from gazechair.board.link.BoardLink."""
 
     def command(self, command: Command) -> None:
         """The latest command."""
@@ -39,12 +39,12 @@ class Link(Protocol):
 
 @dataclass(frozen=True)
 class Hands:
-    """What a procedure drives with."""
+    """A procedure's means to drive."""
 
     link: Link
     clock: Callable[[], float]
     wait: Callable[[float], None]
-    """Lets seconds of `clock` pass."""
+    """Sleeps for seconds of `clock`."""
     aborted: Callable[[], bool]
     """Polled all the time: True stops the chair at once."""
     say: Callable[[str], None]
@@ -54,7 +54,7 @@ class Hands:
 
 
 class ArmedSession:
-    """What all procedures share. All raise TuneError."""
+    """Base of all procedures. All methods raise TuneError."""
 
     def __init__(self, hands: Hands) -> None:
         self._number = hands.number
@@ -100,7 +100,7 @@ class ArmedSession:
             self._pause()
 
     def _next(self) -> BoardState | None:
-        """A moment later: a newer state of an armed board that knows its heading, or None."""
+        """Wait a moment; a newer state of the armed board with a valid heading, or None."""
         self._pause()
         state = self._state()
         if state.state != codes.ARMED:

@@ -1,9 +1,8 @@
-"""What is believed of a chair before its pulses are seen: where its unknowns lie, how far they may
-be off, and what they can be at all.
+"""Priors for a chair before its pulses are seen: means, spreads and limits of its unknowns.
 
 The unknowns are the columns of model.py; sizes and times as logarithms. After those of the chair
-come the pulses' own: by what share each turns the wheels further than the others (an uneven floor),
-then how much later than recorded each began.
+follow those of the pulses: the fraction by which each turns the wheels further than the others (an
+uneven floor), then how much later than recorded each began.
 """
 
 from __future__ import annotations
@@ -33,20 +32,20 @@ _ROWS = {
 }
 _FRICTION_DPS = 0.4  # of the chair whose turns were published
 _PULSE = (0.03, -1.0, 1.0)
-_LATE_S = (0.0015, -0.006, 0.006)  # it began anywhere in the 5 ms that its ends leave open
+_LATE_S = (0.0015, -0.006, 0.006)  # the start is unknown within 5 ms
 _WAY_S = 0.5  # casters swing round in that time at full speed
 _LOOSE_SHARE = 0.8  # of the full speed at most is needed to break loose: it turned
 
 
 def bounds(pulses: int) -> Bounds:
-    """Of the unknowns of a chair and so many pulses."""
+    """Bounds of the unknowns of a chair and this many pulses."""
     chair = [_ROWS[column] for column in range(model.UNKNOWNS)]
     rows = np.array(chair + [_PULSE] * pulses + [_LATE_S] * pulses)
     return Bounds(low=rows[:, 1], high=rows[:, 2], size=rows[:, 0])
 
 
 def unknowns(n: TurnNumbers, pulses: int) -> Floats:
-    """The prior of such a chair; none for casters, slope and pulses."""
+    """The prior means for such a chair; zero for casters, slope and pulses."""
     left, right, lag, accelerate, brake = np.log(
         [n.left_dps, n.right_dps, n.lag_s, n.accelerate_dps2, n.brake_dps2]
     )

@@ -38,16 +38,16 @@ _ROWS = (
 
 
 class Board(Protocol):
-    """What it needs of board_settings.BoardSettings."""
+    """What this needs from board_settings.BoardSettings."""
 
     def all(self) -> list[int]:
         """The values in force."""
 
     def set(self, index: int, value: int) -> None:
-        """Put a value in force."""
+        """Set a value, not saved yet."""
 
     def save(self) -> None:
-        """Write what is in force to the board's flash."""
+        """Save the values in force to the board's flash."""
 
 
 class Tuning:
@@ -62,9 +62,9 @@ class Tuning:
         straight: Callable[[], Sequence[ForwardRecording]] | None = None,
         keep: Callable[[str, ForwardNumbers], None] = lambda _profile, _numbers: None,
     ) -> None:
-        """`confirm`: the person has read the explanation and agrees; `straight` runs the presses
-        straight on (see forward_runner.ForwardRunner.run), None: nothing measures them;
-        `keep` gets what was found of them, OSError when it cannot."""
+        """`confirm`: True if the person has read the explanation and agrees; `straight` runs the
+        straight presses (see forward_runner.ForwardRunner.run), None: nothing measures them;
+        `keep` stores their result, and raises OSError if it cannot."""
         self._board = board
         self._record = record
         self._say = say
@@ -74,8 +74,8 @@ class Tuning:
         self._found: ForwardNumbers | None = None
 
     def run(self, profile: str, dry_run: bool) -> None:
-        """Tune `profile` (of settings_table.PROFILES). TuneError or SettingsError with the reason;
-        nothing is changed then."""
+        """Tune `profile` (of settings_table.PROFILES). Raises TuneError or SettingsError with the
+        reason, and then changes nothing."""
         before = self._board.all()
         self._say(_BEFORE.format(profile=profile))
         if self._straight is not None:
@@ -113,7 +113,7 @@ class Tuning:
     def _straight_rows(
         self, profile: str, before: Sequence[int], turns: TurnNumbers
     ) -> dict[str, int]:
-        """{setting: value} of driving straight on; none when it could not be measured."""
+        """{setting: value} for driving straight; empty when it could not be measured."""
         row = PROFILES.index(profile)
         brake = before[index_of(profile_row(row, "brake_mm_s2"))]
         why = "it cannot be measured here"
@@ -140,7 +140,7 @@ class Tuning:
         changed: list[int] = []
         try:
             for index, value in ((tuned, 0), *_last(tuned, values)):
-                changed.append(index)  # its answer may be all that was lost
+                changed.append(index)  # perhaps only the answer was lost
                 self._board.set(index, value)
             self._board.save()
         except SettingsError as error:
@@ -160,5 +160,5 @@ class Tuning:
 
 
 def _last(index: int, values: dict[int, int]) -> list[tuple[int, int]]:
-    """All of `values`, that of `index` at the end."""
+    """All of `values`, the one of `index` last."""
     return [*((at, values[at]) for at in values if at != index), (index, values[index])]

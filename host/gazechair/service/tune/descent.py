@@ -1,9 +1,9 @@
 """Least squares within bounds: Levenberg and Marquardt's method, with weights that fall off for
 data far away (Huber).
 
-The damping counts in the unknowns' own natural sizes, not in how much the data depend on them: one
-on which they hardly depend just here (how casters lie, at the end of their swing) would otherwise
-take every step by itself, and too far.
+The damping is scaled by the unknowns' natural sizes, not by the data's sensitivity to them: an
+unknown with hardly any effect at a point (the casters' position at the end of their swing) would
+otherwise take every step, and too far.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _HUBER = 2.0  # residuals beyond this count linearly
 _DAMPING = 100.0
 _DAMPING_MOST = 1e9
 _EASES, _STIFFENS = 5.0, 6.0  # after a step that helped, and one that did not
-_ENOUGH = 1e-6  # share of the cost by which a step must lower it to continue
+_ENOUGH = 1e-6  # fraction by which a step must lower the cost to continue
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Valley:
 
 @dataclass(frozen=True)
 class Bounds:
-    """What the unknowns can be at all, and how far each may well be off."""
+    """Limits of the unknowns, and the natural size of each."""
 
     low: Floats
     high: Floats
@@ -45,8 +45,8 @@ class Bounds:
         return np.clip(at, self.low, self.high)
 
     def step(self, at: Floats, squares: Floats, down: Floats) -> Floats:
-        """Where the step that solves `squares` x step = `down` leads; what would leave the bounds
-        stays on them, and the others make the best of it."""
+        """The point after the step that solves `squares` x step = `down`; unknowns that would leave
+        the bounds stay on them, and the others are solved given that."""
         to = at.copy()
         free = np.ones(len(at), dtype=bool)
         while free.any():
@@ -65,8 +65,8 @@ Look = Callable[[Floats], tuple[Floats, Floats]]
 
 
 def descend(look: Look, data: int, start: Floats, bounds: Bounds, rounds: int) -> Valley:
-    """The valley below `start`, after `rounds` steps tried at most. The first `data` residuals are
-    data, which may be wrong; the others always count in full."""
+    """The minimum below `start`, after at most `rounds` steps. The first `data` residuals are
+    data, which may contain outliers; the others always count in full."""
     at = bounds.clipped(start)
     scale = np.diag(bounds.size**-2.0)
     damping = _DAMPING

@@ -1,4 +1,4 @@
-"""Why a chair is not tuned."""
+"""Errors of tuning."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from gazechair.base.told import ToldError
 
 
 class TuneError(ToldError):
-    """Tuning cannot continue or its data is poor; the text says what, and what to do."""
+    """Raised when tuning cannot continue or its data is poor; the text says what to do."""
 
 
 class StoppedError(TuneError):
-    """A person has stopped it."""
+    """Raised when a person has stopped it."""
 
     def __init__(self) -> None:
         super().__init__("stopped; nothing was changed")

@@ -1,7 +1,7 @@
-"""How a chair drives straight on, found from outputs and the places that odometry measured. Pure.
+"""Fits how a chair drives straight, from outputs and the positions that odometry measured. Pure.
 
 Deadband, dead time, ramp and lag, as for turns (`model.py`), but stepped through time: the board
-limits its outputs near obstacles, so they are taken as they were.
+limits its outputs near obstacles, so the actual outputs are used.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from gazelink.settings_table import TABLE, index_of, profile_row
 Floats = NDArray[np.float64]
 
 STEP_M = 0.5
-"""How far a step straight on goes once it is tuned."""
+"""Length of a step forward once tuned."""
 _DT_S = 0.01
-_SIGMA_M = 0.006  # of a measured place
+_SIGMA_M = 0.006  # of a measured position
 _FEW = 20
-_REST_S = 0.2  # of the beginning: where the chair stands
+_REST_S = 0.2  # at the beginning, the chair stands still
 _LEAST_M, _MOST_OFF_M = 0.15, 0.03
 _ROUNDS = 40
-_STOP_SURE = 1.15  # the stopping distance may be found too short by so much
+_STOP_SURE = 1.15  # safety factor on the measured stopping distance
 _SHARES = (0.4, 0.6, 0.8, 1.0)
 _FULL, _DEADBAND, _DEAD, _LAG, _ACCELERATE, _BRAKE = range(6)
-# What chairs of this kind are, and how far each may well be off; sizes as logarithms.
+# Prior means and spreads for chairs of this kind; sizes as logarithms.
 _USUAL = np.array((math.log(0.35), 0.08, 0.15, math.log(0.3), math.log(0.6), math.log(0.9)))
 _SPREAD = np.array((0.7, 0.04, 0.06, 0.35, 0.4, 0.4))
 _LOW = np.array((math.log(0.05), 0.0, 0.02, math.log(0.05), math.log(0.15), math.log(0.15)))
@@ -39,7 +39,7 @@ _HIGH = np.array((math.log(2.0), 0.3, 0.4, math.log(0.8), math.log(3.0), math.lo
 
 @dataclass(frozen=True)
 class ForwardRecording:
-    """A press straight on and the chair's answer, until it rested again."""
+    """A straight press and the chair's response, until it rested again."""
 
     time_s: Floats
     """Of the outputs; each lasts until the next."""
@@ -47,7 +47,7 @@ class ForwardRecording:
     """Of full deflection, forward positive."""
     measured_s: Floats
     way_m: Floats
-    """Made at `measured_s`, since any point before the press."""
+    """Distance driven at `measured_s`, from any point before the press."""
 
     @classmethod
     def of(
@@ -57,8 +57,8 @@ class ForwardRecording:
         begin_s: float,
         end_s: float,
     ) -> ForwardRecording:
-        """From `outputs` (time, share) and `places` (time, x, y), between these times. TuneError
-        when there are too few."""
+        """From `outputs` (time, fraction) and `places` (time, x, y) between these times. Raises
+        TuneError when there are too few."""
         driven = np.array([row for row in outputs if begin_s <= row[0] <= end_s]).reshape(-1, 2)
         seen = np.array([row for row in places if begin_s <= row[0] <= end_s]).reshape(-1, 3)
         if len(driven) < _FEW or len(seen) < _FEW:
@@ -81,7 +81,7 @@ class ForwardNumbers:
     brake_m_s2: float
 
     def ways(self, share: Floats) -> Floats:
-        """The way made by each step of `_DT_S` of outputs `share`, beginning at rest."""
+        """Distance after each step of `_DT_S` with outputs `share`, starting at rest."""
         return np.asarray(_ways(self._row()[None, :], share)[0])
 
     def _row(self) -> Floats:
@@ -89,18 +89,18 @@ class ForwardNumbers:
         return np.array((sizes[0], self.deadband, self.dead_time_s, *sizes[1:]))
 
     def stop_m(self, share: float) -> float:
-        """From the moment the output `share` is taken away, at its full speed, to standing."""
+        """Stopping distance after the output `share` ends, from its steady speed."""
         driven = np.full(round(4.0 / _DT_S), share)
         way = self.ways(np.concatenate((driven, np.zeros(round(4.0 / _DT_S)))))
         return float(way[-1] - way[len(driven) - 1])
 
     def speed_m_s(self, share: float) -> float:
-        """In the long run."""
+        """Steady speed at the output `share`."""
         return self.full_m_s * max(0.0, share - self.deadband) / (1.0 - self.deadband)
 
     def brake_row_mm_s2(self, acts_s: float) -> int:
-        """The braking with which a board that takes it to begin after `acts_s` assumes no shorter
-        stopping distance than this chair has, at any speed. TuneError when there is none."""
+        """The braking with which a board that assumes a reaction time of `acts_s` computes no
+        shorter stopping distance than this chair's, at any speed. Raises TuneError if none does."""
         _, _, low, high = TABLE[index_of(profile_row(0, "brake_mm_s2"))]
         brake = int(high)
         for share in _SHARES:
@@ -116,7 +116,7 @@ class ForwardNumbers:
         return max(int(low), brake)
 
     def step_ms(self, permille: int, ramp_ms: int, most_ms: int) -> int:
-        """How long a step of STEP_M lasts on the board, which begins and ends it gently."""
+        """Duration of a step of STEP_M on the board, including its ramps."""
         low, high = 2 * ramp_ms, most_ms
         while high - low > 5:
             middle = (low + high) // 2
@@ -127,25 +127,25 @@ class ForwardNumbers:
         return (low + high) // 2
 
     def step_m(self, permille: int, ramp_ms: int, step_ms: int) -> float:
-        """How far a step of that time goes."""
+        """Length of a step of that duration."""
         return float(self.ways(step_shares(permille, ramp_ms, step_ms))[-1])
 
 
 def step_shares(permille: int, ramp_ms: int, step_ms: int) -> Floats:
-    """The board's outputs of a step straight on, until the chair rests."""
+    """The board's outputs during a step forward, until the chair rests."""
     ms = np.arange(0, step_ms, round(1000 * _DT_S)) + 5
     ramped = np.minimum(1.0, np.minimum(ms, step_ms + 1 - ms) / max(1, ramp_ms))
     return np.concatenate((permille / 1000.0 * ramped, np.zeros(round(3.0 / _DT_S))))
 
 
 def _ways(rows: Floats, share: Floats) -> Floats:
-    """Ways of several sets of unknowns (a row each): sets x steps."""
+    """Distances for several sets of unknowns (one row each): sets x steps."""
     full, lag, up, down = (np.exp(rows[:, at]) for at in (_FULL, _LAG, _ACCELERATE, _BRAKE))
     band = rows[:, _DEADBAND, None]
     times = np.arange(len(share)) * _DT_S
     late = np.arange(len(share) + 1)[None, :] * _DT_S - rows[:, _DEAD, None]
     edges, area = np.append(times, len(share) * _DT_S), np.append(0.0, np.cumsum(share))
-    known = np.diff([np.interp(row, edges, area) for row in late], axis=1)  # means of a step each
+    known = np.diff([np.interp(row, edges, area) for row in late], axis=1)  # means over each step
     asked = full[:, None] * np.clip((known - band) / (1.0 - band), 0.0, 1.0)
     follow = 1.0 - np.exp(-_DT_S / lag)
     ramp, speed, way = np.zeros(len(rows)), np.zeros(len(rows)), np.zeros(len(rows))
@@ -162,11 +162,11 @@ def _ways(rows: Floats, share: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class _Laid:
-    """A recording on the steps of the model."""
+    """A recording resampled to the steps of the model."""
 
     share: Floats
     at: Floats
-    """Seconds since the first step, of each measured place."""
+    """Seconds since the first step, of each measured position."""
     way_m: Floats
 
     @classmethod
@@ -183,7 +183,7 @@ class _Laid:
 
 
 def identify(recordings: Sequence[ForwardRecording]) -> ForwardNumbers:
-    """The chair's numbers. TuneError when the recordings do not tell."""
+    """The chair's numbers. Raises TuneError when the recordings do not determine them."""
     laid = [_Laid.of(recording) for recording in recordings]
     if max(float(one.way_m[-1]) for one in laid) < _LEAST_M:
         raise TuneError("the chair hardly drove; is there free space ahead, is its profile slow?")

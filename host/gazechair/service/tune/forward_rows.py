@@ -1,4 +1,4 @@
-"""What the board stores of how a chair drives straight on, and how a person is told."""
+"""The board's settings for driving straight, from what was measured, and text about them."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from gazechair.service.tune.forward import STEP_M, ForwardNumbers
 from gazechair.service.tune.numbers import TurnNumbers
 from gazelink.settings_table import PROFILES, TABLE, index_of, profile_row
 
-_FASTER = 1.05  # the speed may be found too low by so much
+_FASTER = 1.05  # safety factor on the measured speed
 
 
 def straight_rows(
     numbers: ForwardNumbers, profile: str, before: Sequence[int], turns: TurnNumbers
 ) -> dict[str, int]:
-    """{setting: value} to store for `profile`; `before`: what is in force, but for `turns`. What
-    was measured as faster, or as weaker brakes, stays. TuneError when it brakes too weakly."""
+    """{setting: value} to store for `profile`; `before`: the values in force, except `turns`. A
+    faster speed or weaker braking in force stays. Raises TuneError if it brakes too weakly."""
     usual = TurnNumbers.default(profile)
-    # As the board does: the worse of what is set and of what was seen on the chair.
+    # As on the board: the worse of the setting and the measured value.
     acts_s = max(turns.dead_time_s, usual.dead_time_s) + max(turns.lag_s, usual.lag_s)
     acts_s = max(acts_s, before[index_of("reaction_ms")] / 1000.0)
     row = PROFILES.index(profile)
@@ -40,7 +40,7 @@ def straight_rows(
 def straight_told(
     numbers: ForwardNumbers, rows: Mapping[str, int], before: Sequence[int], profile: str
 ) -> Iterator[str]:
-    """Lines for a person."""
+    """The result as lines for a person."""
     row = PROFILES.index(profile)
     for name, words, unit in (
         (profile_row(row, "forward_mm_s"), "forward, at most", "mm/s"),

@@ -1,4 +1,4 @@
-"""Runs the presses straight on of a tuning: arms, holds each up, listens, always ends disarmed."""
+"""Runs the straight presses of a tuning: arms, keeps each active, records, always disarms."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gazechair.service.tune.errors import TuneError
 from gazechair.service.tune.forward import ForwardRecording
 from gazelink import codes
 
-# No output beyond it, permille; for how long.
+# (highest output, permille; duration, s) of each press.
 PRESSES = ((600, 1.2), (400, 1.6), (600, 1.8))
 REST_S = 2.0
 _SETTLES_S = 1.0
@@ -38,8 +38,8 @@ class ForwardRunner(ArmedSession):
         self._sure_s = 0.0
 
     def run(self) -> list[ForwardRecording]:
-        """Record all presses. TuneError with the reason when it ends early; however it ends, the
-        chair is stopped and driving is off."""
+        """Record all presses. Raises TuneError with the reason when it ends early; however it ends,
+        the chair is stopped and driving is off."""
         found = []
         with self.armed():
             self._sure_s = self._clock()

@@ -1,4 +1,4 @@
-"""Keeps how the chair drives straight on in each profile, for steps of half a metre in all."""
+"""Stores how the chair drives straight in each profile, so that steps are half a metre in all."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ log = logging.getLogger(__name__)
 
 
 class ForwardStore:
-    """{profile: numbers} in a file of the state folder. What is damaged counts as not tuned."""
+    """{profile: numbers} in a file of the state folder. Damaged entries count as not tuned."""
 
     def __init__(self, folder: Path) -> None:
         self._path = folder / FILE_NAME
 
     def keep(self, profile: str, numbers: ForwardNumbers) -> None:
-        """Those of `profile`, in place of older ones. OSError."""
+        """Store those of `profile`, replacing older ones. Raises OSError."""
         rows = {name: asdict(row) for name, row in self._read().items()}
         rows[profile] = asdict(numbers)
         replace_file(self._path, json.dumps(rows).encode())
 
     def step_ms(self, profile: int, permille: int, ramp_ms: int) -> int | None:
-        """How long a step forward lasts with these settings; None: that profile is not tuned."""
+        """Duration of a step forward with these settings; None: that profile is not tuned."""
         numbers = self._read().get(PROFILES[profile])
         most_ms = TABLE[index_of("step_forward_ms")][3]
         return None if numbers is None else numbers.step_ms(permille, ramp_ms, most_ms)

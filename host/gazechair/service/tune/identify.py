@@ -1,9 +1,9 @@
 """Finds a chair's numbers from recorded pulses: the model's least disagreement with all of them.
 
-A descent (descent.py) from several starts, first with coarse eyes, then the best three with sharp
-ones. What comparable chairs are like (beliefs.py) counts as much as a few samples: it decides only
-what the pulses leave open. Samples of one pulse err together, because the floor under it is their
-common cause; that is why every pulse has a share of its own by which it turned further.
+A descent (descent.py) from several starts: a coarse search, then a fine one from the best three.
+The priors from comparable chairs (beliefs.py) count as much as a few samples: they decide only
+what the pulses leave open. Samples of one pulse err together, because they share the floor under
+it; so every pulse has its own fraction by which it turned further.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from gazechair.service.tune.model import Pulses
 from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.recording import Recording
 
-# (what a sample may be off, degrees; steps): of every start, and of the best three
+# (error of a sample, degrees; steps): for every start, and for the best three
 _COARSE = (1.0, 10)
 _SHARP = (0.3, 40)
 _BEST = 3
-_STUCK_DPS = 0.5  # what a ramp may be off the speed at which the chair breaks loose
-# The casters' position at the start, and the degrees they turn the chair.
+_STUCK_DPS = 0.5  # tolerance of a ramp around the speed at which the chair breaks loose
+# The casters' position at the start, and the degrees by which they turn the chair.
 _STARTS = ((0.0, 0.0), (0.0, 8.0), (0.0, -8.0), (1.0, 8.0), (1.0, -8.0), (0.5, 8.0), (0.5, -8.0))
 _BRISK = (4.8, 1.0)  # a chair that starts at once: its ramp, log degrees/s2, and its stiction
 _EVERY = 2  # samples: neighbours add little information
@@ -33,7 +33,7 @@ _NUDGE = 1e-4
 
 @dataclass(frozen=True)
 class Fit:
-    """What was found, and how well."""
+    """The result, and its quality."""
 
     numbers: TurnNumbers
     residual_deg: float
@@ -85,7 +85,7 @@ def _thinned(p: Pulses) -> Pulses:
 def valley_below(
     start: Floats, centre: Floats, pulses: Pulses, noise_deg: float, rounds: int
 ) -> Valley:
-    """Where a descent from `start` ends; `centre`: the priors of the unknowns."""
+    """The end of a descent from `start`; `centre`: the prior means of the unknowns."""
     many = len(pulses.seconds)
     bounds = beliefs.bounds(many)
     known = np.isfinite(pulses.heading_deg)

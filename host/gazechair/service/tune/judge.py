@@ -1,4 +1,4 @@
-"""Whether what was found may be believed: refuses poor data and numbers no chair has."""
+"""Checks a result of tuning: refuses poor data and implausible numbers."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from gazechair.service.tune.recording import Recording
 from gazelink.settings_table import PROFILES, TABLE, index_of
 
 _RESIDUAL_DEG = 0.25
-_RESIDUAL_SHARE = 0.04  # of what the pulses turned the chair on average
+_RESIDUAL_SHARE = 0.04  # of the mean turn per pulse
 _UNEVEN = 0.1  # a very uneven floor makes half of it
 _TURNED_DEG = 2.0  # on average
 _SURE = 0.25  # standard error of a full speed, as a share
 _APART = 3.0  # left and right
 _FITS = 1.7  # found and expected speeds of a profile differ: by load, battery and floor
-# No deadband, no stiction and no casters at all are a chair's good right.
+# A chair may have no deadband, stiction or casters' turn at all.
 _MAY_BE_NONE = (
     *("tuned", "deadband_permille", "breakaway_q4_dps"),
     *("caster_q4_deg", "caster_way_q4_deg"),
@@ -26,7 +26,7 @@ _OTHER = 1.35  # another profile is named only when it fits this much better
 
 
 def judge(recordings: Sequence[Recording], fit: Fit) -> None:
-    """TuneError with the reason when the data is poor."""
+    """Raise TuneError with the reason when the data is poor."""
     turned = [abs(r.turned_deg) for r in recordings]
     mean = sum(turned) / len(turned)
     if mean < _TURNED_DEG:
@@ -81,7 +81,7 @@ def _within_limits(numbers: TurnNumbers) -> None:
 
 
 def fits_profile(numbers: TurnNumbers, profile: str) -> None:
-    """TuneError when the chair does not turn as `profile` does; it names one that fits better."""
+    """Raise TuneError when the chair does not turn like `profile`; it names a better match."""
     off = _off(numbers, profile)
     if off <= _FITS:
         return
@@ -101,7 +101,7 @@ def fits_profile(numbers: TurnNumbers, profile: str) -> None:
 
 
 def _off(numbers: TurnNumbers, profile: str) -> float:
-    """How far the speeds are from what was seen of that profile: 1 = equal, 2 = twice or half."""
+    """Ratio of the speeds to those observed in that profile: 1 = equal, 2 = twice or half."""
     seen = TurnNumbers.default(profile)
     ratio = (numbers.left_dps / seen.left_dps * numbers.right_dps / seen.right_dps) ** 0.5
     return float(max(ratio, 1 / ratio))

@@ -1,7 +1,7 @@
-"""What a chair at rest does in answer to one pulse of the joystick, in closed form.
+"""The response of a chair at rest to one joystick pulse, in closed form.
 
-Deadband, dead time, ramp, stiction and lag as in numbers.TurnNumbers, the order in which the
-board's own model has them. The ramp of a pulse is a trapezoid, a sum of four ramps that begin one
+Deadband, dead time, ramp, stiction and lag as in numbers.TurnNumbers, in the order of the board's
+own model. The ramp of a pulse is a trapezoid, a sum of four ramps that begin one
 after the other; the heading is the sum of their answers: a ramp of slope 1 through a lag of L
 seconds turns x**2/2 - L*x + L**2*(1 - exp(-x/L)) in x seconds. The chair stands until the ramp
 breaks it loose; the first ramp then begins with a jump, and a jump of 1 turns x - L*(1 -
@@ -16,11 +16,11 @@ two samples one side's full speed came out 1 to 2 % higher than the other's.
 Whether a pulse sets the chair in motion is taken from the recording (`readings`), not worked out,
 so that the headings follow the numbers smoothly; `excess_dps` tells what the numbers say about it.
 
-Casters, which swing round after a reversal by the way the wheels go, turn the chair besides: half a
-cosine over the first degrees of the way back. A sloping floor turns it a little while it moves, as
-much more as it stands across the slope; and each pulse finds its own piece of floor, on which the
-wheels turn it by some percent more or less than on the others. All of that is found along with the
-rest so that it does not spoil it, and forgotten.
+Casters, which swing round after a reversal as the wheels move, turn the chair, too: half a cosine
+over the first degrees after the reversal. A sloping floor turns it a little while it moves, more
+when it stands across the slope; and each pulse has its own piece of floor, on which the wheels turn
+it some percent more or less than on the others. All of this is fitted along with the rest, so that
+it does not distort the rest, and then discarded.
 """
 
 from __future__ import annotations
@@ -46,22 +46,22 @@ UNKNOWNS = 14
 _STUCK_DEG = 0.09  # more than a step of the sensor and its drift
 _TURNED_DEG = 0.3
 _DOUBTFUL = 3  # pulses in between; where there are more, the sensor is noisy
-# Slower than this a floor turns the chair the less: the brakes hold it from half of that on, and a
-# step there would make the headings jump with the numbers.
+# Below this speed a slope turns the chair less and less: below half of it the brakes hold it, and a
+# step there would make the headings discontinuous.
 _SLOW_DPS = 1.0
 _STILL_DPS = 0.5  # below this, a released chair is stopped by its brakes, as in the board's model
 
 
 @dataclass(frozen=True)
 class Pulses:
-    """Recordings as arrays: a row each, columns in time."""
+    """Recordings as arrays: one row each, columns in time."""
 
     deflection: Floats
     """Column: -1..1, left positive."""
     full: Floats
     """Column: the deflection that gives the full speed to that side, without sign."""
     seconds: Floats
-    """Column: how long."""
+    """Column: duration."""
     time_s: Floats
     """Since the wiper moved; rows are padded with their last sample."""
     heading_deg: Floats
@@ -97,7 +97,7 @@ class Pulses:
 
 
 def readings(recordings: Sequence[Recording]) -> list[tuple[bool, ...]]:
-    """Whether each pulse turned the chair: all readings of the recordings, the likeliest first.
+    """Whether each pulse turned the chair: all interpretations, the likeliest first.
 
     A pulse with almost no effect may have failed to break the chair loose, or have turned the
     wheels while the casters cancelled all of it.
@@ -131,15 +131,15 @@ def headings(unknowns: Floats, pulses: Pulses) -> Floats:
 
 
 def of_pulses(unknowns: Floats) -> tuple[Floats, Floats]:
-    """By what share each pulse turned further, and its delay, s: sets x pulses x 1."""
+    """The fraction by which each pulse turned further, and its delay, s: sets x pulses x 1."""
     further, late_s = np.split(unknowns[:, UNKNOWNS:, None], 2, axis=1)
     return further, late_s
 
 
 def excess_dps(unknowns: Floats, pulses: Pulses) -> Floats:
-    """By how much each pulse's ramp fails to do, or does, what the chair did: sets x pulses.
+    """How far each pulse's ramp contradicts whether the chair turned: sets x pulses.
 
-    0 where it is below the breakaway speed and the chair stuck, or above and it turned.
+    0 where the ramp is below the breakaway speed and the chair stuck, or above and it turned.
     """
     u = unknowns[:, :, None, None]
     asked = _asked(u, pulses)
@@ -167,7 +167,7 @@ def _wheels(u: Floats, pulses: Pulses, late_s: Floats) -> tuple[Floats, Floats]:
     breaks = np.maximum(friction, u[:, BREAKAWAY])
     loose = breaks / up  # when it breaks loose
     zero = pulses.seconds + np.maximum(0.0, up * rising - friction) / down
-    less = full / (full - friction)  # full deflection gives the full speed all the same
+    less = full / (full - friction)  # full deflection still gives the full speed
     jump, up, down = less * (breaks - friction), less * up, less * down
     ramps = ((up, loose), (-up, rising), (-down, pulses.seconds), (down, zero))
 
@@ -192,7 +192,7 @@ def _wheels(u: Floats, pulses: Pulses, late_s: Floats) -> tuple[Floats, Floats]:
 
 
 def _casters(u: Floats, wheels: Floats, left: NDArray[np.bool_]) -> Floats:
-    """How far they have swung, as a share, in the direction of each pulse."""
+    """How far they have swung, as a fraction, in the direction of each pulse."""
     lie = u[:, LIE]  # 0: as after turning right, 1: as after turning left; sets x 1 x 1
     way_deg = np.exp(u[:, CASTER_WAY])
     out = np.empty_like(wheels)

@@ -23,9 +23,9 @@ class TurnNumbers:
     """Turn rate at full deflection, degrees/s."""
     right_dps: float
     deadband: float
-    """Share of the deflection that does nothing, 0..1."""
+    """Fraction of the deflection without effect, 0..1."""
     dead_time_s: float
-    """From wiper to heading as the board sees it: the sensor's own delay is part of it."""
+    """From wiper to heading as the board receives it, including the sensor's delay."""
     lag_s: float
     accelerate_dps2: float
     brake_dps2: float
@@ -81,7 +81,7 @@ class TurnNumbers:
 
 
 def scaled(numbers: TurnNumbers, factor: float) -> TurnNumbers:
-    """That chair turning `factor` times as fast."""
+    """The same chair turning `factor` times as fast."""
     return replace(
         numbers, left_dps=numbers.left_dps * factor, right_dps=numbers.right_dps * factor
     )

@@ -1,7 +1,7 @@
-"""The sequence of tuning pulses: samples in, the pulse wanted now out. Pure: no clock, no I/O.
+"""The sequence of tuning pulses: takes samples, gives the pulse wanted now. Pure: no clock, no I/O.
 
-A probe each way, then pulses of several strengths in sweeps over some 30 degrees, so that the
-casters come to lie either way and the chair returns to where it began. Each waits for standstill.
+A probe in each direction, then pulses of several strengths in sweeps over some 30 degrees, so that
+the casters swing to both sides and the chair returns to its start. Each waits for standstill.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from gazechair.service.tune.recording import Pulse, Recording, Sample
 from gazelink import codes
 
 CUT_DEG = 22.0  # a pulse is cut short when the chair would coast further from the start than this
-FAR_DEG = 45.0  # further the tuning is given up
+FAR_DEG = 45.0  # further away, tuning is given up
 MOST_MS = 10_000  # all pulses together
 PULSE_MS = (150, 1500)
 # (deflection permille, left positive; target heading, degrees from the start)
@@ -32,12 +32,12 @@ _NOISE_DEG = 0.5
 _STARTS_MS = 500
 _RESTS_MS = (900, 4000)  # after a pulse, at least and at most
 _SAMPLE_MS = 10
-_TICKS_MS = 2  # what the board's own clock may be off in a pulse
-_COUNTS = 2  # what the wiper may be off
+_TICKS_MS = 2  # tolerance of the board's clock in a pulse
+_COUNTS = 2  # tolerance of the wiper
 _GAP_MS = 40  # samples further apart leave it open when the wiper moved
 _RATE_SAMPLES = 8
 _REPEATS = 3
-_ANSWERS = 5  # after so many pulses a chair must have turned
+_ANSWERS = 5  # after this many pulses a chair must have turned
 _MOVED_DEG = 2.0
 _REVERSED = 0.5  # share of the expected turn, in the opposite direction
 _LOOSE = 1.4  # factor above the expected speed, to break a standing chair loose
@@ -67,7 +67,7 @@ class Procedure:
         self._began = 0
         self._start_deg = 0.0
         self._noise_deg = 0.0
-        self._believed_deg = 0.0  # by all pulses together
+        self._believed_deg = 0.0  # sum over all pulses
 
     def sample(self, s: Sample) -> None:
         """Take a sample. TuneError when the chair does not answer as it should."""
@@ -134,11 +134,11 @@ class Procedure:
                 low = middle
             else:
                 high = middle
-        # One that ends midway between two samples tells in which half of one it began.
+        # A pulse that ends midway between two samples shows in which half it began.
         return Pulse(permille, low - low % _SAMPLE_MS + _SAMPLE_MS // 2)
 
     def _least_permille(self, numbers: TurnNumbers, sign: int) -> int:
-        """Less than this may not set the chair in motion."""
+        """The smallest output that is sure to set the chair in motion."""
         full = numbers.left_dps if sign > 0 else numbers.right_dps
         share = min(1.0, _LOOSE * numbers.breakaway_dps / full)
         return round(1000 * (numbers.deadband + (1.0 - numbers.deadband) * share))
@@ -169,7 +169,7 @@ class Procedure:
             self._enter(_OUT, s)
 
     def _coast_deg(self) -> float:
-        """How far it would still turn after a stop, by the expected numbers."""
+        """How far it would still turn after a stop, with the expected numbers."""
         first, last = self._past[-_RATE_SAMPLES], self._past[-1]
         rate = (last.heading_deg - first.heading_deg) * 1000 / max(1, last.ms - first.ms)
         b = self._believed
@@ -226,7 +226,7 @@ class Procedure:
         )
 
     def _count(self, permille: int) -> float:
-        """Where the board puts the wiper for that deflection, within the chair's window."""
+        """The wiper's count on the board for that deflection, within the chair's window."""
         count = self._neutral + permille / 1000 * self._limits.wiper_span
         return max(self._limits.wiper_min, min(self._limits.wiper_max, count))
 
@@ -234,12 +234,12 @@ class Procedure:
         """Of the joystick at that count, -1..1, left positive."""
         highest = self._limits.wiper_max
         middle = 0.5 * (self._limits.wiper_min + highest)
-        # A stored neutral is a whole count: the middle, when it is the nearest one to it.
+        # A stored neutral is a whole count: the one nearest to the middle stands for the middle.
         centre = middle if abs(self._neutral - middle) <= 0.5 else float(self._neutral)
         return max(-1.0, min(1.0, (count - centre) / (highest - middle)))
 
     def _learn(self, recording: Recording) -> None:
-        """How much further than expected it turned, and whether it responds at all."""
+        """Learn how much further than expected it turned; check that it responds at all."""
         if recording.noise_deg > _NOISE_DEG:
             text = "the heading is noisy though the chair stands; is the sensor loose?"
             raise TuneError(text, "tune_noisy")
@@ -259,7 +259,7 @@ class Procedure:
                 " free-wheel), the DB9 plugged in, the relay closed?",
                 "tune_no_turn",
             )
-        # Casters alone may do that to a few pulses, and take most of what a slow chair turns.
+        # Casters alone may do that in a few pulses, and cancel most of a slow chair's turn.
         if len(along) == len(PULSES) and sum(along) < -_REVERSED * self._believed_deg:
             raise TuneError(
                 "the chair turned the other way; the turn channel is reversed: see docs/wiring.md",

@@ -1,4 +1,4 @@
-"""One tuning pulse as the board's telemetry showed it."""
+"""One tuning pulse as recorded from the board's telemetry."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class Sample:
     """The content of one STATE frame."""
 
     ms: int
-    """The board's clock, counted on over its wraps."""
+    """The board's clock, unwrapped."""
     heading_deg: float
-    """Counted on over full turns, left positive."""
+    """Unwrapped over full turns, left positive."""
     turn_permille: int
     """The turn output."""
     override: int
@@ -36,10 +36,10 @@ class Sample:
 
 @dataclass(frozen=True)
 class Recording:
-    """A pulse and the chair's answer, until it rested again."""
+    """A pulse and the chair's response, until it rested again."""
 
     deflection: float
-    """What the wiper really gave, -1..1, left positive."""
+    """The wiper's actual deflection, -1..1, left positive."""
     pulse_s: float
     time_s: Floats
     """Of the samples, since the wiper moved."""
@@ -48,7 +48,7 @@ class Recording:
     noise_deg: float
     """Standard deviation of the heading at rest before it."""
     full_deflection: float = 1.0
-    """What the wiper gives to that side at most, without sign: full speed is found for that."""
+    """The largest deflection to that side, without sign: it gives the full speed."""
 
     @property
     def turned_deg(self) -> float:

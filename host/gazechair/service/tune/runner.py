@@ -1,4 +1,4 @@
-"""Runs the tuning pulses on the board: arms, holds each pulse up, listens, always ends disarmed."""
+"""Runs the tuning pulses on the board: arms, keeps each pulse active, records, always disarms."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class Runner(ArmedSession):
         self._heading_deg = 0.0
 
     def run(self, believed: TurnNumbers, neutral_count: int) -> list[Recording]:
-        """Record all pulses. TuneError with the reason when it ends early; however it ends, the
-        chair is stopped and driving is off."""
+        """Record all pulses. Raises TuneError with the reason when it ends early; however it ends,
+        the chair is stopped and driving is off."""
         with self.armed() as board:
             procedure = Procedure(believed, neutral_count, board.limits)
             self._follow(procedure)
@@ -56,7 +56,7 @@ class Runner(ArmedSession):
         )
 
     def _sample(self, state: BoardState) -> Sample:
-        """The state with clock and heading counted on over their wraps."""
+        """The state with unwrapped clock and heading."""
         if self._before is not None:
             self._ms += (state.board_ms - self._before.board_ms) & 0xFFFF
             turned = state.heading_deg - self._before.heading_deg

@@ -1,4 +1,4 @@
-"""The parts `gazechair tune` needs besides the person: board, lidars, keyboard."""
+"""The parts that `gazechair tune` needs: board, lidars, keyboard."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from gazelink import codes
 
 _CONNECT_S = 10.0
 _POLL_S = 0.05
-HEARD_S = 0.6  # until the board drives faster: 0.3 s of a better view, and some scans
+HEARD_S = 0.6  # until the board permits more speed: 0.3 s of a better view, and some scans
 _TURNS = 1 << codes.DIR_LEFT | 1 << codes.DIR_RIGHT
 _GO = "\nEnter: go. Anything else: leave all as it is. "
 
@@ -63,8 +63,8 @@ def tune(config: Config, profile: str, dry_run: bool, say: Callable[[str], None]
 
 
 def with_eyes(clearance: Clearance) -> Clearance:
-    """The same when somebody has looked where no lidar of this chair does: nothing a turn enters is
-    unseen then. What is seen, and what blocks, stays."""
+    """`clearance` when a person watches the areas that no lidar of this chair sees: a turn then
+    enters nothing unseen. Seen and blocking areas stay."""
     return replace(clearance, unseen=clearance.unseen & ~_TURNS)
 
 
@@ -72,7 +72,7 @@ def with_eyes(clearance: Clearance) -> Clearance:
 def _board_and_lidars(
     config: Config,
 ) -> Iterator[tuple[BoardLink, threading.Event, OdometryService]]:
-    """The link, an event to set once a person has looked all round, and odometry."""
+    """The link, an event to set once a person has checked the area, and odometry."""
     board, eyes, looked = Health("board"), Health("lidar"), threading.Event()
     fitted = tuple(lidar for lidar in config.lidar if lidar.kind != "off")
     obeys = Obeys(Health("motion"), lambda: None)
@@ -112,7 +112,7 @@ def _wait_for_lidars(link: BoardLink, eyes: Health, end_s: float) -> None:
 
 
 def _ready(link: BoardLink) -> None:
-    """Wait until nothing stands against arming, as far as that passes by itself."""
+    """Wait until nothing prevents arming, for causes that pass by themselves."""
     end_s = time.monotonic() + _CONNECT_S
     while (state := link.state()) is not None and state.arm_reason:
         if time.monotonic() > end_s:
@@ -141,7 +141,7 @@ def _keyboard() -> Iterator[Callable[[], bool]]:
 
     def pressed() -> bool:
         nonlocal raw
-        if not raw:  # the confirmation before is a whole line
+        if not raw:  # the confirmation before reads a whole line
             tty.setcbreak(sys.stdin, termios.TCSANOW)
             raw = True
         return bool(select.select([sys.stdin], [], [], 0)[0])
