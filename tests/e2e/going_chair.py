@@ -43,6 +43,7 @@ class GoingChair(ProducerChair):
         self._truth: deque[tuple[float, float, float, float, float, float]] = deque(maxlen=300)
         self._at: Estimate | None = None
         super().__init__(folder, bare_floor(12.0, drawn), room)
+        self.until(lambda: not self.board.app.obstacles.blocked & 15, 700)
 
     def child_fails(self, how: str = "killed") -> None:
         """Its process is killed, or hangs."""

@@ -129,7 +129,6 @@ class ProducerChair(Lockstep, ABC):
         self.watchers.append(self._daemon)
         self.arm()
         self.settings = {row[0]: getattr(self.board.app.settings, row[0]) for row in TABLE}
-        self.until(lambda: not self.board.app.obstacles.blocked & 15, 700)
 
     def _select(self, profile: str) -> None:
         stored = Settings()
