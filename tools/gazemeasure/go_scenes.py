@@ -10,6 +10,7 @@ from functools import lru_cache
 from itertools import pairwise
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from gazechair.sensing.mapping import ros_map as product_maps
 from gazechair.sensing.mapping.mapper import KeyScan
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
 from gazelink.settings_table import PROFILES
-from gazemeasure import carmen_log, go_foreign_maps, go_missions
+from gazemeasure import carmen_log, go_foreign_maps, go_missions, go_record
 from gazemeasure.go_whole import Driven, Judge, Scene, drive
 from gazemeasure.home_localization import KEY_SIGMAS, look, mapped
 from gazemeasure.report import Report, percentile
@@ -59,6 +60,21 @@ class Done:
     job: Job
     driven: Driven
 
+    @property
+    def arrived(self) -> bool:
+        """By the truth."""
+        return self.driven.arrived
+
+    @property
+    def collisions(self) -> int:
+        """By the truth."""
+        return self.driven.collisions
+
+    @property
+    def ratio(self) -> float:
+        """Time by the ideal."""
+        return self.driven.ratio
+
 
 def mission(job: Job) -> Done:
     """Drive it."""
@@ -78,13 +94,20 @@ def measure(report: Report, quick: bool, processes: int) -> None:
     if not carmen_log.is_here(carmen_log.FR079):
         report.note("a ROS map left by a robot: the public log is not on this machine")
         jobs = [job for job in jobs if job.kind != ROBOT]
-    with get_context("fork").Pool(processes) as pool:
-        done = pool.map(mission, jobs, chunksize=1)
+    if quick:
+        with get_context("fork").Pool(processes) as pool:
+            done = pool.map(mission, jobs, chunksize=1)
+    else:
+        done = go_record.gather(jobs, mission, _kept, processes)
     for kind in dict.fromkeys(job.kind for job in jobs):
         _add(report, kind, [one.driven for one in done if one.job.kind == kind])
     for one in done:
         if not one.driven.arrived:
             report.note(f"{one.job.kind} {one.job.seed}: {one.driven.why}")
+
+
+def _kept(row: dict[str, Any]) -> Done:
+    return Done(Job(**row["job"]), Driven(**row["driven"]))
 
 
 def _add(report: Report, kind: str, done: list[Driven]) -> None:
