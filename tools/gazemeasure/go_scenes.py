@@ -38,7 +38,8 @@ SHUT = (DOOR, PERSON, ROUND)
 _LEAST_ARRIVED = {WHOLE: 99.0, DRAWN: 99.0, ROBOT: 99.0, DOOR: 95.0, PERSON: 95.0, ROUND: 95.0}
 _RATIO, _SAID_S = 1.3, 10.0
 _QUICK = 2
-_NEAR_M = 2.5  # the chair looks so far ahead
+_ROOM_M = 1.5  # nothing shuts nearer to the chair
+_LOOK_MS = 50
 _SHUTS_M = 0.5  # of way that it has made then, at least
 _SHUT_S = 20.0  # after it was said
 _WALL_X_M = 4.0
@@ -120,58 +121,54 @@ def _add(report: Report, kind: str, done: list[Driven]) -> None:
     if ratios and kind not in SHUT:
         report.add("  time by the ideal, median", percentile(ratios, 0.5), "", _RATIO)
     if kind in (DOOR, PERSON):
-        said_s = [math.inf if one.said_s is None else one.said_s for one in done]
-        report.add("  told why it stands after, most", max(said_s), "s", _SAID_S)
+        silent_s = max(one.silent_s for one in done)
+        report.add("  stood there before its pages were told why, most", silent_s, "s", _SAID_S)
 
 
 class Shut:
-    """Shuts the way while the chair is on it, and opens it again once the pages were told why.
-
-    `said_s` counts from when the way is shut and the chair so near that it looks there.
-    """
+    """Shuts the way while the chair is on it, and opens it again once the pages were told why."""
 
     def __init__(self, job: Job) -> None:
         self._kind = job.kind
         self._after_m = _SHUTS_M + float(np.random.default_rng((job.seed, 5)).uniform(0.0, 0.8))
-        self._shut_ms: int | None = None
-        self._seen_ms: int | None = None
+        self._shut = False
+        self._silent_ms: int | None = None
         self._said_ms: int | None = None
-        self._open = True
 
     def act(self, judge: Judge) -> None:
         """One millisecond."""
-        if not judge.pressed_ms or judge.chair.now_ms % 50:
+        if not judge.pressed_ms or judge.chair.now_ms % _LOOK_MS:
             return
         now_ms, room = judge.chair.now_ms, judge.scene.room
         x_m, y_m, _ = judge.chair.world.pose
-        far_m = math.dist((x_m, y_m), _middle(room.doors[0]))
-        if self._shut_ms is None:
+        if not self._shut and self._said_ms is None:
             made_m = math.dist((x_m, y_m), judge.scene.start[:2])
-            if made_m > self._after_m and far_m > _NEAR_M - 1.0 and x_m < _WALL_X_M:
-                self._shut_ms = now_ms
-                self._set(room, False)
+            far_m = math.dist((x_m, y_m), _middle(room.doors[0]))
+            if made_m > self._after_m and far_m > _ROOM_M and x_m < _WALL_X_M:
+                self._set(room, True)
+        if not self._shut:
             return
-        if self._seen_ms is None and far_m < _NEAR_M:
-            self._seen_ms = now_ms
-        news = judge.chair.news
-        if self._seen_ms is not None and self._said_ms is None and news["reason"]:
+        said = bool(judge.chair.news["reason"])
+        if said and self._said_ms is None:
             self._said_ms = now_ms
-            judge.driven.said_s = (now_ms - self._seen_ms) / 1000.0
-        if (
-            self._kind != ROUND
-            and not self._open
-            and self._said_ms is not None
-            and now_ms - self._said_ms > 1000.0 * _SHUT_S
-        ):
-            self._set(room, True)
+        if said or judge.moves:
+            self._silent_ms = None
+        elif self._silent_ms is None:
+            self._silent_ms = now_ms
+        else:
+            silent_s = (now_ms - self._silent_ms) / 1000.0
+            judge.driven.silent_s = max(judge.driven.silent_s, silent_s)
+        waited_s = 0.0 if self._said_ms is None else (now_ms - self._said_ms) / 1000.0
+        if self._kind != ROUND and waited_s > _SHUT_S:
+            self._set(room, False)
 
-    def _set(self, room: Home, is_open: bool) -> None:
-        self._open = is_open
+    def _set(self, room: Home, shut: bool) -> None:
+        self._shut = shut
         door = room.doors[0]
         if self._kind != PERSON:
-            room.set_door(door.name, is_open)
+            room.set_door(door.name, not shut)
         else:
-            room.people = () if is_open else (Person((_middle(door),)),)
+            room.people = (Person((_middle(door),)),) if shut else ()
 
 
 def _middle(door: Door) -> tuple[float, float]:

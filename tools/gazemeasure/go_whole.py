@@ -59,8 +59,8 @@ class Driven:
     end_deg: float = math.inf
     ended: str = ""
     """What its pages were told last: state and reason."""
-    said_s: float | None = None
-    """How long it had been shut in when the pages were told why it stands; see `shut`."""
+    silent_s: float = 0.0
+    """The longest that it stood before a way that was shut, and its pages were not told why."""
     cpu_s: float = 0.0
 
     @property
@@ -139,9 +139,14 @@ class Judge:
                 act()
         return over()
 
-    def _measure(self) -> None:
+    @property
+    def moves(self) -> bool:
+        """The chair, in truth."""
         chair = self.chair.world.chair
-        if abs(chair.speed_m_s) > _MOVES_M_S or abs(chair.yaw_rate_deg_s) > _MOVES_DEG_S:
+        return abs(chair.speed_m_s) > _MOVES_M_S or abs(chair.yaw_rate_deg_s) > _MOVES_DEG_S
+
+    def _measure(self) -> None:
+        if self.moves:
             gap_m = self.scene.room.clearance_m(*self.chair.world.pose)
             self.driven.least_m = min(self.driven.least_m, gap_m)
 
