@@ -110,6 +110,8 @@ def test_the_way_is_shut_on_the_way_and_opens_when_the_pages_were_told() -> None
         assert (not home.doors[0].open) == (kind != PERSON)
         assert bool(home.people) == (kind == PERSON)
         assert home.doors[1].open
+        ahead_m = home.cast(2.4, 1.5, np.linspace(-0.1, 0.1, 41), 0.25).min()
+        assert ahead_m < 1.65  # lidars see whoever or whatever shuts it
         assert 11.0 < judge.driven.silent_s < 13.0  # 15 s, of which it drove 3
         judge.chair.news["reason"] = "going_obstacle"
         run(judge, who, 25.0, 2.4)

@@ -25,8 +25,8 @@ from gazemeasure.report import Report, percentile
 from gazesim import home_plans, ros_map
 from gazesim.home_drive import FRONT, REAR
 from gazesim.home_routes import Router
-from gazesim.homes import Home
-from gazesim.rooms import Door, Person, box
+from gazesim.homes import Home, Walker
+from gazesim.rooms import Door, box
 
 WHOLE, DRAWN, ROBOT, DOOR, PERSON, ROUND = (
     "whole firmware", "ROS map drawn by hand", "ROS map left by a robot",
@@ -168,7 +168,7 @@ class Shut:
         if self._kind != PERSON:
             room.set_door(door.name, not shut)
         else:
-            room.people = (Person((_middle(door),)),) if shut else ()
+            room.people = (Walker((_middle(door),)),) if shut else ()  # whom lidars see
 
 
 def _middle(door: Door) -> tuple[float, float]:
