@@ -9,7 +9,6 @@ from typing import Any, cast
 
 import numpy as np
 
-from e2e.page import Page
 from gazechair.base.health import OK, HealthRegistry
 from gazechair.board.board_commands import Clearance
 from gazechair.board.events import SettingReply
@@ -29,6 +28,7 @@ from gazelink import codes
 from gazesim.chair_rig import ChairRig
 from gazesim.floor_view import Eye, Floor, FloorView
 from gazesim.lockstep_link import LockstepLink
+from gazesim.lockstep_page import Page
 from measuredchair import Measured
 
 AHEAD_MM = 1500

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from e2e.lockstep import Lockstep
 from gazereplay.recording import Recording
+from gazesim.lockstep_chair import Lockstep
 
 
 class RecordedChair(Lockstep):

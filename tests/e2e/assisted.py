@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from e2e.lockstep import Lockstep
 from gazechair.assist.child import Advisor
 from gazechair.assist.service import AssistService
 from gazechair.base.health import Health
 from gazechair.config.configuration import FootprintConfig, LidarConfig
 from gazechair.sensing.odometry.inbox import HalfTurn, pack_motion, pack_scan
 from gazechair.sensing.odometry.odometry import Motion
+from gazesim.lockstep_chair import Lockstep
 from gazesim.rooms import Room
 from gazesim.world import LIDAR_HEIGHT_M, LIDAR_X_M
 

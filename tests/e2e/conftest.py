@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from e2e.lockstep import Lockstep
+from gazesim.lockstep_chair import Lockstep
 
 
 @pytest.fixture

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from e2e.going_chair import GoingChair, Service
+from e2e.going_chair import GoingChair
+from gazechair.base.health import Health
 from gazechair.picture.floor import FloorCamera
 from gazechair.picture.floor_calibration import Calibration
 from gazechair.picture.floor_store import FloorStore
@@ -15,6 +17,7 @@ from gazechair.producers.spot_port import SpotPort
 from gazechair.producers.spot_service import SpotService
 from gazechair.sensing.mapping.places import Drawn
 from gazesim.floor_view import Eye, Floor, FloorView
+from gazesim.producer_chair import LIDARS, Service, Targets
 from gazesim.rooms import Room
 
 EYE = Eye(field_deg=75.0, height_m=1.15, down_deg=30.0)
@@ -48,8 +51,10 @@ class PictureChair(GoingChair):
         self.watchers.append(self._camera)
         self.until(lambda: self.tile in [row["name"] for row in self.service.rows()], 600)
 
-    def _new_service(self, *parts: Any) -> SpotServiceHere:
-        self.service = SpotServiceHere(*parts, self.now_s)
+    def _new_service(
+        self, setup: Mapping[str, Any], health: Health, targets: Targets
+    ) -> SpotServiceHere:
+        self.service = SpotServiceHere(self.kind, LIDARS, setup, health, targets, self.now_s)
         return self.service
 
     def begin_child(self) -> None:

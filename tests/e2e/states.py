@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from e2e.lockstep import Lockstep
 from gazelink import codes
+from gazesim.lockstep_chair import Lockstep
 
 
 def disarmed(chair: Lockstep) -> None:

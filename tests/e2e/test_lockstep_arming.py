@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from e2e.lockstep import Lockstep
 from gazeboard.core import ages
 from gazelink import codes
+from gazesim.lockstep_chair import Lockstep
 from promises import END_TO_END, kept
 
 

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import pytest
 
-from e2e.lockstep import Lockstep
-from e2e.page import Page
 from gazeboard.core import limits
 from gazelink import codes
+from gazesim.lockstep_chair import Lockstep
+from gazesim.lockstep_page import Page
 from promises import END_TO_END, kept, measured
 
 MODE = "go"

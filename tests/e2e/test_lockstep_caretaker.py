@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from e2e.lockstep import Lockstep
-from e2e.page import Page
 from gazesim.chair_rig import NEUTRAL
+from gazesim.lockstep_chair import Lockstep
+from gazesim.lockstep_page import Page
 
 
 class Caretaker:

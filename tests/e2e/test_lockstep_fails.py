@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from e2e.lockstep import Lockstep
 from gazechair.base.health import DEGRADED, LOST
 from gazechair.base.reasons import DRIVES, REASONS
+from gazesim.lockstep_chair import Lockstep
 
 
 @pytest.mark.parametrize(

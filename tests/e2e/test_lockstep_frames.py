@@ -7,10 +7,10 @@ import random
 import pytest
 
 from e2e.damage import KINDS, damage
-from e2e.host import Host
-from e2e.lockstep import Lockstep
 from gazeboard.core import limits
 from gazelink import codes, frame, messages
+from gazesim.lockstep_chair import Lockstep
+from gazesim.lockstep_host import Host
 from gazesim.small_host import clearance
 from promises import END_TO_END, kept, measured
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from e2e.going_chair import GoingChair
-from e2e.page import Page
 from gazeboard.core import limits
 from gazechair.sensing.mapping.places import Drawn
+from gazesim.lockstep_page import Page
 from promises import END_TO_END, measured
 
 KITCHEN, BED = (0.9, 0.1, 10.0), (1.0, -0.3, -10.0)

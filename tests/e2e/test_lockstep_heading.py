@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from e2e.lockstep import Lockstep
 from gazeboard.core import limits
 from gazelink import codes
+from gazesim.lockstep_chair import Lockstep
 from promises import END_TO_END, kept, measured
 
 HEADING_FAULTS = {

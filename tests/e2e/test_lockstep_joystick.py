@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from e2e import states
-from e2e.lockstep import Lockstep
 from gazelink import codes
+from gazesim.lockstep_chair import Lockstep
 from promises import END_TO_END, kept, measured
 
 RELAY_MS = 20

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from e2e.page import Page
 from e2e.picture_chair import PictureChair
 from gazeboard.core import limits
 from gazechair.following.line import LOST_S
 from gazechair.producers.places import Target
 from gazechair.producers.spots import spots
 from gazesim.floor_view import Floor, distance_to_line_m
+from gazesim.lockstep_page import Page
 from promises import END_TO_END, measured
 
 TAPE = np.array([(0.8, 0.0), (2.2, 0.0), *((2.2 + 0.1 * k, 0.0035 * k * k) for k in range(1, 9))])

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from e2e.lockstep import Lockstep
 from gazechair.blackbox import ring as module
 from gazechair.blackbox.ring import Ring
+from gazesim.lockstep_chair import Lockstep
 
 
 class Hanging:

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from e2e.lockstep import Lockstep
 from gazeboard.core import limits
 from gazelink import codes
+from gazesim.lockstep_chair import Lockstep
 from promises import END_TO_END, measured
 
 # Before, to the left, to the right of the lidar, near enough for the sector and for nothing else.

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from e2e.lockstep import Lockstep
-from e2e.page import Page
 from gazeboard.core import limits
+from gazesim.lockstep_chair import Lockstep
+from gazesim.lockstep_page import Page
 from promises import END_TO_END, kept, measured
 
 VERBS = ("forward", "left")

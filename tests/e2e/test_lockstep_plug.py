@@ -7,9 +7,9 @@ from collections.abc import Callable
 import pytest
 
 from e2e import states
-from e2e.lockstep import Lockstep
 from gazeboard.core import limits
 from gazelink import codes
+from gazesim.lockstep_chair import Lockstep
 from promises import END_TO_END, kept, measured
 
 in_every_state = pytest.mark.parametrize("enter", states.STATES, ids=lambda s: s.__name__)

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from e2e.page import Page
 from e2e.picture_chair import EYE, PictureChair
 from e2e.test_lockstep_line import OnTape
 from e2e.test_lockstep_look import OnFloor
 from gazechair.sensing.odometry.inbox import HalfTurn
+from gazesim.lockstep_page import Page
 
 SPOT = (1.7, 0.0)
 PATH_MS = 60

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from e2e.lockstep import Lockstep
 from gazeboard.core import limits
+from gazesim.lockstep_chair import Lockstep
 from promises import END_TO_END, kept
 
 STANDS_MS = 2500 + limits.TRUST_STANDING_MS

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from e2e.lockstep import Lockstep
 from gazeboard.io.settings import Settings
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 from gazelink import codes
 from gazelink.settings_table import index_of
+from gazesim.lockstep_chair import Lockstep
 
 WEAK = (("p5_1_brake_mm_s2", 200), ("reaction_ms", 1000))
 

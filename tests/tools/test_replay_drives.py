@@ -11,7 +11,6 @@ from typing import Any
 
 import pytest
 
-from e2e.page import Page
 from gazeboard.core import limits
 from gazechair.blackbox.reader import LogFile
 from gazelink import codes
@@ -21,6 +20,7 @@ from gazereplay.recording import Recording
 from gazereplay.replay import replay
 from gazereplay.result import NoTrace
 from gazesim.chair_rig import LinkedChair
+from gazesim.lockstep_page import Page
 from recordedchair import RecordedChair
 
 

@@ -64,6 +64,14 @@ def read(name: str) -> list[Frame]:
     return frames
 
 
+def is_here(name: str) -> bool:
+    """Whether that log is on this machine."""
+    try:
+        return _path(name).exists()
+    except NoDataError:
+        return False
+
+
 def directions_rad(count: int) -> Array:
     """Directions of a scan's beams, from right to left; 181 and 361 include both ends."""
     return np.asarray(

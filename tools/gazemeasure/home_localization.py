@@ -30,7 +30,7 @@ from gazesim.rooms import Array, Solid
 _HOMES, _HOMES_QUICK = 100, 3
 _STARTS, _HOSTILE_STARTS = 10, 2  # in each home
 _KEY_SCANS = 120
-_KEY_SIGMAS = np.array((0.01, 0.01, math.radians(0.2)))
+KEY_SIGMAS = np.array((0.01, 0.01, math.radians(0.2)))
 _RIGHT_M, _RIGHT_RAD = 0.1, math.radians(3.0)
 _LOOK_S, _TURN_RAD_S, _GIVEN_S = 0.5, math.radians(20.0), 10.0
 _BEAMS = 600  # a turn
@@ -153,7 +153,7 @@ def mapped(home: Home, chance: np.random.Generator) -> OccupancyGrid:
     for _ in range(_KEY_SCANS):
         pose = _somewhere(home, chance)
         seen = look(home, pose, chance, (FRONT, REAR))
-        known = pose + chance.normal(0.0, _KEY_SIGMAS)
+        known = pose + chance.normal(0.0, KEY_SIGMAS)
         keys.append(KeyScan(known, seen.points_m, seen.origins_m, 0.0, 0.0, 0.0))
     return occupancy_of(keys)
 

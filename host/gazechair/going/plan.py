@@ -34,6 +34,7 @@ from gazechair.going.smooth import (
     Smoother,
     refused_s,
     turn_poses,
+    turn_refused,
 )
 
 __all__ = ["GOAL_BLOCKED", "NO_WAY", "START_BLOCKED", "NoWay", "Planner", "Pose", "Refused", "Way"]
@@ -129,12 +130,17 @@ class Planner:
         every = np.concatenate([one[0] for one in starts])
         costs = self._lattice.costs_to(goals[0], goals[1], every)
         best = None
-        for poses, leg_m, dearer_s in starts:
+        no_turn = turn_refused(self._refused, np.array(start[:2]))
+        first = Smoother(self._costmap, start[2], heading, False, self._refused)
+        for poses, leg_m, leg_s in starts:
             for pose in poses[costs[poses] < UNREACHED]:
                 off = math.remainder(self._lattice.heading_rad(pose) - start[2], 2.0 * math.pi)
                 gap = self._lattice.metres(np.array([pose]))[0] - _ahead(start, leg_m)
                 price = costs[pose] + 20.0 * abs(off) + 200.0 * float(np.hypot(*gap))
-                price += 70.0 * abs(leg_m) * (2.0 if leg_m < 0.0 else 1.0) + _COST_PER_S * dearer_s
+                price += _COST_PER_S * leg_s
+                if no_turn:
+                    end = _ahead(start, leg_m)
+                    price += _COST_PER_S * first.turn_s(end, start[2], start[2] + off)
                 if best is None or price < best[0]:
                     best = (price, int(pose), leg_m)
         if best is None:
@@ -201,19 +207,18 @@ class Planner:
         return bool(found.min() > TURN_EASY_M)
 
     def _starts(self, start: Pose) -> list[tuple[Ints, float, float]]:
-        """Lattice poses to begin at, after a leg straight on, backward below 0; its price."""
+        """Lattice poses to begin at, after a leg straight on, backward below 0; its seconds."""
         found = []
         clear = self._costmap.clearance_m(*(np.array([one]) for one in start))[0]
         if clear < -0.15:
             return []
         least = min(LEAST_M, float(clear) - 0.01)
-        no_turn = any(
-            one.turns and math.dist(one.pose[:2], start[:2]) < NO_TURN_M for one in self._refused
-        )
+        here = np.array(start[:2])
+        no_turn = turn_refused(self._refused, here)
         for sign in (1.0, -1.0) if self._may_reverse else (1.0,):
             refused = 0.0
             if sign > 0.0:
-                refused = refused_s(self._refused, np.array(start[:2]), start[2])
+                refused = refused_s(self._refused, here, start[2])
             for leg_m in _LEG_STEPS_M[1:] if sign < 0.0 else _LEG_STEPS_M:
                 along = sign * np.arange(0.0, leg_m + 0.01, ALONG_M)
                 x, y = start[0] + along * math.cos(start[2]), start[1] + along * math.sin(start[2])
@@ -222,8 +227,16 @@ class Planner:
                 aligned_rad = 0.2 if no_turn and abs(leg_m) < NO_TURN_M else 0.42
                 poses = self._lattice.near(float(x[-1]), float(y[-1]), start[2], 0.12, aligned_rad)
                 if len(poses):
-                    found.append((poses, sign * leg_m, refused if leg_m else 0.0))
+                    leg_s = refused + self._first_leg_s(start, sign * leg_m) if leg_m else 0.0
+                    found.append((poses, sign * leg_m, leg_s))
         return found
+
+    def _first_leg_s(self, start: Pose, leg_m: float) -> float:
+        """As whole ways are priced; backward counts twice."""
+        backward = leg_m < 0.0
+        first = Smoother(self._costmap, start[2], None, backward, ())
+        leg_s = first.first_leg_s(np.array(start[:2]), _ahead(start, leg_m))
+        return leg_s * (2.0 if backward else 1.0)
 
 
 def _ahead(pose: Pose, leg_m: float) -> FloatArray:

@@ -30,6 +30,7 @@ _ROUND_RAD = math.radians(3.0)
 _BEYOND_RAD = math.radians(16.0)  # the board wants so much room to stop a turn
 _SPEED_M_S = 0.25
 _TURN_S, _TURN_RAD_S = 3.0, math.radians(20.0)
+_SAME_RAD = math.radians(1.5)  # a bend so small is none, even where nothing can be steered
 _STRAIGHT_RAD = math.radians(4.0)  # a bend so small is steered while driving
 _ONWARD_M = np.arange(0.05, 0.76, 0.05)
 _BESIDE_M = 0.035
@@ -104,18 +105,22 @@ class Smoother:
         legs = [self._leg(a, b)[1] for a, b in itertools.pairwise(points)]
         return np.array(points), min(legs, default=0.0), cost
 
+    def first_leg_s(self, a: FloatArray, b: FloatArray) -> float:
+        """Seconds of the way's first leg."""
+        return self._leg(a, b)[0]
+
     def _cost(self, points: list[FloatArray]) -> float:
         backward = self._backward
         headings = _headings(points, backward)
         total, before = 0.0, self._start_rad
         for k, heading in enumerate(headings):
-            total += self._turn(points[k], before, heading)
+            total += self.turn_s(points[k], before, heading)
             total += self._leg(points[k], points[k + 1])[0]
             if not (backward and not k):
                 total += refused_s(self._refused, points[k], heading)
             before = heading
         if self._goal_rad is not None:
-            total += self._turn(points[-1], before, self._goal_rad)
+            total += self.turn_s(points[-1], before, self._goal_rad)
         return total
 
     def _leg(self, a: FloatArray, b: FloatArray) -> tuple[float, float]:
@@ -156,9 +161,11 @@ class Smoother:
             self._first = a
         return a is self._first
 
-    def _turn(self, at: FloatArray, before: float, after: float) -> float:
+    def turn_s(self, at: FloatArray, before: float, after: float) -> float:
+        """Seconds of a turn on the spot."""
         angle = math.remainder(after - before, 2.0 * math.pi)
-        if abs(angle) < _STRAIGHT_RAD:
+        no_turn = turn_refused(self._refused, at) and abs(angle) > _SAME_RAD
+        if abs(angle) < _STRAIGHT_RAD and not no_turn:
             return 2.0 * abs(angle)
         key = (*at.tolist(), before, after)
         found = self._turns.get(key)
@@ -169,10 +176,7 @@ class Smoother:
             least = float(clear.min())
             found += 200.0 * max(0.0, TURN_EASY_M - least)
             found += _NO_TURN_S * (1.0 - least) if least < TURN_M else 0.0
-            if any(
-                one.turns and math.hypot(one.x_m - at[0], one.y_m - at[1]) < NO_TURN_M
-                for one in self._refused
-            ):
+            if no_turn:
                 found += _NO_TURN_S
             self._turns[key] = found
         return found
@@ -185,6 +189,13 @@ def turn_poses(pose: Pose, to_rad: float) -> tuple[FloatArray, FloatArray, Float
     steps = np.arange(0.0, abs(end), _ROUND_RAD)
     here = np.ones(len(steps))
     return pose[0] * here, pose[1] * here, pose[2] + np.copysign(steps, end)
+
+
+def turn_refused(refused: Sequence[Refused], at: FloatArray) -> bool:
+    """Whether the board did not let the chair turn near there."""
+    return any(
+        one.turns and math.hypot(one.x_m - at[0], one.y_m - at[1]) < NO_TURN_M for one in refused
+    )
 
 
 def refused_s(refused: Sequence[Refused], at: FloatArray, heading_rad: float) -> float:

@@ -104,7 +104,9 @@ class SpotTurn:
         self._sign = math.copysign(1.0, error)
         self._still = self._done = 0
         ways = self._pulses()
-        best = min((abs(abs(error) - _at(ways, n + self._shift)), n) for n in range(1, _PULSES))[1]
+        # Of pulses that make the same, as those do by which nothing turns, the longest.
+        off = [(abs(abs(error) - _at(ways, n + self._shift)), -n) for n in range(1, _PULSES)]
+        best = -min(off)[1]
         if _at(ways, best + self._shift) > 2.0 * abs(error) and abs(error) < _NEAR_ENOUGH_DEG:
             return None  # the least pulse would do no good
         self._moves += 1

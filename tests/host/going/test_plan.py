@@ -13,7 +13,7 @@ from gazechair.base.footprint import Footprint
 from gazechair.going.costmap import Costmap
 from gazechair.going.lattice import Lattice
 from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, START_BLOCKED, NoWay, Planner, Pose, Way
-from gazechair.going.smooth import PASSES_M
+from gazechair.going.smooth import PASSES_M, Refused
 from goingrig import TWO_ROOMS, floor
 
 START, GOAL = (1.5, 2.0, 0.0), (6.5, 2.0, math.pi / 2)
@@ -141,3 +141,26 @@ def test_a_tighter_turn_is_taken_rather_than_a_long_way_round() -> None:
     assert isinstance(found, Way)
     assert found.clearance_m >= PASSES_M
     assert found.length_m < 6.0
+
+
+A_LITTLE_OFF = math.radians(-5.0)
+BEFORE_THE_DOOR: Pose = (2.58, 1.98, A_LITTLE_OFF)
+AT_THE_DOOR: Pose = (3.45, 1.93, A_LITTLE_OFF)
+
+
+def test_a_door_is_not_passed_at_the_heading_that_the_chair_happens_to_have() -> None:
+    found = planned(start=BEFORE_THE_DOOR)
+    assert isinstance(found, Way)
+    assert found.clearance_m > 0.05
+    assert found.cost_s < 60.0
+
+
+def test_where_the_board_lets_no_turn_be_made_the_chair_backs_off_to_aim_again() -> None:
+    planner = Planner(floor(TWO_ROOMS), True)
+    found = planner.plan(AT_THE_DOOR, GOAL)
+    assert isinstance(found, Way)
+    assert not found.backward
+    found = planner.plan(AT_THE_DOOR, GOAL, [Refused(*AT_THE_DOOR, True, 60.0)])
+    assert isinstance(found, Way)
+    assert found.backward
+    assert found.points_m[1][0] < AT_THE_DOOR[0] - 0.2

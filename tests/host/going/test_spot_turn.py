@@ -90,3 +90,18 @@ def test_what_the_board_held_back_teaches_nothing() -> None:
         heading = math.radians(turning.chair.heading_deg)
         turning.spot.step(heading, heading + math.radians(5.0), math.radians(WITHIN_DEG))
     assert turning.spot._shift == shift
+
+
+def test_where_no_pulse_turns_the_chair_the_stick_is_held_until_the_board_lets_more_out() -> None:
+    settings = settings_with({"profile": PROFILES.index("1.2"), "turn_permille": 1000})
+    numbers = ChairNumbers.of({row[0]: getattr(settings, row[0]) for row in TABLE})
+    spot = SpotTurn(numbers.turn_axis(), numbers.spot_permille, PERIOD_S)
+    longest = held = put_out = 0
+    for _ in range(round(10.0 / PERIOD_S)):
+        spot.let_out(put_out)
+        asked = spot.step(0.0, math.radians(-7.0), math.radians(WITHIN_DEG))
+        assert asked is not None
+        held = held + 1 if asked else 0
+        longest = max(longest, held)
+        put_out = max(-CAP, asked)
+    assert longest * PERIOD_S > 2.0  # limits.TRYING_MS, and what the chair needs then

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from e2e.lockstep import Lockstep
-from e2e.page import Page
 from gazechair.producers.spot_port import SpotPort
+from gazesim.lockstep_chair import Lockstep
+from gazesim.lockstep_page import Page
 
 
 class Chair(Lockstep):

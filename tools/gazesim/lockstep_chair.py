@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from e2e.host import Host
-from e2e.page import Page
 from gazeboard.boards import bank_layout as layout
 from gazelink import codes
 from gazesim.chair_rig import ChairRig
+from gazesim.lockstep_host import Host
+from gazesim.lockstep_page import Page
 from gazesim.rooms import Room
 from gazesim.world import ONE, Mount
 
@@ -52,9 +52,10 @@ class Lockstep(ChairRig):
 
     def connected(self) -> bool:
         """Host and board are in the same session."""
-        if self.host is None or self.board.app is None or self.host.link.board() is None:
+        known = None if self.host is None else self.host.link.board()
+        if self.board.app is None or known is None:
             return False
-        return bool(self.board.app.link._session == self.host.link.board().session)
+        return bool(self.board.app.link._session == known.session)
 
     def ticks(self) -> int:
         """The board's own count of ticks since its reset."""

@@ -6,8 +6,8 @@ import json
 from collections import deque
 from typing import Any
 
-from e2e.host import Host
 from gazechair.driving.control import HEARTBEAT_MS
+from gazesim.lockstep_host import Host
 
 BEAT_MS = 100
 STATE_MS = 100  # the host's, when nothing changes

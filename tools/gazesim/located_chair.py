@@ -1,0 +1,161 @@
+"""A chair that finds itself by the real odometry and mapping, as their processes do it.
+
+What their computing takes is virtual time, too: what they say is heard so much later.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gazechair.base.health import Health
+from gazechair.board.state import BoardState
+from gazechair.producers.places import Places
+from gazechair.sensing.mapping.home_map import HomeMap
+from gazechair.sensing.mapping.service import MappingService
+from gazechair.sensing.mapping.worker import Worker
+from gazechair.sensing.odometry import inbox
+from gazechair.sensing.odometry.child import Lidars
+from gazechair.sensing.odometry.feed import Feed
+from gazechair.sensing.odometry.inbox import HalfTurn
+from gazechair.sensing.odometry.obeys import Obeys
+from gazechair.sensing.odometry.odometry import Estimate, Motion, Odometry
+from gazechair.sensing.odometry.service import OdometryService
+from gazesim.producer_chair import LIDARS, MAP, ProducerChair, Targets, waiting
+from gazesim.rooms import Room
+
+_ODOMETRY_MS, _MAPPING_MS, _PLAN_MS = 15, 60, 300
+_TICK_MS = 500
+_CHUNK_S = 0.01  # in which lidars send: half as many casts
+_PLACE_OLD_S = 1.0
+
+
+class _Thinker(Executor):
+    """A plan is known _PLAN_MS later, by the chair's clock."""
+
+    def __init__(self, now_s: Callable[[], float]) -> None:
+        self._now_s = now_s
+
+    def submit(self, work: Any, /, *args: Any, **more: Any) -> Future[Any]:
+        """Thinks at once, and keeps it to itself for a while."""
+        made = _Later(self._now_s)
+        try:
+            made.set_result(work(*args, **more))
+        except Exception as error:
+            made.set_exception(error)
+        return made
+
+
+class _Later(Future[Any]):
+    def __init__(self, now_s: Callable[[], float]) -> None:
+        super().__init__()
+        self._now_s, self._ready_s = now_s, now_s() + _PLAN_MS / 1000.0
+
+    def done(self) -> bool:
+        """Not before its time."""
+        return self._now_s() >= self._ready_s
+
+
+class _Out:
+    """Mapping's process reports to here."""
+
+    def __init__(self, data: Callable[[bytes], None]) -> None:
+        self.data = data
+
+    def facts(self, payload: bytes) -> None:
+        """Pictures, and ends of maps that are made: none here."""
+
+
+class LocatedChair(ProducerChair):
+    """Nobody tells it where it is. `known`: it knows."""
+
+    def __init__(self, folder: Path, home: HomeMap, room: Room, profile: str = "") -> None:
+        self.now_ms, now_s = 0, self.now_s
+        obeys = Obeys(Health("motion", now_s), lambda: None)
+        self.odometry = OdometryService(LIDARS, Health("odometry", now_s), obeys)
+        self.mapping = MappingService(LIDARS, folder, Health("map", now_s))
+        self._odometry, self._pieces = Odometry(1), Lidars(LIDARS)
+        out = _Out(lambda payload: self._later(_MAPPING_MS, self.mapping._on_data, payload))
+        self._coming: deque[tuple[int, Callable[[bytes], None], bytes]] = deque()
+        self._worker = Worker(Lidars(LIDARS), folder, out, now_s)
+        super().__init__(folder, home, room, profile)
+        for lidar in self.world.lidars:
+            lidar._chunk_s = _CHUNK_S
+
+    def _new_service(self, setup: Any, health: Health, targets: Targets) -> Any:
+        service = super()._new_service(setup, health, targets)
+        self.odometry.subscribe(service.estimate)
+        self.mapping.subscribe(service.where)
+        self.odometry.subscribe(self.mapping.estimate)  # last: each place is an estimate's
+        self._feed = Feed((service.inbox_fd, *self._inboxes()))
+        return service
+
+    def _inboxes(self) -> tuple[int, ...]:
+        return self.odometry.inbox_fd, self.mapping.inbox_fd
+
+    def _targets(self) -> Targets:
+        return Places(self.store, self._here, lambda: self.allowed, self.now_s)
+
+    def _here(self) -> str:
+        entry = self.mapping.latest.entry()
+        if entry is None or self.now_s() - entry.born_s > _PLACE_OLD_S:
+            return ""
+        return entry.value.map
+
+    @property
+    def known(self) -> bool:
+        """It knows where it is."""
+        return bool(self._here())
+
+    def came_here(self) -> None:
+        """It knows where it stands from the drive that brought it here."""
+        chair, looks = self.world.chair, self._worker._looks
+        self.until(lambda: self._worker._newest is not None and bool(self._worker._atlas.ids), 1500)
+        pose = np.array((chair.x_m, chair.y_m, math.radians(chair.heading_deg)))
+        self._worker._atlas.place(MAP, pose, looks.pose, looks.track)
+
+    def close(self) -> None:
+        """No more of it: its inboxes are closed."""
+        for service in (self.odometry, self.mapping, self.service):
+            service.stop()
+
+    def _thinker(self) -> Executor:
+        return _Thinker(self.now_s)
+
+    def _board_says(self, state: BoardState) -> None:
+        self._feed.board(state)
+
+    def _later(self, ms: int, hear: Callable[[bytes], None], payload: bytes) -> None:
+        self._coming.append((self.now_ms + ms, hear, payload))
+
+    def _locate(self) -> None:
+        for datagram in waiting(self.odometry):
+            said = inbox.unpack(datagram)
+            if isinstance(said, Motion):
+                self._odometry.motion(said)
+            elif isinstance(said, HalfTurn):
+                piece = self._pieces.piece(said)
+                estimate = self._odometry.piece(piece) if piece is not None else None
+                if estimate is not None:
+                    payload = json.dumps(asdict(estimate)).encode()
+                    self._later(_ODOMETRY_MS, self.odometry._on_data, payload)
+        for datagram in waiting(self.mapping):
+            said = inbox.unpack(datagram)
+            if isinstance(said, HalfTurn):
+                self._worker.half(said)
+            elif isinstance(said, Estimate):
+                self._worker.estimate(said)
+        if self.now_ms % _TICK_MS == 0:
+            self._worker.tick()
+        due = [one for one in self._coming if one[0] <= self.now_ms]
+        for one in due:
+            self._coming.remove(one)
+            one[1](one[2])

@@ -1,0 +1,237 @@
+"""The whole chair in virtual time, taken somewhere by a producer: its service, and its child here.
+
+Where it is in the map is for a subclass to tell: of the simulator, or by odometry and mapping.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor, Future
+from pathlib import Path
+from typing import Any
+
+from gazeboard.io.settings import FILE, Settings
+from gazechair.base.footprint import Footprint
+from gazechair.base.health import Health
+from gazechair.board.state import BoardState
+from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.picture.newest import Shot
+from gazechair.producers.contract import Setup
+from gazechair.producers.kinds import build
+from gazechair.producers.places import Places, Target
+from gazechair.producers.runner import Runner
+from gazechair.producers.service import ProducerService, child_setup
+from gazechair.sensing.mapping.home_map import HomeMap
+from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.whereabouts import unpack
+from gazechair.sensing.odometry import inbox
+from gazechair.sensing.odometry.child import Lidars
+from gazechair.sensing.odometry.half_turns import HalfTurns
+from gazechair.sensing.odometry.inbox import HalfTurn
+from gazechair.sensing.odometry.inbox_service import InboxService
+from gazechair.sensing.odometry.odometry import Motion
+from gazelink.settings_table import PROFILES, TABLE
+from gazesim.lockstep_chair import Lockstep
+from gazesim.lockstep_host import MASKS
+from gazesim.rooms import Room
+from gazesim.world import TWO
+
+LIDARS = tuple(
+    LidarConfig(kind="s2", x_m=x_m, y_m=y_m, heading_deg=heading_deg, mask=MASKS[TWO])
+    for x_m, y_m, heading_deg in TWO
+)
+MAP = "home"
+_STEP_MS, _LOOK_MS, _OFFER_MS = 50, 250, 250
+_DONTWAIT = 64
+
+Targets = Callable[[], Mapping[str, Target]]
+
+
+class Inline(Executor):
+    """Thinks at once, in no thread."""
+
+    def submit(self, work: Any, /, *args: Any, **more: Any) -> Future[Any]:
+        """Done when this returns."""
+        made: Future[Any] = Future()
+        try:
+            made.set_result(work(*args, **more))
+        except Exception as error:
+            made.set_exception(error)
+        return made
+
+
+def waiting(service: InboxService) -> Iterator[bytes]:
+    """What has come into its inbox."""
+    while True:
+        try:
+            yield service._reader.recv(inbox.LONGEST, _DONTWAIT)
+        except BlockingIOError:
+            return
+
+
+class _Pipe:
+    """A child's standard output."""
+
+    def __init__(self) -> None:
+        self.newest: bytes | None = None
+
+    def data(self, payload: bytes) -> None:
+        """The newest record."""
+        self.newest = payload
+
+
+class Service(ProducerService):
+    """Whose child is a runner in this process; `word` is the newest that it was told."""
+
+    word: bytes | None = None
+
+    def _say(self, word: bytes) -> None:
+        self.word = word
+
+
+class ProducerChair(Lockstep, ABC):
+    """Driving is on, its tiles are there.
+
+    `alive`, `stopped`: the child; `allowed`: it may be pressed; `looks`: somebody's eyes are on
+    the page.
+    """
+
+    kind = "place"
+
+    def __init__(
+        self, folder: Path, home: HomeMap, room: str | Room = "open", profile: str = ""
+    ) -> None:
+        """`folder`: for the map; `profile`: of chair and board, at full deflection; "": as set."""
+        super().__init__(room, mounts=TWO)
+        if profile:
+            self._select(profile)
+        folder.mkdir(exist_ok=True)
+        home.save(folder / f"{MAP}.map")
+        self.store = MapStore(folder)
+        self.map = MAP
+        self.looks = self.alive = self.allowed = True
+        self.stopped = False
+        assert self.host is not None
+        setup = child_setup(FootprintConfig(), folder, folder)
+        self.health = Health("mode places", self.now_s)
+        self.service = self._new_service(setup, self.health, self._targets())
+        self.settings: dict[str, int] | None = None
+        self.service.connect(self.host.control, lambda: self.settings, self._override)
+        self._folder = folder
+        self._lidars = Lidars(LIDARS)
+        for at, stream in enumerate(self.host.streams):
+            stream._tap = HalfTurns(at, (self.service.inbox_fd, *self._inboxes())).take
+        self._state_s = 0.0
+        self.begin_child()
+        self.watchers.append(self._daemon)
+        self.arm()
+        self.settings = {row[0]: getattr(self.board.app.settings, row[0]) for row in TABLE}
+
+    def _select(self, profile: str) -> None:
+        stored = Settings()
+        for name, value in (
+            ("profile", PROFILES.index(profile)),
+            ("linear_permille", 1000),
+            ("turn_permille", 1000),
+        ):
+            stored.set([row[0] for row in TABLE].index(name), value)
+        self.board.files.store(FILE, stored.text())
+        self.board.reset()
+        self.world.chair.set_profile(profile)
+
+    def _inboxes(self) -> tuple[int, ...]:
+        """Who besides its producer gets the lidars' half turns."""
+        return ()
+
+    def _targets(self) -> Targets:
+        return Places(self.store, lambda: self.map, lambda: self.allowed, self.now_s)
+
+    def _new_service(self, setup: Mapping[str, Any], health: Health, targets: Targets) -> Service:
+        return Service(self.kind, LIDARS, setup, health, targets, self.now_s)
+
+    def _picture(self) -> Shot | None:
+        return None
+
+    def _thinker(self) -> Executor:
+        """Who plans."""
+        return Inline()
+
+    def _override(self) -> str:
+        return str(self.page.shown.get("override", ""))
+
+    def begin_child(self) -> None:
+        """Another process."""
+        self._pipe = _Pipe()
+        setup = Setup(Footprint(), self._folder, self._folder, self._thinker())
+        kind = build(self.kind, setup)
+        self._runner = Runner(kind, self._lidars, self._pipe, Inline(), self._picture)
+        self.alive, self.stopped = True, False
+        self._told: bytes | None = None
+
+    def _daemon(self) -> None:
+        """Threads and processes round the control: one millisecond."""
+        if self.host is None:
+            return
+        state = self.host.link.state()
+        if state is not None and state.received_s != self._state_s:
+            self._state_s = state.received_s
+            self._board_says(state)
+        self._locate()
+        if self.now_ms % _OFFER_MS == 0:
+            self.service.look()
+        if self.now_ms % 4 == 0:
+            self.service.tick()
+        if not self.alive or self.stopped:
+            return
+        self._child()
+        if self.looks and self.page.alive and self.now_ms % _LOOK_MS == 0:
+            self.page.look()
+
+    def _board_says(self, state: BoardState) -> None:
+        motion = Motion(self.now_s(), None, state.linear_permille, state.turn_permille)
+        inbox.send(self.service.inbox_fd, inbox.pack_motion(motion))
+
+    @abstractmethod
+    def _locate(self) -> None:
+        """Tell the service where the chair is: one millisecond."""
+
+    def _half_turn(self, half: HalfTurn) -> None:
+        """What a lidar measured has reached the child."""
+
+    def _child(self) -> None:
+        now_s = self.now_s()
+        if self.service.word is not self._told and self.service.word is not None:
+            self._told = self.service.word
+            self._runner.word(json.loads(self._told))
+        for datagram in waiting(self.service):
+            said = unpack(datagram) or inbox.unpack(datagram)
+            self._runner.heard(said, now_s)
+            if isinstance(said, HalfTurn):
+                self._half_turn(said)
+        if self.now_ms % _STEP_MS == 0:
+            self._runner.tick(now_s)
+            if self._pipe.newest is not None:
+                self.service._on_data(self._pipe.newest)
+                self._pipe.newest = None
+
+    # -- what is so --
+
+    @property
+    def tiles(self) -> dict[str, str]:
+        """Mode of each place that can be chosen, by its name."""
+        rows = self.service.rows()
+        return {row["names"]["nl"]: row["name"] for row in rows if row["state"] == "ok"}
+
+    @property
+    def news(self) -> dict[str, Any]:
+        """What pages are told of the way."""
+        return self.service.news() or {"state": "", "reason": ""}
+
+    def off(self, x_m: float, y_m: float, heading_deg: float) -> tuple[float, float]:
+        """Metres and degrees from there, by the truth."""
+        chair = self.world.chair
+        off_deg = abs(math.remainder(chair.heading_deg - heading_deg, 360.0))
+        return math.dist((chair.x_m, chair.y_m), (x_m, y_m)), off_deg
