@@ -31,7 +31,6 @@ _FASTER = 100  # than it is, asked for in a curve: the board slows both axes ali
 _STICKS_DEG_S = 2.0
 _STILL_PERMILLE = 30  # moves no chair
 _MORE_PERMILLE_S = 300.0  # on the spot, while nothing turns
-_ROLLS_PERMILLE = 60
 _SHORTEST_LEG_M, _LONG_LEG_M = 0.1, 2.0
 _SHORT_M, _ROLLS_M = 0.03, 0.13
 _FORGETS_S = 4.0  # where the driver pointed, in favour of where the chair points now
@@ -94,6 +93,7 @@ class Assist:
         self._gave_up_s = 0.0
         self._shut_s = -math.inf
         self._chosen_deg = 0.0
+        self._straight_m = 0.0
         self._closed = self._person = False
         self._refused: tuple[int, float] | None = None  # a turn of his: its side, and when
         self._turns_s, self._turns_from_deg = -math.inf, 0.0
@@ -127,9 +127,12 @@ class Assist:
     def advise(self, press: int, now_s: float) -> Advice | None:
         """How to drive in this press of forward; None: not known, drive as without."""
         advice = self._advise(press, now_s)
-        if advice is not None and advice.steers:
+        if advice is None:
+            return None
+        if advice.steers:
             self._own.steered(now_s)
-        return advice
+        most = self.permits.surprise_permille(self._straight_m)
+        return replace(advice, linear_permille=min(most, advice.linear_permille))
 
     def _advise(self, press: int, now_s: float) -> Advice | None:
         points = self._surroundings.points_m(now_s)
@@ -143,6 +146,7 @@ class Assist:
             self._turned_s = self._shut_s = -math.inf
             self._waits_s = self._sticks_s = 0.0
             self._last_s = now_s
+        self._straight_m = self._ways.straight_m(points)
         dt_s, self._last_s = min(0.2, now_s - self._last_s), now_s
         self._wish_deg += (heading - self._wish_deg) * dt_s / _FORGETS_S
         before = None if self._way is None else self._seen_from(heading)
@@ -151,10 +155,10 @@ class Assist:
             advice = self._turn_on_the_spot(self._spot_deg - heading, now_s, dt_s)
             if advice is not None:
                 return advice
-            self._begin_leg(points)
+            self._begin_leg()
         self._closed = now_s - self.permits.shut_s < _OPENS_S
-        self._person = self._closed and self._ways.straight_m(points) > _PERSON_M
-        leg = self._on_leg(points, heading, now_s, dt_s)
+        self._person = self._closed and self._straight_m > _PERSON_M
+        leg = self._on_leg(heading, now_s, dt_s)
         if leg is not None:
             return leg
         shut = self.permits.forward_m < _SHUT_M and not self._person
@@ -172,22 +176,20 @@ class Assist:
             return 0.0
         return self._refused[0] * _REFUSED_DEG
 
-    def _begin_leg(self, points: FloatArray) -> None:
+    def _begin_leg(self) -> None:
         # Turned on the spot: what it turned for is driven, whatever else looks better meanwhile.
         way, self._leg = self._way, None
         if way is not None and way.first_m > _SHORTEST_LEG_M and not self._turned_then:
             then_deg = self._chosen_deg + math.degrees(way.then_rad)
-            self._leg = _Leg(self._ways.straight_m(points) - way.first_m, then_deg)
+            self._leg = _Leg(self._straight_m - way.first_m, then_deg)
 
-    def _on_leg(
-        self, points: FloatArray, heading: float, now_s: float, dt_s: float
-    ) -> Advice | None:
+    def _on_leg(self, heading: float, now_s: float, dt_s: float) -> Advice | None:
         leg = self._leg
         if leg is None:
             return None
         if self._person:
             return NOTHING
-        left_m = self._ways.straight_m(points) - leg.ends_m
+        left_m = self._straight_m - leg.ends_m
         if self.permits.forward_m >= _SHUT_M and _SHORT_M < left_m < _LONG_LEG_M:
             if left_m > self._short_m():
                 return Advice(FULL, 0, True)
@@ -262,9 +264,11 @@ class Assist:
 
     def _wait(self) -> Advice:
         # Not neutral, if it may: where the board permits no more than creep, it ends a press that
-        # asks for nothing while the chair still rolls and turns. To the side with more room.
+        # asks for nothing while the chair still rolls and turns. To the side to which it turns,
+        # else to that with more room.
         left_deg, right_deg = self.permits.turns_deg
-        for still in (_STILL_PERMILLE, -_STILL_PERMILLE)[:: 1 if left_deg > right_deg else -1]:
+        side = self.permits.turns_to or (1 if left_deg > right_deg else -1)
+        for still in (side * _STILL_PERMILLE, -side * _STILL_PERMILLE):
             if self.permits.both(0, still):
                 return Advice(0, still, True)
         return NOTHING
@@ -281,9 +285,7 @@ class Assist:
         elif abs(rate_deg_s) < _RESTS_DEG_S or now_s > self._spot_till_s:
             self._spot_deg, self._turned_s = None, now_s
             return None
-        rolls = self.permits.linear_permille > _ROLLS_PERMILLE
-        may = self.permits.on_the_spot(turn) and (not rolls or self.permits.both(0, turn))
-        if turn and not may:
+        if turn and not self.permits.both(0, turn):
             self._waits_s += dt_s
             if self._waits_s < _STUCK_S:
                 return self._wait()
