@@ -9,7 +9,7 @@ from gazechair.assist.own_steering import OwnSteering
 from gazechair.assist.permits import Permits
 from gazechair.assist.surroundings import Surroundings
 from gazechair.assist.ways import Way, Ways
-from gazechair.base.footprint import FloatArray, Footprint
+from gazechair.base.footprint import Footprint
 from gazechair.sensing.odometry.odometry import Motion
 from gazechair.sensing.odometry.points import Piece
 
@@ -286,7 +286,7 @@ class Assist:
             self._spot_deg, self._turned_s = None, now_s
             return None
         if turn and not self.permits.both(0, turn):
-            self._waits_s += dt_s
+            self._waits_s += 0.0 if self.permits.rolls else dt_s
             if self._waits_s < _STUCK_S:
                 return self._wait()
             self._gave_up_s, self._spot_deg = now_s + _GIVES_UP_S, None

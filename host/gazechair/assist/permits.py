@@ -25,7 +25,7 @@ _AGAIN_M, _AGAIN_DEG = 0.06, 3.0  # more than creep takes, once stopped: the boa
 _OPENS_S = 0.35  # and for so long, with what is late
 _BLIND = 1 << codes.DIR_FORWARD | 1 << codes.DIR_LEFT | 1 << codes.DIR_RIGHT
 _UNSEEN_ARCS = 0x50  # of arc_views: forward and left, forward and right
-_ROLLS_M_S, _TURNS_DEG_S = 0.02, 3.0  # less counts as none
+_ROLLS_M_S, _TURNS_DEG_S = 0.02, 1.0  # less counts as none; holding the heading may add
 _HELD_PERMILLE = 150  # holding the heading puts out so much, and is no turn
 # Of the time that stopping takes beside braking, the board's dead time and lag.
 _DEAD, _LAG = 0.3, 0.9
@@ -73,6 +73,12 @@ class _Side:
             self._better_s = at_s
         elif at_s - self._better_s >= _OPENS_S:
             self.open = True
+
+    @property
+    def held(self) -> float:
+        """The speed that holding the heading may make."""
+        assert self.stopping is not None
+        return float(self.stopping.speeds[FULL]) * _HELD_PERMILLE / 1000.0
 
     def stop(self, permille: float) -> float:
         """The way until it stands, the next decisions included."""
@@ -161,6 +167,11 @@ class Permits:
         return max(0, self._outputs[-1][1]) if self._outputs else 0
 
     @property
+    def rolls(self) -> bool:
+        """It may still roll forward."""
+        return self._forward.bound > _ROLLS_M_S
+
+    @property
     def turned(self) -> bool:
         """A turn was put out lately."""
         return any(abs(turn) > _HELD_PERMILLE for _, _, turn in self._outputs)
@@ -181,7 +192,7 @@ class Permits:
             return 1000
         stops = one.stops + one.speeds * _LATE_S
         speed = float(np.interp(self._approach.told_m(way_m), stops, one.speeds))
-        return int(1000.0 * max(speed, float(one.speeds[CREEP])) / float(one.speeds[FULL]))
+        return round(1000.0 * max(speed, float(one.speeds[CREEP])) / float(one.speeds[FULL]))
 
     def may_turn(self, side: int) -> bool:
         """Whether a turn of a chair that stands may begin, `side` 1 left, -1 right."""
@@ -210,14 +221,13 @@ class Permits:
             return False
         if turn_permille and not self.on_the_spot(turn_permille):
             return False
-        if not linear_permille and self._forward.bound <= _ROLLS_M_S:
+        if not linear_permille and not self.rolls:
             return True
         if turn_permille and clearance.arc_views & _UNSEEN_ARCS:
             return False
         both = linear_permille and turn_permille
         left, right = (
-            side.bound > (_TURNS_DEG_S if both else _held_deg_s(side.stopping))
-            for side in (self._left, self._right)
+            side.bound > (_TURNS_DEG_S if both else side.held) for side in (self._left, self._right)
         )
         left, right = left or turn_permille > 0, right or turn_permille < 0
         if not left and not right:
@@ -237,7 +247,3 @@ class Permits:
         assert self.clearance is not None
         row = next((k for k, deg in enumerate(turns_deg) if deg >= stop_deg), None)
         return -1.0 if row is None else self.clearance.arcs[at + row] * arcs.UNIT_MM / 1000.0
-
-
-def _held_deg_s(stopping: Stopping) -> float:
-    return float(stopping.speeds[FULL]) * _HELD_PERMILLE / 1000.0
