@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+from gazechair.assist.narrow import Narrow, narrow
 from gazechair.assist.own_steering import OwnSteering
 from gazechair.assist.permits import Permits
 from gazechair.assist.surroundings import Surroundings
@@ -17,7 +18,7 @@ FULL = 1000
 MOST_TURN = 600
 """Permille of turning that assist asks for at most."""
 _COAST_S = 0.42  # the chair's dead time and lag: it turns on so long
-_DONE_DEG = 0.4
+_DONE_DEG, _FINE_DEG = 0.4, 0.2
 _SPOT_DEG, _SPOT_END_DEG = 8.0, 0.5  # farther off it turns on the spot; nearer it goes on
 _SPOT_S = 5.0  # the longest such turn
 _EASIER_S, _EASIER_DEG_S = 1.5, 0.5  # after so long it may end so much farther off
@@ -44,6 +45,9 @@ _PERSON_M = 0.45  # what is shut though so much is free is so for what may be a 
 _FREE_M, _BESIDE_DEG = 0.8, 20.0  # so far ahead, with something so near a corner
 _ENTERS_M = 0.3  # by the board's word: less room beside than a way needs, but no little turn helps
 _SHUT_M, _SHUT_S = 0.175, 0.8  # nearer the board lets nothing begin, nor so soon after
+# In a narrow place: so far off its middle it stops to aim, and again after so much farther.
+_MIDDLE_M, _AIMS_AGAIN_M, _LAST_AIM_M = 0.025, 0.15, 0.2
+_NOISE_M, _LIDAR_M = 0.01, 0.022  # a side needs so much, and a lidar in front on it
 _NEEDED_M = 1.2  # straight on ends so soon: worth a stop to turn on the spot
 
 
@@ -86,6 +90,10 @@ class Assist:
         self._spot_deg: float | None = None
         self._spot_till_s = self._turned_s = 0.0
         self._leg: _Leg | None = None
+        self._front_m = float(footprint.body[:, 0].max()) + footprint.margins.front_m
+        need_m = footprint.half_width_m + _NOISE_M
+        self._needs_m = need_m, need_m
+        self._aimed_m = math.inf
         self._turned_then = False
         self._waits_s = 0.0
         self._sticks_s = 0.0
@@ -106,6 +114,10 @@ class Assist:
     def see(self, lidar: int, piece: Piece) -> None:
         """Half a turn of one lidar."""
         self._surroundings.see(lidar, piece)
+        x_m, y_m = piece.origin_m
+        if x_m > 0.0:  # what is nearer beside it than it measures ends the press
+            left_m, right_m = self._needs_m
+            self._needs_m = max(left_m, y_m + _LIDAR_M), max(right_m, _LIDAR_M - y_m)
 
     def knows(self, now_s: float) -> bool:
         """It sees where forward and turns lead: it could advise."""
@@ -143,6 +155,7 @@ class Assist:
         if press != self._press:
             self._press, self._wish_deg = press, heading + self._aside_deg(now_s)
             self._way, self._spot_deg, self._leg = None, None, None
+            self._aimed_m = math.inf
             self._turned_s = self._shut_s = -math.inf
             self._waits_s = self._sticks_s = 0.0
             self._last_s = now_s
@@ -158,6 +171,11 @@ class Assist:
             self._begin_leg()
         self._closed = now_s - self.permits.shut_s < _OPENS_S
         self._person = self._closed and self._straight_m > _PERSON_M
+        place = narrow(points, self._front_m, self._needs_m)
+        if place is not None:
+            self._way = self._leg = None
+            return self._thread(place, heading, now_s, dt_s)
+        self._aimed_m = math.inf
         leg = self._on_leg(heading, now_s, dt_s)
         if leg is not None:
             return leg
@@ -175,6 +193,24 @@ class Assist:
         if self._refused is None or now_s - self._refused[1] > _REFUSED_S:
             return 0.0
         return self._refused[0] * _REFUSED_DEG
+
+    def _thread(self, place: Narrow, heading: float, now_s: float, dt_s: float) -> Advice:
+        # Straight through its middle. It aims while it rolls: no chair turns so little on the spot.
+        aim_deg = math.degrees(place.aim_rad)
+        error_deg = aim_deg - self._surroundings.rate_deg_s() * _COAST_S
+        turn = _output(error_deg, _CURVE_PERMILLE_DEG, _LEAST_CURVE, _CURVE_PERMILLE)
+        if abs(error_deg) > _FINE_DEG and not self._person and self.permits.both(_SLOW, turn):
+            self._waits_s = self._sticks_s = 0.0
+            return Advice(_SLOW, turn, True)
+        aside_m = math.sin(place.aim_rad) * (self._front_m + place.ahead_m)
+        aims = _LAST_AIM_M < place.ahead_m < self._aimed_m - _AIMS_AGAIN_M
+        if aims and abs(aside_m) > _MIDDLE_M and self.permits.may_turn(1 if aside_m > 0.0 else -1):
+            self._aimed_m, self._spot_deg = place.ahead_m, heading + aim_deg
+            self._spot_till_s = now_s + _SPOT_S
+            advice = self._turn_on_the_spot(aim_deg, now_s, dt_s)
+            if advice is not None:
+                return advice
+        return self._straight_on(dt_s)
 
     def _begin_leg(self) -> None:
         # Turned on the spot: what it turned for is driven, whatever else looks better meanwhile.
