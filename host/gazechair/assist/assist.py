@@ -37,9 +37,8 @@ _SHORT_M, _ROLLS_M = 0.03, 0.13
 _FORGETS_S = 4.0  # where the driver pointed, in favour of where the chair points now
 # What is not permitted for so long is let be for a while. A driver lets go after a second.
 _STUCK_S, _GIVES_UP_S = 0.8, 3.0
-# A turn of his that the board did not let begin points so far aside, for so long.
-_REFUSED_DEG, _REFUSED_S = 25.0, 5.0
-_TURNED_DEG, _SLICE_S = 3.0, 0.3  # it has begun; another one after so long without
+# A turn of his that the board did not let begin or go on points so far aside, for so long.
+_REFUSED_DEG, _REFUSED_S, _REFUSED_FORGETS_S = 25.0, 5.0, 15.0
 _OPENS_S = 0.5  # so long after it was shut ahead the board lets a standing chair begin
 _PERSON_M = 0.45  # what is shut though so much is free is so for what may be a person
 _FREE_M, _BESIDE_DEG = 0.8, 20.0  # so far ahead, with something so near a corner
@@ -86,6 +85,7 @@ class Assist:
         self._own = OwnSteering()
         self._press = 0
         self._wish_deg = 0.0
+        self._forgets_s = _FORGETS_S
         self._way: Way | None = None
         self._spot_deg: float | None = None
         self._spot_till_s = self._turned_s = 0.0
@@ -104,7 +104,6 @@ class Assist:
         self._straight_m = 0.0
         self._closed = self._person = False
         self._refused: tuple[int, float] | None = None  # a turn of his: its side, and when
-        self._turns_s, self._turns_from_deg = -math.inf, 0.0
 
     def motion(self, motion: Motion) -> None:
         """The board's word."""
@@ -130,11 +129,7 @@ class Assist:
             self._refused = None
             return
         self._own.turns(heading, now_s)
-        if now_s > self._turns_s + _SLICE_S:
-            self._turns_from_deg = heading
-        self._turns_s = now_s
-        turned = abs(heading - self._turns_from_deg) > _TURNED_DEG
-        self._refused = None if turned or self.permits.may_turn(side) else (side, now_s)
+        self._refused = None if self.permits.may_turn(side) else (side, now_s)
 
     def advise(self, press: int, now_s: float) -> Advice | None:
         """How to drive in this press of forward; None: not known, drive as without."""
@@ -153,7 +148,9 @@ class Assist:
             self._press = 0
             return None
         if press != self._press:
-            self._press, self._wish_deg = press, heading + self._aside_deg(now_s)
+            aside_deg = self._aside_deg(now_s)
+            self._press, self._wish_deg = press, heading + aside_deg
+            self._forgets_s = _REFUSED_FORGETS_S if aside_deg else _FORGETS_S
             self._way, self._spot_deg, self._leg = None, None, None
             self._aimed_m = math.inf
             self._turned_s = self._shut_s = -math.inf
@@ -161,7 +158,7 @@ class Assist:
             self._last_s = now_s
         self._straight_m = self._ways.straight_m(points)
         dt_s, self._last_s = min(0.2, now_s - self._last_s), now_s
-        self._wish_deg += (heading - self._wish_deg) * dt_s / _FORGETS_S
+        self._wish_deg += (heading - self._wish_deg) * dt_s / self._forgets_s
         before = None if self._way is None else self._seen_from(heading)
         wish = math.radians(self._wish_deg - heading)
         if self._spot_deg is not None:
