@@ -9,7 +9,7 @@ from gazechair.assist.narrow import Narrow, narrow
 from gazechair.assist.own_steering import OwnSteering
 from gazechair.assist.permits import Permits
 from gazechair.assist.surroundings import Surroundings
-from gazechair.assist.ways import Way, Ways
+from gazechair.assist.ways import FROM_WISH_RAD, Way, Ways
 from gazechair.base.footprint import Footprint
 from gazechair.sensing.odometry.odometry import Motion
 from gazechair.sensing.odometry.points import Piece
@@ -168,19 +168,19 @@ class Assist:
             self._begin_leg()
         self._closed = now_s - self.permits.shut_s < _OPENS_S
         self._person = self._closed and self._straight_m > _PERSON_M
-        place = narrow(points, self._front_m, self._needs_m)
-        if place is not None:
+        shut = self.permits.forward_m < _SHUT_M and not self._person
+        turns_deg, share = self.permits.turns_deg, self._own.help(now_s)
+        place = None if shut else narrow(points, self._front_m, self._needs_m)
+        if place is not None and abs(place.aim_rad - wish) < share * FROM_WISH_RAD:
             self._way = self._leg = None
             return self._thread(place, heading, now_s, dt_s)
         self._aimed_m = math.inf
         leg = self._on_leg(heading, now_s, dt_s)
         if leg is not None:
             return leg
-        shut = self.permits.forward_m < _SHUT_M and not self._person
         if shut and now_s > self._turned_s + _SHUT_S:
             self._shut_s = now_s
         shut = now_s - self._shut_s < _SHUT_S
-        turns_deg, share = self.permits.turns_deg, self._own.help(now_s)
         self._way = self._ways.choose(points, wish, before, turns_deg, shut, share)
         self._chosen_deg = heading
         return self._drive(self._way, now_s, dt_s)

@@ -11,7 +11,8 @@ from gazechair.assist.corridors import FARTHEST_M, Corridors
 from gazechair.base.footprint import FloatArray, Footprint
 
 _MOST_DEG = 40  # from where the chair points now
-_FROM_WISH_RAD = math.radians(35.0)  # no way leads farther from where the driver pointed
+FROM_WISH_RAD = math.radians(35.0)
+"""No way leads farther from where the driver pointed."""
 _ASIDE_M = 0.6
 _SHIFTS_DEG = (3, 6, 12, 20, 30)  # towards a corridor beside the present line
 _HORIZON_M = 2.5
@@ -91,7 +92,7 @@ class Ways:
         ]
         off_wish = np.abs(_DIRECTIONS - wish_rad)
         towards = np.cos(off_wish)
-        from_wish_rad = share * _FROM_WISH_RAD
+        from_wish_rad = share * FROM_WISH_RAD
         may_first = off_wish <= from_wish_rad
         straight_m = float(free[0][_AHEAD, _OWN])
         if shut:

@@ -147,6 +147,13 @@ def test_before_a_narrow_door_it_aims_at_the_middle_while_it_rolls(side):
     assert before_a_door(0.0, **narrow).advise(1, 1.1).turn_permille == 0
 
 
+def test_no_narrow_door_is_aimed_at_farther_from_where_the_driver_pointed():
+    assist = before_a_door(0.015, 1.2, 0.81, Margins(0.05, 0.0, 0.05))
+    assist.advise(1, 1.1)
+    assist._wish_deg = -60.0
+    assert assist.advise(1, 1.11).turn_permille <= 0
+
+
 @pytest.mark.parametrize("side", [1, -1])
 def test_where_a_lidar_sits_in_front_the_side_needs_more_room(side):
     assist = Assist(Footprint(margins=Margins(0.05, 0.0, 0.05)), 2)
