@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from gazechair.assist.narrow import narrow
+from gazechair.assist.ways import Ways
+from gazechair.base.footprint import Footprint, Margins
 
 FRONT_M, NEEDS_M = 0.7, (0.385, 0.385)
 
@@ -48,3 +50,19 @@ def test_what_is_no_narrow_place():
     assert narrow(np.concatenate((door(0.81, 0.3), post - (0.1, 0.0))), FRONT_M, NEEDS_M) is None
     assert narrow(door(0.81)[:40], FRONT_M, NEEDS_M) is None
     assert narrow(np.zeros((0, 2)), FRONT_M, NEEDS_M) is None
+
+
+@pytest.mark.parametrize("aside_m", [0.26, 0.35, 0.45])
+def test_without_side_margin_a_way_through_a_narrow_door_aside_is_found_from_afar(aside_m):
+    half_m = 0.405
+    beside = np.concatenate(
+        (np.arange(aside_m + half_m, 3, 0.005), np.arange(-3, aside_m - half_m, 0.005))
+    )
+    wall = np.stack((np.full(len(beside), 2.4), beside), axis=1)
+    c, s = math.cos(math.radians(9.0)), math.sin(math.radians(9.0))
+    points = np.concatenate((wall, wall + np.array((0.12, 0.0)))) @ np.array(((c, s), (-s, c)))
+    way = Ways(Footprint(margins=Margins(0.05, 0.0, 0.05))).choose(
+        points, 0.0, None, (256.0, 256.0), False
+    )
+    assert way.first_m > 1.0
+    assert math.degrees(way.then_rad) == pytest.approx(11.0, abs=3.0)
