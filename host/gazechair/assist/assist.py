@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+from gazechair.assist.narrow import Narrow, narrow
 from gazechair.assist.own_steering import OwnSteering
 from gazechair.assist.permits import Permits
 from gazechair.assist.surroundings import Surroundings
-from gazechair.assist.ways import Way, Ways
-from gazechair.base.footprint import FloatArray, Footprint
+from gazechair.assist.ways import FROM_WISH_RAD, Way, Ways
+from gazechair.base.footprint import Footprint
 from gazechair.sensing.odometry.odometry import Motion
 from gazechair.sensing.odometry.points import Piece
 
@@ -17,7 +18,7 @@ FULL = 1000
 MOST_TURN = 600
 """Permille of turning that assist asks for at most."""
 _COAST_S = 0.42  # the chair's dead time and lag: it turns on so long
-_DONE_DEG = 0.4
+_DONE_DEG, _FINE_DEG = 0.4, 0.2
 _SPOT_DEG, _SPOT_END_DEG = 8.0, 0.5  # farther off it turns on the spot; nearer it goes on
 _SPOT_S = 5.0  # the longest such turn
 _EASIER_S, _EASIER_DEG_S = 1.5, 0.5  # after so long it may end so much farther off
@@ -31,20 +32,21 @@ _FASTER = 100  # than it is, asked for in a curve: the board slows both axes ali
 _STICKS_DEG_S = 2.0
 _STILL_PERMILLE = 30  # moves no chair
 _MORE_PERMILLE_S = 300.0  # on the spot, while nothing turns
-_ROLLS_PERMILLE = 60
 _SHORTEST_LEG_M, _LONG_LEG_M = 0.1, 2.0
 _SHORT_M, _ROLLS_M = 0.03, 0.13
 _FORGETS_S = 4.0  # where the driver pointed, in favour of where the chair points now
 # What is not permitted for so long is let be for a while. A driver lets go after a second.
 _STUCK_S, _GIVES_UP_S = 0.8, 3.0
-# A turn of his that the board did not let begin points so far aside, for so long.
-_REFUSED_DEG, _REFUSED_S = 25.0, 5.0
-_TURNED_DEG, _SLICE_S = 3.0, 0.3  # it has begun; another one after so long without
+# A turn of his that the board did not let begin or go on points so far aside, for so long.
+_REFUSED_DEG, _REFUSED_S, _REFUSED_FORGETS_S = 25.0, 5.0, 15.0
 _OPENS_S = 0.5  # so long after it was shut ahead the board lets a standing chair begin
 _PERSON_M = 0.45  # what is shut though so much is free is so for what may be a person
 _FREE_M, _BESIDE_DEG = 0.8, 20.0  # so far ahead, with something so near a corner
 _ENTERS_M = 0.3  # by the board's word: less room beside than a way needs, but no little turn helps
 _SHUT_M, _SHUT_S = 0.175, 0.8  # nearer the board lets nothing begin, nor so soon after
+# In a narrow place: so far off its middle it stops to aim, and again after so much farther.
+_MIDDLE_M, _AIMS_AGAIN_M, _LAST_AIM_M = 0.025, 0.15, 0.2
+_NOISE_M, _LIDAR_M = 0.01, 0.022  # a side needs so much, and a lidar in front on it
 _NEEDED_M = 1.2  # straight on ends so soon: worth a stop to turn on the spot
 
 
@@ -83,10 +85,15 @@ class Assist:
         self._own = OwnSteering()
         self._press = 0
         self._wish_deg = 0.0
+        self._forgets_s = _FORGETS_S
         self._way: Way | None = None
         self._spot_deg: float | None = None
         self._spot_till_s = self._turned_s = 0.0
         self._leg: _Leg | None = None
+        self._front_m = float(footprint.body[:, 0].max()) + footprint.margins.front_m
+        need_m = footprint.half_width_m + _NOISE_M
+        self._needs_m = need_m, need_m
+        self._aimed_m = math.inf
         self._turned_then = False
         self._waits_s = 0.0
         self._sticks_s = 0.0
@@ -94,9 +101,9 @@ class Assist:
         self._gave_up_s = 0.0
         self._shut_s = -math.inf
         self._chosen_deg = 0.0
+        self._straight_m = 0.0
         self._closed = self._person = False
         self._refused: tuple[int, float] | None = None  # a turn of his: its side, and when
-        self._turns_s, self._turns_from_deg = -math.inf, 0.0
 
     def motion(self, motion: Motion) -> None:
         """The board's word."""
@@ -106,6 +113,10 @@ class Assist:
     def see(self, lidar: int, piece: Piece) -> None:
         """Half a turn of one lidar."""
         self._surroundings.see(lidar, piece)
+        x_m, y_m = piece.origin_m
+        if x_m > 0.0:  # what is nearer beside it than it measures ends the press
+            left_m, right_m = self._needs_m
+            self._needs_m = max(left_m, y_m + _LIDAR_M), max(right_m, _LIDAR_M - y_m)
 
     def knows(self, now_s: float) -> bool:
         """It sees where forward and turns lead: it could advise."""
@@ -118,18 +129,17 @@ class Assist:
             self._refused = None
             return
         self._own.turns(heading, now_s)
-        if now_s > self._turns_s + _SLICE_S:
-            self._turns_from_deg = heading
-        self._turns_s = now_s
-        turned = abs(heading - self._turns_from_deg) > _TURNED_DEG
-        self._refused = None if turned or self.permits.may_turn(side) else (side, now_s)
+        self._refused = None if self.permits.may_turn(side) else (side, now_s)
 
     def advise(self, press: int, now_s: float) -> Advice | None:
         """How to drive in this press of forward; None: not known, drive as without."""
         advice = self._advise(press, now_s)
-        if advice is not None and advice.steers:
+        if advice is None:
+            return None
+        if advice.steers:
             self._own.steered(now_s)
-        return advice
+        most = self.permits.surprise_permille(self._straight_m)
+        return replace(advice, linear_permille=min(most, advice.linear_permille))
 
     def _advise(self, press: int, now_s: float) -> Advice | None:
         points = self._surroundings.points_m(now_s)
@@ -138,30 +148,39 @@ class Assist:
             self._press = 0
             return None
         if press != self._press:
-            self._press, self._wish_deg = press, heading + self._aside_deg(now_s)
+            aside_deg = self._aside_deg(now_s)
+            self._press, self._wish_deg = press, heading + aside_deg
+            self._forgets_s = _REFUSED_FORGETS_S if aside_deg else _FORGETS_S
             self._way, self._spot_deg, self._leg = None, None, None
+            self._aimed_m = math.inf
             self._turned_s = self._shut_s = -math.inf
             self._waits_s = self._sticks_s = 0.0
             self._last_s = now_s
+        self._straight_m = self._ways.straight_m(points)
         dt_s, self._last_s = min(0.2, now_s - self._last_s), now_s
-        self._wish_deg += (heading - self._wish_deg) * dt_s / _FORGETS_S
+        self._wish_deg += (heading - self._wish_deg) * dt_s / self._forgets_s
         before = None if self._way is None else self._seen_from(heading)
         wish = math.radians(self._wish_deg - heading)
         if self._spot_deg is not None:
             advice = self._turn_on_the_spot(self._spot_deg - heading, now_s, dt_s)
             if advice is not None:
                 return advice
-            self._begin_leg(points)
+            self._begin_leg()
         self._closed = now_s - self.permits.shut_s < _OPENS_S
-        self._person = self._closed and self._ways.straight_m(points) > _PERSON_M
-        leg = self._on_leg(points, heading, now_s, dt_s)
+        self._person = self._closed and self._straight_m > _PERSON_M
+        shut = self.permits.forward_m < _SHUT_M and not self._person
+        turns_deg, share = self.permits.turns_deg, self._own.help(now_s)
+        place = None if shut else narrow(points, self._front_m, self._needs_m)
+        if place is not None and abs(place.aim_rad - wish) < share * FROM_WISH_RAD:
+            self._way = self._leg = None
+            return self._thread(place, heading, now_s, dt_s)
+        self._aimed_m = math.inf
+        leg = self._on_leg(heading, now_s, dt_s)
         if leg is not None:
             return leg
-        shut = self.permits.forward_m < _SHUT_M and not self._person
         if shut and now_s > self._turned_s + _SHUT_S:
             self._shut_s = now_s
         shut = now_s - self._shut_s < _SHUT_S
-        turns_deg, share = self.permits.turns_deg, self._own.help(now_s)
         self._way = self._ways.choose(points, wish, before, turns_deg, shut, share)
         self._chosen_deg = heading
         return self._drive(self._way, now_s, dt_s)
@@ -172,22 +191,38 @@ class Assist:
             return 0.0
         return self._refused[0] * _REFUSED_DEG
 
-    def _begin_leg(self, points: FloatArray) -> None:
+    def _thread(self, place: Narrow, heading: float, now_s: float, dt_s: float) -> Advice:
+        # Straight through its middle. It aims while it rolls: no chair turns so little on the spot.
+        aim_deg = math.degrees(place.aim_rad)
+        error_deg = aim_deg - self._surroundings.rate_deg_s() * _COAST_S
+        turn = _output(error_deg, _CURVE_PERMILLE_DEG, _LEAST_CURVE, _CURVE_PERMILLE)
+        if abs(error_deg) > _FINE_DEG and not self._person and self.permits.both(_SLOW, turn):
+            self._waits_s = self._sticks_s = 0.0
+            return Advice(_SLOW, turn, True)
+        aside_m = math.sin(place.aim_rad) * (self._front_m + place.ahead_m)
+        aims = _LAST_AIM_M < place.ahead_m < self._aimed_m - _AIMS_AGAIN_M
+        if aims and abs(aside_m) > _MIDDLE_M and self.permits.may_turn(1 if aside_m > 0.0 else -1):
+            self._aimed_m, self._spot_deg = place.ahead_m, heading + aim_deg
+            self._spot_till_s = now_s + _SPOT_S
+            advice = self._turn_on_the_spot(aim_deg, now_s, dt_s)
+            if advice is not None:
+                return advice
+        return self._straight_on(dt_s)
+
+    def _begin_leg(self) -> None:
         # Turned on the spot: what it turned for is driven, whatever else looks better meanwhile.
         way, self._leg = self._way, None
         if way is not None and way.first_m > _SHORTEST_LEG_M and not self._turned_then:
             then_deg = self._chosen_deg + math.degrees(way.then_rad)
-            self._leg = _Leg(self._ways.straight_m(points) - way.first_m, then_deg)
+            self._leg = _Leg(self._straight_m - way.first_m, then_deg)
 
-    def _on_leg(
-        self, points: FloatArray, heading: float, now_s: float, dt_s: float
-    ) -> Advice | None:
+    def _on_leg(self, heading: float, now_s: float, dt_s: float) -> Advice | None:
         leg = self._leg
         if leg is None:
             return None
         if self._person:
             return NOTHING
-        left_m = self._ways.straight_m(points) - leg.ends_m
+        left_m = self._straight_m - leg.ends_m
         if self.permits.forward_m >= _SHUT_M and _SHORT_M < left_m < _LONG_LEG_M:
             if left_m > self._short_m():
                 return Advice(FULL, 0, True)
@@ -262,9 +297,11 @@ class Assist:
 
     def _wait(self) -> Advice:
         # Not neutral, if it may: where the board permits no more than creep, it ends a press that
-        # asks for nothing while the chair still rolls and turns. To the side with more room.
+        # asks for nothing while the chair still rolls and turns. To the side to which it turns,
+        # else to that with more room.
         left_deg, right_deg = self.permits.turns_deg
-        for still in (_STILL_PERMILLE, -_STILL_PERMILLE)[:: 1 if left_deg > right_deg else -1]:
+        side = self.permits.turns_to or (1 if left_deg > right_deg else -1)
+        for still in (side * _STILL_PERMILLE, -side * _STILL_PERMILLE):
             if self.permits.both(0, still):
                 return Advice(0, still, True)
         return NOTHING
@@ -281,10 +318,8 @@ class Assist:
         elif abs(rate_deg_s) < _RESTS_DEG_S or now_s > self._spot_till_s:
             self._spot_deg, self._turned_s = None, now_s
             return None
-        rolls = self.permits.linear_permille > _ROLLS_PERMILLE
-        may = self.permits.on_the_spot(turn) and (not rolls or self.permits.both(0, turn))
-        if turn and not may:
-            self._waits_s += dt_s
+        if turn and not self.permits.both(0, turn):
+            self._waits_s += 0.0 if self.permits.rolls else dt_s
             if self._waits_s < _STUCK_S:
                 return self._wait()
             self._gave_up_s, self._spot_deg = now_s + _GIVES_UP_S, None

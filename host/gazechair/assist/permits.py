@@ -8,35 +8,109 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from gazechair.board.board_commands import Clearance
-from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
+from gazechair.sensing.clearance.standing import Approach
+from gazechair.sensing.clearance.zone import UNKNOWN, Stopping, StopZone
 from gazelink import arcs, codes
 from gazelink.zone import CREEP, FULL
 
-_PAST_S = 0.7  # what was put out so long ago may still move the chair
-_FADES_S = 1.0  # after that, what the board still counts of it fades
+_LATELY_S = 0.7
 _AHEAD_S = 0.35  # until the next decisions have an effect
 _MORE_M, _MORE_DEG = 0.05, 2.0
 _AGAIN_M, _AGAIN_DEG = 0.06, 3.0  # more than creep takes, once stopped: the board's bands
+_OPENS_S = 0.35  # and for so long, with what is late
 _BLIND = 1 << codes.DIR_FORWARD | 1 << codes.DIR_LEFT | 1 << codes.DIR_RIGHT
 _UNSEEN_ARCS = 0x50  # of arc_views: forward and left, forward and right
-_ROLLS_PERMILLE = 60
+_ROLLS_M_S, _TURNS_DEG_S = 0.02, 1.0  # less counts as none; holding the heading may add
 _HELD_PERMILLE = 150  # holding the heading puts out so much, and is no turn
+# Of the time that stopping takes beside braking, the board's dead time and lag.
+_DEAD, _LAG = 0.3, 0.9
+_LATE_S = 0.15  # a clearance is so old when it counts
+
+
+class _Side:
+    """One direction as the board judges it: how fast the chair may move, and whether it may."""
+
+    def __init__(self) -> None:
+        self.stopping: Stopping | None = None
+        self.bound = 0.0
+        """The most that its outputs may have made of its speed, as the board reckons it."""
+        self.open = True
+        self._ramp = 0.0
+        self._better_s: float | None = None
+        self._asked: deque[tuple[float, float]] = deque()
+        self._last_s = -math.inf
+
+    def output(self, time_s: float, permille: int) -> None:
+        if self.stopping is None:
+            return
+        asked = float(self.stopping.speeds[FULL]) * max(0, permille) / 1000.0
+        whole_s = float(self.stopping.times_s[0])
+        brake = float(self.stopping.speeds[FULL]) / (float(self.stopping.times_s[FULL]) - whole_s)
+        dt_s, self._last_s = max(0.0, min(0.2, time_s - self._last_s)), time_s
+        self._asked.append((time_s, asked))
+        while self._asked[0][0] < time_s - _DEAD * whole_s:
+            self._asked.popleft()
+        self.bound -= max(0.0, self.bound - self._ramp) * dt_s / (_LAG * whole_s + dt_s)
+        peak = max(one for _, one in self._asked)
+        self._ramp = max(peak, self._ramp - brake * dt_s)
+        self.bound = max(self.bound, self._ramp)
+
+    def free(self, clearance: float, band: float, at_s: float) -> None:
+        """So much is free. Shut at once, open again only after a while of more."""
+        if self.stopping is None:
+            return
+        least = float(self.stopping.told[CREEP])
+        if clearance < least:
+            self.open = False
+        if clearance < least + band:
+            self._better_s = None
+        elif self._better_s is None:
+            self._better_s = at_s
+        elif at_s - self._better_s >= _OPENS_S:
+            self.open = True
+
+    @property
+    def held(self) -> float:
+        """The speed that holding the heading may make."""
+        assert self.stopping is not None
+        return float(self.stopping.speeds[FULL]) * _HELD_PERMILLE / 1000.0
+
+    def stop(self, permille: float) -> float:
+        """The way until it stands, the next decisions included."""
+        assert self.stopping is not None
+        speed = max(self.bound, float(self.stopping.speeds[FULL]) * abs(permille) / 1000.0)
+        return float(np.interp(speed, self.stopping.speeds, self.stopping.stops)) + speed * _AHEAD_S
 
 
 class Permits:
     """Feed it every output and every clearance."""
 
     def __init__(self) -> None:
-        self.zone: StopZone = UNKNOWN
+        self._zone = UNKNOWN
+        self._forward, self._left, self._right = _Side(), _Side(), _Side()
         self._outputs: deque[tuple[float, int, int]] = deque()
         self._clearance: Clearance | None = None
+        self._approach = Approach(None)
         self.shut_s = -math.inf
         """When the board last would not have let a chair that it had stopped go on."""
+
+    @property
+    def zone(self) -> StopZone:
+        """How the board stops."""
+        return self._zone
+
+    @zone.setter
+    def zone(self, zone: StopZone) -> None:
+        self._zone = zone
+        self._approach = Approach(zone.of(codes.DIR_FORWARD))
+        self._forward.stopping = zone.of(codes.DIR_FORWARD)
+        self._left.stopping = zone.of(codes.DIR_LEFT)
+        self._right.stopping = zone.of(codes.DIR_RIGHT)
 
     @property
     def clearance(self) -> Clearance | None:
@@ -46,17 +120,22 @@ class Permits:
     @clearance.setter
     def clearance(self, clearance: Clearance | None) -> None:
         self._clearance = clearance
-        one = self.zone.of(codes.DIR_FORWARD)
+        one = self._forward.stopping
         if clearance is None or one is None:
             return
         if self.forward_m < float(one.told[CREEP]) + _AGAIN_M:
             self.shut_s = clearance.acquired_s
+        for side, deg in zip((self._left, self._right), self.turns_deg, strict=True):
+            side.free(deg, _AGAIN_DEG, clearance.acquired_s)
 
     def output(self, time_s: float, linear_permille: int, turn_permille: int) -> None:
         """What the board puts out."""
         self._outputs.append((time_s, linear_permille, turn_permille))
-        while self._outputs[0][0] < time_s - _PAST_S - _FADES_S:
+        while self._outputs[0][0] < time_s - _LATELY_S:
             self._outputs.popleft()
+        self._forward.output(time_s, linear_permille)
+        self._left.output(time_s, turn_permille)
+        self._right.output(time_s, -turn_permille)
 
     @property
     def turns_deg(self) -> tuple[float, float]:
@@ -80,7 +159,7 @@ class Permits:
     @property
     def linear_permille(self) -> int:
         """The most forward that was put out lately."""
-        return max((linear for _, linear, _ in self._lately), default=0)
+        return max((linear for _, linear, _ in self._outputs), default=0)
 
     @property
     def linear_now(self) -> int:
@@ -88,77 +167,83 @@ class Permits:
         return max(0, self._outputs[-1][1]) if self._outputs else 0
 
     @property
-    def turned(self) -> bool:
-        """A turn was put out lately."""
-        return any(abs(turn) > _HELD_PERMILLE for _, _, turn in self._lately)
+    def rolls(self) -> bool:
+        """It may still roll forward."""
+        return self._forward.bound > _ROLLS_M_S
 
     @property
-    def _lately(self) -> Iterator[tuple[float, int, int]]:
-        since_s = self._outputs[-1][0] - _PAST_S if self._outputs else 0.0
-        return (one for one in self._outputs if one[0] >= since_s)
+    def turned(self) -> bool:
+        """A turn was put out lately."""
+        return any(abs(turn) > _HELD_PERMILLE for _, _, turn in self._outputs)
+
+    @property
+    def turns_to(self) -> int:
+        """The side to which it may be turning: 1 left, -1 right, 0 neither."""
+        left, right = self._left.bound, self._right.bound
+        return 0 if max(left, right) < _TURNS_DEG_S else 1 if left >= right else -1
+
+    def surprise_permille(self, way_m: float) -> int:
+        """The most forward with which the board goes on when a person appears `way_m` ahead.
+
+        Where it stops for a person however slow the chair is, that does not matter.
+        """
+        one = self._forward.stopping
+        if one is None or way_m < self._approach.blocked_within_m:
+            return 1000
+        stops = one.stops + one.speeds * _LATE_S
+        speed = float(np.interp(self._approach.told_m(way_m), stops, one.speeds))
+        return round(1000.0 * max(speed, float(one.speeds[CREEP])) / float(one.speeds[FULL]))
 
     def may_turn(self, side: int) -> bool:
         """Whether a turn of a chair that stands may begin, `side` 1 left, -1 right."""
-        one = self.zone.of(codes.DIR_LEFT if side > 0 else codes.DIR_RIGHT)
-        if one is None:
+        one = self._left if side > 0 else self._right
+        if one.stopping is None:
             return False
-        return self.turns_deg[0 if side > 0 else 1] >= float(one.told[CREEP]) + _AGAIN_DEG
+        free_deg = self.turns_deg[0 if side > 0 else 1]
+        return one.open and free_deg >= float(one.stopping.told[CREEP]) + _AGAIN_DEG
 
     def on_the_spot(self, turn_permille: int) -> bool:
         """Whether a turn of so much may begin or go on."""
-        if not self.zone.of(codes.DIR_LEFT):
-            return False
         left = turn_permille > 0
-        _, stop_deg = self._stopping(codes.DIR_LEFT if left else codes.DIR_RIGHT, turn_permille)
-        return self.turns_deg[0 if left else 1] > stop_deg + _MORE_DEG
+        one = self._left if left else self._right
+        if one.stopping is None or not one.open:
+            return False
+        least_deg = max(float(one.stopping.told[CREEP]), one.stop(turn_permille))
+        return self.turns_deg[0 if left else 1] > least_deg + _MORE_DEG
 
     def both(self, linear_permille: int, turn_permille: int) -> bool:
-        """Whether the chair may turn so much while it drives so fast.
+        """Whether the chair may turn so much while it drives so fast, or rolls on.
 
         Not where no lidar ever sees an arc: both would creep, and hardly any chair turns then.
         """
         clearance = self.clearance
-        if clearance is None or not self.zone.of(codes.DIR_LEFT):
+        if clearance is None or self._left.stopping is None or self._right.stopping is None:
             return False
-        if turn_permille and clearance.arc_views & _UNSEEN_ARCS:
-            return False
-        left, right = self._most_turns(turn_permille)
         if turn_permille and not self.on_the_spot(turn_permille):
             return False
-        linear = max(linear_permille, self.linear_permille)
-        _, stop_m = self._stopping(codes.DIR_FORWARD, linear)
-        stop_deg = 0.0
-        for direction, most in ((codes.DIR_LEFT, left), (codes.DIR_RIGHT, right)):
-            if most:
-                stop_deg = max(stop_deg, self._stopping(direction, most)[1])
-        # The side that is asked for counts, however little.
-        rows: list[tuple[int, Sequence[int]]] = []
-        if turn_permille > 0 or left > right:
-            rows.append((0, arcs.TURNS_DEG))
-        if turn_permille < 0 or left <= right:
-            rows.append((2 * arcs.ROWS, arcs.TURNS_DEG))
-        if min(left, right) > _ROLLS_PERMILLE:
-            rows = [(arcs.BOTH_AT, arcs.BOTH_TURNS_DEG)]
-        return all(self._way_m(at, deg, stop_deg) >= stop_m + _MORE_M for at, deg in rows)
-
-    def _most_turns(self, asked: int) -> tuple[float, float]:
-        # To the left and to the right: asked for, put out lately, and what is left of older turns.
-        turns: list[float] = [asked]
-        newest_s = self._outputs[-1][0] if self._outputs else 0.0
-        for time_s, _, turn in self._outputs:
-            left_over = min(1.0, 1.0 - (newest_s - time_s - _PAST_S) / _FADES_S)
-            if asked or abs(turn) * left_over > _HELD_PERMILLE:
-                turns.append(turn * max(0.0, left_over))
-        return max(0.0, *turns), max(0.0, *(-turn for turn in turns))
+        if not linear_permille and not self.rolls:
+            return True
+        if turn_permille and clearance.arc_views & _UNSEEN_ARCS:
+            return False
+        both = linear_permille and turn_permille
+        left, right = (
+            side.bound > (_TURNS_DEG_S if both else side.held) for side in (self._left, self._right)
+        )
+        left, right = left or turn_permille > 0, right or turn_permille < 0
+        if not left and not right:
+            return True
+        rows: tuple[int, Sequence[int]] = 0 if left else 2 * arcs.ROWS, arcs.TURNS_DEG
+        if left and right:
+            rows = arcs.BOTH_AT, arcs.BOTH_TURNS_DEG
+        stop_m = self._forward.stop(linear_permille) + _MORE_M
+        stop_deg = max(
+            self._left.stop(max(0, turn_permille)) if left else 0.0,
+            self._right.stop(max(0, -turn_permille)) if right else 0.0,
+        )
+        return self._way_m(*rows, stop_deg) >= stop_m
 
     def _way_m(self, at: int, turns_deg: Sequence[int], stop_deg: float) -> float:
         # How far it may travel while it turns so much.
         assert self.clearance is not None
         row = next((k for k, deg in enumerate(turns_deg) if deg >= stop_deg), None)
         return -1.0 if row is None else self.clearance.arcs[at + row] * arcs.UNIT_MM / 1000.0
-
-    def _stopping(self, direction: int, permille: float) -> tuple[float, float]:
-        one = self.zone.of(direction)
-        assert one is not None
-        speed = float(one.speeds[FULL]) * abs(permille) / 1000.0
-        return speed, float(np.interp(speed, one.speeds, one.stops)) + speed * _AHEAD_S

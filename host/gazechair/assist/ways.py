@@ -11,12 +11,14 @@ from gazechair.assist.corridors import FARTHEST_M, Corridors
 from gazechair.base.footprint import FloatArray, Footprint
 
 _MOST_DEG = 40  # from where the chair points now
-_FROM_WISH_RAD = math.radians(35.0)  # no way leads farther from where the driver pointed
+FROM_WISH_RAD = math.radians(35.0)
+"""No way leads farther from where the driver pointed."""
 _ASIDE_M = 0.6
 _SHIFTS_DEG = (3, 6, 12, 20, 30)  # towards a corridor beside the present line
 _HORIZON_M = 2.5
 # Beside the footprint, and what a metre with it is worth.
 _GAPS_M = (0.012, 0.024, 0.04, 0.08)
+_TIGHT_GAPS_M = (0.004, 0.012, 0.024, 0.06)  # of a chair without side margin
 _WORTH = (0.35, 0.3, 0.2, 0.15)
 _SAFE = 1  # a corridor with that gap needs no correction
 _TURN, _TURN_BACK, _OFF_WISH = 0.5, 0.25, 0.7  # metres a radian is worth
@@ -58,12 +60,13 @@ class Ways:
     def __init__(self, footprint: Footprint) -> None:
         every = np.concatenate(footprint.parts)
         self._footprint = footprint
+        self._gaps_m = _GAPS_M if footprint.margins.side_m >= _GAPS_M[0] else _TIGHT_GAPS_M
         self._half_m = float(np.abs(every[:, 1]).max())
         self._front_m = float(every[:, 0].max())
 
     def straight_m(self, points_m: FloatArray) -> float:
         """How far straight on leads."""
-        beside = np.abs(points_m[:, 1]) < self._half_m + _GAPS_M[0]
+        beside = np.abs(points_m[:, 1]) < self._half_m + self._gaps_m[0]
         ahead = points_m[beside & (points_m[:, 0] > 0.0), 0]
         return float(ahead.min(initial=FARTHEST_M)) - self._front_m
 
@@ -83,15 +86,16 @@ class Ways:
         `shut`: the board lets nothing begin straight ahead. `share` of the help, 0..1: no way leads
         farther from where the driver points than this share of what a way may.
         """
-        widest = self._half_m + _GAPS_M[-1]
+        widest = self._half_m + self._gaps_m[-1]
         near = points_m[points_m[:, 0] > -0.3]
         corridors = Corridors(near, _DIRECTIONS, _ASIDE_M + widest + 0.02)
         free = [
-            corridors.free_m(_OFFSETS_M, self._half_m + gap_m) - self._front_m for gap_m in _GAPS_M
+            corridors.free_m(_OFFSETS_M, self._half_m + gap_m) - self._front_m
+            for gap_m in self._gaps_m
         ]
         off_wish = np.abs(_DIRECTIONS - wish_rad)
         towards = np.cos(off_wish)
-        from_wish_rad = share * _FROM_WISH_RAD
+        from_wish_rad = share * FROM_WISH_RAD
         may_first = off_wish <= from_wish_rad
         straight_m = float(free[0][_AHEAD, _OWN])
         if shut:
@@ -148,7 +152,7 @@ class Ways:
     def _finer(self, near: FloatArray, way: Way) -> float:
         """The direction near that of a way with one leg in which there is most room."""
         directions = way.then_rad + _FINE_RAD
-        corridors = Corridors(near, directions, self._half_m + _GAPS_M[-1] + 0.02)
+        corridors = Corridors(near, directions, self._half_m + _FINE_GAPS_M[-1] + 0.02)
         score = -_FINE_COST * np.abs(_FINE_RAD)
         for gap_m, weight in zip(_FINE_GAPS_M, _FINE_WORTH, strict=True):
             free = corridors.free_m(np.zeros(1), self._half_m + gap_m)[:, 0] - self._front_m

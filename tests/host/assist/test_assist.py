@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gazechair.assist.assist import STRAIGHT_ON, Assist
-from gazechair.base.footprint import Footprint
+from gazechair.base.footprint import Footprint, Margins
 from gazechair.board.board_commands import Clearance
 from gazechair.sensing.odometry.odometry import Motion
 from gazechair.sensing.odometry.points import Piece
@@ -32,11 +32,11 @@ def door_room(low, high, ahead_m=2.0):
     return Room("door", (*posts, (-3.0, -4.0, -3.0, 4.0)))
 
 
-def before_a_door(aside_m, ahead_m=2.0):
-    """Assist that has seen a 0.9 m door `ahead_m` before the axle, `aside_m` to the left."""
-    low, high = aside_m - 0.45, aside_m + 0.45
+def before_a_door(aside_m, ahead_m=2.0, width_m=0.9, margins=None):
+    """Assist that has seen a door `ahead_m` before the axle, `aside_m` to the left."""
+    low, high = aside_m - width_m / 2, aside_m + width_m / 2
     room = door_room(low, high, ahead_m)
-    assist = Assist(Footprint(), 1)
+    assist = Assist(Footprint(margins=margins), 1)
     assist.permits.zone = zone_of()
     assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=1200)
     for k in range(20):
@@ -136,3 +136,56 @@ def test_in_a_door_with_the_frame_beside_a_corner_it_goes_on_and_does_not_turn()
     assert assist.advise(1, 1.1) == STRAIGHT_ON
     free = before_a_door(0.07, 1.2)
     assert free.advise(1, 1.1) != STRAIGHT_ON
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_before_a_narrow_door_it_aims_at_the_middle_while_it_rolls(side):
+    narrow = {"ahead_m": 1.2, "width_m": 0.81, "margins": Margins(0.05, 0.0, 0.05)}
+    advice = before_a_door(side * 0.015, **narrow).advise(1, 1.1)
+    assert advice.turn_permille * side > 0
+    assert 0 < advice.linear_permille < 500
+    assert before_a_door(0.0, **narrow).advise(1, 1.1).turn_permille == 0
+
+
+def test_no_narrow_door_is_aimed_at_farther_from_where_the_driver_pointed():
+    assist = before_a_door(0.015, 1.2, 0.81, Margins(0.05, 0.0, 0.05))
+    assist.advise(1, 1.1)
+    assist._wish_deg = -60.0
+    assert assist.advise(1, 1.11).turn_permille <= 0
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_where_a_lidar_sits_in_front_the_side_needs_more_room(side):
+    assist = Assist(Footprint(margins=Margins(0.05, 0.0, 0.05)), 2)
+    front = Piece(np.zeros(0), np.zeros(0), np.zeros(0), (0.65, side * 0.376), RAYS)
+    rear = Piece(np.zeros(0), np.zeros(0), np.zeros(0), (-0.45, -side * 0.4), RAYS)
+    assist.see(0, front)
+    assist.see(1, rear)
+    left, right = assist._needs_m
+    assert (left - right) * side == pytest.approx(0.013)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_waiting_it_asks_to_the_side_to_which_the_chair_turns(side):
+    assist = before_a_door(0.0)
+    for k in range(20):
+        assist.motion(Motion(1.1 + 0.02 * k, 0.0, 0, side * 400))
+    advice = assist._wait()
+    assert advice.linear_permille == 0
+    assert advice.turn_permille * side > 0
+
+
+def test_a_turn_that_the_board_ended_counts_for_as_long_as_the_press_needs():
+    assist = before_a_door(0.0)
+    for k in range(20):
+        now_s = 1.1 + 0.05 * k
+        q4 = {"left_q4_deg": max(100, 480 - 30 * k)}
+        assist.permits.clearance = Clearance(0, codes.REAL, now_s, forward_mm=1200, **q4)
+        assist.motion(Motion(now_s, 1.0 * k, 0, 300))
+        assist.turns_himself(1, now_s)
+    for k in range(40):
+        now_s = 2.1 + 0.1 * k
+        assist.motion(Motion(now_s, 19.0, 0, 0))
+        assist.see(0, half(door_room(-0.45, 0.45), now_s, 90.0 if k % 2 else -90.0))
+        assist.advise(1, now_s)
+    assert assist._wish_deg - 19.0 > 17.0

@@ -1,114 +1,119 @@
-"""What assist asks for is what the board's own rule permits, with some room."""
+"""What assist knows of the board's rule: beside the board's own bound, and by its words."""
 
-import random
+import math
+from itertools import pairwise
 
+import numpy as np
 import pytest
 
-from gazeboard.core.obstacles import ARC_BLOCKED, Obstacles
-from gazeboard.core.shared import Inputs
-from gazeboard.io.settings import Settings
+from gazeboard.core.speed import SpeedBound
+from gazeboard.core.stopping import Stopping
 from gazechair.assist.permits import Permits
 from gazechair.board.board_commands import Clearance
+from gazechair.sensing.clearance.standing import Approach
 from gazelink import arcs, codes
-from gazemeasure.obstacles_run import deliver
+from gazelink.zone import CREEP, FULL
+from gazemeasure.turn_board import settings_with
 from gazesim.zone import zone_of
 
-
-def permits(clearance):
-    found = Permits()
-    found.zone = zone_of()
-    found.clearance = clearance
-    return found
+STEP_S = 0.016
+FAR = [arcs.FAR] * arcs.SIZE
+NEAR = [3] * arcs.SIZE
 
 
-def test_nothing_is_permitted_before_the_board_and_a_lidar_have_said_anything():
-    nothing = Permits()
-    assert not nothing.seen
-    assert not nothing.both(300, 100)
-    assert not nothing.on_the_spot(100)
+def permits(outputs=(), **clearance):
+    """Permits after these outputs, each (seconds, linear, turn), and with that clearance."""
+    made = Permits()
+    made.zone = zone_of()
+    now_s = 1.0
+    for lasts_s, linear, turn in outputs:
+        for _ in range(round(lasts_s / STEP_S)):
+            now_s += STEP_S
+            made.output(now_s, linear, turn)
+    made.clearance = Clearance(0, codes.REAL, now_s, **{"arcs": FAR, **clearance})
+    return made
 
 
-def test_all_is_permitted_where_nothing_is_near():
-    far = permits(Clearance(0, codes.REAL, 1.0))
-    assert far.seen
-    assert far.both(1000, 300)
-    assert far.on_the_spot(-400)
+def told_deg():
+    return float(zone_of().of(codes.DIR_LEFT).told[CREEP])
 
 
-@pytest.mark.parametrize("blind", [{"blocked": 1}, {"blocked": 4}, {"arc_views": 1}])
-def test_where_a_lidar_is_blind_nothing_is_known(blind):
-    fields = {"blocked": 0, "source": codes.REAL, "acquired_s": 1.0} | blind
-    assert not permits(Clearance(**fields)).seen
+@pytest.mark.parametrize("direction", [codes.DIR_FORWARD, codes.DIR_LEFT, codes.DIR_RIGHT])
+def test_the_speed_it_reckons_is_the_boards(direction):
+    board, stopping = SpeedBound(8), Stopping(settings_with({}), direction, False)
+    unit = 1000.0 if direction == codes.DIR_FORWARD else 16.0
+    ours = Permits()
+    ours.zone = zone_of()
+    side = {
+        codes.DIR_FORWARD: ours._forward,
+        codes.DIR_LEFT: ours._left,
+        codes.DIR_RIGHT: ours._right,
+    }[direction]
+    sign = -1 if direction == codes.DIR_RIGHT else 1
+    asked = [0] * 10 + [600] * 60 + [200] * 60 + [0] * 60 + [350] * 20 + [0] * 200
+    off = []
+    for k, permille in enumerate(asked):
+        for _ in range(2):
+            bound = board.update(stopping, permille) / unit
+        turn = 0 if direction == codes.DIR_FORWARD else sign * permille
+        ours.output(1.0 + STEP_S * k, permille if turn == 0 else 0, turn)
+        off.append(side.bound - bound)
+    full = stopping.full / unit
+    assert max(off) < 0.06 * full
+    assert min(off) > -0.03 * full
 
 
-def test_what_it_permits_the_board_does_not_block():
-    chance = random.Random(16)
-    tried = 0
-    while tried < 60:
-        turn_q4 = chance.randint(0, 800)
-        rows = sorted((chance.randint(0, 255) for _ in range(arcs.ROWS)), reverse=True)
-        clearance = Clearance(
-            0,
-            codes.REAL,
-            0.0,
-            forward_mm=6000,
-            left_q4_deg=turn_q4,
-            right_q4_deg=turn_q4,
-            arcs=bytes(rows) * arcs.QUADRANTS + bytes(sorted(rows[:6], reverse=True)),
+def test_it_knows_how_long_the_chair_may_still_roll():
+    assert permits([(1.0, 600, 0), (0.9, 0, 0)]).rolls
+    assert not permits([(1.0, 600, 0), (2.5, 0, 0)]).rolls
+
+
+def test_a_small_turn_needs_as_much_room_as_the_board_lets_any_begin_with():
+    q4 = {"right_q4_deg": 16000}
+    assert not permits(left_q4_deg=int(16 * (told_deg() - 1.0)), **q4).on_the_spot(95)
+    assert permits(left_q4_deg=int(16 * (told_deg() + 3.0)), **q4).on_the_spot(95)
+    assert permits(left_q4_deg=0, **q4).on_the_spot(-95)
+
+
+def test_a_side_that_was_shut_opens_after_a_while_of_more_room():
+    made = permits(left_q4_deg=100)
+    assert not made.may_turn(1)
+    enough = int(16 * (told_deg() + 5.0))
+    said = []
+    for k in range(10):
+        made.clearance = Clearance(
+            0, codes.REAL, 2.0 + 0.1 * k, left_q4_deg=enough, right_q4_deg=16000, arcs=FAR
         )
-        linear, turn = chance.choice((250, 500, 600)), chance.choice((-300, -100, 100, 250))
-        asked = permits(clearance)
-        if not asked.both(linear, turn):
-            continue
-        tried += 1
-        board, inputs = Obstacles(Settings()), Inputs()
-        inputs.cap_permille = 1000
-        inputs.verb, inputs.mode = codes.DRIVE, codes.CONTINUOUS
-        inputs.linear_permille, inputs.turn_permille = linear, turn
-        out = (0, 0)
-        for ms in range(600):
-            if ms % 50 == 0:
-                deliver(inputs, clearance, 0.02)
-            board.step(inputs, *out, True, False)
-            if ms > 400:  # it has looked for long enough to believe the view
-                out = (linear, turn)
-                assert not board.blocked & ARC_BLOCKED
+        said.append((made.may_turn(1), made.on_the_spot(95), made.both(600, 95)))
+    assert said[:3] == [(False, False, False)] * 3
+    assert said[4:] == [(True, True, True)] * 6
+    assert made.may_turn(-1)
 
 
-def near(at, count, cm):
-    """Clearance with room everywhere but for these rows of the arcs."""
-    ways = bytearray(arcs.ALL_FAR)
-    ways[at : at + count] = bytes([cm]) * count
-    return Clearance(0, codes.REAL, 1.0, arcs=bytes(ways))
+def test_a_turn_may_begin_once_the_chair_no_longer_rolls_where_both_are_not_permitted():
+    wide = {"left_q4_deg": 16000, "right_q4_deg": 16000}
+    assert not permits([(1.0, 600, 0), (0.9, 0, 0)], arcs=NEAR, **wide).both(0, 180)
+    assert permits([(1.0, 600, 0), (2.5, 0, 0)], arcs=NEAR, **wide).both(0, 180)
+    assert permits([(1.0, 600, 0), (0.9, 0, 0)], **wide).both(0, 180)
 
 
-@pytest.mark.parametrize("side", [1, -1])
-def test_the_side_that_is_asked_for_counts_however_little_it_turns(side):
-    beside = permits(near(0 if side > 0 else 2 * arcs.ROWS, arcs.ROWS, 2))
-    beside.output(0.9, 600, -side * 130)  # it has just turned more to the other one
-    assert not beside.both(0, side * 30)
-    assert beside.both(300, -side * 100)
+def test_the_side_to_which_it_may_turn():
+    assert permits([(0.5, 0, 300)]).turns_to == 1
+    assert permits([(0.5, 0, -300)]).turns_to == -1
+    assert permits([(0.5, 0, 300), (2.0, 0, 0)]).turns_to == 0
 
 
-@pytest.mark.parametrize("side", [1, -1])
-def test_an_older_turn_to_the_other_side_counts_until_it_has_faded(side):
-    asked = permits(near(arcs.BOTH_AT, arcs.SIZE - arcs.BOTH_AT, 2))
-    asked.output(0.0, 0, -side * 500)
-    asked.output(0.9, 0, 0)
-    assert not asked.both(250, side * 250)
-    asked.output(1.8, 0, 0)
-    assert asked.both(250, side * 250)
-
-
-def test_a_turn_begins_where_the_board_lets_it_creep_and_a_little_more():
-    for deg, may in ((12, False), (15, False), (17, True)):
-        one = permits(Clearance(0, codes.REAL, 1.0, left_q4_deg=16 * deg, right_q4_deg=0))
-        assert one.may_turn(1) is may
-        assert not one.may_turn(-1)
-
-
-def test_it_remembers_when_too_little_was_free_ahead_to_go_on():
-    one = permits(None)
-    for at_s, forward_mm, shut_s in ((1, 200, 1), (2, 240, 1), (3, 0, 3), (4, 900, 3)):
-        one.clearance = Clearance(0, codes.REAL, float(at_s), forward_mm=forward_mm)
-        assert one.shut_s == shut_s
+def test_a_person_who_appears_ahead_finds_it_so_slow_that_the_board_goes_on():
+    one = zone_of().of(codes.DIR_FORWARD)
+    approach, made = Approach(one), permits()
+    ways = np.arange(approach.blocked_within_m + 0.02, 2.5, 0.02)
+    slow = [made.surprise_permille(float(way_m)) for way_m in ways]
+    for way_m, permille in zip(ways, slow, strict=True):
+        speed = float(one.speeds[FULL]) * permille / 1000.0
+        stop_m = float(np.interp(speed, one.speeds, one.stops)) + 0.1 * speed
+        assert stop_m < approach.told_m(float(way_m)) + 0.02
+    assert all(before <= after for before, after in pairwise(slow))
+    assert slow[-1] == 1000
+    assert made.surprise_permille(0.5) == 1000
+    assert Permits().surprise_permille(1.0) == 1000
+    assert math.isfinite(approach.blocked_within_m)
