@@ -13,9 +13,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from io import FileIO, RawIOBase
-from queue import Empty, SimpleQueue
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -107,7 +105,7 @@ class Pipeline:
         self._deliver = deliver
         self._lock = threading.Lock()  # one thread at a time evaluates and delivers
         self._due_s = time.monotonic() + _PULSE_S
-        self._failed: SimpleQueue[Exception] = SimpleQueue()
+        self._failed: Exception | None = None
         self.lidars = tuple(
             Lidar(config, self._renewed, HalfTurns(at, inbox_fds).take if inbox_fds else None)
             for at, config in enumerate(configs)
@@ -118,7 +116,7 @@ class Pipeline:
             with self._lock:
                 self._report()
         except Exception as error:  # it ends the process, not only this lidar's thread
-            self._failed.put(error)
+            self._failed = error
 
     def start(self) -> None:
         """Start every lidar's thread; no thread of the process waits long for another then."""
@@ -144,8 +142,9 @@ class Pipeline:
 
         Raises what an evaluation or a delivery raised.
         """
-        with suppress(Empty):
-            raise self._failed.get(timeout=max(0.0, self._due_s - time.monotonic()))
+        time.sleep(max(0.0, self._due_s - time.monotonic()))
+        if self._failed is not None:
+            raise self._failed
         with self._lock:
             if time.monotonic() >= self._due_s:
                 self._report()
