@@ -8,9 +8,11 @@ import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from queue import SimpleQueue
 
 from gazechair.config.configuration import LidarConfig
 from gazechair.sensing.lidar.child import Pipeline
+from gazechair.sensing.lidar.report import Report as Delivered
 from gazemeasure import lidar_damage
 from gazemeasure.lidar_emulator import MASK, started
 from gazemeasure.lidar_process import core_share
@@ -95,10 +97,12 @@ def _run(seconds: float, busy: bool) -> Live:
     with tempfile.TemporaryDirectory() as folder, StallProbe() as probe:
         path = str(Path(folder) / "lidar")
         emulator = started(path)
-        pipeline = Pipeline((LidarConfig(kind="s2", port=path, mask=MASK),), None)
+        reports: SimpleQueue[Delivered] = SimpleQueue()
+        lidar = LidarConfig(kind="s2", port=path, mask=MASK)
+        pipeline = Pipeline((lidar,), None, reports.put)
         try:
             pipeline.start()
-            seen_s, resyncs, restarts = _watch(pipeline, seconds, load if busy else None)
+            seen_s, resyncs, restarts = _watch(reports, seconds, load if busy else None)
         finally:
             stopping.set()
             pipeline.stop()
@@ -120,14 +124,14 @@ def _run(seconds: float, busy: bool) -> Live:
 
 
 def _watch(
-    pipeline: Pipeline, seconds: float, load: threading.Thread | None
+    reports: SimpleQueue[Delivered], seconds: float, load: threading.Thread | None
 ) -> tuple[dict[int, float], int, int]:
     """({turns complete: when they were evaluated}, resyncs, restarts of the scan)."""
     seen_s: dict[int, float] = {}
     resyncs = restarts = turn = 0
     end_s = time.monotonic() + _START_S
     while time.monotonic() < end_s:
-        (lidar,) = pipeline.step().lidars
+        (lidar,) = reports.get(timeout=_START_S).lidars
         if lidar.acquired_s is None:
             continue
         if not turn:

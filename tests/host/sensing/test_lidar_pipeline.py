@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -126,17 +128,24 @@ class Together:
         rear = LidarConfig(
             "s2", "rear", str(folder / "rear"), x_m=-0.4, heading_deg=180.0, mask=MASK
         )
-        self.pipeline = Pipeline((front, rear), self._evaluate)
+        self.pipeline = Pipeline((front, rear), self._evaluate, self._deliver)
+        self._evaluated: tuple[ChairView, ...] = ()
+        self._delivered: SimpleQueue[tuple[Report, tuple[ChairView, ...]]] = SimpleQueue()
         self.views: tuple[ChairView, ...] = ()
         self.report: Report | None = None
 
     def _evaluate(self, views: tuple[ChairView, ...]) -> dict[str, Any]:
-        self.views = views
+        self._evaluated = views
         return {"points": sum(len(view.points_m) for view in views)}
+
+    def _deliver(self, report: Report) -> None:
+        self._delivered.put((report, self._evaluated))
 
     def until(self, condition: Callable[[Report], bool]) -> Report:
         def holds() -> bool:
-            self.report = self.pipeline.step()
+            while self._delivered.empty():
+                self.pipeline.watch()
+            self.report, self.views = self._delivered.get()
             return condition(self.report)
 
         wait_for(holds, lambda: self.report)
@@ -203,3 +212,30 @@ def test_a_report_survives_its_journey(tmp_path: Path) -> None:
         assert Report.unpack(report.pack()) == report
     finally:
         both.close()
+
+
+def test_without_any_scan_the_state_is_delivered_all_the_same() -> None:
+    reports: list[Report] = []
+    pipeline = Pipeline((LidarConfig("s2", "front", "/nowhere"),), None, reports.append)
+    for count in range(1, 4):  # never started: nothing comes by itself
+        while len(reports) < count:
+            pipeline.watch()
+    assert [one.lidars[0].state for one in reports] == ["starting"] * 3
+    assert [one.acquired_s for one in reports] == [None] * 3
+
+
+def test_what_fails_on_a_lidars_thread_is_raised_where_all_are_watched(tmp_path: Path) -> None:
+    here = threading.current_thread()
+
+    def deliver(_: Report) -> None:
+        if threading.current_thread() is not here:
+            raise BrokenPipeError
+
+    pipeline = Pipeline((LidarConfig("s2", "front", str(tmp_path)),), None, deliver)
+    pipeline.lidars[0].reader.start()  # it says at once that it opens its port
+    try:
+        with pytest.raises(BrokenPipeError):
+            while pipeline.hanging() is None:
+                pipeline.watch()
+    finally:
+        pipeline.stop()

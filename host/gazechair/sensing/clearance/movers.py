@@ -22,6 +22,7 @@ from gazechair.base.footprint import BoolArray, FloatArray
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 
 _BINS = 360
+_ABOUT_1 = 1.0 + 1e-12  # far beyond what rounding does to a square
 _DEG = 2.0 * math.pi / _BINS
 _BACK_S = (0.15, 0.20, 0.35)  # least, preferred, most time between the two views
 _EVERY_S = 0.045  # two quarter turns
@@ -90,8 +91,13 @@ class Movers:
     def _ranges(self, points_m: FloatArray) -> FloatArray:
         """The nearest range in each degree about the lidar; inf for none."""
         x, y = points_m - self._origin
-        found = np.full(_BINS, np.inf)
-        np.minimum.at(found, _bins(x, y), np.hypot(x, y))
+        bins = _bins(x, y)
+        found, nearest = np.full(_BINS, np.inf), np.full(_BINS, np.inf)
+        # The exact range is slow to compute: only of what may be the nearest.
+        squared = x * x + y * y
+        np.minimum.at(nearest, bins, squared)
+        near = (squared <= nearest.take(bins) * _ABOUT_1).nonzero()[0]
+        np.minimum.at(found, bins.take(near), np.hypot(x.take(near), y.take(near)))
         return found
 
     @np.errstate(invalid="ignore")  # of degrees that see nothing: inf - inf

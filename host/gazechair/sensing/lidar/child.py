@@ -1,19 +1,19 @@
 """The lidars' child process: a thread a lidar reads and decodes, here all are evaluated together.
 
 One process for all of them: what is free is decided on everything that is seen, whenever any lidar
-has seen another quarter turn. It is ended and started anew as a whole when a thread in it hangs.
+has seen another quarter turn, by that lidar's own thread: to wake another one costs as much as a
+tenth of the evaluation. It is ended and started anew as a whole when a thread in it hangs.
 """
 
 from __future__ import annotations
 
 import gc
+import math
 import sys
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from io import FileIO, RawIOBase
-from queue import Empty, SimpleQueue
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -36,6 +36,8 @@ _HANGS_S = 12.0
 _LINE = 4096  # bytes of a word from the parent
 _SWITCH_S = 0.0005  # a thread that computes lets a scan through that soon
 
+# Gets each report, one at a time, on any thread.
+Deliver = Callable[[Report], None]
 # What all views together mean, as plain JSON values. One view for each lidar, in the order of the
 # configuration; one that delivers nothing sees no points and is blind wherever it is not masked.
 Evaluate = Callable[[tuple[ChairView, ...]], dict[str, Any]]
@@ -89,24 +91,32 @@ class Lidar:
 
 
 class Pipeline:
-    """All lidars and their evaluation. Call `step` in a loop; it waits for new data itself."""
+    """All lidars and their evaluation, with each scan. Call `watch` in a loop meanwhile."""
 
     def __init__(
         self,
         configs: tuple[LidarConfig, ...],
         evaluate: Evaluate | None,
+        deliver: Deliver,
         inbox_fds: Sequence[int] = (),
     ) -> None:
         """`inbox_fds`: inboxes that get every half turn."""
         self._evaluate = evaluate
-        self._news: SimpleQueue[None] = SimpleQueue()  # half the price of an Event
+        self._deliver = deliver
+        self._lock = threading.Lock()  # one thread at a time evaluates and delivers
+        self._due_s = time.monotonic() + _PULSE_S
+        self._failed: Exception | None = None
         self.lidars = tuple(
-            Lidar(config, self._tell, HalfTurns(at, inbox_fds).take if inbox_fds else None)
+            Lidar(config, self._renewed, HalfTurns(at, inbox_fds).take if inbox_fds else None)
             for at, config in enumerate(configs)
         )
 
-    def _tell(self) -> None:
-        self._news.put(None)
+    def _renewed(self) -> None:
+        try:
+            with self._lock:
+                self._report()
+        except Exception as error:  # it ends the process, not only this lidar's thread
+            self._failed = error
 
     def start(self) -> None:
         """Start every lidar's thread; no thread of the process waits long for another then."""
@@ -127,24 +137,33 @@ class Pipeline:
                 return lidar.reader.config.name
         return None
 
-    def step(self) -> Report:
-        """Wait for new data, 0.1 s at most, and report the state."""
-        with suppress(Empty):
-            self._news.get(timeout=_PULSE_S)
-            while True:  # several at once are one
-                self._news.get_nowait()
+    def watch(self) -> None:
+        """Wait 0.1 s at most; deliver the state when none was delivered for so long.
+
+        Raises what an evaluation or a delivery raised.
+        """
+        time.sleep(max(0.0, self._due_s - time.monotonic()))
+        if self._failed is not None:
+            raise self._failed
+        with self._lock:
+            if time.monotonic() >= self._due_s:
+                self._report()
+
+    def _report(self) -> None:
+        self._due_s = time.monotonic() + _PULSE_S
         for lidar in self.lidars:
             lidar.renew()
         scans = [lidar.scan for lidar in self.lidars if lidar.scan is not None]
         evaluation = None
         if scans and self._evaluate is not None:
             evaluation = self._evaluate(tuple(lidar.view for lidar in self.lidars))
-        return Report(
+        report = Report(
             lidars=tuple(lidar.report() for lidar in self.lidars),
             acquired_s=min((scan.acquired_s for scan in scans), default=None),
             source=max((scan.source for scan in scans), default=None),
             evaluation=evaluation,
         )
+        self._deliver(report)
 
 
 def _no_scan() -> Scan:
@@ -176,22 +195,27 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
     corners_m = tuple((x, y) for x, y in fields["corners_m"])
     footprint = footprint_of(FootprintConfig(**{**fields, "corners_m": corners_m}))
     evaluator = Evaluator(footprint, [(config.x_m, config.y_m) for config in configs])
-    pipeline = Pipeline(configs, evaluator, argument["inbox_fds"])
+    record_s = time.monotonic() if argument["record"] else math.inf
+
+    def deliver(report: Report) -> None:
+        nonlocal record_s
+        out.data(report.pack())
+        if time.monotonic() >= record_s:
+            record_s = time.monotonic() + recorded.PERIOD_S
+            for lidar in pipeline.lidars:
+                if lidar.scan is not None:
+                    out.facts(recorded.pack(lidar.reader.config.name, lidar.scan))
+
+    pipeline = Pipeline(configs, evaluator, deliver, argument["inbox_fds"])
     # Not stdin's own buffer: whoever waits in that when the process ends makes it crash.
     words = FileIO(sys.stdin.fileno(), closefd=False)
     ear = threading.Thread(target=hear, args=(words, evaluator), name="zone", daemon=True)
     ear.start()
     pipeline.start()
     gc.freeze()  # what is there stays: not to be looked through again and again
-    due_s = 0.0
     try:
         while (name := pipeline.hanging()) is None:
-            out.data(pipeline.step().pack())
-            if argument["record"] and time.monotonic() >= due_s:
-                due_s = time.monotonic() + recorded.PERIOD_S
-                for lidar in pipeline.lidars:
-                    if lidar.scan is not None:
-                        out.facts(recorded.pack(lidar.reader.config.name, lidar.scan))
+            pipeline.watch()
     finally:
         pipeline.stop()
     out.status(states.LOST, LOST, f"{name} hangs; starting it again")

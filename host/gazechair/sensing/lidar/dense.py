@@ -17,7 +17,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.base.angles import in_turn
 from gazechair.sensing.lidar.nodes import FloatArray, Nodes, our_angle
 
 CAPSULE_SIZE = 84
@@ -40,6 +39,8 @@ _SPIKE_BUDGET = 4.0
 _SPIKE_MEMORY = 250  # capsules: some three turns
 _SPIKE_EARN = 1.0 / 50.0
 _MAX_PENDING = 1 << 16
+_LEFT = np.arange(POINTS - 1, -1, -1)  # in a capsule, behind each of its nodes
+_THREE = np.arange(3)[:, None]
 _SHARES = np.arange(POINTS) / POINTS  # of the way from one capsule's start to the next one's
 
 Rows = NDArray[np.uint8]
@@ -72,8 +73,8 @@ class CapsuleDecoder:
         self._spikes_left = _SPIKE_BUDGET
         self._believed = 0  # capsules so far
         self._spike_at = np.full(360, -_SPIKE_MEMORY - 1, dtype=np.int64)  # by degree: the newest
-        self._last_m = 0.0
-        self._last_deg: float | None = None  # of the newest node, as the lidar counts
+        self._last_m: FloatArray = np.zeros(1)
+        self._last_deg: FloatArray | None = None  # of the newest node, as the lidar counts
 
     @property
     def rate_hz(self) -> float:
@@ -132,6 +133,8 @@ class CapsuleDecoder:
                 break
             self.resyncs += 1
             self._searching = True
+        if len(pieces) == 1:
+            return pieces[0], places[0], at
         if not pieces:
             return np.zeros((0, CAPSULE_SIZE), np.uint8), np.zeros(0, np.int64), at
         return np.concatenate(pieces), np.concatenate(places), at
@@ -142,9 +145,53 @@ class CapsuleDecoder:
             held_row, held_place, fits_before = self._held
             rows = np.concatenate((held_row, rows))
             places = np.concatenate((held_place, places))
-        words = np.ascontiguousarray(rows[:, 2:]).view("<u2")
-        starts_deg = ((words[:, 0] & 0x7FFF) / 64.0) % 360.0
+        words = rows.view("<u2")
+        starts_deg = ((words[:, 1] & 0x7FFF) / 64.0) % 360.0
+        step, trusted = self._steps(starts_deg, places, fits_before)
+        self._held = (rows[-1:], places[-1:], bool(trusted[-1]))
+        distances_m = words[:, 2:] / 1000.0
+        trusted = trusted[:-1]
+        if len(trusted):
+            hit = self._looks_hit(distances_m, starts_deg)
+            if hit is not None:
+                self.spiky += int(np.count_nonzero(hit & trusted))
+                trusted &= ~hit
+        if np.count_nonzero(trusted) == len(trusted):
+            starts_deg, distances_m, places = starts_deg[:-1], distances_m[:-1], places[:-1]
+        else:
+            kept = trusted.nonzero()[0]
+            starts_deg, step = starts_deg.take(kept), step.take(kept)
+            distances_m, places = distances_m.take(kept, axis=0), places.take(kept)
+        angles = starts_deg[:, None] + step[:, None] * _SHARES
+        nodes = _nodes(angles, distances_m, places, end, self._last_deg)
+        if len(angles):
+            self._last_deg = angles[-1, -1:]
+        return nodes
+
+    def _steps(
+        self, starts_deg: FloatArray, places: IntArray, fits_before: bool
+    ) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """From each capsule to the next; which capsules fit either neighbour, of the last one only
+        whether it fits the one before."""
         steps = (starts_deg[1:] - starts_deg[:-1]) % 360.0
+        count = len(steps)
+        if count and int(places[-1]) - int(places[0]) == count * CAPSULE_SIZE:
+            ordered = sorted(steps.tolist())
+            if self._fits(ordered[0]) and self._fits(ordered[-1]):  # as nearly always
+                self._follow(ordered[count // 2], count)
+                return steps, np.ones(count + 1, dtype=np.bool_)
+        return self._checked_steps(steps, places, fits_before)
+
+    def _fits(self, step_deg: float) -> bool:
+        """Whether the mirror turns like that from one capsule to the next; False before it is known."""
+        if not _STEP_DEG[0] <= step_deg <= _STEP_DEG[1]:
+            return False
+        return abs(step_deg - self.step_deg) <= _STEP_TOLERANCE * self.step_deg
+
+    def _checked_steps(
+        self, steps: FloatArray, places: IntArray, fits_before: bool
+    ) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """The same where one of them may not fit or be missing."""
         apart = places[1:] - places[:-1]
         count = np.maximum(np.rint(apart / CAPSULE_SIZE), 1.0)
         adjacent = count == 1.0
@@ -154,52 +201,48 @@ class CapsuleDecoder:
         fits = np.abs(each - expected) <= _STEP_TOLERANCE * expected
         fits &= _possible(each) & (count <= _WIDEST_GAP)
         steady = fits & adjacent
-        self._follow(each[steady], len(fits))
+        self._follow(_middle(each[steady]), len(fits))
         left = np.concatenate(([fits_before], fits))
-        self._held = (rows[-1:], places[-1:], bool(left[-1]))
-        distances_m = words[:, 1:] / 1000.0
         trusted = left[:-1] | fits
         self.implausible += len(trusted) - int(np.count_nonzero(trusted))
-        if len(trusted):
-            hit = self._looks_hit(distances_m, starts_deg)
-            self.spiky += int(np.count_nonzero(hit & trusted))
-            trusted &= ~hit
-        step = np.where(steady, each, self.step_deg)
-        kept = trusted.nonzero()[0]
-        angles = starts_deg.take(kept)[:, None] + step.take(kept)[:, None] * _SHARES
-        distances_m, places = distances_m.take(kept, axis=0), places.take(kept)
-        nodes = _nodes(angles, distances_m, places, end, self._last_deg)
-        if len(kept):
-            self._last_deg = float(angles[-1, -1]) % 360.0
-        return nodes
+        return np.where(steady, each, self.step_deg), np.concatenate((trusted, left[-1:]))
 
-    def _follow(self, steps: FloatArray, pairs: int) -> None:
-        if not len(steps):
+    def _follow(self, middle_deg: float, pairs: int) -> None:
+        if not middle_deg:
             self._misfits += pairs
             if self._misfits > _FORGET:
                 self.step_deg = 0.0
                 self._misfits = 0
             return
         self._misfits = 0
-        self.step_deg += (_middle(steps) - self.step_deg) * (_FOLLOW if self.step_deg else 1.0)
+        self.step_deg += (middle_deg - self.step_deg) * (_FOLLOW if self.step_deg else 1.0)
 
-    def _looks_hit(self, distances_m: FloatArray, starts_deg: FloatArray) -> NDArray[np.bool_]:
-        """For every capsule but the last: do its distances look damaged?
+    def _looks_hit(
+        self, distances_m: FloatArray, starts_deg: FloatArray
+    ) -> NDArray[np.bool_] | None:
+        """For every capsule but the last: do its distances look damaged? None: none of them.
 
         They do with one high spike or two lower ones: single distances that stand out from both
         neighbours. A thin object looks like that too, but in every turn; then it is accepted.
         """
-        line = np.concatenate(([self._last_m], distances_m.reshape(-1)[: 1 - POINTS]))
-        self._last_m = float(distances_m[-2, -1])
-        jumps, returned = line[1:] - line[:-1], line != 0.0
+        line = np.concatenate((self._last_m, distances_m.reshape(-1)[: 1 - POINTS]))
+        self._last_m = distances_m[-2, -1:]
+        count = len(distances_m) - 1
+        self._believed += count
+        self._spikes_left = min(self._spikes_left + count * _SPIKE_EARN, _SPIKE_BUDGET)
+        jumps = line[1:] - line[:-1]
         sizes = np.abs(jumps)
-        stands_out = jumps[:-1] * jumps[1:] < 0.0
-        stands_out &= returned[:-2] & returned[1:-1] & returned[2:]
-        height = (np.minimum(sizes[:-1], sizes[1:]) * stands_out).reshape(-1, POINTS)
-        self._believed += len(height)
-        self._spikes_left = min(self._spikes_left + len(height) * _SPIKE_EARN, _SPIKE_BUDGET)
-        if height.max() <= _SPIKE_M:
-            return np.zeros(len(height), dtype=np.bool_)
+        height = np.minimum(sizes[:-1], sizes[1:])
+        high = (height > _SPIKE_M).nonzero()[0]
+        # Most of these are edges: the line goes on as it jumped, or one of the three has no return.
+        jumped = jumps.take(high) * jumps.take(high + 1) < 0.0
+        jumped &= line.take(high + _THREE).all(axis=0)
+        high = high.compress(jumped)
+        if not len(high):
+            return None
+        stands_out = np.zeros(len(height), dtype=np.bool_)
+        stands_out[high] = True
+        height = (height * stands_out).reshape(-1, POINTS)
         middle = POINTS // 2
         noise_m = np.partition(sizes[:-1].reshape(-1, POINTS), middle, axis=1)[:, middle]
         spikes = height > np.maximum(_SPIKE_M, _SPIKE_NOISE * noise_m)[:, None]
@@ -255,18 +298,22 @@ def _find(octets: Rows, at: int) -> tuple[bool, int]:
 
 
 def _nodes(
-    angles: FloatArray, distances_m: FloatArray, places: IntArray, end: int, last: float | None
+    angles: FloatArray,
+    distances_m: FloatArray,
+    places: IntArray,
+    end: int,
+    last_deg: FloatArray | None,
 ) -> Nodes:
-    raw_deg = in_turn(angles.reshape(-1), 360.0)
-    before = (
-        np.concatenate(([raw_deg[0] if last is None else last], raw_deg[:-1]))
-        if len(raw_deg)
-        else raw_deg
-    )
+    """`angles` are changed: brought into one turn; `last_deg`: of the node before, if there is one."""
+    raw_deg = angles.reshape(-1)
+    np.subtract(raw_deg, 360.0, out=raw_deg, where=raw_deg >= 360.0)  # less than a turn too much
+    before = raw_deg
+    if len(raw_deg):
+        before = np.concatenate((raw_deg[:1] if last_deg is None else last_deg, raw_deg[:-1]))
     behind = (end - places - CAPSULE_SIZE) * POINTS // CAPSULE_SIZE
     return Nodes(
         angles_deg=our_angle(raw_deg),
         distances_m=distances_m.reshape(-1),
         starts=raw_deg - before < -180.0,
-        backlog=(behind[:, None] + np.arange(POINTS - 1, -1, -1)).reshape(-1),
+        backlog=(behind[:, None] + _LEFT).reshape(-1),
     )
