@@ -9,8 +9,8 @@ from pathlib import Path
 
 from playwright.sync_api import Page, sync_playwright
 
-# Playwright's own list, which this one replaces, and the address bar's suggestions: each page would
-# start a process for them that takes more time than the page.
+# Playwright's own list, which this one replaces, the address bar's suggestions, and a renderer kept
+# ready for a next page: each page would start a process for them that takes as long as the page.
 _WITHOUT = (
     "AimEnabled",
     "AvoidCorsURLLoaderRestartOnRedirect",
@@ -24,6 +24,7 @@ _WITHOUT = (
     "OptimizationHints",
     "PaintHolding",
     "PreconnectToSearch",
+    "SpareRendererForSitePerProcess",
     "ThirdPartyStoragePartitioning",
     "WebUIOmniboxAimPopup",
     "WebUIOmniboxPopup",
