@@ -63,9 +63,12 @@ def m7() -> Path:
 
 @pytest.fixture(scope="session")
 def chromium() -> Iterator[Browser]:
-    """The browser of all tests of a process, which can't start a second one beside it."""
+    """The browser of all tests of a process, which can't start a second one beside it.
+
+    Without its windows where that can be had; the tests in real time use the whole browser.
+    """
     try:
-        path = gazesetup.ensure_chromium()
+        path = gazesetup.headless_chromium()
     except gazesetup.NotAvailable as error:
         pytest.skip(str(error))
     with sync_playwright() as playwright:

@@ -1,6 +1,8 @@
 """Rooms: ray casting and collision against cases that can be reckoned by hand."""
 
 import math
+import random
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -144,3 +146,26 @@ def test_an_unknown_room_is_refused_by_name():
     for name in ("home-", "home-x", "home--1"):
         with pytest.raises(ValueError, match="no room"):
             plans.room(name)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_chair_on_its_way_touches_what_one_put_there_touches(seed):
+    """Where nothing can have come near since the last look, it is not computed anew."""
+    dice = random.Random(seed)
+    x, y, heading_deg = 0.0, 0.0, dice.uniform(-180, 180)
+    room, touched = plans.room("living"), 0
+    room.people = room.people if seed == 0 else ()
+    for step in range(400):
+        x += dice.uniform(-0.02, 0.06) * math.cos(math.radians(heading_deg))
+        y += dice.uniform(-0.02, 0.06) * math.sin(math.radians(heading_deg))
+        heading_deg += dice.uniform(-6, 7)
+        if step % 40 == 20:
+            there = box(x + 1.0, y, 0.3, 0.3, 0.0, 1.0, "wood")
+            room.put("box", there if dice.random() < 0.5 else None)
+        room.step(0.05, x, y, heading_deg)
+        fresh = replace(room, _free=None)
+        assert room.collides(x, y, heading_deg) is fresh.collides(x, y, heading_deg)
+        if fresh.collides(x, y, heading_deg):
+            touched += 1
+            x, y, heading_deg = 0.0, 0.0, dice.uniform(-180, 180)
+    assert touched > 3

@@ -1,10 +1,13 @@
 """The world in lockstep with the whole firmware, in virtual time: driving, collisions, faults."""
 
+import struct
+
 import pytest
 
 from gazelink import codes
 from gazesim.bank import Bank
 from gazesim.chair_rig import LinkedChair
+from gazesim.rooms import Person
 from gazesim.world import World
 
 
@@ -168,3 +171,34 @@ def test_a_bad_fault_is_refused_with_the_reason_and_is_not_active(name, argument
     with pytest.raises(ValueError, match=reason):
         world.faults.inject(name, **arguments)
     assert world.faults.active() == []
+
+
+def test_a_chair_that_stands_sees_what_comes_and_goes():
+    """What it saw in the turn before is used again only while nothing moves."""
+    world = World(Bank.in_memory(), "open")
+    world.lidar.receive(b"\xa5\x20")
+
+    def ahead_m() -> float:
+        sent = b"".join(world.step(0.001) for _ in range(200))
+        nodes = struct.iter_unpack("<BHH", sent[len(sent) % 5 :])
+        return max(quarters for _, angle, quarters in nodes if 0 < angle >> 7 < 2) / 4000.0
+
+    def empty() -> bool:
+        return ahead_m() == pytest.approx(hall_m, abs=0.05)
+
+    ahead_m(), ahead_m(), ahead_m()  # its motor spins up
+    hall_m = ahead_m()
+    assert hall_m > 3.0
+    world.faults.inject("obstacle", ahead_m=2.0)
+    assert ahead_m() < 1.6
+    world.faults.clear("obstacle")
+    assert empty()
+    world.room.people = (Person(((2.0, 0.0),)),)
+    assert ahead_m() < 1.6
+    world.room.people = ()
+    assert empty()
+    world.teleport(0.0, 0.0, 180.0)
+    world.faults.inject("obstacle", ahead_m=2.0)  # before it, where it looks now
+    assert ahead_m() < 1.6
+    world.teleport(0.0, 0.0, 0.0)
+    assert empty()

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from playwright.sync_api import Page, sync_playwright
 
-# Playwright's own list, which this one replaces, plus the address bar's suggestions, for which each
-# page would start a process that takes more time than the page itself.
+# Playwright's own list, which this one replaces, plus the address bar's suggestions and a spare
+# renderer for a next page: for each page they would start a process that takes as long as the page.
 _WITHOUT = (
     "AimEnabled",
     "AvoidCorsURLLoaderRestartOnRedirect",
@@ -24,6 +24,7 @@ _WITHOUT = (
     "OptimizationHints",
     "PaintHolding",
     "PreconnectToSearch",
+    "SpareRendererForSitePerProcess",
     "ThirdPartyStoragePartitioning",
     "WebUIOmniboxAimPopup",
     "WebUIOmniboxPopup",

@@ -3,7 +3,13 @@
 from gazesetup.m7 import find_m7
 from gazesetup.micropython import MicroPython, ensure_micropython
 from gazesetup.mosquitto import ensure_mosquitto
-from gazesetup.packages import ensure_chromium, ensure_icp_slam, ensure_qemu
+from gazesetup.packages import (
+    ensure_chromium,
+    ensure_headless_shell,
+    ensure_icp_slam,
+    ensure_qemu,
+    headless_chromium,
+)
 from gazesetup.paths import LOCAL, ROOT, source_environment
 from gazesetup.progress import NotAvailable, note, say
 from gazesetup.pypy import ensure_pypy
@@ -16,6 +22,7 @@ __all__ = [
     "MicroPython",
     "NotAvailable",
     "ensure_chromium",
+    "ensure_headless_shell",
     "ensure_icp_slam",
     "ensure_micropython",
     "ensure_mosquitto",
@@ -25,6 +32,7 @@ __all__ = [
     "ensure_wasm",
     "enter_venv",
     "find_m7",
+    "headless_chromium",
     "note",
     "run_module",
     "say",

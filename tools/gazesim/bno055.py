@@ -84,8 +84,9 @@ class Bno055:
                 self._reset_registers()
                 self._slot.set_nak(self._nak)
             return
-        if self._slot.wseq != self._wseq:
-            self._wseq = self._slot.wseq
+        wseq = self._slot.wseq
+        if wseq != self._wseq:
+            self._wseq = wseq
             self._obey()
         if self._switch_s > 0.0:
             self._switch_s -= dt_s
@@ -149,17 +150,19 @@ class Bno055:
         )
         linear = (acceleration_m_s2 + gauss(0.0, 0.02), gauss(0.0, 0.02), gauss(0.0, 0.02))
         values = [
-            *(int((g + a) * 100) for g, a in zip(gravity, linear, strict=True)),
+            *[int((g + a) * 100) for g, a in zip(gravity, linear, strict=True)],
             *(0, 0, 0),  # magnetometer
-            *(round(rate * per_deg_s) for rate in gyro),
+            *[round(rate * per_deg_s) for rate in gyro],
             heading,
             int(roll_deg * per_deg),
             int((-pitch_deg if units & 0x80 else pitch_deg) * per_deg),
-            *(int(q * 16384) for q in _quaternion(roll, pitch, yaw)),
-            *(int(a * 100) for a in linear),
-            *(int(g * 100) for g in gravity),
+            *[int(q * 16384) for q in _quaternion(roll, pitch, yaw)],
+            *[int(a * 100) for a in linear],
+            *[int(g * 100) for g in gravity],
         ]
-        data = struct.pack(f"<{len(values)}h", *(max(-32768, min(32767, v)) for v in values))
+        if min(values) < -32768 or max(values) > 32767:
+            values = [max(-32768, min(32767, value)) for value in values]
+        data = struct.pack(f"<{len(values)}h", *values)
         self._slot.write(_DATA, data + bytes((24, self._calibration())))  # 24 degrees Celsius
 
     def _calibration(self) -> int:

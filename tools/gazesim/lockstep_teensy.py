@@ -13,7 +13,8 @@ from gazeboard.boards import bank_layout as layout
 from gazeboard.boards import pins
 from gazeboard.io import bootlog
 from gazesim.bank import Bank
-from gazesim.lockstep import Clock, Files, LockstepBoard
+from gazesim.lockstep import Clock, Files
+from gazesim.lockstep_devices import QuickBoard
 from gazesim.usb_line import BoardEnd, UsbLine
 
 _MAIN = Path(gazeboard.__path__[0]) / "main.py"
@@ -56,7 +57,7 @@ class Teensy:
         """Run main.py, as after any reset."""
         self.boots += 1
         boot_id = 0x0B00 + self.boots
-        self.board = LockstepBoard(self.bank.buffer, self.serial, self.files, boot_id, self.clock)
+        self.board = QuickBoard(self.bank.buffer, self.serial, self.files, boot_id, self.clock)
         with (
             mock.patch("gazeboard.boards.virtual.from_environment", return_value=self.board),
             # Once: it would wait for an answer, and no time passes meanwhile.

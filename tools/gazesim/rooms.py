@@ -13,6 +13,8 @@ from gazesim import chair
 Array = NDArray[np.float64]
 WALL_HEIGHT_M = 2.5
 BODY_HEIGHT_M = 1.3  # what hangs higher than chair and driver is no obstacle
+_FARTHEST_M = math.hypot(chair.FRONT_M, chair.HALF_WIDTH_M)  # of the footprint, from its axle
+_TINY_M = 1e-6  # above the rounding of any gap
 
 
 @dataclass(frozen=True)
@@ -113,6 +115,10 @@ class Room:
     start: tuple[float, float, float] = (0.0, 0.0, 0.0)  # x m, y m, heading deg
     _obstacles: dict[str, Solid] = field(default_factory=dict)
     _cached: dict[float, Array] = field(default_factory=dict)
+    changes: int = 0
+    """So often something in it has moved, people aside."""
+    _free: tuple[float, float, float, float] | None = None
+    """A pose, and the gap there between the chair's footprint and what does not walk."""
 
     def solids(self) -> list[Solid]:
         """Everything convex that stands in it now, people aside."""
@@ -138,6 +144,8 @@ class Room:
     def changed(self) -> None:
         """Something in it has moved."""
         self._cached = {}
+        self._free = None
+        self.changes += 1
 
     def segments(self, height_m: float) -> Array:
         """What a horizontal plane at `height_m` cuts, as rows x1, y1, x2, y2."""
@@ -170,14 +178,30 @@ class Room:
 
     def collides(self, x_m: float, y_m: float, heading_deg: float) -> bool:
         """Whether the chair's footprint at that pose touches anything."""
-        segments, discs = self._in_chair_frame(x_m, y_m, heading_deg)
-        return bool(_cuts_footprint(segments).any() or (_disc_gaps(discs) <= 0.0).any())
+        if not self._stays_free(x_m, y_m, heading_deg):
+            segments = self._in_chair_frame(x_m, y_m, heading_deg)
+            if _cuts_footprint(segments).any():
+                return True
+            gap_m = float(_segment_gaps(segments).min()) if len(segments) else math.inf
+            self._free = (x_m, y_m, heading_deg, gap_m)
+        if not self.people:
+            return False
+        return bool((_disc_gaps(_turn_discs(self.discs(), x_m, y_m, heading_deg)) <= 0.0).any())
+
+    def _stays_free(self, x_m: float, y_m: float, heading_deg: float) -> bool:
+        # No corner of the footprint has come as far as the nearest thing was.
+        if self._free is None:
+            return False
+        at_x_m, at_y_m, at_deg, gap_m = self._free
+        turned_m = _FARTHEST_M * math.radians(abs(heading_deg - at_deg))
+        return math.hypot(x_m - at_x_m, y_m - at_y_m) + turned_m < gap_m - _TINY_M
 
     def clearance_m(self, x_m: float, y_m: float, heading_deg: float) -> float:
         """Smallest gap between the chair's footprint and anything, 0 when touching."""
-        segments, discs = self._in_chair_frame(x_m, y_m, heading_deg)
+        segments = self._in_chair_frame(x_m, y_m, heading_deg)
         if _cuts_footprint(segments).any():
             return 0.0
+        discs = _turn_discs(self.discs(), x_m, y_m, heading_deg)
         gaps = np.concatenate((_segment_gaps(segments), _disc_gaps(discs)))
         return max(0.0, float(gaps.min())) if gaps.size else math.inf
 
@@ -192,29 +216,30 @@ class Room:
             if gap_there >= 0.4 or gap_there > float(_disc_gaps(_turn_discs(here, *pose))[0]):
                 person.x_m, person.y_m = wanted
 
-    def _in_chair_frame(self, x_m: float, y_m: float, heading_deg: float) -> tuple[Array, Array]:
+    def _in_chair_frame(self, x_m: float, y_m: float, heading_deg: float) -> Array:
         rows = self.body_segments()
         c, s = math.cos(math.radians(heading_deg)), math.sin(math.radians(heading_deg))
         shifted = rows.reshape(-1, 2) - (x_m, y_m)
-        turned = shifted @ np.array(((c, -s), (s, c)))
-        return turned.reshape(-1, 4), _turn_discs(self.discs(), x_m, y_m, heading_deg)
+        turned: Array = shifted @ np.array(((c, -s), (s, c)))
+        return turned.reshape(-1, 4)
 
 
 def cast_rays(x_m: float, y_m: float, angles_rad: Array, segments: Array, discs: Array) -> Array:
     """Distance in m from (x, y) along each angle to what is nearest; inf for nothing."""
-    dx, dy = np.cos(angles_rad)[:, None], np.sin(angles_rad)[:, None]
-    nearest = np.full(len(angles_rad), np.inf)
+    dx, dy = np.cos(angles_rad), np.sin(angles_rad)
+    nearest: Array = np.full(len(angles_rad), np.inf)
     if len(segments):
-        ax, ay = segments[:, 0] - x_m, segments[:, 1] - y_m
-        ex, ey = segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1]
+        # A row for each segment: long rows are computed faster than long columns.
+        x1, y1, x2, y2 = segments.T[:, :, None]
+        ax, ay, ex, ey = x1 - x_m, y1 - y_m, x2 - x1, y2 - y1
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             inverse = 1.0 / (dx * ey - dy * ex)
             along = (ax * ey - ay * ex) * inverse  # distance along the ray
             share = (ax * dy - ay * dx) * inverse  # 0..1 along the segment
-            along[~((along > 0.0) & (share >= 0.0) & (share <= 1.0))] = np.inf
-        nearest = along.min(axis=1)
+            hit = (along > 0.0) & (share >= 0.0) & (share <= 1.0)
+            nearest = np.where(hit, along, np.inf).min(axis=0)
     for cx, cy, radius in discs:
-        middle = (dx * (cx - x_m) + dy * (cy - y_m))[:, 0]
+        middle = dx * (cx - x_m) + dy * (cy - y_m)
         inside = radius**2 - ((cx - x_m) ** 2 + (cy - y_m) ** 2 - middle**2)
         hit = (inside >= 0.0) & (middle > 0.0)
         near = middle - np.sqrt(np.maximum(inside, 0.0))

@@ -132,15 +132,18 @@ class S2:
 
     def step(self, dt_s: float) -> bytes:
         """Advance by `dt_s`; returns the bytes the device sends, in chunks."""
-        self._reboot_s = max(0.0, self._reboot_s - dt_s)
-        self._spin_up_s = max(0.0, self._spin_up_s - dt_s)
+        if self._reboot_s or self._spin_up_s:
+            self._reboot_s = max(0.0, self._reboot_s - dt_s)
+            self._spin_up_s = max(0.0, self._spin_up_s - dt_s)
         if self.protection_stop:
             self._scan = ""
         if self._scan and self._motor and self._spin_up_s == 0.0 and not self.mirror_blocked:
             self._due_s += dt_s
             if self._due_s >= self._chunk_s - 1e-9:
                 self._emit()
-        if not self._out or self.stalled:
+        if not self._out:
+            return b""
+        if self.stalled:
             self._out.clear()
             return b""
         data = bytes(self._out)
@@ -155,11 +158,11 @@ class S2:
         if not count:
             return
         self._due_s -= count / rate
-        index = np.arange(self._sample, self._sample + count, dtype=np.int64)
+        first = self._sample
         self._sample += count
-        turns, distances = self.beams.measure(index, round(rate * _TURN_S))
+        turns, distances = self.beams.measure(first, count, round(rate * _TURN_S))
         if dense:
-            rows = s2_frames.capsules(turns, distances, after_reset=bool(index[0] == 0))
+            rows = s2_frames.capsules(turns, distances, after_reset=first == 0)
         else:
             rows = s2_frames.nodes(turns, distances)
         self._out += rows.tobytes()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,8 @@ Array = NDArray[np.float64]
 Ranger = Callable[[Array], Array]
 
 # What the chair itself blocks: (from deg, to deg, distance m), our angles.
-CHAIR_ARCS = ((124.0, 236.0, 0.22),)
+Arcs = tuple[tuple[float, float, float], ...]
+CHAIR_ARCS: Arcs = ((124.0, 236.0, 0.22),)
 _RANGE_M = (0.05, 30.0)
 _MISSING = 0.003  # share of points without a return
 _SPECKLE_M = (0.1, 4.0)
@@ -39,34 +41,57 @@ class Beams:
         self.covered_deg: tuple[float, float] | None = None
         self.frozen = False
 
-    def measure(self, index: NDArray[np.int64], per_turn: int) -> tuple[Array, Array]:
-        """(share of the turn 0..1, distance in mm) of the samples; distance 0 is no measurement."""
-        place = index % per_turn
-        turns = place / per_turn
+    def measure(self, first: int, count: int, per_turn: int) -> tuple[Array, Array]:
+        """(share of the turn 0..1, distance in mm) of samples `first` and on; 0: no measurement."""
+        places, turns, ours, degrees = _directions(first % per_turn, count, per_turn)
+        blocked = _blocked(first % per_turn, count, per_turn, self.chair_arcs)
         if len(self._last_turn) != per_turn:
             self._last_turn = np.zeros(per_turn)
         if self.frozen:
-            return turns, self._last_turn[place]
-        distances = self._look(turns)
-        self._last_turn[place] = distances
+            return turns, self._last_turn[places]
+        distances = self._look(ours, degrees, blocked)
+        self._last_turn[places] = distances
         return turns, distances
 
-    def _look(self, turns: Array) -> Array:
-        random = self._random
-        ours = -2.0 * math.pi * turns  # the mirror turns clockwise
+    def _look(self, ours: Array, degrees: Array, blocked: Array | None) -> Array:
+        random, count = self._random, len(ours)
         metres = np.asarray(self._ranger(ours), dtype=np.float64)
-        degrees = np.degrees(ours) % 360.0
-        for start, stop, distance in self.chair_arcs:
-            metres = np.where((degrees >= start) & (degrees <= stop), distance, metres)
-        noise = random.standard_normal(len(turns)) * self.noise_m
+        if blocked is not None:
+            metres = np.where(np.isinf(blocked), metres, blocked)
+        noise = random.standard_normal(count) * self.noise_m
         seen = (metres >= _RANGE_M[0]) & (metres <= _RANGE_M[1])
-        seen &= random.random(len(turns)) >= _MISSING
+        seen &= random.random(count) >= _MISSING
         metres = np.where(seen, metres + noise, 0.0)
         if self.speckle:
-            stray = random.random(len(turns)) < self.speckle
+            stray = random.random(count) < self.speckle
             metres[stray] = random.uniform(*_SPECKLE_M, int(stray.sum()))
         if self.covered_deg is not None:
             first, last = self.covered_deg
             metres[(degrees - first) % 360.0 <= (last - first) % 360.0] = 0.0
         distances: Array = np.maximum(metres, 0.0) * 1000.0
         return distances
+
+
+@lru_cache(maxsize=256)  # turn by turn the same; a mirror that was stopped goes on elsewhere
+def _directions(
+    first: int, count: int, per_turn: int
+) -> tuple[NDArray[np.int64], Array, Array, Array]:
+    """Of samples `first` and on: place in the turn, share of it, our angle in rad and in deg."""
+    places = np.arange(first, first + count, dtype=np.int64) % per_turn
+    turns = places / per_turn
+    ours = -2.0 * math.pi * turns  # the mirror turns clockwise
+    found = places, turns, ours, np.degrees(ours) % 360.0
+    for array in found:
+        array.flags.writeable = False  # everybody's
+    return found
+
+
+@lru_cache(maxsize=256)
+def _blocked(first: int, count: int, per_turn: int, arcs: Arcs) -> Array | None:
+    """Of the same samples: how far in m the chair itself is, inf beside it; None: nowhere."""
+    degrees = _directions(first, count, per_turn)[3]
+    metres = np.full(count, np.inf)
+    for start, stop, distance in arcs:
+        metres[(degrees >= start) & (degrees <= stop)] = distance
+    metres.flags.writeable = False
+    return None if np.isinf(metres).all() else metres

@@ -42,7 +42,7 @@ def capsules(turns: Array, distances: Array, after_reset: bool) -> Octets:
     if after_reset:
         start[0] |= 0x8000  # the encoder was reset; not set at each turn
     rows[:, 2:4] = start.view(np.uint8).reshape(-1, 2)
-    points = np.clip(distances, 0, 65535).astype("<u2").view(np.uint8)
+    points = np.minimum(np.maximum(distances, 0.0), 65535.0).astype("<u2").view(np.uint8)
     rows[:, 4:] = points.reshape(count, 2 * POINTS_PER_CAPSULE)
     checksum = np.bitwise_xor.reduce(rows[:, 2:], axis=1)
     rows[:, 0] = 0xA0 | (checksum & 0x0F)

@@ -26,8 +26,10 @@ class Lane:
 
     def room(self) -> int:
         """Bytes the line takes now."""
-        flying = sum(len(chunk) for _, chunk in self._flying)
-        return max(0, self._room - len(self._ready) - flying)
+        taken = len(self._ready)
+        for _, chunk in self._flying:
+            taken += len(chunk)
+        return max(0, self._room - taken)
 
     def put(self, chunk: bytes, now_ms: int) -> None:
         """Send one chunk."""
@@ -47,9 +49,15 @@ class Lane:
 
     def take(self, limit: int) -> bytes:
         """At most `limit` bytes that have arrived."""
+        if not self._ready:
+            return b""
         data = bytes(self._ready[:limit])
         del self._ready[:limit]
         return data
+
+    def take_byte(self) -> int:
+        """The next byte that has arrived, -1 when there is none."""
+        return self._ready.pop(0) if self._ready else -1
 
     def clear(self) -> None:
         """All bytes on their way are lost."""
@@ -93,8 +101,7 @@ class BoardEnd:
 
     def read_byte(self) -> int:
         """The next byte, -1 when there is none."""
-        byte = self._line.to_board.take(1)
-        return byte[0] if byte else -1
+        return self._line.to_board.take_byte()
 
     def write_some(self, buf: bytearray, start: int, end: int) -> int:
         """Bytes for nobody are lost; a host that does not read holds the board's line up."""

@@ -76,6 +76,8 @@ class World:
         self._good_pose = self.room.start
         self._collision_in_s = 0.0
         self._people_in_s = 0.0
+        self._stands: tuple[tuple[float, float, float], int] | None = None
+        self._seen: dict[tuple[Mount, int], tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
 
     def step(self, dt_s: float) -> bytes:
         """Advance by `dt_s` (1 ms is the board's tick; up to 5); what the first lidar sends."""
@@ -136,6 +138,20 @@ class World:
             chair.place(*self._good_pose)
 
     def _ranges(self, mount: Mount, angles_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+        if self.room.people:
+            return self._cast(mount, angles_rad)
+        # A chair that stands where nothing moves sees the same in every turn of the mirror.
+        stands = (self.pose, self.room.changes)
+        if stands != self._stands:
+            self._stands = stands
+            self._seen.clear()
+        _, found = self._seen.get((mount, id(angles_rad)), (None, None))
+        if found is None:
+            found = self._cast(mount, angles_rad)
+            self._seen[mount, id(angles_rad)] = angles_rad, found
+        return found
+
+    def _cast(self, mount: Mount, angles_rad: NDArray[np.float64]) -> NDArray[np.float64]:
         x, y, heading_deg = self.pose
         heading = math.radians(heading_deg)
         x += mount[0] * math.cos(heading) - mount[1] * math.sin(heading)
