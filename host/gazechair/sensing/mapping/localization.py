@@ -59,10 +59,13 @@ _LOST_S = 2.0
 # What stays of so many looks, far away: less agreed is another place, however near to walls it is.
 _RECENT, _FAR_LOST = 5, 0.4
 _LEAST_FAR_M = 1.0
+# The map turns so far under odometry within a second: a lidar was bumped, and odometry, which goes
+# by a sensor's heading, did not follow.
+_ASKEW_RAD, _ASKEW_S = math.radians(1.2), 1.0
 _STILL_M = 1.0  # agreed, where it was before people hid the rest
 # Points err together, by what a fit claims twice; and a map's surfaces are right within this.
 _PLACED_M, _PLACED_RAD = 0.1, math.radians(2.0)
-_SIGMAS, _MAP_M, _MAP_RAD = 2.0, 0.01, math.radians(0.2)
+_SIGMAS, _MAP_M, _MAP_RAD = 2.0, 0.018, math.radians(0.3)
 
 
 @dataclass(frozen=True)
@@ -142,13 +145,16 @@ class Localization:
         self._hold = _Hold(np.zeros(3), np.zeros(3))
         self._doubt_since_s: float | None = None
         self._agrees = True  # what stays far away with the map, where the chair is known to be
+        self._pulled_rad, self._pulled_s = 0.0, math.inf  # by fits, lately
         self.location: Location | None = None
+        self.askew = False
+        """Whether the newest look ended the location because the map has turned."""
         self.searched = False
         """Whether the newest look was searched in the whole map."""
 
     def look(self, look: Look, odometry: FloatArray, time_s: float) -> Location | None:
         """The location after this look; `odometry` (3,): in a frame of its own."""
-        self.searched = False
+        self.searched = self.askew = False
         if not len(look.points_m):
             return self.location
         if self.location is not None:
@@ -176,6 +182,7 @@ class Localization:
         """Begin anew: the chair was lifted, or another map counts."""
         self._forget_looks()
         self._claim, self._confirmed = None, 0
+        self._pulled_rad, self._pulled_s = 0.0, math.inf
         self._doubt_since_s = self.location = None
 
     def is_rivalled_by(self, other: Localization) -> bool:
@@ -276,6 +283,10 @@ class Localization:
         fitted = ndt.fit(self._map.ndt, look.points_m, held, sigmas)
         evidence = self._map.evidence(look, fitted.pose)
         location = self._location(fitted, evidence)
+        if sure and self._is_pulled(float(between(guess, fitted.pose)[2]), time_s):
+            self.forget()
+            self.askew = True
+            return
         contradicted = evidence.through > _LOST_CONTRADICTED * (
             evidence.explained + evidence.through
         )
@@ -300,6 +311,14 @@ class Localization:
                 # Those who stand pull at what stays as well.
                 self.location = replace(self._located(still), pose=guess)
                 self._doubt_since_s = None
+
+    def _is_pulled(self, turn_rad: float, time_s: float) -> bool:
+        """Whether fits have turned the place against odometry; not by the first look, if that."""
+        passed_s = time_s - self._pulled_s
+        self._pulled_s = time_s
+        if passed_s >= 0.0:
+            self._pulled_rad = self._pulled_rad * math.exp(-passed_s / _ASKEW_S) + turn_rad
+        return abs(self._pulled_rad) > _ASKEW_RAD
 
     def _agrees_far(self, pose: FloatArray, odometry: FloatArray) -> bool:
         settled = self._surroundings.settled(_RECENT)
