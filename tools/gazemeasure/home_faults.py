@@ -137,6 +137,7 @@ def _events(driven: Drive, kind: str, seconds: float) -> Iterator[Motion | Piece
         elif kind in (BUMPED, BUMPED_ONE):
             if driven.lidars[0] is FRONT:
                 driven.lidars = (replace(FRONT, heading_deg=_BUMPED_DEG), *driven.lidars[1:])
+                yield event
             else:  # it is still taken for one that looks straight on
                 yield replace(event, directions_deg=event.directions_deg - _BUMPED_DEG)
 
