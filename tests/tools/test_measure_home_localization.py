@@ -115,7 +115,7 @@ def test_people_who_come_and_stand_do_not_drag_a_known_place_along() -> None:
     home.people = ()
     localization = Localization(home_localization.mapped(home, np.random.default_rng(7004)))
     chance, standing = np.random.default_rng(4003), np.zeros(3)
-    pose = home_localization._somewhere(home, chance)
+    pose = home_localization.somewhere(home, chance)
     localization.place(pose, standing)
     crowd = home_localization.crowd_around(pose, chance)
     for number in range(12):

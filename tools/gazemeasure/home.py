@@ -17,78 +17,46 @@ from gazechair.sensing.mapping.pose_graph import MissingPackageError
 from gazechair.sensing.odometry.odometry import Motion, Odometry
 from gazemeasure import (
     home_alarms,
+    home_drives,
+    home_faults,
+    home_foreign,
     home_forward,
     home_localization,
     home_logs,
-    home_maps,
     home_odometry,
     home_process,
     home_upkeep,
 )
-from gazemeasure.home_drives import LIDARS, Driven, Job, drive
 from gazemeasure.report import Report, percentile
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, Drive
 from gazesim.s2_frames import capsules
 
-_HOMES, _HOMES_QUICK = 100, 4
-_SECONDS, _SECONDS_QUICK = 600.0, 40.0
 _DENSE = 3200  # points a turn
 _PROCESSES = 2
-
-_NOT_YET = (
-    "finding itself: mirrors and glass apart from the homes' own, a bumped lidar, late scans",
-)
 
 
 def measure(quick: bool) -> Report:
     """Run everything; see Report."""
     report = Report("home: knows where it is")
-    home_odometry.measure(report, quick)
     try:
         home_logs.measure(report, quick)
     except MissingPackageError as error:
         report.note(f"maps of public logs not measured: {error}")
-    homes = _HOMES_QUICK if quick else _HOMES
-    seconds = _SECONDS_QUICK if quick else _SECONDS
-    fewer = {"two lidars": homes, "one lidar": max(_HOMES_QUICK, homes // 4)}
-    jobs = [Job(seed, seconds, lidars) for lidars in LIDARS for seed in range(fewer[lidars])]
     with get_context("fork").Pool(_PROCESSES) as pool:
-        done = pool.map(drive, jobs, chunksize=1)
+        home_odometry.measure(report, quick, lambda one, seeds: pool.map(one, seeds, chunksize=1))
+        home_drives.measure(report, quick, lambda one, jobs: pool.map(one, jobs, chunksize=1))
         home_localization.measure(
             report, quick, lambda starts, seeds: pool.map(starts, seeds, chunksize=1)
         )
+        home_foreign.measure(report, quick, lambda one, jobs: pool.map(one, jobs, chunksize=1))
+        home_faults.measure(report, quick, lambda one, jobs: pool.map(one, jobs, chunksize=1))
         home_upkeep.measure(report, quick, lambda one, jobs: pool.map(one, jobs, chunksize=1))
         home_alarms.measure(report, quick, lambda one, jobs: pool.map(one, jobs, chunksize=1))
         home_forward.measure(report, quick, lambda one, jobs: pool.map(one, jobs, chunksize=1))
-    hours = sum(one.job.seconds for one in done) / 3600.0
-    alarms = float(sum(one.alarms for one in done))
-    report.add(f"called stuck or pushed without cause, in {hours:.1f} h", alarms, "", 0.0)
-    for lidars in LIDARS:
-        mine = [one for one in done if one.job.lidars == lidars]
-        _drives(report, lidars, mine)
-        home_maps.add_rows(report, lidars, [one.map for one in mine])
     _cost(report, 5.0 if quick else 30.0)
     home_process.measure(report, quick, _DENSE)
-    for line in _NOT_YET:
-        report.note(f"not measured yet: {line}")
     return report
-
-
-def _drives(report: Report, lidars: str, done: list[Driven]) -> None:
-    share = [100.0 * one.end_m / one.way_m for one in done if one.way_m > 1.0]
-    report.add(f"homes, {lidars}: end error by way, median", percentile(share, 0.5), "%", 0.5)
-    report.add("  worst", max(share), "%")
-    speeds = np.abs(np.concatenate([one.speed_m_s for one in done]))
-    report.add("  speed error, 95 %", float(np.percentile(speeds, 95)), "m/s", 0.03)
-    sigmas = np.abs(np.concatenate([one.speed_sigmas for one in done]))
-    report.add("  within two of its own sigmas", 100.0 * float((sigmas < 2.0).mean()), "%")
-    ages = np.concatenate([one.age_s for one in done])
-    report.add("  age when its measurements are whole, most", float(ages.max()), "s", 0.15)
-    core = 100.0 * float(np.median([one.core for one in done]))
-    report.add("  share of a core, computing alone", core, "%", 25.0)
-    way_m = sum(one.way_m for one in done)
-    report.note(f"({lidars}: {len(done)} drives, {way_m:.0f} m, {done[0].job.seconds:.0f} s each)")
 
 
 def _cost(report: Report, seconds: float) -> None:

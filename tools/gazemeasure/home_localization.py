@@ -115,7 +115,7 @@ def starts_in(seed: int) -> Counted:
     grid = mapped(home, chance)
     for number in range(_STARTS):
         localization = Localization(grid)
-        found, pose, spent_s = _turning(localization, home, _somewhere(home, chance), chance)
+        found, pose, spent_s = turning(localization, home, somewhere(home, chance), chance)
         counted.count(_MAPPED, found, pose)
         if found is not None:
             counted.after_s.append(spent_s)
@@ -129,33 +129,38 @@ def starts_in(seed: int) -> Counted:
         localization.look(look(home, pose, chance), np.zeros(3), float(number))
     counted.look_ms.append(1000.0 * (time.process_time() - begin_s))
     for _ in range(_HOSTILE_STARTS):
-        pose = _somewhere(home, chance)
-        found, pose, _ = _turning(Localization(grid), home, pose, chance, _HIDDEN_SHARE)
+        pose = somewhere(home, chance)
+        found, pose, _ = turning(Localization(grid), home, pose, chance, _HIDDEN_SHARE)
         counted.count(_WALKING, found, pose)
-        pose = _somewhere(home, chance)
+        pose = somewhere(home, chance)
         crowd = crowd_around(pose, chance)
-        found, pose, _ = _turning(Localization(grid), home, pose, chance, crowd=crowd)
+        found, pose, _ = turning(Localization(grid), home, pose, chance, crowd=crowd)
         counted.count(_STANDING, found, pose)
         other = _disturbed(seed, chance)
-        found, pose, _ = _turning(Localization(grid), other, _somewhere(other, chance), chance)
+        found, pose, _ = turning(Localization(grid), other, somewhere(other, chance), chance)
         counted.count(_MOVED, found, pose)
         other = home_plans.home(seed + _ANOTHER)
         other.people = ()
-        pose = _somewhere(other, chance)
-        found, _, _ = _turning(Localization(grid), other, pose, chance)
+        pose = somewhere(other, chance)
+        found, _, _ = turning(Localization(grid), other, pose, chance)
         counted.elsewhere.append(found is not None)
     return counted
 
 
 def mapped(home: Home, chance: np.random.Generator) -> OccupancyGrid:
     """A map of the home as it is now."""
+    return occupancy_of(key_scans(home, chance))
+
+
+def key_scans(home: Home, chance: np.random.Generator) -> list[KeyScan]:
+    """Of the home as it is now, from all over it."""
     keys = []
     for _ in range(_KEY_SCANS):
-        pose = _somewhere(home, chance)
+        pose = somewhere(home, chance)
         seen = look(home, pose, chance, (FRONT, REAR))
         known = pose + chance.normal(0.0, KEY_SIGMAS)
         keys.append(KeyScan(known, seen.points_m, seen.origins_m, 0.0, 0.0, 0.0))
-    return occupancy_of(keys)
+    return keys
 
 
 def look(
@@ -196,7 +201,7 @@ def is_right(found: Location, pose: Array) -> bool:
     return bool(math.hypot(off[0], off[1]) < _RIGHT_M and abs(off[2]) < _RIGHT_RAD)
 
 
-def _turning(
+def turning(
     localization: Localization,
     home: Home,
     start: Array,
@@ -253,9 +258,9 @@ def _carried(
     localization: Localization, home: Home, pose: Array, chance: np.random.Generator
 ) -> float:
     """Seconds until it knows no more, or knows where it was carried to; inf: it noticed nothing."""
-    there = _somewhere(home, chance)
+    there = somewhere(home, chance)
     while math.hypot(*(there - pose)[:2]) < 1.0:
-        there = _somewhere(home, chance)
+        there = somewhere(home, chance)
     for number in range(30):
         at_s = 0.2 * number
         found = localization.look(look(home, there, chance), np.zeros(3), 100.0 + at_s)
@@ -264,7 +269,7 @@ def _carried(
     return math.inf
 
 
-def _somewhere(home: Home, chance: np.random.Generator) -> Array:
+def somewhere(home: Home, chance: np.random.Generator) -> Array:
     """A pose in the home where the chair has room."""
     rows = home.segments(LIDAR_HEIGHT_M).reshape(-1, 2)
     around = np.radians(np.arange(0.0, 360.0, 10.0))

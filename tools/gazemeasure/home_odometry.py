@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -16,14 +17,17 @@ _LIMIT_M = 0.25
 _SEEDS, _SEEDS_QUICK = range(4), range(1)
 
 
-def measure(report: Report, quick: bool) -> None:
-    """Add the rows; where the log is absent, a note."""
+Run = Callable[[Callable[[int], tuple[float, float]], Sequence[int]], list[tuple[float, float]]]
+
+
+def measure(report: Report, quick: bool, run: Run) -> None:
+    """Add the rows; where the log is absent, a note. `run` maps seeds."""
     try:
         frames = carmen_log.read(carmen_log.FR079)
     except carmen_log.NoDataError as error:
         report.note(f"odometry of the public log not measured: {error}")
         return
-    found = [rmse_m(frames, seed) for seed in (_SEEDS_QUICK if quick else _SEEDS)]
+    found = run(of_log, _SEEDS_QUICK if quick else _SEEDS)
     report.add(
         "fr079, odometry alone: position RMSE, worst", max(one[0] for one in found), "m", _LIMIT_M
     )
@@ -33,6 +37,11 @@ def measure(report: Report, quick: bool) -> None:
     report.note(
         f"fr079: {way_m:.0f} m, {len(found)} headings drawn; places within 25 m are remembered"
     )
+
+
+def of_log(seed: int) -> tuple[float, float]:
+    """See `rmse_m`; raises NoDataError."""
+    return rmse_m(carmen_log.read(carmen_log.FR079), seed)
 
 
 def rmse_m(frames: list[Frame], seed: int) -> tuple[float, float]:

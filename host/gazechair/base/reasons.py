@@ -157,6 +157,7 @@ REASONS: Mapping[str, Reason] = {
     "odometry_starting": Reason(NOTE, CARETAKER, DRIVES),
     "odometry_unsure": Reason(NOTE, CARETAKER, DRIVES),
     "odometry_heading": Reason(_W, CARETAKER, DRIVES),
+    "lidar_turned": Reason(_W, CARETAKER, DRIVES),
     "motion_stuck": Reason(_W, DRIVER, STANDS),
     "motion_uncommanded": Reason(_E, DRIVER, DRIVES),
     "odometry_lost": Reason(_W, CARETAKER, DRIVES),

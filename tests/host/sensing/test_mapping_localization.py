@@ -143,6 +143,25 @@ def test_people_all_around_never_make_it_claim_a_wrong_place(grid: OccupancyGrid
         assert location is None or is_right(location, at)
 
 
+def test_a_look_that_hardly_tells_the_heading_does_not_turn_the_place(
+    grid: OccupancyGrid,
+) -> None:
+    localization = Localization(grid)
+    localization.place(HERE, STANDING)
+    assert is_right(localization.look(look(flat(), HERE), STANDING, 0.0), HERE)
+    assert localization.sure
+    # Of all around, a piece of one wall; somebody stands at its end, almost as far away.
+    seen = points(*scan(flat(), HERE, CHANCE))
+    c, s = math.cos(HERE[2]), math.sin(HERE[2])
+    ends = seen @ np.array(((c, s), (-s, c))) + HERE[:2]
+    near = (ends[:, 1] > 3.0) & (ends[:, 0] > 0.6) & (ends[:, 0] < 1.4)
+    part = seen[near] - np.outer(ends[near, 0] - 0.6, (s, c)) * 0.06
+    for number in range(1, 12):
+        found = localization.look(Look(part, np.zeros_like(part)), STANDING, 0.3 * number)
+        assert not localization.sure
+        assert found is None or abs(math.degrees(found.pose[2] - HERE[2])) < 1.0
+
+
 def crowd(share: float) -> list[Person]:
     """People around HERE, each time at other places, who hide so much of what is around."""
     bearings = CHANCE.permutation(np.arange(0.0, 2.0 * math.pi, 0.35))

@@ -8,7 +8,7 @@ import pytest
 from gazechair.sensing.mapping.mapper import KeyScan
 from gazechair.sensing.mapping.mirrors import found, without_mirrored
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
-from gazemeasure.home_localization import _somewhere, look
+from gazemeasure.home_localization import look, somewhere
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, REAR
 from gazesim.homes import MIRROR, Home
@@ -20,7 +20,7 @@ def seen(number: int) -> tuple[Home, list[KeyScan], OccupancyGrid]:
     chance = np.random.default_rng(number)
     keys = []
     for _ in range(60):
-        pose = _somewhere(home, chance)
+        pose = somewhere(home, chance)
         one = look(home, pose, chance, (FRONT, REAR))
         keys.append(KeyScan(pose, one.points_m, one.origins_m, 0.0, 0.0, 0.0))
     return home, keys, occupancy_of(keys)

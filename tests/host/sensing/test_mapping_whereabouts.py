@@ -55,9 +55,9 @@ def test_the_service_tells_with_each_estimate_until_mapping_knows_no_more(tmp_pa
     service.estimate(estimate)
     assert not heard
 
-    def says(state: str, fix: Fix | None) -> None:
+    def says(state: str, fix: Fix | None, askew: bool = False) -> None:
         said = {"state": state, "making": None, "problem": "", "fix": fix and asdict(fix)}
-        service._on_data(json.dumps(said).encode())
+        service._on_data(json.dumps({**said, "askew": askew}).encode())
 
     says("known", replace(FIX, time_s=now_s - 0.1))
     service.estimate(estimate)
@@ -69,6 +69,8 @@ def test_the_service_tells_with_each_estimate_until_mapping_knows_no_more(tmp_pa
     service.estimate(replace(estimate, track=8))
     assert service.latest.get() is None
     service.estimate(estimate)
+    says("unknown", None, True)
+    assert service._health.now().reason == "lidar_turned"
     says("unknown", None)
     assert service.latest.get() is None
     service.estimate(estimate)

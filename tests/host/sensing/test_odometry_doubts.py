@@ -169,6 +169,18 @@ def test_a_lidar_that_falls_silent_is_said_and_the_other_goes_on() -> None:
     assert math.hypot(said[-1].x_m, said[-1].y_m) < 0.01
 
 
+def test_scans_that_come_late_are_said() -> None:
+    odometry, found = Odometry(), []
+    for piece in pieces(room(), still, 1.6):
+        late_s = 0.3 if piece.times_s[-1] > 0.8 else 0.0
+        for time_s in np.arange(piece.times_s[0], piece.times_s[-1] + late_s, 0.02):
+            odometry.motion(Motion(float(time_s), 0.0, 0, 0))
+        estimate = odometry.piece(piece)
+        assert estimate is not None
+        found.append(estimate)
+    assert 0.8 < first(found, doubts.LATE) < 1.3
+
+
 def test_a_heading_that_passes_north_moves_nothing() -> None:
     def path(time_s: float) -> tuple[float, float, float]:
         return 0.3 * max(0.0, time_s - 1.0), 0.0, 8.0 * math.sin(2.0 * time_s)

@@ -16,9 +16,11 @@ from gazechair.sensing.mapping.localization import Localization, Location
 from gazechair.sensing.mapping.looks import Seen
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.poses import between, compose
+from gazechair.sensing.odometry.doubts import TURNED
 
 # Since it was last known, odometry may be off by so much, and by a share of the distance driven.
 _OFF_M, _OFF_SHARE, _OFF_RAD = 0.5, 0.05, math.radians(10.0)
+_ASKEW_M = 4.0  # driven, after a lidar seems to be turned: odometry knows better by then
 _ELSEWHERE_EXPLAINED, _ELSEWHERE_THROUGH = 0.8, 0.02
 
 
@@ -49,6 +51,7 @@ class Atlas:
         self._last: _Known | None = None
         self._odometry: FloatArray | None = None
         self._track = 0
+        self._askew_m = 0.0  # still to be driven
         self.id = ""
         self.searched = False
         """Whether the newest look was searched in whole maps."""
@@ -67,6 +70,11 @@ class Atlas:
     def grid(self) -> OccupancyGrid:
         """Of the map in which the chair is known to be."""
         return self._sheets[self.id].grid
+
+    @property
+    def askew(self) -> bool:
+        """Whether no place counts, because a lidar seems to be turned on its mount."""
+        return self._askew_m > 0.0
 
     @property
     def sure(self) -> bool:
@@ -101,11 +109,16 @@ class Atlas:
             self.forget()  # carried, or odometry has lost itself
         self._advance(seen.odometry, track)
         at_s, self.searched = seen.estimate.time_s, False
+        if self.askew or TURNED in seen.estimate.doubts:  # by so much every place would be wrong
+            self.id = ""
+            self._forget_looks()
+            return None
         if self.id:
             location = self._sheets[self.id].localization.look(seen.look, seen.odometry, at_s)
             if location is not None:
                 self._last = _Known(self.id, location.pose, seen.odometry, track)
                 return location
+            self._askew_m = _ASKEW_M if self._sheets[self.id].localization.askew else 0.0
             self.id = ""
             self._forget_looks()
             return None
@@ -124,6 +137,7 @@ class Atlas:
             self._sheets[id_].localization.place(pose, odometry)
             self.id, self._odometry, self._track = id_, odometry, track
             self._last = _Known(id_, pose, odometry, track)
+            self._askew_m = 0.0
 
     def forget(self) -> None:
         """Begin anew: nothing of what was known counts."""
@@ -162,9 +176,12 @@ class Atlas:
             after.place(before.location.pose, self._odometry)
 
     def _advance(self, odometry: FloatArray, track: int) -> None:
-        if self._odometry is not None and self._last is not None:
+        if self._odometry is not None:
             moved = between(self._odometry, odometry)
-            self._last.driven_m += math.hypot(moved[0], moved[1])
+            driven_m = math.hypot(moved[0], moved[1])
+            self._askew_m = max(0.0, self._askew_m - driven_m)
+            if self._last is not None:
+                self._last.driven_m += driven_m
         self._odometry, self._track = odometry, track
 
     def _forget_looks(self) -> None:

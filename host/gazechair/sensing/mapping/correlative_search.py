@@ -52,8 +52,10 @@ class _Window:
         piece = max(1, _LOOKUPS_AT_ONCE // max(1, points))
         for at in range(0, len(blocks), piece):
             part = slice(at, at + piece)
-            cells = self._base[blocks[part, 0]] + shifts[part, None]
-            found[part] = values.take(cells).sum(axis=1)
+            cells = self._base.take(blocks[part, 0], axis=0)
+            cells += shifts[part, None]
+            # No cell lies outside: "clip" saves looking for such.
+            found[part] = values.take(cells, mode="clip").sum(axis=1)
         found /= points
         return found
 

@@ -45,11 +45,12 @@ _CONFIRM_M, _CONFIRM_RAD = 0.10, math.radians(3.0)
 _CONFIRMED = 4  # looks in a row that find the same pose
 # Following.
 _FOLLOW_SIGMAS = np.array((0.05, 0.05, math.radians(1.0)))
-# Where less is explained, people pull at the fit: odometry holds it, since the place was last sure,
-# by so much, and by shares of what was driven and turned since; what goes beyond is in doubt.
-_SURE = 0.8
+# Where less is explained, or it hardly tells the heading, people pull at the fit: odometry holds
+# it, since the place was last sure, by so much, and by shares of what was driven and turned since;
+# what goes beyond is in doubt.
+_SURE, _SURE_RAD = 0.8, math.radians(0.5)
 _HELD_SIGMAS = np.array((0.005, 0.005, math.radians(0.1)))
-_HELD_SHARES = 0.01, 0.005  # m a m, rad a rad
+_HELD_SHARES = 0.01, 0.003  # m a m, rad a rad
 _HELD_M, _HELD_SHARE = 0.03, 0.03
 _HELD_RAD, _HELD_TURN_SHARE = math.radians(0.7), 0.01
 _HELD_FOR_M = 1.0  # then what is seen is another view, with other people
@@ -59,10 +60,13 @@ _LOST_S = 2.0
 # What stays of so many looks, far away: less agreed is another place, however near to walls it is.
 _RECENT, _FAR_LOST = 5, 0.4
 _LEAST_FAR_M = 1.0
+# The map turns so far under odometry within a second: a lidar was bumped, and odometry, which goes
+# by a sensor's heading, did not follow.
+_ASKEW_RAD, _ASKEW_S = math.radians(1.2), 1.0
 _STILL_M = 1.0  # agreed, where it was before people hid the rest
 # Points err together, by what a fit claims twice; and a map's surfaces are right within this.
 _PLACED_M, _PLACED_RAD = 0.1, math.radians(2.0)
-_SIGMAS, _MAP_M, _MAP_RAD = 2.0, 0.01, math.radians(0.2)
+_SIGMAS, _MAP_M, _MAP_RAD = 2.0, 0.018, math.radians(0.3)
 
 
 @dataclass(frozen=True)
@@ -142,13 +146,16 @@ class Localization:
         self._hold = _Hold(np.zeros(3), np.zeros(3))
         self._doubt_since_s: float | None = None
         self._agrees = True  # what stays far away with the map, where the chair is known to be
+        self._pulled_rad, self._pulled_s = 0.0, math.inf  # by fits, lately
         self.location: Location | None = None
+        self.askew = False
+        """Whether the newest look ended the location because the map has turned."""
         self.searched = False
         """Whether the newest look was searched in the whole map."""
 
     def look(self, look: Look, odometry: FloatArray, time_s: float) -> Location | None:
         """The location after this look; `odometry` (3,): in a frame of its own."""
-        self.searched = False
+        self.searched = self.askew = False
         if not len(look.points_m):
             return self.location
         if self.location is not None:
@@ -162,8 +169,9 @@ class Localization:
     def sure(self) -> bool:
         """Whether the newest look alone speaks for the location."""
         location = self.location
-        explained = location is not None and location.evidence.explained >= _SURE
-        return explained and self._doubt_since_s is None
+        if location is None or self._doubt_since_s is not None:
+            return False
+        return location.evidence.explained >= _SURE and location.sigma_rad <= _SURE_RAD
 
     def place(self, pose: FloatArray, odometry: FloatArray) -> None:
         """It is there, as who has just made the map knows; looks soon tell if not."""
@@ -176,6 +184,7 @@ class Localization:
         """Begin anew: the chair was lifted, or another map counts."""
         self._forget_looks()
         self._claim, self._confirmed = None, 0
+        self._pulled_rad, self._pulled_s = 0.0, math.inf
         self._doubt_since_s = self.location = None
 
     def is_rivalled_by(self, other: Localization) -> bool:
@@ -270,12 +279,14 @@ class Localization:
     def _follow(self, look: Look, odometry: FloatArray, time_s: float, pose: FloatArray) -> None:
         guess = compose(pose, between(self._odometry, odometry))
         self._hold.move(self._odometry, odometry)
-        sure = self._map.evidence(look, guess).explained >= _SURE
-        held = guess if sure else compose(self._hold.pose, between(self._hold.odometry, odometry))
-        sigmas = _FOLLOW_SIGMAS if sure else self._hold.deviations
-        fitted = ndt.fit(self._map.ndt, look.points_m, held, sigmas)
+        held = compose(self._hold.pose, between(self._hold.odometry, odometry))
+        fitted, sure = self._fit(look, guess, held)
         evidence = self._map.evidence(look, fitted.pose)
         location = self._location(fitted, evidence)
+        if sure and self._is_pulled(float(between(guess, fitted.pose)[2]), time_s):
+            self.forget()
+            self.askew = True
+            return
         contradicted = evidence.through > _LOST_CONTRADICTED * (
             evidence.explained + evidence.through
         )
@@ -300,6 +311,23 @@ class Localization:
                 # Those who stand pull at what stays as well.
                 self.location = replace(self._located(still), pose=guess)
                 self._doubt_since_s = None
+
+    def _fit(self, look: Look, guess: FloatArray, held: FloatArray) -> tuple[ndt.Fit, bool]:
+        """The place by this look, and True where it alone speaks for it: else odometry holds it."""
+        evidence = self._map.evidence(look, guess)
+        if evidence.explained >= _SURE:
+            free = ndt.fit(self._map.ndt, look.points_m, guess, _FOLLOW_SIGMAS)
+            if self._location(free, evidence).sigma_rad <= _SURE_RAD:
+                return free, True
+        return ndt.fit(self._map.ndt, look.points_m, held, self._hold.deviations), False
+
+    def _is_pulled(self, turn_rad: float, time_s: float) -> bool:
+        """Whether fits have turned the place against odometry; not by the first look, if that."""
+        passed_s = time_s - self._pulled_s
+        self._pulled_s = time_s
+        if passed_s >= 0.0:
+            self._pulled_rad = self._pulled_rad * math.exp(-passed_s / _ASKEW_S) + turn_rad
+        return abs(self._pulled_rad) > _ASKEW_RAD
 
     def _agrees_far(self, pose: FloatArray, odometry: FloatArray) -> bool:
         settled = self._surroundings.settled(_RECENT)

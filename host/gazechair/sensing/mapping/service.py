@@ -25,6 +25,7 @@ from gazechair.sensing.odometry.odometry import Estimate
 LOST = "map_lost"
 NOWHERE = "map_unknown"
 DAMAGED = "map_damaged"
+ASKEW = "lidar_turned"
 _LASTS_S = 10.0  # until then nobody is told that it does not know
 _NICE = 10  # what drives the chair comes first, and odometry
 _PATIENCE_S = 20.0  # so it may wait for a processor, and is not hung
@@ -144,9 +145,9 @@ class MappingService(InboxService):
         self._fix = Fix(**fix) if fix is not None else None
         if fix is None:
             self.latest.clear()
-        self._judge(str(fields["problem"]))
+        self._judge(str(fields["problem"]), bool(fields["askew"]))
 
-    def _judge(self, problem: str) -> None:
+    def _judge(self, problem: str, askew: bool) -> None:
         now_s = time.monotonic()
         if self.state != UNKNOWN:
             self._lost_s = None
@@ -154,6 +155,8 @@ class MappingService(InboxService):
             self._lost_s = now_s
         if problem:
             self._health.set(states.DEGRADED, DAMAGED, problem)
+        elif askew:
+            self._health.set(states.DEGRADED, ASKEW, "the map has turned under the chair")
         elif self._lost_s is not None and now_s - self._lost_s >= _LASTS_S:
             self._health.set(states.DEGRADED, NOWHERE, "not in any of the maps, as far as it sees")
         elif self._lost_s is None or self._health.reason != NOWHERE:

@@ -161,6 +161,7 @@ class Worker:
     def _say(self) -> None:
         self._said_s = self._clock()
         said: dict[str, Any] = {"state": self._state(), "making": None, "problem": self._problem}
+        said["askew"] = self._atlas.askew
         said["fix"] = self._found() if said["state"] == KNOWN else None
         if self._making is not None:
             said["making"] = self._making.as_json()

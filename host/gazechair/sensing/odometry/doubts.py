@@ -11,6 +11,7 @@ import numpy as np
 from gazechair.base.footprint import FloatArray
 
 HEADING = "no_heading"  # the board gives none: turns come from the lidars alone
+TURNED = "lidar_turned"  # a lidar does not look where its place on the chair says
 DIFFERS = "heading_differs"  # the lidars see it turn otherwise than the sensor says
 LITTLE = "little_seen"  # an empty hall, or all is blind
 CORRIDOR = "corridor"  # what is seen does not tell the place in one direction
@@ -26,6 +27,7 @@ UNSURE = frozenset((LITTLE, CORRIDOR, CHANGED, LATE, CARRIED, LOST))
 
 _LASTS_S = {
     HEADING: 0.3,
+    TURNED: 0.0,
     DIFFERS: 0.3,
     LITTLE: 0.2,
     CORRIDOR: 0.2,
@@ -87,7 +89,9 @@ class Seen:
     heading_off_deg: float
     """By how much the lidars see it turn otherwise than the heading says, lately."""
     silent_s: float
-    """For how long the lidar that is silent longest has said nothing of use."""
+    """For how long the lidar that is silent longest has said nothing of use, or scans are late."""
+    turned: bool
+    """See mounting."""
 
 
 class Doubts:
@@ -137,6 +141,8 @@ def _pushed(seen: Seen, outputs: Outputs, least: tuple[float, ...]) -> bool:
 def _now(seen: Seen, least: tuple[float, ...]) -> Iterable[str]:
     if not seen.heading_known:
         yield HEADING
+    if seen.turned:
+        yield TURNED
     if seen.points < _FEW:
         yield LITTLE
     elif is_corridor(seen.information):

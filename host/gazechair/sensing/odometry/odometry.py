@@ -28,6 +28,7 @@ from gazechair.sensing.odometry.match import (
     Y,
     fit,
 )
+from gazechair.sensing.odometry.mounting import Mounting, Stand
 from gazechair.sensing.odometry.obedience import CHANGED_S, DEAD_S, Obedience
 from gazechair.sensing.odometry.points import Piece, seen_points
 
@@ -108,6 +109,7 @@ class Odometry:
         self._track = track
         self._doubts = Doubts()
         self._obedience = Obedience()
+        self._mounting = Mounting()
         self._places: deque[tuple[float, float, float]] = deque()
         self._error_rad = self._followed_rad = 0.0  # what the heading was off, lately
         self._differs = False  # the heading counts less then
@@ -170,7 +172,8 @@ class Odometry:
             self._outputs(at_s),
             float(self._state[FULL]) - 2.0 * math.sqrt(self._covariance[FULL, FULL]),
             math.degrees(self._error_rad + self._followed_rad),
-            max(0.0, at_s - min(self._heard_s.values()) - _SILENT_S),
+            max(0.0, self._newest_s(at_s) - min(self._heard_s.values()) - _SILENT_S),
+            self._is_turned(piece.origin_m, found, yaw, known),
         )
         doubts = self._doubts.judge(seen)
         self._differs = DIFFERS in doubts
@@ -178,6 +181,29 @@ class Odometry:
         if LOST in doubts:
             self._begin_afresh()
         return estimate
+
+    def _newest_s(self, at_s: float) -> float:
+        """What time it is, as far as is known: scans may come late."""
+        return max(at_s, self._motions[-1].time_s) if self._motions else at_s
+
+    def _is_turned(self, lidar: tuple[float, float], found: Fit, yaw: float, known: bool) -> bool:
+        assert self._time_s is not None
+        state = found.state
+        angle = float(self._heading_rad + state[OFFSET] + state[ERROR])
+        off_deg = math.degrees(self._error_rad + self._followed_rad)
+        stand = Stand(
+            self._time_s,
+            lidar,
+            float(state[X]),
+            float(state[Y]),
+            angle,
+            yaw,
+            float(state[ERROR]),
+            off_deg,
+            found.matched,
+            known,
+        )
+        return self._mounting.judge(stand)
 
     def _cross_check(self, found: Fit, dt_s: float) -> None:
         """How far the lidars see the heading elsewhere than the sensor says, lately."""

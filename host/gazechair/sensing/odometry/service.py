@@ -19,6 +19,7 @@ from gazechair.sensing.odometry.odometry import Estimate
 LOST = "odometry_lost"
 UNSURE = "odometry_unsure"
 DIFFERS = "odometry_heading"
+TURNED = "lidar_turned"
 _DIFFERS_S = 10.0  # shown for so long: a scale shows in turns only
 _LASTS_S = 5.0  # a doubt that lasts for less is not reported
 _NICE = 5  # what drives the chair comes first
@@ -35,6 +36,7 @@ class OdometryService(InboxService):
         self._obeys = obeys
         self._doubted_s: float | None = None
         self._differs_s = 0.0
+        self._turned = False
         self.latest: Latest[Estimate] = Latest()
         """Born when its measurements were made."""
 
@@ -61,6 +63,7 @@ class OdometryService(InboxService):
         self._obeys.judge(estimate)
         if doubts.DIFFERS in estimate.doubts:
             self._differs_s = time.monotonic()
+        self._turned = doubts.TURNED in estimate.doubts
         self._judge(", ".join(doubts.UNSURE.intersection(estimate.doubts)))
         for listener in self._listeners:
             listener(estimate)
@@ -70,7 +73,9 @@ class OdometryService(InboxService):
         now_s = time.monotonic()
         if not doubt:
             self._doubted_s = None
-        if now_s < self._differs_s + _DIFFERS_S:
+        if self._turned:
+            self._health.set(states.DEGRADED, TURNED, "a lidar seems to be turned on its mount")
+        elif now_s < self._differs_s + _DIFFERS_S:
             self._health.set(states.DEGRADED, DIFFERS, "the lidars see another heading")
         elif not doubt:
             self._health.set(states.OK)
@@ -83,4 +88,5 @@ class OdometryService(InboxService):
         self.latest.clear()
         self._obeys.unknown()
         self._doubted_s = None
+        self._turned = False
         self._health.set(status.state, status.reason, status.detail)

@@ -1,0 +1,124 @@
+"""Does a lidar look where its place on the chair says? What turned it, turned all that it sees.
+
+The drive axle does not slip sideways: a chair that seems to, straight on and always by the same
+angle, has a lidar that is turned by that angle. Where the lidars see a turn while the heading
+sensor sees none, one may just have been bumped; straight driving then tells. And two lidars that
+see different headings are not both where they should be.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+_STRAIGHT_DEG_S = 3.0  # slower is straight on, or standing
+_MATCHED = 0.5  # of what is seen; less is a crowd
+# So much otherwise than the sensor the lidars see it turn, and by a share of what it turned in the
+# last second: sensors have scales of their own. Far more is the sensor's fault.
+_JUMP_DEG, _JUMP_SHARE, _MOST_DEG, _SETTLED_DEG = 0.35, 0.04, 8.0, 0.3
+_PIECE_DEG = 0.65  # more than that, by one piece alone
+_TURNED_S = 1.0
+_STEP_S, _STEP_M = 0.25, 0.02
+_WINDOW_M = 1.0  # straight on: what is aside by then tells the angle within half a degree
+_TURNED_DEG, _RIGHT_DEG = 1.0, 0.5
+# Averages of what each lidar sees of the heading, straight on: against the sensor, or the other's.
+_OFF_DEG, _AVERAGE_S = 0.2, 1.0
+_REST_S = 0.3  # without a piece its average does not count
+
+
+@dataclass(frozen=True)
+class Stand:
+    """Of one piece: where odometry has the chair, and what the piece says of its heading."""
+
+    time_s: float
+    lidar: tuple[float, float]
+    """Where it sits: tells lidars apart."""
+    x_m: float
+    y_m: float
+    heading_rad: float
+    yaw_deg_s: float
+    """By the heading sensor."""
+    error_rad: float
+    """The heading by this piece alone, against the sensor's."""
+    off_deg: float
+    """The same by all lidars, lately; see doubts.Seen."""
+    matched: float
+    known: bool
+    """Whether there is a heading."""
+
+
+class Mounting:
+    """Feed it every piece; `turned` holds from a suspicion on until straight driving clears it."""
+
+    def __init__(self) -> None:
+        self.turned = False
+        self._time_s = -math.inf
+        self._lately_deg = 0.0  # turned
+        self._most_deg = 0.0  # seen to turn otherwise, in this episode
+        self._before: Stand | None = None  # where the newest step began
+        self._ahead_m = self._aside_m = 0.0
+        self._slope_deg = 0.0  # of the window before
+        self._errors: dict[tuple[float, float], tuple[float, float]] = {}  # deg, when
+        self._off_since_s: float | None = None
+
+    def judge(self, stand: Stand) -> bool:
+        """See `turned`."""
+        usable = stand.known and stand.matched >= _MATCHED
+        straight = abs(stand.yaw_deg_s) < _STRAIGHT_DEG_S
+        off_deg = max(abs(stand.off_deg), abs(math.degrees(stand.error_rad)) - _PIECE_DEG)
+        self._most_deg = max(self._most_deg, off_deg) if off_deg > _SETTLED_DEG else off_deg
+        dt_s, self._time_s = min(stand.time_s - self._time_s, _TURNED_S), stand.time_s
+        self._lately_deg *= math.exp(-dt_s / _TURNED_S)
+        self._lately_deg += abs(stand.yaw_deg_s) * dt_s
+        jump_deg = _JUMP_DEG + _JUMP_SHARE * self._lately_deg
+        if usable and off_deg > jump_deg and self._most_deg < _MOST_DEG:
+            self._suspect()
+        if usable and self._lately_deg < _STRAIGHT_DEG_S * _TURNED_S and self._is_off(stand):
+            self._suspect()
+        if not (usable and straight):
+            self._before = None
+        elif self._before is None:
+            self._before = stand
+        elif stand.time_s >= self._before.time_s + _STEP_S:
+            self._step(self._before, stand)
+            self._before = stand
+        return self.turned
+
+    def _suspect(self) -> None:
+        self.turned = True
+        self._ahead_m = self._aside_m = 0.0
+
+    def _is_off(self, stand: Stand) -> bool:
+        """Whether a lidar sees another heading than the sensor, or another lidar, for a while."""
+        average, at_s = self._errors.get(stand.lidar, (0.0, stand.time_s))
+        share = 1.0 - math.exp(-(stand.time_s - at_s) / _AVERAGE_S)
+        average += (math.degrees(stand.error_rad) - average) * share
+        self._errors[stand.lidar] = average, stand.time_s
+        recent = [deg for deg, at_s in self._errors.values() if at_s > stand.time_s - _REST_S]
+        if max(0.0, *recent) - min(0.0, *recent) < _OFF_DEG:
+            self._off_since_s = None
+        elif self._off_since_s is None:
+            self._off_since_s = stand.time_s
+        return self._off_since_s is not None and stand.time_s - self._off_since_s >= _AVERAGE_S
+
+    def _step(self, before: Stand, stand: Stand) -> None:
+        dx, dy = stand.x_m - before.x_m, stand.y_m - before.y_m
+        angle = 0.5 * (before.heading_rad + stand.heading_rad)
+        ahead = math.cos(angle) * dx + math.sin(angle) * dy
+        if abs(ahead) < _STEP_M:
+            return
+        aside = math.cos(angle) * dy - math.sin(angle) * dx
+        self._ahead_m += abs(ahead)
+        self._aside_m += math.copysign(aside, aside * ahead)
+        if self._ahead_m < _WINDOW_M:
+            return
+        slope_deg = math.degrees(self._aside_m / self._ahead_m)
+        self._ahead_m = self._aside_m = 0.0
+        if (
+            min(abs(slope_deg), abs(self._slope_deg)) > _TURNED_DEG
+            and slope_deg * self._slope_deg > 0.0
+        ):
+            self.turned = True
+        elif abs(slope_deg) < _RIGHT_DEG and self._off_since_s is None:
+            self.turned = False
+        self._slope_deg = slope_deg
