@@ -32,7 +32,7 @@ __all__ = [
 
 # Rows of what a Placing finds. A code is _KINDS * bin of the chair's frame + what came back.
 _CODE, _X, _Y, _BEARING, _RANGE = range(5)
-_KINDS = 4
+_KINDS = 4  # a power of two
 _IN_MASK, _NOTHING, _AT_WINDOW, _RETURNED = range(_KINDS)
 
 
@@ -147,7 +147,7 @@ def view_of(scan: Scan, placing: Placing, blindness: Blindness | None = None) ->
         placed = placing(scan.angles_deg, scan.distances_m)
     codes = placed[_CODE].astype(np.int64)
     counts = np.bincount(codes, minlength=_KINDS * BINS).reshape(BINS, _KINDS)
-    chosen = (codes % _KINDS == _RETURNED).nonzero()[0]
+    chosen = (codes & (_KINDS - 1) == _RETURNED).nonzero()[0]
 
     def nearest_m() -> FloatArray:
         found = np.full(BINS, np.inf)
