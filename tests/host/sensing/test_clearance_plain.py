@@ -12,7 +12,9 @@ from gazechair.sensing.clearance import surface
 from gazechair.sensing.clearance.arcs import arc_reach
 from gazechair.sensing.clearance.movers import Movers
 from gazechair.sensing.clearance.sweeps import BEND_PER_M, RANGE_M, Sweeps
-from gazechair.sensing.lidar.scan import Pose, Scan, to_chair
+from gazechair.sensing.lidar.nodes import Nodes
+from gazechair.sensing.lidar.scan import Placing, Pose, Scan, to_chair, view_of
+from gazechair.sensing.lidar.sweep import Sweep
 from gazelink import codes
 
 TURN = 2.0 * math.pi
@@ -163,6 +165,36 @@ def test_a_view_is_the_plain_formula(pose: Pose) -> None:
     radians = np.radians((turned + pose.heading_deg + 180.0) % 360.0 - 180.0)
     x, y = ranges[kept] * np.cos(radians), ranges[kept] * np.sin(radians)
     assert view.points_m.tobytes() == np.column_stack((pose.x_m + x, pose.y_m + y)).tobytes()
+
+
+@pytest.mark.parametrize("pose", [Pose(), Pose(-0.4, 0.2, -180.0, True)])
+def test_what_is_placed_as_it_comes_is_what_a_whole_scan_gives(pose: Pose) -> None:
+    random = np.random.default_rng(6)
+    placing = Placing(pose, ((122.0, -122.0),))
+    sweep = Sweep(placing=placing)
+    for first in range(0, 5000, 250):
+        turned = np.arange(first, first + 250) * 0.225
+        angles = (180.0 - turned) % 360.0 - 180.0
+        ranges = random.choice((0.0, 0.04, 1.0, 5.0), 250) * random.uniform(1.0, 1.2)
+        starts = np.diff(turned // 360.0, prepend=(first - 1) * 0.225 // 360.0) > 0.0
+        sweep.take(Nodes(angles, ranges, starts, np.arange(249, -1, -1)), first * 6e-5)
+        scan = sweep.scan()
+        if scan is None or first < 3200:
+            continue
+        assert scan.placing is placing
+        fast = view_of(scan, placing)
+        plain = to_chair(
+            Scan(scan.angles_deg, scan.distances_m, scan.acquired_s, scan.source),
+            pose,
+            ((122.0, -122.0),),
+        )
+        assert fast.points_m.tobytes() == plain.points_m.tobytes()
+        assert fast.states.tobytes() == plain.states.tobytes()
+        known = surface.surfaces(fast.points_m, fast.origin_m, fast.polar)
+        found = surface.surfaces(fast.points_m, fast.origin_m)
+        assert known.points_m.tobytes() == found.points_m.tobytes()
+        assert known.bearings_rad.tobytes() == found.bearings_rad.tobytes()
+        assert known.ranges_m.tobytes() == found.ranges_m.tobytes()
 
 
 def test_a_movers_bins_are_those_of_the_remainder() -> None:

@@ -205,3 +205,13 @@ def test_damage_in_one_byte_of_a_thousand_lets_next_to_nothing_wrong_through() -
         assert wrong <= 1
         assert len(seen) > 0.9 * len(rows)
         assert 0.05 < decoder.dropped / decoder.fed < 0.12
+
+
+def test_capsules_in_order_come_out_as_they_do_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    data = stream(3 * A_TURN, seed=4)
+    short, quick = decode(data, 1700)
+    monkeypatch.setattr(CapsuleDecoder, "_fits", lambda *_: False)
+    checked, slow = decode(data, 1700)
+    for name in ("angles_deg", "distances_m", "starts", "backlog"):
+        assert getattr(short, name).tobytes() == getattr(checked, name).tobytes()
+    assert (quick.step_deg, quick.implausible, quick.spiky) == (slow.step_deg, 0, slow.spiky)

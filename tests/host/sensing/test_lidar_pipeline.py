@@ -224,6 +224,11 @@ def test_without_any_scan_the_state_is_delivered_all_the_same() -> None:
     assert [one.acquired_s for one in reports] == [None] * 3
 
 
+def endless(one: Callable[[], None]) -> None:
+    while True:
+        one()
+
+
 def test_what_fails_on_a_lidars_thread_is_raised_where_all_are_watched(tmp_path: Path) -> None:
     here = threading.current_thread()
 
@@ -235,7 +240,6 @@ def test_what_fails_on_a_lidars_thread_is_raised_where_all_are_watched(tmp_path:
     pipeline.lidars[0].reader.start()  # it says at once that it opens its port
     try:
         with pytest.raises(BrokenPipeError):
-            while pipeline.hanging() is None:
-                pipeline.watch()
+            endless(pipeline.watch)
     finally:
         pipeline.stop()

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +56,10 @@ class ArcReach:
             self._grids.append(grid)
             tables.append(self._table(grid.centres(), cell_m, footprint.margins))
             at += grid.count
+        self._finer = np.zeros(at, dtype=np.bool_)
+        """Of each row so far: whether its cell may reach into the next finer grid."""
+        for coarse, fine in pairwise(self._grids):
+            self._finer[coarse.first : coarse.first + coarse.count] = coarse.meets(fine)
         # Within the margin only the bare outline counts.
         cell_m = _BAND_CELL_M if margin_m < 0.1 else 2.0 * _BAND_CELL_M
         self._band = _Grid(body, cell_m, margin_m + cell_m, 0)
@@ -99,8 +104,11 @@ class ArcReach:
             chosen = chosen.take(fits) if k else fits
             if not len(chosen):
                 return rows, chosen
-            x, y = x.take(fits), y.take(fits)
             rows[chosen] = cells
+            if grid is not self._grids[-1]:
+                near = self._finer.take(cells).nonzero()[0]
+                chosen, fits = chosen.take(near), fits.take(near)
+                x, y = x.take(fits), y.take(fits)
         # Only cells of the finest grid can be within the margin.
         close = chosen[self._footprint.contains(points_m.take(chosen, axis=0))]
         if not len(close):
@@ -173,6 +181,15 @@ class _Grid:
     def centres(self) -> FloatArray:
         xs, ys = (self._low[k] + (np.arange(self._shape[k]) + 0.5) * self._cell_m for k in (0, 1))
         return np.stack(np.meshgrid(xs, ys, indexing="ij"), axis=2).reshape(-1, 2)
+
+    def meets(self, fine: _Grid) -> NDArray[np.bool_]:
+        """Which of its cells may share a point with the other one's; rather too many."""
+        size_m = [count * fine._cell_m + self._cell_m for count in fine._shape]
+        beyond = np.array(fine._low) - self._cell_m
+        within = self.centres() - beyond
+        return np.asarray(
+            ((within >= 0.0) & (within <= np.array(size_m) + self._cell_m)).all(axis=1)
+        )
 
     def find(self, x: FloatArray, y: FloatArray) -> tuple[Ints, Ints]:
         """Which points are in it, and the row of each of them."""

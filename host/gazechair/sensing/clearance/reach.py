@@ -85,7 +85,7 @@ class LidarReach:
         if not len(view.points_m):
             self.arcs = NOTHING_NEAR
             return FREE
-        seen = surfaces(view.points_m, view.origin_m)
+        seen = surfaces(view.points_m, view.origin_m, view.polar)
         contacts = self._sweeps.contacts(seen.points_m)
         lone = seen.lone.nonzero()[0]
         speckle = lone[np.isfinite(contacts[lone]).any(axis=1)]

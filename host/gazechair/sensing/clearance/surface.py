@@ -58,14 +58,18 @@ def noise_m(ranges_m: FloatArray) -> float:
     return 1.4826 * median / math.sqrt(6.0)
 
 
-def surfaces(points_m: FloatArray, origin_m: tuple[float, float]) -> Surfaces:
-    """Smooth the (N, 2) returns of one lidar that sits at `origin_m`."""
+def surfaces(
+    points_m: FloatArray, origin_m: tuple[float, float], polar: FloatArray | None = None
+) -> Surfaces:
+    """Smooth the (N, 2) returns of one lidar that sits at `origin_m`.
+
+    `polar`: their bearings (radians) and ranges about it, (2, N), if they are known.
+    """
     # Column by column: numpy is slow with many rows of two.
     x, y = points_m[:, 0] - origin_m[0], points_m[:, 1] - origin_m[1]
-    bearings = np.arctan2(y, x)
+    bearings, ranges = (np.arctan2(y, x), np.hypot(x, y)) if polar is None else polar
     order = np.argsort(bearings, kind="stable")
-    bearings, x, y = bearings.take(order), x.take(order), y.take(order)
-    ranges = np.hypot(x, y)
+    bearings, ranges, x, y = (column.take(order) for column in (bearings, ranges, x, y))
     noise = noise_m(ranges)
     smooth = _smoothed(bearings, ranges, noise)
     gap = np.abs(np.concatenate((ranges[1:], ranges[:1])) - ranges)

@@ -15,6 +15,8 @@ A gap below 8 degrees counts as seen: the window's optics are wider, nothing cov
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -45,27 +47,30 @@ class Blindness:
         self._covered: BoolArray = np.zeros(BINS, dtype=np.bool_)
 
     def judge(
-        self, bins: IntArray, distances_m: FloatArray, masked: BoolArray, at_s: float
+        self,
+        nothing: IntArray,
+        at_window: IntArray,
+        hits: IntArray,
+        masked: BoolArray,
+        at_s: float,
+        nearest_m: Callable[[], FloatArray],
     ) -> NDArray[np.uint8]:
         """SEEN, BLIND or MASKED for each of the 360 bins.
 
-        `bins` (0..359) and `distances_m` (0 = no return) of every measurement outside the mask,
-        `masked` per bin, `at_s` the time of the view, seconds that never run backwards.
+        By bin: how many measurements outside the mask returned nothing, came from nearer than
+        NEAREST_M, came from beyond; `masked`; `nearest_m`: of the last ones the nearest, inf for
+        none. `at_s`: the time of the view, seconds that never run backwards.
         """
-        measured = np.bincount(bins, minlength=BINS)
-        returned = distances_m >= NEAREST_M
-        hits = np.bincount(bins.compress(returned), minlength=BINS)
-        at_window = np.bincount(bins.compress((distances_m > 0.0) & ~returned), minlength=BINS)
+        measured = nothing + at_window + hits
         has = (hits >= 1) & (hits >= _MIN_SHARE * measured) & (at_window <= hits)
         lacks = ~(has | masked)
         self._remember(has, lacks, at_s)
         blind = self._covered | (at_window > hits)
         wide = [run for run in runs(lacks) if run[1] > NARROW_DEG]
         if wide:
-            nearest_m = np.full(BINS, np.inf)
-            np.minimum.at(nearest_m, bins.compress(returned), distances_m.compress(returned))
+            by_bin_m = nearest_m()
             for first, count in wide:
-                if not _between_far(first, count, has, masked, nearest_m):
+                if not _between_far(first, count, has, masked, by_bin_m):
                     blind[(first + np.arange(count)) % BINS] = True
         for first, count in runs((measured == 0) & ~masked):
             if count > UNMEASURED_DEG:

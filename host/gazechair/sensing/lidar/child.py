@@ -26,7 +26,7 @@ from gazechair.sensing.lidar import recorded
 from gazechair.sensing.lidar.blind import BINS, BLIND, MASKED, SEEN, Blindness
 from gazechair.sensing.lidar.reader import Reader
 from gazechair.sensing.lidar.report import LOST, LidarReport, Report
-from gazechair.sensing.lidar.scan import ChairView, Pose, Scan, to_chair
+from gazechair.sensing.lidar.scan import ChairView, Placing, Pose, Scan, view_of
 from gazechair.sensing.lidar.stream import Tap
 from gazechair.sensing.lidar.told import understood
 from gazechair.sensing.odometry.half_turns import HalfTurns
@@ -49,13 +49,13 @@ class Lidar:
     def __init__(
         self, config: LidarConfig, renewed: Callable[[], None], tap: Tap | None = None
     ) -> None:
-        self.reader = Reader(config, renewed, tap)
-        self.pose = Pose(config.x_m, config.y_m, config.heading_deg, config.upside_down)
-        self.mask = config.mask
+        pose = Pose(config.x_m, config.y_m, config.heading_deg, config.upside_down)
+        self._placing = Placing(pose, config.mask)
+        self.reader = Reader(config, renewed, tap, self._placing)
         self.scan: Scan | None = None
         self._seen: Scan | None = None
         self._blindness = Blindness()
-        self._nothing = to_chair(_no_scan(), self.pose, self.mask)
+        self._nothing = view_of(_no_scan(), self._placing)
         self.view = self._nothing
 
     def renew(self) -> None:
@@ -66,7 +66,7 @@ class Lidar:
             self._seen = None
         elif self.scan is not self._seen:
             self._seen = self.scan
-            self.view = to_chair(self.scan, self.pose, self.mask, self._blindness)
+            self.view = view_of(self.scan, self._placing, self._blindness)
 
     def report(self) -> LidarReport:
         """How it is."""

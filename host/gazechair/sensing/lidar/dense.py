@@ -183,7 +183,7 @@ class CapsuleDecoder:
         return self._checked_steps(steps, places, fits_before)
 
     def _fits(self, step_deg: float) -> bool:
-        """Whether the mirror turns like that from one capsule to the next; False before it is known."""
+        """Whether the mirror turns so from one capsule to the next; False before that is known."""
         if not _STEP_DEG[0] <= step_deg <= _STEP_DEG[1]:
             return False
         return abs(step_deg - self.step_deg) <= _STEP_TOLERANCE * self.step_deg
@@ -304,7 +304,7 @@ def _nodes(
     end: int,
     last_deg: FloatArray | None,
 ) -> Nodes:
-    """`angles` are changed: brought into one turn; `last_deg`: of the node before, if there is one."""
+    """`angles` are brought into one turn in place; `last_deg`: of the node before, if any."""
     raw_deg = angles.reshape(-1)
     np.subtract(raw_deg, 360.0, out=raw_deg, where=raw_deg >= 360.0)  # less than a turn too much
     before = raw_deg

@@ -12,7 +12,7 @@ from gazechair.base import health as states
 from gazechair.config.configuration import LidarConfig
 from gazechair.sensing.lidar.device import S2, LidarError, find_port, stale_backlog
 from gazechair.sensing.lidar.report import FROZEN, LOST, MIRROR, POWER, SILENT, STARTING
-from gazechair.sensing.lidar.scan import Scan
+from gazechair.sensing.lidar.scan import Placing, Scan
 from gazechair.sensing.lidar.scanfile import ScanFileError, ScanReader
 from gazechair.sensing.lidar.stream import ByteStream, NodeStream, Tap
 from gazelink import codes
@@ -44,11 +44,15 @@ class Reader:
     """
 
     def __init__(
-        self, config: LidarConfig, renewed: Callable[[], None], tap: Tap | None = None
+        self,
+        config: LidarConfig,
+        renewed: Callable[[], None],
+        tap: Tap | None = None,
+        placing: Placing | None = None,
     ) -> None:
         """`renewed` is called on the reader's thread whenever `scan` or `standing` has changed,
-        `tap` with everything that is measured."""
-        self._tap = tap
+        `tap` with everything that is measured, `placing` too, for the scans."""
+        self._taps = (tap, placing)
         self.config = config
         self.scan: Scan | None = None
         self.stream: NodeStream | None = None
@@ -116,7 +120,7 @@ class Reader:
 
     def _read(self, device: S2, port: str) -> None:
         self.source = codes.SIMULATED if device.simulated else codes.REAL
-        stream = ByteStream(self.config.mode, self.source, self._tap)
+        stream = ByteStream(self.config.mode, self.source, *self._taps)
         self.stream = stream
         patience_s = time.monotonic() + _FIRST_S
         while not self._stopping.is_set():
@@ -124,7 +128,7 @@ class Reader:
             self.alive_s = now_s = time.monotonic()
             if stale_backlog(data):
                 # Bytes of unknown age: start afresh, from what is measured now.
-                stream = ByteStream(self.config.mode, self.source, self._tap)
+                stream = ByteStream(self.config.mode, self.source, *self._taps)
                 self.stream = stream
                 continue
             if stream.feed(data, came_s):
@@ -138,7 +142,7 @@ class Reader:
         try:
             self.source = codes.REPLAYED
             while not self._stopping.is_set():
-                self.stream = NodeStream(codes.REPLAYED, file.period_s, self._tap)
+                self.stream = NodeStream(codes.REPLAYED, file.period_s, *self._taps)
                 start_s = time.monotonic()
                 for time_s, nodes in file.records():
                     if self._stopping.wait(max(0.0, start_s + time_s - time.monotonic())):

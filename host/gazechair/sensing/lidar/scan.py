@@ -16,7 +16,24 @@ from gazechair.sensing.lidar.nodes import FloatArray
 
 Arc = tuple[float, float]
 
-__all__ = ["BINS", "BLIND", "MASKED", "SEEN", "Arc", "ChairView", "Pose", "Scan", "to_chair"]
+__all__ = [
+    "BINS",
+    "BLIND",
+    "MASKED",
+    "SEEN",
+    "Arc",
+    "ChairView",
+    "Placing",
+    "Pose",
+    "Scan",
+    "to_chair",
+    "view_of",
+]
+
+# Rows of what a Placing finds. A code is _KINDS * bin of the chair's frame + what came back.
+_CODE, _X, _Y, _BEARING, _RANGE = range(5)
+_KINDS = 4  # a power of two
+_IN_MASK, _NOTHING, _AT_WINDOW, _RETURNED = range(_KINDS)
 
 
 @dataclass(frozen=True)
@@ -26,13 +43,15 @@ class Scan:
     `angles_deg`: the lidar's frame, 0 = its forward, left positive, -180 <= angle < 180.
     `distances_m`: from its centre, 0 = no return. `acquired_s`: CLOCK_MONOTONIC seconds of the
     *oldest* measurement in it, so its age is never understated. `source`: codes.REAL, SIMULATED or
-    REPLAYED.
+    REPLAYED. `placed`: what `placing` has found of its measurements, if it was asked.
     """
 
     angles_deg: FloatArray
     distances_m: FloatArray
     acquired_s: float
     source: int
+    placed: FloatArray | None = None
+    placing: Placing | None = None
 
     def __len__(self) -> int:
         return len(self.angles_deg)
@@ -62,7 +81,7 @@ class ChairView:
     """What one lidar sees, in the chair's frame.
 
     `points_m`: (N, 2), x and y of every return outside the mask from 5 cm on, in the order of
-    the scan.
+    the scan. `polar`: their bearings (radians) and ranges about `origin_m`, as (2, N).
     `states`: (360,), SEEN, BLIND or MASKED; bin i is the directions i - 180 .. i - 179 degrees of
     the chair's frame, as rays from `origin_m`. `acquired_s`, `source`: as of the scan.
     """
@@ -72,6 +91,41 @@ class ChairView:
     origin_m: tuple[float, float]
     acquired_s: float
     source: int
+    polar: FloatArray | None = None
+
+
+class Placing:
+    """Places the measurements of one lidar in the chair's frame: each by itself, so only once."""
+
+    def __init__(self, pose: Pose, mask: Sequence[Arc] = ()) -> None:
+        """`mask`: arcs [from, to] of the lidar's own frame, counter-clockwise, in which it sees the
+        chair itself or nothing ever."""
+        self.pose = pose
+        self._mask = tuple((first, last) for first, last in mask)
+        self.masked_bins = _masked_bins(pose, self._mask)
+
+    def __call__(self, angles_deg: FloatArray, distances_m: FloatArray) -> FloatArray:
+        """(5, N): code, x, y, bearing and range of each; the last four of a return alone."""
+        pose = self.pose
+        found = np.zeros((5, len(angles_deg)))
+        directions_deg = pose.directions_deg(angles_deg)
+        bins = np.minimum((directions_deg + 180.0).astype(np.int64), BINS - 1)
+        returned = distances_m >= NEAREST_M
+        kinds = _NOTHING + (distances_m > 0.0) + returned.astype(np.int64)
+        if self._mask:
+            masked = in_arcs(angles_deg, self._mask)
+            kinds[masked] = _IN_MASK
+            returned &= ~masked
+        found[_CODE] = _KINDS * bins + kinds
+        chosen = returned.nonzero()[0]
+        radians = np.radians(directions_deg.take(chosen))
+        distances_m = distances_m.take(chosen)
+        x = pose.x_m + distances_m * np.cos(radians)
+        y = pose.y_m + distances_m * np.sin(radians)
+        found[_X, chosen], found[_Y, chosen] = x, y
+        x, y = x - pose.x_m, y - pose.y_m
+        found[_BEARING, chosen], found[_RANGE, chosen] = np.arctan2(y, x), np.hypot(x, y)
+        return found
 
 
 def to_chair(
@@ -83,19 +137,36 @@ def to_chair(
     itself or nothing ever. `blindness` remembers what was seen before, one for each lidar; without
     it a view that was covered between two far surfaces counts as open (see blind.py).
     """
-    directions_deg = pose.directions_deg(scan.angles_deg)
-    bins = np.minimum((directions_deg + 180.0).astype(np.int64), BINS - 1)
-    masked_bins = _masked_bins(pose, tuple((first, last) for first, last in mask))
-    open_ = (~in_arcs(scan.angles_deg, mask)).nonzero()[0]
-    bins, distances_m = bins.take(open_), scan.distances_m.take(open_)
-    states = (blindness or Blindness()).judge(bins, distances_m, masked_bins, scan.acquired_s)
-    returned = (distances_m >= NEAREST_M).nonzero()[0]
-    radians = np.radians(directions_deg.take(open_.take(returned)))
-    distances_m = distances_m.take(returned)
-    points = np.empty((len(radians), 2))
-    points[:, 0] = pose.x_m + distances_m * np.cos(radians)
-    points[:, 1] = pose.y_m + distances_m * np.sin(radians)
-    return ChairView(points, states, (pose.x_m, pose.y_m), scan.acquired_s, scan.source)
+    return view_of(scan, Placing(pose, mask), blindness)
+
+
+def view_of(scan: Scan, placing: Placing, blindness: Blindness | None = None) -> ChairView:
+    """The same by a `placing`, which has done its part already where the scan says so."""
+    placed = scan.placed if scan.placing is placing else None
+    if placed is None:
+        placed = placing(scan.angles_deg, scan.distances_m)
+    codes = placed[_CODE].astype(np.int64)
+    counts = np.bincount(codes, minlength=_KINDS * BINS).reshape(BINS, _KINDS)
+    chosen = (codes & (_KINDS - 1) == _RETURNED).nonzero()[0]
+
+    def nearest_m() -> FloatArray:
+        found = np.full(BINS, np.inf)
+        np.minimum.at(found, codes.take(chosen) // _KINDS, scan.distances_m.take(chosen))
+        return found
+
+    states = (blindness or Blindness()).judge(
+        counts[:, _NOTHING],
+        counts[:, _AT_WINDOW],
+        counts[:, _RETURNED],
+        placing.masked_bins,
+        scan.acquired_s,
+        nearest_m,
+    )
+    points = np.empty((len(chosen), 2))
+    points[:, 0], points[:, 1] = placed[_X].take(chosen), placed[_Y].take(chosen)
+    origin_m = (placing.pose.x_m, placing.pose.y_m)
+    polar = placed[_BEARING:].take(chosen, axis=1)
+    return ChairView(points, states, origin_m, scan.acquired_s, scan.source, polar)
 
 
 def in_arcs(angles_deg: FloatArray, arcs: Sequence[Arc]) -> NDArray[np.bool_]:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from gazechair.sensing.lidar.dense import CAPSULE_SIZE, POINT_PERIOD_S, CapsuleDecoder
 from gazechair.sensing.lidar.freeze import FreezeWatch
 from gazechair.sensing.lidar.nodes import NODE_SIZE, NodeDecoder, Nodes
-from gazechair.sensing.lidar.scan import Scan
+from gazechair.sensing.lidar.scan import Placing, Scan
 from gazechair.sensing.lidar.sweep import NODE_PERIOD_S, Sweep
 
 _FOLLOW = 0.025  # of the share of lost bytes, each quarter turn: about a second
@@ -24,11 +24,17 @@ def make_decoder(mode: str) -> CapsuleDecoder | NodeDecoder:
 class NodeStream:
     """Receives nodes; after each quarter turn of the mirror `scan` has new data."""
 
-    def __init__(self, source: int, period_s: float, tap: Tap | None = None) -> None:
+    def __init__(
+        self,
+        source: int,
+        period_s: float,
+        tap: Tap | None = None,
+        placing: Placing | None = None,
+    ) -> None:
         """`source`: codes.REAL, ...; `period_s`: from one measurement to the next."""
         self._period_s = period_s
         self._tap = tap
-        self._sweep = Sweep(source, period_s)
+        self._sweep = Sweep(source, period_s, placing)
         self.quarters = -1
         """Quarter turns of the mirror that were complete since the start."""
         self.lost_share = 0.0
@@ -68,9 +74,11 @@ class NodeStream:
 class ByteStream(NodeStream):
     """The same from a device's bytes."""
 
-    def __init__(self, mode: str, source: int, tap: Tap | None = None) -> None:
+    def __init__(
+        self, mode: str, source: int, tap: Tap | None = None, placing: Placing | None = None
+    ) -> None:
         """`mode`: "dense" or "standard"; `source`: codes.REAL or SIMULATED."""
-        super().__init__(source, PERIODS_S[mode], tap)
+        super().__init__(source, PERIODS_S[mode], tap, placing)
         self._decoder = make_decoder(mode)
         self._unit = CAPSULE_SIZE if mode == "dense" else NODE_SIZE
         self._freeze = FreezeWatch()

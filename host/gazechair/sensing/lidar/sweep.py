@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gazechair.base.angles import wrapped
 from gazechair.sensing.lidar.nodes import FloatArray, Nodes, wrapped_steps
-from gazechair.sensing.lidar.scan import BINS, Scan
+from gazechair.sensing.lidar.scan import BINS, Placing, Scan
 from gazelink import codes
 
 NODE_PERIOD_S = 1.0 / 16_000.0  # standard scan: 16 kHz
@@ -19,8 +19,10 @@ _FOLLOW = 0.2  # of the turning rate, each turn
 _ALL_BUT_DEG = 2.0
 _JITTER_DEG = 5.0  # of the angle at which a turn starts
 _KEPT = 3  # turns before the one in progress
+_NONE: FloatArray = np.zeros(0)
 
-_Nodes = tuple[FloatArray, FloatArray, FloatArray]  # angles, distances, times
+_ROWS = 3
+_Nodes = FloatArray  # (_ROWS, N): angles, distances, times; below them what the placing adds
 
 
 class Sweep:
@@ -33,10 +35,15 @@ class Sweep:
     wrong measurement never makes a direction free for a second turn.
     """
 
-    def __init__(self, source: int = codes.SIMULATED, period_s: float = NODE_PERIOD_S) -> None:
+    def __init__(
+        self,
+        source: int = codes.SIMULATED,
+        period_s: float = NODE_PERIOD_S,
+        placing: Placing | None = None,
+    ) -> None:
         """`source` marks the scans; behind anything but codes.REAL a real board never arms.
 
-        `period_s`: from one measurement to the next.
+        `period_s`: from one measurement to the next. `placing`: places each measurement once.
         """
         self.turns = 0
         self.rate_hz = 0.0
@@ -45,7 +52,9 @@ class Sweep:
         self._source = source
         self._period_s = period_s
         self._most_nodes = round(_LONGEST_TURN_S / period_s)
-        self._turns = [_Turn() for _ in range(1 + _KEPT)]  # newest first
+        self._placing = placing
+        self._turns = [_Turn(self._rows(_NONE, _NONE, _NONE)) for _ in range(1 + _KEPT)]
+        """Newest first."""
 
     def add(self, nodes: Nodes, received_s: float) -> Scan | None:
         """Take nodes that were whole at `received_s`; the newest scan, None without nodes."""
@@ -54,19 +63,24 @@ class Sweep:
 
     def take(self, nodes: Nodes, received_s: float) -> None:
         """Take nodes that were whole at `received_s`, CLOCK_MONOTONIC seconds."""
-        times_s: FloatArray = received_s - nodes.backlog.astype(np.float64) * self._period_s
+        times_s = received_s - nodes.backlog.astype(np.float64) * self._period_s
         cuts = [0, *nodes.starts.nonzero()[0].tolist(), len(nodes)]
+        rows = self._rows(nodes.angles_deg, nodes.distances_m, times_s)
         for first, last in pairwise(cuts):
             if first < last:
                 if nodes.starts[first]:
-                    self._turns = [_Turn(), *self._turns[:_KEPT]]
+                    self._turns = [_Turn(rows[:, :0]), *self._turns[:_KEPT]]
                     self.turns += 1
                     self._clock_turn(float(times_s[first]))
-                piece = slice(first, last)
-                self._turns[0].add(
-                    (nodes.angles_deg[piece], nodes.distances_m[piece], times_s[piece]),
-                    self._most_nodes,
-                )
+                self._turns[0].add(rows[:, first:last], self._most_nodes)
+
+    def _rows(self, angles_deg: FloatArray, distances_m: FloatArray, times_s: FloatArray) -> _Nodes:
+        if self._placing is None:
+            return np.stack((angles_deg, distances_m, times_s))
+        placed = self._placing(angles_deg, distances_m)
+        rows = np.empty((_ROWS + len(placed), len(angles_deg)))
+        rows[0], rows[1], rows[2], rows[_ROWS:] = angles_deg, distances_m, times_s, placed
+        return rows
 
     def _clock_turn(self, now_s: float) -> None:
         if self._turn_s is not None and now_s > self._turn_s:
@@ -86,7 +100,7 @@ class Sweep:
 
     def scan(self) -> Scan | None:
         """The newest scan, None before the first node and right at the start of a turn."""
-        angles = self._turns[0].joined()[0]
+        angles = self._turns[0].angles_deg()
         if not len(angles):
             return None
         # Where the mirror is, as the lidar counts: along the nodes, so that jitter about the start
@@ -97,43 +111,49 @@ class Sweep:
 
         def view(back: int) -> _Nodes:
             # The whole turn that ended where the newest node is, `back` turns ago.
-            newer, older = self._turns[back].joined(), self._turns[back + 1].joined()
-            if back:
-                newer = _pick(newer, wrapped(-newer[0], 360.0) <= reached_deg)
-            return _join(newer, _pick(older, wrapped(-older[0], 360.0) > reached_deg))
+            older = self._turns[back + 1].joined()
+            older = _pick(older, wrapped(-older[0], 360.0) > reached_deg)
+            if not back:
+                return _join(*self._turns[0].pieces, older)
+            newer = self._turns[back].joined()
+            return _join(_pick(newer, wrapped(-newer[0], 360.0) <= reached_deg), older)
 
         whole = view(0)
         missing = np.bincount(_bins(whole), minlength=BINS) == 0
         if np.count_nonzero(missing):
             whole = _fill(whole, missing, view(1), view(2))
-        return Scan(whole[0], whole[1], float(whole[2].min()), self._source)
+        oldest_s = float(whole[2].min())
+        return Scan(whole[0], whole[1], oldest_s, self._source, whole[_ROWS:], self._placing)
 
 
 class _Turn:
-    def __init__(self) -> None:
-        self._pieces: list[_Nodes] = []
+    def __init__(self, nothing: _Nodes) -> None:
+        self._nothing = nothing
+        self.pieces: list[_Nodes] = []
         self._count = 0
         self.quarter = 0
         self.left_deg = 90.0
 
     def add(self, piece: _Nodes, most: int) -> None:
-        self._pieces.append(piece)
-        self._count += len(piece[0])
+        self.pieces.append(piece)
+        self._count += piece.shape[1]
         if self._count > most:
-            self._pieces = [piece]
-            self._count = len(piece[0])
-        quarter, turned_deg = divmod(float(-piece[0][-1] % 360.0 + _ALL_BUT_DEG), 90.0)
+            self.pieces = [piece]
+            self._count = piece.shape[1]
+        quarter, turned_deg = divmod(float(-piece[0, -1] % 360.0 + _ALL_BUT_DEG), 90.0)
         self.quarter, self.left_deg = int(quarter), 90.0 - turned_deg
 
+    def angles_deg(self) -> FloatArray:
+        if not self.pieces:
+            return np.asarray(self._nothing[0])
+        return np.concatenate([piece[0] for piece in self.pieces])
+
     def joined(self) -> _Nodes:
-        if not self._pieces:
-            return np.zeros(0), np.zeros(0), np.zeros(0)
-        if len(self._pieces) > 1:
-            angles, distances, times = zip(*self._pieces, strict=True)
-            self._pieces = [
-                (np.concatenate(angles), np.concatenate(distances), np.concatenate(times))
-            ]
-        return self._pieces[0]
+        if not self.pieces:
+            return self._nothing
+        if len(self.pieces) > 1:
+            self.pieces = [_join(*self.pieces)]
+        return self.pieces[0]
 
 
 def _fill(newest: _Nodes, missing: NDArray[np.bool_], before: _Nodes, oldest: _Nodes) -> _Nodes:
@@ -143,22 +163,18 @@ def _fill(newest: _Nodes, missing: NDArray[np.bool_], before: _Nodes, oldest: _N
     chosen &= np.bincount(bins_oldest, minlength=BINS) > 0
     filled = _join(newest, _pick(before, chosen[bins_before]))
     # Of these the obstacles alone: they only reduce, so that their age does not count.
-    angles, distances, _ = _pick(oldest, chosen[bins_oldest] & (oldest[1] > 0.0))
-    return _join(filled, (angles, distances, np.full(len(angles), np.inf)))
+    obstacles = _pick(oldest, chosen[bins_oldest] & (oldest[1] > 0.0))
+    obstacles[2] = np.inf
+    return _join(filled, obstacles)
 
 
 def _bins(nodes: _Nodes) -> NDArray[np.int64]:
-    return np.minimum((nodes[0] + 180.0).astype(np.int64), BINS - 1)
+    return np.asarray(np.minimum((nodes[0] + 180.0).astype(np.int64), BINS - 1))
 
 
 def _pick(nodes: _Nodes, chosen: NDArray[np.bool_]) -> _Nodes:
-    at = chosen.nonzero()[0]
-    return nodes[0].take(at), nodes[1].take(at), nodes[2].take(at)
+    return nodes.take(chosen.nonzero()[0], axis=1)
 
 
-def _join(first: _Nodes, second: _Nodes) -> _Nodes:
-    return (
-        np.concatenate((first[0], second[0])),
-        np.concatenate((first[1], second[1])),
-        np.concatenate((first[2], second[2])),
-    )
+def _join(*nodes: _Nodes) -> _Nodes:
+    return np.concatenate(nodes, axis=1)
