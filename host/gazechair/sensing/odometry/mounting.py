@@ -22,7 +22,7 @@ _STEP_S, _STEP_M = 0.25, 0.02
 _WINDOW_M = 1.0  # straight on: what is aside by then tells the angle within half a degree
 _TURNED_DEG, _RIGHT_DEG = 1.0, 0.5
 # Averages of what each lidar sees of the heading, straight on: against the sensor, or the other's.
-_OFF_DEG, _AVERAGE_S = 0.2, 1.0
+_OFF_DEG, _OFF_S, _AVERAGE_S = 0.15, 0.5, 1.0
 _REST_S = 0.3  # without a piece its average does not count
 
 
@@ -100,7 +100,7 @@ class Mounting:
             self._off_since_s = None
         elif self._off_since_s is None:
             self._off_since_s = stand.time_s
-        return self._off_since_s is not None and stand.time_s - self._off_since_s >= _AVERAGE_S
+        return self._off_since_s is not None and stand.time_s - self._off_since_s >= _OFF_S
 
     def _step(self, before: Stand, stand: Stand) -> None:
         dx, dy = stand.x_m - before.x_m, stand.y_m - before.y_m
