@@ -45,7 +45,7 @@ _LOOK_S = 0.2
 
 _NOTICED_S = {BUMPED: 5.0, BUMPED_ONE: 5.0, GONE: 1.0, LATE: 1.0}
 _DOUBTS = {BUMPED: doubts.TURNED, BUMPED_ONE: doubts.TURNED, GONE: doubts.LATE, LATE: doubts.LATE}
-_SEEDS, _SEEDS_QUICK = range(60, 80), range(60, 61)
+_SEEDS, _SEEDS_QUICK = range(60, 70), range(60, 61)
 
 Job = tuple[str, int]  # what is wrong, seed
 

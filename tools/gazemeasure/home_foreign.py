@@ -43,7 +43,7 @@ _LEAST = {MIRRORS: 90.0, DRAWN: 90.0}
 _SEEDS = {
     MIRRORS: range(100, 120),
     HUNG: range(100, 120),
-    DRAWN: range(18),
+    DRAWN: range(45),
     LOGGED: range(10),
 }
 _STARTS = 2  # of each seed

@@ -15,14 +15,14 @@ _STRAIGHT_DEG_S = 3.0  # slower is straight on, or standing
 _MATCHED = 0.5  # of what is seen; less is a crowd
 # So much otherwise than the sensor the lidars see it turn, and by a share of what it turned in the
 # last second: sensors have scales of their own. Far more is the sensor's fault.
-_JUMP_DEG, _JUMP_SHARE, _MOST_DEG, _SETTLED_DEG = 0.35, 0.04, 8.0, 0.3
+_JUMP_DEG, _JUMP_SHARE, _MOST_DEG, _SETTLED_DEG = 0.35, 0.04, 30.0, 0.3
 _PIECE_DEG = 0.65  # more than that, by one piece alone
 _TURNED_S = 1.0
 _STEP_S, _STEP_M = 0.25, 0.02
 _WINDOW_M = 1.0  # straight on: what is aside by then tells the angle within half a degree
 _TURNED_DEG, _RIGHT_DEG = 1.0, 0.5
 # Averages of what each lidar sees of the heading, straight on: against the sensor, or the other's.
-_OFF_DEG, _AVERAGE_S = 0.2, 1.0
+_OFF_DEG, _OFF_S, _AVERAGE_S = 0.15, 0.5, 1.0
 _REST_S = 0.3  # without a piece its average does not count
 
 
@@ -57,7 +57,7 @@ class Mounting:
         self._most_deg = 0.0  # seen to turn otherwise, in this episode
         self._before: Stand | None = None  # where the newest step began
         self._ahead_m = self._aside_m = 0.0
-        self._slope_deg = 0.0  # of the window before
+        self._slope_deg: float | None = None  # of the window before, since a suspicion
         self._errors: dict[tuple[float, float], tuple[float, float]] = {}  # deg, when
         self._off_since_s: float | None = None
 
@@ -87,6 +87,7 @@ class Mounting:
     def _suspect(self) -> None:
         self.turned = True
         self._ahead_m = self._aside_m = 0.0
+        self._slope_deg = None
 
     def _is_off(self, stand: Stand) -> bool:
         """Whether a lidar sees another heading than the sensor, or another lidar, for a while."""
@@ -99,7 +100,7 @@ class Mounting:
             self._off_since_s = None
         elif self._off_since_s is None:
             self._off_since_s = stand.time_s
-        return self._off_since_s is not None and stand.time_s - self._off_since_s >= _AVERAGE_S
+        return self._off_since_s is not None and stand.time_s - self._off_since_s >= _OFF_S
 
     def _step(self, before: Stand, stand: Stand) -> None:
         dx, dy = stand.x_m - before.x_m, stand.y_m - before.y_m
@@ -113,12 +114,12 @@ class Mounting:
         if self._ahead_m < _WINDOW_M:
             return
         slope_deg = math.degrees(self._aside_m / self._ahead_m)
+        before_deg, self._slope_deg = self._slope_deg, slope_deg
         self._ahead_m = self._aside_m = 0.0
-        if (
-            min(abs(slope_deg), abs(self._slope_deg)) > _TURNED_DEG
-            and slope_deg * self._slope_deg > 0.0
-        ):
+        if before_deg is None:
+            return
+        least_deg, most_deg = sorted((before_deg, slope_deg))
+        if least_deg > _TURNED_DEG or most_deg < -_TURNED_DEG:
             self.turned = True
-        elif abs(slope_deg) < _RIGHT_DEG and self._off_since_s is None:
+        elif least_deg > -_RIGHT_DEG and most_deg < _RIGHT_DEG and self._off_since_s is None:
             self.turned = False
-        self._slope_deg = slope_deg
