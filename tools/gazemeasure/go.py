@@ -3,7 +3,8 @@
 The board's real core decides in every millisecond what of it may be put out; the simulator's truth
 alone judges. A mission has one press, as a person gives it: where the board ends that, it has not
 arrived. See go_rig for the parts, go_missions for what is drawn, go_ideal for what time is compared
-with.
+with; go_scenes for missions of the whole firmware and host, which know by themselves where they
+are.
 """
 
 from __future__ import annotations

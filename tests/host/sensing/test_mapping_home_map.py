@@ -182,3 +182,19 @@ def test_the_commands(home: HomeMap, tmp_path: Path, capsys: pytest.CaptureFixtu
     assert main(["map", "back", str(path)]) == 2  # no drive has changed it
     assert main(["map", "show", str(tmp_path / "none")]) == 2
     assert "can't be read" in capsys.readouterr().err
+
+
+def test_of_a_drawn_plan_with_solid_walls_the_surfaces_are_the_map(tmp_path: Path) -> None:
+    grey = np.full((60, 50), 254, dtype=np.uint8)
+    grey[10:20, 5:40] = 0  # a wall of 0.4 m, drawn solid
+    grey[40:42, 5:40] = 0  # and one of 8 cm
+    (tmp_path / "plan.pgm").write_bytes(b"P5\n60 50\n255\n" + grey.T[::-1].tobytes())
+    lines = "image: plan.pgm", "resolution: 0.04", "origin: [0.0, 0.0, 0.0]", "negate: 0"
+    yaml = tmp_path / "map.yaml"
+    yaml.write_text("\n".join((*lines, "occupied_thresh: 0.65", "free_thresh: 0.196")) + "\n")
+    grid = ros_map.read(yaml, "plan").grid
+    assert grid.occupied[10, 5:40].all()
+    assert grid.occupied[19, 5:40].all()
+    assert not grid.occupied[11:19, 6:39].any()
+    assert not grid.free[11:19, 6:39].any()
+    assert grid.occupied[40:42, 5:40].all()

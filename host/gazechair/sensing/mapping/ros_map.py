@@ -5,6 +5,7 @@ ROS's format knows no places: what people drew goes into a file beside it, `plac
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
 from collections.abc import Callable
@@ -24,6 +25,7 @@ _OCCUPIED, _FREE, _UNKNOWN = 0, 254, 205  # grey values of the map server's mode
 _OCCUPIED_THRESH, _FREE_THRESH = 0.65, 0.196
 _MOST_SIDE = 8192  # cells; browsers show no longer pictures
 _MOST_M2, _MOST_SIDE_M = 10_000.0, 500.0  # finding a place takes memory for each square metre
+_SKIN_M = 0.05  # of something solid: what lies deeper is inside
 _SURE = 10  # key scans that an imported cell stands for
 _NUMBER = re.compile(rb"(?:\s|#[^\n]*\n)*([0-9]{1,9})(?=[\s#])")
 
@@ -94,7 +96,7 @@ def home_of(yaml: bytes, beside: Beside, where: str, name: str, most_cells: int)
     why = _unusable(found, most_cells)
     if why:
         raise RosMapError("map_file_cells", f"{where}: {why}")
-    hits, passes = (one * np.uint16(_SURE) for one in (found.occupied, found.free))
+    hits, passes = (one * np.uint16(_SURE) for one in (_surfaces(found), found.free))
     grid = OccupancyGrid(found.cell_m, np.array((found.x_m, found.y_m)), hits, passes)
     if not 0 < grid.occupied.sum() <= grid.free.sum():
         raise RosMapError("map_file_cells", f"{where}: it has no walls, or less floor than walls")
@@ -102,6 +104,21 @@ def home_of(yaml: bytes, beside: Beside, where: str, name: str, most_cells: int)
     if not home.holds(home.drawn):
         raise RosMapError("map_file_places", f"{where}: {PLACES} names places outside the map")
     return home
+
+
+def _surfaces(found: RosCells) -> NDArray[np.bool_]:
+    """What is occupied, without what is inside of something solid.
+
+    No beam meets that. In a drawn plan, whose walls are solid, it would outweigh the surfaces by
+    which the chair finds itself.
+    """
+    reach = max(1, round(_SKIN_M / found.cell_m))
+    nx, ny = found.occupied.shape
+    around = np.pad(found.occupied, reach)
+    inside = found.occupied.copy()
+    for i, j in itertools.product(range(2 * reach + 1), repeat=2):
+        inside &= around[i : i + nx, j : j + ny]
+    return found.occupied & ~inside
 
 
 def _unusable(found: RosCells, most_cells: int) -> str:
