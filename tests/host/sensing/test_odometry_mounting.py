@@ -148,3 +148,14 @@ def test_a_first_look_that_sets_a_rough_place_right_is_none(grid: OccupancyGrid)
         seen = seen_from(here, standing, 0.2 * number)
         assert localization.look(seen.look, standing, 0.2 * number) is not None
         assert not localization.askew
+
+
+def test_what_odometry_is_off_in_turns_is_no_lidar_that_is_turned(grid: OccupancyGrid) -> None:
+    here = np.array((2.0, 1.8, 0.7))
+    localization = Localization(grid)
+    localization.place(here, np.zeros(3))
+    for number in range(8):
+        true, said = (np.array((0.0, 0.0, math.radians(deg * number))) for deg in (22.5, 21.8))
+        seen = seen_from(here + true, said, 0.8 * number)
+        assert localization.look(seen.look, said, 0.8 * number) is not None
+        assert not localization.askew

@@ -61,8 +61,8 @@ _LOST_S = 2.0
 _RECENT, _FAR_LOST = 5, 0.4
 _LEAST_FAR_M = 1.0
 # The map turns so far under odometry within a second: a lidar was bumped, and odometry, which goes
-# by a sensor's heading, did not follow.
-_ASKEW_RAD, _ASKEW_S = math.radians(1.2), 1.0
+# by a sensor's heading, did not follow. A share of what the chair turns is odometry's own error.
+_ASKEW_RAD, _ASKEW_S, _ASKEW_SHARE = math.radians(1.2), 1.0, 0.04
 _STILL_M = 1.0  # agreed, where it was before people hid the rest
 # Points err together, by what a fit claims twice; and a map's surfaces are right within this.
 _PLACED_M, _PLACED_RAD = 0.1, math.radians(2.0)
@@ -283,7 +283,10 @@ class Localization:
         fitted, sure = self._fit(look, guess, held)
         evidence = self._map.evidence(look, fitted.pose)
         location = self._location(fitted, evidence)
-        if sure and self._is_pulled(float(between(guess, fitted.pose)[2]), time_s):
+        off_rad = float(between(guess, fitted.pose)[2])
+        own_rad = _ASKEW_SHARE * abs(float(between(pose, guess)[2]))
+        off_rad -= min(max(off_rad, -own_rad), own_rad)
+        if sure and self._is_pulled(off_rad, time_s):
             self.forget()
             self.askew = True
             return
