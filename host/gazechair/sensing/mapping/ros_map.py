@@ -96,10 +96,11 @@ def home_of(yaml: bytes, beside: Beside, where: str, name: str, most_cells: int)
     why = _unusable(found, most_cells)
     if why:
         raise RosMapError("map_file_cells", f"{where}: {why}")
+    floor = found.free & ~found.occupied
+    if not 0 < found.occupied.sum() <= floor.sum():
+        raise RosMapError("map_file_cells", f"{where}: it has no walls, or less floor than walls")
     hits, passes = (one * np.uint16(_SURE) for one in (_surfaces(found), found.free))
     grid = OccupancyGrid(found.cell_m, np.array((found.x_m, found.y_m)), hits, passes)
-    if not 0 < grid.occupied.sum() <= grid.free.sum():
-        raise RosMapError("map_file_cells", f"{where}: it has no walls, or less floor than walls")
     home = HomeMap(name, grid, drawn=_drawn(beside, where))
     if not home.holds(home.drawn):
         raise RosMapError("map_file_places", f"{where}: {PLACES} names places outside the map")
