@@ -42,6 +42,49 @@ def load(row: dict[str, Any]) -> Came:
     return Came(**{**row, "job": Job(**row["job"])})
 
 
+@dataclass(frozen=True)
+class Otherwise:
+    """What came of missions of another sort: nothing that `load` knows."""
+
+    job: Job
+    arrived: bool
+    collisions: int
+    ratio: float
+    pieces: list[int]
+
+
+def run_otherwise(job: Job) -> Otherwise:
+    """At once."""
+    return Otherwise(job, True, 1, 2.0, [1, 2])
+
+
+def load_otherwise(row: dict[str, Any]) -> Otherwise:
+    """Of a kept row."""
+    return Otherwise(**{**row, "job": Job(**row["job"])})
+
+
+def test_results_of_several_sorts_are_kept_in_one_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "missions.json"
+    far, near = [Job("far", 0)], [Job("near", 0)]
+    for _ in range(2):
+        assert go_record.gather(far, run, load, 1, file) == [run(far[0])]
+        came = go_record.gather(near, run_otherwise, load_otherwise, 1, file)
+        assert came == [run_otherwise(near[0])]
+    assert Path("ran 0").read_text() == "xxx"  # one of the record's, two of the comparison
+    assert set(json.loads(file.read_text())["kinds"]) == {"far", "near"}
+
+
+def test_without_a_file_nothing_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for _ in range(2):
+        go_record.gather([Job("far", 0)], run, load, 1, None)
+    assert [path.name for path in tmp_path.iterdir()] == ["ran 0"]
+    assert Path("ran 0").read_text() == "xx"
+
+
 def test_what_is_kept_is_not_run_again_until_a_file_changes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -14,7 +14,8 @@ from gazechair.sensing.mapping import ros_map as product_maps
 from gazechair.sensing.mapping.mapper import KeyScan
 from gazechair.sensing.mapping.occupancy_grid import occupancy_of
 from gazemeasure import go_foreign_maps
-from gazemeasure.go_scenes import DOOR, PERSON, ROUND, Job, Shut
+from gazemeasure.go_missions import Job
+from gazemeasure.go_scenes import DOOR, PERSON, ROUND, Shut
 from gazemeasure.go_whole import Judge, Scene, drive
 from gazemeasure.home_localization import look
 from gazesim import ros_map

@@ -15,7 +15,8 @@ from gazesetup.paths import ROOT, SOURCE_ROOTS
 # Every room above those that it may import from, one line per storey: top to bottom.
 STOREYS: tuple[tuple[str, ...], ...] = (
     ("gazehouse",),
-    ("gazemeasure", "gazeprove"),
+    ("gazemeasure",),
+    ("gazeprove",),
     ("gazedemo", "gazetwin", "gazecontract", "gazereplay", "gazedeb"),
     ("gazesim",),
     ("gazechair.cli", "gazeboard.main"),

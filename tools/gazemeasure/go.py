@@ -10,7 +10,6 @@ are.
 from __future__ import annotations
 
 from collections import Counter
-from multiprocessing import get_context
 
 import numpy as np
 
@@ -35,11 +34,8 @@ def measure(quick: bool) -> Report:
         for kind, count in KINDS.items()
         for seed in range(_QUICK if quick else count)
     ]
-    if quick:
-        with get_context("fork").Pool(_PROCESSES) as pool:
-            done = pool.map(mission, jobs, chunksize=1)
-    else:
-        done = go_record.gather(jobs, mission, kept, _PROCESSES)
+    file = None if quick else go_record.FILE
+    done = go_record.gather(jobs, mission, kept, _PROCESSES, file)
     for kind in KINDS:
         _add(report, kind, [one for one in done if one.job.kind == kind])
     plan_s = [value for one in done for value in one.plan_s]

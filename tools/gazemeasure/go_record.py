@@ -6,7 +6,6 @@ changes, all begins anew.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 from collections.abc import Callable, Sequence
@@ -17,15 +16,13 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
+from gazeprove.sources import digest_of, digests
 from gazesetup import ROOT
 
 FILE = ROOT / "docs" / "missions.json"
-_HOST = ("base", "board", "driving", "going", "plugins", "producers", "sensing")
-_FOLDERS = (
-    *("firmware/gazeboard", "protocol/gazelink", "tools/gazesim"),
-    *(f"host/gazechair/{name}" for name in _HOST),
-)
-_OWN = "tools/gazemeasure"
+_HERE = Path(__file__).parent
+# Where the imports of all that missions rest upon begin.
+_BEGINS = (_HERE / "go_missions.py", _HERE / "go_scenes.py", ROOT / "firmware/gazeboard/main.py")
 
 
 class Job(Protocol):
@@ -59,31 +56,44 @@ def gather(
     run: Callable[[J], R],
     load: Callable[[dict[str, Any]], R],
     processes: int,
-    file: Path = FILE,
+    file: Path | None,
 ) -> list[R]:
-    """What came of each job; those that `file` does not hold are run. `load`: of a kept row."""
+    """What came of each job; those that `file` does not hold are run, and kept there.
+
+    `load`: a result, of its fields as JSON holds them. `file`: None keeps nothing.
+    """
     of = digest()
-    rows = _read(file, of)
+    rows = {} if file is None else _read(file, of)
     todo = [job for job in jobs if _key(job) not in rows]
+    found: dict[str, R] = {}
     with get_context("fork").Pool(processes) as pool:
         for one in pool.imap_unordered(run, todo):
-            rows[_key(one.job)] = asdict(one)  # type: ignore[call-overload]
-            _write(file, of, rows, load)
-    return [load(rows[_key(job)]) for job in jobs]
+            found[_key(one.job)] = one
+            if file is not None:
+                rows[_key(one.job)] = _row(one)
+                _write(file, of, rows)
+    keys = [_key(job) for job in jobs]
+    return [found[key] if key in found else load(rows[key]["result"]) for key in keys]
 
 
 def digest() -> str:
     """Of all files that missions rest upon."""
-    files = [path for name in _FOLDERS for path in (ROOT / name).rglob("*.py")]
-    files += (ROOT / _OWN).glob("go_*.py")
-    found = hashlib.sha256()
-    for path in sorted(files):
-        found.update(f"{path.relative_to(ROOT)}\n".encode() + path.read_bytes())
-    return found.hexdigest()
+    return digest_of(digests(_BEGINS))
 
 
 def _key(job: Job) -> str:
     return f"{job.kind} {job.seed}"
+
+
+def _row(one: Result) -> dict[str, Any]:
+    """The same for every kind, whatever its result holds."""
+    return {
+        "kind": one.job.kind,
+        "arrived": one.arrived,
+        "collisions": one.collisions,
+        "ratio": one.ratio,
+        "result": asdict(one),  # type: ignore[call-overload]
+    }
 
 
 def _read(file: Path, of: str) -> dict[str, dict[str, Any]]:
@@ -94,24 +104,21 @@ def _read(file: Path, of: str) -> dict[str, dict[str, Any]]:
     return rows
 
 
-def _write(
-    file: Path, of: str, rows: dict[str, dict[str, Any]], load: Callable[[dict[str, Any]], Result]
-) -> None:
-    kinds: dict[str, list[Result]] = {}
+def _write(file: Path, of: str, rows: dict[str, dict[str, Any]]) -> None:
+    kinds: dict[str, list[dict[str, Any]]] = {}
     for _, row in sorted(rows.items()):
-        one = load(row)
-        kinds.setdefault(one.job.kind, []).append(one)
+        kinds.setdefault(row["kind"], []).append(row)
     record = {"of": of, "kinds": {kind: _summary(of_it) for kind, of_it in kinds.items()}}
     fresh = file.with_suffix(".new")
     fresh.write_text(json.dumps({**record, "missions": dict(sorted(rows.items()))}, indent=1))
     os.replace(fresh, file)
 
 
-def _summary(done: list[Result]) -> dict[str, Any]:
-    ratios = [one.ratio for one in done if one.arrived]
+def _summary(done: list[dict[str, Any]]) -> dict[str, Any]:
+    ratios = [row["ratio"] for row in done if row["arrived"]]
     return {
         "missions": len(done),
-        "arrived": sum(one.arrived for one in done),
-        "collisions": sum(one.collisions for one in done),
+        "arrived": sum(row["arrived"] for row in done),
+        "collisions": sum(row["collisions"] for row in done),
         "time by the ideal, median": round(float(np.median(ratios)), 3) if ratios else None,
     }

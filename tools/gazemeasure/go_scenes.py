@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ from gazechair.sensing.mapping.mapper import KeyScan
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
 from gazelink.settings_table import PROFILES
 from gazemeasure import carmen_log, go_foreign_maps, go_missions, go_record
+from gazemeasure.go_missions import Job
 from gazemeasure.go_whole import Driven, Judge, Scene, drive
 from gazemeasure.home_localization import KEY_SIGMAS, look, mapped
 from gazemeasure.report import Report, percentile
@@ -44,14 +44,6 @@ _SHUTS_M = 0.5  # of way that it has made then, at least
 _SHUT_S = 20.0  # after it was said
 _WALL_X_M = 4.0
 _KEYS_M = 0.6  # from one key scan of a map to the next
-
-
-@dataclass(frozen=True)
-class Job:
-    """One mission."""
-
-    kind: str
-    seed: int
 
 
 @dataclass(frozen=True)
@@ -95,11 +87,8 @@ def measure(report: Report, quick: bool, processes: int) -> None:
     if not carmen_log.is_here(carmen_log.FR079):
         report.note("a ROS map left by a robot: the public log is not on this machine")
         jobs = [job for job in jobs if job.kind != ROBOT]
-    if quick:
-        with get_context("fork").Pool(processes) as pool:
-            done = pool.map(mission, jobs, chunksize=1)
-    else:
-        done = go_record.gather(jobs, mission, _kept, processes)
+    file = None if quick else go_record.FILE
+    done = go_record.gather(jobs, mission, _kept, processes, file)
     for kind in dict.fromkeys(job.kind for job in jobs):
         _add(report, kind, [one.driven for one in done if one.job.kind == kind])
     for one in done:
