@@ -19,7 +19,9 @@ import numpy as np
 from gazeprove.sources import digest_of, digests
 from gazesetup import ROOT
 
-FILE = ROOT / "docs" / "missions.json"
+_DOCS = ROOT / "docs"
+FILE = _DOCS / "missions.json" if _DOCS.is_dir() else None
+"""None outside of a checkout: nothing is kept there."""
 _HERE = Path(__file__).parent
 # Where the imports of all that missions rest upon begin.
 _BEGINS = (_HERE / "go_missions.py", _HERE / "go_scenes.py", ROOT / "firmware/gazeboard/main.py")
@@ -62,7 +64,7 @@ def gather(
 
     `load`: a result, of its fields as JSON holds them. `file`: None keeps nothing.
     """
-    of = digest()
+    of = "" if file is None else digest()
     rows = {} if file is None else _read(file, of)
     todo = [job for job in jobs if _key(job) not in rows]
     found: dict[str, R] = {}
