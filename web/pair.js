@@ -23,7 +23,7 @@ const sayMessage = (key) => {
   say("error", text, advice);
 };
 
-/** Shows the remaining wait after too many wrong codes, and then allows another try. */
+/** Shows the remaining wait after too many wrong codes; then sends the code by itself. */
 function waitOut(seconds) {
   byId("go").disabled = true;
   const until = performance.now() + seconds * SECOND_MS;
@@ -31,9 +31,7 @@ function waitOut(seconds) {
     const left = Math.ceil((until - performance.now()) / SECOND_MS);
     if (left > 0) return say("error", strings.message("too_many_guesses").text, `${left} s`);
     clearInterval(timer);
-    byId("go").disabled = false;
-    say("none", "");
-    byId("code").focus();
+    pair();
   };
   const timer = setInterval(count, SECOND_MS);
   count();

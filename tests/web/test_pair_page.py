@@ -67,7 +67,9 @@ def test_a_wrong_code_says_so_and_can_be_typed_again(newcomer, page, host, artef
     assert host.posted[-1] == ("/pair", {"code": "BBBB-BBBB"})
 
 
-def test_after_too_many_guesses_the_wait_is_counted_down(newcomer, page, host, artefact):
+def test_after_too_many_guesses_the_code_is_sent_when_the_wait_is_over(
+    newcomer, page, host, artefact
+):
     host.replies["POST /pair"] = 429, {"reason": "too_many_guesses", "detail": "", "wait_s": 12}
     newcomer.open("#AAAA-AAAA")
     assert "12 s" in newcomer.answer("error")
@@ -75,8 +77,12 @@ def test_after_too_many_guesses_the_wait_is_counted_down(newcomer, page, host, a
     assert page.locator("#go").is_disabled()
     page.clock.run_for(5000)
     assert "7 s" in newcomer.answer("error")
+    assert len(host.posted) == 1
+    host.replies["POST /pair"] = 403, WRONG
     page.clock.run_for(7500)
-    assert page.locator("#go").is_enabled()
+    wait_until(lambda: page.locator("#go").is_enabled(), "the second answer")
+    assert "klopt niet" in newcomer.answer("error")
+    assert host.posted == [("/pair", {"code": "AAAA-AAAA"})] * 2
 
 
 def test_no_code_and_no_host_are_said_in_words(newcomer, page, host):
