@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gazechair.base.footprint import Footprint
+from gazechair.sensing.clearance import movers
 from gazechair.sensing.clearance.movers import Movers
 from gazechair.sensing.clearance.reach import LidarReach
 from gazelink import codes
@@ -50,6 +51,29 @@ def test_how_the_chair_moves_is_seen_and_a_room_that_stands_does_not_come(
         assert len(coming) == 0
     assert film.movers.speed_m_s == pytest.approx(speed_m_s, abs=0.05)
     assert film.movers.rate_deg_s == pytest.approx(rate_deg_s, abs=1.0)
+
+
+def test_a_fit_that_has_settled_is_as_good_as_one_that_goes_on(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # Speeds up, turns, brakes; somebody comes. One film is fitted to the end each time.
+    ways = [(0.05 * k, 0.0) for k in range(10)] + [(0.5, 6.0)] * 10 + [(0.1, 0.0)] * 10
+    said: list[list[tuple[float, float, bool]]] = []
+    for settled in (None, 0.0):
+        if settled is not None:
+            monkeypatch.setattr(movers, "_SETTLED_M", settled)
+        film = Film(plan("living"))
+        film.room.people = (Person(((4.0, 0.3),)),)
+        said.append([])
+        for speed_m_s, rate_deg_s in ways:
+            coming = len(film.look(speed_m_s, rate_deg_s, walk_m_s=0.8)) > 0
+            said[-1].append((film.movers.speed_m_s, film.movers.rate_deg_s, coming))
+    early, whole = (np.array(one) for one in said)
+    assert np.abs(early[:, 0] - whole[:, 0]).max() < 0.005
+    assert np.abs(early[:, 1] - whole[:, 1]).max() < 0.1
+    assert (early[:, 2] == whole[:, 2]).all()
+    assert whole[:, 2].any()
+    assert not np.array_equal(early, whole)
 
 
 @pytest.mark.parametrize("speed_m_s", [0.0, 0.2, 0.55])

@@ -33,7 +33,8 @@ _EDGE_M = 0.4
 _LEAST_BINS = 40
 _PASSES = 3
 _DOUBT_M = 0.03
-_STAYS = np.diag((1e-3, 1e-3))  # without any hold the chair goes on as it did
+_STAYS = 1e-3  # without any hold the chair goes on as it did
+_SETTLED_M, _SETTLED_RAD = 5e-4, 2e-4  # less than 1 % of what tells a walker
 _LEAST_M_S = 0.3
 _MOST_M_S = 1.6
 _LEAST_WIDE = 3
@@ -115,7 +116,7 @@ class Movers:
         # How the range in a fixed direction changes with the chair's travel and turn.
         of_way = (-c - ratio * s) / slant
         of_turn = (y0 * c - x0 * s + ratio * (y0 * s + x0 * c) + slope) / slant
-        changes = np.stack((of_way, of_turn), axis=1)
+        changes = np.stack((of_way, of_turn))
         way_m, turn = self.speed_m_s * elapsed_s, math.radians(self.rate_deg_s) * elapsed_s
         gap = np.zeros(_BINS)
         for _ in range(_PASSES):
@@ -128,10 +129,10 @@ class Movers:
                 break
             rest = gap.take(here) / slant.take(here)
             weight = 1.0 / (1.0 + (rest / _DOUBT_M) ** 2)
-            rows = changes.take(here, axis=0)
-            matrix = rows.T @ (rows * weight[:, None]) + _STAYS
-            change = np.linalg.solve(matrix, rows.T @ (rest * weight))
-            way_m, turn = way_m + float(change[0]), turn + float(change[1])
+            change_m, change = _least_squares(changes.take(here, axis=1), weight, rest)
+            way_m, turn = way_m + change_m, turn + change
+            if abs(change_m) < _SETTLED_M and abs(change) < _SETTLED_RAD:
+                break
         self.speed_m_s = way_m / elapsed_s
         self.rate_deg_s = math.degrees(turn) / elapsed_s
         return gap, slant
@@ -158,6 +159,16 @@ def _moved(points: FloatArray, way_m: float, turn: float) -> FloatArray:
     c, s = math.cos(turn), math.sin(turn)
     offset = points - ((way_m * math.cos(turn / 2.0),), (way_m * math.sin(turn / 2.0),))
     return np.asarray(c * offset + ((s,), (-s,)) * offset[::-1])
+
+
+def _least_squares(rows: FloatArray, weight: FloatArray, rest: FloatArray) -> tuple[float, float]:
+    """The two unknowns of which (2, N) `rows` make `rest` (N,)."""
+    weighted = rows * weight
+    (a, b), (_, d) = (weighted @ rows.T).tolist()
+    p, q = (weighted @ rest).tolist()
+    a, d = a + _STAYS, d + _STAYS
+    whole = a * d - b * b  # both squares have _STAYS more: never 0
+    return (d * p - b * q) / whole, (a * q - b * p) / whole
 
 
 def _wide(flags: BoolArray) -> BoolArray:

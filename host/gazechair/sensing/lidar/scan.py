@@ -107,24 +107,22 @@ class Placing:
     def __call__(self, angles_deg: FloatArray, distances_m: FloatArray) -> FloatArray:
         """(5, N): code, x, y, bearing and range of each; the last four of a return alone."""
         pose = self.pose
-        found = np.zeros((5, len(angles_deg)))
+        found = np.empty((5, len(angles_deg)))
         directions_deg = pose.directions_deg(angles_deg)
         bins = np.minimum((directions_deg + 180.0).astype(np.int64), BINS - 1)
-        returned = distances_m >= NEAREST_M
-        kinds = _NOTHING + (distances_m > 0.0) + returned.astype(np.int64)
+        kinds = (distances_m > 0.0).astype(np.int64)
+        kinds += distances_m >= NEAREST_M
+        kinds += _NOTHING
         if self._mask:
-            masked = in_arcs(angles_deg, self._mask)
-            kinds[masked] = _IN_MASK
-            returned &= ~masked
+            kinds *= ~in_arcs(angles_deg, self._mask)  # _IN_MASK is 0
         found[_CODE] = _KINDS * bins + kinds
-        chosen = returned.nonzero()[0]
-        radians = np.radians(directions_deg.take(chosen))
-        distances_m = distances_m.take(chosen)
-        x = pose.x_m + distances_m * np.cos(radians)
-        y = pose.y_m + distances_m * np.sin(radians)
-        found[_X, chosen], found[_Y, chosen] = x, y
-        x, y = x - pose.x_m, y - pose.y_m
-        found[_BEARING, chosen], found[_RANGE, chosen] = np.arctan2(y, x), np.hypot(x, y)
+        x, y, bearings = found[_X], found[_Y], found[_BEARING]
+        np.radians(directions_deg, out=bearings)
+        np.multiply(np.cos(bearings, out=x), distances_m, out=x)
+        np.multiply(np.sin(bearings, out=y), distances_m, out=y)
+        x += pose.x_m
+        y += pose.y_m
+        found[_RANGE] = distances_m
         return found
 
 
