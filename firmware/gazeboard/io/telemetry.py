@@ -11,7 +11,7 @@ from gazelink.messages import HEADER_SIZE, STATE
 from gazelink.native import micropython, ptr8
 
 PERIOD_MS = 10  # unless the host requests another, 1..100
-_SLOTS = const(32)  # at a frame a millisecond: longer than a collection of garbage takes
+_SLOTS = const(64)  # at a frame a millisecond: longer than two collections of garbage take
 _SLOT = const(16)
 _ALL_UNKNOWN = const(255)  # codes.UNKNOWN in all four fields
 _NEWEST_ONLY_MS = 5  # a period of this or more: what waited is skipped, the newest goes
