@@ -33,7 +33,7 @@ _WAIT_S = 5.0
 _ENOUGH = 0.4  # of the presses must have met no stall of the machine
 _PATIENCE = 3  # times as many presses at most
 _THROTTLE = 6
-_WEIGHT_LIMIT_KB = 80.0
+_WEIGHT_LIMIT_KB = 40.0
 _BUSY_LIMIT_PERCENT = 30.0
 _PICTURE_LIMIT_MS = 250.0
 _GROWTH_LIMIT_MS = 100.0
@@ -278,7 +278,7 @@ def _judge_load(report: Report, stack: Stack, seconds: float) -> None:
         session = driver.page.context.new_cdp_session(driver.page)
         session.send("Network.enable")
         session.send("Network.setCacheDisabled", {"cacheDisabled": True})
-        driver.page.on("response", lambda answer: sizes.__setitem__(answer.url, _size(answer)))
+        driver.page.on("requestfinished", lambda asked: sizes.__setitem__(asked.url, _size(asked)))
         driver.page.reload()
         Check(stack, driver, gazesetup.LOCAL / "artefacts").arm()
         session.send("Performance.enable")
@@ -295,9 +295,10 @@ def _judge_load(report: Report, stack: Stack, seconds: float) -> None:
     report.add(f"main thread busy, CPU / {_THROTTLE}", busy, "%", _BUSY_LIMIT_PERCENT)
 
 
-def _size(answer: Any) -> int:
-    with contextlib.suppress(Exception):  # sockets and redirects have no body
-        return len(answer.body())
+def _size(asked: Any) -> int:
+    """Bytes of the answer's body on the line."""
+    with contextlib.suppress(Exception):  # sockets and redirects have none
+        return int(asked.sizes()["responseBodySize"])
     return 0
 
 

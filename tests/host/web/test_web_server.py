@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 from pathlib import Path
 from typing import Any
@@ -37,10 +38,42 @@ def test_files_come_with_their_type_and_strict_headers(path: str, kind: str, get
     assert headers["Cache-Control"] in ("no-cache", "no-store")
 
 
-def test_an_unchanged_file_is_not_sent_again(get: Any) -> None:
-    _, headers, _ = get("/static/driver.js")
-    status, _, body = get("/static/driver.js", **{"If-None-Match": headers["ETag"]})
+@pytest.mark.parametrize("accepted", ["identity", "gzip, deflate"])
+def test_an_unchanged_file_is_not_sent_again(accepted: str, get: Any) -> None:
+    accept = {"Accept-Encoding": accepted}
+    _, headers, _ = get("/static/driver.js", **accept)
+    status, _, body = get("/static/driver.js", **accept, **{"If-None-Match": headers["ETag"]})
     assert (status, body) == (304, b"")
+
+
+@pytest.mark.parametrize(
+    ("path", "name"),
+    [
+        ("/", "index.html"),
+        ("/static/driver.js", "driver.js"),
+        ("/strings/nl.json", "strings/nl.json"),
+    ],
+)
+def test_a_browser_that_unpacks_gzip_gets_a_text_in_half_the_bytes(
+    path: str, name: str, get: Any, pages: Path
+) -> None:
+    (pages / name).write_text(json.dumps({f"word {k}": "as long as in a page" for k in range(99)}))
+    _, plain, whole = get(path)
+    _, packed, small = get(path, **{"Accept-Encoding": "gzip, deflate, br"})
+    assert packed["Content-Encoding"] == "gzip"
+    assert gzip.decompress(small) == whole
+    assert len(small) < len(whole) / 2
+    assert packed["ETag"] != plain["ETag"]
+    assert packed["Vary"] == plain["Vary"] == "Accept-Encoding"
+
+
+@pytest.mark.parametrize("accepted", ["", "identity", "gzip;q=0", "xgzip", "gzip," * 100])
+def test_whoever_does_not_ask_for_gzip_as_browsers_do_gets_the_plain_text(
+    accepted: str, get: Any
+) -> None:
+    _, headers, body = get("/static/driver.js", **{"Accept-Encoding": accepted})
+    assert headers.get("Content-Encoding") is None
+    assert body == get("/static/driver.js")[2]
 
 
 @pytest.mark.parametrize(
