@@ -19,7 +19,8 @@ MOST_TURN = 600
 """Permille of turning that assist asks for at most."""
 _COAST_S = 0.42  # the chair's dead time and lag: it turns on so long
 _DONE_DEG, _FINE_DEG = 0.4, 0.2
-_SPOT_DEG, _SPOT_END_DEG = 8.0, 0.5  # farther off it turns on the spot; nearer it goes on
+_SPOT_DEG, _LEAST_SPOT_DEG = 8.0, 2.0  # farther off it turns on the spot; nearer it goes on
+_RESTS_DEG = 1.5  # a chair at rest turns by no less: it would swing to and fro
 _SPOT_S = 5.0  # the longest such turn
 _EASIER_S, _EASIER_DEG_S = 1.5, 0.5  # after so long it may end so much farther off
 _RESTS_DEG_S = 1.0
@@ -89,6 +90,7 @@ class Assist:
         self._way: Way | None = None
         self._spot_deg: float | None = None
         self._spot_till_s = self._turned_s = 0.0
+        self._spot_turned = False
         self._leg: _Leg | None = None
         self._front_m = float(footprint.body[:, 0].max()) + footprint.margins.front_m
         need_m = footprint.half_width_m + _NOISE_M
@@ -202,8 +204,8 @@ class Assist:
         aside_m = math.sin(place.aim_rad) * (self._front_m + place.ahead_m)
         aims = _LAST_AIM_M < place.ahead_m < self._aimed_m - _AIMS_AGAIN_M
         if aims and abs(aside_m) > _MIDDLE_M and self.permits.may_turn(1 if aside_m > 0.0 else -1):
-            self._aimed_m, self._spot_deg = place.ahead_m, heading + aim_deg
-            self._spot_till_s = now_s + _SPOT_S
+            self._aimed_m = place.ahead_m
+            self._begin_spot(heading + aim_deg, now_s)
             advice = self._turn_on_the_spot(aim_deg, now_s, dt_s)
             if advice is not None:
                 return advice
@@ -226,8 +228,8 @@ class Assist:
         if self.permits.forward_m >= _SHUT_M and _SHORT_M < left_m < _LONG_LEG_M:
             if left_m > self._short_m():
                 return Advice(FULL, 0, True)
-            self._turned_then, self._spot_deg = True, leg.then_deg
-            self._spot_till_s = now_s + _SPOT_S
+            self._turned_then = True
+            self._begin_spot(leg.then_deg, now_s)
         self._leg = None
         if self._spot_deg is None:
             return None
@@ -255,12 +257,12 @@ class Assist:
             advice = None if self._person else self._curve(error_deg)
             if advice is not None:
                 return advice
-            if not needed or abs(aim_deg) <= _SPOT_END_DEG:
+            if not needed or abs(aim_deg) <= _LEAST_SPOT_DEG:
                 return self._straight_on(dt_s)
         if not self.permits.may_turn(1 if aim_deg > 0.0 else -1):
             return self._straight_on(dt_s)
-        self._spot_deg, self._turned_then = self._chosen_deg + aim_deg, False
-        self._spot_till_s = now_s + _SPOT_S
+        self._turned_then = False
+        self._begin_spot(self._chosen_deg + aim_deg, now_s)
         return self._turn_on_the_spot(aim_deg, now_s, dt_s) or self._straight_on(dt_s)
 
     def _short_m(self) -> float:
@@ -306,13 +308,18 @@ class Assist:
                 return Advice(0, still, True)
         return NOTHING
 
+    def _begin_spot(self, to_deg: float, now_s: float) -> None:
+        self._spot_deg, self._spot_till_s, self._spot_turned = to_deg, now_s + _SPOT_S, False
+
     def _turn_on_the_spot(self, off_deg: float, now_s: float, dt_s: float) -> Advice | None:
         """Towards the direction that was chosen; None: it is there, or may not turn there."""
         rate_deg_s = self._surroundings.rate_deg_s()
         error_deg = off_deg - rate_deg_s * _COAST_S
         turn = 0
+        self._spot_turned |= abs(rate_deg_s) >= _STICKS_DEG_S
+        ends = self._spot_turned and abs(off_deg) <= _RESTS_DEG and abs(rate_deg_s) < _RESTS_DEG_S
         long_s = max(0.0, now_s - (self._spot_till_s - _SPOT_S) - _EASIER_S)
-        if abs(error_deg) > _DONE_DEG + _EASIER_DEG_S * long_s:
+        if not ends and abs(error_deg) > _DONE_DEG + _EASIER_DEG_S * long_s:
             least = _LEAST_SPOT + round(_MORE_PERMILLE_S * self._sticks_s)
             turn = _output(error_deg, _SPOT_PERMILLE_DEG, least, max(least, _SPOT_PERMILLE))
         elif abs(rate_deg_s) < _RESTS_DEG_S or now_s > self._spot_till_s:

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from gazechair.assist.assist import STRAIGHT_ON, Assist
+from gazechair.assist.ways import Way
 from gazechair.base.footprint import Footprint, Margins
 from gazechair.board.board_commands import Clearance
 from gazechair.sensing.odometry.odometry import Motion
 from gazechair.sensing.odometry.points import Piece
 from gazelink import codes
+from gazelink.arcs import ALL_FAR
 from gazesim.rooms import Room, cast_rays
 from gazesim.zone import zone_of
 
@@ -189,3 +191,30 @@ def test_a_turn_that_the_board_ended_counts_for_as_long_as_the_press_needs():
         assist.see(0, half(door_room(-0.45, 0.45), now_s, 90.0 if k % 2 else -90.0))
         assist.advise(1, now_s)
     assert assist._wish_deg - 19.0 > 17.0
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize(("off_deg", "goes_on"), [(1.2, True), (3.0, False)])
+def test_a_turn_on_the_spot_that_rests_near_its_end_is_not_begun_anew(side, off_deg, goes_on):
+    assist = before_a_door(0.0)
+    free = {"left_q4_deg": 4000, "right_q4_deg": 4000}
+    assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=1200, **free)
+    assist.advise(1, 1.09)
+    assist._begin_spot(side * 8.0, 1.1)
+    for k in range(60):  # it rolls past its end
+        deg = side * min(8.0 + off_deg, 0.4 * k)
+        assist.motion(Motion(1.1 + 0.01 * k, deg, 0, 0))
+        if k % 5 == 0:
+            advice = assist._turn_on_the_spot(side * 8.0 - deg, 1.1 + 0.01 * k, 0.05)
+    assert (advice is None) == goes_on
+
+
+@pytest.mark.parametrize(("aim_deg", "turns"), [(1.5, False), (3.0, True)])
+def test_where_a_curve_is_shut_it_stops_to_turn_only_by_what_a_chair_can_turn(aim_deg, turns):
+    assist = before_a_door(0.0)
+    free = {"left_q4_deg": 4000, "right_q4_deg": 4000, "arcs": (0,) * len(ALL_FAR)}
+    assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=1000, **free)
+    assist.advise(1, 1.09)
+    way = Way(math.radians(aim_deg), 0.5, 0.0, 1.0)
+    assist._drive(way, 1.1, 0.05)
+    assert (assist._spot_deg is not None) == turns
