@@ -35,6 +35,7 @@ _STILL_PERMILLE = 30  # moves no chair
 _MORE_PERMILLE_S = 300.0  # on the spot, while nothing turns
 _SHORTEST_LEG_M, _LONG_LEG_M = 0.1, 2.0
 _SHORT_M, _ROLLS_M = 0.03, 0.13
+_LEG_STOPS_M = 0.24  # nearer to what is ahead a leg ends as well: soon the board ends the press
 _FORGETS_S = 4.0  # where the driver pointed, in favour of where the chair points now
 # What is not permitted for so long is let be for a while. A driver lets go after a second.
 _STUCK_S, _GIVES_UP_S = 0.8, 3.0
@@ -226,8 +227,8 @@ class Assist:
             return NOTHING
         left_m = self._straight_m - leg.ends_m
         if self.permits.forward_m >= _SHUT_M and _SHORT_M < left_m < _LONG_LEG_M:
-            if left_m > self._short_m():
-                return Advice(FULL, 0, True)
+            if left_m > self._short_m() and self.permits.forward_m > _LEG_STOPS_M:
+                return replace(self._straight_on(dt_s), steers=True)
             self._turned_then = True
             self._begin_spot(leg.then_deg, now_s)
         self._leg = None

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from gazechair.assist.assist import STRAIGHT_ON, Assist
+from gazechair.assist.assist import STRAIGHT_ON, Assist, _Leg
 from gazechair.assist.ways import Way
 from gazechair.base.footprint import Footprint, Margins
 from gazechair.board.board_commands import Clearance
@@ -193,6 +193,18 @@ def test_a_turn_that_the_board_ended_counts_for_as_long_as_the_press_needs():
     assert assist._wish_deg - 19.0 > 17.0
 
 
+@pytest.mark.parametrize(("arc", "drives"), [(0, False), (255, True)])
+def test_after_a_turn_on_the_spot_it_waits_until_the_board_lets_it_drive(arc, drives):
+    assist = before_a_door(0.0)
+    arcs = (arc,) * len(ALL_FAR)
+    assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=1200, arcs=arcs)
+    assist.advise(1, 1.09)
+    assist._leg = _Leg(assist._straight_m - 1.0, 0.0)
+    for k in range(5):
+        assist.motion(Motion(1.1 + 0.01 * k, 0.0, 0, 400))
+    assert (assist.advise(1, 1.15).linear_permille > 0) == drives
+
+
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize(("off_deg", "goes_on"), [(1.2, True), (3.0, False)])
 def test_a_turn_on_the_spot_that_rests_near_its_end_is_not_begun_anew(side, off_deg, goes_on):
@@ -218,3 +230,16 @@ def test_where_a_curve_is_shut_it_stops_to_turn_only_by_what_a_chair_can_turn(ai
     way = Way(math.radians(aim_deg), 0.5, 0.0, 1.0)
     assist._drive(way, 1.1, 0.05)
     assert (assist._spot_deg is not None) == turns
+
+
+@pytest.mark.parametrize(("forward_mm", "goes_on"), [(200, False), (400, True)])
+def test_a_leg_ends_before_the_board_ends_the_press(forward_mm, goes_on):
+    assist = before_a_door(0.0)
+    free = {"left_q4_deg": 4000, "right_q4_deg": 4000}
+    assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=forward_mm, **free)
+    assist.advise(1, 1.09)
+    assist._person = False
+    assist._leg = _Leg(assist._straight_m - 0.5, -30.0)
+    advice = assist._on_leg(0.0, 1.1, 0.05)
+    assert (advice.linear_permille > 0) == goes_on
+    assert (advice.turn_permille < 0) != goes_on
