@@ -184,6 +184,8 @@ class Assist:
         if shut and now_s > self._turned_s + _SHUT_S:
             self._shut_s = now_s
         shut = now_s - self._shut_s < _SHUT_S
+        if self._person:
+            before = None  # it led there
         self._way = self._ways.choose(points, wish, before, turns_deg, shut, share)
         self._chosen_deg = heading
         return self._drive(self._way, now_s, dt_s)

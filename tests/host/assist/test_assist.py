@@ -243,3 +243,17 @@ def test_a_leg_ends_before_the_board_ends_the_press(forward_mm, goes_on):
     advice = assist._on_leg(0.0, 1.1, 0.05)
     assert (advice.linear_permille > 0) == goes_on
     assert (advice.turn_permille < 0) != goes_on
+
+
+@pytest.mark.parametrize(("forward_mm", "kept"), [(200, False), (1200, True)])
+def test_before_what_may_be_a_person_the_way_that_led_there_is_not_preferred(forward_mm, kept):
+    assist = before_a_door(0.25)
+    assist.advise(1, 1.09)
+    assert assist._way is not None
+    asked = []
+    assist._ways.choose = lambda points, wish, before, *more: asked.append(before)
+    free = {"left_q4_deg": 4000, "right_q4_deg": 4000}
+    assist.permits.clearance = Clearance(0, codes.REAL, 1.1, forward_mm=forward_mm, **free)
+    assist._spot_deg = None
+    assist.advise(1, 1.1)
+    assert [one is not None for one in asked] == [kept]
