@@ -201,7 +201,8 @@ class Assist:
         aim_deg = math.degrees(place.aim_rad)
         error_deg = aim_deg - self._surroundings.rate_deg_s() * _COAST_S
         turn = _output(error_deg, _CURVE_PERMILLE_DEG, _LEAST_CURVE, _CURVE_PERMILLE)
-        if abs(error_deg) > _FINE_DEG and not self._person and self.permits.both(_SLOW, turn):
+        rolls = self._may_roll() and not self._person and self.permits.both(_SLOW, turn)
+        if abs(error_deg) > _FINE_DEG and rolls:
             self._waits_s = self._sticks_s = 0.0
             return Advice(_SLOW, turn, True)
         aside_m = math.sin(place.aim_rad) * (self._front_m + place.ahead_m)
@@ -273,7 +274,7 @@ class Assist:
         return _SHORT_M + _ROLLS_M * self.permits.linear_now / FULL
 
     def _curve(self, error_deg: float) -> Advice | None:
-        if abs(error_deg) <= _DONE_DEG:
+        if abs(error_deg) <= _DONE_DEG or not self._may_roll():
             return None
         turn = _output(error_deg, _CURVE_PERMILLE_DEG, _LEAST_CURVE, _CURVE_PERMILLE)
         fast = min(FULL, max(_SLOW, self.permits.linear_now + _FASTER))
@@ -283,17 +284,20 @@ class Assist:
                 return Advice(linear, some, True)
         return None
 
+    def _may_roll(self) -> bool:
+        # What was shut ahead until just now the board does not let a standing chair begin.
+        return not self._closed or self.permits.linear_permille > 0
+
     def _straight_on(self, dt_s: float) -> Advice:
         # A turn that has not ended yet may be more than the board permits while driving.
         self._sticks_s = 0.0
-        stands = self.permits.linear_permille == 0
         if self.permits.turned and not self.permits.both(FULL, 0):
             self._waits_s += dt_s
             if self._waits_s < _STUCK_S:
                 return self._wait()
         elif self._person:
             return NOTHING
-        elif stands and self._closed and self._waits_s < _STUCK_S:
+        elif not self._may_roll() and self._waits_s < _STUCK_S:
             self._waits_s += dt_s
             return NOTHING
         else:

@@ -257,3 +257,20 @@ def test_before_what_may_be_a_person_the_way_that_led_there_is_not_preferred(for
     assist._spot_deg = None
     assist.advise(1, 1.1)
     assert [one is not None for one in asked] == [kept]
+
+
+@pytest.mark.parametrize(("shut_s", "begins"), [(1.0, False), (0.5, True)])
+def test_a_standing_chair_begins_no_curve_while_the_board_still_shuts_what_is_ahead(shut_s, begins):
+    assist = before_a_door(0.035, 1.1, 0.81, Margins(0.05, 0.0, 0.05))
+    for acquired_s, forward_mm in ((shut_s, 100), (1.05, 400)):
+        assist.permits.clearance = Clearance(0, codes.REAL, acquired_s, forward_mm=forward_mm)
+    assert (assist.advise(1, 1.1).linear_permille > 0) == begins
+
+
+@pytest.mark.parametrize(("shut_s", "begins"), [(1.0, False), (0.5, True)])
+def test_nor_a_curve_to_a_way_beside(shut_s, begins):
+    assist = before_a_door(0.0)
+    for acquired_s, forward_mm in ((shut_s, 100), (1.05, 400)):
+        assist.permits.clearance = Clearance(0, codes.REAL, acquired_s, forward_mm=forward_mm)
+    assist.advise(1, 1.1)
+    assert (assist._curve(5.0) is not None) == begins
