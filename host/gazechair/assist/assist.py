@@ -19,7 +19,8 @@ MOST_TURN = 600
 """Permille of turning that assist asks for at most."""
 _COAST_S = 0.42  # the chair's dead time and lag: it turns on so long
 _DONE_DEG, _FINE_DEG = 0.4, 0.2
-_SPOT_DEG, _SPOT_END_DEG = 8.0, 0.5  # farther off it turns on the spot; nearer it goes on
+_SPOT_DEG, _LEAST_SPOT_DEG = 8.0, 2.0  # farther off it turns on the spot; nearer it goes on
+_RESTS_DEG = 1.5  # a chair at rest turns by no less: it would swing to and fro
 _SPOT_S = 5.0  # the longest such turn
 _EASIER_S, _EASIER_DEG_S = 1.5, 0.5  # after so long it may end so much farther off
 _RESTS_DEG_S = 1.0
@@ -34,6 +35,7 @@ _STILL_PERMILLE = 30  # moves no chair
 _MORE_PERMILLE_S = 300.0  # on the spot, while nothing turns
 _SHORTEST_LEG_M, _LONG_LEG_M = 0.1, 2.0
 _SHORT_M, _ROLLS_M = 0.03, 0.13
+_LEG_STOPS_M = 0.24  # nearer to what is ahead a leg ends as well: soon the board ends the press
 _FORGETS_S = 4.0  # where the driver pointed, in favour of where the chair points now
 # What is not permitted for so long is let be for a while. A driver lets go after a second.
 _STUCK_S, _GIVES_UP_S = 0.8, 3.0
@@ -89,6 +91,7 @@ class Assist:
         self._way: Way | None = None
         self._spot_deg: float | None = None
         self._spot_till_s = self._turned_s = 0.0
+        self._spot_turned = False
         self._leg: _Leg | None = None
         self._front_m = float(footprint.body[:, 0].max()) + footprint.margins.front_m
         need_m = footprint.half_width_m + _NOISE_M
@@ -181,6 +184,8 @@ class Assist:
         if shut and now_s > self._turned_s + _SHUT_S:
             self._shut_s = now_s
         shut = now_s - self._shut_s < _SHUT_S
+        if self._person:
+            before = None  # it led there
         self._way = self._ways.choose(points, wish, before, turns_deg, shut, share)
         self._chosen_deg = heading
         return self._drive(self._way, now_s, dt_s)
@@ -196,14 +201,15 @@ class Assist:
         aim_deg = math.degrees(place.aim_rad)
         error_deg = aim_deg - self._surroundings.rate_deg_s() * _COAST_S
         turn = _output(error_deg, _CURVE_PERMILLE_DEG, _LEAST_CURVE, _CURVE_PERMILLE)
-        if abs(error_deg) > _FINE_DEG and not self._person and self.permits.both(_SLOW, turn):
+        rolls = self._may_roll() and not self._person and self.permits.both(_SLOW, turn)
+        if abs(error_deg) > _FINE_DEG and rolls:
             self._waits_s = self._sticks_s = 0.0
             return Advice(_SLOW, turn, True)
         aside_m = math.sin(place.aim_rad) * (self._front_m + place.ahead_m)
         aims = _LAST_AIM_M < place.ahead_m < self._aimed_m - _AIMS_AGAIN_M
         if aims and abs(aside_m) > _MIDDLE_M and self.permits.may_turn(1 if aside_m > 0.0 else -1):
-            self._aimed_m, self._spot_deg = place.ahead_m, heading + aim_deg
-            self._spot_till_s = now_s + _SPOT_S
+            self._aimed_m = place.ahead_m
+            self._begin_spot(heading + aim_deg, now_s)
             advice = self._turn_on_the_spot(aim_deg, now_s, dt_s)
             if advice is not None:
                 return advice
@@ -224,10 +230,10 @@ class Assist:
             return NOTHING
         left_m = self._straight_m - leg.ends_m
         if self.permits.forward_m >= _SHUT_M and _SHORT_M < left_m < _LONG_LEG_M:
-            if left_m > self._short_m():
-                return Advice(FULL, 0, True)
-            self._turned_then, self._spot_deg = True, leg.then_deg
-            self._spot_till_s = now_s + _SPOT_S
+            if left_m > self._short_m() and self.permits.forward_m > _LEG_STOPS_M:
+                return replace(self._straight_on(dt_s), steers=True)
+            self._turned_then = True
+            self._begin_spot(leg.then_deg, now_s)
         self._leg = None
         if self._spot_deg is None:
             return None
@@ -255,12 +261,12 @@ class Assist:
             advice = None if self._person else self._curve(error_deg)
             if advice is not None:
                 return advice
-            if not needed or abs(aim_deg) <= _SPOT_END_DEG:
+            if not needed or abs(aim_deg) <= _LEAST_SPOT_DEG:
                 return self._straight_on(dt_s)
         if not self.permits.may_turn(1 if aim_deg > 0.0 else -1):
             return self._straight_on(dt_s)
-        self._spot_deg, self._turned_then = self._chosen_deg + aim_deg, False
-        self._spot_till_s = now_s + _SPOT_S
+        self._turned_then = False
+        self._begin_spot(self._chosen_deg + aim_deg, now_s)
         return self._turn_on_the_spot(aim_deg, now_s, dt_s) or self._straight_on(dt_s)
 
     def _short_m(self) -> float:
@@ -268,7 +274,7 @@ class Assist:
         return _SHORT_M + _ROLLS_M * self.permits.linear_now / FULL
 
     def _curve(self, error_deg: float) -> Advice | None:
-        if abs(error_deg) <= _DONE_DEG:
+        if abs(error_deg) <= _DONE_DEG or not self._may_roll():
             return None
         turn = _output(error_deg, _CURVE_PERMILLE_DEG, _LEAST_CURVE, _CURVE_PERMILLE)
         fast = min(FULL, max(_SLOW, self.permits.linear_now + _FASTER))
@@ -278,17 +284,20 @@ class Assist:
                 return Advice(linear, some, True)
         return None
 
+    def _may_roll(self) -> bool:
+        # What was shut ahead until just now the board does not let a standing chair begin.
+        return not self._closed or self.permits.linear_permille > 0
+
     def _straight_on(self, dt_s: float) -> Advice:
         # A turn that has not ended yet may be more than the board permits while driving.
         self._sticks_s = 0.0
-        stands = self.permits.linear_permille == 0
         if self.permits.turned and not self.permits.both(FULL, 0):
             self._waits_s += dt_s
             if self._waits_s < _STUCK_S:
                 return self._wait()
         elif self._person:
             return NOTHING
-        elif stands and self._closed and self._waits_s < _STUCK_S:
+        elif not self._may_roll() and self._waits_s < _STUCK_S:
             self._waits_s += dt_s
             return NOTHING
         else:
@@ -306,13 +315,18 @@ class Assist:
                 return Advice(0, still, True)
         return NOTHING
 
+    def _begin_spot(self, to_deg: float, now_s: float) -> None:
+        self._spot_deg, self._spot_till_s, self._spot_turned = to_deg, now_s + _SPOT_S, False
+
     def _turn_on_the_spot(self, off_deg: float, now_s: float, dt_s: float) -> Advice | None:
         """Towards the direction that was chosen; None: it is there, or may not turn there."""
         rate_deg_s = self._surroundings.rate_deg_s()
         error_deg = off_deg - rate_deg_s * _COAST_S
         turn = 0
+        self._spot_turned |= abs(rate_deg_s) >= _STICKS_DEG_S
+        ends = self._spot_turned and abs(off_deg) <= _RESTS_DEG and abs(rate_deg_s) < _RESTS_DEG_S
         long_s = max(0.0, now_s - (self._spot_till_s - _SPOT_S) - _EASIER_S)
-        if abs(error_deg) > _DONE_DEG + _EASIER_DEG_S * long_s:
+        if not ends and abs(error_deg) > _DONE_DEG + _EASIER_DEG_S * long_s:
             least = _LEAST_SPOT + round(_MORE_PERMILLE_S * self._sticks_s)
             turn = _output(error_deg, _SPOT_PERMILLE_DEG, least, max(least, _SPOT_PERMILLE))
         elif abs(rate_deg_s) < _RESTS_DEG_S or now_s > self._spot_till_s:

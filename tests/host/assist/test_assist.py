@@ -5,12 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from gazechair.assist.assist import STRAIGHT_ON, Assist
+from gazechair.assist.assist import STRAIGHT_ON, Assist, _Leg
+from gazechair.assist.ways import Way
 from gazechair.base.footprint import Footprint, Margins
 from gazechair.board.board_commands import Clearance
 from gazechair.sensing.odometry.odometry import Motion
 from gazechair.sensing.odometry.points import Piece
 from gazelink import codes
+from gazelink.arcs import ALL_FAR
 from gazesim.rooms import Room, cast_rays
 from gazesim.zone import zone_of
 
@@ -189,3 +191,86 @@ def test_a_turn_that_the_board_ended_counts_for_as_long_as_the_press_needs():
         assist.see(0, half(door_room(-0.45, 0.45), now_s, 90.0 if k % 2 else -90.0))
         assist.advise(1, now_s)
     assert assist._wish_deg - 19.0 > 17.0
+
+
+@pytest.mark.parametrize(("arc", "drives"), [(0, False), (255, True)])
+def test_after_a_turn_on_the_spot_it_waits_until_the_board_lets_it_drive(arc, drives):
+    assist = before_a_door(0.0)
+    arcs = (arc,) * len(ALL_FAR)
+    assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=1200, arcs=arcs)
+    assist.advise(1, 1.09)
+    assist._leg = _Leg(assist._straight_m - 1.0, 0.0)
+    for k in range(5):
+        assist.motion(Motion(1.1 + 0.01 * k, 0.0, 0, 400))
+    assert (assist.advise(1, 1.15).linear_permille > 0) == drives
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize(("off_deg", "goes_on"), [(1.2, True), (3.0, False)])
+def test_a_turn_on_the_spot_that_rests_near_its_end_is_not_begun_anew(side, off_deg, goes_on):
+    assist = before_a_door(0.0)
+    free = {"left_q4_deg": 4000, "right_q4_deg": 4000}
+    assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=1200, **free)
+    assist.advise(1, 1.09)
+    assist._begin_spot(side * 8.0, 1.1)
+    for k in range(60):  # it rolls past its end
+        deg = side * min(8.0 + off_deg, 0.4 * k)
+        assist.motion(Motion(1.1 + 0.01 * k, deg, 0, 0))
+        if k % 5 == 0:
+            advice = assist._turn_on_the_spot(side * 8.0 - deg, 1.1 + 0.01 * k, 0.05)
+    assert (advice is None) == goes_on
+
+
+@pytest.mark.parametrize(("aim_deg", "turns"), [(1.5, False), (3.0, True)])
+def test_where_a_curve_is_shut_it_stops_to_turn_only_by_what_a_chair_can_turn(aim_deg, turns):
+    assist = before_a_door(0.0)
+    free = {"left_q4_deg": 4000, "right_q4_deg": 4000, "arcs": (0,) * len(ALL_FAR)}
+    assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=1000, **free)
+    assist.advise(1, 1.09)
+    way = Way(math.radians(aim_deg), 0.5, 0.0, 1.0)
+    assist._drive(way, 1.1, 0.05)
+    assert (assist._spot_deg is not None) == turns
+
+
+@pytest.mark.parametrize(("forward_mm", "goes_on"), [(200, False), (400, True)])
+def test_a_leg_ends_before_the_board_ends_the_press(forward_mm, goes_on):
+    assist = before_a_door(0.0)
+    free = {"left_q4_deg": 4000, "right_q4_deg": 4000}
+    assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=forward_mm, **free)
+    assist.advise(1, 1.09)
+    assist._person = False
+    assist._leg = _Leg(assist._straight_m - 0.5, -30.0)
+    advice = assist._on_leg(0.0, 1.1, 0.05)
+    assert (advice.linear_permille > 0) == goes_on
+    assert (advice.turn_permille < 0) != goes_on
+
+
+@pytest.mark.parametrize(("forward_mm", "kept"), [(200, False), (1200, True)])
+def test_before_what_may_be_a_person_the_way_that_led_there_is_not_preferred(forward_mm, kept):
+    assist = before_a_door(0.25)
+    assist.advise(1, 1.09)
+    assert assist._way is not None
+    asked = []
+    assist._ways.choose = lambda points, wish, before, *more: asked.append(before)
+    free = {"left_q4_deg": 4000, "right_q4_deg": 4000}
+    assist.permits.clearance = Clearance(0, codes.REAL, 1.1, forward_mm=forward_mm, **free)
+    assist._spot_deg = None
+    assist.advise(1, 1.1)
+    assert [one is not None for one in asked] == [kept]
+
+
+@pytest.mark.parametrize(("shut_s", "begins"), [(1.0, False), (0.5, True)])
+def test_a_standing_chair_begins_no_curve_while_the_board_still_shuts_what_is_ahead(shut_s, begins):
+    assist = before_a_door(0.035, 1.1, 0.81, Margins(0.05, 0.0, 0.05))
+    for acquired_s, forward_mm in ((shut_s, 100), (1.05, 400)):
+        assist.permits.clearance = Clearance(0, codes.REAL, acquired_s, forward_mm=forward_mm)
+    assert (assist.advise(1, 1.1).linear_permille > 0) == begins
+
+
+@pytest.mark.parametrize(("shut_s", "begins"), [(1.0, False), (0.5, True)])
+def test_nor_a_curve_to_a_way_beside(shut_s, begins):
+    assist = before_a_door(0.0)
+    for acquired_s, forward_mm in ((shut_s, 100), (1.05, 400)):
+        assist.permits.clearance = Clearance(0, codes.REAL, acquired_s, forward_mm=forward_mm)
+    assist.advise(1, 1.1)
+    assert (assist._curve(5.0) is not None) == begins
