@@ -245,7 +245,7 @@ class Localization:
         far = np.hypot(*points.T) > _FAR_M
         fits = []
         for guess in guesses:
-            fitted = ndt.fit(self._map.ndt, points, guess)
+            fitted = ndt.fit(self._map.ndt, points, guess, origins_m=np.zeros(2))
             soft, firm = np.linalg.eigvalsh(fitted.information[:2, :2])
             if soft > _FIRM * firm and self._map.on_free_floor(fitted.pose):
                 frame = compose(fitted.pose, back)
@@ -319,10 +319,11 @@ class Localization:
         """The place by this look, and True where it alone speaks for it: else odometry holds it."""
         evidence = self._map.evidence(look, guess)
         if evidence.explained >= _SURE:
-            free = ndt.fit(self._map.ndt, look.points_m, guess, _FOLLOW_SIGMAS)
+            free = ndt.fit(self._map.ndt, look.points_m, guess, _FOLLOW_SIGMAS, look.origins_m)
             if self._location(free, evidence).sigma_rad <= _SURE_RAD:
                 return free, True
-        return ndt.fit(self._map.ndt, look.points_m, held, self._hold.deviations), False
+        deviations = self._hold.deviations
+        return ndt.fit(self._map.ndt, look.points_m, held, deviations, look.origins_m), False
 
     def _is_pulled(self, turn_rad: float, time_s: float) -> bool:
         """Whether fits have turned the place against odometry; not by the first look, if that."""

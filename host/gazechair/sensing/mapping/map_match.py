@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.sensing.mapping.faces import faces_of
 from gazechair.sensing.mapping.likelihood_field import LikelihoodField
 from gazechair.sensing.mapping.ndt import NdtGrid
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
@@ -93,7 +94,7 @@ class MapMatch:
         self._close = LikelihoodField(known, _CLOSE_CELL_M, _CLOSE_M)
         self._surfaces_m = (np.unique(np.floor(known / CELL_M), axis=0) + 0.5) * CELL_M
         self.coarse = LikelihoodField(known, _COARSE_M, _COARSE_SIGMA_M, _LEVELS)
-        self.ndt = NdtGrid(known)
+        self.ndt = NdtGrid(known, faces_of(grid.occupied, self._free, grid.cell_m))
 
     def on_free_floor(self, pose: FloatArray) -> bool:
         """Whether the map knows free floor there."""
