@@ -63,6 +63,20 @@ def test_what_the_lidars_see_turn_and_the_sensor_does_not_is_suspected_until_it_
         assert not mounting.turned
 
 
+def test_what_is_suspected_while_it_turns_is_cleared_by_turning_and_by_driving() -> None:
+    mounting = Mounting()
+    turning = replace(STANDS, yaw_deg_s=30.0)
+    assert not mounting.judge(turning)
+    assert mounting.judge(replace(turning, time_s=STEP_S, matched=0.3, turned_piece=True))
+    stand = straight(mounting, 4.4, 0.0, replace(STANDS, time_s=2.0))
+    assert mounting.turned  # scans that are late, too, show no slip straight on
+    for step in range(1, 30):
+        mounting.judge(replace(stand, time_s=stand.time_s + STEP_S * step, yaw_deg_s=30.0))
+    assert mounting.turned
+    straight(mounting, 2.4, 0.0, replace(stand, time_s=stand.time_s + 2.0))
+    assert not mounting.turned
+
+
 def test_a_heading_that_jumps_far_is_the_sensors_fault() -> None:
     mounting = Mounting()
     for step in range(60):

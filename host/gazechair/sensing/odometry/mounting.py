@@ -2,8 +2,9 @@
 
 The drive axle does not slip sideways: a chair that seems to, straight on and always by the same
 angle, has a lidar that is turned by that angle. Where the lidars see a turn while the heading
-sensor sees none, one may just have been bumped; straight driving then tells. And two lidars that
-see different headings are not both where they should be.
+sensor sees none, one may just have been bumped; driving straight on, and turning where it was
+suspected while turning, then tells. And two lidars that see different headings are not both where
+they should be.
 """
 
 from __future__ import annotations
@@ -23,6 +24,9 @@ _WINDOW_M = 1.0  # straight on: what is aside by then tells the angle within hal
 _TURNED_DEG, _RIGHT_DEG = 1.0, 0.5
 # Averages of what each lidar sees of the heading, straight on: against the sensor, or the other's.
 _OFF_DEG, _OFF_S, _AVERAGE_S = 0.15, 0.5, 1.0
+# A suspicion that arose while it turned is cleared by turning, too: scans that are old, though
+# their times are new, are right straight on.
+_CLEARS_DEG, _CLEARS_DEG_S = 30.0, 10.0
 _REST_S = 0.3  # without a piece its average does not count
 
 
@@ -45,6 +49,8 @@ class Stand:
     matched: float
     known: bool
     """Whether there is a heading."""
+    turned_piece: bool = False
+    """See turned_piece."""
 
 
 class Mounting:
@@ -60,6 +66,7 @@ class Mounting:
         self._slope_deg: float | None = None  # of the window before, since a suspicion
         self._errors: dict[tuple[float, float], tuple[float, float]] = {}  # deg, when
         self._off_since_s: float | None = None
+        self._to_turn_deg = 0.0  # still
 
     def judge(self, stand: Stand) -> bool:
         """See `turned`."""
@@ -72,9 +79,13 @@ class Mounting:
         self._lately_deg += abs(stand.yaw_deg_s) * dt_s
         jump_deg = _JUMP_DEG + _JUMP_SHARE * self._lately_deg
         if usable and off_deg > jump_deg and self._most_deg < _MOST_DEG:
-            self._suspect()
+            self._suspect(straight)
+        if stand.known and stand.turned_piece:
+            self._suspect(straight)
         if usable and self._lately_deg < _STRAIGHT_DEG_S * _TURNED_S and self._is_off(stand):
-            self._suspect()
+            self._suspect(straight)
+        if usable and abs(stand.yaw_deg_s) > _CLEARS_DEG_S:
+            self._to_turn_deg = max(0.0, self._to_turn_deg - abs(stand.yaw_deg_s) * dt_s)
         if not (usable and straight):
             self._before = None
         elif self._before is None:
@@ -84,8 +95,10 @@ class Mounting:
             self._before = stand
         return self.turned
 
-    def _suspect(self) -> None:
+    def _suspect(self, straight: bool) -> None:
         self.turned = True
+        if not straight:
+            self._to_turn_deg = _CLEARS_DEG
         self._ahead_m = self._aside_m = 0.0
         self._slope_deg = None
 
@@ -122,4 +135,4 @@ class Mounting:
         if least_deg > _TURNED_DEG or most_deg < -_TURNED_DEG:
             self.turned = True
         elif least_deg > -_RIGHT_DEG and most_deg < _RIGHT_DEG and self._off_since_s is None:
-            self.turned = False
+            self.turned = self._to_turn_deg > 0.0

@@ -31,6 +31,7 @@ from gazechair.sensing.odometry.match import (
 from gazechair.sensing.odometry.mounting import Mounting, Stand
 from gazechair.sensing.odometry.obedience import CHANGED_S, DEAD_S, Obedience
 from gazechair.sensing.odometry.points import Piece, seen_points
+from gazechair.sensing.odometry.turned_piece import TurnedPiece
 
 _HEADING_ERROR_RAD = math.radians(0.1)
 _DRIFT_RAD_S = math.radians(0.02)
@@ -110,6 +111,7 @@ class Odometry:
         self._doubts = Doubts()
         self._obedience = Obedience()
         self._mounting = Mounting()
+        self._turned_piece = TurnedPiece()
         self._places: deque[tuple[float, float, float]] = deque()
         self._error_rad = self._followed_rad = 0.0  # what the heading was off, lately
         self._differs = False  # the heading counts less then
@@ -149,6 +151,10 @@ class Odometry:
         points, normals = seen_points(piece, turned, state[FORWARD], state[SIDEWAYS])
         found = fit(self._coarse, self._map, points, normals, state, covariance, heading)
         yaw = self._yaw_rate(at_s, times, headings)
+        expected = float(state[X]), float(state[Y]), float(heading + state[OFFSET])
+        turned_piece = self._turned_piece.judge(
+            self._map, points, normals, piece.origin_m, expected, found.matched
+        )
         self._grow(found)
         change = float(found.state[FORWARD] - self._state[FORWARD])
         dt_s = at_s - self._time_s
@@ -173,7 +179,7 @@ class Odometry:
             float(self._state[FULL]) - 2.0 * math.sqrt(self._covariance[FULL, FULL]),
             math.degrees(self._error_rad + self._followed_rad),
             max(0.0, self._newest_s(at_s) - min(self._heard_s.values()) - _SILENT_S),
-            self._is_turned(piece.origin_m, found, yaw, known),
+            self._is_turned(piece.origin_m, found, yaw, known, turned_piece),
         )
         doubts = self._doubts.judge(seen)
         self._differs = DIFFERS in doubts
@@ -186,7 +192,9 @@ class Odometry:
         """What time it is, as far as is known: scans may come late."""
         return max(at_s, self._motions[-1].time_s) if self._motions else at_s
 
-    def _is_turned(self, lidar: tuple[float, float], found: Fit, yaw: float, known: bool) -> bool:
+    def _is_turned(
+        self, lidar: tuple[float, float], found: Fit, yaw: float, known: bool, turned_piece: bool
+    ) -> bool:
         assert self._time_s is not None
         state = found.state
         angle = float(self._heading_rad + state[OFFSET] + state[ERROR])
@@ -202,6 +210,7 @@ class Odometry:
             off_deg,
             found.matched,
             known,
+            turned_piece,
         )
         return self._mounting.judge(stand)
 
