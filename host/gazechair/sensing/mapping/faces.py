@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gazechair.base.footprint import BoolArray, FloatArray
 
 SIDES = 4  # free floor towards -x, +x, -y, +y
-_REACH_M = 0.085  # a wall's face is as deep: what noise makes of one that is seen from one side
+_REACH_M = 0.078  # a wall's face is as deep: what noise makes of one that is seen from one side
 
 
 def faces_of(occupied: BoolArray, free: BoolArray, cell_m: float) -> BoolArray:

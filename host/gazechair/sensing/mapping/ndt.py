@@ -28,7 +28,7 @@ _LOOSE, _TIGHT = 12.0, 4.0
 _FITS = 6.0  # a point nearer than this lies on what is known
 _DAMPING = 1e-3
 # Neighbouring points err together: so many of them tell no more than one. Scales the prior only.
-_CORRELATED = 10.0
+CORRELATED = 10.0
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def fit(
     `origins_m`, (N, 2) or (2,): from where the points were seen; a grid with faces needs it.
     """
     start = pose
-    hold = np.zeros(3) if deviations is None else _CORRELATED * deviations**-2.0
+    hold = np.zeros(3) if deviations is None else CORRELATED * deviations**-2.0
     for iteration in range(_ITERATIONS):
         turn = rotation(pose[2]).T
         turned = points_m @ turn
