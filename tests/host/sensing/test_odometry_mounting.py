@@ -67,7 +67,7 @@ def test_what_is_suspected_while_it_turns_is_cleared_by_turning_and_by_driving()
     mounting = Mounting()
     turning = replace(STANDS, yaw_deg_s=30.0)
     assert not mounting.judge(turning)
-    assert mounting.judge(replace(turning, time_s=STEP_S, matched=0.3, turned_piece=True))
+    assert mounting.judge(replace(turning, time_s=STEP_S, matched=0.3, old_or_turned=True))
     stand = straight(mounting, 4.4, 0.0, replace(STANDS, time_s=2.0))
     assert mounting.turned  # scans that are late, too, show no slip straight on
     for step in range(1, 30):

@@ -24,8 +24,8 @@ _WINDOW_M = 1.0  # straight on: what is aside by then tells the angle within hal
 _TURNED_DEG, _RIGHT_DEG = 1.0, 0.5
 # Averages of what each lidar sees of the heading, straight on: against the sensor, or the other's.
 _OFF_DEG, _OFF_S, _AVERAGE_S = 0.15, 0.5, 1.0
-# A suspicion that arose while it turned is cleared by turning, too: scans that are old, though
-# their times are new, are right straight on.
+# A suspicion that arose while it turned, or where scans may be old though their times are new, is
+# cleared by turning, too: straight on those are right.
 _CLEARS_DEG, _CLEARS_DEG_S = 30.0, 10.0
 _REST_S = 0.3  # without a piece its average does not count
 
@@ -49,8 +49,8 @@ class Stand:
     matched: float
     known: bool
     """Whether there is a heading."""
-    turned_piece: bool = False
-    """See turned_piece."""
+    old_or_turned: bool = False
+    """See turned_piece and repeated."""
 
 
 class Mounting:
@@ -80,8 +80,8 @@ class Mounting:
         jump_deg = _JUMP_DEG + _JUMP_SHARE * self._lately_deg
         if usable and off_deg > jump_deg and self._most_deg < _MOST_DEG:
             self._suspect(straight)
-        if stand.known and stand.turned_piece:
-            self._suspect(straight)
+        if stand.known and stand.old_or_turned:
+            self._suspect(False)
         if usable and self._lately_deg < _STRAIGHT_DEG_S * _TURNED_S and self._is_off(stand):
             self._suspect(straight)
         if usable and abs(stand.yaw_deg_s) > _CLEARS_DEG_S:

@@ -31,6 +31,7 @@ from gazechair.sensing.odometry.match import (
 from gazechair.sensing.odometry.mounting import Mounting, Stand
 from gazechair.sensing.odometry.obedience import CHANGED_S, DEAD_S, Obedience
 from gazechair.sensing.odometry.points import Piece, seen_points
+from gazechair.sensing.odometry.repeated import repeats
 from gazechair.sensing.odometry.turned_piece import TurnedPiece
 
 _HEADING_ERROR_RAD = math.radians(0.1)
@@ -152,9 +153,9 @@ class Odometry:
         found = fit(self._coarse, self._map, points, normals, state, covariance, heading)
         yaw = self._yaw_rate(at_s, times, headings)
         expected = float(state[X]), float(state[Y]), float(heading + state[OFFSET])
-        turned_piece = self._turned_piece.judge(
+        old_or_turned = self._turned_piece.judge(
             self._map, points, normals, piece.origin_m, expected, found.matched
-        )
+        ) or self._repeats(at_s, found)
         self._grow(found)
         change = float(found.state[FORWARD] - self._state[FORWARD])
         dt_s = at_s - self._time_s
@@ -179,7 +180,7 @@ class Odometry:
             float(self._state[FULL]) - 2.0 * math.sqrt(self._covariance[FULL, FULL]),
             math.degrees(self._error_rad + self._followed_rad),
             max(0.0, self._newest_s(at_s) - min(self._heard_s.values()) - _SILENT_S),
-            self._is_turned(piece.origin_m, found, yaw, known, turned_piece),
+            self._is_turned(piece.origin_m, found, yaw, known, old_or_turned),
         )
         doubts = self._doubts.judge(seen)
         self._differs = DIFFERS in doubts
@@ -193,7 +194,7 @@ class Odometry:
         return max(at_s, self._motions[-1].time_s) if self._motions else at_s
 
     def _is_turned(
-        self, lidar: tuple[float, float], found: Fit, yaw: float, known: bool, turned_piece: bool
+        self, lidar: tuple[float, float], found: Fit, yaw: float, known: bool, old_or_turned: bool
     ) -> bool:
         assert self._time_s is not None
         state = found.state
@@ -210,9 +211,18 @@ class Odometry:
             off_deg,
             found.matched,
             known,
-            turned_piece,
+            old_or_turned,
         )
         return self._mounting.judge(stand)
+
+    def _repeats(self, at_s: float, found: Fit) -> bool:
+        assert self._time_s is not None
+        before = self._state
+        angle = self._heading_rad + before[OFFSET]
+        dx, dy = found.state[:2] - before[:2]
+        moved_m = float(math.cos(angle) * dx + math.sin(angle) * dy)
+        gap = [m.linear_permille for m in self._motions if self._time_s < m.time_s <= at_s]
+        return repeats(at_s - self._time_s, float(before[FORWARD]), moved_m, gap)
 
     def _cross_check(self, found: Fit, dt_s: float) -> None:
         """How far the lidars see the heading elsewhere than the sensor says, lately."""
