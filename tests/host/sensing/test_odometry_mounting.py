@@ -77,11 +77,25 @@ def test_what_is_suspected_while_it_turns_is_cleared_by_turning_and_by_driving()
     assert not mounting.turned
 
 
+@pytest.mark.parametrize(
+    ("deg_s", "yaw_deg_s", "turned"), [(0.1, 0.0, True), (0.01, 0.0, False), (0.2, 20.0, False)]
+)
+def test_odometry_that_follows_a_turned_lidar_little_by_little_is_noticed(
+    deg_s: float, yaw_deg_s: float, turned: bool
+) -> None:
+    mounting = Mounting()
+    for step in range(400):
+        at_s = STEP_S * step
+        stand = replace(STANDS, time_s=at_s, offset_deg=40.0 + deg_s * at_s, yaw_deg_s=yaw_deg_s)
+        mounting.judge(stand)
+    assert mounting.turned is turned
+
+
 def test_a_heading_that_jumps_far_is_the_sensors_fault() -> None:
     mounting = Mounting()
     for step in range(60):
         off_deg = 40.0 * math.exp(-0.1 * step)
-        stand = replace(STANDS, time_s=STEP_S * step, off_deg=off_deg)
+        stand = replace(STANDS, time_s=STEP_S * step, off_deg=off_deg, offset_deg=off_deg - 40.0)
         assert not mounting.judge(stand)
 
 

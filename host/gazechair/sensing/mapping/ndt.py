@@ -150,9 +150,10 @@ def _distributions(
 ) -> tuple[BoolArray, FloatArray, FloatArray]:
     """(which cells are known, and of these means (M, 2) and weights (M, 3))."""
     middle = known_m.mean(axis=0) if len(known_m) else np.zeros(2)
+    size = math.prod(shape)
     x, y = (known_m - middle).T  # sums of squares about it keep their digits
     sums = [
-        _summed_around(np.bincount(index, weights, math.prod(shape)).reshape(shape))
+        _summed_around(np.bincount(index, weights, size).reshape(shape).astype(np.float64))
         for weights in (np.ones(len(x)), x, y, x * x, x * y, y * y)
     ]
     known = sums[0] >= _LEAST_POINTS

@@ -121,7 +121,7 @@ def disagreement(
         return np.zeros((3, 3))
 
     def summed(values: FloatArray) -> FloatArray:
-        return np.bincount(of, values, count)
+        return np.asarray(np.bincount(of, values, count), dtype=np.float64)
 
     information = np.empty((count, 3, 3))
     parts = (wxx, wxy, wyy, gx, gy, tx * gx + ty * gy)

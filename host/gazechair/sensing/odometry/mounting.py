@@ -10,6 +10,7 @@ they should be.
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 
 _STRAIGHT_DEG_S = 3.0  # slower is straight on, or standing
@@ -27,6 +28,9 @@ _OFF_DEG, _OFF_S, _AVERAGE_S = 0.15, 0.5, 1.0
 # A suspicion that arose while it turned, or where scans may be old though their times are new, is
 # cleared by turning, too: straight on those are right.
 _CLEARS_DEG, _CLEARS_DEG_S = 30.0, 10.0
+# Against the heading sensor the lidars drift by so much within a while, and by a share of what the
+# chair turns; more, and odometry follows a lidar that was turned.
+_WHILE_S, _SAMPLE_S, _DRIFT_DEG, _DRIFT_SHARE = 10.0, 0.5, 0.5, 0.02
 _REST_S = 0.3  # without a piece its average does not count
 
 
@@ -51,6 +55,8 @@ class Stand:
     """Whether there is a heading."""
     old_or_turned: bool = False
     """See turned_piece and repeated."""
+    offset_deg: float = 0.0
+    """Of the heading against the sensor's, since the beginning."""
 
 
 class Mounting:
@@ -67,6 +73,8 @@ class Mounting:
         self._errors: dict[tuple[float, float], tuple[float, float]] = {}  # deg, when
         self._off_since_s: float | None = None
         self._to_turn_deg = 0.0  # still
+        self._turned_deg = 0.0  # in all
+        self._offsets: deque[tuple[float, float, float]] = deque()  # s; deg; deg turned until then
 
     def judge(self, stand: Stand) -> bool:
         """See `turned`."""
@@ -77,8 +85,11 @@ class Mounting:
         dt_s, self._time_s = min(stand.time_s - self._time_s, _TURNED_S), stand.time_s
         self._lately_deg *= math.exp(-dt_s / _TURNED_S)
         self._lately_deg += abs(stand.yaw_deg_s) * dt_s
+        self._turned_deg += abs(stand.yaw_deg_s) * max(0.0, dt_s)
         jump_deg = _JUMP_DEG + _JUMP_SHARE * self._lately_deg
         if usable and off_deg > jump_deg and self._most_deg < _MOST_DEG:
+            self._suspect(straight)
+        if self._has_drifted(stand, usable):
             self._suspect(straight)
         if stand.known and stand.old_or_turned:
             self._suspect(False)
@@ -94,6 +105,23 @@ class Mounting:
             self._step(self._before, stand)
             self._before = stand
         return self.turned
+
+    def _has_drifted(self, stand: Stand, usable: bool) -> bool:
+        if not stand.known or self._most_deg >= _MOST_DEG:
+            self._offsets.clear()
+            return False
+        while self._offsets and self._offsets[0][0] < stand.time_s - _WHILE_S:
+            self._offsets.popleft()
+        if not self._offsets or stand.time_s - self._offsets[-1][0] >= _SAMPLE_S:
+            self._offsets.append((stand.time_s, stand.offset_deg, self._turned_deg))
+        drifted = usable and any(
+            abs(stand.offset_deg - deg)
+            > _DRIFT_DEG + _DRIFT_SHARE * (self._turned_deg - turned_deg)
+            for _, deg, turned_deg in self._offsets
+        )
+        if drifted:
+            self._offsets.clear()
+        return drifted
 
     def _suspect(self, straight: bool) -> None:
         self.turned = True

@@ -212,6 +212,7 @@ class Odometry:
             found.matched,
             known,
             old_or_turned,
+            math.degrees(state[OFFSET]),
         )
         return self._mounting.judge(stand)
 
@@ -219,8 +220,7 @@ class Odometry:
         assert self._time_s is not None
         before = self._state
         angle = self._heading_rad + before[OFFSET]
-        dx, dy = found.state[:2] - before[:2]
-        moved_m = float(math.cos(angle) * dx + math.sin(angle) * dy)
+        moved_m = float((found.state[:2] - before[:2]) @ (math.cos(angle), math.sin(angle)))
         gap = [m.linear_permille for m in self._motions if self._time_s < m.time_s <= at_s]
         return repeats(at_s - self._time_s, float(before[FORWARD]), moved_m, gap)
 
