@@ -63,11 +63,39 @@ def test_what_the_lidars_see_turn_and_the_sensor_does_not_is_suspected_until_it_
         assert not mounting.turned
 
 
+def test_what_is_suspected_while_it_turns_is_cleared_by_turning_and_by_driving() -> None:
+    mounting = Mounting()
+    turning = replace(STANDS, yaw_deg_s=30.0)
+    assert not mounting.judge(turning)
+    assert mounting.judge(replace(turning, time_s=STEP_S, matched=0.3, old_or_turned=True))
+    stand = straight(mounting, 4.4, 0.0, replace(STANDS, time_s=2.0))
+    assert mounting.turned  # scans that are late, too, show no slip straight on
+    for step in range(1, 30):
+        mounting.judge(replace(stand, time_s=stand.time_s + STEP_S * step, yaw_deg_s=30.0))
+    assert mounting.turned
+    straight(mounting, 2.4, 0.0, replace(stand, time_s=stand.time_s + 2.0))
+    assert not mounting.turned
+
+
+@pytest.mark.parametrize(
+    ("deg_s", "yaw_deg_s", "turned"), [(0.1, 0.0, True), (0.01, 0.0, False), (0.2, 20.0, False)]
+)
+def test_odometry_that_follows_a_turned_lidar_little_by_little_is_noticed(
+    deg_s: float, yaw_deg_s: float, turned: bool
+) -> None:
+    mounting = Mounting()
+    for step in range(400):
+        at_s = STEP_S * step
+        stand = replace(STANDS, time_s=at_s, offset_deg=40.0 + deg_s * at_s, yaw_deg_s=yaw_deg_s)
+        mounting.judge(stand)
+    assert mounting.turned is turned
+
+
 def test_a_heading_that_jumps_far_is_the_sensors_fault() -> None:
     mounting = Mounting()
     for step in range(60):
         off_deg = 40.0 * math.exp(-0.1 * step)
-        stand = replace(STANDS, time_s=STEP_S * step, off_deg=off_deg)
+        stand = replace(STANDS, time_s=STEP_S * step, off_deg=off_deg, offset_deg=off_deg - 40.0)
         assert not mounting.judge(stand)
 
 

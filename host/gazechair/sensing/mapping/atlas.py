@@ -142,7 +142,8 @@ class Atlas:
     def forget(self) -> None:
         """Begin anew: nothing of what was known counts."""
         self.id, self._last, self._odometry = "", None, None
-        self._forget_looks()
+        for sheet in self._sheets.values():
+            sheet.localization.forget()
 
     def _settle(self, id_: str, found: Location, seen: Seen) -> Location | None:
         rivals = (
@@ -186,4 +187,4 @@ class Atlas:
 
     def _forget_looks(self) -> None:
         for sheet in self._sheets.values():
-            sheet.localization.forget()
+            sheet.localization.lose()

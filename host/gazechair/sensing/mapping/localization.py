@@ -15,10 +15,12 @@ import numpy as np
 from gazechair.base.footprint import FloatArray
 from gazechair.sensing.mapping import ndt
 from gazechair.sensing.mapping.correlative_search import search
+from gazechair.sensing.mapping.hold import Hold
 from gazechair.sensing.mapping.map_match import Agreement, Evidence, Look, MapMatch
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.poses import between, compose, from_frame
 from gazechair.sensing.mapping.surroundings import CELL_M, Settled, Surroundings
+from gazechair.sensing.mapping.uncertainty import FOUND_M, KEPT_M, Unsteady, disagreement, sigmas_of
 
 # Search.
 _HEADINGS_RAD = np.radians(np.arange(0.0, 360.0, 1.5))
@@ -45,14 +47,8 @@ _CONFIRM_M, _CONFIRM_RAD = 0.10, math.radians(3.0)
 _CONFIRMED = 4  # looks in a row that find the same pose
 # Following.
 _FOLLOW_SIGMAS = np.array((0.05, 0.05, math.radians(1.0)))
-# Where less is explained, or it hardly tells the heading, people pull at the fit: odometry holds
-# it, since the place was last sure, by so much, and by shares of what was driven and turned since;
-# what goes beyond is in doubt.
+# Where less is explained, or it hardly tells the heading, people pull at the fit; see Hold.
 _SURE, _SURE_RAD = 0.8, math.radians(0.5)
-_HELD_SIGMAS = np.array((0.005, 0.005, math.radians(0.1)))
-_HELD_SHARES = 0.01, 0.003  # m a m, rad a rad
-_HELD_M, _HELD_SHARE = 0.03, 0.03
-_HELD_RAD, _HELD_TURN_SHARE = math.radians(0.7), 0.01
 _HELD_FOR_M = 1.0  # then what is seen is another view, with other people
 _LOST_EXPLAINED = 0.45  # fewer: a crowd, or another place; it looks for itself then
 _LOST_CONTRADICTED = 0.15  # of the beams that reach what is known
@@ -64,9 +60,7 @@ _LEAST_FAR_M = 1.0
 # by a sensor's heading, did not follow. A share of what the chair turns is odometry's own error.
 _ASKEW_RAD, _ASKEW_S, _ASKEW_SHARE = math.radians(1.2), 1.0, 0.04
 _STILL_M = 1.0  # agreed, where it was before people hid the rest
-# Points err together, by what a fit claims twice; and a map's surfaces are right within this.
 _PLACED_M, _PLACED_RAD = 0.1, math.radians(2.0)
-_SIGMAS, _MAP_M, _MAP_RAD = 2.0, 0.018, math.radians(0.3)
 
 
 @dataclass(frozen=True)
@@ -93,35 +87,6 @@ class _Candidate:
     """Share of the surfaces that are not close to the chair, 0..1."""
 
 
-@dataclass
-class _Hold:
-    """Where the place was last sure, and how odometry has moved since."""
-
-    pose: FloatArray
-    odometry: FloatArray
-    driven_m: float = 0.0
-    turned_rad: float = 0.0
-
-    def move(self, before: FloatArray, odometry: FloatArray) -> None:
-        """Odometry went on."""
-        moved = between(before, odometry)
-        self.driven_m += math.hypot(moved[0], moved[1])
-        self.turned_rad += abs(float(moved[2]))
-
-    @property
-    def deviations(self) -> FloatArray:
-        """(3,): of the pose that odometry gives since."""
-        along, about = _HELD_SHARES
-        more = np.array((self.driven_m * along, self.driven_m * along, self.turned_rad * about))
-        return np.asarray(_HELD_SIGMAS + more)
-
-    def holds(self, guess: FloatArray, pose: FloatArray) -> bool:
-        """Whether the chair may be at `pose` where odometry has it at `guess`."""
-        off = between(guess, pose)
-        near = math.hypot(off[0], off[1]) <= _HELD_M + _HELD_SHARE * self.driven_m
-        return near and abs(off[2]) <= _HELD_RAD + _HELD_TURN_SHARE * self.turned_rad
-
-
 @dataclass(frozen=True)
 class _Claim:
     """What a pose was found by."""
@@ -143,10 +108,11 @@ class Localization:
         self._claim: _Claim | None = None
         self._confirmed = 0  # how often in a row
         self._odometry: FloatArray = np.zeros(3)
-        self._hold = _Hold(np.zeros(3), np.zeros(3))
+        self._hold = Hold(np.zeros(3), np.zeros(3))
         self._doubt_since_s: float | None = None
         self._agrees = True  # what stays far away with the map, where the chair is known to be
         self._pulled_rad, self._pulled_s = 0.0, math.inf  # by fits, lately
+        self._unsteady = Unsteady()
         self.location: Location | None = None
         self.askew = False
         """Whether the newest look ended the location because the map has turned."""
@@ -177,11 +143,16 @@ class Localization:
         """It is there, as who has just made the map knows; looks soon tell if not."""
         self.forget()
         self.location = Location(pose, Evidence(1.0, 0.0), _PLACED_M, _PLACED_RAD)
-        self._hold = _Hold(pose, odometry)
+        self._hold = Hold(pose, odometry)
         self._odometry = odometry
 
     def forget(self) -> None:
         """Begin anew: the chair was lifted, or another map counts."""
+        self.lose()
+        self._unsteady.forget()
+
+    def lose(self) -> None:
+        """The place is not known any more; odometry goes on."""
         self._forget_looks()
         self._claim, self._confirmed = None, 0
         self._pulled_rad, self._pulled_s = 0.0, math.inf
@@ -227,8 +198,11 @@ class Localization:
         self._confirmed = self._confirmed + 1 if agrees else 1
         self._claim = _Claim(settled, odometry, best)
         if self._confirmed >= _CONFIRMED:
-            self.location = self._located(best)
-            self._hold = _Hold(best.fitted.pose, odometry)
+            location = self._located(best, settled, odometry)
+            if location.sigma_m > FOUND_M:
+                return
+            self.location = location
+            self._hold = Hold(best.fitted.pose, odometry)
             self._forget_looks()
 
     def _candidates(self, settled: Settled, odometry: FloatArray, whole: bool) -> list[_Candidate]:
@@ -245,7 +219,7 @@ class Localization:
         far = np.hypot(*points.T) > _FAR_M
         fits = []
         for guess in guesses:
-            fitted = ndt.fit(self._map.ndt, points, guess)
+            fitted = ndt.fit(self._map.ndt, points, guess, origins_m=np.zeros(2))
             soft, firm = np.linalg.eigvalsh(fitted.information[:2, :2])
             if soft > _FIRM * firm and self._map.on_free_floor(fitted.pose):
                 frame = compose(fitted.pose, back)
@@ -259,22 +233,20 @@ class Localization:
         self._kept = [one.frame for one in chosen[:_KEPT]]
         return chosen
 
-    def _located(self, one: _Candidate) -> Location:
+    def _located(self, one: _Candidate, settled: Settled, odometry: FloatArray) -> Location:
         agreement = one.agreement
         whole_m = CELL_M * len(agreement.agreed)
         shares = agreement.agreed_m / whole_m, agreement.contradicted_m / whole_m
-        return self._location(one.fitted, Evidence(*shares))
+        points = from_frame(settled.surfaces_m, odometry)
+        return self._location(one.fitted, Evidence(*shares), Look(points, np.zeros(2)))
 
-    @staticmethod
-    def _location(fitted: ndt.Fit, evidence: Evidence) -> Location:
-        covariance = np.linalg.inv(fitted.information + np.eye(3))
-        along_m2 = float(np.linalg.eigvalsh(covariance[:2, :2])[1])
-        return Location(
-            fitted.pose,
-            evidence,
-            math.hypot(_MAP_M, _SIGMAS * math.sqrt(along_m2)),
-            math.hypot(_MAP_RAD, _SIGMAS * math.sqrt(float(covariance[2, 2]))),
-        )
+    def _location(
+        self, fitted: ndt.Fit, evidence: Evidence, look: Look, held: FloatArray | None = None
+    ) -> Location:
+        seen = look.points_m, fitted.pose, look.origins_m
+        disagrees = disagreement(self._map.ndt, *seen, held)
+        sigmas = sigmas_of(fitted, self._map.cell_m, disagrees)
+        return Location(fitted.pose, evidence, *sigmas)
 
     def _follow(self, look: Look, odometry: FloatArray, time_s: float, pose: FloatArray) -> None:
         guess = compose(pose, between(self._odometry, odometry))
@@ -282,12 +254,13 @@ class Localization:
         held = compose(self._hold.pose, between(self._hold.odometry, odometry))
         fitted, sure = self._fit(look, guess, held)
         evidence = self._map.evidence(look, fitted.pose)
-        location = self._location(fitted, evidence)
+        deviations = _FOLLOW_SIGMAS if sure else self._hold.deviations
+        location = self._location(fitted, evidence, look, deviations)
         off_rad = float(between(guess, fitted.pose)[2])
         own_rad = _ASKEW_SHARE * abs(float(between(pose, guess)[2]))
         off_rad -= min(max(off_rad, -own_rad), own_rad)
         if sure and self._is_pulled(off_rad, time_s):
-            self.forget()
+            self.lose()
             self.askew = True
             return
         contradicted = evidence.through > _LOST_CONTRADICTED * (
@@ -298,9 +271,14 @@ class Localization:
         fits = sure or self._hold.holds(held, fitted.pose)
         fits = fits and evidence.explained >= _LOST_EXPLAINED and not contradicted
         if fits and self._agrees:
+            unsteady_m = self._unsteady.judge(fitted.pose, odometry)
+            location = replace(location, sigma_m=math.hypot(location.sigma_m, unsteady_m))
+            if location.sigma_m > KEPT_M:
+                self.lose()
+                return
             self.location, self._doubt_since_s = location, None
             if sure or self._hold.driven_m > _HELD_FOR_M:
-                self._hold = _Hold(fitted.pose, odometry)
+                self._hold = Hold(fitted.pose, odometry)
             return
         # People pull at a fit: odometry goes on alone until the place is confirmed.
         self.location = replace(location, pose=guess)
@@ -309,20 +287,21 @@ class Localization:
         if time_s - self._doubt_since_s >= _LOST_S:
             still = None if contradicted else self._still_at(guess, odometry)
             if still is None:
-                self.forget()
+                self.lose()
             else:
                 # Those who stand pull at what stays as well.
-                self.location = replace(self._located(still), pose=guess)
+                self.location = replace(still, pose=guess)
                 self._doubt_since_s = None
 
     def _fit(self, look: Look, guess: FloatArray, held: FloatArray) -> tuple[ndt.Fit, bool]:
         """The place by this look, and True where it alone speaks for it: else odometry holds it."""
         evidence = self._map.evidence(look, guess)
         if evidence.explained >= _SURE:
-            free = ndt.fit(self._map.ndt, look.points_m, guess, _FOLLOW_SIGMAS)
-            if self._location(free, evidence).sigma_rad <= _SURE_RAD:
+            free = ndt.fit(self._map.ndt, look.points_m, guess, _FOLLOW_SIGMAS, look.origins_m)
+            if sigmas_of(free, self._map.cell_m)[1] <= _SURE_RAD:
                 return free, True
-        return ndt.fit(self._map.ndt, look.points_m, held, self._hold.deviations), False
+        deviations = self._hold.deviations
+        return ndt.fit(self._map.ndt, look.points_m, held, deviations, look.origins_m), False
 
     def _is_pulled(self, turn_rad: float, time_s: float) -> bool:
         """Whether fits have turned the place against odometry; not by the first look, if that."""
@@ -343,19 +322,23 @@ class Localization:
         agreed = self._map.agreement(settled, frame).agreed
         return float(agreed[far].mean()) >= _FAR_LOST
 
-    def _still_at(self, pose: FloatArray, odometry: FloatArray) -> _Candidate | None:
-        """People may hide most of a known place: the pose there, or None.
+    def _still_at(self, pose: FloatArray, odometry: FloatArray) -> Location | None:
+        """People may hide most of a known place: the place there, or None.
 
         None: it is not likely any more, or another place of the map is clearly better.
         """
         self.searched = True
         self._kept = [compose(pose, between(odometry, np.zeros(3)))]
         settled = self._surroundings.settled(_RECENT)
-        candidates = self._candidates(settled, odometry, True) if settled is not None else []
+        if settled is None:
+            return None
+        candidates = self._candidates(settled, odometry, True)
         here = next((one for one in candidates if _is_at(one.fitted.pose, pose)), None)
         if here is None or not _is_possible(here, _STILL_M):
             return None
-        return None if any(_leads(one, here) for one in candidates) else here
+        if any(_leads(one, here) for one in candidates):
+            return None
+        return self._located(here, settled, odometry)
 
 
 def _is_apart(one: FloatArray, other: FloatArray) -> bool:

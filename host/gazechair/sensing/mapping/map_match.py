@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.sensing.mapping.faces import faces_of
 from gazechair.sensing.mapping.likelihood_field import LikelihoodField
 from gazechair.sensing.mapping.ndt import NdtGrid
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
@@ -28,6 +29,7 @@ _BEAMS = 240
 _STEP_M = 0.05
 _SHORT_M = 0.25  # before the end of a look nothing contradicts it
 _CLOSE_CELL_M, _CLOSE_M = 0.025, 0.06  # a surface that close to a known one is agreed
+_PART_M = 0.05
 _NEAR = math.exp(-0.5)  # of a field whose sigma is _NEAR_M, or _CLOSE_M
 
 
@@ -87,13 +89,18 @@ class MapMatch:
         if not len(known):
             raise ValueError("nothing in the map is occupied")
         self._grid = grid
+        self.cell_m = grid.cell_m
         self._free = grid.free
         self._fine = LikelihoodField(known, _FINE_M, _NEAR_M)
         self._solid = LikelihoodField(known, _FINE_M, _FINE_M / 4.0)
         self._close = LikelihoodField(known, _CLOSE_CELL_M, _CLOSE_M)
         self._surfaces_m = (np.unique(np.floor(known / CELL_M), axis=0) + 0.5) * CELL_M
         self.coarse = LikelihoodField(known, _COARSE_M, _COARSE_SIGMA_M, _LEVELS)
-        self.ndt = NdtGrid(known)
+        faces = faces_of(grid.occupied, self._free, grid.cell_m)
+        parts = _parts(grid.cell_m)
+        self.ndt = NdtGrid(
+            (known[:, None] + parts).reshape(-1, 2), faces.repeat(len(parts), axis=0)
+        )
 
     def on_free_floor(self, pose: FloatArray) -> bool:
         """Whether the map knows free floor there."""
@@ -124,3 +131,10 @@ class MapMatch:
         agreed = np.asarray(self._close.at(0, self._close.cells(placed)) >= _NEAR)
         seen_free = settled.is_free(from_frame(self._surfaces_m, frame))
         return Agreement(agreed, CELL_M * int(seen_free.sum()))
+
+
+def _parts(cell_m: float) -> FloatArray:
+    """Centres (N, 2) of a cell's parts, from its own: large cells are too few points of a wall."""
+    count = math.ceil(cell_m / _PART_M)
+    side = ((np.arange(count) + 0.5) / count - 0.5) * cell_m
+    return np.asarray(np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2))

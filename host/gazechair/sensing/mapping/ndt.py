@@ -10,8 +10,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.footprint import BoolArray, FloatArray
+from gazechair.sensing.mapping.faces import sides_of
 from gazechair.sensing.mapping.poses import rotation
 
 _CELL_M = 0.10
@@ -26,7 +28,7 @@ _LOOSE, _TIGHT = 12.0, 4.0
 _FITS = 6.0  # a point nearer than this lies on what is known
 _DAMPING = 1e-3
 # Neighbouring points err together: so many of them tell no more than one. Scales the prior only.
-_CORRELATED = 10.0
+CORRELATED = 10.0
 
 
 @dataclass(frozen=True)
@@ -44,51 +46,81 @@ class Fit:
 class NdtGrid:
     """Normal distributions of the known points (N, 2)."""
 
-    def __init__(self, known_m: FloatArray) -> None:
+    def __init__(self, known_m: FloatArray, faces: BoolArray | None = None) -> None:
+        """`faces`: see faces_of; surfaces then count only for who sees them from there."""
         cells = np.floor(known_m / _CELL_M).astype(np.int64)
         self._low = cells.min(axis=0) - 1
         self._shape = cells.max(axis=0) + 2 - self._low
         cells -= self._low
-        size = int(self._shape[0] * self._shape[1])
         index = cells[:, 0] * self._shape[1] + cells[:, 1]
-        middle = known_m.mean(axis=0)  # sums of squares about it keep their digits
-        x, y = (known_m - middle).T
-        count, sx, sy, sxx, sxy, syy = (
-            _summed_around(np.bincount(index, weights, size).reshape(self._shape))
-            for weights in (np.ones(len(x)), x, y, x * x, x * y, y * y)
-        )
-        some = np.maximum(count, 1.0)
-        mx, my = sx / some, sy / some
-        vxx, vyy = sxx / some - mx * mx + _NOISE_M**2, syy / some - my * my + _NOISE_M**2
-        vxy = sxy / some - mx * my
-        determinant = vxx * vyy - vxy * vxy
-        self._known = count >= _LEAST_POINTS
-        self._mean = np.stack((mx, my), axis=-1) + middle
-        self._weight = np.stack((vyy, -vxy, vxx), axis=-1) / determinant[..., None]
+        self._faced = faces is not None
+        layers = [np.ones(len(known_m), dtype=bool)] if faces is None else list(faces.T)
+        # By layer and cell: where its distribution is in those below, the first being none.
+        self._at = np.zeros((len(layers), *self._shape), dtype=np.int32)
+        means, weights = [np.zeros((1, 2))], [np.zeros((1, 3))]
+        count = 1
+        for at, one in zip(self._at, layers, strict=True):
+            known, mean, weight = _distributions(known_m[one], index[one], at.shape)
+            at[known] = np.arange(count, count + len(mean))
+            means.append(mean)
+            weights.append(weight)
+            count += len(mean)
+        self._mean, self._weight = np.concatenate(means), np.concatenate(weights)
 
-    def at(self, points_m: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """For each point: whether its cell is known, offset from its mean (N, 2), weights (N, 3).
+    def at(
+        self, points_m: FloatArray, towards: FloatArray | None
+    ) -> tuple[BoolArray, FloatArray, FloatArray, FloatArray]:
+        """For each point: (known there, offset (N, 2), weights (N, 3), squared deviation).
 
+        Of the distribution there that fits best, of those that are seen from `towards` (N, 2).
         Weights: xx, xy, yy of the inverse covariance.
         """
         cells = np.floor(points_m / _CELL_M).astype(np.int64) - self._low
         inside = ((cells >= 0) & (cells < self._shape)).all(axis=1)
         i, j = np.where(inside[:, None], cells, 0).T
-        return inside & self._known[i, j], points_m - self._mean[i, j], self._weight[i, j]
+        if not self._faced or towards is None:
+            return self._of(points_m, np.where(inside, self._at[0, i, j], 0))
+        both = [
+            self._of(points_m, np.where(inside, self._at[side, i, j], 0))
+            for side in sides_of(towards).T
+        ]
+        second = both[1][3] < both[0][3]
+        known, offset, weight, squared = (
+            np.where(second if one.ndim == 1 else second[:, None], other, one)
+            for one, other in zip(*both, strict=True)
+        )
+        return known, offset, weight, squared
+
+    def _of(
+        self, points_m: FloatArray, which: NDArray[np.int32]
+    ) -> tuple[BoolArray, FloatArray, FloatArray, FloatArray]:
+        offset, weight, known = points_m - self._mean[which], self._weight[which], which > 0
+        ox, oy = offset.T
+        wxx, wxy, wyy = weight.T
+        squared = np.where(known, wxx * ox * ox + 2.0 * wxy * ox * oy + wyy * oy * oy, np.inf)
+        return known, offset, weight, squared
 
 
 def fit(
-    grid: NdtGrid, points_m: FloatArray, pose: FloatArray, deviations: FloatArray | None = None
+    grid: NdtGrid,
+    points_m: FloatArray,
+    pose: FloatArray,
+    deviations: FloatArray | None = None,
+    origins_m: FloatArray | None = None,
 ) -> Fit:
-    """Gauss-Newton from `pose`; `deviations` (3,), m, m, rad: how far it may be from `pose`."""
+    """Gauss-Newton from `pose`; `deviations` (3,), m, m, rad: how far it may be from `pose`.
+
+    `origins_m`, (N, 2) or (2,): from where the points were seen; a grid with faces needs it.
+    """
     start = pose
-    hold = np.zeros(3) if deviations is None else _CORRELATED * deviations**-2.0
+    hold = np.zeros(3) if deviations is None else CORRELATED * deviations**-2.0
     for iteration in range(_ITERATIONS):
-        turned = points_m @ rotation(pose[2]).T
-        known, offset, weights = grid.at(turned + pose[:2])
+        turn = rotation(pose[2]).T
+        turned = points_m @ turn
+        towards = None if origins_m is None else (origins_m - points_m) @ turn
+        _, offset, weights, squared = grid.at(turned + pose[:2], towards)
         wxx, wxy, wyy = weights.T
         ox, oy = offset.T
-        squared = np.where(known, wxx * ox * ox + 2.0 * wxy * ox * oy + wyy * oy * oy, np.inf)
         limit = _LOOSE if iteration < _LOOSE_ITERATIONS - 1 else _TIGHT
         robust = 1.0 / (1.0 + squared / limit) ** 2
         wxx, wxy, wyy = robust * wxx, robust * wxy, robust * wyy
@@ -111,6 +143,26 @@ def fit(
         if iteration >= _LOOSE_ITERATIONS and np.abs(step).max() < _SETTLED:
             break
     return Fit(pose, information, float((squared < _FITS).mean()))
+
+
+def _distributions(
+    known_m: FloatArray, index: NDArray[np.int64], shape: tuple[int, ...]
+) -> tuple[BoolArray, FloatArray, FloatArray]:
+    """(which cells are known, and of these means (M, 2) and weights (M, 3))."""
+    middle = known_m.mean(axis=0) if len(known_m) else np.zeros(2)
+    size = math.prod(shape)
+    x, y = (known_m - middle).T  # sums of squares about it keep their digits
+    sums = [
+        _summed_around(np.bincount(index, weights, size).reshape(shape).astype(np.float64))
+        for weights in (np.ones(len(x)), x, y, x * x, x * y, y * y)
+    ]
+    known = sums[0] >= _LEAST_POINTS
+    count, sx, sy, sxx, sxy, syy = (one[known] for one in sums)
+    mx, my = sx / count, sy / count
+    vxx, vyy = sxx / count - mx * mx + _NOISE_M**2, syy / count - my * my + _NOISE_M**2
+    vxy = sxy / count - mx * my
+    weight = np.stack((vyy, -vxy, vxx), axis=-1) / (vxx * vyy - vxy * vxy)[:, None]
+    return known, np.stack((mx, my), axis=-1) + middle, weight
 
 
 def _summed_around(part: FloatArray) -> FloatArray:

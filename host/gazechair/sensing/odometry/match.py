@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray
+from gazechair.base.footprint import BoolArray, FloatArray
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
 
 # The state: x, y (m), offset of the heading (rad), speeds forward and sideways (m/s), the speed of
@@ -89,6 +89,15 @@ def fit(
     freedom = seen[2, 2] + weight[OFFSET, OFFSET]
     information = seen[:2, :2] - np.outer(seen[:2, 2], seen[2, :2]) / freedom
     return Fit(state, np.linalg.inv(whole), information, float(near.sum()) / count, float(known))
+
+
+def lie_on(surfaces: LocalMap, points: FloatArray, normals: FloatArray) -> BoolArray:
+    """(N,): which points, with those normals, lie on a remembered surface."""
+    moments, centres = surfaces.look_up(points, layers_of(normals))
+    _, residuals, (_, which) = _rows(moments, centres, points, np.zeros(2))
+    lie = np.zeros(len(points), dtype=np.bool_)
+    lie[which[np.abs(residuals) < _TIGHT_M]] = True
+    return lie
 
 
 def _rows(

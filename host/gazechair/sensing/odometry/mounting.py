@@ -2,13 +2,15 @@
 
 The drive axle does not slip sideways: a chair that seems to, straight on and always by the same
 angle, has a lidar that is turned by that angle. Where the lidars see a turn while the heading
-sensor sees none, one may just have been bumped; straight driving then tells. And two lidars that
-see different headings are not both where they should be.
+sensor sees none, one may just have been bumped; driving straight on, and turning where it was
+suspected while turning, then tells. And two lidars that see different headings are not both where
+they should be.
 """
 
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 
 _STRAIGHT_DEG_S = 3.0  # slower is straight on, or standing
@@ -23,6 +25,12 @@ _WINDOW_M = 1.0  # straight on: what is aside by then tells the angle within hal
 _TURNED_DEG, _RIGHT_DEG = 1.0, 0.5
 # Averages of what each lidar sees of the heading, straight on: against the sensor, or the other's.
 _OFF_DEG, _OFF_S, _AVERAGE_S = 0.15, 0.5, 1.0
+# A suspicion that arose while it turned, or where scans may be old though their times are new, is
+# cleared by turning, too: straight on those are right.
+_CLEARS_DEG, _CLEARS_DEG_S = 30.0, 10.0
+# Against the heading sensor the lidars drift by so much within a while, and by a share of what the
+# chair turns; more, and odometry follows a lidar that was turned.
+_WHILE_S, _SAMPLE_S, _DRIFT_DEG, _DRIFT_SHARE = 10.0, 0.5, 0.5, 0.02
 _REST_S = 0.3  # without a piece its average does not count
 
 
@@ -45,6 +53,10 @@ class Stand:
     matched: float
     known: bool
     """Whether there is a heading."""
+    old_or_turned: bool = False
+    """See turned_piece and repeated."""
+    offset_deg: float = 0.0
+    """Of the heading against the sensor's, since the beginning."""
 
 
 class Mounting:
@@ -60,6 +72,9 @@ class Mounting:
         self._slope_deg: float | None = None  # of the window before, since a suspicion
         self._errors: dict[tuple[float, float], tuple[float, float]] = {}  # deg, when
         self._off_since_s: float | None = None
+        self._to_turn_deg = 0.0  # still
+        self._turned_deg = 0.0  # in all
+        self._offsets: deque[tuple[float, float, float]] = deque()  # s; deg; deg turned until then
 
     def judge(self, stand: Stand) -> bool:
         """See `turned`."""
@@ -70,11 +85,18 @@ class Mounting:
         dt_s, self._time_s = min(stand.time_s - self._time_s, _TURNED_S), stand.time_s
         self._lately_deg *= math.exp(-dt_s / _TURNED_S)
         self._lately_deg += abs(stand.yaw_deg_s) * dt_s
+        self._turned_deg += abs(stand.yaw_deg_s) * max(0.0, dt_s)
         jump_deg = _JUMP_DEG + _JUMP_SHARE * self._lately_deg
         if usable and off_deg > jump_deg and self._most_deg < _MOST_DEG:
-            self._suspect()
+            self._suspect(straight)
+        if self._has_drifted(stand, usable):
+            self._suspect(straight)
+        if stand.known and stand.old_or_turned:
+            self._suspect(False)
         if usable and self._lately_deg < _STRAIGHT_DEG_S * _TURNED_S and self._is_off(stand):
-            self._suspect()
+            self._suspect(straight)
+        if usable and abs(stand.yaw_deg_s) > _CLEARS_DEG_S:
+            self._to_turn_deg = max(0.0, self._to_turn_deg - abs(stand.yaw_deg_s) * dt_s)
         if not (usable and straight):
             self._before = None
         elif self._before is None:
@@ -84,8 +106,27 @@ class Mounting:
             self._before = stand
         return self.turned
 
-    def _suspect(self) -> None:
+    def _has_drifted(self, stand: Stand, usable: bool) -> bool:
+        if not stand.known or self._most_deg >= _MOST_DEG:
+            self._offsets.clear()
+            return False
+        while self._offsets and self._offsets[0][0] < stand.time_s - _WHILE_S:
+            self._offsets.popleft()
+        if not self._offsets or stand.time_s - self._offsets[-1][0] >= _SAMPLE_S:
+            self._offsets.append((stand.time_s, stand.offset_deg, self._turned_deg))
+        drifted = usable and any(
+            abs(stand.offset_deg - deg)
+            > _DRIFT_DEG + _DRIFT_SHARE * (self._turned_deg - turned_deg)
+            for _, deg, turned_deg in self._offsets
+        )
+        if drifted:
+            self._offsets.clear()
+        return drifted
+
+    def _suspect(self, straight: bool) -> None:
         self.turned = True
+        if not straight:
+            self._to_turn_deg = _CLEARS_DEG
         self._ahead_m = self._aside_m = 0.0
         self._slope_deg = None
 
@@ -122,4 +163,4 @@ class Mounting:
         if least_deg > _TURNED_DEG or most_deg < -_TURNED_DEG:
             self.turned = True
         elif least_deg > -_RIGHT_DEG and most_deg < _RIGHT_DEG and self._off_since_s is None:
-            self.turned = False
+            self.turned = self._to_turn_deg > 0.0

@@ -31,6 +31,8 @@ from gazechair.sensing.odometry.match import (
 from gazechair.sensing.odometry.mounting import Mounting, Stand
 from gazechair.sensing.odometry.obedience import CHANGED_S, DEAD_S, Obedience
 from gazechair.sensing.odometry.points import Piece, seen_points
+from gazechair.sensing.odometry.repeated import repeats
+from gazechair.sensing.odometry.turned_piece import TurnedPiece
 
 _HEADING_ERROR_RAD = math.radians(0.1)
 _DRIFT_RAD_S = math.radians(0.02)
@@ -110,6 +112,7 @@ class Odometry:
         self._doubts = Doubts()
         self._obedience = Obedience()
         self._mounting = Mounting()
+        self._turned_piece = TurnedPiece()
         self._places: deque[tuple[float, float, float]] = deque()
         self._error_rad = self._followed_rad = 0.0  # what the heading was off, lately
         self._differs = False  # the heading counts less then
@@ -149,6 +152,10 @@ class Odometry:
         points, normals = seen_points(piece, turned, state[FORWARD], state[SIDEWAYS])
         found = fit(self._coarse, self._map, points, normals, state, covariance, heading)
         yaw = self._yaw_rate(at_s, times, headings)
+        expected = float(state[X]), float(state[Y]), float(heading + state[OFFSET])
+        old_or_turned = self._turned_piece.judge(
+            self._map, points, normals, piece.origin_m, expected, found.matched
+        ) or self._repeats(at_s, found)
         self._grow(found)
         change = float(found.state[FORWARD] - self._state[FORWARD])
         dt_s = at_s - self._time_s
@@ -173,7 +180,7 @@ class Odometry:
             float(self._state[FULL]) - 2.0 * math.sqrt(self._covariance[FULL, FULL]),
             math.degrees(self._error_rad + self._followed_rad),
             max(0.0, self._newest_s(at_s) - min(self._heard_s.values()) - _SILENT_S),
-            self._is_turned(piece.origin_m, found, yaw, known),
+            self._is_turned(piece.origin_m, found, yaw, known, old_or_turned),
         )
         doubts = self._doubts.judge(seen)
         self._differs = DIFFERS in doubts
@@ -186,7 +193,9 @@ class Odometry:
         """What time it is, as far as is known: scans may come late."""
         return max(at_s, self._motions[-1].time_s) if self._motions else at_s
 
-    def _is_turned(self, lidar: tuple[float, float], found: Fit, yaw: float, known: bool) -> bool:
+    def _is_turned(
+        self, lidar: tuple[float, float], found: Fit, yaw: float, known: bool, old_or_turned: bool
+    ) -> bool:
         assert self._time_s is not None
         state = found.state
         angle = float(self._heading_rad + state[OFFSET] + state[ERROR])
@@ -202,8 +211,18 @@ class Odometry:
             off_deg,
             found.matched,
             known,
+            old_or_turned,
+            math.degrees(state[OFFSET]),
         )
         return self._mounting.judge(stand)
+
+    def _repeats(self, at_s: float, found: Fit) -> bool:
+        assert self._time_s is not None
+        before = self._state
+        angle = self._heading_rad + before[OFFSET]
+        moved_m = float((found.state[:2] - before[:2]) @ (math.cos(angle), math.sin(angle)))
+        gap = [m.linear_permille for m in self._motions if self._time_s < m.time_s <= at_s]
+        return repeats(at_s - self._time_s, float(before[FORWARD]), moved_m, gap)
 
     def _cross_check(self, found: Fit, dt_s: float) -> None:
         """How far the lidars see the heading elsewhere than the sensor says, lately."""

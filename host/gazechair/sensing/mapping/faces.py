@@ -1,0 +1,44 @@
+"""From which sides a map's occupied cells are seen: a thin wall has two faces, a beam meets one.
+
+A cell belongs to the face whose free floor is nearest along its row or its column.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gazechair.base.footprint import BoolArray, FloatArray
+
+SIDES = 4  # free floor towards -x, +x, -y, +y
+_REACH_M = 0.078  # a wall's face is as deep: what noise makes of one that is seen from one side
+
+
+def faces_of(occupied: BoolArray, free: BoolArray, cell_m: float) -> BoolArray:
+    """(N, SIDES), of the occupied cells in their order: to which faces each belongs."""
+    at = np.argwhere(occupied)
+    reach = max(1, int(_REACH_M / cell_m))
+    apart = np.stack([_apart(free, at, axis, sign, reach) for axis, sign in _STEPS], axis=1)
+    nearest = np.minimum(apart[:, 0::2], apart[:, 1::2]).repeat(2, axis=1)
+    return np.asarray((apart <= reach) & (apart == nearest))
+
+
+def sides_of(towards: FloatArray) -> NDArray[np.int64]:
+    """(N, 2): the sides from which somebody may see a surface who is `towards` (N, 2) of it."""
+    return np.asarray((towards > 0.0) + np.array((0, 2)))
+
+
+_STEPS = ((0, -1), (0, 1), (1, -1), (1, 1))
+
+
+def _apart(
+    free: BoolArray, at: NDArray[np.int64], axis: int, sign: int, reach: int
+) -> NDArray[np.int64]:
+    """How many cells away the first free one is; reach + 1: none within reach."""
+    padded = np.pad(free, reach)
+    apart = np.full(len(at), reach + 1)
+    for cells in range(reach, 0, -1):
+        step = at + reach
+        step[:, axis] += sign * cells
+        apart[padded[step[:, 0], step[:, 1]]] = cells
+    return apart

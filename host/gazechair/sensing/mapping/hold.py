@@ -1,0 +1,49 @@
+"""Holds a place by odometry where the look alone does not tell it: people pull at a fit.
+
+Odometry holds it, since the place was last sure, by so much, and by shares of what was driven and
+turned since; what goes beyond is in doubt.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.sensing.mapping.poses import between
+
+_SIGMAS = np.array((0.005, 0.005, math.radians(0.1)))
+_SHARES = 0.01, 0.003  # m a m, rad a rad
+_M, _SHARE = 0.03, 0.03
+_RAD, _TURN_SHARE = math.radians(0.7), 0.01
+
+
+@dataclass
+class Hold:
+    """Where the place was last sure, and how odometry has moved since."""
+
+    pose: FloatArray
+    odometry: FloatArray
+    driven_m: float = 0.0
+    turned_rad: float = 0.0
+
+    def move(self, before: FloatArray, odometry: FloatArray) -> None:
+        """Odometry went on."""
+        moved = between(before, odometry)
+        self.driven_m += math.hypot(moved[0], moved[1])
+        self.turned_rad += abs(float(moved[2]))
+
+    @property
+    def deviations(self) -> FloatArray:
+        """(3,): of the pose that odometry gives since."""
+        along, about = _SHARES
+        more = np.array((self.driven_m * along, self.driven_m * along, self.turned_rad * about))
+        return np.asarray(_SIGMAS + more)
+
+    def holds(self, guess: FloatArray, pose: FloatArray) -> bool:
+        """Whether the chair may be at `pose` where odometry has it at `guess`."""
+        off = between(guess, pose)
+        near = math.hypot(off[0], off[1]) <= _M + _SHARE * self.driven_m
+        return near and abs(off[2]) <= _RAD + _TURN_SHARE * self.turned_rad

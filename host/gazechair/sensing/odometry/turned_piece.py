@@ -1,0 +1,59 @@
+"""Would a piece that lies on nothing known lie on what is known, were it turned by some degrees?
+
+Then what it was seen by has turned and the heading sensor has not: a lidar was bumped by more than
+a fit can follow, or its scans are old though their times are new, while the chair turns.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.sensing.odometry.local_map import LocalMap
+from gazechair.sensing.odometry.match import lie_on
+
+_DEG = np.array([sign * deg for deg in np.arange(3.0, 16.0, 1.5) for sign in (-1.0, 1.0)])
+_POINTS = 90
+_LIES = 0.8  # share of the points: with so many where they should be there is nothing to ask
+_WOULD_LIE, _MORE = 0.7, 0.25  # shares: were it turned, and more than as it is
+_AGAIN = 2  # pieces in a row
+
+
+class TurnedPiece:
+    """Feed it every piece, where it is expected to be seen from."""
+
+    def __init__(self) -> None:
+        self._found = 0  # in a row
+
+    def judge(
+        self,
+        surfaces: LocalMap,
+        points: FloatArray,
+        normals: FloatArray,
+        lidar: tuple[float, float],
+        expected: tuple[float, float, float],
+        matched: float,
+    ) -> bool:
+        """Whether it would; points, normals and the lidar's place in the chair's frame.
+
+        `expected`: the chair's x, y and heading; `matched`: share of the points that lie on
+        surfaces by the fit.
+        """
+        if matched >= _LIES or not len(points):
+            self._found = 0
+            return False
+        every = max(1, len(points) // _POINTS)
+        points, normals, about = points[::every], normals[::every], np.array(lidar)
+        turn, turns = _rotations(np.array((expected[2],)))[0], _rotations(np.radians(_DEG))
+        placed = ((points - about) @ turns + about) @ turn + expected[:2]
+        turned = normals @ turns @ turn
+        lie = lie_on(surfaces, placed.reshape(-1, 2), turned.reshape(-1, 2))
+        best = float(lie.reshape(len(turns), -1).mean(axis=1).max())
+        self._found = self._found + 1 if best >= max(_WOULD_LIE, matched + _MORE) else 0
+        return self._found >= _AGAIN
+
+
+def _rotations(angles_rad: FloatArray) -> FloatArray:
+    """(N, 2, 2), to multiply rows with."""
+    c, s = np.cos(angles_rad), np.sin(angles_rad)
+    return np.asarray(np.stack((np.stack((c, s), -1), np.stack((-s, c), -1)), axis=1))
