@@ -11,7 +11,7 @@ from gazechair.going.follow import STOP, Follower, Stick
 from gazechair.going.plan import Way
 from goingrig import numbers
 
-NARROW_M, WIDE_M = 0.05, 0.50
+NARROW_M, JAMS_M, WIDE_M = 0.05, 0.02, 0.50
 STRAIGHT = Way(np.array([(0.0, 0.0), (4.0, 0.0)]), None)
 
 
@@ -28,24 +28,26 @@ def following(ticks: int, room_m: float) -> Follower:
 
 
 @pytest.mark.parametrize(
-    ("room_m", "across_m", "turned_deg", "aims"),
+    ("room_m", "straight_m", "across_m", "turned_deg", "aims"),
     [
-        (NARROW_M, 0.0, 0.5, False),
-        (NARROW_M, 0.0, 4.0, True),
-        (NARROW_M, 0.05, 0.0, True),
-        (NARROW_M, 0.05, -3.0, False),  # on its way back to the leg
-        (WIDE_M, 0.0, 4.0, False),  # that is steered
+        (NARROW_M, JAMS_M, 0.0, 0.5, False),
+        (NARROW_M, JAMS_M, 0.0, 4.0, True),
+        (NARROW_M, JAMS_M, 0.05, 0.0, True),
+        (NARROW_M, NARROW_M, 0.0, 4.0, False),  # straight on there is room, too
+        (NARROW_M, JAMS_M, 0.05, -3.0, False),  # on its way back to the leg
+        (WIDE_M, WIDE_M, 0.0, 4.0, False),  # that is steered
     ],
 )
-def test_where_it_is_narrow_it_stops_and_aims_again(
-    room_m: float, across_m: float, turned_deg: float, aims: bool
+def test_where_it_would_jam_it_stops_and_aims_again(
+    room_m: float, straight_m: float, across_m: float, turned_deg: float, aims: bool
 ) -> None:
     follower = following(80, room_m)
-    stick = follower.step((1.0, across_m, math.radians(turned_deg)), math.inf, room_m)
+    off = (1.0, across_m, math.radians(turned_deg))
+    stick = follower.step(off, math.inf, room_m, straight_m)
     assert (stick.linear_permille == 0) is aims
     for _ in range(60):
         follower.moved(STOP, 0.0, 0.0)
-        stick = follower.step((1.0, across_m, math.radians(turned_deg)), math.inf, room_m)
+        stick = follower.step(off, math.inf, room_m, straight_m)
         if stick.turn_permille and not stick.linear_permille:
             break
     assert follower.turns_on_spot is aims

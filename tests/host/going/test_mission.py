@@ -59,17 +59,17 @@ def test_a_chair_found_beside_its_goal_at_the_end_goes_there(chair: GoingChair) 
     assert math.dist(chair.pose[:2], GOAL[:2]) < 0.12
 
 
-def end_of_way(chair: GoingChair) -> Callable[[Pose, float, float], Stick]:
+def end_of_way(chair: GoingChair) -> Callable[[Pose, float, float, float], Stick]:
     """The follower's step; its way ends, once, 0.4 m before it does."""
     follower = chair.mission._follower
     step = follower.step
     ended: list[bool] = []
 
-    def shorter(pose: Pose, most_m_s: float, room_m: float) -> Stick:
+    def shorter(pose: Pose, most_m_s: float, room_m: float, straight_m: float) -> Stick:
         if not ended and math.dist(pose[:2], GOAL[:2]) < 0.4:
             ended.append(True)
             follower.arrived = True
-        return step(pose, most_m_s, room_m)
+        return step(pose, most_m_s, room_m, straight_m)
 
     return shorter
 
