@@ -70,7 +70,7 @@ class Follower:
         self._unbent = 0
         """The vertex at which the board let no curve through."""
         self._vain_s = 0.0
-        """For so long a bend has been asked for, and nothing was put out."""
+        """For so long a curve has been asked for, and nothing was put out."""
         self._aimed_m: float | None = None
         """Along the leg, where it was turned to what is ahead."""
         self._speed, self._acceleration = _LEAST_M_S, 0.0
@@ -105,7 +105,7 @@ class Follower:
         asked = self._last_stick
         curved = bool(asked.linear_permille and asked.turn_permille)
         self._steering.passed(PERIOD_S, curved and stick == STOP)
-        self._vain_s = self._vain_s + PERIOD_S if stick == STOP != asked else 0.0
+        self._vain_s = self._vain_s + PERIOD_S if curved and stick == STOP else 0.0
         if not stick.linear_permille:  # gently again
             self._speed = max(_LEAST_M_S, min(self._speed, abs(self._linear.speed)))
         self._turn.put_out(stick.turn_permille, PERIOD_S, rate_deg_s)
@@ -216,20 +216,18 @@ class Follower:
         a, b = points[self._at], points[self._at + 1]
         along, across, length = _on_leg(a, b, then)
         left_m = length - along
+        if bend is not None and self._vain_s >= _NO_BEND_S:
+            self._vain_s = 0.0
+            if bend.place(then[0], then[1])[0] > _TURN_AGAIN_RAD:
+                return self._end_leg()
+            self._unbent, bend = self._at + 1, None  # to the vertex, and turn there
         if bend is not None and left_m < bend.tangent_m:
-            turned, across = bend.place(then[0], then[1])
+            turned, off_m = bend.place(then[0], then[1])
             if bend.is_none or turned >= abs(bend.angle_rad):
                 self._at += 1
                 self._aimed_m = -math.inf
-                self._vain_s = 0.0
                 return self._drive(pose, most_m_s, room_m)
-            if self._vain_s < _NO_BEND_S:
-                return self._round(bend, turned, across, later_rad, most_m_s)
-            self._vain_s = 0.0
-            if turned > _TURN_AGAIN_RAD:
-                return self._end_leg()
-            self._unbent, bend = self._at + 1, None  # to the vertex, and turn there
-            across = _on_leg(a, b, then)[1]
+            return self._round(bend, turned, off_m, later_rad, most_m_s)
         line = math.atan2(b[1] - a[1], b[0] - a[0]) + (math.pi if backward else 0.0)
         error = math.remainder(line - later_rad, 2.0 * math.pi)
         curve = 0.0

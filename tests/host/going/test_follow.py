@@ -9,6 +9,7 @@ import pytest
 
 from gazechair.going.follow import STOP, Follower, Stick
 from gazechair.going.plan import Way
+from gazesim.chair import Chair
 from goingrig import numbers
 
 NARROW_M, JAMS_M, WIDE_M = 0.05, 0.02, 0.50
@@ -76,3 +77,25 @@ def test_where_the_board_lets_no_curve_through_it_goes_straight_on_for_a_while()
         asked.append(follower.step((1.0, 0.03, 0.0), math.inf, 0.15))
     assert not any(one.turn_permille for one in asked[:30])
     assert asked[-1].turn_permille < 0
+
+
+def test_it_has_arrived_when_the_turn_runs_out_at_the_heading() -> None:
+    follower = Follower(numbers())
+    chair = Chair("3.1")
+    chair.place(0.0, 0.0, 0.0)
+    chair.step(0.01, (0.0, 0.0))
+    follower.take(Way(np.array([(0.0, 0.0), (0.01, 0.0)]), math.pi / 2), (0.0, 0.0, 0.0))
+    stick = STOP
+    for _ in range(200):
+        follower.moved(stick, chair.speed_m_s, chair.yaw_rate_deg_s)
+        stick = follower.step((0.0, 0.0, math.radians(chair.heading_deg)), math.inf, WIDE_M)
+        if follower.arrived:
+            break
+        for _ in range(5):
+            chair.step(0.01, (stick.linear_permille / 1000.0, stick.turn_permille / 1000.0))
+    assert follower.arrived
+    assert stick == STOP
+    assert chair.yaw_rate_deg_s > 0.5
+    for _ in range(150):
+        chair.step(0.01, (0.0, 0.0))
+    assert chair.heading_deg == pytest.approx(90.0, abs=2.5)

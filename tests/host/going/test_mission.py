@@ -201,3 +201,12 @@ def test_who_walks_into_the_way_in_two_seconds_limits_the_speed() -> None:
     free = people.free_m(way, Footprint())
     assert 1.0 < free < 3.0
     assert math.isinf(people.free_m(way - (0.0, 3.0, 0.0, 0.0), Footprint()))
+
+
+def test_parts_of_a_thing_that_come_into_view_do_not_walk() -> None:
+    people = People()
+    for k in range(12):
+        xs = np.arange(3.0, 3.15 + 0.07 * k, 0.05)
+        people.look(np.stack((xs, np.full(len(xs), 1.0)), axis=1), 0.1 * k)
+    assert people.tracks[0].x_m > 3.35
+    assert not people.tracks[0].walks
