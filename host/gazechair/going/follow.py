@@ -93,6 +93,7 @@ class Follower:
         aligned = abs(off) < _RUNS_OUT_RAD and not way.backward
         self._way, self._at, self._turning, self._unbent = way, 0, not aligned, 0
         self.lost_way = self.arrived = False
+        self._aimed_m = -math.inf  # at once, if need be
         self._spot.start()
 
     def drop(self) -> None:
@@ -193,6 +194,8 @@ class Follower:
         error = math.degrees(math.remainder(target - pose[2], 2.0 * math.pi))
         if abs(self._turn.speed) > (20.0 if wide else _ENDS_DEG_S) or abs(error) > 12.0:
             return False
+        if self._spot.pulses and not wide:
+            return False  # from rest: less is known of what that makes
         off = abs(error - self._turn.runs(0.0, 0.0))
         return off < math.degrees(_RUNS_OUT_RAD if wide else within)
 

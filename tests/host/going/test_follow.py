@@ -9,6 +9,8 @@ import pytest
 
 from gazechair.going.follow import STOP, Follower, Stick
 from gazechair.going.plan import Way
+from gazemeasure.obstacles_attack import KINDS, AttackedChair
+from gazemeasure.turn_board import settings_with
 from gazesim.chair import Chair
 from goingrig import numbers
 
@@ -54,6 +56,44 @@ def test_where_it_would_jam_it_stops_and_aims_again(
     assert follower.turns_on_spot is aims
     if aims:
         assert np.sign(stick.turn_permille) == -np.sign(across_m + math.radians(turned_deg))
+
+
+def test_a_new_way_that_it_is_not_aimed_at_is_aimed_at_where_it_would_jam() -> None:
+    off = (0.0, 0.0, math.radians(4.0))
+    for straight_m, turns in ((NARROW_M, False), (JAMS_M, True)):
+        follower = Follower(numbers())
+        follower.take(STRAIGHT, off)
+        for _ in range(3):
+            follower.moved(STOP, 0.0, 0.0)
+            follower.step(off, math.inf, NARROW_M, straight_m)
+        assert follower.turns_on_spot is turns
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("turn_deg", [6.0, 12.0, 15.0])
+def test_where_it_is_narrow_a_turn_waits_for_what_its_pulse_makes(
+    kind: str, turn_deg: float
+) -> None:
+    full = {"profile": 2, "linear_permille": 1000, "turn_permille": 1000}
+    chair = AttackedChair("3.1", kind, settings_with(full), True)
+    chair.place(0.0, 0.0, 0.0)
+    follower = Follower(numbers())
+    heading = math.radians(turn_deg)
+    way = Way(np.array([(0.0, 0.0), (4.0 * math.cos(heading), 4.0 * math.sin(heading))]), None)
+    follower.take(way, (0.0, 0.0, 0.0))
+    stick = STOP
+    for _ in range(300):
+        follower.moved(stick, chair.speed_m_s, chair.yaw_rate_deg_s)
+        at = (0.0, 0.0, math.radians(chair.heading_deg))
+        stick = follower.step(at, math.inf, NARROW_M)
+        if stick.linear_permille:
+            break
+        for _ in range(5):
+            chair.step(0.01, (0.0, stick.turn_permille / 1000.0))
+    assert stick.linear_permille
+    for _ in range(150):
+        chair.step(0.01, (0.0, 0.0))
+    assert chair.heading_deg == pytest.approx(turn_deg, abs=2.0)
 
 
 def test_after_the_board_held_it_back_it_starts_gently() -> None:
