@@ -67,7 +67,11 @@ class ChairNumbers:
     @property
     def most_deg_s(self) -> float:
         """Likewise, turning."""
-        share = (self.spot_permille / 1000.0 - self.deadband) / (1.0 - self.deadband)
+        return self.turned_deg_s(self.spot_permille)
+
+    def turned_deg_s(self, permille: int) -> float:
+        """The rate that an output makes, to the slower side."""
+        share = (abs(permille) / 1000.0 - self.deadband) / (1.0 - self.deadband)
         return share * min(self.left_deg_s, self.right_deg_s)
 
     @property

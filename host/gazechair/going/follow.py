@@ -12,33 +12,30 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gazechair.going.bends import RATE_RAD_S, Bend
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.plan import Pose, Way
 from gazechair.going.spot_turn import SpotTurn
+from gazechair.going.steering import MISS_M, NARROW_M, STEER_MOST_RAD, Steering, miss_m
 
 PERIOD_S = 0.05
 ACCELERATE_M_S2, JERK_M_S3 = 0.3, 1.0
 """Bounds of the speed that is asked for."""
 ARRIVED_M = 0.12
-_TURNED_RAD = math.radians(0.8)  # before a leg, and at the end
+_TURNED_RAD, _ARRIVED_RAD = math.radians(0.8), math.radians(1.8)  # before a leg, and at the end
 _ROUGHLY_RAD = math.radians(3.0)  # where there is room to steer
 _TURN_AGAIN_RAD = math.radians(20.0)
 _SHORT_M = 0.3  # so much of a leg may be left out
 _OFF_M = 0.30  # farther from its leg, another way is needed
-_NARROW_M = 0.22  # beside the chair: less, and it is steered and aimed with care
 _LOOK_M = 1.0
-_MISS_M, _AIM_LEFT_M, _AIM_AGAIN_M = 0.04, 0.5, 0.5
-_STEER_M, _STEER_RAD = 0.02, math.radians(1.0)
-_CALM_M, _CALM_RAD = 0.008, math.radians(0.4)
-_STEER_MOST_RAD = math.radians(18.0)
-_STEER_PER_S, _STEER_DEG_S, _STEER_NARROW_DEG_S = 0.9, 18.0, 8.0
-_TIGHT_M, _UNSTEERED_S = 0.06, 2.0  # the board lets no curve through: straight on, for so long
+_JAMS_M, _BETTER_M = 0.035, 0.01  # straight on, and so much better towards the leg's end: aim again
+_AIM_LEFT_M, _AIM_AGAIN_M = 0.5, 0.5
 _WIDE_M = 0.30  # beside the chair: room to be less exact
 _RUNS_OUT_RAD = math.radians(5.0)
-_BEND_RAD, _ROUND_M = math.radians(32.0), 0.25  # a bend so small is driven round
-_BEND_ROOM_M = 0.22
+_OF_LET = 0.85
+_NO_BEND_S = 0.6  # of asking for a bend in vain
 _SHARP_RAD, _SHARP_M_S = math.radians(8.0), 0.22
-_STANDS_M_S, _ROLLS_M_S = 0.04, 0.08
+_STANDS_M_S, _ROLLS_M_S = 0.06, 0.12  # then a turn is asked for, which begins after the dead time
 _ENDS_DEG_S = 5.0  # turning so slowly, it may begin a leg
 _END_M, _END_WIDE_M = 0.02, 0.06
 _LEAST_M_S = 0.02  # a start from rest
@@ -66,8 +63,14 @@ class Follower:
         self._at = 0
         """Index of the leg that is driven, or turned to."""
         self._turning = True
-        self._steers = False
-        self._unsteered_s = 0.0
+        self._steering = Steering(numbers, self._turn)
+        self._let_deg_s = numbers.most_deg_s
+        """As the board let out in the last turn on the spot."""
+        self._straight_m = math.inf
+        self._unbent = 0
+        """The vertex at which the board let no curve through."""
+        self._vain_s = 0.0
+        """For so long a curve has been asked for, and nothing was put out."""
         self._aimed_m: float | None = None
         """Along the leg, where it was turned to what is ahead."""
         self._speed, self._acceleration = _LEAST_M_S, 0.0
@@ -88,8 +91,9 @@ class Follower:
         a, b = way.points_m[:2]
         off = math.remainder(math.atan2(b[1] - a[1], b[0] - a[0]) - pose[2], 2.0 * math.pi)
         aligned = abs(off) < _RUNS_OUT_RAD and not way.backward
-        self._way, self._at, self._turning = way, 0, not aligned
+        self._way, self._at, self._turning, self._unbent = way, 0, not aligned, 0
         self.lost_way = self.arrived = False
+        self._aimed_m = -math.inf  # at once, if need be
         self._spot.start()
 
     def drop(self) -> None:
@@ -99,13 +103,16 @@ class Follower:
     def moved(self, stick: Stick, speed_m_s: float | None, rate_deg_s: float | None) -> None:
         """What the board put out in the last period, and how the chair moves now."""
         self._linear.put_out(stick.linear_permille, PERIOD_S, speed_m_s)
-        self._unsteered_s -= PERIOD_S
-        if stick == STOP and self._last_stick.linear_permille and self._last_stick.turn_permille:
-            self._unsteered_s = _UNSTEERED_S
+        asked = self._last_stick
+        curved = bool(asked.linear_permille and asked.turn_permille)
+        self._steering.passed(PERIOD_S, curved and stick == STOP)
+        self._vain_s = self._vain_s + PERIOD_S if curved and stick == STOP else 0.0
         if not stick.linear_permille:  # gently again
             self._speed = max(_LEAST_M_S, min(self._speed, abs(self._linear.speed)))
         self._turn.put_out(stick.turn_permille, PERIOD_S, rate_deg_s)
         self._spot.let_out(stick.turn_permille)
+        if stick.turn_permille and not self._last_stick.linear_permille:
+            self._let_deg_s = self._numbers.turned_deg_s(stick.turn_permille)
 
     def left_m(self, pose: Pose) -> float:
         """Of the way."""
@@ -118,12 +125,15 @@ class Follower:
         gap = math.hypot(after[0][0] - pose[0], after[0][1] - pose[1])
         return gap + float(np.hypot(*np.diff(after, axis=0).T).sum())
 
-    def step(self, pose: Pose, most_m_s: float, room_m: float) -> Stick:
+    def step(
+        self, pose: Pose, most_m_s: float, room_m: float, straight_m: float = math.inf
+    ) -> Stick:
         """The stick for the next period.
 
         `pose`: now. `most_m_s`: no faster (people). `room_m`: what is free beside the chair, here
-        and for the next steps.
+        and for the next steps along its way; `straight_m`: likewise, straight on.
         """
+        self._straight_m = straight_m
         stick = STOP
         self.turns_on_spot = False
         if self._way is not None and not self.arrived:
@@ -161,15 +171,17 @@ class Follower:
     def _turn_on_spot(self, pose: Pose, room_m: float) -> Stick:
         assert self._way is not None
         last = self._at >= len(self._way.points_m) - 1
-        rolls = _ROLLS_M_S if room_m > _NARROW_M and not last else _STANDS_M_S
+        rolls = _ROLLS_M_S if room_m > NARROW_M else _STANDS_M_S
         if abs(self._linear.speed) > rolls:
             return STOP
         target = self._target_rad(pose)
         if target is None:
             return self._turned(last)
         self.turns_on_spot = True
-        within = _TURNED_RAD if last or room_m < _NARROW_M else _ROUGHLY_RAD
-        if not last and self._runs_out_near(pose, target, room_m, within):
+        within = _TURNED_RAD if room_m < NARROW_M else _ROUGHLY_RAD
+        if last:
+            within, room_m = _ARRIVED_RAD, 0.0
+        if self._runs_out_near(pose, target, room_m, within):
             return self._turned(last)  # the rest is steered while driving
         output = self._spot.step(pose[2], target, within)
         if output is None:
@@ -182,6 +194,8 @@ class Follower:
         error = math.degrees(math.remainder(target - pose[2], 2.0 * math.pi))
         if abs(self._turn.speed) > (20.0 if wide else _ENDS_DEG_S) or abs(error) > 12.0:
             return False
+        if self._spot.pulses and not wide:
+            return False  # from rest: less is known of what that makes
         off = abs(error - self._turn.runs(0.0, 0.0))
         return off < math.degrees(_RUNS_OUT_RAD if wide else within)
 
@@ -190,7 +204,7 @@ class Follower:
             self.arrived = True
         else:
             self._turning = False
-            self._steers = False
+            self._steering.begin()
             self._aimed_m = None
         return STOP
 
@@ -199,43 +213,111 @@ class Follower:
     def _drive(self, pose: Pose, most_m_s: float, room_m: float) -> Stick:
         assert self._way is not None
         points = self._way.points_m
-        a, b = points[self._at], points[self._at + 1]
         backward = self._way.backward and self._at == 0
-        ahead_m, _ = self._linear.dead_way()
-        turned_deg, _ = self._turn.dead_way()
-        heading = pose[2] + math.radians(turned_deg)
-        middle = pose[2] + 0.5 * math.radians(turned_deg)
-        then = (pose[0] + ahead_m * math.cos(middle), pose[1] + ahead_m * math.sin(middle), heading)
+        then, later_rad = self._then(pose)
+        bend = self._way.bend(self._at + 1) if self._at + 1 != self._unbent else None
+        a, b = points[self._at], points[self._at + 1]
         along, across, length = _on_leg(a, b, then)
-        line = math.atan2(b[1] - a[1], b[0] - a[0]) + (math.pi if backward else 0.0)
-        error = math.remainder(line - heading, 2.0 * math.pi)
         left_m = length - along
-        bends = self._bend_ahead(backward) if room_m > _BEND_ROOM_M else None
-        if bends is not None:
-            if left_m < _ROUND_M:
+        if bend is not None and self._vain_s >= _NO_BEND_S:
+            self._vain_s = 0.0
+            if bend.place(then[0], then[1])[0] > _TURN_AGAIN_RAD:
+                return self._end_leg()
+            self._unbent, bend = self._at + 1, None  # to the vertex, and turn there
+        if bend is not None and left_m < bend.tangent_m:
+            turned, off_m = bend.place(then[0], then[1])
+            if bend.is_none or turned >= abs(bend.angle_rad):
                 self._at += 1
                 self._aimed_m = -math.inf
-                return self._last_stick
-            left_m += bends
+                return self._drive(pose, most_m_s, room_m)
+            return self._round(bend, turned, off_m, later_rad, most_m_s)
+        line = math.atan2(b[1] - a[1], b[0] - a[0]) + (math.pi if backward else 0.0)
+        error = math.remainder(line - later_rad, 2.0 * math.pi)
+        curve = 0.0
+        if bend is not None:
+            to_bend_m = left_m - bend.tangent_m
+            most_m_s = min(most_m_s, self._slows(to_bend_m, self._bent_m_s(bend)))
+            left_m = to_bend_m + self._beyond_m(self._at + 1)
+            if to_bend_m < self._speed * self._lead_s:
+                curve = bend.curve_per_m
         elif length < 0.03 or left_m < (_END_WIDE_M if room_m > _WIDE_M else _END_M):
             return self._end_leg()
         if abs(across) > _OFF_M:
             self.lost_way = True
             return STOP
-        if abs(error) > _TURN_AGAIN_RAD + _STEER_MOST_RAD:
+        if abs(error) > _TURN_AGAIN_RAD + STEER_MOST_RAD:
             self._begin_turn()
             return STOP
-        if (room_m < _TIGHT_M or self._unsteered_s > 0.0) and self._misses(
-            along, across, error, left_m
-        ):
+        misses = self._misses(along, across, error, left_m)
+        if misses and self._straight_m < min(_JAMS_M, room_m - _BETTER_M):
             self._begin_turn()
             return STOP
         if abs(error) > _SHARP_RAD:
             most_m_s = min(most_m_s, _SHARP_M_S)
         speed = self._speed_m_s(left_m, most_m_s)
-        turn = self._steer(across if not backward else -across, error, room_m, left_m)
+        if curve:
+            turn = self._steering.curved(speed * curve, across, error)
+        else:
+            off_m = -across if backward else across
+            turn = self._steering.straight(off_m, error, left_m, room_m, self._straight_m)
         linear = self._numbers.linear_permille(-speed if backward else speed)
         return Stick(linear, turn if linear else 0)
+
+    def _round(
+        self, bend: Bend, turned: float, across: float, later_rad: float, most_m_s: float
+    ) -> Stick:
+        """Along the arc of a bend."""
+        if abs(across) > _OFF_M:
+            self.lost_way = True
+            return STOP
+        side = math.copysign(1.0, bend.angle_rad)
+        left_m = bend.length_m - bend.radius_m * turned
+        lag_rad = self._speed * self._numbers.lag_s / bend.radius_m
+        line = bend.begin_rad + side * min(abs(bend.angle_rad), turned + lag_rad)
+        error = math.remainder(line - later_rad, 2.0 * math.pi)
+        curve = bend.curve_per_m if left_m > self._speed * self._lead_s else 0.0
+        beyond_m = self._beyond_m(self._at + 1) - bend.length_m
+        speed = self._speed_m_s(left_m + beyond_m, min(most_m_s, self._bent_m_s(bend)))
+        linear = self._numbers.linear_permille(speed)
+        turn = self._steering.curved(speed * curve, across, error)
+        return Stick(linear, turn if linear else 0)
+
+    def _then(self, pose: Pose) -> tuple[Pose, float]:
+        """The pose after the dead time, and the heading after the lag."""
+        ahead_m, _ = self._linear.dead_way()
+        turned_deg, rate = self._turn.dead_way()
+        heading = pose[2] + math.radians(turned_deg)
+        middle = pose[2] + 0.5 * math.radians(turned_deg)
+        then = (pose[0] + ahead_m * math.cos(middle), pose[1] + ahead_m * math.sin(middle), heading)
+        return then, heading + math.radians(rate) * self._numbers.lag_s
+
+    @property
+    def _lead_s(self) -> float:
+        """Before a bend, that its turn is asked for: half the ramp, and the lag."""
+        rate = math.degrees(RATE_RAD_S)
+        return self._numbers.lag_s + 0.5 * rate / self._numbers.accelerate_deg_s2
+
+    def _beyond_m(self, vertex: int) -> float:
+        """From the begin of the bend there to where the chair stops."""
+        assert self._way is not None
+        total, bend = 0.0, self._way.bend(vertex)
+        while bend is not None:
+            a, b = self._way.points_m[vertex : vertex + 2]
+            after = self._way.bend(vertex + 1)
+            total += bend.length_m + float(np.hypot(*(b - a))) - bend.tangent_m
+            total -= 0.0 if after is None else after.tangent_m
+            vertex, bend = vertex + 1, after
+        return total
+
+    def _bent_m_s(self, bend: Bend) -> float:
+        """At most, in a bend: so that the board lets its turn out."""
+        return bend.radius_m * min(RATE_RAD_S, _OF_LET * math.radians(self._let_deg_s))
+
+    def _slows(self, left_m: float, to_m_s: float) -> float:
+        """The speed from which it has slowed down to another within so much."""
+        late = ACCELERATE_M_S2 * (self._numbers.lag_s + 0.5 * PERIOD_S)
+        squared = late**2 + to_m_s**2 + 2.0 * ACCELERATE_M_S2 * max(left_m, 0.0)
+        return max(to_m_s, math.sqrt(squared) - late)
 
     def _misses(self, along: float, across: float, error: float, left_m: float) -> bool:
         """Straight on, it comes too far from its leg: better aim again, as nothing is steered."""
@@ -243,20 +325,7 @@ class Follower:
             self._aimed_m = along
         if left_m < _AIM_LEFT_M or along - self._aimed_m < _AIM_AGAIN_M:
             return False
-        ahead_m = min(left_m, _LOOK_M)
-        return abs(across - ahead_m * math.sin(error)) > _MISS_M
-
-    def _bend_ahead(self, backward: bool) -> float | None:
-        """The next leg's length, if it is driven into without a stop."""
-        assert self._way is not None
-        points = self._way.points_m
-        if backward or self._at + 2 >= len(points):
-            return None
-        a, b, c = points[self._at : self._at + 3]
-        bend = math.atan2(c[1] - b[1], c[0] - b[0]) - math.atan2(b[1] - a[1], b[0] - a[0])
-        if abs(math.remainder(bend, 2.0 * math.pi)) > _BEND_RAD:
-            return None
-        return float(np.hypot(*(c - b)))
+        return miss_m(across, error, left_m) > MISS_M
 
     def _end_leg(self) -> Stick:
         self._at += 1
@@ -298,23 +367,6 @@ class Follower:
         if self._speed >= wanted:
             self._speed = max(wanted, self._speed - 2.0 * ACCELERATE_M_S2 * PERIOD_S)
         return self._speed if wanted > 0.0 else 0.0
-
-    def _steer(self, across: float, error: float, room_m: float, left_m: float) -> int:
-        # Towards the line, more so the farther off; nothing where all is well or narrow.
-        toward = math.atan2(-across, max(0.5, min(_LOOK_M, left_m)))
-        toward = max(-_STEER_MOST_RAD, min(_STEER_MOST_RAD, 1.5 * toward))
-        aim = error + toward
-        if room_m < _TIGHT_M or self._unsteered_s > 0.0:
-            self._steers = False
-            return 0
-        off = abs(across) > _STEER_M or abs(aim) > _STEER_RAD
-        calm = abs(across) < _CALM_M and abs(aim) < _CALM_RAD
-        self._steers = off or (self._steers and not calm)
-        if not self._steers:
-            return 0
-        rate = math.degrees(aim) * _STEER_PER_S
-        most = _STEER_DEG_S if room_m > _NARROW_M else _STEER_NARROW_DEG_S
-        return self._numbers.turn_permille(max(-most, min(most, rate)))
 
 
 def _on_leg(

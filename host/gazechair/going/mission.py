@@ -7,7 +7,6 @@ on to the goal that it had before.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -32,6 +31,7 @@ PERSON, OBSTACLE, POSE_LOST = "going_person", "going_obstacle", "going_pose_lost
 POSE_OLD_S = 0.4
 _LOOK_AHEAD_M = 2.5
 _CHECK_S = 0.3
+_STRAIGHT_M = np.arange(0.0, 0.81, 0.1)
 _ALONG_M = 0.1
 _HIT_M = -0.04  # by the map and what is seen: less than this ahead, and the way is blocked
 _GO_ROUND_S, _AGAIN_S = 3.0, 2.0
@@ -93,6 +93,7 @@ class Mission:
     _refused: list[Refused] = field(default_factory=list)
     _asked: Stick = STOP
     _room_m: float = 0.0
+    _straight_m: float = math.inf
     _free_m: float = math.inf
     _nearer: int = 0
     """Ways from where one ended, too far from the goal."""
@@ -191,7 +192,8 @@ class Mission:
         if self.state in (BLOCKED, PLANNING):
             return STOP
         self._look_ahead(pose, now_s)
-        stick = self._follower.step(pose, speed_within(self._free_m), self._room_m)
+        most_m_s = speed_within(self._free_m)
+        stick = self._follower.step(pose, most_m_s, self._room_m, self._straight_m)
         if self._pending is not None or self._wants_plan:
             return STOP if self._follower.arrived or self._follower.lost_way else stick
         if self._follower.arrived:
@@ -258,6 +260,9 @@ class Mission:
         clear = self.costmap.clearance_m(poses[:, 0], poses[:, 1], poses[:, 2])
         near = poses[:, 3] < _BESIDE_M + 0.3
         self._room_m = float(clear[near].min()) if near.any() else 0.0
+        onward = _STRAIGHT_M[:, None] * (math.cos(pose[2]), math.sin(pose[2])) + pose[:2]
+        straight = self.costmap.clearance_m(onward[:, 0], onward[:, 1], pose[2])
+        self._straight_m = float(straight.min())
         self._free_m = self._people.free_m(poses[poses[:, 3] < 2.0], self.footprint)
         if float(clear[1:].min(initial=1.0)) >= _HIT_M:
             self._hit_since_s = None
@@ -273,23 +278,35 @@ class Mission:
     def _ahead(self, pose: Pose) -> FloatArray:
         """Poses (N, 4) of the next metres of the way, with how far off they are."""
         assert self.way is not None
-        points = [np.array(pose[:2]), *self.way.points_m[self._follower.leg + 1 :]]
-        rows = [(pose[0], pose[1], pose[2], 0.0)]
-        done = 0.0
-        for number, (a, b) in enumerate(itertools.pairwise(points)):
-            length = float(np.hypot(*(b - a)))
-            if length < 0.02:
-                continue
-            heading = math.atan2(b[1] - a[1], b[0] - a[0])
-            if self.way.backward and self._follower.leg + number == 0:
-                heading += math.pi
-            for along in np.arange(_ALONG_M, length, _ALONG_M):
-                if done + along > _LOOK_AHEAD_M:
+        rows, done = [(*pose, 0.0)], 0.0
+        begin = np.array(pose[:2])
+        for leg in range(self._follower.leg, len(self.way.points_m) - 1):
+            bend = self.way.bend(leg + 1)
+            end = self.way.points_m[leg + 1] if bend is None else bend.begin_m
+            for one in (
+                *self._straight(leg, begin, end),
+                *(() if bend is None else bend.sampled()),
+            ):
+                done += math.dist(one[:2], rows[-1][:2])
+                if done > _LOOK_AHEAD_M:
                     return np.array(rows)
-                x, y = a + (b - a) * (along / length)
-                rows.append((float(x), float(y), heading, done + float(along)))
-            done += length
+                rows.append((*one, done))
+            begin = np.array(rows[-1][:2]) if bend is not None else end
         return np.array(rows)
+
+    def _straight(self, leg: int, a: FloatArray, b: FloatArray) -> list[Pose]:
+        """Poses from `a` to `b`, if that leads on along a leg."""
+        assert self.way is not None
+        onward = b - a
+        length = float(np.hypot(*onward))
+        along = self.way.points_m[leg + 1] - self.way.points_m[leg]
+        if length < 0.02 or (self.way.bend(leg + 1) is not None and float(onward @ along) < 0.0):
+            return []
+        heading = math.atan2(onward[1], onward[0])
+        if self.way.backward and leg == 0:
+            heading += math.pi
+        steps = np.arange(_ALONG_M, length, _ALONG_M) / length
+        return [(float(x), float(y), heading) for x, y in a + steps[:, None] * onward]
 
     def _person_near(self, pose: Pose) -> bool:
         return any(

@@ -21,6 +21,7 @@ _MOST_M_S = 1.6
 _BLEND = 0.35
 _SURE = 4  # looks
 _CAME_M = 0.2  # so far, at least: parts of things that come into view seem to move, too
+_LEFT_M = 0.15
 _BODY_M = 0.25
 _SPACE_M = 0.35
 """Between the chair and a person who walks."""
@@ -40,11 +41,15 @@ class Track:
     looks: int = 1
     from_m: tuple[float, float] | None = None
     """Where it was seen first."""
+    left: bool = False
+    """Nothing is seen there any more."""
 
     @property
     def walks(self) -> bool:
         """Whether it moves by itself, as far as seen."""
         if self.from_m is None or math.dist(self.from_m, (self.x_m, self.y_m)) < _CAME_M:
+            return False
+        if not self.left:  # another part of the same thing
             return False
         return self.looks >= _SURE and math.hypot(self.vx_m_s, self.vy_m_s) > _WALKS_M_S
 
@@ -81,6 +86,10 @@ class People:
             best.vy_m_s += _BLEND * (vy - best.vy_m_s)
             best.x_m, best.y_m, best.seen_s = x, y, at_s
             best.looks += 1
+        for one in self.tracks:
+            if one.from_m is not None:
+                off_m = np.hypot(points_m[:, 0] - one.from_m[0], points_m[:, 1] - one.from_m[1])
+                one.left = bool(off_m.min(initial=math.inf) > _LEFT_M)
 
     def free_m(self, poses: FloatArray, footprint: Footprint) -> float:
         """How far along `poses` (N, 4: x, y, heading, metres) nobody will be too near in 2 s."""

@@ -1,4 +1,4 @@
-"""Planner: from a pose to a place, as straight legs with turns on the spot between them.
+"""Planner: from a pose to a place, as straight legs with bends or turns on the spot between them.
 
 The lattice finds a route; smoothing takes vertices out and moves the others until legs are long
 and clear on both sides. A leg may begin the way out of, or end it into, what is too narrow to turn
@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
+from gazechair.going.bends import Bend
 from gazechair.going.costmap import Costmap
 from gazechair.going.lattice import (
     LOOSE_M,
@@ -64,12 +65,18 @@ class Way:
     clearance_m: float = 0.0
     cost_s: float = 0.0
     """As estimated for choosing between ways."""
+    bends: tuple[Bend | None, ...] = ()
+    """Of each vertex; None: a turn on the spot."""
 
     @property
     def is_easy(self) -> bool:
         """Hardly worth looking for another one."""
         easy_s = _EASY_S + _EASY_S_PER_M * self.length_m
         return self.clearance_m >= PASSES_M and self.cost_s < easy_s
+
+    def bend(self, vertex: int) -> Bend | None:
+        """The arc that takes the place of a vertex."""
+        return self.bends[vertex] if vertex < len(self.bends) else None
 
     @property
     def length_m(self) -> float:
@@ -162,7 +169,7 @@ class Planner:
         found, clear, cost_s = smooth(_merged(points, fixed, fixed_end), fixed, fixed_end)
         if clear < LEAST_M - 0.02:
             return NoWay(NO_WAY)
-        return Way(found, heading, backward, clear, cost_s)
+        return Way(found, heading, backward, clear, cost_s, smooth.bends(found))
 
     def _ends(
         self, x_m: float, y_m: float, heading: float | None

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
+from gazechair.going.bends import Bend, bend_at
 from gazechair.going.costmap import Costmap
 from gazechair.going.lattice import NO_TURN_M
 
@@ -40,6 +41,8 @@ _LEAVES = 8  # poses of a leg at which the chair may be nearer: it leaves that b
 _STOP_M = 0.35
 _CREEPS_S_PER_M, _NO_STOP_S_PER_M = 20.0, 200.0
 _REFUSED_M, _REFUSED_RAD = 0.3, math.radians(20.0)
+_BEND_ROLLS_M, _BEND_ENDS_M = 0.1, 0.3  # straight on, before and after the way's outermost bends
+_NO_BEND_M = 1.0  # of where the board refused something
 _MOVES_M = (0.04, 0.015)
 _INTO_WALL = 60.0  # seconds for each metre that is missing, and metre of way
 
@@ -75,8 +78,9 @@ class Smoother:
         self._costmap = costmap
         self._refused = refused
         self._start_rad, self._goal_rad, self._backward = start_rad, goal_rad, backward
-        self._legs: dict[tuple[float, ...], tuple[float, float]] = {}
+        self._legs: dict[tuple[float, ...], tuple[float, float, float]] = {}
         self._turns: dict[tuple[float, ...], float] = {}
+        self._bends: dict[tuple[float, ...], Bend | None] = {}
 
     def __call__(
         self, points: list[FloatArray], fixed: int, fixed_end: int
@@ -105,26 +109,55 @@ class Smoother:
         legs = [self._leg(a, b)[1] for a, b in itertools.pairwise(points)]
         return np.array(points), min(legs, default=0.0), cost
 
+    def bends(self, points: FloatArray) -> tuple[Bend | None, ...]:
+        """Of each vertex that `__call__` found."""
+        every = list(points)
+        inner = [self._bend(every, k) for k in range(1, len(every) - 1)]
+        return (None, *inner, None)
+
     def first_leg_s(self, a: FloatArray, b: FloatArray) -> float:
         """Seconds of the way's first leg."""
-        return self._leg(a, b)[0]
+        leg_s, _, end_s = self._leg(a, b)
+        return leg_s + end_s
 
     def _cost(self, points: list[FloatArray]) -> float:
         backward = self._backward
         headings = _headings(points, backward)
         total, before = 0.0, self._start_rad
+        ends_s = 0.0  # of the leg before: what is ahead of its vertex, unless a bend leads away
         for k, heading in enumerate(headings):
-            total += self.turn_s(points[k], before, heading)
-            total += self._leg(points[k], points[k + 1])[0]
+            bend = self._bend(points, k) if k else None
+            total += (
+                ends_s + self.turn_s(points[k], before, heading) if bend is None else bend.seconds
+            )
+            leg_s, _, ends_s = self._leg(points[k], points[k + 1])
+            total += leg_s
             if not (backward and not k):
                 total += refused_s(self._refused, points[k], heading)
             before = heading
+        total += ends_s
         if self._goal_rad is not None:
             total += self.turn_s(points[-1], before, self._goal_rad)
         return total
 
-    def _leg(self, a: FloatArray, b: FloatArray) -> tuple[float, float]:
-        """Seconds, and the least clearance."""
+    def _bend(self, points: list[FloatArray], k: int) -> Bend | None:
+        """At vertex `k`, if it is driven round: sharing its legs with the vertices beside it."""
+        a, b, c = points[k - 1 : k + 2]
+        if self._backward and k == 1:
+            return None
+        before, after = float(np.hypot(*(b - a))), float(np.hypot(*(c - b)))
+        most_m = min(
+            before - _BEND_ROLLS_M if k == 1 else 0.5 * before,
+            after - _BEND_ENDS_M if k == len(points) - 2 else 0.5 * after,
+        )
+        key = (*a.tolist(), *b.tolist(), *c.tolist(), most_m)
+        if key not in self._bends:
+            shut = any(math.dist((one.x_m, one.y_m), b) < _NO_BEND_M for one in self._refused)
+            self._bends[key] = None if shut else bend_at(self._costmap, a, b, c, most_m)
+        return self._bends[key]
+
+    def _leg(self, a: FloatArray, b: FloatArray) -> tuple[float, float, float]:
+        """Seconds, the least clearance, and seconds for what is ahead of its end."""
         key = (*a.tolist(), *b.tolist())
         found = self._legs.get(key)
         if found is None:
@@ -146,14 +179,14 @@ class Smoother:
             seconds = length / _SPEED_M_S * (1.0 + 3.0 * float(narrow.mean()))
             seconds += _CREEPS_S_PER_M * length * float((clear < _BESIDE_M).mean())
             seconds += _JAMS_S_PER_M * length * float((clear < _JAMS_M).mean())
-            seconds += _CREEPS_S_PER_M * float(_ONWARD_M[-1] - free)
-            seconds += _NO_STOP_S_PER_M * max(0.0, _STOP_M - float(free))
+            ends_s = _CREEPS_S_PER_M * float(_ONWARD_M[-1] - free)
+            ends_s += _NO_STOP_S_PER_M * max(0.0, _STOP_M - float(free))
             seconds += _INTO_WALL * length * float(np.maximum(0.02 - clear, 0.0).mean()) * 50.0
             standing_m = self._costmap.standing_m
             seconds += self._costmap.ahead.leg_s(standing_m, a, b, backward)
             if float(clear[_LEAVES:].min(initial=1.0)) < PASSES_M:
                 seconds += _NOT_PASSED_S
-            found = self._legs[key] = (seconds, float(clear.min()))
+            found = self._legs[key] = (seconds, float(clear.min()), ends_s)
         return found
 
     def _is_first(self, a: FloatArray) -> bool:

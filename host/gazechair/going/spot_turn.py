@@ -45,6 +45,11 @@ class SpotTurn:
         self._pulsed_from: float | None = None
         self._coasts: tuple[float, float] | None = None
 
+    @property
+    def pulses(self) -> bool:
+        """Whether it turns by a pulse from rest now."""
+        return self._pulsed_from is not None
+
     def let_out(self, permille: int) -> None:
         """What the board has put out in the last period."""
         if permille:

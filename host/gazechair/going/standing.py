@@ -15,7 +15,7 @@ STOPS_M = 0.75
 WAITS_S, CREEPS_S_PER_M = 12.0, 12.0
 _WIDE_M = (0.075, 1.0)
 _APART_CELLS = 2  # nearer cells are parts of one thing
-_BESIDE_M = 0.04  # of the chair: margin, and an error of the pose
+_BESIDE_M = 0.07  # of the chair: margin, and errors of the pose and of following
 
 
 def standing_m(occupied: BoolArray, cell_m: float, low_m: FloatArray) -> FloatArray:
@@ -72,3 +72,11 @@ class Ahead:
         if not len(met):
             return 0.0
         return WAITS_S + CREEPS_S_PER_M * min(length, length + STOPS_M - float(met.min()))
+
+    def meets(self, things_m: FloatArray, poses: FloatArray) -> bool:
+        """Whether one stops a chair that drives forward at one of the poses (N, 3)."""
+        off = things_m[:, None, :] - poses[:, :2]
+        c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+        ahead = off[..., 0] * c + off[..., 1] * s - self._front_m
+        across = off[..., 1] * c - off[..., 0] * s
+        return bool(((np.abs(across) < self.half_m) & (ahead > 0.0) & (ahead < STOPS_M)).any())

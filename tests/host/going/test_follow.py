@@ -9,9 +9,12 @@ import pytest
 
 from gazechair.going.follow import STOP, Follower, Stick
 from gazechair.going.plan import Way
+from gazemeasure.obstacles_attack import KINDS, AttackedChair
+from gazemeasure.turn_board import settings_with
+from gazesim.chair import Chair
 from goingrig import numbers
 
-NARROW_M, WIDE_M = 0.05, 0.50
+NARROW_M, JAMS_M, WIDE_M = 0.05, 0.02, 0.50
 STRAIGHT = Way(np.array([(0.0, 0.0), (4.0, 0.0)]), None)
 
 
@@ -28,29 +31,69 @@ def following(ticks: int, room_m: float) -> Follower:
 
 
 @pytest.mark.parametrize(
-    ("room_m", "across_m", "turned_deg", "aims"),
+    ("room_m", "straight_m", "across_m", "turned_deg", "aims"),
     [
-        (NARROW_M, 0.0, 0.5, False),
-        (NARROW_M, 0.0, 4.0, True),
-        (NARROW_M, 0.05, 0.0, True),
-        (NARROW_M, 0.05, -3.0, False),  # on its way back to the leg
-        (WIDE_M, 0.0, 4.0, False),  # that is steered
+        (NARROW_M, JAMS_M, 0.0, 0.5, False),
+        (NARROW_M, JAMS_M, 0.0, 4.0, True),
+        (NARROW_M, JAMS_M, 0.05, 0.0, True),
+        (NARROW_M, NARROW_M, 0.0, 4.0, False),  # straight on there is room, too
+        (NARROW_M, JAMS_M, 0.05, -3.0, False),  # on its way back to the leg
+        (WIDE_M, WIDE_M, 0.0, 4.0, False),  # that is steered
     ],
 )
-def test_where_it_is_narrow_it_stops_and_aims_again(
-    room_m: float, across_m: float, turned_deg: float, aims: bool
+def test_where_it_would_jam_it_stops_and_aims_again(
+    room_m: float, straight_m: float, across_m: float, turned_deg: float, aims: bool
 ) -> None:
     follower = following(80, room_m)
-    stick = follower.step((1.0, across_m, math.radians(turned_deg)), math.inf, room_m)
+    off = (1.0, across_m, math.radians(turned_deg))
+    stick = follower.step(off, math.inf, room_m, straight_m)
     assert (stick.linear_permille == 0) is aims
     for _ in range(60):
         follower.moved(STOP, 0.0, 0.0)
-        stick = follower.step((1.0, across_m, math.radians(turned_deg)), math.inf, room_m)
+        stick = follower.step(off, math.inf, room_m, straight_m)
         if stick.turn_permille and not stick.linear_permille:
             break
     assert follower.turns_on_spot is aims
     if aims:
         assert np.sign(stick.turn_permille) == -np.sign(across_m + math.radians(turned_deg))
+
+
+def test_a_new_way_that_it_is_not_aimed_at_is_aimed_at_where_it_would_jam() -> None:
+    off = (0.0, 0.0, math.radians(4.0))
+    for straight_m, turns in ((NARROW_M, False), (JAMS_M, True)):
+        follower = Follower(numbers())
+        follower.take(STRAIGHT, off)
+        for _ in range(3):
+            follower.moved(STOP, 0.0, 0.0)
+            follower.step(off, math.inf, NARROW_M, straight_m)
+        assert follower.turns_on_spot is turns
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("turn_deg", [6.0, 12.0, 15.0])
+def test_where_it_is_narrow_a_turn_waits_for_what_its_pulse_makes(
+    kind: str, turn_deg: float
+) -> None:
+    full = {"profile": 2, "linear_permille": 1000, "turn_permille": 1000}
+    chair = AttackedChair("3.1", kind, settings_with(full), True)
+    chair.place(0.0, 0.0, 0.0)
+    follower = Follower(numbers())
+    heading = math.radians(turn_deg)
+    way = Way(np.array([(0.0, 0.0), (4.0 * math.cos(heading), 4.0 * math.sin(heading))]), None)
+    follower.take(way, (0.0, 0.0, 0.0))
+    stick = STOP
+    for _ in range(300):
+        follower.moved(stick, chair.speed_m_s, chair.yaw_rate_deg_s)
+        at = (0.0, 0.0, math.radians(chair.heading_deg))
+        stick = follower.step(at, math.inf, NARROW_M)
+        if stick.linear_permille:
+            break
+        for _ in range(5):
+            chair.step(0.01, (0.0, stick.turn_permille / 1000.0))
+    assert stick.linear_permille
+    for _ in range(150):
+        chair.step(0.01, (0.0, 0.0))
+    assert chair.heading_deg == pytest.approx(turn_deg, abs=2.0)
 
 
 def test_after_the_board_held_it_back_it_starts_gently() -> None:
@@ -74,3 +117,25 @@ def test_where_the_board_lets_no_curve_through_it_goes_straight_on_for_a_while()
         asked.append(follower.step((1.0, 0.03, 0.0), math.inf, 0.15))
     assert not any(one.turn_permille for one in asked[:30])
     assert asked[-1].turn_permille < 0
+
+
+def test_it_has_arrived_when_the_turn_runs_out_at_the_heading() -> None:
+    follower = Follower(numbers())
+    chair = Chair("3.1")
+    chair.place(0.0, 0.0, 0.0)
+    chair.step(0.01, (0.0, 0.0))
+    follower.take(Way(np.array([(0.0, 0.0), (0.01, 0.0)]), math.pi / 2), (0.0, 0.0, 0.0))
+    stick = STOP
+    for _ in range(200):
+        follower.moved(stick, chair.speed_m_s, chair.yaw_rate_deg_s)
+        stick = follower.step((0.0, 0.0, math.radians(chair.heading_deg)), math.inf, WIDE_M)
+        if follower.arrived:
+            break
+        for _ in range(5):
+            chair.step(0.01, (stick.linear_permille / 1000.0, stick.turn_permille / 1000.0))
+    assert follower.arrived
+    assert stick == STOP
+    assert chair.yaw_rate_deg_s > 0.5
+    for _ in range(150):
+        chair.step(0.01, (0.0, 0.0))
+    assert chair.heading_deg == pytest.approx(90.0, abs=2.5)

@@ -59,17 +59,17 @@ def test_a_chair_found_beside_its_goal_at_the_end_goes_there(chair: GoingChair) 
     assert math.dist(chair.pose[:2], GOAL[:2]) < 0.12
 
 
-def end_of_way(chair: GoingChair) -> Callable[[Pose, float, float], Stick]:
+def end_of_way(chair: GoingChair) -> Callable[[Pose, float, float, float], Stick]:
     """The follower's step; its way ends, once, 0.4 m before it does."""
     follower = chair.mission._follower
     step = follower.step
     ended: list[bool] = []
 
-    def shorter(pose: Pose, most_m_s: float, room_m: float) -> Stick:
+    def shorter(pose: Pose, most_m_s: float, room_m: float, straight_m: float) -> Stick:
         if not ended and math.dist(pose[:2], GOAL[:2]) < 0.4:
             ended.append(True)
             follower.arrived = True
-        return step(pose, most_m_s, room_m)
+        return step(pose, most_m_s, room_m, straight_m)
 
     return shorter
 
@@ -201,3 +201,12 @@ def test_who_walks_into_the_way_in_two_seconds_limits_the_speed() -> None:
     free = people.free_m(way, Footprint())
     assert 1.0 < free < 3.0
     assert math.isinf(people.free_m(way - (0.0, 3.0, 0.0, 0.0), Footprint()))
+
+
+def test_parts_of_a_thing_that_come_into_view_do_not_walk() -> None:
+    people = People()
+    for k in range(12):
+        xs = np.arange(3.0, 3.15 + 0.07 * k, 0.05)
+        people.look(np.stack((xs, np.full(len(xs), 1.0)), axis=1), 0.1 * k)
+    assert people.tracks[0].x_m > 3.35
+    assert not people.tracks[0].walks

@@ -1,0 +1,131 @@
+"""Bends: an arc in place of a vertex, driven without a stop where the board lets curves through.
+
+Turning on the spot costs a stop, the turn and a start. An arc needs room: not only for itself, but
+for what the board wants free when both axes move, as it does not know which of them comes first.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.going.costmap import Costmap
+
+RATE_RAD_S = math.radians(17.5)
+"""Most turn rate in a bend. One so fast tells the board whether the selected profile is true."""
+LEAST_M, MOST_M = 0.12, 0.9
+"""Of a bend's tangents, from the vertex to either end of the arc."""
+_LEAST_RADIUS_M = 0.3
+_NONE_RAD = math.radians(2.0)
+_MOST_RAD = math.radians(125.0)
+_SMALLER = 0.65
+_TRIES = 3
+_STEP_RAD, _STEP_M = math.radians(5.0), 0.08
+_CLEAR_M = 0.10  # beside the arc
+# What the board wants free beyond each pose: turning on so much and going so far, in any order.
+_TURNS_ON_RAD, _TURNS_ON_S, _GOES_ON_M, _BEYOND_M = math.radians(4.0), 1.5, 0.50, 0.03
+_SPEED_M_S, _SETTLES_S = 0.22, 0.6
+
+
+@dataclass(frozen=True)
+class Bend:
+    """The arc between the legs from `a` to `b` and from `b` to `c`."""
+
+    begin_m: FloatArray
+    begin_rad: float
+    angle_rad: float
+    """Left positive."""
+    radius_m: float
+    tangent_m: float
+
+    @classmethod
+    def of(cls, a: FloatArray, b: FloatArray, c: FloatArray, tangent_m: float) -> Bend:
+        """Tangent to both legs, beginning `tangent_m` before `b`."""
+        along, onward = b - a, c - b
+        begin_rad = math.atan2(along[1], along[0])
+        angle = math.remainder(math.atan2(onward[1], onward[0]) - begin_rad, 2.0 * math.pi)
+        begin = b - along * (tangent_m / math.hypot(*along))
+        radius = tangent_m / max(math.tan(0.5 * abs(angle)), 1e-6)
+        return cls(begin, begin_rad, angle, radius, tangent_m)
+
+    @property
+    def is_none(self) -> bool:
+        """So small that the next leg is driven at once."""
+        return abs(self.angle_rad) < _NONE_RAD
+
+    @property
+    def length_m(self) -> float:
+        """Of the arc."""
+        return self.radius_m * abs(self.angle_rad)
+
+    @property
+    def curve_per_m(self) -> float:
+        """Left positive."""
+        return math.copysign(1.0 / self.radius_m, self.angle_rad)
+
+    def place(self, x_m: float, y_m: float) -> tuple[float, float]:
+        """How far along the arc a point is, in radians of it, and how far left of it."""
+        side = math.copysign(1.0, self.angle_rad)
+        c, s = math.cos(self.begin_rad), math.sin(self.begin_rad)
+        dx, dy = x_m - float(self.begin_m[0]), y_m - float(self.begin_m[1])
+        along, across = c * dx + s * dy, side * (c * dy - s * dx)
+        gap = math.hypot(along, self.radius_m - across)
+        return math.atan2(along, self.radius_m - across), side * (self.radius_m - gap)
+
+    def poses(self, turned_rad: FloatArray) -> FloatArray:
+        """(N, 3): after so much of the arc each."""
+        side = math.copysign(1.0, self.angle_rad)
+        along = self.radius_m * np.sin(turned_rad)
+        across = side * self.radius_m * (1.0 - np.cos(turned_rad))
+        c, s = math.cos(self.begin_rad), math.sin(self.begin_rad)
+        x = self.begin_m[0] + c * along - s * across
+        y = self.begin_m[1] + s * along + c * across
+        return np.stack((x, y, self.begin_rad + side * turned_rad), axis=1)
+
+    def sampled(self) -> FloatArray:
+        """Poses (N, 3) from its begin to its end."""
+        step = min(_STEP_RAD, _STEP_M / self.radius_m)
+        count = max(2, math.ceil(abs(self.angle_rad) / step) + 1)
+        return self.poses(np.linspace(0.0, abs(self.angle_rad), count))
+
+    @property
+    def seconds(self) -> float:
+        """More than the legs to the vertex take without a stop."""
+        drives_s = max(abs(self.angle_rad) / RATE_RAD_S, self.length_m / _SPEED_M_S)
+        return _SETTLES_S + drives_s - 2.0 * self.tangent_m / _SPEED_M_S
+
+
+def bend_at(
+    costmap: Costmap, a: FloatArray, b: FloatArray, c: FloatArray, most_m: float
+) -> Bend | None:
+    """The widest bend at `b` that has room; None: turn on the spot."""
+    tangent_m = min(most_m, MOST_M)
+    for _ in range(_TRIES):
+        if tangent_m < LEAST_M:
+            return None
+        bend = Bend.of(a, b, c, tangent_m)
+        if abs(bend.angle_rad) > _MOST_RAD or bend.radius_m < _LEAST_RADIUS_M:
+            return None
+        if bend.is_none or _has_room(costmap, bend):
+            return bend
+        tangent_m *= _SMALLER
+    return None
+
+
+def _has_room(costmap: Costmap, bend: Bend) -> bool:
+    poses = bend.sampled()
+    x, y, heading = poses.T
+    if float(costmap.clearance_m(x, y, heading).min()) < _CLEAR_M:
+        return False
+    rate = min(RATE_RAD_S, _SPEED_M_S / bend.radius_m)
+    turned = heading + math.copysign(_TURNS_ON_RAD + _TURNS_ON_S * rate, bend.angle_rad)
+    gone = [
+        (x + _GOES_ON_M * np.cos(way), y + _GOES_ON_M * np.sin(way)) for way in (heading, turned)
+    ]
+    xs, ys = np.array((x, gone[0][0], gone[1][0])), np.array((y, gone[0][1], gone[1][1]))
+    if float(costmap.clearance_m(xs, ys, turned[None, :]).min()) < _BEYOND_M:
+        return False
+    return not costmap.ahead.meets(costmap.standing_m, poses)
