@@ -71,7 +71,7 @@ def test_a_host_that_stops_reading_delays_nothing():
     # what was left of their life then ends as if the driver had let go.
     stopped = rig.until(rig.neutral, 400)
     assert limits.FRAME_STALE_MS < stopped <= limits.COMMAND_TTL_MS + 10
-    rig.run(200)
+    rig.run(500)  # 64 states wait at most
     assert rig.app.telemetry.dropped > 0
     rig.wire.reading = True
     stays_still_until_pressed_anew(rig)
