@@ -31,6 +31,7 @@ function waitOut(seconds) {
     const left = Math.ceil((until - performance.now()) / SECOND_MS);
     if (left > 0) return say("error", strings.message("too_many_guesses").text, `${left} s`);
     clearInterval(timer);
+    byId("go").disabled = false; // there may be no code any more
     pair();
   };
   const timer = setInterval(count, SECOND_MS);

@@ -85,6 +85,17 @@ def test_after_too_many_guesses_the_code_is_sent_when_the_wait_is_over(
     assert host.posted == [("/pair", {"code": "AAAA-AAAA"})] * 2
 
 
+def test_a_code_deleted_during_the_wait_can_be_typed_again(newcomer, page, host):
+    host.replies["POST /pair"] = 429, {"reason": "too_many_guesses", "detail": "", "wait_s": 3}
+    newcomer.open("#AAAA-AAAA")
+    assert "3 s" in newcomer.answer("error")
+    page.locator("#code").fill("")
+    page.clock.run_for(4500)
+    assert "nog geen code" in newcomer.answer("error")
+    assert page.locator("#go").is_enabled()
+    assert len(host.posted) == 1
+
+
 def test_no_code_and_no_host_are_said_in_words(newcomer, page, host):
     newcomer.open()
     page.keyboard.press("Enter")
