@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from gazesetup import apt
+from gazesetup import apt, interpreter
 from gazesetup.paths import LOCAL, ROOT, source_environment
 from gazesetup.progress import NotAvailable, note, run_quietly, say
 
@@ -24,20 +24,21 @@ PIP_NOTES = ("Collecting", "Downloading", "Building", "Installing")
 def ensure_venv(extras: Iterable[str] = (), *, root: Path = ROOT, local: Path = LOCAL) -> Path:
     """Path of the venv's Python, with gazechair installed editable and at least these `extras`.
 
-    It is rebuilt when the Python version, the checkout's path, pyproject.toml or setup.py changed,
+    It is rebuilt when its Python, the checkout's path, pyproject.toml or setup.py changed,
     or when a previous attempt was interrupted. Raises NotAvailable with the reason.
     """
     venv = local / "venv"
     python = venv / "bin" / "python"
     stamp = venv / "gazechair-stamp.json"
-    basis = _basis(root)
+    base = interpreter.best()
+    basis = _basis(root, base)
     with locked(local):
         wanted = set(extras)
         installed = _installed(stamp, basis) if python.exists() else None
         if installed is not None and wanted <= installed:
             return python
         if installed is None:
-            _make(venv, python)
+            _make(venv, python, base)
         else:
             stamp.unlink()
             wanted |= installed
@@ -83,10 +84,10 @@ def locked(local: Path) -> Iterator[None]:
         yield
 
 
-def _basis(root: Path) -> str:
+def _basis(root: Path, base: interpreter.Interpreter) -> str:
     """Digest of everything that the venv depends on."""
     digest = hashlib.sha256()
-    for text in (sys.version, sys.base_prefix, str(root)):
+    for text in (base.version, base.prefix, str(root)):
         digest.update(text.encode() + b"\0")
     for file in ("pyproject.toml", "setup.py"):
         digest.update((root / file).read_bytes() + b"\0")
@@ -102,17 +103,18 @@ def _installed(stamp: Path, basis: str) -> set[str] | None:
         return None
 
 
-def _make(venv: Path, python: Path) -> None:
-    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+def _make(venv: Path, python: Path, base: interpreter.Interpreter) -> None:
+    version = base.version.split()[0]
     if importlib.util.find_spec("ensurepip") is None:
-        apt.install(f"python{version}-venv", what="Python's venv module")
-    with say(f"making a virtual environment for Python {version}"):
+        short = ".".join(version.split(".")[:2])
+        apt.install(f"python{short}-venv", what="Python's venv module")
+    with say(f"making a virtual environment of {base.path}, Python {version}"):
         shutil.rmtree(venv, ignore_errors=True)
-        # Not sys.executable: that may be in the venv just removed.
-        base = getattr(sys, "_base_executable", sys.executable)
-        run_quietly([base, "-m", "venv", venv])
+        run_quietly([base.path, "-m", "venv", venv])
         if not python.exists():
-            raise NotAvailable(f"{base} -m venv made no {python}: reinstall Python's venv module")
+            raise NotAvailable(
+                f"{base.path} -m venv made no {python}: reinstall Python's venv module"
+            )
 
 
 def _install(python: Path, root: Path, extras: list[str]) -> None:
