@@ -1,4 +1,4 @@
-"""Assist: from what the lidars see and where the driver points, how to drive. Decides at 20 Hz."""
+"""Assist: decides at 20 Hz how to drive, from the lidars' view and where the driver points."""
 
 from __future__ import annotations
 
@@ -16,69 +16,69 @@ from gazechair.sensing.odometry.points import Piece
 
 FULL = 1000
 MOST_TURN = 600
-"""Permille of turning that assist asks for at most."""
-_COAST_S = 0.42  # the chair's dead time and lag: it turns on so long
+"""The largest turn output that assist requests, permille."""
+_COAST_S = 0.42  # dead time and lag: the chair keeps turning for this long
 _DONE_DEG, _FINE_DEG = 0.4, 0.2
-_SPOT_DEG, _LEAST_SPOT_DEG = 8.0, 2.0  # farther off it turns on the spot; nearer it goes on
-_RESTS_DEG = 1.5  # a chair at rest turns by no less: it would swing to and fro
-_SPOT_S = 5.0  # the longest such turn
-_EASIER_S, _EASIER_DEG_S = 1.5, 0.5  # after so long it may end so much farther off
+_SPOT_DEG, _LEAST_SPOT_DEG = 8.0, 2.0  # above: turn on the spot; below: drive on straight
+_RESTS_DEG = 1.5  # at rest, a smaller error stays: the chair would swing to and fro
+_SPOT_S = 5.0  # time limit of a turn on the spot
+_EASIER_S, _EASIER_DEG_S = 1.5, 0.5  # after this time its tolerance grows at this rate
 _RESTS_DEG_S = 1.0
-_DEADBAND = 60  # less turns no chair
+_DEADBAND = 60  # permille; a smaller output turns no chair
 _CURVE_PERMILLE_DEG, _CURVE_PERMILLE = 25.0, 300
 _SPOT_PERMILLE_DEG, _SPOT_PERMILLE = 20.0, 400
 _LEAST_CURVE, _LEAST_SPOT = 95, 180
 _SLOW = 250
-_FASTER = 100  # than it is, asked for in a curve: the board slows both axes alike
+_FASTER = 100  # above the present output, in a curve: the board slows both axes alike
 _STICKS_DEG_S = 2.0
-_STILL_PERMILLE = 30  # moves no chair
-_MORE_PERMILLE_S = 300.0  # on the spot, while nothing turns
+_STILL_PERMILLE = 30  # not neutral, but moves no chair
+_MORE_PERMILLE_S = 300.0  # added on the spot while the chair does not turn
 _SHORTEST_LEG_M, _LONG_LEG_M = 0.1, 2.0
 _SHORT_M, _ROLLS_M = 0.03, 0.13
-_LEG_STOPS_M = 0.24  # nearer to what is ahead a leg ends as well: soon the board ends the press
-_FORGETS_S = 4.0  # where the driver pointed, in favour of where the chair points now
-# What is not permitted for so long is let be for a while. A driver lets go after a second.
+_LEG_STOPS_M = 0.24  # a leg also ends this near an obstacle: the board would soon end the press
+_FORGETS_S = 4.0  # time constant from where the driver pointed to the present heading
+# What is not permitted for this long is given up for a while. A driver lets go after a second.
 _STUCK_S, _GIVES_UP_S = 0.8, 3.0
-# A turn of his that the board did not let begin or go on points so far aside, for so long.
+# After a turn that the board refused, forward points aside: by how much, how soon, how long.
 _REFUSED_DEG, _REFUSED_S, _REFUSED_FORGETS_S = 25.0, 5.0, 15.0
-_OPENS_S = 0.5  # so long after it was shut ahead the board lets a standing chair begin
-_PERSON_M = 0.45  # what is shut though so much is free is so for what may be a person
-_FREE_M, _BESIDE_DEG = 0.8, 20.0  # so far ahead, with something so near a corner
-_ENTERS_M = 0.3  # by the board's word: less room beside than a way needs, but no little turn helps
-_SHUT_M, _SHUT_S = 0.175, 0.8  # nearer the board lets nothing begin, nor so soon after
-# In a narrow place: so far off its middle it stops to aim, and again after so much farther.
+_OPENS_S = 0.5  # after a block ahead, until the board lets a standing chair begin
+_PERSON_M = 0.45  # blocked although this much is free: because of a possible person
+_FREE_M, _BESIDE_DEG = 0.8, 20.0  # between posts: more than this ahead, less than this to turn
+_ENTERS_M = 0.3  # or this much clearance ahead and a small aim error, which no turn would improve
+_SHUT_M, _SHUT_S = 0.175, 0.8  # nearer, the board lets nothing begin; assumed for this long
+# Narrow place: how far off its middle it stops to aim, how much farther on again, where last.
 _MIDDLE_M, _AIMS_AGAIN_M, _LAST_AIM_M = 0.025, 0.15, 0.2
-_NOISE_M, _LIDAR_M = 0.01, 0.022  # a side needs so much, and a lidar in front on it
-_NEEDED_M = 1.2  # straight on ends so soon: worth a stop to turn on the spot
+_NOISE_M, _LIDAR_M = 0.01, 0.022  # room beside the outline, and beside a lidar in front
+_NEEDED_M = 1.2  # less than this free ahead: worth stopping to turn on the spot
 
 
 @dataclass(frozen=True)
 class Advice:
-    """How to drive now, permille; `linear_permille` is never above what forward itself gives."""
+    """The output to request, permille; `linear_permille` never exceeds that of plain forward."""
 
     linear_permille: int
     turn_permille: int
     steers: bool
-    """It does something else than drive straight on."""
+    """True if assist chose this motion; False for plain straight on."""
 
 
 STRAIGHT_ON = Advice(FULL, 0, False)
 NOTHING = Advice(0, 0, True)
-"""The press lives on: what may be a person may go, and the board takes it for furniture in time."""
+"""Keeps the press alive: a possible person may leave, or counts as furniture in time."""
 
 
 @dataclass(frozen=True)
 class _Leg:
-    """The first leg of a way, after the turn on the spot towards it."""
+    """The first leg of a way, once the chair has turned towards it."""
 
     ends_m: float
-    """So much is free straight ahead where it ends."""
+    """Free distance straight ahead at its end."""
     then_deg: float
-    """The heading of the second one, not wrapped."""
+    """Heading of the second leg, not wrapped."""
 
 
 class Assist:
-    """One chair. Feed it what `Surroundings` and `Permits` take, and ask."""
+    """Assist of one chair. Feed it motions, lidar pieces and `permits`, then call `advise`."""
 
     def __init__(self, footprint: Footprint, lidars: int) -> None:
         self.permits = Permits()
@@ -106,27 +106,27 @@ class Assist:
         self._chosen_deg = 0.0
         self._straight_m = 0.0
         self._closed = self._person = False
-        self._refused: tuple[int, float] | None = None  # a turn of his: its side, and when
+        self._refused: tuple[int, float] | None = None  # turn that the board refused: side, time
 
     def motion(self, motion: Motion) -> None:
-        """The board's word."""
+        """The board's newest heading and output."""
         self._surroundings.motion(motion)
         self.permits.output(motion.time_s, motion.linear_permille or 0, motion.turn_permille or 0)
 
     def see(self, lidar: int, piece: Piece) -> None:
-        """Half a turn of one lidar."""
+        """Half a turn of the lidar with that number."""
         self._surroundings.see(lidar, piece)
         x_m, y_m = piece.origin_m
-        if x_m > 0.0:  # what is nearer beside it than it measures ends the press
+        if x_m > 0.0:  # closer beside it than it can measure, an obstacle ends the press
             left_m, right_m = self._needs_m
             self._needs_m = max(left_m, y_m + _LIDAR_M), max(right_m, _LIDAR_M - y_m)
 
     def knows(self, now_s: float) -> bool:
-        """It sees where forward and turns lead: it could advise."""
+        """True if it can advise: surroundings are known, and no lidar is blind ahead or aside."""
         return self.permits.seen and self._surroundings.points_m(now_s) is not None
 
     def turns_himself(self, side: int, now_s: float) -> None:
-        """The driver holds a turn, `side` 1 left, -1 right: ask for each of its moments."""
+        """The driver holds a turn, `side` 1 left, -1 right. Call it repeatedly meanwhile."""
         heading = self._surroundings.heading_deg(now_s)
         if heading is None:
             self._refused = None
@@ -135,7 +135,7 @@ class Assist:
         self._refused = None if self.permits.may_turn(side) else (side, now_s)
 
     def advise(self, press: int, now_s: float) -> Advice | None:
-        """How to drive in this press of forward; None: not known, drive as without."""
+        """How to drive in this press of forward; None: surroundings unknown, drive as without."""
         advice = self._advise(press, now_s)
         if advice is None:
             return None
@@ -185,19 +185,19 @@ class Assist:
             self._shut_s = now_s
         shut = now_s - self._shut_s < _SHUT_S
         if self._person:
-            before = None  # it led there
+            before = None  # it led to that person
         self._way = self._ways.choose(points, wish, before, turns_deg, shut, share)
         self._chosen_deg = heading
         return self._drive(self._way, now_s, dt_s)
 
     def _aside_deg(self, now_s: float) -> float:
-        # From the heading to where the driver points: to the side to which he could not turn.
+        # From the heading to where the driver points: to the side where the board refused a turn.
         if self._refused is None or now_s - self._refused[1] > _REFUSED_S:
             return 0.0
         return self._refused[0] * _REFUSED_DEG
 
     def _thread(self, place: Narrow, heading: float, now_s: float, dt_s: float) -> Advice:
-        # Straight through its middle. It aims while it rolls: no chair turns so little on the spot.
+        # Drive through its middle, and aim while rolling: no chair turns so little on the spot.
         aim_deg = math.degrees(place.aim_rad)
         error_deg = aim_deg - self._surroundings.rate_deg_s() * _COAST_S
         turn = _output(error_deg, _CURVE_PERMILLE_DEG, _LEAST_CURVE, _CURVE_PERMILLE)
@@ -216,7 +216,7 @@ class Assist:
         return self._straight_on(dt_s)
 
     def _begin_leg(self) -> None:
-        # Turned on the spot: what it turned for is driven, whatever else looks better meanwhile.
+        # After a turn on the spot, drive the leg it was made for, even if another looks better now.
         way, self._leg = self._way, None
         if way is not None and way.first_m > _SHORTEST_LEG_M and not self._turned_then:
             then_deg = self._chosen_deg + math.degrees(way.then_rad)
@@ -240,7 +240,7 @@ class Assist:
         return self._turn_on_the_spot(self._spot_deg - heading, now_s, dt_s)
 
     def _seen_from(self, heading_deg: float) -> Way:
-        # The way of the last time, the chair having turned since.
+        # The previous way, relative to the present heading.
         assert self._way is not None
         turned = math.radians(heading_deg - self._chosen_deg)
         first, then = self._way.first_rad - turned, self._way.then_rad - turned
@@ -270,7 +270,7 @@ class Assist:
         return self._turn_on_the_spot(aim_deg, now_s, dt_s) or self._straight_on(dt_s)
 
     def _short_m(self) -> float:
-        # A leg as short as the chair rolls on has been gone.
+        # A leg that the chair covers by coasting counts as done.
         return _SHORT_M + _ROLLS_M * self.permits.linear_now / FULL
 
     def _curve(self, error_deg: float) -> Advice | None:
@@ -285,11 +285,11 @@ class Assist:
         return None
 
     def _may_roll(self) -> bool:
-        # What was shut ahead until just now the board does not let a standing chair begin.
+        # Just after a block ahead, the board does not let a standing chair begin.
         return not self._closed or self.permits.linear_permille > 0
 
     def _straight_on(self, dt_s: float) -> Advice:
-        # A turn that has not ended yet may be more than the board permits while driving.
+        # Wait for a turn to end if the board might not permit it while driving.
         self._sticks_s = 0.0
         if self.permits.turned and not self.permits.both(FULL, 0):
             self._waits_s += dt_s
@@ -305,9 +305,9 @@ class Assist:
         return STRAIGHT_ON
 
     def _wait(self) -> Advice:
-        # Not neutral, if it may: where the board permits no more than creep, it ends a press that
-        # asks for nothing while the chair still rolls and turns. To the side to which it turns,
-        # else to that with more room.
+        # A tiny turn instead of neutral, if permitted: where the board permits only creep, it ends
+        # a press that requests nothing while the chair still rolls and turns. To the side to which
+        # the chair turns, else to the one with more room.
         left_deg, right_deg = self.permits.turns_deg
         side = self.permits.turns_to or (1 if left_deg > right_deg else -1)
         for still in (side * _STILL_PERMILLE, -side * _STILL_PERMILLE):
@@ -319,7 +319,7 @@ class Assist:
         self._spot_deg, self._spot_till_s, self._spot_turned = to_deg, now_s + _SPOT_S, False
 
     def _turn_on_the_spot(self, off_deg: float, now_s: float, dt_s: float) -> Advice | None:
-        """Towards the direction that was chosen; None: it is there, or may not turn there."""
+        """Turn to the chosen direction; None: there, or not permitted for too long."""
         rate_deg_s = self._surroundings.rate_deg_s()
         error_deg = off_deg - rate_deg_s * _COAST_S
         turn = 0

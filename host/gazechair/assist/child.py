@@ -1,4 +1,4 @@
-"""Assist's child process: sees what the lidars see, and says how to drive while Vooruit is held."""
+"""Assist's child process: reads the lidars' data, and advises while Vooruit is pressed."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from gazechair.sensing.odometry.odometry import Motion
 
 _EVERY_S = 0.05
 _PULSE_S = 0.25  # while nothing is held
-_OLD_S = 0.2  # what waited in the inbox that long is of no use
+_OLD_S = 0.2  # older data in the inbox is useless
 
 
 class Advisor:
-    """One chair's assist, fed by datagrams and words. No clock, no process."""
+    """Assist of one chair, fed with datagrams and the daemon's words. No clock, no process."""
 
     def __init__(self, argument: Mapping[str, Any]) -> None:
         """`argument`: lidars and footprint, as the daemon has them."""
@@ -37,15 +37,15 @@ class Advisor:
         footprint = footprint_of(FootprintConfig(**{**fields, "corners_m": corners}))
         self._assist = Assist(footprint, len(argument["lidars"]))
         self._word = Word()
-        self._turned = 0  # a turn that was held since the last decision
+        self._turned = 0  # side of a turn held since the last decision
 
     @property
     def held(self) -> bool:
-        """There is something to decide."""
+        """True while assist has something to decide: the driver holds forward or a turn."""
         return self._word.on and (self._word.press > 0 or self._word.turns != 0)
 
     def hear(self, line: bytes) -> None:
-        """The daemon's newest word. Nonsense counts as silence."""
+        """The daemon's newest word. A malformed one is ignored."""
         try:
             word, zone = unpacked(line)
         except ValueError:
@@ -57,7 +57,7 @@ class Advisor:
         self._assist.permits.clearance = word.clearance
 
     def take(self, datagram: bytes, now_s: float) -> None:
-        """One from the inbox."""
+        """One datagram from the inbox."""
         said = inbox.unpack(datagram) if self._word.on else None
         if isinstance(said, Motion) and said.time_s > now_s - _OLD_S:
             self._assist.motion(said)
@@ -67,10 +67,10 @@ class Advisor:
                 self._assist.see(said.lidar, piece)
 
     def say(self, now_s: float) -> list[Any]:
-        """[knows its surroundings, press, linear, turn, steers, when]; press 0: no advice."""
+        """To send: [can advise, press, linear, turn, steers, monotonic s]; press 0: no advice."""
         word = self._word
         knows = word.on and self._assist.knows(now_s)
-        if self._turned:  # however soon the board ended it
+        if self._turned:  # even if the board ended it at once
             self._assist.turns_himself(self._turned, now_s)
         self._turned = word.turns
         advice = self._assist.advise(word.press, now_s) if knows and word.press else None

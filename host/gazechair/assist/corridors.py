@@ -16,10 +16,10 @@ FARTHEST_M = 4.5
 
 
 class Corridors:
-    """Of the points round the chair; directions are relative to its heading."""
+    """Corridors between the points round the chair; directions are relative to its heading."""
 
     def __init__(self, points_m: FloatArray, directions_rad: FloatArray, aside_m: float) -> None:
-        """`aside_m`: the farthest offset that is asked for, with half the widest corridor."""
+        """`points_m`: (N, 2). `aside_m`: the largest offset plus half the widest corridor."""
         c, s = np.cos(directions_rad), np.sin(directions_rad)
         points = points_m.T.astype(np.float32)
         self._low_m = -aside_m
@@ -28,7 +28,7 @@ class Corridors:
         aside = (np.stack((-s, c), axis=1) / CELL_M).astype(np.float32) @ points
         aside -= self._low_m / CELL_M
         cells = np.floor(aside, out=aside).astype(np.int32)
-        kept = cells.view(np.uint32) < self._count  # no negative one
+        kept = cells.view(np.uint32) < self._count  # as unsigned, a negative cell is too large
         kept &= ahead > 0.0
         at = np.flatnonzero(kept)
         rows = at // max(1, points.shape[1])
@@ -38,9 +38,9 @@ class Corridors:
         self._nearest = nearest
 
     def free_m(self, offsets_m: FloatArray, half_m: float) -> FloatArray:
-        """(directions, offsets): how far from the axle on nothing is within `half_m` of the line.
+        """(directions, offsets): metres from the axle to the first point within `half_m` of a line.
 
-        Offsets are to the left of the axle's own line in that direction.
+        Offsets of the lines are to the left of the one through the axle in that direction.
         """
         width = round(2.0 * half_m / CELL_M)
         least = _sliding_minimum(self._nearest, width)
@@ -49,7 +49,7 @@ class Corridors:
 
 
 def _sliding_minimum(values: Narrow, width: int) -> Narrow:
-    # Windows of twice the width each time.
+    # The window doubles with each pass.
     least, have = values, 1
     while have < width:
         step = min(have, width - have)

@@ -1,4 +1,4 @@
-"""A narrow place ahead, as a door: its middle, to a few millimetres."""
+"""Finds a narrow place ahead, such as a door, and its middle to a few millimetres."""
 
 from __future__ import annotations
 
@@ -8,28 +8,29 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 
-_FAR_M = 0.7  # ahead of the front
-_BESIDE_M = 0.1  # more than the chair needs
+_FAR_M = 0.7  # searched ahead of the front
+_BESIDE_M = 0.1  # searched to each side, beyond what the chair needs
 _LEAST_POINTS = 3
-_NARROW_M = 0.03  # on each side: with more room no chair needs its middle
+_NARROW_M = 0.03  # with more room on each side no chair needs the middle
 _FITS_M = -0.004
 _DIRECTIONS = np.radians(np.arange(-40, 41) * 0.1)
 
 
 @dataclass(frozen=True)
 class Narrow:
-    """Where it is."""
+    """A narrow place that the chair fits through."""
 
     ahead_m: float
-    """From the front to the nearer of its sides."""
+    """From the chair's front to the nearer of its two sides."""
     aim_rad: float
-    """The direction from the axle in which both sides have as much room."""
+    """Direction from the axle in which both sides leave the same room."""
 
 
 def narrow(points_m: FloatArray, front_m: float, needs_m: tuple[float, float]) -> Narrow | None:
-    """The one that the chair may pass within 4 degrees of straight on; None: there is none.
+    """The narrow place that the chair fits through, within 4 degrees of straight on; None: none.
 
-    `front_m`: of the chair, from the axle. `needs_m`: from its middle line, left and right.
+    `points_m`: (N, 2). `front_m`: from the axle to the chair's front. `needs_m`: the room that the
+    chair needs left and right of its middle line.
     """
     x, y = points_m[:, 0], points_m[:, 1]
     near = (x > front_m) & (x < front_m + _FAR_M) & (np.abs(y) < max(needs_m) + _BESIDE_M)

@@ -4,28 +4,28 @@ from __future__ import annotations
 
 import math
 
-_AFTER_S = 3.0  # a turn so soon after assist steered corrects it
-_HALVES_DEG = 20.0  # such a turn halves the help
+_AFTER_S = 3.0  # a turn this soon after assist steered is a correction
+_HALVES_DEG = 20.0  # corrections of this much halve the help
 _FORGETS_S = 15.0
-_SLICE_S = 0.3  # between two looks at a held turn, at most
+_SLICE_S = 0.3  # longest time between two calls for one held turn
 
 
 class OwnSteering:
-    """A turn that he holds after assist steered is a correction; other turns choose a direction."""
+    """A turn held soon after assist steered is a correction; other turns choose a direction."""
 
     def __init__(self) -> None:
         self._corrected_deg = 0.0
         self._at_s = 0.0
         self._steered_s = -math.inf
-        self._seen: tuple[float, float] | None = None  # when he was last seen to turn, and where to
+        self._seen: tuple[float, float] | None = None  # by turns(): last time and heading
         self._corrects = False
 
     def steered(self, now_s: float) -> None:
-        """Assist steers."""
+        """Assist steers at `now_s`."""
         self._steered_s = now_s
 
     def turns(self, heading_deg: float, now_s: float) -> None:
-        """The driver holds a turn; the heading is not wrapped."""
+        """The driver holds a turn: call it repeatedly. `heading_deg` is not wrapped."""
         seen, self._seen = self._seen, (now_s, heading_deg)
         if seen is None or now_s - seen[0] > _SLICE_S:
             self._corrects = now_s - self._steered_s <= _AFTER_S
@@ -34,7 +34,7 @@ class OwnSteering:
             self._at_s = now_s
 
     def help(self, now_s: float) -> float:
-        """Of the whole help, 0..1: less the more he has corrected, forgotten in time."""
+        """Share of the full help, 0..1: corrections reduce it, and are forgotten in time."""
         return 1.0 / (1.0 + self._left_deg(now_s) / _HALVES_DEG)
 
     def _left_deg(self, now_s: float) -> float:

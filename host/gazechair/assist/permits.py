@@ -1,7 +1,7 @@
-"""What the board will permit where both axes move: its rule, as far as the host knows it.
+"""Predicts what the board permits when both axes move: its rule, as far as the host knows it.
 
-The board alone decides (gazeboard/core/arcs.py). What it would end is not asked for: that would end
-the driver's press.
+The board alone decides (gazeboard/core/arcs.py). Assist requests nothing that the board would end,
+because that ends the driver's press.
 """
 
 from __future__ import annotations
@@ -19,26 +19,26 @@ from gazelink import arcs, codes
 from gazelink.zone import CREEP, FULL
 
 _LATELY_S = 0.7
-_AHEAD_S = 0.35  # until the next decisions have an effect
+_AHEAD_S = 0.35  # until the next decisions take effect
 _MORE_M, _MORE_DEG = 0.05, 2.0
-_AGAIN_M, _AGAIN_DEG = 0.06, 3.0  # more than creep takes, once stopped: the board's bands
-_OPENS_S = 0.35  # and for so long, with what is late
+_AGAIN_M, _AGAIN_DEG = 0.06, 3.0  # beyond creep's, to go on after a stop: the board's bands
+_OPENS_S = 0.35  # and for how long, latency included
 _BLIND = 1 << codes.DIR_FORWARD | 1 << codes.DIR_LEFT | 1 << codes.DIR_RIGHT
-_UNSEEN_ARCS = 0x50  # of arc_views: forward and left, forward and right
-_ROLLS_M_S, _TURNS_DEG_S = 0.02, 1.0  # less counts as none; holding the heading may add
-_HELD_PERMILLE = 150  # holding the heading puts out so much, and is no turn
-# Of the time that stopping takes beside braking, the board's dead time and lag.
+_UNSEEN_ARCS = 0x50  # bits of arc_views: forward and left, forward and right
+_ROLLS_M_S, _TURNS_DEG_S = 0.02, 1.0  # slower counts as standing; but see _Side.held
+_HELD_PERMILLE = 150  # up to this output may hold the heading, and is no turn
+# Shares of the stopping time without braking: the board's dead time and lag.
 _DEAD, _LAG = 0.3, 0.9
-_LATE_S = 0.15  # a clearance is so old when it counts
+_LATE_S = 0.15  # age of a clearance when the board uses it
 
 
 class _Side:
-    """One direction as the board judges it: how fast the chair may move, and whether it may."""
+    """One direction as the board judges it, in m or degrees: possible speed, and whether open."""
 
     def __init__(self) -> None:
         self.stopping: Stopping | None = None
         self.bound = 0.0
-        """The most that its outputs may have made of its speed, as the board reckons it."""
+        """The highest speed that its outputs may have caused, as the board calculates it."""
         self.open = True
         self._ramp = 0.0
         self._better_s: float | None = None
@@ -61,7 +61,7 @@ class _Side:
         self.bound = max(self.bound, self._ramp)
 
     def free(self, clearance: float, band: float, at_s: float) -> None:
-        """So much is free. Shut at once, open again only after a while of more."""
+        """A new clearance. Closes at once, opens after a while of `band` more than creep needs."""
         if self.stopping is None:
             return
         least = float(self.stopping.told[CREEP])
@@ -76,19 +76,19 @@ class _Side:
 
     @property
     def held(self) -> float:
-        """The speed that holding the heading may make."""
+        """The speed that holding the heading may cause."""
         assert self.stopping is not None
         return float(self.stopping.speeds[FULL]) * _HELD_PERMILLE / 1000.0
 
     def stop(self, permille: float) -> float:
-        """The way until it stands, the next decisions included."""
+        """Distance or angle until it stands, counted from when the next decisions take effect."""
         assert self.stopping is not None
         speed = max(self.bound, float(self.stopping.speeds[FULL]) * abs(permille) / 1000.0)
         return float(np.interp(speed, self.stopping.speeds, self.stopping.stops)) + speed * _AHEAD_S
 
 
 class Permits:
-    """Feed it every output and every clearance."""
+    """Feed it the board's zone, every output and every clearance."""
 
     def __init__(self) -> None:
         self._zone = UNKNOWN
@@ -97,11 +97,11 @@ class Permits:
         self._clearance: Clearance | None = None
         self._approach = Approach(None)
         self.shut_s = -math.inf
-        """When the board last would not have let a chair that it had stopped go on."""
+        """When the clearance ahead was last too short for a stopped chair to go on."""
 
     @property
     def zone(self) -> StopZone:
-        """How the board stops."""
+        """The board's stopping distances and times."""
         return self._zone
 
     @zone.setter
@@ -114,7 +114,7 @@ class Permits:
 
     @property
     def clearance(self) -> Clearance | None:
-        """The newest that the board was sent."""
+        """The newest clearance that was sent to the board."""
         return self._clearance
 
     @clearance.setter
@@ -129,7 +129,7 @@ class Permits:
             side.free(deg, _AGAIN_DEG, clearance.acquired_s)
 
     def output(self, time_s: float, linear_permille: int, turn_permille: int) -> None:
-        """What the board puts out."""
+        """A new output of the board."""
         self._outputs.append((time_s, linear_permille, turn_permille))
         while self._outputs[0][0] < time_s - _LATELY_S:
             self._outputs.popleft()
@@ -139,7 +139,7 @@ class Permits:
 
     @property
     def turns_deg(self) -> tuple[float, float]:
-        """Free on the spot, left and right."""
+        """Clearance of a turn on the spot, left and right; 0 while unknown."""
         clearance = self.clearance
         if clearance is None:
             return 0.0, 0.0
@@ -147,45 +147,45 @@ class Permits:
 
     @property
     def forward_m(self) -> float:
-        """Free straight ahead."""
+        """Clearance straight ahead; 0 while unknown."""
         return 0.0 if self.clearance is None else self.clearance.forward_mm / 1000.0
 
     @property
     def seen(self) -> bool:
-        """No lidar is blind where forward or a turn would lead."""
+        """True if no lidar is blind where forward or a turn would lead."""
         clearance = self.clearance
         return clearance is not None and not (clearance.blocked & _BLIND or clearance.arc_views & 5)
 
     @property
     def linear_permille(self) -> int:
-        """The most forward that was put out lately."""
+        """The highest forward output of the last 0.7 s."""
         return max((linear for _, linear, _ in self._outputs), default=0)
 
     @property
     def linear_now(self) -> int:
-        """What is put out forward."""
+        """The present forward output, 0 when backward."""
         return max(0, self._outputs[-1][1]) if self._outputs else 0
 
     @property
     def rolls(self) -> bool:
-        """It may still roll forward."""
+        """True if the chair may still roll forward."""
         return self._forward.bound > _ROLLS_M_S
 
     @property
     def turned(self) -> bool:
-        """A turn was put out lately."""
+        """True if the board put out a turn in the last 0.7 s."""
         return any(abs(turn) > _HELD_PERMILLE for _, _, turn in self._outputs)
 
     @property
     def turns_to(self) -> int:
-        """The side to which it may be turning: 1 left, -1 right, 0 neither."""
+        """The side to which the chair may be turning: 1 left, -1 right, 0 neither."""
         left, right = self._left.bound, self._right.bound
         return 0 if max(left, right) < _TURNS_DEG_S else 1 if left >= right else -1
 
     def surprise_permille(self, way_m: float) -> int:
-        """The most forward with which the board goes on when a person appears `way_m` ahead.
+        """The highest forward output that the board permits if a person appears `way_m` ahead.
 
-        Where it stops for a person however slow the chair is, that does not matter.
+        1000 where the board stops for a person at any speed.
         """
         one = self._forward.stopping
         if one is None or way_m < self._approach.blocked_within_m:
@@ -195,7 +195,7 @@ class Permits:
         return round(1000.0 * max(speed, float(one.speeds[CREEP])) / float(one.speeds[FULL]))
 
     def may_turn(self, side: int) -> bool:
-        """Whether a turn of a chair that stands may begin, `side` 1 left, -1 right."""
+        """True if a standing chair may begin to turn to `side`: 1 left, -1 right."""
         one = self._left if side > 0 else self._right
         if one.stopping is None:
             return False
@@ -203,7 +203,7 @@ class Permits:
         return one.open and free_deg >= float(one.stopping.told[CREEP]) + _AGAIN_DEG
 
     def on_the_spot(self, turn_permille: int) -> bool:
-        """Whether a turn of so much may begin or go on."""
+        """True if a turn with this output may begin or continue."""
         left = turn_permille > 0
         one = self._left if left else self._right
         if one.stopping is None or not one.open:
@@ -212,9 +212,9 @@ class Permits:
         return self.turns_deg[0 if left else 1] > least_deg + _MORE_DEG
 
     def both(self, linear_permille: int, turn_permille: int) -> bool:
-        """Whether the chair may turn so much while it drives so fast, or rolls on.
+        """True if the board permits both outputs together, or the turn while the chair still rolls.
 
-        Not where no lidar ever sees an arc: both would creep, and hardly any chair turns then.
+        False where no lidar ever sees the arc: both would creep, and hardly any chair turns then.
         """
         clearance = self.clearance
         if clearance is None or self._left.stopping is None or self._right.stopping is None:
@@ -243,7 +243,7 @@ class Permits:
         return self._way_m(*rows, stop_deg) >= stop_m
 
     def _way_m(self, at: int, turns_deg: Sequence[int], stop_deg: float) -> float:
-        # How far it may travel while it turns so much.
+        # How far it may travel while it turns by `stop_deg`, m; -1: it may not turn so far.
         assert self.clearance is not None
         row = next((k for k, deg in enumerate(turns_deg) if deg >= stop_deg), None)
         return -1.0 if row is None else self.clearance.arcs[at + row] * arcs.UNIT_MM / 1000.0

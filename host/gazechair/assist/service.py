@@ -1,4 +1,4 @@
-"""Assist's part in the daemon: its child process, what it is told, and what its advice does."""
+"""Assist in the daemon: runs its child process, sends it data, and applies its advice."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ _TURNS = {codes.LEFT: 1, codes.RIGHT: -1}
 
 
 class AssistService(InboxService):
-    """Nothing waits for it: without advice the chair does what the driver says.
+    """Nothing waits for assist: without advice the chair drives as the driver commands.
 
-    The child process starts when a driver first wants assist; while none does, it looks at nothing.
+    The child process starts when a driver first wants assist; while assist is off, it ignores data.
     """
 
     def __init__(
@@ -35,13 +35,13 @@ class AssistService(InboxService):
         health: Callable[[], Health],
         wanted: Callable[[], bool],
     ) -> None:
-        """`health` is asked for when the process starts; `wanted`: the driver has assist on."""
+        """`health`: the part's, first called when the process starts; `wanted`: assist is on."""
         super().__init__(lidars)
         self._footprint = footprint
         self._health = health
         self._wanted = wanted
         self._steering = Steering()
-        self._lock = threading.Lock()  # of the word
+        self._lock = threading.Lock()  # guards the word
         self._word = Word()
         self._stopped = False
 
@@ -68,20 +68,20 @@ class AssistService(InboxService):
         super().stop()
 
     def zone(self, zone: BoardZone) -> None:
-        """How the board stops. From any thread."""
+        """The board's new stopping distances and times. From any thread."""
         with self._lock:
             self._word = replace(self._word, zone=zone)
             self._tell()
 
     def clearance(self, clearance: Clearance) -> None:
-        """What the board is sent. From any thread."""
+        """A new clearance, as sent to the board. From any thread."""
         with self._lock:
             self._word = replace(self._word, clearance=clearance)
             if self._word.on:
                 self._tell()
 
     def steer(self, command: Command, now_s: float) -> Command:
-        """The driver's command as the board gets it. From one thread at a time; never waits."""
+        """The driver's command as sent to the board. From one thread at a time; never waits."""
         wanted = self._wanted()
         if wanted and self._supervisor is None:
             self.start()
@@ -97,7 +97,7 @@ class AssistService(InboxService):
         return steered
 
     def shown(self, now_s: float) -> list[bool] | None:
-        """For the driver's page: [it is at work, it steers]; None: off."""
+        """For the driver's page: [it works, it steers], see Steering; None: off."""
         if not self._wanted():
             return None
         return [self._steering.works(now_s), self._steering.steers(now_s)]

@@ -1,4 +1,4 @@
-"""What assist may make of the driver's command: bounded here, whatever its process says. Pure."""
+"""Applies assist's advice to the driver's command, bounded whatever its process sends. Pure."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from gazechair.board.board_commands import Command
 from gazelink import codes
 
 OLD_S = 0.15
-"""Older advice is none: the chair drives straight on, as without assist."""
-_FIRST_S = 0.15  # so long a press waits for the first advice: it may not be straight on
-_KNOWS_S = 0.6  # since it last said that it knows its surroundings
-_SHOWN_S = 0.6  # so long a page shows that it steered
+"""Older advice is ignored: the chair drives straight on, as without assist."""
+_FIRST_S = 0.15  # how long a press waits for the first advice, which may not be straight on
+_KNOWS_S = 0.6  # how long a report of known surroundings counts
+_SHOWN_S = 0.6  # how long a page shows that it steered
 
 
 @dataclass(frozen=True)
@@ -26,19 +26,19 @@ class Advised:
     turn_permille: int
     steers: bool
     born_s: float
-    """When it was made, monotonic, from what was not old then."""
+    """When it was made, monotonic; its data was not old then."""
 
 
 class Steering:
-    """Of the driver's held *Vooruit*, and of nothing else. Not thread-safe.
+    """Steers the driver's pressed *Vooruit*, and nothing else. Not thread-safe.
 
-    On the board a press keeps its verb, so it is decided as it begins whether assist steers it:
-    such a press goes there as DRIVE, which straight ahead is the same motion as FORWARD.
+    A press keeps its verb on the board, so its beginning decides whether assist steers it. A
+    steered press is sent as DRIVE, which straight ahead is the same motion as FORWARD.
     """
 
     def __init__(self) -> None:
         self.advised: Advised | None = None
-        """The newest."""
+        """The newest advice."""
         self.knows_s = -math.inf
         """When its process last knew its surroundings."""
         self._edge = 0
@@ -74,9 +74,9 @@ class Steering:
         return young and advised.press == command.edge and now_s < command.ttl_deadline_s
 
     def works(self, now_s: float) -> bool:
-        """It knows its surroundings: a press that begins now would be steered."""
+        """True if its process knows the surroundings: a press that begins now would be steered."""
         return 0.0 <= now_s - self.knows_s <= _KNOWS_S
 
     def steers(self, now_s: float) -> bool:
-        """Whether it steers now, or has just done so."""
+        """True if it steers now, or has just done so."""
         return bool(self._edge) and now_s - self._steered_s <= _SHOWN_S

@@ -1,4 +1,4 @@
-"""What the lidars saw in their newest turns, in the chair's frame of now."""
+"""The returns of each lidar's newest turn, in the chair's present frame."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from gazechair.sensing.odometry.odometry import Motion
 from gazechair.sensing.odometry.points import Piece
 
 OLD_S = 0.15
-"""Without anything newer from each lidar, and a newer heading, nothing is known."""
-_KEPT_S = 1.0  # of headings
-_HALVES = 2  # of a turn, of each lidar
+"""If the heading or the data of any lidar is older, nothing is known."""
+_KEPT_S = 1.0  # how long headings are kept
+_HALVES = 2  # half turns kept of each lidar
 _NEAREST_M = 0.05
 _FARTHEST_M = 5.0
 
 
 class Surroundings:
-    """The chair's own turning meanwhile is taken out, by the heading sensor; its way is not."""
+    """Corrects for the chair's turning since, by the heading sensor, but not for its travel."""
 
     def __init__(self, lidars: int) -> None:
-        """`lidars`: so many must deliver."""
+        """`lidars`: their number; all must deliver."""
         self._halves: list[deque[tuple[float, FloatArray]]] = [
             deque(maxlen=_HALVES) for _ in range(lidars)
         ]
@@ -33,7 +33,7 @@ class Surroundings:
         self._heard_s = -math.inf
 
     def motion(self, motion: Motion) -> None:
-        """The board's word."""
+        """The board's newest heading."""
         if motion.heading_deg is None:
             self._times.clear()
             self._headings.clear()
@@ -48,7 +48,7 @@ class Surroundings:
             self._headings.popleft()
 
     def see(self, lidar: int, piece: Piece) -> None:
-        """Half a turn of one lidar."""
+        """Half a turn of the lidar with that number."""
         if not self._times:
             return
         near = (piece.distances_m >= _NEAREST_M) & (piece.distances_m <= _FARTHEST_M)
@@ -69,13 +69,13 @@ class Surroundings:
         self._halves[lidar].append((float(piece.times_s[-1]), smooth))
 
     def heading_deg(self, now_s: float) -> float | None:
-        """The newest, not wrapped; None: not known."""
+        """The newest heading, not wrapped; None: not known."""
         if not self._times or now_s - self._times[-1] > OLD_S:
             return None
         return self._headings[-1]
 
     def rate_deg_s(self) -> float:
-        """How fast the chair turns, left positive."""
+        """The chair's turn rate, left positive."""
         if len(self._times) < 2:
             return 0.0
         first = max(0, len(self._times) - 6)
@@ -83,7 +83,7 @@ class Surroundings:
         return (self._headings[-1] - self._headings[first]) / dt_s if dt_s > 0.0 else 0.0
 
     def points_m(self, now_s: float) -> FloatArray | None:
-        """(N, 2); None: a lidar or the heading is lost, or old."""
+        """All returns, (N, 2); None: data of a lidar or the heading is missing or old."""
         heading = self.heading_deg(now_s)
         if heading is None:
             return None

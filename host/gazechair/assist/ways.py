@@ -1,4 +1,4 @@
-"""Chooses the free way that the driver points at: turn, go, turn, go on straight."""
+"""Chooses a free way about where the driver points: turn, drive, turn, drive straight on."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ import numpy as np
 from gazechair.assist.corridors import FARTHEST_M, Corridors
 from gazechair.base.footprint import FloatArray, Footprint
 
-_MOST_DEG = 40  # from where the chair points now
+_MOST_DEG = 40  # to each side of the present heading
 FROM_WISH_RAD = math.radians(35.0)
-"""No way leads farther from where the driver pointed."""
+"""The largest angle between a way and where the driver pointed."""
 _ASIDE_M = 0.6
-_SHIFTS_DEG = (3, 6, 12, 20, 30)  # towards a corridor beside the present line
+_SHIFTS_DEG = (3, 6, 12, 20, 30)  # of the first leg, to a corridor beside the present line
 _HORIZON_M = 2.5
-# Beside the footprint, and what a metre with it is worth.
+# Gaps beside the footprint, and the score of a metre with each.
 _GAPS_M = (0.012, 0.024, 0.04, 0.08)
-_TIGHT_GAPS_M = (0.004, 0.012, 0.024, 0.06)  # of a chair without side margin
+_TIGHT_GAPS_M = (0.004, 0.012, 0.024, 0.06)  # for a chair without side margin
 _WORTH = (0.35, 0.3, 0.2, 0.15)
-_SAFE = 1  # a corridor with that gap needs no correction
-_TURN, _TURN_BACK, _OFF_WISH = 0.5, 0.25, 0.7  # metres a radian is worth
-_SHIFT = 0.25  # metres a metre aside is worth
-_ELSEWHERE_RAD = math.radians(4.0)  # where straight on is shut, a way begins at least so far off
-_BETTER_M = 0.12  # a way must be better than straight on by so much, or it is not taken
-_SAME_M = 0.2  # another way than the present one must be better by so much
+_SAFE = 1  # index of the gap with which a corridor needs no correction
+_TURN, _TURN_BACK, _OFF_WISH = 0.5, 0.25, 0.7  # cost of a radian, metres
+_SHIFT = 0.25  # cost of a metre aside, metres
+_ELSEWHERE_RAD = math.radians(4.0)  # with straight on shut, a way begins at least this far off
+_BETTER_M = 0.12  # a way must beat straight on by this much
+_SAME_M = 0.2  # another way must beat the present one by this much
 _SAME_FIRST_RAD, _SAME_THEN_RAD = math.radians(5.0), math.radians(5.0)
 _TRIES = 12
-_SURE_M = 2.0  # straight on leads so far with room enough: nothing to correct
-_OFF_RAD = math.radians(3.0)  # unless it is not where the driver points
-_SHORTEST_M, _LEG_M, _LEAST_LEG_M = 0.15, 1.8, 0.3  # before the second turn, and after it
-_STOPS_RAD = math.radians(6.0)  # a turn on the spot may run on so far
+_SURE_M = 2.0  # straight on free this far with a safe gap: nothing to correct
+_OFF_RAD = math.radians(3.0)  # unless the driver points farther aside than this
+_SHORTEST_M, _LEG_M, _LEAST_LEG_M = 0.15, 1.8, 0.3  # first leg: least, most; second: least
+_STOPS_RAD = math.radians(6.0)  # overshoot of a turn on the spot, at most
 
 _DIRECTIONS = np.radians(np.arange(-_MOST_DEG, _MOST_DEG + 1))
 _OFFSETS_M = np.round(np.arange(-_ASIDE_M, _ASIDE_M + 0.005, 0.01), 2)
@@ -45,17 +45,20 @@ _AHEAD = _MOST_DEG
 
 @dataclass(frozen=True)
 class Way:
-    """Turn to `first_rad`, go `first_m`, turn to `then_rad`, go on. Left positive, from now."""
+    """Turn to `first_rad`, drive `first_m`, turn to `then_rad`, drive on.
+
+    Angles are relative to the present heading, left positive.
+    """
 
     first_rad: float
     first_m: float
     then_rad: float
     straight_m: float
-    """How far straight on would lead."""
+    """Free distance straight ahead."""
 
 
 class Ways:
-    """Of one footprint."""
+    """Chooses ways for one footprint."""
 
     def __init__(self, footprint: Footprint) -> None:
         every = np.concatenate(footprint.parts)
@@ -65,7 +68,7 @@ class Ways:
         self._front_m = float(every[:, 0].max())
 
     def straight_m(self, points_m: FloatArray) -> float:
-        """How far straight on leads."""
+        """Free distance straight ahead of the front, by the narrowest gap."""
         beside = np.abs(points_m[:, 1]) < self._half_m + self._gaps_m[0]
         ahead = points_m[beside & (points_m[:, 0] > 0.0), 0]
         return float(ahead.min(initial=FARTHEST_M)) - self._front_m
@@ -79,12 +82,12 @@ class Ways:
         shut: bool,
         share: float = 1.0,
     ) -> Way | None:
-        """The way; None: straight on is as good.
+        """The best way; None: straight on is as good.
 
-        `wish_rad`: where the driver points, from the present heading. `before`: the way of the last
-        time, as seen from now. `spot_deg`: how far the chair may turn on the spot, left and right.
-        `shut`: the board lets nothing begin straight ahead. `share` of the help, 0..1: no way leads
-        farther from where the driver points than this share of what a way may.
+        `wish_rad`: where the driver points, relative to the present heading. `before`: the previous
+        way, relative to the same. `spot_deg`: how far the chair may turn on the spot, left and
+        right. `shut`: the board lets nothing begin straight ahead. `share` of the help, 0..1:
+        scales FROM_WISH_RAD.
         """
         widest = self._half_m + self._gaps_m[-1]
         near = points_m[points_m[:, 0] > -0.3]
@@ -150,7 +153,7 @@ class Ways:
         return replace(best, **dict.fromkeys(("first_rad", "then_rad"), self._finer(near, best)))
 
     def _finer(self, near: FloatArray, way: Way) -> float:
-        """The direction near that of a way with one leg in which there is most room."""
+        """The direction with the most room near that of a way with one leg."""
         directions = way.then_rad + _FINE_RAD
         corridors = Corridors(near, directions, self._half_m + _FINE_GAPS_M[-1] + 0.02)
         score = -_FINE_COST * np.abs(_FINE_RAD)
@@ -185,7 +188,7 @@ class Ways:
             go_m = float(first_m[row, column])
             if self._turns_there(close, first, then, go_m):
                 return Way(first, go_m, then, straight_m)
-            # What is near it fails for the same reason.
+            # Its neighbours fail for the same reason.
             score[max(0, row - 1) : row + 2, max(0, column - 3) : column + 4] = -np.inf
             best[k] = (float(score.max()), k)
         return None

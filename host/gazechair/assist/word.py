@@ -1,4 +1,4 @@
-"""What the daemon tells assist's process: one line with everything newest."""
+"""The daemon's message to assist's process: one line with all newest values."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ _FIELDS = (
 
 @dataclass(frozen=True)
 class Word:
-    """What is so at this moment."""
+    """The newest values."""
 
     on: bool = False
-    """The present driver wants assist: what the lidars see is looked at."""
+    """The present driver wants assist; else the process ignores the lidars."""
     press: int = 0
-    """The board's number of the driver's held Vooruit, 0: not held."""
+    """The board's number of the driver's press on Vooruit; 0: not pressed."""
     turns: int = 0
     """The driver holds a turn: 1 left, -1 right."""
     zone: BoardZone = NOT_KNOWN
     clearance: Clearance | None = None
-    """The newest that the board was sent."""
+    """The newest that was sent to the board."""
 
 
 def packed(word: Word) -> bytes:
-    """As one line, without its end."""
+    """`word` as one line, without the newline."""
     clearance = word.clearance
     fields = [word.on, word.press, word.turns, [one.hex() for one in word.zone.points]]
     if clearance is not None:
@@ -47,7 +47,7 @@ def packed(word: Word) -> bytes:
 
 
 def unpacked(line: bytes) -> tuple[Word, StopZone]:
-    """What it says. Raises ValueError for nonsense."""
+    """The word in `line`, and the stop zone in it. Raises ValueError for a malformed line."""
     try:
         on, press, turns, zone, *rest = json.loads(line)
         points = tuple(bytes.fromhex(one) for one in zone)
