@@ -1,1 +1,1 @@
-"""Follows a person: legs in scans, who is followed, and the request that keeps behind them."""
+"""Followers of a person (legs in lidar scans) and of a line on the floor: request the motion."""

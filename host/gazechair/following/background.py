@@ -1,4 +1,4 @@
-"""Background: what stands still. From the map where there is one, else from the last seconds.
+"""Background: what stands still, by the map and by the last seconds.
 
 A square of 5 cm is background once returns came from it for more than a second; a beam that passes
 through it makes it foreground again. Nothing is learned next to a person who is tracked.
@@ -17,14 +17,14 @@ from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
 _CELL_M = 0.05
 _CELLS = 256  # along each side of the window round the chair
 _RECENTRE_M = 2.5
-_STANDS = 12  # scans with a return
+_STANDS = 12  # scans with a return: background
 _MOST = 40
-_BEYOND_M = 0.20  # a beam that ends so far behind a square has passed through it
-_PASSED = 3  # returns that one such beam undoes
+_BEYOND_M = 0.20  # a beam that ends this far behind a square has passed through it
+_PASSED = 3  # returns that one such beam cancels
 _FORGET_EVERY = 3  # scans
 _BINS = 1440
-_KEPT_M = 0.45  # round a tracked person
-_MAP_M = 0.10  # round what the map holds
+_KEPT_M = 0.45  # learns nothing this near to a tracked person
+_MAP_M = 0.10  # this near to an obstacle of the map is background
 
 
 class Background:
@@ -55,7 +55,7 @@ class Background:
     def learn(
         self, points_m: FloatArray, origin_m: FloatArray, people_m: Sequence[tuple[float, float]]
     ) -> None:
-        """The same scan, once it is known where people are."""
+        """Learn from the same scan, without the surroundings of `people_m`, (x, y) each."""
         self._number += 1
         kept = np.ones(len(points_m), dtype=np.bool_)
         for x, y in people_m:
@@ -67,7 +67,7 @@ class Background:
             self._forget(points_m, origin_m)
 
     def _forget(self, points_m: FloatArray, origin_m: FloatArray) -> None:
-        """Squares that beams have passed through."""
+        """Forget returns in squares that beams have passed through."""
         farthest = np.zeros(_BINS)
         offset = points_m - origin_m
         np.maximum.at(farthest, _bins(offset), np.hypot(offset[:, 0], offset[:, 1]))
@@ -78,7 +78,7 @@ class Background:
         self._counts[x, y] = np.maximum(self._counts[x, y] - _PASSED, 0)
 
     def _cells(self, points_m: FloatArray) -> NDArray[np.int64]:
-        """Those outside the window count as its border, which is beyond every track."""
+        """Squares of points; outside the window the border's, which is beyond every track."""
         cells = np.floor((points_m - self._low) / _CELL_M).astype(np.int64)
         return np.asarray(np.clip(cells, 0, _CELLS - 1))
 
@@ -102,7 +102,7 @@ def _bins(offset: FloatArray) -> NDArray[np.int64]:
 
 
 def _wider(cells: BoolArray, by: int) -> BoolArray:
-    """Grown by so many cells on every side, as a square."""
+    """The cells, grown by `by` cells on every side, as squares."""
     found = cells.copy()
     for axis in (0, 1):
         grown = found.copy()

@@ -1,4 +1,4 @@
-"""Person follower: one scan and the chair's pose in, the state and a request out."""
+"""Person follower: takes scans and the chair's poses, returns a state and a request."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.poses import to_frame
 
 _FRONT_M = max(x for x, _ in DEFAULT_CORNERS)
-_LONGEST_S = 0.2  # between two scans: a later one bounds what is asked for as if it came then
+_LONGEST_S = 0.2  # between two scans: a longer gap does not permit a larger change
 
 
 @dataclass(frozen=True)
 class Followed:
-    """After one scan. `person_m`: where the person is, in the frame of the poses."""
+    """The result of a scan. `person_m`: where the person is, in the frame of the poses."""
 
     state: State
     request: Request
@@ -46,11 +46,11 @@ class PersonFollower:
 
     @property
     def state(self) -> State:
-        """After the last scan."""
+        """The state after the last scan."""
         return self._person.state
 
     def choose(self, at_s: float, bearing_rad: float | None = None) -> None:
-        """Whoever is seen in that direction of the chair; None: who stands in front for 2 s."""
+        """Choose the person seen at `bearing_rad`; None: the one who stands in front for 2 s."""
         self._person.choose(at_s, bearing_rad)
         self._follows = False
 
@@ -60,7 +60,7 @@ class PersonFollower:
         self._follows = False
 
     def look(self, scan: Scan, pose: FloatArray) -> Followed:
-        """One scan; `pose` of the drive axle then: x, y, heading in radians."""
+        """Process a scan; `pose` of the drive axle at that time: x, y, heading in radians."""
         points = to_frame(scan.points_m, pose)
         origin = to_frame(np.array((scan.origin_m,)), pose)[0]
         stands = self._background.stands(points, origin)

@@ -10,22 +10,22 @@ from gazechair.base.footprint import BoolArray, FloatArray
 
 FARTHEST_M = 5.5
 _MOST = 60
-"""Clusters of one scan, the nearest: the cost of a scan stays bounded."""
+"""Clusters used of one scan, the nearest: bounds the cost of a scan."""
 _GAP_M, _GAP_PER_M = 0.09, 0.012
 _LEAST_POINTS, _LEAST_FAR_POINTS = 3, 2
 _FAR_M = 3.5
-_THIN_M, _LEG_M = 0.05, 0.23  # thinner is a cane, or the leg of a chair
+_THIN_M, _LEG_M = 0.05, 0.23  # thinner: a cane or a chair's leg
 _PERSON_M = 0.62
 _NEARER_M = 0.10
-_BEHIND_SHARE = 0.35  # the middle lies behind the side that is seen
+_BEHIND_SHARE = 0.35  # of the width: the middle lies behind the visible side
 _BEHIND_MOST_M = 0.15
 
 
 @dataclass(frozen=True)
 class Scan:
-    """One turn of a lidar: `points_m` (N, 2) in the chair's frame, in the order of bearing.
+    """One turn of a lidar: returns `points_m` (N, 2) in the chair's frame, ordered by bearing.
 
-    `origin_m`: where the lidar sits. Returns only: a beam without one is left out.
+    `origin_m`: where the lidar sits.
     """
 
     points_m: FloatArray
@@ -47,7 +47,7 @@ class Cluster:
 
 
 def clusters(points_m: FloatArray, origin_m: FloatArray, foreground: BoolArray) -> list[Cluster]:
-    """What may be a leg, or both; the nearest first. All in one frame, in the order of bearing."""
+    """Clusters that may be one or both legs, the nearest first. Points ordered by bearing."""
     offset = points_m - origin_m
     ranges = np.hypot(offset[:, 0], offset[:, 1])
     at = np.flatnonzero(foreground & (ranges < FARTHEST_M))
@@ -73,7 +73,7 @@ def clusters(points_m: FloatArray, origin_m: FloatArray, foreground: BoolArray) 
     whole = nearer > -_NEARER_M
     least = np.where(range_m > _FAR_M, _LEAST_FAR_POINTS, _LEAST_POINTS)
     chosen = np.flatnonzero((count >= least) & (width >= _THIN_M) & (width <= _PERSON_M))
-    # What shows between two other things may be any part of a wall.
+    # A wide part that shows between two nearer things may be a wall.
     chosen = chosen[whole[chosen] | (width[chosen] <= _LEG_M)]
     chosen = chosen[np.argsort(range_m[chosen], kind="stable")][:_MOST]
     behind = np.minimum(_BEHIND_SHARE * width, _BEHIND_MOST_M) / range_m

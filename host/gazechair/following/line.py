@@ -1,7 +1,7 @@
-"""Line follower: pictures and poses in, a request out that keeps the drive axle on the line.
+"""Line follower: from pictures and poses to a request that keeps the drive axle on the line.
 
-Where the camera no longer sees it, near the chair, the line is remembered by the odometry. Lost
-means stopped: whoever goes on chooses the line again.
+Near the chair, where the camera does not see the floor, it remembers the line by odometry. After a
+loss the chair stops, and the line must be chosen again.
 """
 
 from __future__ import annotations
@@ -20,31 +20,31 @@ from gazechair.sensing.mapping.poses import to_frame
 
 CAP_M_S = 0.35
 LOST_S = 0.3
-"""Without the line where it should be seen, or without a picture: stopped."""
+"""After this long without a picture, or without the line where it should be: stop."""
 GONE_S = 1.0
-"""Without it for longer: chosen anew. Until then the chair stands, and goes on when it is seen."""
+"""After this long: choose again. Until then the chair stands, and goes on once it sees the line."""
 ACCELERATE_M_S2, BRAKE_M_S2 = 0.3, 0.4
-"""Bounds of what is asked for; a lost line ends it at once."""
+"""Limits of the requested speed's change; a lost line ends the request at once."""
 _FRONT_M = max(x for x, _ in DEFAULT_CORNERS)
 _LEAST_POINTS = 3
-_REMEMBERED_M = 1.2  # driven without any of the line in view: round a bend, or up to its end
+_REMEMBERED_M = 1.2  # driven at most without any of the line in view: in a bend, or at its end
 _LOOK_M = 0.4
-_BEND_M = 1.2  # ahead: slower in time
+_BEND_M = 1.2  # slows for bends this far ahead
 _CURVATURE_M = 0.16
 _TURN_FIRST_RAD, _DRIVE_AGAIN_RAD = math.radians(50.0), math.radians(10.0)
-_LEAST_RAD_S = math.radians(12.0)  # turns a standing chair
+_LEAST_RAD_S = math.radians(12.0)  # enough to turn a standing chair
 _TURNS_PER_S = 1.2
 _LEAST_M_S = 0.08
 _BEHIND_M = 1.0
 _SAME_M = 0.25
 _FROZEN_M, _FROZEN_RAD = 0.04, math.radians(2.0)
-_EVEN_M = 0.04  # between points of the line: progress along it is told by the nearest
-_EXPECTED_POINTS, _ROUND_M = 8, 0.14  # so much well within the picture, and the line should be seen
-_SHARE = 0.85  # of the turn rate that the chair has: the rest corrects
+_EVEN_M = 0.04  # between points of the line: the nearest one gives the progress
+_EXPECTED_POINTS, _ROUND_M = 8, 0.14  # this much of it well in view should be seen
+_SHARE = 0.85  # of the chair's turn rate; the rest is left for corrections
 
 
 class State(Enum):
-    """What the follower does."""
+    """State of the follower; LOST: choose again; ENDED: at the line's end."""
 
     OFF = "off"
     FOLLOWS = "follows"
@@ -62,8 +62,8 @@ class LineFollower:
         delay_s: float,
         front_m: float = _FRONT_M,
     ) -> None:
-        """`camera`: of the small pictures. `most_rad_s`: turn rate the chair has both ways.
-        `delay_s`: of the chair, dead time and lag.
+        """`camera`: for the small pictures. `most_rad_s`: turn rate that both sides reach.
+        `delay_s`: the chair's dead time plus lag. `front_m`: from the drive axle to the front.
         """
         self._plans = PlanMaker(camera)
         self._camera = camera
@@ -72,7 +72,7 @@ class LineFollower:
         self._front_m = front_m
         self._colour: LineColour | None = None
         self._line = np.zeros((0, 2))
-        """The line in the poses' frame, from behind the chair to the farthest that was seen."""
+        """The line in the poses' frame, from behind the chair to the farthest point seen."""
         self._ends = False
         self._seen_s = -math.inf
         self._looked_s = -math.inf
@@ -85,7 +85,7 @@ class LineFollower:
 
     @property
     def line_m(self) -> FloatArray:
-        """(N, 2) in the poses' frame, to be shown."""
+        """The line, (N, 2), in the poses' frame, for display."""
         return self._line
 
     def stop(self) -> None:
@@ -95,7 +95,7 @@ class LineFollower:
     def choose(
         self, picture: Picture, pixel: tuple[float, float], pose: FloatArray, at_s: float
     ) -> str:
-        """Follow the line that was tapped at `pixel`; the reason when there is none, else ""."""
+        """Follow the line at `pixel`; returns "", or the reason key when there is none."""
         self.stop()
         if not self._plans.fits(picture):
             return NOT_SEEN
@@ -114,7 +114,7 @@ class LineFollower:
         seen = np.concatenate((nearer, farther.points_m))
         if len(seen) < _LEAST_POINTS:
             return NOT_SEEN
-        # From the chair straight to where the line is seen first.
+        # Bridge the gap from the chair to the line's first visible point.
         self._line = to_frame(_evenly(np.concatenate((np.zeros((1, 2)), seen))), pose)
         self._ends = farther.ended
         self._seen_s = self._looked_s = at_s
@@ -123,7 +123,7 @@ class LineFollower:
         return ""
 
     def look(self, picture: Picture, pose: FloatArray, at_s: float) -> None:
-        """One picture; `pose` of the drive axle when it was taken: x, y, heading in radians."""
+        """Process a picture; `pose` of the drive axle when taken: x, y, heading in radians."""
         if self.state is not State.FOLLOWS or self._colour is None:
             return
         if not self._plans.fits(picture) or self._frozen(picture, pose):
@@ -158,7 +158,7 @@ class LineFollower:
         self._forget(pose)
 
     def rest(self, pose: FloatArray, now_s: float) -> None:
-        """In place of a step, while nobody asks: what is gone meanwhile is lost, too."""
+        """Call instead of `step` while nobody presses: the line can get lost then too."""
         self._last, self._turns = STOP, False
         if self.state is State.FOLLOWS and self._unseen_s(pose, now_s) > GONE_S:
             self.state = State.LOST
@@ -166,7 +166,7 @@ class LineFollower:
     def step(
         self, pose: FloatArray, speed_m_s: float, rate_rad_s: float, now_s: float, dt_s: float
     ) -> Request:
-        """What to ask of the chair for the next `dt_s`."""
+        """The request for the next `dt_s`."""
         if self.state is not State.FOLLOWS:
             return STOP
         self._blind_m += abs(speed_m_s) * dt_s
@@ -174,7 +174,7 @@ class LineFollower:
         if unseen_s > GONE_S or self._blind_m > _REMEMBERED_M:
             self.state, self._last = State.LOST, STOP
             return STOP
-        # What is asked for now holds until the next step.
+        # This request stays active until the next step.
         if unseen_s + dt_s > LOST_S:
             self._last = STOP
             return STOP
@@ -190,18 +190,18 @@ class LineFollower:
         return self._last
 
     def _frozen(self, picture: Picture, pose: FloatArray) -> bool:
-        """The camera shows, from another place, what it has shown before: that is no picture."""
+        """True if the picture has not changed although the chair has moved: the camera hangs."""
         if self._shown is None or not np.array_equal(picture, self._shown):
             self._shown, self._shown_at = picture.copy(), pose
         off = pose - self._shown_at
         return math.hypot(off[0], off[1]) > _FROZEN_M or abs(off[2]) > _FROZEN_RAD
 
     def _unseen_s(self, pose: FloatArray, now_s: float) -> float:
-        """Since the line was seen, or a picture that should not show it."""
+        """Seconds since the line was seen, or since a picture if none should show it."""
         return now_s - (self._looked_s if self._remembers(pose) else self._seen_s)
 
     def _remembers(self, pose: FloatArray) -> bool:
-        """Nothing of the line should be in view: it bends away near the chair, or ends there."""
+        """True if the line should be out of view: it bends away near the chair, or ends there."""
         c, s = math.cos(pose[2]), math.sin(pose[2])
         known = (self._line - pose[:2]) @ np.array(((c, -s), (s, c)))
         known = known[int(np.hypot(*known.T).argmin()) :]
@@ -212,7 +212,7 @@ class LineFollower:
         return int(seen.sum()) < _EXPECTED_POINTS
 
     def _moved(self, pose: FloatArray, speed_m_s: float, rate_rad_s: float) -> FloatArray:
-        """The pose when what is asked now takes effect."""
+        """The pose at which a request made now takes effect."""
         turned, way = rate_rad_s * self._delay_s, speed_m_s * self._delay_s
         middle = pose[2] + 0.5 * turned
         moved = np.array((way * math.cos(middle), way * math.sin(middle), turned))
@@ -238,7 +238,7 @@ class LineFollower:
         return Request(speed, yaw)
 
     def _forget(self, pose: FloatArray) -> None:
-        """What lies well behind the chair."""
+        """Drop points well behind the chair."""
         gaps = np.hypot(*(self._line - pose[:2]).T)
         nearest = int(gaps.argmin())
         behind = np.flatnonzero(gaps[:nearest] > _BEHIND_M)
@@ -247,14 +247,14 @@ class LineFollower:
 
 
 def _evenly(points: FloatArray) -> FloatArray:
-    """The same polyline, with points all along what was bridged: from the chair, over gaps."""
+    """The same polyline with evenly spaced points, also over bridged gaps."""
     along = np.concatenate(((0.0,), np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
     at = np.linspace(0.0, along[-1], max(2, round(float(along[-1]) / _EVEN_M) + 1))
     return np.column_stack([np.interp(at, along, points[:, k]) for k in (0, 1)])
 
 
 def _most_curvature(ahead: FloatArray, along: FloatArray) -> float:
-    """The sharpest bend of the next metre or so, 1/m."""
+    """The largest curvature within the next _BEND_M, 1/m."""
     at = np.arange(0.0, min(_BEND_M, float(along[-1])) + 1e-9, _CURVATURE_M)
     if len(at) < 3:
         return 0.0

@@ -1,4 +1,4 @@
-"""Traces a line over the plan of the floor, step by step: straight on at junctions, over gaps."""
+"""Traces a line over the plan of the floor, step by step: straight on at junctions, across gaps."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _AHEAD_M = np.array((0.0, 0.03, 0.06))
 _CORNERS_RAD = np.radians((-105.0, -90.0, -75.0, -60.0, -45.0, 45.0, 60.0, 75.0, 90.0, 105.0))
 _CORNER_AHEAD_M = np.arange(0.06, 0.24, 0.03)
 _LEAST, _LEAST_CORNER = 0.4, 0.55
-_PER_BEND, _PER_SLIDE = 0.25, 2.0  # off the score, a radian and a metre
+_PER_BEND, _PER_SLIDE = 0.25, 2.0  # subtracted from the score per radian and per metre
 _GAP_M, _GLARE_M = 0.20, 0.5
 _LONGEST = 90
-_SMOOTH = 0.6  # of the new heading
+_SMOOTH = 0.6  # weight of the new heading
 
 
 @dataclass(frozen=True)
@@ -29,11 +29,11 @@ class Trace:
 
     points_m: FloatArray
     ended: bool
-    """The line ends there, and the floor behind it is seen; else the view ends, or glare begins."""
+    """True if visible floor follows the line's end; False if the view ends or glare begins."""
 
 
 def trace(plan: Plan, colour: LineColour, start_m: FloatArray, heading_rad: float) -> Trace:
-    """From a point at or near the line, on in that direction."""
+    """Trace from `start_m`, at or near the line, in the direction `heading_rad`."""
     at, heading = np.asarray(start_m, dtype=np.float64), heading_rad
     found: list[FloatArray] = []
     last = (at, heading)
@@ -68,7 +68,7 @@ def trace(plan: Plan, colour: LineColour, start_m: FloatArray, heading_rad: floa
 def _corner(
     plan: Plan, colour: LineColour, at: FloatArray, heading: float
 ) -> tuple[FloatArray, float] | None:
-    """Where the line goes on to a side."""
+    """Point and heading where the line continues to a side; None: it does not."""
     slides = _SLIDES_M[2:-2]
     return _best(plan, colour, at, heading, _CORNERS_RAD, slides, _CORNER_AHEAD_M, _LEAST_CORNER)
 
@@ -83,7 +83,7 @@ def _best(
     ahead: FloatArray,
     least: float = _LEAST,
 ) -> tuple[FloatArray, float] | None:
-    """The likeliest point and heading about there; None: no line."""
+    """The most likely point and heading around `at`; None: no line."""
     headings = heading + bends
     forward = np.stack((np.cos(headings), np.sin(headings)), axis=1)
     left = np.stack((-forward[:, 1], forward[:, 0]), axis=1)
@@ -96,7 +96,7 @@ def _best(
     bend, _ = np.unravel_index(int((value - penalty).argmax()), value.shape)
     if value[bend].max() < least:
         return None
-    # Between the slides of that heading, where the line's middle is.
+    # The line's middle, interpolated between the slides of that heading.
     weight = np.maximum(value[bend] - 0.5 * _LEAST, 0.0) * np.exp(-((np.abs(slides) / 0.04) ** 2))
     middle = float((weight * slides).sum() / max(weight.sum(), 1e-9))
     return at + middle * left[bend], float(headings[bend])

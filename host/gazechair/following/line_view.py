@@ -1,7 +1,7 @@
-"""A small picture as a plan of the floor before the chair, and the colour of a line on it.
+"""Turns a small picture into a plan of the floor ahead, and finds a line's colour on it.
 
-Contrast is kept, not colour: logarithms of red, green and blue against the floor on both sides.
-What lights line and floor alike (shadow, lamp, exposure) cancels.
+A line is stored as contrast, not colour: logarithms of red, green and blue against the floor on
+both sides. Effects on line and floor alike (shadow, lamp, exposure) cancel.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ Picture = NDArray[np.uint8]
 
 CELL_M = 0.015
 FAR_M, BESIDE_M = 2.6, 1.1
-_DARK = 6.0  # added to each channel: noise of dark pixels has no colour
+_DARK = 6.0  # added to each channel, so that noise of dark pixels has no colour
 _GLARE = 250
 _MIDDLE_M = (-0.01, 0.0, 0.01)
 _FLANKS_M = (0.07, 0.09, 0.11)  # tapes are 3 to 8 cm wide
 _ALONG_M = (-0.04, 0.0, 0.04)
-_LIGHT, _NOISE = 0.12, 0.06  # standard deviations of a logarithm: of all channels alike, of each
+_LIGHT, _NOISE = 0.12, 0.06  # sigma of the logarithms: common to all channels, per channel
 _TURNS = 18
 _SLIDES_M = np.arange(-0.04, 0.041, 0.01)
 _LEAST_SIGMAS = 2.0
@@ -36,14 +36,14 @@ NOT_SEEN, NO_LINE = "line_not_seen", "line_no_line"
 
 @dataclass(frozen=True)
 class Plan:
-    """(nx, ny, 3) logarithms, nan where the camera does not see; and what is glare."""
+    """`logs`: (nx, ny, 3) logarithms, nan where the camera does not see; `glare`: (nx, ny)."""
 
     logs: FloatArray
     glare: BoolArray
     near_m: float
 
     def at(self, points_m: FloatArray) -> FloatArray:
-        """(..., 3) of (..., 2) points in the chair's frame; nan outside."""
+        """Logarithms (..., 3) at points (..., 2) in the chair's frame; nan outside."""
         i, j, inside = self._cells(points_m)
         found = self.logs[i, j]
         found[~inside] = np.nan
@@ -69,7 +69,7 @@ class Plan:
 
 
 class PlanMaker:
-    """Makes plans of pictures of one size by one camera."""
+    """Makes plans from one camera's pictures, all of one size."""
 
     def __init__(self, camera: FloorCamera) -> None:
         ahead = np.arange(0.3, FAR_M, CELL_M)
@@ -93,7 +93,7 @@ class PlanMaker:
         self._shares = ((1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v)
 
     def fits(self, picture: Picture) -> bool:
-        """Whether it has the camera's size."""
+        """True if `picture` has the camera's size."""
         return picture.shape == (*self._size, 3)
 
     def __call__(self, picture: Picture) -> Plan:
@@ -116,13 +116,13 @@ class PlanMaker:
 
 @dataclass(frozen=True)
 class LineColour:
-    """What sets a line apart from the floor beside it: contrast (3,), whitened, and its length."""
+    """A line's contrast to the floor on both sides: (3,), whitened, and its length."""
 
     contrast: FloatArray
     sigmas: float
 
     def score(self, plan: Plan, points_m: FloatArray, heading_rad: FloatArray) -> FloatArray:
-        """How much like the line each point (..., 2) is: 1 just so, 0 like the floor, nan unseen.
+        """How much each point (..., 2) looks like the line: 1 the same, 0 floor, nan unseen.
 
         `heading_rad` (...): along the line. An edge has the floor on one side only: it counts 0.
         """
@@ -141,7 +141,7 @@ _WHITEN = _whitening()
 
 
 def _contrasts(plan: Plan, points_m: FloatArray, heading_rad: FloatArray) -> FloatArray:
-    """(..., 2, 3): against the left side and the right."""
+    """Contrasts (..., 2, 3): to the left side, to the right side."""
     left = np.stack((-np.sin(heading_rad), np.cos(heading_rad)), axis=-1)[..., None, :]
     steps = np.array((*_MIDDLE_M, *_FLANKS_M, *(-d for d in _FLANKS_M)))
     at = plan.at(points_m[..., None, :] + steps[:, None] * left)
@@ -164,7 +164,7 @@ def chosen(plan: Plan, point_m: FloatArray) -> tuple[LineColour, FloatArray, flo
         return NOT_SEEN
     mean = found.mean(axis=1)
     length = np.linalg.norm(mean, axis=1)
-    # Alike on both sides and all along; the tap is on the line, or nearly.
+    # A line contrasts alike on both sides and along it, at the tap or close to it.
     spread = np.linalg.norm(found - mean[:, None, :], axis=2).max(axis=1)
     value = np.nan_to_num(length - spread - 10.0 * np.abs(slide), nan=-np.inf)
     best = int(value.argmax())

@@ -1,8 +1,9 @@
-"""Who is followed: chosen by a look or by standing in front, and in doubt nobody.
+"""Who is followed: chosen by a look or by standing in front; in doubt, nobody.
 
-Another person is never taken silently. A track that was seen at the same time as the person cannot
-be the person. One that appears after the person was hidden is, only if it appears where and as the
-person was expected, soon, and nobody else could have come there; else the driver chooses anew.
+It never switches silently to another person. A track that was seen at the same time as the person
+cannot be the person. A track that appears while the person is hidden is accepted as the person only
+if it appears soon, where and moving as expected, and nobody else could have come there; otherwise
+the driver must choose again.
 """
 
 from __future__ import annotations
@@ -16,15 +17,15 @@ from gazechair.base.footprint import FloatArray
 from gazechair.following.tracks import Track
 
 HIDDEN_S = 0.25
-"""Not surely seen for longer: the chair stops."""
+"""After this long without a certain sighting the chair stops."""
 LOST_S = 1.0
-"""Hidden for longer: chosen anew."""
+"""After this long without one the person must be chosen again."""
 _FRONT_M = (0.8, 1.6)
 _FRONT_RAD = math.radians(25.0)
 _STANDS_M_S, _STANDS_S = 0.25, 2.0
 _CHOOSING_S = 15.0
 _LOOK_RAD, _LOOK_ALONE_RAD = math.radians(8.0), math.radians(16.0)
-_LOOK_S, _LOOKED_S = 1.5, 0.6  # there for the second while: who walks through the look is not meant
+_LOOK_S, _LOOKED_S = 1.5, 0.6  # look; time in it: who only walks through is not meant
 _LOOK_FAR_M = 4.5
 _ALONE_M = 0.7
 _TOUCH_M, _TOUCHES = 0.42, 2
@@ -38,7 +39,7 @@ _REMEMBERED_S = 3.0
 
 
 class State(Enum):
-    """What becomes of following; `LOST` and `UNSURE` last until somebody is chosen."""
+    """The state of following; `LOST` and `UNSURE` last until somebody is chosen."""
 
     NOBODY = "nobody"
     CHOOSING = "choosing"
@@ -67,36 +68,36 @@ class _Left:
 
 
 class Person:
-    """The chosen one. `front_m`: from the drive axle to the chair's front."""
+    """Chooses and keeps the person. `front_m`: from the drive axle to the chair's front."""
 
     def __init__(self, front_m: float, needs_steps: bool) -> None:
         self.state = State.NOBODY
         self.track: Track | None = None
         self._front_m = front_m
         self._needs_steps = needs_steps
-        """Without a map, only what has walked is surely a person."""
+        """Without a map, only a track that has walked is certainly a person."""
         self._bearing_rad: float | None = None
         self._until_s = 0.0
         self._since_s: dict[int, float] = {}
-        """Tracks that are where the chosen one should be, since when."""
+        """By track number: since when it has been where the chosen person should be, s."""
         self._last = _Left(0.0, 0.0, 0.0, 0.0, 0.0)
         self._touches = 0
         self._others: list[_Left] = []
 
     def choose(self, at_s: float, bearing_rad: float | None = None) -> None:
-        """Whoever stands in that direction (chair's frame); None: right in front, for 2 s."""
+        """Choose who is at `bearing_rad` (chair's frame); None: who stands in front for 2 s."""
         self.stop()
         self.state, self._bearing_rad = State.CHOOSING, bearing_rad
         self._until_s = at_s + (_CHOOSING_S if bearing_rad is None else _LOOK_S)
 
     def stop(self) -> None:
-        """Nobody."""
+        """Follow nobody."""
         self.state, self.track, self._since_s, self._touches = State.NOBODY, None, {}, 0
 
     def look(
         self, tracks: Sequence[Track], ended: Sequence[Track], pose: FloatArray, at_s: float
     ) -> Track | None:
-        """One scan's tracks; returns one to forget: the person's own, once hidden."""
+        """Process a scan's tracks; returns a track to forget: the person's, once hidden."""
         self._others += [_Left.of(one) for one in ended if one is not self.track]
         self._others = [one for one in self._others if at_s - one.at_s < _REMEMBERED_S]
         if self.state is State.CHOOSING:
@@ -165,8 +166,8 @@ class Person:
         if not found:
             return
         nearest = min(found, key=lambda one: _seen_from(pose, one)[0])
-        # Perhaps somebody is meant of whom little or, for now, nothing is seen: who stands there,
-        # one leg behind the other, while somebody walks past.
+        # The person meant may be hardly visible now: standing with one leg behind the other, or
+        # hidden, while somebody else walks past.
         others = [
             one
             for one in tracks
@@ -205,7 +206,7 @@ class Person:
         return None
 
     def _find(self, tracks: Sequence[Track], at_s: float) -> None:
-        """The person anew, where and as expected."""
+        """Look for the hidden person where and as expected."""
         young = [one for one in tracks if one.born_s > self._last.at_s and self._expected(one)]
         ready = [one for one in young if one.looks >= _BACK_LOOKS and one.legs]
         for one in ready:
@@ -222,7 +223,7 @@ class Person:
             self.state = State.LOST
 
     def _expected(self, one: Track) -> bool:
-        """Whether it appeared, soon enough, where the person was expected."""
+        """True if it appeared soon enough where the person was expected."""
         later_s = one.born_s - self._last.at_s
         x = self._last.x_m + self._last.vx_m_s * later_s
         y = self._last.y_m + self._last.vy_m_s * later_s
@@ -230,7 +231,7 @@ class Person:
         return later_s <= LOST_S and off_m < _BACK_M + _BACK_M_PER_S * later_s
 
     def _nobody_else(self, one: Track, tracks: Sequence[Track]) -> bool:
-        """Whether nobody else is near, or could have come there unseen."""
+        """True if nobody else is near or could have come there unseen."""
         if not _alone(one, tracks, _BACK_ALONE_M):
             return False
         unseen = [_Left.of(t) for t in tracks if t is not one and t.walked and not t.legs]
@@ -241,7 +242,7 @@ class Person:
 
 
 def _touches(one: Track, mine: Track) -> bool:
-    """Whether its legs may as well be mine."""
+    """True if legs of `one` might belong to `mine`."""
     if one.walked and _near(one, mine, _TOUCH_M):
         return True
     near = any(mine.to(leg.x_m, leg.y_m) < _TOUCH_M for leg in one.legs)
@@ -257,7 +258,7 @@ def _near(one: Track, other: Track, within_m: float) -> bool:
 
 
 def _seen_from(pose: FloatArray, one: Track) -> tuple[float, float]:
-    """Distance from the drive axle, and bearing."""
+    """Distance from the drive axle, m, and bearing, radians."""
     dx, dy = one.x_m - pose[0], one.y_m - pose[1]
     return math.hypot(dx, dy), _wrapped(math.atan2(dy, dx) - pose[2])
 

@@ -1,4 +1,4 @@
-"""What a follower asks of the chair."""
+"""The motion that a follower requests."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Request:
-    """Speed forward, and turn rate, left positive."""
+    """Requested forward speed and turn rate, left positive."""
 
     linear_m_s: float = 0.0
     yaw_rad_s: float = 0.0

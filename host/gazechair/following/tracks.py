@@ -1,7 +1,7 @@
-"""Tracks of persons: a Kalman filter of place and velocity each, fed by one or two legs.
+"""Tracks of persons: each a Kalman filter of position and velocity, fed by one or two legs.
 
-A leg belongs to one track only, and goes to the nearest. A track whose leg may as well be that of
-another track, which is not seen elsewhere, is contested in that scan.
+A leg belongs to one track only, the nearest. A track is contested in a scan if its leg might belong
+to another track that has walked and has no leg in that scan.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _GATE_M = 0.34
 _SECOND_GATE_M = 0.55
 _LEGS_APART_M = 0.55
 _ADOPTED_M, _ADOPTED_PAIR_M = 0.42, 0.22
-_PAIR_M = 0.26  # between where both legs are and where the person is expected
+_PAIR_M = 0.26  # from the middle of both legs to where the person is expected
 _CONTEST_M = 0.12
 _ACCELERATION_M_S2 = 1.3
 _PAIR_SIGMA_M, _ONE_SIGMA_M, _WIDE_SIGMA_M = 0.06, 0.20, 0.09
@@ -32,7 +32,7 @@ _FASTEST_M_S = 2.0
 
 @dataclass(eq=False)
 class Track:
-    """Perhaps a person, at the time of the last scan."""
+    """A possible person, at the time of the last scan."""
 
     number: int
     x_m: float
@@ -43,15 +43,15 @@ class Track:
     seen_s: float = 0.0
     looks: int = 1
     shapes: int = 0
-    """Looks that showed two legs, or one wide thing."""
+    """Scans that showed two legs, or one wide object."""
     walked: bool = False
     contested: bool = False
     legs: list[Cluster] = field(default_factory=list)
-    """In the last scan."""
+    """Its legs in the last scan."""
     first_m: tuple[float, float] = (0.0, 0.0)
     """Where it appeared."""
     off_m: float = 0.0
-    """How far from where it was expected its legs were last seen."""
+    """Distance between where its legs were last seen and where they were expected."""
     _from: tuple[float, float] = (0.0, 0.0)
     _at_s: float = 0.0
     _pp: float = _ONE_SIGMA_M**2
@@ -60,30 +60,30 @@ class Track:
 
     @property
     def speed_m_s(self) -> float:
-        """How fast it walks."""
+        """Its speed."""
         return math.hypot(self.vx_m_s, self.vy_m_s)
 
     @property
     def person_like(self) -> bool:
-        """Whether it has looked like a person often enough."""
+        """True if it has looked like a person often enough, also by share."""
         return self.shapes >= _WALKED_SHAPES and 3 * self.shapes >= self.looks
 
     @property
     def perhaps_person(self) -> bool:
-        """Whether it has ever looked like one: one leg may hide the other since."""
+        """True if it ever looked like a person: since then one leg may hide the other."""
         return self.walked or self.shapes >= _WALKED_SHAPES
 
     @property
     def still(self) -> bool:
-        """A thing that has stood there for a while, or somebody who has not walked yet."""
+        """True for a thing that has stood for a while, or a person who has not walked yet."""
         return not self.walked and self.looks >= _STILL_LOOKS and self.speed_m_s < _STILL_M_S
 
     def to(self, x_m: float, y_m: float) -> float:
-        """The distance to there."""
+        """Distance to a point, m."""
         return math.hypot(self.x_m - x_m, self.y_m - y_m)
 
     def predict(self, at_s: float) -> None:
-        """To this time."""
+        """Predict its state at `at_s`; clears its legs."""
         dt = max(0.0, at_s - self._at_s)
         self._at_s = at_s
         self.x_m += self.vx_m_s * dt
@@ -95,7 +95,7 @@ class Track:
         self.legs, self.contested = [], False
 
     def takes(self, leg: Cluster) -> bool:
-        """Whether it is one of its legs, and takes it."""
+        """Take `leg` if it may be one of its legs; True if taken."""
         if not self.legs:
             if self.to(leg.x_m, leg.y_m) > _GATE_M:
                 return False
@@ -113,7 +113,7 @@ class Track:
         return self.to(0.5 * (one.x_m + leg.x_m), 0.5 * (one.y_m + leg.y_m)) < _PAIR_M
 
     def adopts(self, leg: Cluster) -> bool:
-        """Whether a leg that was another track's is its second one, and takes it."""
+        """Take the leg of another track if it may be its second one; True if taken."""
         one = self.legs[0]
         if one.wide or leg.wide:
             return False
@@ -125,7 +125,7 @@ class Track:
         return True
 
     def correct(self, at_s: float) -> None:
-        """By its legs of this scan."""
+        """Correct its state by its legs in this scan."""
         x = sum(leg.x_m for leg in self.legs) / len(self.legs)
         y = sum(leg.y_m for leg in self.legs) / len(self.legs)
         shape = _shape(self.legs)
@@ -154,16 +154,16 @@ class Track:
 
 
 class Tracks:
-    """All of them. Poses and legs in one frame that does not move."""
+    """All tracks. Legs and tracks are in one frame that does not move."""
 
     def __init__(self) -> None:
         self.all: list[Track] = []
         self.ended: list[Track] = []
-        """Those that ended within the last scan."""
+        """Tracks that ended with the last scan."""
         self._number = 0
 
     def look(self, legs: Sequence[Cluster], at_s: float) -> None:
-        """One scan."""
+        """Process the legs of one scan."""
         for track in self.all:
             track.predict(at_s)
         free = self._assign(legs)
@@ -174,7 +174,7 @@ class Tracks:
         self._end(at_s)
 
     def _assign(self, legs: Sequence[Cluster]) -> list[Cluster]:
-        """Legs to tracks, the nearest first; returns those that are left."""
+        """Assign legs to tracks, the nearest first; returns the legs left over."""
         pairs = sorted(
             (track.to(leg.x_m, leg.y_m), number, k)
             for number, track in enumerate(self.all)
@@ -183,7 +183,7 @@ class Tracks:
             and abs(track.y_m - leg.y_m) < _SECOND_GATE_M
         )
         owner: dict[int, Track] = {}
-        for _ in range(2):  # again: a second leg may lie nearer than the first one found
+        for _ in range(2):  # a second leg may lie nearer than the first one found
             for _, number, k in pairs:
                 if k not in owner and self.all[number].takes(legs[k]):
                     owner[k] = self.all[number]
@@ -198,7 +198,7 @@ class Tracks:
         return [leg for k, leg in enumerate(legs) if k not in owner]
 
     def _join(self) -> None:
-        """A track that only ever was one leg, beside another's only leg: its second one."""
+        """Join a track that never was more than one leg to another with one leg beside it."""
         gone: list[Track] = []
         for track in self.all:
             for other in self.all:
@@ -209,7 +209,7 @@ class Tracks:
         self.all = [track for track in self.all if track not in gone]
 
     def _begin(self, free: list[Cluster], at_s: float) -> None:
-        """Tracks of the legs that belong to none: two together first."""
+        """Begin tracks for the legs left over, in pairs where possible."""
         while free and len(self.all) < _MOST_TRACKS:
             leg = free.pop(0)
             mine = [leg]
@@ -231,7 +231,7 @@ class Tracks:
             self.all.append(made)
 
     def _end(self, at_s: float) -> None:
-        """Tracks that were not seen for a while, and doubles of older ones."""
+        """End tracks that were not seen for a while, and duplicates of older ones."""
         kept: list[Track] = []
         self.ended = []
         for track in self.all:
@@ -245,5 +245,5 @@ class Tracks:
 
 
 def _shape(legs: Sequence[Cluster]) -> bool:
-    """Whether they look like a person: two legs, or one wide thing."""
+    """True if they look like a person: two legs, or one wide object."""
     return legs[0].wide or (len(legs) > 1 and any(leg.whole for leg in legs))

@@ -1,7 +1,7 @@
-"""The request that keeps 1.2 m behind a person, on the way that they have walked.
+"""Requests the motion that keeps 1.2 m behind a person, along the path that they walked.
 
-Through a door that is where they passed, never the straight line. Never backward; distances are
-from the chair's front. Obstacles stay the board's business.
+Through a door the chair takes their path, not the straight line. It never drives backward.
+Distances are from the chair's front. Obstacles are left to the board.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from gazechair.following.request import STOP, Request
 CAP_M_S = 0.35
 KEEP_M, NEAR_M = 1.2, 1.0
 ACCELERATE_M_S2, BRAKE_M_S2 = 0.3, 0.5
-"""Bounds of what is asked for; a person who is near, lost or unsure ends it at once."""
+"""Limits of the request's change; a person who is near, lost or unsure ends it at once."""
 _TURN_RAD_S, _TURN_RAD_S2 = math.radians(35.0), math.radians(90.0)
-_PER_S = 0.8  # of a gap
+_PER_S = 0.8  # speed per metre of gap
 _TURNS_PER_S = 1.4
 _STEP_M = 0.06
 _LONGEST = 300
@@ -28,7 +28,7 @@ _FULL_TURN_RAD = math.radians(60.0)
 
 
 class Trail:
-    """Where the person has walked; the chair follows it. `front_m`: drive axle to front."""
+    """The person's path, which the chair follows. `front_m`: from the drive axle to the front."""
 
     def __init__(self, front_m: float) -> None:
         self._front_m = front_m
@@ -38,12 +38,12 @@ class Trail:
         self._faces = False
 
     def begin(self, pose: FloatArray) -> None:
-        """From the chair on."""
+        """Begin a new path at the chair."""
         self._points = [(float(pose[0]), float(pose[1]))]
         self._turns = self._faces = False
 
     def walked(self, x_m: float, y_m: float) -> None:
-        """The person is there now. Who comes back shortens the trail."""
+        """The person is at (x, y) now. Walking back shortens the path."""
         far_m = math.dist(self._points[-1], (x_m, y_m))
         if far_m < _STEP_M:
             return
@@ -57,19 +57,19 @@ class Trail:
         del self._points[:-_LONGEST]
 
     def stop(self) -> Request:
-        """At once."""
+        """Request a stop at once."""
         self._last, self._turns, self._faces = STOP, False, False
         return STOP
 
     def coast(self, dt_s: float) -> Request:
-        """Not seen in this scan: nothing is asked for, so that a person who stays hidden has the
-        chair braking at once. Seen in the next, it goes on from the speed that is left.
+        """The person was not seen in this scan: request a stop, so that the chair brakes at once
+        if they stay hidden. If the next scan shows them, it goes on from the remaining speed.
         """
         self._last = Request(max(0.0, self._last.linear_m_s - BRAKE_M_S2 * dt_s), 0.0)
         return STOP
 
     def request(self, pose: FloatArray, x_m: float, y_m: float, dt_s: float) -> Request:
-        """To keep behind the person, who is at (x, y)."""
+        """The request that keeps behind the person at (x, y)."""
         here = (float(pose[0]), float(pose[1]))
         self._forget(here)
         far_m = math.dist(here, (x_m, y_m))
@@ -102,7 +102,7 @@ class Trail:
         return self._last
 
     def _forget(self, here: tuple[float, float]) -> None:
-        """What lies behind the chair, up to the nearest point of the next metre and a half."""
+        """Drop all points before the one of the first 1.5 m that is nearest to the chair."""
         along, nearest, best = 0.0, 0, math.inf
         for k, point in enumerate(self._points):
             along += math.dist(self._points[k - 1], point) if k else 0.0
@@ -113,7 +113,7 @@ class Trail:
         del self._points[:nearest]
 
     def _ahead(self, here: tuple[float, float]) -> tuple[float, float]:
-        """The first point of the trail that is far enough away to steer towards."""
+        """The first point of the path that is far enough away to steer towards."""
         for point in self._points:
             if math.dist(point, here) >= _LOOK_M:
                 return point
@@ -121,6 +121,6 @@ class Trail:
 
 
 def _off(pose: FloatArray, point: tuple[float, float]) -> float:
-    """How far the chair has to turn to point there."""
+    """Angle by which the chair must turn to face `point`, radians."""
     angle = math.atan2(point[1] - pose[1], point[0] - pose[0]) - float(pose[2])
     return math.remainder(angle, 2.0 * math.pi)

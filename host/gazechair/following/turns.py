@@ -1,7 +1,7 @@
-"""Whole turns of the foremost lidar, de-skewed, with the pose that odometry gives for them.
+"""Whole turns of the foremost lidar, de-skewed, each with its pose by odometry.
 
-Odometry gets the same pieces, and its estimates come after them. One lidar only: a person whom it
-does not see in a turn is not seen, whatever those behind see.
+Odometry gets the same pieces; its estimates arrive after them. The other lidars are not used: a
+person whom the foremost one does not see in a turn counts as not seen.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from gazechair.sensing.odometry.odometry import Estimate
 from gazechair.sensing.odometry.points import Piece
 
 _SAME_S = 1e-4
-_TURN_S, _SOON_S = 0.1, 0.09  # of a mirror, and from one turn to the next at least
+_TURN_S, _SOON_S = 0.1, 0.09  # length of a turn; least time between two results
 _NEAREST_M = 0.15
-_KEPT = 64  # for those who ask seldom
+_KEPT = 64  # pieces, for a caller that comes seldom
 
 
 @dataclass(frozen=True)
 class Turn:
-    """`pose`: x, y, heading in radians, in the frame of `track`; see Estimate."""
+    """A de-skewed turn. `pose`: x, y, heading in radians, in the frame of `track`; see Estimate."""
 
     scan: Scan
     pose: FloatArray
@@ -52,7 +52,7 @@ class Turns:
             self._waiting.append(piece)
 
     def estimate(self, estimate: Estimate) -> Turn | None:
-        """An estimate; every tenth of a second, what was seen since a turn ago."""
+        """Take an estimate; returns the last whole turn, 10 times a second, else None."""
         waiting = self._waiting
         while waiting and waiting[0].middle_s < estimate.time_s - _SAME_S:
             waiting.popleft()
@@ -72,7 +72,7 @@ class Turns:
 
 
 def _whole(parts: list[tuple[Piece, Estimate]], last_s: float) -> Turn:
-    """As from the newest pose, in the order of bearing; it is cut behind the lidar."""
+    """One turn seen from the newest pose, ordered by bearing, beginning behind the lidar."""
     newest_piece, newest = parts[-1]
     pose = _pose(newest)
     points = np.concatenate(
