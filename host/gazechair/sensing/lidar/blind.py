@@ -10,7 +10,7 @@ covered window alike. What tells them apart:
 - Nothing is nearer than the lidar's own housing: returns below 5 cm come from its window.
 - Without any return at all nothing is known: blind all round.
 
-A gap below 8 degrees counts as seen: the window's optics are wider, nothing covers so little.
+A gap of up to 8 degrees counts as seen: the window's optics are wider than any smaller cover.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ SEEN, BLIND, MASKED = 0, 1, 2
 NEAREST_M = 0.05
 FAR_M = 8.0
 NARROW_DEG = 8
-UNMEASURED_DEG = 3  # no measurement at all: bytes were lost; that is never open space
+UNMEASURED_DEG = 3  # without any measurement (bytes were lost), a wider gap is blind
 SUDDEN_DEG = 30
 SUDDEN_S = 0.15
 _MIN_SHARE = 0.25  # of a degree's measurements that must have a return
@@ -42,7 +42,7 @@ class Blindness:
     """Evaluates the views of one lidar in the order in which they arrive."""
 
     def __init__(self) -> None:
-        self._had: BoolArray = np.zeros(BINS, dtype=np.bool_)  # a return, in the view before
+        self._had: BoolArray = np.zeros(BINS, dtype=np.bool_)  # had a return in the last view
         self._lost_s: FloatArray = np.full(BINS, -np.inf)
         self._covered: BoolArray = np.zeros(BINS, dtype=np.bool_)
 
@@ -57,9 +57,9 @@ class Blindness:
     ) -> NDArray[np.uint8]:
         """SEEN, BLIND or MASKED for each of the 360 bins.
 
-        By bin: how many measurements outside the mask returned nothing, came from nearer than
-        NEAREST_M, came from beyond; `masked`; `nearest_m`: of the last ones the nearest, inf for
-        none. `at_s`: the time of the view, seconds that never run backwards.
+        `nothing`, `at_window`, `hits`: per bin, the measurements outside the mask without return,
+        nearer than NEAREST_M, and farther. `masked`: per bin. `nearest_m`: returns the nearest hit
+        per bin, inf for none. `at_s`: the time of the view, seconds that never run backwards.
         """
         measured = nothing + at_window + hits
         has = (hits >= 1) & (hits >= _MIN_SHARE * measured) & (at_window <= hits)

@@ -1,8 +1,8 @@
-"""The lidars' child process: a thread a lidar reads and decodes, here all are evaluated together.
+"""The lidars' child process: one thread per lidar reads and decodes; all are evaluated together.
 
-One process for all of them: what is free is decided on everything that is seen, whenever any lidar
-has seen another quarter turn, by that lidar's own thread: to wake another one costs as much as a
-tenth of the evaluation. It is ended and started anew as a whole when a thread in it hangs.
+A single process, because each clearance depends on all lidars. The evaluation runs after each
+quarter turn of any lidar, on that lidar's thread: waking another one costs a tenth of an
+evaluation. When a thread hangs, the process ends, and the daemon restarts it.
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ from gazechair.sensing.lidar.stream import Tap
 from gazechair.sensing.lidar.told import understood
 from gazechair.sensing.odometry.half_turns import HalfTurns
 
-_PULSE_S = 0.1  # a word at least that often, also without scans
+_PULSE_S = 0.1  # a report at least this often, also without scans
 _HANGS_S = 12.0
-_LINE = 4096  # bytes of a word from the parent
-_SWITCH_S = 0.0005  # a thread that computes lets a scan through that soon
+_LINE = 4096  # bytes of a line from the parent
+_SWITCH_S = 0.0005  # a computing thread yields to one with a scan this soon
 
 # Gets each report, one at a time, on any thread.
 Deliver = Callable[[Report], None]
-# What all views together mean, as plain JSON values. One view for each lidar, in the order of the
-# configuration; one that delivers nothing sees no points and is blind wherever it is not masked.
+# Evaluates all views to plain JSON values. One view for each lidar, in the configuration's order; a
+# lidar that delivers nothing has a view without points that is blind wherever it is not masked.
 Evaluate = Callable[[tuple[ChairView, ...]], dict[str, Any]]
 
 
@@ -59,7 +59,7 @@ class Lidar:
         self.view = self._nothing
 
     def renew(self) -> None:
-        """Take the reader's newest scan, if there is another."""
+        """Take the reader's newest scan, if it has changed."""
         self.scan = self.reader.scan
         if self.scan is None:
             self.view = self._nothing
@@ -69,7 +69,7 @@ class Lidar:
             self.view = view_of(self.scan, self._placing, self._blindness)
 
     def report(self) -> LidarReport:
-        """How it is."""
+        """Its condition, for the daemon."""
         standing, stream, scan = self.reader.standing, self.reader.stream, self.scan
         named = (self.reader.config.name, standing.state, standing.reason, standing.detail)
         if scan is None or stream is None:
@@ -91,7 +91,7 @@ class Lidar:
 
 
 class Pipeline:
-    """All lidars and their evaluation, with each scan. Call `watch` in a loop meanwhile."""
+    """Runs all lidars, and evaluates them with each scan. Call `watch` in a loop meanwhile."""
 
     def __init__(
         self,
@@ -115,11 +115,11 @@ class Pipeline:
         try:
             with self._lock:
                 self._report()
-        except Exception as error:  # it ends the process, not only this lidar's thread
+        except Exception as error:  # end the process, not only this lidar's thread
             self._failed = error
 
     def start(self) -> None:
-        """Start every lidar's thread; no thread of the process waits long for another then."""
+        """Start every lidar's thread; shortens the time that one thread of the process can take."""
         sys.setswitchinterval(_SWITCH_S)
         for lidar in self.lidars:
             lidar.reader.start()
@@ -138,9 +138,9 @@ class Pipeline:
         return None
 
     def watch(self) -> None:
-        """Wait 0.1 s at most; deliver the state when none was delivered for so long.
+        """Wait at most 0.1 s; deliver a report if none was delivered in that time.
 
-        Raises what an evaluation or a delivery raised.
+        Raises the exception of a failed evaluation or delivery.
         """
         time.sleep(max(0.0, self._due_s - time.monotonic()))
         if self._failed is not None:
@@ -180,7 +180,7 @@ def _arcs(flags: np.ndarray[Any, np.dtype[np.bool_]]) -> tuple[tuple[int, int], 
 
 
 def hear(lines: BinaryIO | RawIOBase, evaluator: Evaluator) -> None:
-    """How the board stops, as sent by the parent, until the parent ends."""
+    """Take the board's stopping distances and times from the parent, until it ends."""
     while line := lines.readline(_LINE):
         evaluator.zone = understood(line)
 
@@ -207,12 +207,12 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> int:
                     out.facts(recorded.pack(lidar.reader.config.name, lidar.scan))
 
     pipeline = Pipeline(configs, evaluator, deliver, argument["inbox_fds"])
-    # Not stdin's own buffer: whoever waits in that when the process ends makes it crash.
+    # Unbuffered: a thread waiting in stdin's own buffer at the process's end makes it crash.
     words = FileIO(sys.stdin.fileno(), closefd=False)
     ear = threading.Thread(target=hear, args=(words, evaluator), name="zone", daemon=True)
     ear.start()
     pipeline.start()
-    gc.freeze()  # what is there stays: not to be looked through again and again
+    gc.freeze()  # present objects stay: exclude them from collections
     try:
         while (name := pipeline.hanging()) is None:
             pipeline.watch()

@@ -1,13 +1,13 @@
-"""Decode an RPLIDAR S2's dense scan stream in bulk, and tell true capsules from damaged ones.
+"""Decodes an RPLIDAR S2's dense scan stream in bulk, and rejects damaged capsules.
 
 A capsule is 84 bytes: 0xA0 | low nibble of the checksum, 0x50 | its high nibble, u16 start angle
 in 1/64 degree (bit 15: the encoder was reset), 40 x u16 distance in mm (0 = no return). The
 checksum is the XOR of bytes 2..83 (Slamtec protocol, "dense capsule"). The angles between two
-starts are interpolated, so a capsule is complete only when the next one has come.
+starts are interpolated, so a capsule is complete only when the next one has arrived.
 
 XOR lets 1 in 256 damaged capsules through, so a capsule must also be followed by a capsule's head,
-its start must lie where the mirror's steady turning puts it, and its distances must not look hit
-(an XOR can't see the same bits flipped in two places).
+its start must match the mirror's steady rotation, and its distances must not look damaged (an XOR
+cannot detect the same bits flipped in two places).
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ CAPSULE_SIZE = 84
 POINTS = 40
 POINT_PERIOD_S = 1.0 / 32_000.0
 
-# From one capsule to the next at 5 to 20 turns a second.
+# Rotation from one capsule to the next, at 5 to 20 turns per second.
 _STEP_DEG = (2.25, 9.0)
-_STEP_TOLERANCE = 0.2  # share of the step seen so far
-# A gap of more capsules could begin and end anywhere within that tolerance.
+_STEP_TOLERANCE = 0.2  # share of `step_deg`
+# Across a gap of more capsules, any two angles would agree within that tolerance.
 _WIDEST_GAP = 8
-_FOLLOW = 0.1  # how fast that follows
-_FORGET = 200  # capsules in a row that fit nothing: the mirror turns at another speed now
+_FOLLOW = 0.1  # weight of a new step in `step_deg`
+_FORGET = 200  # capsules in a row that do not fit: the mirror's speed has changed
 # Spikes, see _looks_hit.
 _SPIKE_M = 0.1
 _HIGH_M = 1.0
@@ -39,16 +39,16 @@ _SPIKE_BUDGET = 4.0
 _SPIKE_MEMORY = 250  # capsules: some three turns
 _SPIKE_EARN = 1.0 / 50.0
 _MAX_PENDING = 1 << 16
-_LEFT = np.arange(POINTS - 1, -1, -1)  # in a capsule, behind each of its nodes
+_LEFT = np.arange(POINTS - 1, -1, -1)  # nodes behind each node in its capsule
 _THREE = np.arange(3)[:, None]
-_SHARES = np.arange(POINTS) / POINTS  # of the way from one capsule's start to the next one's
+_SHARES = np.arange(POINTS) / POINTS  # of the angle from one capsule's start to the next one's
 
 Rows = NDArray[np.uint8]
 IntArray = NDArray[np.int64]
 
 
 class CapsuleDecoder:
-    """Feed it bytes as they arrive; it returns the nodes of every capsule that can be trusted.
+    """Feed it bytes as they arrive; it returns the nodes of every trusted capsule.
 
     Counters: `fed` bytes read, `resyncs` places where the stream had to be realigned, `dropped`
     bytes discarded there, `implausible` capsules with a good checksum at a wrong angle, `spiky`
@@ -71,24 +71,24 @@ class CapsuleDecoder:
         self._held: tuple[Rows, IntArray, bool] | None = None  # waits for the next start angle
         self._misfits = 0
         self._spikes_left = _SPIKE_BUDGET
-        self._believed = 0  # capsules so far
-        self._spike_at = np.full(360, -_SPIKE_MEMORY - 1, dtype=np.int64)  # by degree: the newest
+        self._believed = 0  # capsules evaluated so far
+        self._spike_at = np.full(360, -_SPIKE_MEMORY - 1, dtype=np.int64)  # by degree: its newest
         self._last_m: FloatArray = np.zeros(1)
-        self._last_deg: FloatArray | None = None  # of the newest node, as the lidar counts
+        self._last_deg: FloatArray | None = None  # of the newest node, by the lidar's own count
 
     @property
     def rate_hz(self) -> float:
-        """Turns of the mirror in a second, 0 before they are known."""
+        """Turns of the mirror per second, 0 before they are known."""
         return self.step_deg / 360.0 / (POINTS * POINT_PERIOD_S)
 
     def wants(self, turn_deg: float) -> int:
-        """Bytes until the nodes up to `turn_deg` behind the newest are there, if none is lost."""
-        # The held capsule is the next one; the last one needs the one behind it, and a head.
+        """Bytes still needed for the nodes of the next `turn_deg`, if none is lost."""
+        # The held capsule is the first; the last one needs its successor, and a head after that.
         capsules = math.ceil(turn_deg / self.step_deg) if self.step_deg else 1
         return max(CAPSULE_SIZE, capsules * CAPSULE_SIZE + 2 - len(self._pending))
 
     def feed(self, data: bytes) -> Nodes:
-        """Decode `data` behind what was left over."""
+        """Decode the bytes left over, followed by `data`."""
         self.fed += len(data)
         buf = self._pending + data
         if len(buf) > _MAX_PENDING:
@@ -106,7 +106,7 @@ class CapsuleDecoder:
         return self._believe(rows, places, end)
 
     def _cut(self, octets: Rows) -> tuple[Rows, IntArray, int]:
-        """Rows with head, checksum and a head behind them, their places, and the bytes used up."""
+        """Capsules with valid head, checksum and next head; their places; number of bytes used."""
         pieces: list[Rows] = []
         places: list[IntArray] = []
         at = 0
@@ -171,8 +171,8 @@ class CapsuleDecoder:
     def _steps(
         self, starts_deg: FloatArray, places: IntArray, fits_before: bool
     ) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """From each capsule to the next; which capsules fit either neighbour, of the last one only
-        whether it fits the one before."""
+        """Steps from each capsule to the next, degrees; and which capsules fit a neighbour (of the
+        last one: the one before it)."""
         steps = (starts_deg[1:] - starts_deg[:-1]) % 360.0
         count = len(steps)
         if count and int(places[-1]) - int(places[0]) == count * CAPSULE_SIZE:
@@ -183,7 +183,7 @@ class CapsuleDecoder:
         return self._checked_steps(steps, places, fits_before)
 
     def _fits(self, step_deg: float) -> bool:
-        """Whether the mirror turns so from one capsule to the next; False before that is known."""
+        """True if `step_deg` matches the mirror's rotation; False before that is known."""
         if not _STEP_DEG[0] <= step_deg <= _STEP_DEG[1]:
             return False
         return abs(step_deg - self.step_deg) <= _STEP_TOLERANCE * self.step_deg
@@ -191,12 +191,12 @@ class CapsuleDecoder:
     def _checked_steps(
         self, steps: FloatArray, places: IntArray, fits_before: bool
     ) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """The same where one of them may not fit or be missing."""
+        """As _steps, if a capsule does not fit or is missing."""
         apart = places[1:] - places[:-1]
         count = np.maximum(np.rint(apart / CAPSULE_SIZE), 1.0)
         adjacent = count == 1.0
         expected = self.step_deg or _middle(steps[adjacent & _possible(steps)])
-        # Behind a gap the mirror went on turning: as many steps as capsules were lost.
+        # Across a gap the mirror kept turning: one step for each lost capsule.
         each = (steps + 360.0 * np.rint((count * expected - steps) / 360.0)) / count
         fits = np.abs(each - expected) <= _STEP_TOLERANCE * expected
         fits &= _possible(each) & (count <= _WIDEST_GAP)
@@ -220,10 +220,10 @@ class CapsuleDecoder:
     def _looks_hit(
         self, distances_m: FloatArray, starts_deg: FloatArray
     ) -> NDArray[np.bool_] | None:
-        """For every capsule but the last: do its distances look damaged? None: none of them.
+        """For every capsule but the last, True if its distances look damaged; None: no capsule.
 
-        They do with one high spike or two lower ones: single distances that stand out from both
-        neighbours. A thin object looks like that too, but in every turn; then it is accepted.
+        Signs are one high spike or two lower ones: single distances that stand out from both
+        neighbours. A thin object looks the same, but in every turn; then it is accepted.
         """
         line = np.concatenate((self._last_m, distances_m.reshape(-1)[: 1 - POINTS]))
         self._last_m = distances_m[-2, -1:]
@@ -234,7 +234,7 @@ class CapsuleDecoder:
         sizes = np.abs(jumps)
         height = np.minimum(sizes[:-1], sizes[1:])
         high = (height > _SPIKE_M).nonzero()[0]
-        # Most of these are edges: the line goes on as it jumped, or one of the three has no return.
+        # Most are edges: both jumps go the same way, or one of the three distances is no return.
         jumped = jumps.take(high) * jumps.take(high + 1) < 0.0
         jumped &= line.take(high + _THREE).all(axis=0)
         high = high.compress(jumped)
@@ -267,7 +267,7 @@ def _middle(values: FloatArray) -> float:
 
 
 def _possible(steps_deg: FloatArray) -> NDArray[np.bool_]:
-    """True where a mirror may turn so far from one capsule to the next."""
+    """True where a mirror can turn this far from one capsule to the next."""
     possible: NDArray[np.bool_] = (steps_deg >= _STEP_DEG[0]) & (steps_deg <= _STEP_DEG[1])
     return possible
 
@@ -286,7 +286,7 @@ def _checksum_fits(rows: Rows) -> NDArray[np.bool_]:
 
 
 def _find(octets: Rows, at: int) -> tuple[bool, int]:
-    """The next place with head, checksum and a head behind; or False and where to search on."""
+    """(True, place of the next capsule with a head after it), or (False, where to continue)."""
     head = _heads(octets[:-1], octets[1:])
     for place in (np.flatnonzero(head[at:]) + at).tolist():
         behind = place + CAPSULE_SIZE
@@ -304,9 +304,9 @@ def _nodes(
     end: int,
     last_deg: FloatArray | None,
 ) -> Nodes:
-    """`angles` are brought into one turn in place; `last_deg`: of the node before, if any."""
+    """The nodes of capsules; wraps `angles` in place. `last_deg`: angle of the node before."""
     raw_deg = angles.reshape(-1)
-    np.subtract(raw_deg, 360.0, out=raw_deg, where=raw_deg >= 360.0)  # less than a turn too much
+    np.subtract(raw_deg, 360.0, out=raw_deg, where=raw_deg >= 360.0)  # always below 720
     before = raw_deg
     if len(raw_deg):
         before = np.concatenate((raw_deg[:1] if last_deg is None else last_deg, raw_deg[:-1]))

@@ -80,7 +80,7 @@ def find_port(configured: str) -> str:
 
 
 class _Library(RPLidar):  # type: ignore[misc]  # the library has no type hints
-    """rplidar-roboticia made fit for an S-series lidar."""
+    """rplidar-roboticia adapted to an S-series lidar."""
 
     def start_motor(self) -> None:
         # The library sends the A2's command and sets DTR (the A1's motor), which raises on a pty.
@@ -132,7 +132,7 @@ class S2:
                 self._lidar.start_motor()
                 refused = self._lidar.start(_SCANS[mode])
         except (RPLidarException, OSError, KeyError, ValueError) as error:
-            # ValueError: the library unpacks its own complaint about bytes still coming in.
+            # ValueError: the library unpacks its own message about bytes that still arrive.
             raise LidarError(
                 f"the lidar at {self._port} does not start: {error}; "
                 "check that it turns freely and its power supply",
@@ -140,7 +140,7 @@ class S2:
             ) from error
         if health == "Error":
             with contextlib.suppress(OSError):
-                self._lidar._send_cmd(rplidar.RESET_BYTE)  # what ends it, if it can be ended
+                self._lidar._send_cmd(rplidar.RESET_BYTE)  # ends the protection, if anything does
             raise LidarError(
                 f"the lidar at {self._port} does not start: it protects itself; "
                 "check that it turns freely and is not hot, then unplug it once",

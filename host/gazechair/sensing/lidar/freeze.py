@@ -1,7 +1,7 @@
-"""Tells a lidar that repeats itself from one that measures: true ranges never come back the same.
+"""Detects a lidar that repeats old data: true ranges are never the same twice.
 
-Compared is the sum of the distances in each degree, turn by turn. A true range has a noise of some
-millimetres, so that few of the sums agree by chance; of a frozen device all do.
+It compares the sum of the distances in each degree, turn by turn. True ranges have a noise of some
+millimetres, so few sums agree by chance; those of a frozen device all do.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from gazechair.sensing.lidar.nodes import FloatArray, Nodes
 _BINS = 360
 _QUARTER = 90
 _SAME_SHARE = 0.9
-_LEAST_BINS = 20  # of a quarter that must have returns for a verdict
-_QUARTERS = 2  # in a row that are the same: frozen
-_UNPROVEN_QUARTERS = 16  # without any verdict: too little data to decide
+_LEAST_BINS = 20  # degrees of a quarter that must have returns for a verdict
+_QUARTERS = 2  # unchanged quarters in a row: frozen
+_UNPROVEN_QUARTERS = 16  # quarters without a verdict: too little data, counts as proven
 
 
 class FreezeWatch:
-    """Feed it the nodes in their order. `proven`: they have changed; `frozen`: they do not."""
+    """Feed it all nodes in order. `proven`: they change, or are too few; `frozen`: they do not."""
 
     def __init__(self) -> None:
         self.proven = False
@@ -33,7 +33,7 @@ class FreezeWatch:
         self._unproven = 0
 
     def take(self, nodes: Nodes) -> None:
-        """Look at `nodes`, which follow those before."""
+        """Process `nodes`, which follow the previous ones."""
         if not len(nodes):
             return
         bins = np.minimum((nodes.angles_deg + 180.0).astype(np.int64), _BINS - 1)

@@ -1,4 +1,4 @@
-"""Learns which arcs the chair itself keeps from a lidar, from scans of empty surroundings."""
+"""Learns which arcs of a lidar's view the chair itself covers, from scans in empty surroundings."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def learn(scans: Sequence[Scan], pose: Pose, outline_m: FloatArray) -> Learned:
     to_chair_m = _distance_to_chair(middle, pose, outline_m)
     chair = often & (to_chair_m <= _CHAIR_M)
     near = often & ~chair & (to_chair_m < _ROOM_M)
-    # A part's edge is seen half before it, half behind: its neighbours are no obstacle.
+    # A beam at a part's edge measures between it and its background: that is no obstacle.
     near &= ~_grown(chair, _GROW_DEG)
     if near.any():
         at = int(np.argmin(np.where(near, to_chair_m, np.inf)))
@@ -98,14 +98,14 @@ def _nearest(scan: Scan) -> FloatArray:
 
 
 def _finite(nearest: FloatArray) -> FloatArray:
-    """`nearest` with what is missing in a degree replaced by what is usual there."""
+    """`nearest` with missing values replaced by the degree's median."""
     missing = np.isinf(nearest)
     usual = np.nanmedian(np.where(missing, np.nan, nearest), axis=0)
     return np.where(missing, usual, nearest)
 
 
 def _distance_to_chair(middle: FloatArray, pose: Pose, outline_m: FloatArray) -> FloatArray:
-    """Of the return in each degree to the outline, 0 within it, inf without a return."""
+    """Distance of each degree's return to the outline, m; 0 within it, inf without a return."""
     seen = np.isfinite(middle)
     middles_deg = np.arange(BINS, dtype=np.float64) - _HALF + 0.5
     radians = np.radians(pose.directions_deg(middles_deg))[seen]
@@ -118,7 +118,7 @@ def _distance_to_chair(middle: FloatArray, pose: Pose, outline_m: FloatArray) ->
 
 
 def _refuse_open(nothing: BoolArray, often: BoolArray, middle: FloatArray) -> None:
-    """Open space returns nothing either; but then its borders are not near."""
+    """Raise MaskError if a gap may be open space, which has no near border."""
     for first, count in runs(nothing):
         borders = [at % BINS for at in (first - 1, first + count) if often[at % BINS]]
         if borders and count < BINS and min(middle[at] for at in borders) >= FAR_M:

@@ -1,8 +1,8 @@
-"""Decode an RPLIDAR's standard scan stream in bulk, and resynchronise after lost or damaged bytes.
+"""Decodes an RPLIDAR's standard scan stream in bulk; resynchronises after lost or damaged bytes.
 
 A node is 5 bytes: quality << 2 | !S << 1 | S; u16 angle_q6 << 1 | 1; u16 distance_q2 (Slamtec
-protocol, "Scan response"). It carries no checksum: three check bits and the steady turning of the
-mirror are all there is to tell a node from garbage.
+protocol, "Scan response"). It carries no checksum: only three check bits and the mirror's steady
+rotation distinguish a node from garbage.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _MIN_TURN_DEG = 1.0
 _BACK_DEG = 1.0
 # Neighbouring nodes are about 0.2 degrees apart; the gap after lost bytes is one-sided.
 _JUMP_DEG = 8.0
-_STEP_DEG = 0.225  # from one to the next, at 10 turns a second
+_STEP_DEG = 0.225  # from one node to the next, at 10 turns per second
 _MAX_PENDING = 1 << 16
 
 FloatArray = NDArray[np.float64]
@@ -66,11 +66,11 @@ class NodeDecoder:
         self._searching = True  # the first node is found like any later one
 
     def wants(self, turn_deg: float) -> int:
-        """Bytes until the nodes up to `turn_deg` behind the newest are there, if none is lost."""
+        """Bytes still needed for the nodes of the next `turn_deg`, if none is lost."""
         return NODE_SIZE * math.ceil(turn_deg / _STEP_DEG) - len(self._pending)
 
     def feed(self, data: bytes) -> Nodes:
-        """Decode `data` behind what was left over; up to 24 nodes wait for proof of alignment."""
+        """Decode the bytes left over and `data`; up to 24 nodes wait for proof of alignment."""
         self.fed += len(data)
         buf = self._pending + data
         if len(buf) > _MAX_PENDING:
@@ -139,7 +139,7 @@ def _raw_deg(rows: NDArray[np.uint8]) -> FloatArray:
 
 
 def wrapped_steps(angles_deg: FloatArray) -> FloatArray:
-    """From each angle to the next, -180 <= step < 180 degrees; one shorter than `angles_deg`."""
+    """Steps from each angle to the next, -180 <= step < 180 degrees; one fewer than angles."""
     return in_turn(angles_deg[1:] - angles_deg[:-1] + 180.0, 360.0) - 180.0
 
 
@@ -151,14 +151,14 @@ def _valid(rows: NDArray[np.uint8]) -> NDArray[np.bool_]:
 
 
 def _find_run(buf: bytes, at: int) -> int:
-    """Byte position of the next proven run of nodes at or behind `at`, -1 when there is none."""
+    """Byte position of the next proven run of nodes at or after `at`, -1 when there is none."""
     best = -1
     for shift in range(NODE_SIZE):
         rows = _rows(buf, at + shift)
         if len(rows) < _RUN:
             continue
         step = wrapped_steps(_raw_deg(rows))
-        # A row that is valid and whose angle went on from the row before it.
+        # A valid row whose angle continues from the row before it.
         good = np.concatenate(([True], (step > -_BACK_DEG) & (step < _JUMP_DEG))) & _valid(rows)
         runs = np.flatnonzero(np.convolve(good, np.ones(_RUN, dtype=np.int64), "valid") == _RUN)
         turned = np.concatenate(([0.0], np.cumsum(step)))

@@ -1,4 +1,4 @@
-"""One lidar's thread: opens its device, keeps its newest scan, and starts it anew when it fails."""
+"""One lidar's thread: opens its device, keeps its newest scan, and reopens it when it fails."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from gazechair.sensing.lidar.stream import ByteStream, NodeStream, Tap
 from gazelink import codes
 
 _READ_S = 0.05
-# It waits for the end of the quarter turn, of some 25 ms: one large piece is cheap to decode.
+# Longest wait for the end of a quarter turn (some 25 ms): one large piece is cheap to decode.
 _GATHER_S = 0.030
-_LOOK_S = 0.0005  # behind its last byte: bytes come in chunks
-_SILENT_S = 0.25  # without measurements: no scan counts any more
-_GIVE_UP_S = 0.5  # and then the device is reopened
+_LOOK_S = 0.0005  # after its last byte is due: bytes arrive in chunks
+_SILENT_S = 0.25  # without measurements: the scan no longer counts
+_GIVE_UP_S = 0.5  # without measurements: the device is reopened
 _FIRST_S = 5.0  # until the first measurements; the motor runs up meanwhile
 _RETRY_S = (0.25, 2.0)
 
 
 @dataclass(frozen=True)
 class Standing:
-    """How a lidar is: health state, reason key, one plain line."""
+    """A lidar's condition: health state, reason key, one plain line."""
 
     state: str
     reason: str
@@ -37,10 +37,10 @@ class Standing:
 
 
 class Reader:
-    """Use `start`, `stop`. Anyone may read its attributes at any time.
+    """Runs one lidar, from `start` to `stop`. Any thread may read its attributes at any time.
 
-    `scan` is None while the lidar delivers nothing to go by. `alive_s`: CLOCK_MONOTONIC seconds at
-    which its thread last came by; every wait in it ends within about 6 s.
+    `scan` is None while the lidar delivers nothing usable. `alive_s`: CLOCK_MONOTONIC seconds of
+    its thread's last sign of life; every wait in that thread ends within about 6 s.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class Reader:
         placing: Placing | None = None,
     ) -> None:
         """`renewed` is called on the reader's thread whenever `scan` or `standing` has changed,
-        `tap` with everything that is measured, `placing` too, for the scans."""
+        `tap` with all measurements; `placing` places those of the scans."""
         self._taps = (tap, placing)
         self.config = config
         self.scan: Scan | None = None
@@ -127,7 +127,7 @@ class Reader:
             data, came_s = _gathered(device, stream)
             self.alive_s = now_s = time.monotonic()
             if stale_backlog(data):
-                # Bytes of unknown age: start afresh, from what is measured now.
+                # Bytes of unknown age: discard everything, and begin with new data.
                 stream = ByteStream(self.config.mode, self.source, *self._taps)
                 self.stream = stream
                 continue
@@ -183,14 +183,14 @@ class Reader:
 
 
 def _gathered(device: S2, stream: ByteStream) -> tuple[bytes, float]:
-    """What comes until the quarter turn should be complete, and when the last of it came."""
+    """The bytes until the quarter turn should be complete, and when the last ones arrived."""
     came_s = time.monotonic()
     end_s = came_s + _GATHER_S
     if stream.last_s is not None:
         came_s = stream.last_s
     data, missing = b"", stream.wants
     while missing > 0 or not data:
-        # Each look costs as much as many small computations: none before it is due.
+        # A read costs as much as many small computations: none before data is due.
         due_s = min(came_s + missing * stream.byte_s, end_s) + _LOOK_S
         time.sleep(max(0.0, due_s - time.monotonic()))
         more = device.read(max(0.0, end_s - time.monotonic()) if data else _READ_S)

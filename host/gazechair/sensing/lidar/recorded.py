@@ -1,4 +1,4 @@
-"""A scan as the log keeps it: the nearest return in each half degree, from child to daemon."""
+"""A scan for the log, sent from child to daemon: the nearest return in each half degree."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the lidars' child process tells the daemon."""
+"""The report of the lidars' child process to the daemon."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ DAMAGED = "lidar_damaged"  # much of what it sends arrives damaged
 
 @dataclass(frozen=True)
 class LidarReport:
-    """How one lidar is."""
+    """The condition of one lidar."""
 
     name: str
     state: str
@@ -30,11 +30,11 @@ class LidarReport:
     """One of the keys above, "ok" when there is nothing to report."""
     detail: str
     source: int | None = None
-    """codes.REAL, SIMULATED or REPLAYED; None while it delivers nothing, as all below."""
+    """codes.REAL, SIMULATED or REPLAYED; unset, like all below, while it delivers nothing."""
     acquired_s: float | None = None
     """CLOCK_MONOTONIC seconds of the oldest measurement in its scan."""
     rate_hz: float | None = None
-    """Turns of its mirror in a second, as measured."""
+    """Measured turns of its mirror per second."""
     coverage: float | None = None
     """Share of the degrees outside its mask that it sees, 0..1."""
     blind_deg: tuple[tuple[int, int], ...] = ()
@@ -44,14 +44,14 @@ class LidarReport:
     quarters: int = 0
     """Quarter turns of its mirror since it was started."""
     lost_share: float = 0.0
-    """Share of its bytes of the last second or so that had to be thrown away."""
+    """Share of its bytes of about the last second that were discarded."""
     resyncs: int = 0
     """How often its byte stream had to be realigned since it was started."""
 
 
 @dataclass(frozen=True)
 class Report:
-    """The newest word of all lidars."""
+    """The newest report of all lidars."""
 
     lidars: tuple[LidarReport, ...]
     acquired_s: float | None
@@ -59,7 +59,7 @@ class Report:
     source: int | None
     """codes.REAL if all that deliver are real; else SIMULATED or REPLAYED."""
     evaluation: dict[str, Any] | None = None
-    """What the evaluation of all views made of them; plain JSON values."""
+    """Result of the evaluation of all views, as plain JSON values."""
 
     def pack(self) -> bytes:
         """As one record."""

@@ -1,4 +1,4 @@
-"""A scan, where its lidar sits on the chair, and what the view in each direction is worth."""
+"""A scan, its lidar's pose on the chair, and the state of the view in each direction."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ __all__ = [
     "view_of",
 ]
 
-# Rows of what a Placing finds. A code is _KINDS * bin of the chair's frame + what came back.
+# Rows of a Placing's result. A code is _KINDS * bin of the chair's frame + kind of measurement.
 _CODE, _X, _Y, _BEARING, _RANGE = range(5)
 _KINDS = 4  # a power of two
 _IN_MASK, _NOTHING, _AT_WINDOW, _RETURNED = range(_KINDS)
@@ -38,12 +38,12 @@ _IN_MASK, _NOTHING, _AT_WINDOW, _RETURNED = range(_KINDS)
 
 @dataclass(frozen=True)
 class Scan:
-    """The newest measurements all round of one lidar.
+    """One lidar's newest measurements, in all directions.
 
     `angles_deg`: the lidar's frame, 0 = its forward, left positive, -180 <= angle < 180.
     `distances_m`: from its centre, 0 = no return. `acquired_s`: CLOCK_MONOTONIC seconds of the
     *oldest* measurement in it, so its age is never understated. `source`: codes.REAL, SIMULATED or
-    REPLAYED. `placed`: what `placing` has found of its measurements, if it was asked.
+    REPLAYED. `placed`: the result of `placing` for its measurements, if there is one.
     """
 
     angles_deg: FloatArray
@@ -61,7 +61,7 @@ class Scan:
 class Pose:
     """Where a lidar sits in the chair's frame: drive axle at the origin, x forward, y left.
 
-    `heading_deg`: where its forward looks, counter-clockwise. `upside_down`: it hangs from its
+    `heading_deg`: direction of its forward, counter-clockwise. `upside_down`: it hangs from its
     base, so that its left is the chair's right.
     """
 
@@ -95,17 +95,17 @@ class ChairView:
 
 
 class Placing:
-    """Places the measurements of one lidar in the chair's frame: each by itself, so only once."""
+    """Transforms the measurements of one lidar to the chair's frame, each only once."""
 
     def __init__(self, pose: Pose, mask: Sequence[Arc] = ()) -> None:
         """`mask`: arcs [from, to] of the lidar's own frame, counter-clockwise, in which it sees the
-        chair itself or nothing ever."""
+        chair itself, or never sees anything."""
         self.pose = pose
         self._mask = tuple((first, last) for first, last in mask)
         self.masked_bins = _masked_bins(pose, self._mask)
 
     def __call__(self, angles_deg: FloatArray, distances_m: FloatArray) -> FloatArray:
-        """(5, N): code, x, y, bearing and range of each; the last four of a return alone."""
+        """(5, N): code, x, y, bearing and range of each; the last four only for returns."""
         pose = self.pose
         found = np.empty((5, len(angles_deg)))
         directions_deg = pose.directions_deg(angles_deg)
@@ -129,17 +129,17 @@ class Placing:
 def to_chair(
     scan: Scan, pose: Pose, mask: Sequence[Arc] = (), blindness: Blindness | None = None
 ) -> ChairView:
-    """`scan` in the chair's frame; nothing within `mask` is a point.
+    """`scan` in the chair's frame, without points within `mask`.
 
     `mask`: arcs [from, to] of the lidar's own frame, counter-clockwise, in which it sees the chair
-    itself or nothing ever. `blindness` remembers what was seen before, one for each lidar; without
-    it a view that was covered between two far surfaces counts as open (see blind.py).
+    itself, or never sees anything. `blindness` remembers the views before, one for each lidar;
+    without it a view that was covered between two far surfaces counts as open (see blind.py).
     """
     return view_of(scan, Placing(pose, mask), blindness)
 
 
 def view_of(scan: Scan, placing: Placing, blindness: Blindness | None = None) -> ChairView:
-    """The same by a `placing`, which has done its part already where the scan says so."""
+    """As to_chair, by a `placing`, whose result is reused if the scan already has it."""
     placed = scan.placed if scan.placing is placing else None
     if placed is None:
         placed = placing(scan.angles_deg, scan.distances_m)
@@ -177,7 +177,7 @@ def in_arcs(angles_deg: FloatArray, arcs: Sequence[Arc]) -> NDArray[np.bool_]:
 
 @lru_cache(maxsize=16)
 def _masked_bins(pose: Pose, mask: tuple[Arc, ...]) -> NDArray[np.bool_]:
-    # A bin is masked when any part of it is: what is left of it is too little to judge by.
+    # A bin is masked when any part of it is: the rest is too little to judge.
     masked = np.zeros(BINS, dtype=np.bool_)
     for from_deg, to_deg in mask:
         width_deg = (to_deg - from_deg) % 360.0

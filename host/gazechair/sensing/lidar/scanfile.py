@@ -1,4 +1,4 @@
-"""Recorded scans: a file that keeps what a lidar measured, compact, and safe to read when damaged.
+"""Recorded scans: a compact file of a lidar's measurements, safe to read when damaged.
 
 A text line `gazechair-scan 1`, a line of JSON ("period_s": between measurements; the rest is for
 people), then records of a quarter turn each, all little-endian: u32 length of the body, u32 CRC-32
@@ -40,7 +40,7 @@ class ScanWriter:
     """Writes a scan file; every record is whole on the disk before the next one begins."""
 
     def __init__(self, path: Path, header: dict[str, Any]) -> None:
-        """`header` takes plain JSON values; `period_s` must be there: between two measurements."""
+        """`header`: plain JSON values, among them `period_s`, the time between two measurements."""
         try:
             self._file: BinaryIO = path.open("xb")
             self._file.write(_MAGIC + json.dumps(header).encode() + b"\n")
@@ -68,7 +68,7 @@ class ScanReader:
     """Reads a scan file. `header`: as it was written."""
 
     def __init__(self, path: Path) -> None:
-        """Raises ScanFileError when it is none, or damaged anywhere."""
+        """Raises ScanFileError for another kind of file, and for a damaged header or record."""
         self._path = path
         try:
             self._file: BinaryIO = path.open("rb")
@@ -90,9 +90,9 @@ class ScanReader:
             raise ScanFileError(f"{path} holds no measurements; record it again")
 
     def records(self) -> Iterator[tuple[float, Nodes]]:
-        """(time_s, nodes) from the beginning on.
+        """(time_s, nodes) from the beginning. Raises ScanFileError for content that cannot be.
 
-        A record that was cut off at the very end, as by a power cut, is left out.
+        A record cut off at the very end, as by a power cut, is left out.
         """
         last_deg = None
         for time_s, body in self._bodies():
@@ -137,7 +137,7 @@ def _differences(values: NDArray[np.int64], order: int) -> bytes:
 
 
 def _unpack(body: bytes, last_deg: float | None) -> Nodes | None:
-    """The nodes of a record; `last_deg`: where the one before it ended, as the lidar counts."""
+    """The nodes of a record, None: impossible; `last_deg`: the lidar's angle before them."""
     try:
         content = zlib.decompressobj().decompress(body, 4 * _MAX_NODES + 1)
     except zlib.error:

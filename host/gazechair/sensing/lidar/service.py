@@ -17,7 +17,7 @@ from gazechair.sensing.lidar.recorded import unpack
 from gazechair.sensing.lidar.report import DAMAGED, LOST, ONE, VIEW, LidarReport, Report
 from gazechair.sensing.lidar.told import said
 
-# So many reports in a row, some 0.3 s, before another verdict on the view counts.
+# Equal reports in a row, some 0.3 s, before another verdict on the view counts.
 _STEADY = 12
 _DAMAGED_SHARE = 0.02
 
@@ -42,7 +42,7 @@ class LidarService(Supervised):
         inbox_fds: tuple[int, ...] = (),
     ) -> None:
         """`publish` is called on the lidars' thread, some 40 times a second, and must not block;
-        `record`, twice a second for each lidar, too. `inbox_fds`: get every half turn.
+        the same for `record`, twice a second for each lidar. `inbox_fds`: get every half turn.
         """
         self._inbox_fds = inbox_fds
         self._configs = tuple(config for config in lidars if config.kind != "off")
@@ -81,19 +81,19 @@ class LidarService(Supervised):
         self._supervisor.start()
 
     def renew(self, lidars: tuple[LidarConfig, ...]) -> None:
-        """Start the child process anew, with these lidars in place of those before."""
+        """Restart the child process with these lidars."""
         self.stop()
         self._configs = tuple(config for config in lidars if config.kind != "off")
         self.start()
 
     def zone(self, zone: BoardZone) -> None:
-        """How the board stops. From any thread, also before the start."""
+        """The board's new stopping distances. From any thread, also before the start."""
         self._zone = said(zone)
         if self._supervisor is not None:
             self._supervisor.tell(self._zone)
 
     def describe(self) -> str:
-        """What the lidars deliver at this moment, in one line."""
+        """What the lidars deliver now, in one line."""
         found = []
         for one in self.report.lidars if self.report else ():
             if one.rate_hz is not None and one.coverage is not None:
@@ -165,7 +165,7 @@ class _Steady:
 
 
 def _doubt(lidar: LidarReport) -> str:
-    """The reason key of what is wrong with what it sees, "" when nothing is."""
+    """Reason key for what is wrong with its data, "" for nothing."""
     if lidar.lost_share > _DAMAGED_SHARE:
         return DAMAGED
     return VIEW if lidar.blind_deg else ""

@@ -1,4 +1,4 @@
-"""From what one lidar sends to its newest scan, with everything that tells how good it is."""
+"""Turns one lidar's data into its newest scan, and measures the data's quality."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from gazechair.sensing.lidar.nodes import NODE_SIZE, NodeDecoder, Nodes
 from gazechair.sensing.lidar.scan import Placing, Scan
 from gazechair.sensing.lidar.sweep import NODE_PERIOD_S, Sweep
 
-_FOLLOW = 0.025  # of the share of lost bytes, each quarter turn: about a second
-# Gets all nodes, when they were whole, and the time from one to the next; must not wait.
+_FOLLOW = 0.025  # weight of a quarter turn in the share of lost bytes: about a second
+# Gets all nodes, when they were complete, and the time from one to the next; must not block.
 Tap = Callable[[Nodes, float, float], None]
 PERIODS_S = {"dense": POINT_PERIOD_S, "standard": NODE_PERIOD_S}
 
 
 def make_decoder(mode: str) -> CapsuleDecoder | NodeDecoder:
-    """What decodes the bytes of a "dense" or "standard" scan."""
+    """The decoder for a "dense" or "standard" scan."""
     return CapsuleDecoder() if mode == "dense" else NodeDecoder()
 
 
@@ -36,11 +36,11 @@ class NodeStream:
         self._tap = tap
         self._sweep = Sweep(source, period_s, placing)
         self.quarters = -1
-        """Quarter turns of the mirror that were complete since the start."""
+        """Quarter turns of the mirror completed since the start."""
         self.lost_share = 0.0
-        """Share of its bytes of the last second or so that had to be thrown away."""
+        """Share of its bytes of about the last second that were discarded."""
         self.resyncs = 0
-        """How often its bytes had to be realigned."""
+        """How often its byte stream had to be realigned."""
         self.last_s: float | None = None
         """When the newest nodes came, CLOCK_MONOTONIC seconds."""
 
@@ -51,11 +51,11 @@ class NodeStream:
 
     @property
     def rate_hz(self) -> float:
-        """Turns in a second, as measured; 0 before that is known."""
+        """Measured turns per second; 0 before that is known."""
         return self._sweep.rate_hz
 
     def take(self, nodes: Nodes, received_s: float) -> bool:
-        """Take nodes that were whole at `received_s`; True when a quarter turn is complete."""
+        """Take nodes that were complete at `received_s`; True when a quarter turn is complete."""
         if not len(nodes):
             return False
         self.last_s = received_s
@@ -67,12 +67,12 @@ class NodeStream:
         return changed
 
     def scan(self) -> Scan | None:
-        """The newest scan; None before there was a whole turn."""
+        """The newest scan; None before the first whole turn."""
         return self._sweep.scan() if self._sweep.turns >= 2 else None
 
 
 class ByteStream(NodeStream):
-    """The same from a device's bytes."""
+    """A NodeStream from a device's bytes."""
 
     def __init__(
         self, mode: str, source: int, tap: Tap | None = None, placing: Placing | None = None
@@ -86,17 +86,17 @@ class ByteStream(NodeStream):
 
     @property
     def frozen(self) -> bool:
-        """True when it repeats itself."""
+        """True when the device repeats old data."""
         return self._freeze.frozen
 
     @property
     def wants(self) -> int:
-        """With how many bytes more the quarter turn is complete, if none is lost."""
+        """Bytes still needed to complete the quarter turn, if none is lost."""
         return self._decoder.wants(self._sweep.left_deg)
 
     @property
     def byte_s(self) -> float:
-        """From one byte to the next."""
+        """Time from one byte to the next."""
         return self._period_s / self._decoder.NODE_BYTES
 
     def feed(self, data: bytes, received_s: float) -> bool:
@@ -110,7 +110,7 @@ class ByteStream(NodeStream):
         return True
 
     def scan(self) -> Scan | None:
-        """As above; also None until it is proven that the device measures each turn."""
+        """As NodeStream's; also None until FreezeWatch has proven the data."""
         return super().scan() if self._freeze.proven and not self._freeze.frozen else None
 
     def _count_losses(self) -> None:

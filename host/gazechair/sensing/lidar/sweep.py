@@ -13,26 +13,26 @@ from gazechair.sensing.lidar.scan import BINS, Placing, Scan
 from gazelink import codes
 
 NODE_PERIOD_S = 1.0 / 16_000.0  # standard scan: 16 kHz
-_LONGEST_TURN_S = 0.5  # behind that the S flag was lost several times over
-_FOLLOW = 0.2  # of the turning rate, each turn
-# A dense capsule is decoded when the next one is complete: a quarter does not wait for its own.
+_LONGEST_TURN_S = 0.5  # after this long, the S flag was lost several times
+_FOLLOW = 0.2  # weight of a turn in the rate
+# A dense capsule is decoded when the next one is complete: a quarter does not wait for its last.
 _ALL_BUT_DEG = 2.0
 _JITTER_DEG = 5.0  # of the angle at which a turn starts
-_KEPT = 3  # turns before the one in progress
+_KEPT = 3  # turns kept besides the one in progress
 _NONE: FloatArray = np.zeros(0)
 
 _ROWS = 3
-_Nodes = FloatArray  # (_ROWS, N): angles, distances, times; below them what the placing adds
+_Nodes = FloatArray  # (_ROWS, N): angles, distances, times; then the placing's rows
 
 
 class Sweep:
     """Joins the turn in progress with the part of the turn before it that it has not yet reached.
 
-    This gives an obstacle some 25 ms after its beam, instead of up to a whole turn later.
+    So an obstacle appears some 25 ms after its beam, instead of up to a whole turn later.
 
-    Degrees of which every measurement was lost show the values of the two turns before, for one
-    turn more; then they are missing, as they are when one of those saw nothing there either. So a
-    wrong measurement never makes a direction free for a second turn.
+    Degrees whose measurements were all lost get the values of the two turns before, for one more
+    turn; then they are missing. If either turn has no measurement there, they are missing at once.
+    So a wrong measurement never makes a direction free for a second turn.
     """
 
     def __init__(
@@ -41,13 +41,13 @@ class Sweep:
         period_s: float = NODE_PERIOD_S,
         placing: Placing | None = None,
     ) -> None:
-        """`source` marks the scans; behind anything but codes.REAL a real board never arms.
+        """`source` marks the scans; with any but codes.REAL a real board never arms.
 
         `period_s`: from one measurement to the next. `placing`: places each measurement once.
         """
         self.turns = 0
         self.rate_hz = 0.0
-        """Turns in a second, as measured; 0 before that is known."""
+        """Measured turns per second; 0 before that is known."""
         self._turn_s: float | None = None
         self._source = source
         self._period_s = period_s
@@ -57,12 +57,12 @@ class Sweep:
         """Newest first."""
 
     def add(self, nodes: Nodes, received_s: float) -> Scan | None:
-        """Take nodes that were whole at `received_s`; the newest scan, None without nodes."""
+        """Take nodes that were complete at `received_s`; the newest scan, None without nodes."""
         self.take(nodes, received_s)
         return self.scan() if len(nodes) else None
 
     def take(self, nodes: Nodes, received_s: float) -> None:
-        """Take nodes that were whole at `received_s`, CLOCK_MONOTONIC seconds."""
+        """Take nodes that were complete at `received_s`, CLOCK_MONOTONIC seconds."""
         times_s = received_s - nodes.backlog.astype(np.float64) * self._period_s
         cuts = [0, *nodes.starts.nonzero()[0].tolist(), len(nodes)]
         rows = self._rows(nodes.angles_deg, nodes.distances_m, times_s)
@@ -90,12 +90,12 @@ class Sweep:
 
     @property
     def quarter(self) -> int:
-        """Counts the quarter turns of the mirror that are complete, but for a degree or two."""
+        """Number of completed quarter turns of the mirror, up to a degree or two early."""
         return self.turns * 4 + self._turns[0].quarter
 
     @property
     def left_deg(self) -> float:
-        """From the newest node to the end of its quarter turn."""
+        """Degrees from the newest node to the end of its quarter turn."""
         return self._turns[0].left_deg
 
     def scan(self) -> Scan | None:
@@ -103,14 +103,14 @@ class Sweep:
         angles = self._turns[0].angles_deg()
         if not len(angles):
             return None
-        # Where the mirror is, as the lidar counts: along the nodes, so that jitter about the start
-        # of the turn is not a whole turn.
+        # The mirror's angle by the lidar's own count: summed along the nodes, so that jitter about
+        # the start of the turn does not count as a whole turn.
         first_deg = float(-angles[0] % 360.0)
         turned_deg = -float(wrapped_steps(angles).sum())
         reached_deg = first_deg - (360.0 if first_deg > 360.0 - _JITTER_DEG else 0.0) + turned_deg
 
         def view(back: int) -> _Nodes:
-            # The whole turn that ended where the newest node is, `back` turns ago.
+            # The whole turn that ended at the newest node's angle, `back` turns ago.
             older = self._turns[back + 1].joined()
             older = _pick(older, wrapped(-older[0], 360.0) > reached_deg)
             if not back:
@@ -157,12 +157,12 @@ class _Turn:
 
 
 def _fill(newest: _Nodes, missing: NDArray[np.bool_], before: _Nodes, oldest: _Nodes) -> _Nodes:
-    """`newest`, and what the views before it have of the degrees it has nothing of."""
+    """`newest`, with its missing degrees filled from the two views before it."""
     bins_before, bins_oldest = _bins(before), _bins(oldest)
     chosen = missing & (np.bincount(bins_before, minlength=BINS) > 0)
     chosen &= np.bincount(bins_oldest, minlength=BINS) > 0
     filled = _join(newest, _pick(before, chosen[bins_before]))
-    # Of these the obstacles alone: they only reduce, so that their age does not count.
+    # Only obstacles of the oldest: they can only reduce a clearance, so their age does not count.
     obstacles = _pick(oldest, chosen[bins_oldest] & (oldest[1] > 0.0))
     obstacles[2] = np.inf
     return _join(filled, obstacles)

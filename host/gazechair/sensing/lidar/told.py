@@ -1,4 +1,4 @@
-"""What the daemon tells the lidars' child process: how the board stops, as one line."""
+"""The daemon's message to the lidars' child process: the board's stop zone, as one line."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ log = logging.getLogger(__name__)
 
 
 def said(zone: BoardZone) -> bytes:
-    """As one line, without its end."""
+    """`zone` as one line, without the newline."""
     return json.dumps([one.hex() for one in zone.points]).encode()
 
 
 def understood(line: bytes) -> StopZone:
-    """From one line. What makes no sense is not known."""
+    """The stop zone in `line`; UNKNOWN for a malformed one, which is logged."""
     try:
         points = json.loads(line)
         return StopZone([bytes.fromhex(one) for one in points]) if points else UNKNOWN
