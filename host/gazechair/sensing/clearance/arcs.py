@@ -6,11 +6,11 @@ by up to some length, either first or both at once, which places may its footpri
 tables hold, for each cell of the floor, the shortest travel that reaches it (see gazelink.arcs for
 the rows). They are computed once from the footprint; a view then costs a look-up per point.
 
-At a heading of t the drive axle may be wherever a travel of that length, in directions between
-0 and t, leads: the footprint grown by that sector. Sector and footprint are bounded by the half
-planes of a few normals, never too small, and the footprint is grown by the error of a cell and of a
-step of the angle, less the existing margin: a cell's value is never too long for
-anything within the bare outline, nor by more than a cell within its margin.
+At a heading of t the drive axle may be anywhere in the sector of that travel with directions
+between 0 and t, so the reachable area is the footprint grown by that sector. Half planes of a few
+normals bound both, never too small. The footprint also grows by the error of a cell and of an angle
+step, which is taken from the margin as far as that suffices. So a cell's value is never too long
+for contact with the bare outline, and at most a cell too long for contact with its margin.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ Ints = NDArray[np.int64]
 _MOST_M = arcs.FAR * arcs.UNIT_MM / 1000.0
 _STEP_RAD = math.radians(1.0)
 _BOTH_STEP_RAD = math.radians(4.0)
-# Cells and how far beyond the outline they reach, the coarsest first; beyond all of them is far.
+# Cell size and extent beyond the outline, the coarsest first; a point beyond all limits no arc.
 _GRIDS_M = ((0.08, _MOST_M + 0.1), (0.03, 0.9), (0.01, 0.25))
 _BAND_CELL_M = 0.005  # within the margin, unless that is wide
 _FAR, _NO_WAY = 0, 1  # rows for points beyond all cells, and for no clearance
@@ -41,7 +41,7 @@ _OCTAGON = np.arange(8) * math.pi / 4.0
 
 
 class ArcReach:
-    """The tables of one footprint; make it by `arc_reach`, which keeps them."""
+    """The tables of one footprint; get it from `arc_reach`, which caches them."""
 
     def __init__(self, footprint: Footprint) -> None:
         self._footprint = footprint
@@ -57,7 +57,7 @@ class ArcReach:
             tables.append(self._table(grid.centres(), cell_m, footprint.margins))
             at += grid.count
         self._finer = np.zeros(at, dtype=np.bool_)
-        """Of each row so far: whether its cell may reach into the next finer grid."""
+        """Per row so far: True if its cell may reach into the next finer grid."""
         for coarse, fine in pairwise(self._grids):
             self._finer[coarse.first : coarse.first + coarse.count] = coarse.meets(fine)
         # Within the margin only the bare outline counts.
@@ -73,7 +73,7 @@ class ArcReach:
         self._rows = np.concatenate(tables)
 
     def ways(self, points_m: FloatArray, contacts: FloatArray) -> Bytes:
-        """(N, arcs.SIZE) for the (N, 2) points in the chair's frame; `contacts`: Sweeps' of them.
+        """(N, arcs.SIZE) for (N, 2) points in the chair's frame; `contacts`: theirs, by Sweeps.
 
         A point within the bare outline (a hand, a bag) has only the clearances of single motions.
         """
@@ -84,7 +84,7 @@ class ArcReach:
         return found
 
     def least(self, points_m: FloatArray, contacts: FloatArray, doubted: Ints = _NONE) -> Bytes:
-        """(arcs.SIZE,): the least of all points but those at `doubted`."""
+        """(arcs.SIZE,): the minimum over all points but those at `doubted`."""
         rows, held = self._find(points_m)
         if len(doubted):
             rows[doubted] = _FAR
@@ -95,7 +95,7 @@ class ArcReach:
         return np.asarray(least, dtype=np.uint8)
 
     def _find(self, points_m: FloatArray) -> tuple[Ints, Ints]:
-        """The row of each point, and which points are within the bare outline (_FAR)."""
+        """The table row of each point, and the indices of those within the bare outline (_FAR)."""
         rows = np.zeros(len(points_m), dtype=np.int64)
         x, y = points_m[:, 0], points_m[:, 1]
         chosen = _NONE
@@ -162,7 +162,7 @@ def _kept(corners: tuple[tuple[float, float], ...], margins: Margins) -> ArcReac
 
 
 def arc_reach(footprint: Footprint) -> ArcReach:
-    """The tables of that footprint: made once, some tenths of a second, and kept."""
+    """The tables of that footprint: computed once, in some tenths of a second, and cached."""
     corners = tuple((float(x), float(y)) for x, y in footprint.body)
     return _kept(corners, footprint.margins)
 
@@ -183,7 +183,7 @@ class _Grid:
         return np.stack(np.meshgrid(xs, ys, indexing="ij"), axis=2).reshape(-1, 2)
 
     def meets(self, fine: _Grid) -> NDArray[np.bool_]:
-        """Which of its cells may share a point with the other one's; rather too many."""
+        """Which of its cells may share a point with those of `fine`; rather too many."""
         size_m = [count * fine._cell_m + self._cell_m for count in fine._shape]
         beyond = np.array(fine._low) - self._cell_m
         within = self.centres() - beyond
@@ -192,7 +192,7 @@ class _Grid:
         )
 
     def find(self, x: FloatArray, y: FloatArray) -> tuple[Ints, Ints]:
-        """Which points are in it, and the row of each of them."""
+        """Indices of the points in it, and the table row of each of them."""
         across, along = self._shape
         column = (x - self._low[0]) * (1.0 / self._cell_m)
         row = (y - self._low[1]) * (1.0 / self._cell_m)
@@ -216,7 +216,7 @@ class _Sector:
 
 
 class _Slab:
-    """Travels of up to 1 m ahead, drifting to either side as a turn of `most` (radians) lets it."""
+    """Travels of up to 1 m ahead, with the sideways drift of turns up to `most` (radians)."""
 
     normals = (0.0, math.pi / 2, math.pi, -math.pi / 2)
 
@@ -269,7 +269,7 @@ def _parts(body: FloatArray, margins: Margins) -> Iterator[FloatArray]:
 
 
 def _once(rows: Ints) -> Ints:
-    """Most of them once: neighbouring points are often in the same cell."""
+    """`rows` without direct repeats: neighbouring points are often in the same cell."""
     same = rows[1:] == rows[:-1]
     return np.asarray(rows[:1] if not len(rows) else np.concatenate((rows[:1], rows[1:][~same])))
 

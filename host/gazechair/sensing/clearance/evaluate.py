@@ -20,12 +20,12 @@ from gazelink import arcs
 from gazelink.messages import CLEAR_FAR
 
 _PLAY = (0.04, 0.04, 2.0, 2.0)
-"""A clearance grows only when it has grown by more than this (metres, metres, degrees, degrees)."""
+"""An increase counts less this much, so that noise has no effect (m, m, degrees, degrees)."""
 _ARC_PLAY = round(1000.0 * _PLAY[0] / arcs.UNIT_MM)
 _LESS_PLAY = np.maximum(np.arange(256), _ARC_PLAY) - _ARC_PLAY
 _LESS_PLAY[arcs.FAR] = arcs.FAR
 _LESS_PLAY = _LESS_PLAY.astype(np.uint8)
-"""Of each byte of the arcs: to where it lets a clearance grow."""
+"""For each byte of the arcs: its value less the play."""
 
 
 def footprint_of(config: FootprintConfig) -> Footprint:
@@ -35,7 +35,7 @@ def footprint_of(config: FootprintConfig) -> Footprint:
 
 
 class Evaluator:
-    """Judges the views of all lidars, again with every call; the same lidars in the same order."""
+    """Evaluates the views of all lidars with each call; the same lidars in the same order."""
 
     def __init__(self, footprint: Footprint, origins_m: Sequence[tuple[float, float]]) -> None:
         """`origins_m`: where each lidar sits."""
@@ -44,7 +44,7 @@ class Evaluator:
         self._judged: list[tuple[ChairView | None, Reach]] = [(None, FREE)] * len(self._lidars)
         self._zone = UNKNOWN
         self.zone: StopZone = UNKNOWN
-        """What stopping takes; another one counts from the next call on, from any thread."""
+        """The stop zone; any thread may replace it, which counts from the next call on."""
         self._held = [0.0] * len(_PLAY)
         self._held_arcs: Bytes = np.zeros(arcs.SIZE, dtype=np.uint8)
 
@@ -88,7 +88,7 @@ class Evaluator:
 
 
 def _held(before: float, now: float, play: float) -> float:
-    # Less counts at once; more only beyond the play, and without it: noise moves nothing.
+    # A decrease counts at once, an increase less the play: noise has no effect.
     return now if now <= before else max(before, now - play)
 
 

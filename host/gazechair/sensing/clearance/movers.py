@@ -5,8 +5,8 @@ stops, so the distance walked until then is subtracted from the clearance.
 
 The view of 0.2 s ago, moved as the chair has moved since, should equal the present view. The
 chair's motion is the one for which the two agree best (least squares over forward speed and turn
-rate, outliers weighted down: most objects around a chair do stand). Whatever is then nearer than it
-should be, over at least three degrees, approaches by itself.
+rate, outliers weighted down: most objects around a chair do stand). An object that is then nearer
+than expected, over at least three degrees, approaches by itself.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ from gazechair.base.footprint import BoolArray, FloatArray
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 
 _BINS = 360
-_ABOUT_1 = 1.0 + 1e-12  # far beyond what rounding does to a square
+_ABOUT_1 = 1.0 + 1e-12  # far more than the rounding error of a square
 _DEG = 2.0 * math.pi / _BINS
 _BACK_S = (0.15, 0.20, 0.35)  # least, preferred, most time between the two views
 _EVERY_S = 0.045  # two quarter turns
 _FAR_M = 15.0
 _MOVER_FAR_M = 4.5
-_STEP_M = 0.5  # a greater change is another thing that came into view
+_STEP_M = 0.5  # a greater change: another object came into view
 _EDGE_M = 0.4
 _LEAST_BINS = 40
 _PASSES = 3
 _DOUBT_M = 0.03
-_STAYS = 1e-3  # without any hold the chair goes on as it did
-_SETTLED_M, _SETTLED_RAD = 5e-4, 2e-4  # less than 1 % of what tells a walker
+_STAYS = 1e-3  # regularisation: without features the motion stays as it was
+_SETTLED_M, _SETTLED_RAD = 5e-4, 2e-4  # less than 1 % of what reveals a walker
 _LEAST_M_S = 0.3
 _MOST_M_S = 1.6
 _LEAST_WIDE = 3
@@ -42,7 +42,7 @@ _PLACES = np.linspace(0.0, 1.0, 9)[1:]  # along the walker's path
 _THETA = (np.arange(_BINS) + 0.5) * _DEG
 _COS, _SIN = np.cos(_THETA), np.sin(_THETA)
 _AFTER, _AHEAD = np.roll(np.arange(_BINS), -1), np.roll(np.arange(_BINS), 1)
-_TURNING_DEG_S = 15.0  # faster, and two views have too little in common
+_TURNING_DEG_S = 15.0  # in faster turns two views have too little in common
 
 
 class Movers:
@@ -101,7 +101,7 @@ class Movers:
         np.minimum.at(found, bins.take(near), np.hypot(x.take(near), y.take(near)))
         return found
 
-    @np.errstate(invalid="ignore")  # of degrees that see nothing: inf - inf
+    @np.errstate(invalid="ignore")  # inf - inf in degrees without a return
     def _align(
         self, before: FloatArray, now: FloatArray, elapsed_s: float
     ) -> tuple[FloatArray, FloatArray]:
@@ -162,7 +162,7 @@ def _moved(points: FloatArray, way_m: float, turn: float) -> FloatArray:
 
 
 def _least_squares(rows: FloatArray, weight: FloatArray, rest: FloatArray) -> tuple[float, float]:
-    """The two unknowns of which (2, N) `rows` make `rest` (N,)."""
+    """The two factors with which (2, N) `rows` add up to `rest` (N,) best, weighted."""
     weighted = rows * weight
     (a, b), (_, d) = (weighted @ rows.T).tolist()
     p, q = (weighted @ rest).tolist()
@@ -172,7 +172,7 @@ def _least_squares(rows: FloatArray, weight: FloatArray, rest: FloatArray) -> tu
 
 
 def _wide(flags: BoolArray) -> BoolArray:
-    """Only runs of at least _LEAST_WIDE, round the circle."""
+    """`flags` only where they belong to a run of at least _LEAST_WIDE, round the circle."""
     if not flags.any():
         return flags
     kept = np.zeros(len(flags), dtype=np.bool_)

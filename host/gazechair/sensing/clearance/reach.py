@@ -31,14 +31,14 @@ from gazelink import arcs, codes
 from gazelink.zone import CREEP
 
 _SAME_PLACE_M = 0.25  # within a turn of the lidar the chair moves and turns by about as much
-_TURN_S = (0.06, 0.35)  # another turn, and not one of long ago
-_OLD_S = 0.15  # another lidar's view
+_TURN_S = (0.06, 0.35)  # age of another turn: least, most
+_OLD_S = 0.15  # oldest view of another lidar that counts
 
 Reach = tuple[float, float, float, float]
-"""Metres forward and backward, degrees left and right; inf = free as far as is seen."""
+"""Metres forward and backward, degrees left and right; inf = free as far as the lidar sees."""
 
 FREE: Reach = (math.inf, math.inf, math.inf, math.inf)
-_ARC_RANGE_M = 4.5  # from a lidar: what is farther is far for each arc
+_ARC_RANGE_M = 4.5  # from a lidar: no farther point limits an arc
 NOTHING_NEAR: Bytes = np.full(arcs.SIZE, arcs.FAR, dtype=np.uint8)
 
 
@@ -63,7 +63,7 @@ class LidarReach:
         self.use(UNKNOWN)
 
     def use(self, zone: StopZone) -> None:
-        """What stopping takes from now on."""
+        """Use another stop zone from now on."""
         self._zone = zone
         backward = zone.of(codes.DIR_BACKWARD)
         self._margin_m = 0.0 if backward is None else backward.margin
@@ -97,7 +97,7 @@ class LidarReach:
         least = contacts.min(axis=0)
         least[codes.DIR_BACKWARD] = min(least[codes.DIR_BACKWARD], self._bent(seen, doubted))
         if np.count_nonzero(self._sweeps.alongside(seen.points_m)):
-            # Closer than a held heading may be off at speed; whoever stands there gets away.
+            # Nearer than the heading's error at speed: only creep, so a person there can get away.
             least[codes.DIR_FORWARD] = min(least[codes.DIR_FORWARD], self._creeps_m)
         if self._movers is None:
             self._movers = Movers(view.origin_m)
@@ -117,7 +117,7 @@ class LidarReach:
         return (float(least[0]), float(least[1]), float(least[2]), float(least[3]))
 
     def _bent(self, seen: Surfaces, doubted: NDArray[np.int64]) -> float:
-        # Beside the body, so the board's margin behind it is not needed as well.
+        # These points are beside the body: the board's margin behind it is not needed as well.
         ways = self._sweeps.bent(seen.points_m, self._bend_m) + self._margin_m
         if len(doubted):
             far = ways[doubted]
@@ -141,7 +141,7 @@ class LidarReach:
         ]
 
     def _arcs_of(self, seen: Surfaces, contacts: FloatArray, at_s: float) -> Bytes:
-        # As for straight motions: beyond the zone a single beam does not count yet.
+        # As for straight motions, a single beam beyond the zone does not count yet.
         lone = (seen.lone & (seen.ranges_m < _ARC_RANGE_M)).nonzero()[0]
         doubted = lone[~self._arc_speckles.again(seen.points_m[lone], at_s)]
         least = self._arcs.least(seen.points_m, contacts, doubted)
@@ -153,13 +153,13 @@ class LidarReach:
 
 
 class _Speckles:
-    """Single beams of the last turn."""
+    """Remembers the isolated returns of the last turn."""
 
     def __init__(self) -> None:
         self._kept: list[tuple[float, FloatArray]] = []
 
     def again(self, points: FloatArray, at_s: float) -> NDArray[np.bool_]:
-        """Which of the present points had neighbours a turn before; remembers them."""
+        """Which of `points` had one near them a turn before; remembers `points`."""
         found = np.zeros(len(points), dtype=np.bool_)
         for then_s, others in self._kept if len(points) else ():
             if _TURN_S[0] <= at_s - then_s <= _TURN_S[1]:

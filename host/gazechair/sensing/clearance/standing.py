@@ -23,16 +23,16 @@ from gazelink import zone
 _WALK_M_S = 1.0
 _HARMLESS_M_S = 0.05
 
-_APART_M = 0.06  # neighbouring beams that differ by more hit different things
+_APART_M = 0.06  # neighbouring beams that differ by more hit different objects
 _APART_SIGMA = 4.0  # and by more than this many times the noise of a beam
 _APART_RAD = 0.03
 _WIDE_M = (0.08, 0.9)  # from a leg in trousers to somebody broad, seen askew
 _LEAST_BEAMS = 3
 
 AGAIN_M = 0.11
-"""What the board needs beyond that before it goes on (BAND_MM), and what a clearance plays."""
+"""The board's band before it goes on (BAND_MM) plus the play of a clearance (evaluate)."""
 _CALM_S = 10.0
-_HIDDEN_S = 1.0  # what looks like a person may look like a part of a wall between
+_HIDDEN_S = 1.0  # this long a possible person may look like a part of a wall
 _SAME_M = 0.05
 _AWAY_M = 0.3
 _STANDS_M_S = 0.03
@@ -43,13 +43,13 @@ class Approach:
     """How near, and how fast, the chair may approach a possible person in one direction."""
 
     def __init__(self, stopping: Stopping | None) -> None:
-        """`stopping`: that direction's, None while it is not known: no approach then."""
+        """`stopping`: that direction's; None: not known, then the chair does not approach."""
         self.creep_way_m = 0.0
         """Clearance to report so that the board limits the chair to creep speed."""
         self.blocked_within_m = np.inf
-        """Nearer than this to what may be a person, the chair stops."""
+        """Nearer than this to a possible person, the chair stops."""
         self.again_from_m = np.inf
-        """Nearer than this, a chair that stands does not go on."""
+        """Nearer than this, a standing chair does not go on."""
         self._from_m = self._told_m = np.zeros(0)
         if stopping is None:
             return
@@ -73,7 +73,7 @@ class Approach:
 
 
 def like_persons(seen: Surfaces) -> list[NDArray[np.int64]]:
-    """Indices of the points of each thing as wide as a person."""
+    """For each object as wide as a person, the indices of its points."""
     points_m = seen.points_m
     if len(points_m) < _LEAST_BEAMS:
         return []
@@ -94,7 +94,7 @@ class Standing:
 
     def __init__(self) -> None:
         self.approach = Approach(None)
-        """As the board stops; may change at any time."""
+        """By the board's stopping distances; may be replaced at any time."""
         self._near_m = np.inf
         self._since_s = self._seen_s = 0.0
         self._furniture = False
@@ -122,5 +122,5 @@ class Standing:
 
 
 def stands(speed_m_s: float, rate_deg_s: float) -> bool:
-    """Whether a chair seen to move like that stands."""
+    """True if a chair with this measured motion counts as standing."""
     return abs(speed_m_s) < _STANDS_M_S and abs(rate_deg_s) < _STANDS_DEG_S

@@ -1,9 +1,9 @@
 """Filters range noise: averages beams on the same surface, and leaves an isolated beam unchanged.
 
 A sigma filter over the neighbouring beams: each range becomes the mean of those near it that differ
-by less than five times the noise. The noise is measured in each scan, so a quiet lidar keeps its
-edges and a noisy one does not find obstacles in every surface. A single beam that stands out by
-more than the noise has no such neighbour, and is neither moved nor dropped.
+by less than five times the noise (3 to 15 cm). The noise is measured in each scan, so a quiet lidar
+keeps its edges and a noisy one does not find obstacles in every surface. A single beam that stands
+out by more than that has no such neighbour, and is neither moved nor dropped.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from gazechair.base.footprint import BoolArray, FloatArray
 
 _NEIGHBOURS = 12  # beams to each side
 _WINDOW_RAD = 0.03  # and no farther than this
-_SMOOTH_M = 2.0  # what is farther neither stops nor slows
+_SMOOTH_M = 2.0  # farther points neither stop nor slow the chair
 _NEXT_RAD = 0.01  # beams this close to each other are neighbours
 _GATE_SIGMA = 5.0
 _LEAST_GATE_M = 0.03
 _MOST_GATE_M = 0.15  # noise of 3 cm
 _ALIKE_M = 0.15  # a neighbour within this makes an obstacle of two beams
-_BEYOND = np.full(_NEIGHBOURS, 1e6)  # what is beyond the ends, like nothing
+_BEYOND = np.full(_NEIGHBOURS, 1e6)  # padding at both ends, unlike any range
 
 
 @dataclass(frozen=True)
@@ -37,9 +37,9 @@ class Surfaces:
     bearings_rad: FloatArray
     """(N,): ascending, about the lidar."""
     lone: BoolArray
-    """(N,): no neighbouring beam measured about the same."""
+    """(N,): True if no neighbouring beam measured about the same."""
     noise_m: float
-    """The range noise of one beam, before the smoothing."""
+    """Range noise of a beam before smoothing, standard deviation."""
 
 
 def noise_m(ranges_m: FloatArray) -> float:
@@ -90,11 +90,11 @@ def _smoothed(bearings: FloatArray, ranges: FloatArray, noise: float) -> FloatAr
     near = (ranges < _SMOOTH_M).nonzero()[0]
     if not len(near):
         return ranges
-    # A row for each neighbour, the beam itself in the middle; beyond the ends there are none.
+    # A row for each neighbour, the beam itself in the middle; padded at the ends.
     centres, towards = ranges.take(near), bearings.take(near)
     around = _windows(centres)
     close = np.abs(_windows(towards) - towards) < _WINDOW_RAD
-    for _ in range(2):  # the second time about a centre that is itself no outlier
+    for _ in range(2):  # the second time, the centre itself is no outlier
         apart = np.subtract(around, centres)
         taken = np.abs(apart, out=apart) < gate_m
         taken &= close

@@ -26,16 +26,16 @@ RANGE_M = 6.0
 """Straight distances longer than this count as free."""
 HEADING_TOLERANCE_DEG = 1.0
 """The real path may differ from straight ahead by this: veer, casters, a heading that swings.
-For obstacles already alongside the side margin covers that, and backward `Sweeps.bent`."""
+Obstacles already alongside are covered by the side margin, and backward by `Sweeps.bent`."""
 BEND_PER_M = 0.2
-"""Radians a metre by which a path meant to be straight may bend: wheels that differ by a tenth."""
+"""Radians per metre by which a path meant to be straight may bend: wheels that differ by 10 %."""
 
-_SEEN_M = 0.01  # an edge may be so much nearer than its smoothed points are
+_SEEN_M = 0.01  # an edge may be this much nearer than its smoothed points
 _APART_M = 0.001
 _FULL_TURN = 2.0 * math.pi
 _PROBE_M = 0.005
 _PROBE_RAD = 0.01
-_DEEPER = 0.2  # of the probe: sliding along is not pressing
+_DEEPER = 0.2  # share of the probe: sliding along the body is not deeper
 
 Path = Callable[[FloatArray], FloatArray]
 
@@ -50,7 +50,7 @@ class Sweeps:
         every = np.concatenate((sides, _sides(body)))
         self._circles = _Circles(sides)
         self._every_circles = _Circles(every)
-        # About the middle of each bend; the first half of the rows bends left.
+        # Relative to the centre of each bend; the first half of the rows bends left.
         middles = [(0.0, side / BEND_PER_M) * 2 for side in (1.0, -1.0)]
         self._bends = _Circles(np.concatenate([_sides(body) - middle for middle in middles]))
         self._spread = math.tan(math.radians(HEADING_TOLERANCE_DEG))
@@ -66,10 +66,10 @@ class Sweeps:
         Metres for forward and backward, degrees for left and right; inf = never within RANGE_M, or
         within a full turn.
         """
-        found = np.full((4, len(points_m)), np.inf).T  # a motion's values side by side
+        found = np.full((4, len(points_m)), np.inf).T  # one motion's values are contiguous
         reach_m, width_m = self._footprint.reach_m, self._footprint.half_width_m
         x, y = points_m[:, 0], np.abs(points_m[:, 1])
-        # Few points are near, and few in the widest corridor: only these are looked at closely.
+        # Only the few points that are near or in the widest corridor are computed exactly.
         near = ((np.abs(x) < reach_m + _APART_M) & (y < reach_m + _APART_M)).nonzero()[0]
         corridor = y <= width_m + self._spread * (RANGE_M + reach_m + reach_m)
         if len(near):
@@ -98,17 +98,17 @@ class Sweeps:
         return found
 
     def bent(self, points_m: FloatArray, range_m: float) -> FloatArray:
-        """(N,): metres backward until a bending path takes the bare body there.
+        """(N,): metres backward until the bare body touches each point on a path that bends.
 
-        Whichever side it bends to; inf = never within `range_m`, or within the body already.
-        Forward the board holds the heading.
+        The shorter of a left and a right bend; inf = none within `range_m`, or a point within the
+        body. Not needed forward, where the board holds the heading.
         """
         found = np.full(len(points_m), np.inf)
         reach_m = self._footprint.reach_m
         range_m = min(range_m, RANGE_M)
         swing_m = BEND_PER_M * range_m * (0.5 * range_m + reach_m) + _SEEN_M
         near = np.abs(points_m[:, 1]) <= self._footprint.half_width_m + swing_m
-        # Nothing of the body moves ahead meanwhile.
+        # The body does not move ahead of its front.
         near &= (points_m[:, 0] <= self._ends_m[1.0]) & (points_m[:, 0] >= -reach_m - range_m)
         chosen = near.nonzero()[0]
         if not len(chosen):
@@ -214,7 +214,7 @@ class Sweeps:
 
 
 def _entries(sides: FloatArray, sign: float) -> tuple[_Rays, BoolArray]:
-    """To the sides through which the points can enter; and (S, 1) which of their motions swerve."""
+    """Rays to the sides where points can enter, and (S, 1): which are oblique by the tolerance."""
     found, motions = [], []
     for angle in (math.radians(k * HEADING_TOLERANCE_DEG) for k in (-1, 0, 1)):
         dx, dy = -sign * math.cos(angle), math.sin(angle)
@@ -254,13 +254,13 @@ def _circle(points: FloatArray, sign: float) -> Path:
 
 
 def _least(turns: FloatArray, real: BoolArray) -> FloatArray:
-    """(N,): the least for each point, brought into one turn, of those that are real; inf = none."""
+    """(N,): each point's least real turn, wrapped to one turn; inf = none."""
     least: FloatArray = np.where(real, in_turn(turns, _FULL_TURN), np.inf).min(axis=(0, 1))
     return least
 
 
 class _Rays:
-    """Straight motions along (dx, dy) to each of S sides: one for all, or (S, 1)."""
+    """Straight motions along (dx, dy) to each of S sides; dx, dy: one for all, or (S, 1)."""
 
     def __init__(self, sides: FloatArray, dx: FloatArray | float, dy: FloatArray | float) -> None:
         self._ax, self._ay = sides[:, :1], sides[:, 1:2]

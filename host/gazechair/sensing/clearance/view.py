@@ -1,4 +1,4 @@
-"""Whether the lidars see each part of a motion's sweep: seen, blind, or never seen."""
+"""Determines whether the lidars see each part of a motion's sweep: seen, blind or never seen."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ class SweepView:
         self.use(UNKNOWN)
 
     def use(self, zone: StopZone) -> None:
-        """The sweeps end where the chair stands."""
-        # Per direction, the bins in which each cell is seen, a column for each lidar, no row twice.
+        """Use another stop zone: each sweep ends where the chair has stopped."""
+        # Per direction, the bins of its cells, a column for each lidar, without equal rows.
         ends = np.where(np.isfinite(self._contacts), self._contacts, np.nan) <= zone.far
         self._bins = [
             _bins(self._cells[ends[:, direction]], self._origins_m)
             for direction in range(len(codes.DIRECTIONS))
         ]
-        # The same of driving and turning at once, a row of bins for each quadrant.
+        # The same for driving and turning at once, per quadrant.
         self._arc_bins = []
         for quadrant in range(arcs.QUADRANTS):
             ways = self._ways[:, _arc_column(quadrant, zone)]
@@ -93,7 +93,7 @@ def _dark(sweeps: Sequence[NDArray[np.int64]], states: Sequence[States]) -> tupl
 
 
 def _arc_column(quadrant: int, zone: StopZone) -> int:
-    """The row whose turn is the stop zone's, or the widest."""
+    """The column of the least turn that covers the stop zone's, else of the widest."""
     turn_deg = zone.far[codes.DIR_LEFT + quadrant // 2]
     row = next((k for k, deg in enumerate(arcs.TURNS_DEG) if deg >= turn_deg), arcs.ROWS - 1)
     return quadrant * arcs.ROWS + row

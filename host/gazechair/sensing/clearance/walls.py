@@ -1,8 +1,8 @@
-"""Tells a stretch of wall from a person: one lidar sees it through a door, another sees it go on.
+"""Distinguishes a piece of wall from a person: one lidar sees it in a door, another sees it go on.
 
-Through an opening a lidar sees a piece of the wall behind as wide as a person. It is none when the
-other lidar sees a flat surface there that continues on both sides. Somebody who leans against that
-wall stands out from it.
+Through an opening a lidar may see a piece of the wall behind that is as wide as a person. It is no
+person if another lidar sees a flat surface there that continues on both sides. A person who leans
+against that wall stands out from it.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 
-_AROUND_M = 0.7  # of the wall, on both sides of the piece's middle
+_AROUND_M = 0.7  # examined of the wall, on both sides of the piece's middle
 _FLAT_M = 0.03
 _BEYOND_M = 0.1
 _LEAST_POINTS = 8
 
 
 def goes_on(piece_m: FloatArray, others_m: FloatArray) -> bool:
-    """Whether `piece_m` (N, 2) is part of a wall among `others_m`, what another lidar sees."""
+    """True if `piece_m` (N, 2) is part of a wall in `others_m` (M, 2), another lidar's returns."""
     middle = piece_m.mean(axis=0)
     near = others_m[np.hypot(*(others_m - middle).T) < _AROUND_M]
     if len(near) < _LEAST_POINTS:

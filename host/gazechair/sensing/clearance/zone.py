@@ -21,10 +21,10 @@ _Q4 = 16.0
 
 
 class Stopping:
-    """One direction: metres and metres a second, or degrees."""
+    """Stopping in one direction: metres and m/s, or degrees and degrees/s."""
 
     def __init__(self, points: bytes, unit: float) -> None:
-        """`points` as in gazelink.zone; raises ValueError for what no chair does."""
+        """`points` as in gazelink.zone; raises ValueError for impossible ones."""
         if len(points) != zone.SIZE:
             raise ValueError(f"{len(points)} bytes are no zone")
         rows = np.array(list(struct.iter_unpack(zone.POINT, points)), dtype=np.float64)
@@ -33,16 +33,16 @@ class Stopping:
             raise ValueError("a zone whose speeds and ways do not grow")
         self.speeds: FloatArray = rows[:, 0] / unit
         self.stops: FloatArray = rows[:, 1] / unit
-        """From the decision until the chair stands, margin included."""
+        """Distance from the decision until the chair stands, margin included."""
         self.times_s: FloatArray = rows[:, 2] / 1000.0
         self.told: FloatArray = rows[:, 3] / unit
-        """The clearance with which the board permits that speed, and no more."""
+        """Clearance with which the board permits that speed, and no higher one."""
         self.margin = float(self.stops[zone.STANDING])
         self.zone = float(self.stops[zone.FULL])
-        """In which the fastest profile stops. It could not wait for a second look there."""
+        """Distance in which the fastest profile stops: too near to wait for a second look."""
 
     def time_s(self, speed: float) -> float:
-        """How long stopping takes from `speed`, faster than the board knows of included."""
+        """Time to stop from `speed`, extrapolated above the board's highest."""
         speed = abs(speed)
         full = float(self.speeds[zone.FULL])
         found = float(np.interp(speed, self.speeds, self.times_s))
@@ -53,10 +53,10 @@ class Stopping:
 
 
 class StopZone:
-    """For all directions; UNKNOWN until the board has sent it."""
+    """Stopping in all directions; UNKNOWN until the board has sent it."""
 
     def __init__(self, points: Sequence[bytes] | None = None) -> None:
-        """`points` of each direction, in the order of codes.DIRECTIONS; ValueError for nonsense."""
+        """`points` of each direction, in the order of codes.DIRECTIONS. Raises ValueError."""
         self._directions: tuple[Stopping, ...] = ()
         self.far: FloatArray = np.full(len(codes.DIRECTIONS), math.inf)
         """Per direction, metres or degrees in which the fastest profile stops."""
@@ -71,11 +71,11 @@ class StopZone:
         self.far = np.array([one.zone for one in self._directions])
 
     def of(self, direction: int) -> Stopping | None:
-        """Of one direction (codes.DIR_*); None: not known."""
+        """Stopping in one direction (codes.DIR_*); None: not known."""
         return self._directions[direction] if self._directions else None
 
     def time_s(self, speed_m_s: float) -> float:
-        """How long a chair that drives so fast, backward below 0, takes to stop."""
+        """Time to stop from that speed, negative for backward; inf: not known."""
         direction = codes.DIR_BACKWARD if speed_m_s < 0.0 else codes.DIR_FORWARD
         one = self.of(direction)
         return math.inf if one is None else one.time_s(speed_m_s)
