@@ -164,7 +164,7 @@ export class PluginTiles {
   #show() {
     const rows = this.#rows.filter(({ kind }) => KINDS.includes(kind));
     if (this.#from >= rows.length) this.#from = 0;
-    // A place is on the page of modes alone: one of many is none to have under one's eyes always.
+    // The tile that is always visible is for a mode: a place is only one of many.
     const first = rows[0]?.kind === "mode" ? rows[0] : undefined;
     const places = [this.#backward ? undefined : first];
     for (let at = 0; at < PLACES; at += 1) places.push(rows[this.#from + at]);

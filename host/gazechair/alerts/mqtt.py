@@ -27,7 +27,7 @@ class Broker:
 
     def __init__(self) -> None:
         self.problem = ""
-        """Why the broker is not told; "" while it is, or is not configured."""
+        """Why the broker gets no state; "" while it does, or if none is configured."""
         self._client: Any = None
         self._connected = False
         self._announced = False

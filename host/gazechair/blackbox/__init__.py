@@ -1,1 +1,1 @@
-"""The black box: logs what happened to files that other tools open too."""
+"""The black box: a log of what happened, in files that other tools can open too."""

@@ -73,7 +73,7 @@ class Arbiter:
         self._board_edge = 0
         self._orders: list[tuple[int, int]] = []
         self.auto_modes: frozenset[str] = frozenset()
-        """The auto modes."""
+        """Modes that drive while nobody holds a button."""
         self.page_silent = False
         """No message from the owner has arrived for page_silent_s."""
 

@@ -22,7 +22,7 @@ RESIDUAL_M = 0.06
 SIGMA_M = 0.05
 """Largest standard deviation of a floor spot within 2 m."""
 TAP_PX = 4.0
-"""Of a finger's tap, on a picture 640 wide."""
+"""Standard deviation of a finger's tap, on a picture 640 pixels wide."""
 TAPE_M = 0.01
 _NEAREST_M, _FARTHEST_M = 0.3, 6.0
 _SPREAD_M = 0.25

@@ -48,7 +48,7 @@ class LineProducer(SpotProducer):
         self._follower: LineFollower | None = None
         self._track_of: int | None = None  # the frame that the line is in
         self._pressed_s = self._placed_s = -math.inf
-        self._asked_s = -math.inf  # the chair to move
+        self._asked_s = -math.inf  # last requested motion
         self._standing = Standing()
         self._refused = ""
 

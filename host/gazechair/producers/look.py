@@ -49,17 +49,17 @@ class LookProducer(SpotProducer):
         self._floor = FloorStore(setup.state)
         self._track = OdometryTrack()
         self._map_track = MapTrack()
-        self._map = ""  # the newest that the chair was known to be in
+        self._map = ""  # the map that the chair was last known to be in
         self._ride = Ride(setup.thinker)
         self._ask: Ask | None = None
         self._camera: FloorCamera | None = None
         self._standing = Standing()
-        self._spot_m = (0.0, 0.0)  # from the chair as it was then
+        self._spot_m = (0.0, 0.0)  # relative to the chair at the look
         self._scans: list[KeyScan] = []
         self._pictured = False
         self._refused = ""
         self._found: tuple[Costmap, Planner, Pose, Way] | None = None
-        self._track_of: int | None = None  # the frame of what was found
+        self._track_of: int | None = None  # the frame of `_found`
         self._mission: Mission | None = None
         self._pressed_s = -math.inf
 

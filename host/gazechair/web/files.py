@@ -39,7 +39,7 @@ def _is_text(file: Path) -> bool:
 
 
 def _takes_gzip() -> bool:
-    # As browsers say it, without a weight: a stranger's header costs no parsing.
+    # Only as browsers send it, without weights: a stranger's header costs no parsing.
     accepted = request.environ.get("HTTP_ACCEPT_ENCODING", "").split(",")
     return "gzip" in (word.strip(" ") for word in accepted)
 

@@ -25,7 +25,7 @@ _TARGET = re.compile(r"/[!-~]*")
 _NAME = re.compile(r"[!#$%&'*+.^_`|~0-9A-Za-z-]+")
 _CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f]")
 _LENGTH = re.compile(r"[0-9]{1,9}")
-# Without it more is sent, nothing else. No browser's is as long as _MOST_VALUE.
+# Dropped when longer than _MOST_VALUE, as no browser's is: the answer only gets larger.
 _MAY_BE_LEFT_OUT = ("if-none-match", "accept-encoding")
 _USED = {
     "host",
