@@ -18,7 +18,7 @@ Scene = Callable[[], tuple[Room, tuple[float, float, float]]]
 
 
 class Camera(MjpegServer):
-    """Shows `scene` as a network camera does."""
+    """Serves `scene` as a network camera does."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene

@@ -1,6 +1,6 @@
 """The whole chair in virtual time: firmware, USB line, devices, chair and room.
 
-One millisecond a step, nothing else moves time: no threads, no wall clock, equal traces every time.
+Time advances only in steps of one millisecond: no threads, no wall clock, equal traces every time.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _CLEARANCE_MS = 50
 
 
 class ChairRig(Steps):
-    """All but a host. Times are milliseconds of the board's own ticks."""
+    """The chair without a host. Times are milliseconds of the board's own ticks."""
 
     def __init__(
         self,
@@ -42,11 +42,11 @@ class ChairRig(Steps):
         self.board = Teensy(self.bank, self.cable, start_us)
         self.scanned = b""  # what the lidar sent in the last step
         self.quiet_ms = 0
-        """Since the enable line was last toggled."""
+        """Milliseconds since the enable line was last toggled."""
         self._enable_count = 0
 
     def now_s(self) -> float:
-        """The clock of everybody in this world."""
+        """The clock of every part of the simulation."""
         return self.now_ms / 1000
 
     @property
@@ -55,7 +55,7 @@ class ChairRig(Steps):
         return self.board.app
 
     def one_ms(self) -> None:
-        """One step: the host, the board, then the world, which sees what they did."""
+        """One step: the host, the board, then the world, which sees their outputs."""
         self.now_ms += 1
         self.cable.advance(self.now_ms)
         self.host_ms()
@@ -67,34 +67,34 @@ class ChairRig(Steps):
         self._enable_count = count
 
     def host_ms(self) -> None:
-        """A millisecond of whoever is at the line's other end."""
+        """One millisecond at the other end of the line; here nobody."""
 
     def wipers(self) -> tuple[int, int]:
         """The pot's registers: (linear, turn) counts."""
         return self.world.pot.poll()
 
     def neutral(self) -> bool:
-        """Both wipers at the stored centre."""
+        """True if both wipers are at the stored centre."""
         return self.wipers() == NEUTRAL
 
     def harmless(self) -> bool:
-        """Nothing reaches the chair: neutral wipers, or an open relay."""
+        """True if nothing reaches the chair: neutral wipers, or an open relay."""
         return self.neutral() or not self.world.relay.closed
 
     def stands(self) -> bool:
-        """The chair does not move: the truth, not what anyone says."""
+        """True if the chair does not move, by the simulator's truth."""
         return self.world.chair.speed_m_s == 0 and abs(self.world.chair.yaw_rate_deg_s) < 1e-9
 
     def armed(self) -> bool:
-        """By the board's own state."""
+        """True if armed, by the board's own state."""
         return self.app is not None and self.app.safety.state == codes.ARMED
 
     def fault(self, bit: int) -> bool:
-        """Whether the board has set this fault bit."""
+        """True if the board has set this fault bit."""
         return bool(self.app.safety.faults & (1 << bit))
 
     def enable_off(self) -> bool:
-        """The enable line is low or floats: it has not been toggled in this tick."""
+        """True if the enable line is low, floats, or was not toggled in this tick."""
         pin = self.bank.pin(pins.ENABLE)
         return pin.latch == 0 or pin.mode != 1 or self.quiet_ms > 0
 
@@ -103,7 +103,7 @@ class ChairRig(Steps):
         return str(codes.reason_name(self.app.safety.override))
 
     def why(self) -> str:
-        """For messages of failed assertions."""
+        """The situation in one line, for failed assertions."""
         words = [f"{self.now_ms} ms wipers {self.wipers()} chair {self.world.chair.speed_m_s:.3f}"]
         if self.app is not None:
             s = self.app.safety
@@ -113,7 +113,7 @@ class ChairRig(Steps):
         return "; ".join(words)
 
     def comes_to_rest(self) -> None:
-        """The chair itself stops, and nothing pushes it meanwhile."""
+        """Run until the chair stands; asserts that no output reaches it meanwhile."""
         for _ in range(3000):
             self.one_ms()
             assert self.harmless(), self.why()
@@ -123,20 +123,20 @@ class ChairRig(Steps):
 
 
 class LinkedChair(ChairRig):
-    """With the host's link, and somebody who keeps a press active; faults are public."""
+    """A ChairRig with the host's link and an active press; faults are public attributes."""
 
     def __init__(self, room: str | Room = "open", profile: str = "3.1", seed: int = 1) -> None:
         super().__init__(room, profile, seed)
         self.link = LockstepLink(self.cable, self.now_s, iter(range(7, 9999)).__next__)
         self.holds = True  # False: no more proof that the press is active
-        self.sees = True  # False: no more clearance, except by the link
+        self.sees = True  # False: no more clearance, except what the link repeats
         self.blocked = 0
         self.owner = codes.CARETAKER
         self._command = STOP_COMMAND
         self._edge = 0
 
     def host_ms(self) -> None:
-        """The link, the press, and what the lidars see."""
+        """The link, the press, and a clearance now and then."""
         self.link.one_ms()
         now_s = self.now_s()
         if self.holds and self._command.verb != codes.STOP:
@@ -154,12 +154,12 @@ class LinkedChair(ChairRig):
         )
 
     def release(self) -> None:
-        """Stop."""
+        """Release the button: send a stop."""
         self._command = STOP_COMMAND
         self.link.command(STOP_COMMAND)
 
     def arm(self) -> None:
-        """Armed by the owner."""
+        """Run until the board is armed by the owner."""
 
         def armed() -> bool:
             if self.app.safety.arm_reason == codes.NO_REASON and self.now_ms % 100 == 0:

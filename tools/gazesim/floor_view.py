@@ -1,6 +1,6 @@
-"""The floor as a camera on the chair sees it: tape, rugs, light, noise; rays cast one by one.
+"""The floor as a camera on the chair sees it: tape, rugs, light, noise; one ray per pixel.
 
-Its camera is one of its own, turned by three rotation matrices: it shares nothing with the host's.
+Its camera model uses three rotation matrices and shares nothing with the host's.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
 _CELL_M = 0.01
-_ROUND_M = 4.0  # of floor beyond what lies on it
+_ROUND_M = 4.0  # of bare floor around everything that lies on it
 _GAMMA_STEPS = 1024
 _GAMMA = (
     255.0 * np.clip(1.25 * np.arange(_GAMMA_STEPS + 1) / _GAMMA_STEPS, 0, 1) ** (1 / 2.2)
@@ -28,7 +28,7 @@ _GAMMA = (
 
 @dataclass(frozen=True)
 class Eye:
-    """Where the camera is on the chair, and how it looks: degrees; down, left, clockwise."""
+    """The camera's place on the chair, and its direction in degrees: down, left, clockwise."""
 
     width_px: int = 320
     height_px: int = 240
@@ -59,7 +59,7 @@ class Eye:
         return np.asarray(rays @ turn.T)
 
     def pixel(self, x_m: float, y_m: float) -> tuple[float, float]:
-        """Where a floor point, chair's frame, is seen; by the same matrices, the other way."""
+        """The pixel of a floor point in the chair's frame, by the inverse of the same matrices."""
         turn = _about(2, self.left_deg) @ _about(1, self.down_deg) @ _about(0, self.clockwise_deg)
         x, y, z = turn.T @ (x_m - self.forward_m, y_m - self.leftward_m, -self.height_m)
         focal = 0.5 * self.width_px / math.tan(math.radians(self.field_deg / 2.0))
@@ -79,7 +79,7 @@ def _about(axis: int, degrees: float) -> Array:
 
 @dataclass
 class Floor:
-    """What lies on it, metres; colours as reflectance 0..1."""
+    """The floor and what lies on it, metres; colours as reflectance 0..1."""
 
     colour: tuple[float, float, float] = (0.45, 0.33, 0.22)
     tape: tuple[float, float, float] = (0.06, 0.18, 0.55)
@@ -93,9 +93,9 @@ class Floor:
     )
     """x, y, half sizes, colour; under the tape."""
     shadows: list[tuple[float, float, float, float]] = field(default_factory=list)
-    """x, y, radius, share of the light that is left."""
+    """x, y, radius, remaining share of the light."""
     glare: tuple[float, float, float] | None = None
-    """x, y before the chair, radius: a lamp mirrored in the floor goes along with the chair."""
+    """x, y before the chair, radius: the reflection of a lamp moves with the chair."""
     light: tuple[float, float, float] = (1.0, 1.0, 1.0)
     texture: float = 0.05
     noise: float = 3.0
@@ -127,14 +127,14 @@ class FloorView:
         self.paint()
 
     def picture(self, x_m: float, y_m: float, heading_deg: float, width_px: int) -> Picture:
-        """(height, width, 3) bytes as a host gets them: through JPEG, reduced to `width_px`."""
+        """(height, width, 3) bytes as the host gets them: from JPEG, reduced to `width_px`."""
         jpeg = io.BytesIO(self.jpeg(x_m, y_m, heading_deg))
         image = Image.open(jpeg).convert("RGB")
         size = (width_px, round(width_px * self.eye.height_px / self.eye.width_px))
         return np.asarray(image.resize(size, Image.Resampling.BOX))
 
     def jpeg(self, x_m: float, y_m: float, heading_deg: float) -> bytes:
-        """As the camera sends it."""
+        """The picture as the camera sends it, with noise."""
         floor = self.floor
         c, s = math.cos(math.radians(heading_deg)), math.sin(math.radians(heading_deg))
         at = self._near @ np.array(((c, s), (-s, c))) + (x_m, y_m)
@@ -154,7 +154,7 @@ class FloorView:
         return out.getvalue()
 
     def paint(self) -> None:
-        """The whole floor from above, anew: after `floor` has been changed."""
+        """Paint the whole floor from above; call after a change of `floor`."""
         floor, random = self.floor, self._random
         ends = np.concatenate([*self._all, np.zeros((1, 2))])
         self._low = ends.min(axis=0) - _ROUND_M
@@ -193,7 +193,7 @@ class FloorView:
 
 
 def distance_to_line_m(line: Array | Sequence[tuple[float, float]], points: Array) -> Array:
-    """(N,) of points to a polyline."""
+    """Distances (N,) of points (N, 2) to a polyline."""
     least = np.full(len(points), np.inf)
     ends = np.asarray(line)
     for a, b in pairwise(ends):

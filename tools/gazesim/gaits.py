@@ -1,6 +1,6 @@
-"""People as a lidar near the floor sees them: several gaits, each as discs round where they are.
+"""People as a lidar near the floor sees them: several gaits, each as discs around a position.
 
-`plain` swings both legs as the homes' walkers do. The others are foreign to trackers made with it:
+`plain` swings both legs like the homes' walkers. The tracker was not developed with the others:
 feet that stand while the body passes over them (60 % of a stride; legs of unequal width), a skirt,
 a cane, a rollator.
 """
@@ -20,7 +20,7 @@ Disc = tuple[float, float, float]
 
 
 class Actor(Walker):
-    """Somebody whom `go` moves; legs by their gait."""
+    """A person moved by `go`, with legs by their gait."""
 
     def __init__(self, x_m: float, y_m: float, gait: str, chance: random.Random) -> None:
         super().__init__(((x_m, y_m),))
@@ -37,7 +37,7 @@ class Actor(Walker):
         self._side = chance.choice((-1.0, 1.0))
 
     def go(self, x_m: float, y_m: float) -> None:
-        """To there, in one step."""
+        """Move to (x, y), in one time step."""
         dx, dy = x_m - self.x_m, y_m - self.y_m
         step = math.hypot(dx, dy)
         if step > 1e-6:
@@ -48,7 +48,7 @@ class Actor(Walker):
         self.x_m, self.y_m = x_m, y_m
 
     def stand(self) -> None:
-        """One step of time on the spot: the feet come together."""
+        """Stand for one time step: the feet come together."""
         self._spread *= 0.9
 
     def legs(self) -> list[Disc]:
@@ -72,7 +72,7 @@ class Actor(Walker):
         return found
 
     def _foot(self, later: float) -> float:
-        """How far ahead of the body it is."""
+        """How far a foot is ahead of the body, m; `later`: its phase."""
         phase = (self._way_m / self._stride_m + later) % 1.0
         reach = self._spread * 0.5 * _STANDS * self._stride_m
         if phase < _STANDS:

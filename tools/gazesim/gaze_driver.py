@@ -1,28 +1,28 @@
-"""A simulated person who drives by gaze: what he wants, where he looks, what the page makes of it.
+"""A simulated driver who drives by gaze: their aim, their gaze, and the page's response.
 
 The page's part (a dwell begins a press, a look away ends it) uses a profile's own times:
 dwell 600 ms, steering while moving 200 ms, leave grace 200 ms, a still pointer counts as gone after
 500 ms (gazechair.people.profiles; web/targets.js). The person's part, each with its source or [E],
-an estimate that nobody has measured with the person this is for:
+an estimate that was never measured with a driver:
 
 - latency of a look: 0.2 s for a saccade to begin (0.15-0.25 s, textbook value) and 0.15 s [E] to
   decide, standard deviation 0.08 s [E];
 - blinks: one in 4 s on average (15-20 a minute), 0.1-0.3 s long; the pointer stands still;
 - tracker dropouts: one in 30 s, 0.3-2 s long [E] (dyskinetic users: design for dropouts and head
   movement, shared facts); the pointer stands still;
-- spasms: one in 60 s, 0.5-1.5 s [E]: the eyes are somewhere else, on no target;
+- spasms: one in 60 s, 0.5-1.5 s [E]: the gaze leaves all targets;
 - wrong looks: 5 of 100 turns go to the other side first, noticed after 0.6-1.2 s [E];
-- judging a direction: 2.5 degrees standard deviation [E], judged anew each 1.5 s;
-- turns are held by feel: as in scanning_person, 15 % standard deviation of the time [E];
-- after the chair has ended a press they aim anew, to 2 degrees of what they judge, helped to 8;
-  after a turn that it ended they go forward first, up to half a metre [E];
+- judging a direction: 2.5 degrees standard deviation [E], judged again every 1.5 s;
+- turns are held by feel: 15 % standard deviation of the time [E], as in scanning_person;
+- after the chair has ended a press they aim again, to 2 degrees by their judgement (helped: 8);
+  after it has ended a turn they drive forward first, up to half a metre [E];
 - they let go of a motion that moves nothing for 1 s, and look away for 0.5 s;
 - when the chair has ended three presses in one place, helped or not, they back away for about 2 s
-  and aim anew [E]: the page says that something is in the way.
+  and aim again [E]: the page says that something is in the way.
 
-One seed gives one person's whole luck: each kind of event has its own stream, so that the same
-things befall him at the same times with and without help. `helped`: he knows that the chair steers:
-he points roughly, looks further ahead, and lets it do more before he corrects it.
+One seed determines all random events of a driver. Each kind of event has its own random stream, so
+that the same events happen at the same times with and without help. `helped`: the driver knows that
+the chair steers: they point roughly, look further ahead, and correct later.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ _JUDGE_DEG, _JUDGE_S = 2.5, 1.5
 _TURN_SD = 0.15
 _STUCK_S, _AWAY_S = 1.0, 0.5
 _COAST_S = 0.3
-_PASSED_M = 0.35  # so near to a point of his route he looks at the next
+_PASSED_M = 0.35  # this near to a point of the route they look at the next
 _NEAR_M = 0.12
 _GOAL_M = 0.5
 _SAME_PLACE_M, _TRIES, _BACK_S, _BACK_SD_S = 0.10, 3, 2.0, 0.3
-_BEGIN_DEG, _LEAVE_DEG = 6.0, 9.0  # off the direction: he turns first; he stops to correct
+_BEGIN_DEG, _LEAVE_DEG = 6.0, 9.0  # off the direction: turns first; stops to correct
 _CAREFUL_DEG = (2.0, 8.0)
 _PAST_DEG, _PAST_M = 35.0, 0.5
 _HELPED_DEG, _HELPED_LEAVE_DEG = 18.0, 35.0
@@ -56,21 +56,21 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Seen:
-    """What he sees: the chair's true pose, and what the page shows."""
+    """What the driver sees: the chair's true pose, and the page."""
 
     x_m: float
     y_m: float
     heading_deg: float
     moves: bool
     turn_deg_s: float
-    """How fast the chair turns in a held turn, as he has learnt."""
+    """The chair's rate in a held turn, as the driver has learnt it."""
 
 
 class GazeDriver:
-    """Call `tick` each 25 ms or oftener; `wanted` is the press that the page holds."""
+    """Call `tick` every 25 ms or more often; `held` is the press that the page holds."""
 
     def __init__(self, seed: int, route: Sequence[Point], helped: bool) -> None:
-        """`route`: the points he means to pass; the last one is his goal."""
+        """`route`: the points that the driver wants to pass; the last one is the goal."""
         self._route = list(route)
         self._helped = helped
         self._looks, self._judges, self._turns = (
@@ -100,25 +100,23 @@ class GazeDriver:
         self._moved_s = 0.0
         self._away_till_s = 0.0
         self._ended = False
-        self._past_deg = (
-            0.0  # the chair ended his turn: he goes forward first if he may be so far off
-        )
-        self._careful = False  # the chair ended his press: he aims better before the next
-        self._ended_at: Point | None = None  # where it ended a press, and how many there
+        self._past_deg = 0.0  # the chair ended a turn: drives forward first if not farther off
+        self._careful = False  # the chair ended a press: aims better before the next
+        self._ended_at: Point | None = None  # where it ended presses
         self._ended_here = 0
-        self._backs = False  # away from there
+        self._backs = False  # backs away from there
 
     @property
     def arrived(self) -> bool:
-        """He has passed the last point."""
+        """True if the driver has passed the last point."""
         return not self._route
 
     def ended(self) -> None:
-        """The chair has ended his press: he must look away and press anew."""
+        """The chair has ended the press: the driver must look away and press again."""
         self._ended = True
 
     def tick(self, now_s: float, seen: Seen) -> str | None:
-        """What the page holds now."""
+        """The press that the page holds now, None for none."""
         blink, dropout, spasm = (trouble.on(now_s) for trouble in self._troubles)
         if not (blink or dropout):
             self._fresh_s = now_s
@@ -133,7 +131,7 @@ class GazeDriver:
             dx, dy = x - seen.x_m, y - seen.y_m
             far = math.hypot(dx, dy)
             if len(self._route) > 1:
-                # Past it, too: across the line to the next one.
+                # Also passed: behind it, seen towards the next one.
                 nx, ny = self._route[1]
                 behind = dx * (nx - x) + dy * (ny - y) < 0.0 and far < 1.0
                 near = _PASSED_M if self._helped else _NEAR_M
@@ -193,7 +191,7 @@ class GazeDriver:
             self.held = None
         wanted = self._wants(now_s, seen)
         if self.held is None and seen.moves:
-            wanted = None  # he waits until it stands
+            wanted = None  # waits until the chair stands
         if wanted != self._target and self._next is None and not spasm:
             delay_s = max(0.15, self._looks.gauss(_LOOK_S, _LOOK_SD_S))
             if now_s >= self._judged_s + _JUDGE_S:
@@ -222,7 +220,7 @@ class GazeDriver:
         self._ended_here = self._ended_here + 1 if again else 1
         if not again:
             self._ended_at = here
-        # Where he cannot back away either, he tries the rest again.
+        # If backing away failed too, the driver tries everything again.
         self._backs = self._ended_here >= _TRIES and self.held != "backward"
         if self._backs:
             self._ended_here = 0
@@ -247,7 +245,7 @@ class GazeDriver:
 
 
 class _Trouble:
-    """Something that comes at random and lasts for a while."""
+    """A disturbance that begins at random and lasts for a while."""
 
     def __init__(self, chance: random.Random, every_s: float, lasts_s: tuple[float, float]) -> None:
         self._chance = chance

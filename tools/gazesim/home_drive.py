@@ -1,6 +1,6 @@
-"""Somebody drives through a home in virtual time; what the sensors say of it, and the truth.
+"""A drive through a home in virtual time: the sensors' data, and the truth.
 
-A kinematic chair (dead time, lag, ramps, speeds that waver) and a driver who turns on the spot and
+A kinematic chair (dead time, lag, ramps, wavering speeds) and a driver who turns on the spot and
 drives straight, along routes through the doors, as with the driver's page. Lidars measure while
 the chair moves; the heading has the errors of the board's sensor.
 """
@@ -22,9 +22,9 @@ from gazesim.homes import FARTHEST_M, Home
 from gazesim.rooms import Array
 
 STEP_S = 0.01
-_HEAR_S = 0.02  # the board's state
+_HEAR_S = 0.02  # between two states of the board
 _PEOPLE_S = 0.05
-_TURN_S = 0.1  # of the mirror
+_TURN_S = 0.1  # one turn of the mirror
 LIDAR_HEIGHT_M = 0.25
 _NOISE_M = 0.006
 _MISSING = 0.003
@@ -39,7 +39,7 @@ _FORGET_S = 1.0
 
 @dataclass(frozen=True)
 class Mounted:
-    """A lidar on the chair: where, its front, and the arc it sees, both sides of its front."""
+    """A lidar on the chair: place, direction of its front, and view to each side of that."""
 
     x_m: float
     y_m: float
@@ -53,7 +53,7 @@ REAR = Mounted(-0.42, 0.0, 180.0, 94.0)
 
 @dataclass(frozen=True)
 class Truth:
-    """The chair at a time: the drive axle's pose, and its speeds."""
+    """The chair at one time: the drive axle's pose, and its speeds."""
 
     time_s: float
     x_m: float
@@ -64,7 +64,7 @@ class Truth:
 
 
 class Axis:
-    """A speed that follows what is wanted: late, ramped, and not quite."""
+    """A speed that follows the wanted one with delay, ramps and errors."""
 
     def __init__(self, ramp: float, chance: random.Random) -> None:
         self.speed = 0.0
@@ -76,7 +76,7 @@ class Axis:
         self._chance = chance
 
     def step(self, wanted: float) -> float:
-        """10 ms with this speed wanted; the way made meanwhile."""
+        """10 ms with this wanted speed; returns the distance travelled."""
         self._pending.append(wanted * self._gain)
         wanted = self._pending.popleft()
         self._ramped += max(-self._ramp, min(wanted - self._ramped, self._ramp))
@@ -86,16 +86,15 @@ class Axis:
         return 0.5 * (before + self.speed) * STEP_S
 
     def halt(self) -> None:
-        """Stand still."""
+        """Stop at once."""
         self.speed = self._ramped = 0.0
         self._pending = deque([0.0] * len(self._pending))
 
 
 class Driver:
-    """Drives from place to place: turns on the spot, straight on. Waits for people.
+    """Drives from place to place: turns on the spot, then straight on. Waits for people.
 
-    The chair keeps exactly to its route, so that nothing is bumped into; how fast it gets on is
-    not exact at all.
+    The chair keeps exactly to its route, so that it hits nothing; its speed is not exact at all.
     """
 
     def __init__(self, home: Home, chance: random.Random) -> None:
@@ -108,14 +107,14 @@ class Driver:
         self._linear = Axis(_RAMP_M_S2, chance)
         self._turn = Axis(_RAMP_DEG_S2, chance)
         self.permille = (0, 0)
-        """Drive and turn, as the board would put out."""
+        """Forward and turn, as the board would put out."""
         self.pose = self._begin()
         self.route: deque[Pose] = deque()
         self._held = False
 
     @property
     def speeds(self) -> tuple[float, float]:
-        """m/s and deg/s."""
+        """The chair's speeds, m/s and deg/s."""
         return self._linear.speed, self._turn.speed
 
     def _begin(self) -> Pose:
@@ -130,7 +129,7 @@ class Driver:
         raise ValueError(f"no place to begin at in {self._home.name}")
 
     def look(self) -> None:
-        """Every 50 ms: is somebody in the way, a door closed?"""
+        """Call every 50 ms: waits for people in the way; opens closed doors."""
         if not self.route:
             self._plan()
         self._held = self._in_the_way()
@@ -144,7 +143,7 @@ class Driver:
                     self._home.set_door(door.name, True)
 
     def step(self) -> None:
-        """10 ms."""
+        """Drive for 10 ms."""
         linear = turn = 0.0
         if self.route and not self._held:
             aim, left_m = self._straight()
@@ -186,7 +185,7 @@ class Driver:
                 return
 
     def _straight(self) -> tuple[Pose, float]:
-        """The next pose of the route, and how far it goes straight on."""
+        """The next pose of the route, and the distance to where it next turns."""
         aim, last = self.route[0], self.route[0]
         for pose in self.route:
             if pose.heading_deg != aim.heading_deg:
@@ -218,7 +217,7 @@ class Driver:
 
 
 class Drive:
-    """One drive. Iterate over `events`; ask `truth` of any time of the last second."""
+    """One drive. Iterate over `events`; `truth` knows every time of the last second."""
 
     def __init__(
         self,
@@ -243,7 +242,7 @@ class Drive:
         self._past: deque[Truth] = deque()
 
     def events(self, seconds: float) -> Iterator[Motion | Piece]:
-        """What the sensors say, in the order in which it becomes known."""
+        """The sensors' data, in the order of arrival."""
         half = round(0.5 * _TURN_S / STEP_S)
         offsets = [round(k * half / len(self.lidars)) for k in range(len(self.lidars))]
         driver = self.driver
@@ -266,7 +265,7 @@ class Drive:
                     yield self._piece(lidar, (step - offset) // half % 2)
 
     def truth(self, time_s: float) -> Truth:
-        """At a time of the last second."""
+        """The truth at a time of the last second, interpolated."""
         times = [one.time_s for one in self._past]
         at = min(max(int(np.searchsorted(times, time_s)), 1), len(times) - 1)
         a, b = self._past[at - 1], self._past[at]
@@ -299,7 +298,7 @@ class Drive:
         return Motion(self.time_s, heading, *self.driver.permille)
 
     def _piece(self, lidar: Mounted, half: int) -> Piece:
-        """The half turn that has just ended, as it was measured on the way."""
+        """The half turn that has just ended, as measured by the moving chair."""
         count = self._per_turn // 2
         share = (np.arange(count) + 0.5) / count
         times = self.time_s - 0.5 * _TURN_S * (1.0 - share)

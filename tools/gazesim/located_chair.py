@@ -1,6 +1,6 @@
-"""A chair that finds itself by the real odometry and mapping, as their processes do it.
+"""A chair that locates itself by the real odometry and mapping, as their processes do it.
 
-What their computing takes is virtual time, too: what they say is heard so much later.
+Their computing takes virtual time, too: results arrive that much later.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from gazesim.rooms import Room
 
 _ODOMETRY_MS, _MAPPING_MS, _PLAN_MS = 15, 60, 300
 _TICK_MS = 500
-_CHUNK_S = 0.01  # in which lidars send: half as many casts
+_CHUNK_S = 0.01  # of the lidars' data: longer than usual, for half as many ray casts
 _PLACE_OLD_S = 1.0
 
 
@@ -45,7 +45,7 @@ class _Thinker(Executor):
         self._now_s = now_s
 
     def submit(self, work: Any, /, *args: Any, **more: Any) -> Future[Any]:
-        """Thinks at once, and keeps it to itself for a while."""
+        """Compute at once; the result is ready later."""
         made = _Later(self._now_s)
         try:
             made.set_result(work(*args, **more))
@@ -60,22 +60,22 @@ class _Later(Future[Any]):
         self._now_s, self._ready_s = now_s, now_s() + _PLAN_MS / 1000.0
 
     def done(self) -> bool:
-        """Not before its time."""
+        """False until the result is due."""
         return self._now_s() >= self._ready_s
 
 
 class _Out:
-    """Mapping's process reports to here."""
+    """Takes the reports of mapping's process."""
 
     def __init__(self, data: Callable[[bytes], None]) -> None:
         self.data = data
 
     def facts(self, payload: bytes) -> None:
-        """Pictures, and ends of maps that are made: none here."""
+        """Ignores pictures and finished maps."""
 
 
 class LocatedChair(ProducerChair):
-    """Nobody tells it where it is. `known`: it knows."""
+    """A chair that is never told its pose."""
 
     def __init__(self, folder: Path, home: HomeMap, room: Room, profile: str = "") -> None:
         self.now_ms, now_s = 0, self.now_s
@@ -94,7 +94,7 @@ class LocatedChair(ProducerChair):
         service = super()._new_service(setup, health, targets)
         self.odometry.subscribe(service.estimate)
         self.mapping.subscribe(service.where)
-        self.odometry.subscribe(self.mapping.estimate)  # last: each place is an estimate's
+        self.odometry.subscribe(self.mapping.estimate)  # last: each pose belongs to an estimate
         self._feed = Feed((service.inbox_fd, *self._inboxes()))
         return service
 
@@ -112,18 +112,18 @@ class LocatedChair(ProducerChair):
 
     @property
     def known(self) -> bool:
-        """It knows where it is."""
+        """True if the chair knows its pose in a map."""
         return bool(self._here())
 
     def came_here(self) -> None:
-        """It knows where it stands from the drive that brought it here."""
+        """Give it its true pose, as if known from the drive that brought it here."""
         chair, looks = self.world.chair, self._worker._looks
         self.until(lambda: self._worker._newest is not None and bool(self._worker._atlas.ids), 1500)
         pose = np.array((chair.x_m, chair.y_m, math.radians(chair.heading_deg)))
         self._worker._atlas.place(MAP, pose, looks.pose, looks.track)
 
     def close(self) -> None:
-        """No more of it: its inboxes are closed."""
+        """Close its inboxes; it is unusable afterwards."""
         for service in (self.odometry, self.mapping, self.service):
             service.stop()
 

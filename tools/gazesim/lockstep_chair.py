@@ -1,4 +1,4 @@
-"""Everything in virtual time in one process: page and host, and the rest of the chair."""
+"""Page, host and the whole chair in virtual time, in one process."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Lockstep(ChairRig):
         self.page = Page(self.host)
         self._frames = 0
         self.unheard_ms = 0
-        """Since the board last decoded a frame."""
+        """Milliseconds since the board last decoded a frame."""
         self.watchers: list[Callable[[], None]] = []
 
     def _new_host(self) -> Host:
@@ -48,10 +48,10 @@ class Lockstep(ChairRig):
             self.host.scan(self.world.scans)
             self.host.one_ms(self.now_ms)
 
-    # -- what is so --
+    # -- state --
 
     def connected(self) -> bool:
-        """Host and board are in the same session."""
+        """True if host and board are in the same session."""
         known = None if self.host is None else self.host.link.board()
         if self.board.app is None or known is None:
             return False
@@ -62,27 +62,27 @@ class Lockstep(ChairRig):
         return self.bank.u32(layout.TICK_MS_AT)
 
     def why(self) -> str:
-        """For messages of failed assertions."""
+        """The situation in one line, for failed assertions."""
         refused = [] if self.host is None else [f"refusals {self.host.refusals[-3:]}"]
         return "; ".join([super().why(), *refused])
 
-    # -- what people do --
+    # -- actions of people --
 
     def make_ready(self) -> None:
-        """Wait until nothing stands against arming."""
+        """Run until nothing prevents arming."""
         self.until(lambda: self.connected() and not self.armed(), 6000)
         self.until(lambda: self.page.shown.get("arm_reason") == "none", 6000)
 
     def arm(self) -> None:
-        """Armed by the page."""
+        """Run until the page has armed the board."""
         self.make_ready()
         self.page.arm()
         self.until(lambda: self.armed() and self.page.shown["state"] == "armed", 1000)
 
     def drive(self, verb: str = "forward", mode: str = "continuous", ms: int = 600) -> None:
-        """Armed, pressed, on its way."""
+        """Arm, press, and run for `ms` after the wipers have moved."""
         self.arm()
-        # After boot a way must look free for a while before the board believes it.
+        # After boot a direction must be free for a while before the board unblocks it.
         way = 1 << codes.DIRECTIONS.index(verb)
         self.until(lambda: not self.board.app.obstacles.blocked & way, 600)
         self.page.press(verb, mode)
@@ -91,28 +91,28 @@ class Lockstep(ChairRig):
         assert not self.neutral(), self.why()
 
     def kill_host(self) -> None:
-        """SIGKILL: the port closes, the page's socket breaks."""
+        """As by SIGKILL: the port closes, the page's socket breaks."""
         assert self.host is not None
         self.host.link.close()
         self.page.open_socket = False
         self.host = None
 
     def start_host(self) -> None:
-        """A new daemon; the page connects to it by itself."""
+        """Start a new daemon; the page connects to it by itself."""
         self.host = self._new_host()
         self.page.open(self.host)
 
     # -- promises --
 
     def stays_still(self, ms: int) -> None:
-        """Nothing reaches the chair for `ms`, and after its own braking it stands."""
+        """Assert that nothing reaches the chair for `ms`, and that it stands once it has braked."""
         for k in range(ms):
             self.one_ms()
             assert self.harmless(), self.why()
             assert k < 2500 or self.stands(), self.why()
 
     def needs_a_new_press(self, verb: str = "forward") -> None:
-        """P14: what was pressed never moves again, though held on; a new press does.
+        """Assert P14: the old press never moves the chair again, even if held; a new press does.
 
         After a disarming, driving must also be switched on again first.
         """
@@ -121,7 +121,7 @@ class Lockstep(ChairRig):
         if not self.armed():
             self.page.release()
             self.stays_still(50)
-            self.page.press(verb)  # a new press alone does not do
+            self.page.press(verb)  # a new press alone is not enough
             self.stays_still(300)
             self.page.release()
             self.arm()

@@ -1,7 +1,7 @@
-"""The virtual board's buses, pins and counters, as CPython does them fastest.
+"""The virtual board's buses, pins and counters, optimised for CPython.
 
 `bank_devices` may not allocate, so it counts byte by byte, and a chair in lockstep would spend a
-tenth of its time there. Every effect on the bank is the same; what is rare is left to that one.
+tenth of its time there. All effects on the bank are the same; rare cases are left to that module.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ class LockstepPin(BankPin):
 
 
 class QuickBoard(LockstepBoard):
-    """LockstepBoard over these."""
+    """A LockstepBoard with these devices."""
 
     def __init__(self, bank: Buffer, serial: Any, files: Any, boot_id: int, clock: Clock) -> None:
         super().__init__(bank, serial, files, boot_id, clock)  # type: ignore[no-untyped-call]

@@ -28,12 +28,12 @@ from gazesim.world import ONE, TWO, Mount
 _GATHER_MS = 20  # the lidar child's pace
 _UPDATE_MS = 25
 MASKS = {ONE: ((122.0, -122.0),), TWO: ((-180.0, -90.0),)}
-"""What the simulated chair hides."""
+"""Arcs of each lidar that the simulated chair hides."""
 _SCAN_REQUEST = b"\xa5\x20"
 
 
 class Host:
-    """The daemon. `frozen`: stopped by SIGSTOP; what comes in meanwhile waits for it."""
+    """The daemon. `frozen`: stopped as by SIGSTOP; arriving data waits for it."""
 
     def __init__(
         self,
@@ -117,5 +117,5 @@ class Host:
         self.control.clearance(Clearance(source=codes.SIMULATED, acquired_s=oldest_s, **found))
 
     def look(self, client: int) -> dict[str, Any]:
-        """What a page would be told now."""
+        """The state that a page would receive now."""
         return self.control.snapshot(client)

@@ -70,7 +70,7 @@ class LockstepLink:
     # Its thread
 
     def one_ms(self) -> None:
-        """What BoardLink's thread does when it wakes."""
+        """One pass of BoardLink's thread."""
         if not self.alive:
             return
         if not self._open:
@@ -107,7 +107,7 @@ class LockstepLink:
         self._flush()
 
     def close(self) -> None:
-        """The port is closed, by us or because it vanished."""
+        """Close the port, by ourselves or because it vanished."""
         self._open = self._line.host_reads = False
         self._search_in_ms = _SEARCH_MS
 

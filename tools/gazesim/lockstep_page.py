@@ -1,4 +1,4 @@
-"""The driver's page in lockstep, by the rules of web/: what it sends while a button is held."""
+"""The driver's page in lockstep: it sends by the rules of web/ while a button is pressed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from gazechair.driving.control import HEARTBEAT_MS
 from gazesim.lockstep_host import Host
 
 BEAT_MS = 100
-STATE_MS = 100  # the host's, when nothing changes
+STATE_MS = 100  # between the host's states when nothing changes
 TOKEN_MS = 50
 TOKEN_KEPT_MS = 500
 
@@ -21,11 +21,11 @@ class Page:
     def __init__(self, host: Host, role: str = "driver") -> None:
         self._role = role
         self.alive = True
-        self.stalled = False  # the network holds everything up, both ways
+        self.stalled = False  # the network delivers nothing in either direction
         self.edge = 0
         self._held: dict[str, Any] | None = None
-        self.delay_ms = 0  # of the network, each way
-        self.proved_ms = 0  # when it last said that a button is held
+        self.delay_ms = 0  # of the network, in each direction
+        self.proved_ms = 0  # when it last sent that a button is pressed
         self._now_ms = 0
         self._waiting: deque[tuple[int, str]] = deque()
         self._coming: deque[tuple[int, dict[str, Any]]] = deque()
@@ -83,14 +83,14 @@ class Page:
         self._waiting.append((self._now_ms + self.delay_ms, json.dumps(message)))
 
     def _send_fresh(self, **message: Any) -> None:
-        # The token that was delayed least, and how long it has been here.
+        # The least delayed token, and the time since it arrived.
         known = [(t, at) for t, at in self._tokens if self._now_ms - at <= TOKEN_KEPT_MS]
         if known:
             token, at = max(known, key=lambda pair: pair[0] - pair[1])
             self._send(**message, token=token, since=self._now_ms - at)
 
     def say(self, **message: Any) -> None:
-        """Anything, at once."""
+        """Send any message at once."""
         self._send(**message)
 
     # What the driver does
@@ -100,7 +100,7 @@ class Page:
         self._send_fresh(k="arm")
 
     def take(self) -> None:
-        """Take over from whoever drives."""
+        """Take over from the present owner."""
         self._send_fresh(k="take")
 
     def press(self, verb: str, mode: str = "continuous") -> None:
@@ -120,11 +120,11 @@ class Page:
         self._send_fresh(k="spot", tile=tile, at=at)
 
     def look(self) -> None:
-        """Eyes on the page: what it says of them while a chair drives itself."""
+        """Send that the driver looks at the page, which supervises an auto motion."""
         self._send_fresh(k="watch")
 
     def pull(self, linear: int, turn: int) -> None:
-        """Hold the stick there: a new press when it was not held."""
+        """Hold the stick at this position: a new press if it was not held."""
         if self._held is None or self._held["k"] != "drive":
             self.edge += 1
         self._held = {"k": "drive", "linear": linear, "turn": turn}
@@ -141,5 +141,5 @@ class Page:
         self._send(k="stop")
 
     def forget_button(self) -> None:
-        """The button is no longer held, but no stop is said (a lost message)."""
+        """The button is released without a stop (a lost message)."""
         self._held = None

@@ -18,8 +18,8 @@ from gazesim.lockstep_devices import QuickBoard
 from gazesim.usb_line import BoardEnd, UsbLine
 
 _MAIN = Path(gazeboard.__path__[0]) / "main.py"
-WATCHDOG_MS = 500  # as teensy40.py starts it
-BOOT_MS = 300  # a Teensy's way from reset to main.py
+WATCHDOG_MS = 500  # as teensy40.py sets it
+BOOT_MS = 300  # a Teensy's time from reset to main.py
 WATCHDOG_CAUSE = 3
 SERVICES_PER_MS = 2
 _ENABLE_AT = layout.PINS_AT + pins.ENABLE * layout.PIN_SIZE
@@ -33,9 +33,9 @@ class Teensy:
         self.clock = Clock(start_us)
         self.files = Files()
         self.serial = BoardEnd(line)
-        self.hung = False  # stands still with interrupts off
+        self.hung = False  # hangs with interrupts off
         self.watchdog = True
-        self.blocked = False  # its service loop waits for something, the tick goes on
+        self.blocked = False  # its service loop hangs, the tick continues
         self.boots = 0
         self.watchdog_bites = 0
         self._powered = True
@@ -60,7 +60,7 @@ class Teensy:
         self.board = QuickBoard(self.bank.buffer, self.serial, self.files, boot_id, self.clock)
         with (
             mock.patch("gazeboard.boards.virtual.from_environment", return_value=self.board),
-            # Once: it would wait for an answer, and no time passes meanwhile.
+            # Send once: it would wait for an answer, but no time passes here.
             mock.patch("gazeboard.io.bootlog.last_words", bootlog.send_fault),
         ):
             runpy.run_path(str(_MAIN))
@@ -70,18 +70,18 @@ class Teensy:
             self.booted(self.app)
 
     def reset(self, cause: int = 5) -> None:
-        """Everything stops, pins float; main.py runs again BOOT_MS later."""
+        """Reset: all stops, pins float; main.py runs again BOOT_MS later."""
         self.bank.set_u32(layout.NEXT_CAUSE_AT, cause)
         self._stop()
         self._boot_in_ms = BOOT_MS
 
     def power_off(self) -> None:
-        """No power."""
+        """Switch the power off."""
         self._stop()
         self._powered = False
 
     def power_on(self) -> None:
-        """Power is back: a cold start."""
+        """Switch the power on: a cold start."""
         self._powered = True
         self.bank.power_on()
         self._boot_in_ms = BOOT_MS
@@ -114,7 +114,7 @@ class Teensy:
         try:
             app.service()
         except Exception:
-            # teensy40.run's last acts; the watchdog is left to bite.
+            # As at the end of teensy40.run; the watchdog then resets.
             self.board.enable_pin(0)
             app.shut_down()
             self.board.app = None

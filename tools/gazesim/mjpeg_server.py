@@ -12,7 +12,7 @@ from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 _PERIOD_S = 0.1
-_SEND_TIMEOUT_S = 10.0  # a reader that takes nothing for so long is dropped
+_SEND_TIMEOUT_S = 10.0  # a reader that takes nothing for this long is dropped
 _SEND_BUFFER = 32768  # a slow reader gets newer frames, not more of them
 
 # Takes a picture now: a JPEG.
@@ -29,7 +29,7 @@ class MjpegServer:
         self._readers = 0
         self._stopping = False
         self.stalled = False  # fault: no new frames
-        self.off = False  # fault: refuses everybody
+        self.off = False  # fault: refuses all readers
         self._server = _Server(self)
         self.url = f"http://127.0.0.1:{self._server.server_address[1]}/"
         self._threads = (
@@ -56,7 +56,7 @@ class MjpegServer:
 
     @property
     def readers(self) -> int:
-        """How many look now."""
+        """Number of present readers."""
         return self._readers
 
     def _take(self) -> None:
@@ -73,7 +73,7 @@ class MjpegServer:
             time.sleep(max(0.0, begin_s + _PERIOD_S - time.monotonic()))
 
     def send_frames(self, send: Callable[[float, bytes], None]) -> None:
-        """A reader's loop: hand each new frame to `send`, skip those that came meanwhile."""
+        """A reader's loop: pass each new frame to `send`; skips those that arrive meanwhile."""
         with self._changed:
             self._readers += 1
             last = self._frame[0]
@@ -100,7 +100,7 @@ class _Server(ThreadingHTTPServer):
         super().__init__(("127.0.0.1", 0), _Handler)
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """A reader that went away is nothing to report."""
+        """Ignore readers that disconnect."""
 
 
 class _Handler(BaseHTTPRequestHandler):

@@ -1,6 +1,6 @@
-"""The whole chair in virtual time, taken somewhere by a producer: its service, and its child here.
+"""The whole chair in virtual time, driven by a producer: its service, and its child in-process.
 
-Where it is in the map is for a subclass to tell: of the simulator, or by odometry and mapping.
+A subclass supplies the pose in the map: the simulator's, or that of odometry and mapping.
 """
 
 from __future__ import annotations
@@ -51,10 +51,10 @@ Targets = Callable[[], Mapping[str, Target]]
 
 
 class Inline(Executor):
-    """Thinks at once, in no thread."""
+    """Computes at once, without a thread."""
 
     def submit(self, work: Any, /, *args: Any, **more: Any) -> Future[Any]:
-        """Done when this returns."""
+        """Run `work`; the future is done when this returns."""
         made: Future[Any] = Future()
         try:
             made.set_result(work(*args, **more))
@@ -64,7 +64,7 @@ class Inline(Executor):
 
 
 def waiting(service: InboxService) -> Iterator[bytes]:
-    """What has come into its inbox."""
+    """The datagrams in its inbox."""
     while True:
         try:
             yield service._reader.recv(inbox.LONGEST, _DONTWAIT)
@@ -84,7 +84,7 @@ class _Pipe:
 
 
 class Service(ProducerService):
-    """Whose child is a runner in this process; `word` is the newest that it was told."""
+    """A service whose child is a runner in this process; `word` is the newest one sent to it."""
 
     word: bytes | None = None
 
@@ -93,10 +93,10 @@ class Service(ProducerService):
 
 
 class ProducerChair(Lockstep, ABC):
-    """Driving is on, its tiles are there.
+    """An armed chair with the producer's tiles.
 
-    `alive`, `stopped`: the child; `allowed`: it may be pressed; `looks`: somebody's eyes are on
-    the page.
+    `alive`, `stopped`: state of the child; `allowed`: the driver may use auto motions; `looks`: the
+    driver looks at the page.
     """
 
     kind = "place"
@@ -143,7 +143,7 @@ class ProducerChair(Lockstep, ABC):
         self.world.chair.set_profile(profile)
 
     def _inboxes(self) -> tuple[int, ...]:
-        """Who besides its producer gets the lidars' half turns."""
+        """Inboxes besides the producer's that get the lidars' half turns."""
         return ()
 
     def _targets(self) -> Targets:
@@ -156,14 +156,14 @@ class ProducerChair(Lockstep, ABC):
         return None
 
     def _thinker(self) -> Executor:
-        """Who plans."""
+        """The executor that plans."""
         return Inline()
 
     def _override(self) -> str:
         return str(self.page.shown.get("override", ""))
 
     def begin_child(self) -> None:
-        """Another process."""
+        """Start a new child."""
         self._pipe = _Pipe()
         setup = Setup(Footprint(), self._folder, self._folder, self._thinker())
         kind = build(self.kind, setup)
@@ -172,7 +172,7 @@ class ProducerChair(Lockstep, ABC):
         self._told: bytes | None = None
 
     def _daemon(self) -> None:
-        """Threads and processes round the control: one millisecond."""
+        """One millisecond of the threads and processes around Control."""
         if self.host is None:
             return
         state = self.host.link.state()
@@ -196,10 +196,10 @@ class ProducerChair(Lockstep, ABC):
 
     @abstractmethod
     def _locate(self) -> None:
-        """Tell the service where the chair is: one millisecond."""
+        """Called every millisecond: give the service the chair's pose."""
 
     def _half_turn(self, half: HalfTurn) -> None:
-        """What a lidar measured has reached the child."""
+        """Called when the child has received half a turn."""
 
     def _child(self) -> None:
         now_s = self.now_s()
@@ -217,7 +217,7 @@ class ProducerChair(Lockstep, ABC):
                 self.service._on_data(self._pipe.newest)
                 self._pipe.newest = None
 
-    # -- what is so --
+    # -- state --
 
     @property
     def tiles(self) -> dict[str, str]:
@@ -227,11 +227,11 @@ class ProducerChair(Lockstep, ABC):
 
     @property
     def news(self) -> dict[str, Any]:
-        """What pages are told of the way."""
+        """News of the motion, as sent to pages."""
         return self.service.news() or {"state": "", "reason": ""}
 
     def off(self, x_m: float, y_m: float, heading_deg: float) -> tuple[float, float]:
-        """Metres and degrees from there, by the truth."""
+        """Distance, m, and angle, degrees, of the chair's true pose to the given one."""
         chair = self.world.chair
         off_deg = abs(math.remainder(chair.heading_deg - heading_deg, 360.0))
         return math.dist((chair.x_m, chair.y_m), (x_m, y_m)), off_deg

@@ -54,7 +54,7 @@ class Task:
 
 
 def task(kind: str, seed: int) -> Task:
-    """The task of that kind with that seed; ValueError for a kind there is not."""
+    """The task of that kind with that seed. Raises ValueError for an unknown kind."""
     if kind not in KINDS:
         raise ValueError(f"no kind of task {kind!r}; there are {', '.join(KINDS)}")
     chance = random.Random(f"{kind} {seed}")

@@ -54,7 +54,7 @@ def _palette() -> NDArray[np.uint32]:
 
 
 def _planks() -> NDArray[np.int16]:
-    """A floor of planks, 128 x 128 texels of 1/32 m: what each texel adds to the shade."""
+    """A floor of planks, 128 x 128 texels of 1/32 m: each texel's addition to the shade."""
     random = np.random.default_rng(5)
     texels = np.zeros((128, 128), dtype=np.int16)
     for row in range(0, 128, 8):
@@ -197,7 +197,7 @@ def _is_wall(solid: Solid) -> bool:
 
 
 def _walls(room: Room) -> Array:
-    """Rows x1, y1, x2, y2 of all that reaches from floor to ceiling."""
+    """Rows x1, y1, x2, y2 of everything that reaches from floor to ceiling."""
     rows = list(room.walls)
     for solid in room.solids():
         if _is_wall(solid):

@@ -1,4 +1,4 @@
-"""The stored map of a simulated room: made of what its two lidars see from many places."""
+"""The stored map of a simulated room, made from scans of its two lidars at many places."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _NOISE_M = 0.006
 
 
 def store(room: Room, places: Mapping[str, tuple[str, float, float, float]], path: Path) -> None:
-    """Save it; `places`: sign, x, y, heading in degrees, by name."""
+    """Save the map to `path`; `places`: sign, x, y, heading in degrees, by name."""
     rows = room.body_segments().reshape(-1, 2)
     low, high = rows.min(axis=0), rows.max(axis=0)
     chance = np.random.default_rng(1)

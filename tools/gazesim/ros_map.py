@@ -24,7 +24,7 @@ _POCKETS = 3  # the first place may be in one
 
 
 def load(path: Path) -> Home:
-    """The home; its places are drawn where the chair can turn and get to from one another.
+    """The home, with random places where the chair can turn and between which it can drive.
 
     Raises MapError.
     """

@@ -22,8 +22,8 @@ from gazesim.world import ONE, TWO, World
 
 EMULATED = "m7:"
 _STEP_S = 0.001
-_STALL_S = 0.020  # wall time a pass makes up for at most: a stalled PC pauses the world
-_TICK_STALL_S = 0.100  # ticks may stand still that long on a stalled PC before the relay opens
+_STALL_S = 0.020  # longest wall time that a pass catches up: a stalled PC pauses the world
+_TICK_STALL_S = 0.100  # ticks may pause this long on a stalled PC before the relay opens
 _CONTROL_S = 0.005
 _BOARD_S = 0.050
 _WIPER_LOG = 1000
@@ -81,7 +81,7 @@ class Simulator:
         return emulated
 
     def start(self) -> None:
-        """Start it all; OSError when the board's interpreter can't be run."""
+        """Start everything. Raises OSError when the board's interpreter cannot be run."""
         for port in self.lidar_ports:
             port.plug()
         self.cable.start()
@@ -125,7 +125,7 @@ class Simulator:
         self.world.step(_STEP_S)
         for port, scan in zip(self.lidar_ports, self.world.scans, strict=True):
             if scan:
-                port.write(scan)  # what the host does not take in time is lost
+                port.write(scan)  # data that the host does not read in time is lost
         if self.world.wipers != wipers:
             self._wiper_changes += 1
             self._wiper_log.append(
@@ -136,7 +136,7 @@ class Simulator:
         return self.world.room, self.world.pose
 
     def handle(self, request: dict[str, Any]) -> dict[str, Any]:
-        """Answer one control request; ValueError with the reason when it is no good one."""
+        """Answer one control request. Raises ValueError with the reason for an invalid one."""
         do = request.get("do")
         if do == "truth":
             return self.world.truth()

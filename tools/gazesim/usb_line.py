@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 
-BOARD_RING = 512  # what the Teensy's USB driver holds before the line holds up the host
-HOST_BUFFER = 4096  # what the kernel holds for a host that does not read
+BOARD_RING = 512  # capacity of the Teensy's USB driver before the line blocks the host
+HOST_BUFFER = 4096  # capacity of the kernel for a host that does not read
 
-# What becomes of one chunk on its way: any number of chunks.
+# Damages a chunk in transit: returns any number of chunks.
 Mangle = Callable[[bytes], list[bytes]]
 
 
@@ -25,7 +25,7 @@ class Lane:
         """Everything that was sent, chunk by chunk, when a test sets it to []."""
 
     def room(self) -> int:
-        """Bytes the line takes now."""
+        """Bytes that the line accepts now."""
         taken = len(self._ready)
         for _, chunk in self._flying:
             taken += len(chunk)
@@ -39,11 +39,11 @@ class Lane:
             self._flying.append((now_ms + self.delay_ms, piece))
 
     def inject(self, chunk: bytes) -> None:
-        """Bytes of somebody else: they are there at once."""
+        """Insert foreign bytes, which arrive at once."""
         self._ready += chunk
 
     def advance(self, now_ms: int) -> None:
-        """What is due has arrived."""
+        """Deliver the chunks that are due."""
         while self._flying and self._flying[0][0] <= now_ms:
             self._ready += self._flying.popleft()[1]
 
@@ -60,13 +60,13 @@ class Lane:
         return self._ready.pop(0) if self._ready else -1
 
     def clear(self) -> None:
-        """All bytes on their way are lost."""
+        """Lose all bytes in transit."""
         self._ready.clear()
         self._flying.clear()
 
 
 class UsbLine:
-    """Both lanes and the plug. Pulling it loses what is on its way."""
+    """Both lanes and the plug. Pulling it loses all bytes in transit."""
 
     def __init__(self) -> None:
         self.to_board = Lane(BOARD_RING)
@@ -76,13 +76,13 @@ class UsbLine:
         self.now_ms = 0
 
     def pull(self) -> None:
-        """Out: the host's port vanishes."""
+        """Pull the plug: the host's port vanishes."""
         self.plugged = False
         self.to_board.clear()
         self.to_host.clear()
 
     def plug(self) -> None:
-        """In again."""
+        """Plug it in again."""
         self.plugged = True
 
     def advance(self, now_ms: int) -> None:
@@ -93,7 +93,7 @@ class UsbLine:
 
 
 class BoardEnd:
-    """What the firmware has for a serial port. Never waits."""
+    """The firmware's serial port. Never waits."""
 
     def __init__(self, line: UsbLine) -> None:
         self._line = line
@@ -104,7 +104,7 @@ class BoardEnd:
         return self._line.to_board.take_byte()
 
     def write_some(self, buf: bytearray, start: int, end: int) -> int:
-        """Bytes for nobody are lost; a host that does not read holds the board's line up."""
+        """Bytes without a reader are lost; a host that does not read blocks the board's line."""
         line = self._line
         if not (line.plugged and line.host_reads):
             self._gathered.clear()
@@ -114,7 +114,7 @@ class BoardEnd:
         return end
 
     def flush(self) -> None:
-        """USB carries what has gathered, once a millisecond."""
+        """Called once a millisecond: USB sends the collected bytes."""
         if self._gathered and self._line.plugged:
             self._line.to_host.put(bytes(self._gathered), self._line.now_ms)
         self._gathered.clear()

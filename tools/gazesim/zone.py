@@ -9,10 +9,10 @@ from gazechair.sensing.clearance.zone import StopZone
 
 
 def told_by(settings: Settings | None = None) -> BoardZone:
-    """As the board itself sends it; without settings, for the defaults."""
+    """The zone as the board sends it; without settings, for the defaults."""
     return BoardZone(tuple(Obstacles(settings or Settings()).zone))
 
 
 def zone_of(settings: Settings | None = None) -> StopZone:
-    """The same, as the host takes it."""
+    """The same zone, as the host uses it."""
     return StopZone(told_by(settings).points)
