@@ -26,7 +26,7 @@ AT_ONCE_S = 0.0
 HELD_S = 5.0
 FAULT_S = 10.0
 LOST_S = 60.0
-EXTRA_S = 300.0  # of parts without which the chair drives
+EXTRA_S = 300.0  # of a lost part without which the chair can drive
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ _SLOW = 250
 _FASTER = 100  # above the present output, in a curve: the board slows both axes alike
 _STICKS_DEG_S = 2.0
 _STILL_PERMILLE = 30  # not neutral, but moves no chair
-_MORE_PERMILLE_S = 300.0  # added on the spot while the chair does not turn
+_MORE_PERMILLE_S = 300.0  # added to a turn on the spot while the chair does not turn
 _SHORTEST_LEG_M, _LONG_LEG_M = 0.1, 2.0
 _SHORT_M, _ROLLS_M = 0.03, 0.13
 _LEG_STOPS_M = 0.24  # a leg also ends this near an obstacle: the board would soon end the press
@@ -44,7 +44,7 @@ _REFUSED_DEG, _REFUSED_S, _REFUSED_FORGETS_S = 25.0, 5.0, 15.0
 _OPENS_S = 0.5  # after a block ahead, until the board lets a standing chair begin
 _PERSON_M = 0.45  # blocked although this much is free: because of a possible person
 _FREE_M, _BESIDE_DEG = 0.8, 20.0  # between posts: more than this ahead, less than this to turn
-_ENTERS_M = 0.3  # or this much clearance ahead and a small aim error, which no turn would improve
+_ENTERS_M = 0.3  # between posts with a small aim error: no turn helps if more than this is free
 _SHUT_M, _SHUT_S = 0.175, 0.8  # nearer, the board lets nothing begin; assumed for this long
 # Narrow place: how far off its middle it stops to aim, how much farther on again, where last.
 _MIDDLE_M, _AIMS_AGAIN_M, _LAST_AIM_M = 0.025, 0.15, 0.2

@@ -24,7 +24,7 @@ _PASSED = 3  # returns that one such beam cancels
 _FORGET_EVERY = 3  # scans
 _BINS = 1440
 _KEPT_M = 0.45  # learns nothing this near to a tracked person
-_MAP_M = 0.10  # this near to an obstacle of the map is background
+_MAP_M = 0.10  # what is this near to an obstacle of the map is background
 
 
 class Background:

@@ -27,7 +27,7 @@ ACCELERATE_M_S2, BRAKE_M_S2 = 0.3, 0.4
 """Limits of the requested speed's change; a lost line ends the request at once."""
 _FRONT_M = max(x for x, _ in DEFAULT_CORNERS)
 _LEAST_POINTS = 3
-_REMEMBERED_M = 1.2  # driven at most without any of the line in view: in a bend, or at its end
+_REMEMBERED_M = 1.2  # longest drive without any of the line in view: in a bend, or at its end
 _LOOK_M = 0.4
 _BEND_M = 1.2  # slows for bends this far ahead
 _CURVATURE_M = 0.16
