@@ -54,7 +54,7 @@ class Driver:
         return value
 
     def text(self, selector: str) -> str:
-        """What a person reads there."""
+        """The text of an element as a person reads it."""
         return self.page.locator(selector).inner_text()
 
     def press(self, target: str) -> None:
@@ -82,7 +82,7 @@ class Driver:
         self.rest()
 
     def wait(self, condition: Callable[[], bool], limit_s: float, what: str) -> float:
-        """Seconds until `condition`; TimeoutError naming `what`."""
+        """Wait for `condition`; returns the seconds it took. Raises TimeoutError naming `what`."""
         start_s = time.monotonic()
         while not condition():
             if time.monotonic() - start_s > limit_s:
@@ -93,7 +93,7 @@ class Driver:
         return time.monotonic() - start_s
 
     def screenshot(self, path: Path) -> None:
-        """Save what is seen."""
+        """Save a picture of the page."""
         path.parent.mkdir(parents=True, exist_ok=True)
         self.page.screenshot(path=path)
 
@@ -108,7 +108,7 @@ def open_page(
         try:
             page = browser.new_page(viewport={"width": size[0], "height": size[1]})
             page.goto(url)
-            page.wait_for_url(lambda address: "/pair" not in address)  # it pairs itself first
+            page.wait_for_url(lambda address: "/pair" not in address)  # the page pairs itself first
             yield Driver(page)
         finally:
             browser.close()

@@ -17,7 +17,7 @@ _CHECKS = (("test", "playwright"),)
 
 
 def add(commands: Any) -> None:
-    """Add it to argparse's subparsers `commands`."""
+    """Add the command to argparse's subparsers `commands`."""
     demo = commands.add_parser("demo", help="a simulated chair to drive from a browser")
     add_options(demo)
     demo.set_defaults(act=_demo)

@@ -1,4 +1,4 @@
-"""The demo: starts everything, prints the page's address, ends everything; or checks itself.
+"""The demo: starts all processes, prints the page's address, ends all; or runs its check.
 
 Ctrl-C, TERM and HUP end it in order. The check drives the chair through the page in a real Chromium
 and prints one JSON line of figures.

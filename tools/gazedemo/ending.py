@@ -9,13 +9,13 @@ from contextlib import contextmanager
 
 _ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _AGAIN_S = 0.2
-_AT_ONCE_S = 0.1  # a terminal and a parent may each send one: the second comes while we end
+_AT_ONCE_S = 0.1  # a terminal and a parent may each send one: the second arrives while we end
 
 _raised_at = 0.0
 
 
 def listen() -> None:
-    """From now on each of them raises KeyboardInterrupt in the main thread.
+    """From now on each of these signals raises KeyboardInterrupt in the main thread.
 
     Again every 200 ms until `enough`: Python drops an exception that falls into a callback.
     """

@@ -36,7 +36,7 @@ class HomeCheck:
         self.figures: dict[str, Any] = {"pressed_again": 0}
 
     def run(self) -> dict[str, Any]:
-        """All of it. Raises CheckFailed."""
+        """Run the whole check; returns the figures. Raises CheckFailed."""
         try:
             self._find_itself()
             self._arm()
@@ -128,7 +128,7 @@ class HomeCheck:
         raise AssertionError(f"it ended {_PRESSES} times: {state}")
 
     def _said(self) -> dict[str, Any]:
-        """The page's last news of the auto motion."""
+        """The newest news of the auto motion on the page."""
         return {"state": self._driver.data("going"), "reason": self._driver.data("why")}
 
     def _moved(self, far_m: float) -> bool:

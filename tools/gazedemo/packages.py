@@ -7,9 +7,9 @@ from pathlib import Path
 
 
 def package(folder: Path, name: str, groups: Mapping[str, Mapping[str, str]]) -> str:
-    """Make the package `name` in `folder`; `groups`: {group: {plug-in: "module:Class"}}.
+    """Create the package `name` in `folder`; `groups`: {group: {plug-in: "module:Class"}}.
 
-    Returns the folder, in which the package's modules belong, too.
+    Returns the folder, where the package's modules belong, too.
     """
     info = folder / "packages" / f"{name}-0.dist-info"
     info.mkdir(parents=True)

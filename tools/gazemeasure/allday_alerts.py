@@ -25,7 +25,7 @@ _LATE_S = 1.0
 _WIPERS_MS = 50.0
 _LIMIT_S = 30.0
 _A_SECOND = 10
-# 192.0.2.1 is nobody's: a service on the internet while there is none.
+# Nobody has 192.0.2.1: stands for an internet service without internet.
 _CONFIG = """
 [[alerts.route]]
 name = "anna"
@@ -44,7 +44,7 @@ after_s = {after_s}
 
 
 class Target:
-    """A server that takes what the routes deliver; use as a context."""
+    """A server that receives the routes' messages; use as a context."""
 
     def __init__(self) -> None:
         self.heard: list[tuple[str, float]] = []
@@ -74,16 +74,16 @@ class Target:
         self._server.server_close()
 
     def escalated(self) -> bool:
-        """The third route has delivered."""
+        """True if the third route has delivered."""
         return self.first_s("carla") < float("inf")
 
     def first_s(self, route: str) -> float:
-        """When that route first delivered; inf: not yet."""
+        """When that route first delivered, monotonic s; inf: not yet."""
         return next((at_s for name, at_s in self.heard if name == route), float("inf"))
 
 
 class _Call:
-    """A driver who calls, a caretaker whose page is open."""
+    """A driver who calls, and a caretaker with an open page."""
 
     def __init__(self, stack: Stack, driver: RawDriver, caretaker: RawDriver, cookie: str) -> None:
         self._url = stack.url
@@ -92,23 +92,23 @@ class _Call:
         self._cookie = cookie
 
     def call(self, on: bool = True) -> float:
-        """Press *Hulp*; when."""
+        """Press *Hulp*; returns the time of the press."""
         now_s = time.monotonic()
         self._driver.send({"k": "call", "on": on})
         return now_s
 
     def driver_there(self) -> bool:
-        """Their page is connected."""
+        """True if the driver's page is connected."""
         return bool(self._driver.state)
 
     def seen(self) -> bool:
-        """The caretaker's page shows it: the call, and the alert that it fetches."""
+        """True if the caretaker's page shows the call, and the alert that it fetches."""
         return bool(self._caretaker.state.get("call")) and any(
             row["state"] == "open" for row in self.alerts()
         )
 
     def alerts(self, **wish: Any) -> list[dict[str, Any]]:
-        """GET, or POST of a wish."""
+        """GET /alerts, or POST `wish` to it."""
         headers = {"Cookie": self._cookie, "Content-Type": "application/json"}
         body = json.dumps(wish).encode() if wish else None
         request = urllib.request.Request(self._url + "alerts", body, headers)
@@ -117,7 +117,7 @@ class _Call:
 
 
 def _until(true: Callable[[], bool]) -> float:
-    """When it is true; inf: not within the limit."""
+    """Wait until it is true; returns the time, or inf: not within the limit."""
     end_s = time.monotonic() + _LIMIT_S
     while not true():
         if time.monotonic() > end_s:
@@ -127,7 +127,7 @@ def _until(true: Callable[[], bool]) -> float:
 
 
 def add(report: Report, micropython: str, tries: int, flood_s: float) -> None:
-    """`tries` calls, each on a chair that starts for it, and a flood of calls on the last one."""
+    """Measure `tries` calls, each on a newly started chair, and a flood of calls on the last."""
     page: list[float] = []
     both: list[float] = []
     late: list[float] = []
@@ -168,7 +168,7 @@ def _flood(
     probe: StallProbe,
     lasts_s: float,
 ) -> None:
-    """Ten calls a second, the driver driving meanwhile."""
+    """Ten calls per second while the driver drives."""
     (row,) = call.alerts()
     call.alerts(acknowledge=row["number"])
     target.heard.clear()

@@ -1,4 +1,4 @@
-"""The whole chair in virtual time, as a day needs it: host, state folder, alerts, two pages."""
+"""The whole chair in virtual time for a day: host, state folder, alerts, two pages."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Page:
         self.refused: dict[str, int] = {}
 
     def say(self, **message: Any) -> None:
-        """With a fresh token."""
+        """Send a message with a fresh token."""
         control = self._host.control
         for answer in control.receive(self._client, {**message, "token": control.token()}):
             self.refused[answer["reason"]] = self.refused.get(answer["reason"], 0) + 1
@@ -51,19 +51,19 @@ class Page:
         self.say(**self._held)
 
     def release(self) -> None:
-        """Let go."""
+        """Release the button."""
         self._held = {}
         self.say(**_STOP)
 
     def one_ms(self, now_ms: int) -> None:
-        """A millisecond of its life."""
+        """One millisecond of the page."""
         if now_ms % _BEAT_MS == 0:
             self.say(k="hb")
         if self._held and now_ms % HEARTBEAT_MS == 0:
             self.say(**self._held)
 
     def shown(self) -> dict[str, Any]:
-        """What it is told."""
+        """The state that it receives now."""
         return self._host.control.snapshot(self._client)
 
 
@@ -99,7 +99,7 @@ class Host:
         chair.world.lidar.receive(DENSE)
 
     def one_ms(self, now_ms: int) -> None:
-        """A millisecond of the daemon's life."""
+        """One millisecond of the daemon."""
         self.link.one_ms()
         seen = self._eyes.step(self._chair.scanned, now_ms)
         if seen is not None:
@@ -115,7 +115,7 @@ class Host:
 
 
 class DayChair(ChairRig):
-    """Its state, and its log with the board's trace, are in `folder`."""
+    """The chair; its state, and its log with the board's trace, are in `folder`."""
 
     def __init__(self, folder: Path, room: str = "open", record: bool = False) -> None:
         super().__init__(room)
@@ -146,12 +146,12 @@ class DayChair(ChairRig):
             self.synced[self.now_ms] = self._recording.path.stat().st_size
 
     def host_ms(self) -> None:
-        """The host, when there is one."""
+        """One millisecond of the host, if it runs."""
         if self.host is not None:
             self.host.one_ms(self.now_ms)
 
     def close(self) -> Path:
-        """Finish the recording; its file."""
+        """Finish the recording; returns its file."""
         assert self._recording is not None
         return self._recording.close()
 
@@ -162,15 +162,15 @@ class DayChair(ChairRig):
         self.host = None
 
     def start_host(self) -> None:
-        """Another daemon over the same state; the pages connect to it by themselves."""
+        """Start a new daemon with the same state; the pages connect to it by themselves."""
         self.host = Host(self, self._folder)
 
     def ready(self) -> None:
-        """Nothing stands against arming."""
+        """Run until nothing prevents arming."""
         self.until(lambda: self._told().get("arm_reason") == "none", _READY_MS)
 
     def arm(self) -> None:
-        """Armed by the driver, who asks again each second. AssertionError after 8 s."""
+        """Arm as the driver, with a request each second. Raises AssertionError after 8 s."""
         for _ in range(_READY_MS // 1000):
             if not self.armed():
                 self.driver.say(k="arm")
@@ -185,7 +185,7 @@ class DayChair(ChairRig):
         return {} if self.host is None else self.host.driver.shown()
 
     def moves_after(self, limit_ms: int = 200, **button: Any) -> int | None:
-        """ms from a new press of the driver's to the wipers; None: overruled."""
+        """ms from a new press of the driver to the wipers; None: overruled."""
         self.driver.press(**button)
         for ms in range(limit_ms):
             if not self.neutral():
@@ -194,5 +194,5 @@ class DayChair(ChairRig):
         return None
 
     def allowed(self, verb: str) -> bool:
-        """The board sees the way free."""
+        """True if the board does not block this direction."""
         return not self.app.obstacles.blocked & 1 << codes.DIRECTIONS.index(verb)

@@ -1,4 +1,4 @@
-"""Parts of the running demo that are killed, stopped or starved; how soon each is well again."""
+"""Parts of the running demo that are killed, stopped or starved; how soon each recovers."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ _LIMIT_S = 90.0
 _LOOK_S = 0.05
 _STARVED_S = 3.0
 _SLICE_S = 0.1
-_SHARE = 0.1  # of the processor that a starved process gets
-_GONE_S = 1.0  # a plug is out, a camera dark
+_SHARE = 0.1  # share of the processor that a starved process gets
+_GONE_S = 1.0  # how long a plug is out or a camera dark
 
 DAEMON = "daemon"
 # The daemon's child processes, by module, and the part of /health that each is.
@@ -56,7 +56,7 @@ class Fault:
 
 
 def faults() -> list[Fault]:
-    """All there are."""
+    """All faults."""
     parts = [DAEMON, *CHILDREN.values()]
     return [
         *(Fault(part, how) for part in parts for how in _WAYS),
@@ -65,7 +65,7 @@ def faults() -> list[Fault]:
 
 
 def shuffled(dice: random.Random, count: int) -> list[Fault]:
-    """`count` of them, each as often as any other."""
+    """`count` faults, each as often as any other, in random order."""
     found: list[Fault] = []
     while len(found) < count:
         round_ = faults()
@@ -88,34 +88,34 @@ def children(pid: int) -> dict[str, int]:
 
 @dataclass(frozen=True)
 class Well:
-    """How soon a part was well again."""
+    """How soon a part recovered."""
 
     took_s: float
     """inf: never."""
     waited_s: float
-    """Of it: its processes were ready to run, and others had the processors."""
+    """Part of it in which its processes were ready to run, but got no processor."""
 
     @property
     def own_s(self) -> float:
-        """As on a machine of its own."""
+        """Recovery time as on an idle machine."""
         return self.took_s - self.waited_s
 
 
 class Recovery:
-    """Injects a fault and waits until its part is well."""
+    """Injects a fault and waits until its part has recovered."""
 
     def __init__(self, stack: Stack) -> None:
         self._stack = stack
         self._sim = SimControl(Path(stack.paths["control"]))
 
     def close(self) -> None:
-        """The simulator's control is free again."""
+        """Release the simulator's control."""
         self._sim.close()
 
     def of(self, fault: Fault) -> Well:
-        """How soon the part is well, from the moment on at which it can be.
+        """Inject `fault`; returns how soon its part recovers from the moment at which it can.
 
-        From the kill, the stop, the plug's return, or the end of starving.
+        That is the kill, the stop, the plug's return, or the end of starving.
         """
         if (fault.part, fault.how) in _PLUGS:
             name, lasts = _PLUGS[fault.part, fault.how]
@@ -164,7 +164,7 @@ class Recovery:
 
     def _wait(self, begun_s: float, well: Callable[[], bool]) -> float:
         while time.monotonic() - begun_s < _LIMIT_S:
-            # A host that is not there, or just begins: not yet.
+            # A host that is absent or just starts has not recovered yet.
             with contextlib.suppress(OSError, ValueError, KeyError):
                 if well():
                     return time.monotonic() - begun_s

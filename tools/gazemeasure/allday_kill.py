@@ -1,4 +1,4 @@
-"""`kill -9` of the daemon while driving, seen from a real page: neutral, said, driving again."""
+"""`kill -9` of the daemon while driving, seen from a real page: neutral, message, driving again."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from gazemeasure.allday_service import Service, setting_s
 from gazemeasure.report import Report
 from gazemeasure.stalls import StallProbe, waited_s
 
-_NEUTRAL_MS = 105.0  # P2's 100, and what the simulator's look and the line's last bytes add
+_NEUTRAL_MS = 105.0  # P2's 100, plus the simulator's sampling and the line's last bytes
 _SAID_S = 1.0
 _BACK_S = 5.0
 _LIMIT_S = 60.0
@@ -89,13 +89,13 @@ class _Tries:
             return  # a stall had stopped the chair just before
         at_s = after[0]
         took_ms = 1000 * (at_s - killed_s)
-        # A stall only makes it later: what is in time anyway counts.
+        # A stall only adds delay: a sample that is in time anyway counts.
         if took_ms <= _NEUTRAL_MS or not self._probe.stalled(killed_s, at_s):
             self.neutral_ms.append(took_ms)
 
 
 def add(report: Report, micropython: str, tries: int) -> None:
-    """`tries` kills with a start at once, and as many with systemd's pause."""
+    """Measure `tries` kills with an immediate restart, and as many with systemd's pause."""
     chromium = gazesetup.ensure_chromium()
     unit_s = setting_s("RestartSec")
     for restart_s in (0.0, 1.0):

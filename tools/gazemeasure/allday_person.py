@@ -22,7 +22,7 @@ _RETRY_S = 0.2
 
 
 class Person:
-    """Use as a context. Does nothing by hand but arm and press."""
+    """The driver; use as a context. Only arms and presses."""
 
     def __init__(self, stack: Stack, probe: StallProbe) -> None:
         self._stack = stack
@@ -34,7 +34,7 @@ class Person:
         self.to_wipers: list[tuple[float, float]] = []
         """(monotonic s, ms) of the presses that met no stall of the machine."""
         self.told: dict[str, Any] = {}
-        """What the host has said last to the page that drives, or drove."""
+        """The host's last state for the page that drives, or drove."""
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="person", daemon=True)
 
@@ -58,7 +58,7 @@ class Person:
 
     def _run(self) -> None:
         while not self._stopping.wait(_RETRY_S):
-            # The page is cut off, or the chair does not arm in time: once more.
+            # The page is cut off, or the chair does not arm in time: try again.
             with (
                 contextlib.suppress(OSError, TimeoutError),
                 RawDriver(stack_port(self._stack), self._cookie) as driver,

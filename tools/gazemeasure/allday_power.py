@@ -1,4 +1,4 @@
-"""The power goes at a random byte: of the log, and of each file of the state folder."""
+"""Power cuts at random bytes of the log, and of each file of the state folder."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ class Store:
     write: Callable[[Path, int], None]
     """Write the version of that number, 1 or 2."""
     read: Callable[[Path], Any]
-    """What a host finds that starts now."""
+    """The content that a newly started host finds."""
 
 
 def _folder() -> tempfile.TemporaryDirectory[str]:
-    # In memory where there is such a folder: a disk that syncs for real takes its time.
+    # In memory if possible: syncing a real disk is slow.
     memory = Path("/dev/shm")
     return tempfile.TemporaryDirectory(
         prefix="gazechair-", dir=memory if os.access(memory, os.W_OK) else None
@@ -95,16 +95,16 @@ STORES = (
 
 @dataclass
 class Cuts:
-    """What came of a store's cuts."""
+    """The results of a store's cuts."""
 
     half: int = 0
-    """Neither the old nor the new settings."""
+    """Cuts after which neither the old nor the new settings were found."""
     dead: list[str] = field(default_factory=list)
-    """What a host would not start with, or could not write again."""
+    """Files with which a host would not start, or which it could not write again."""
 
 
 def cut_writing(store: Store, cuts: int, dice: random.Random) -> Cuts:
-    """The process, or the disk's space, ends at a random byte of the second version."""
+    """The process is killed, or the disk full, at a random byte of the second version."""
     found = Cuts()
     with _folder() as name:
         home = Path(name)
@@ -118,7 +118,7 @@ def cut_writing(store: Store, cuts: int, dice: random.Random) -> Cuts:
             _write_until(store, home, dice.randrange(most + 1), full=number % 2 == 1)
             try:
                 found.half += store.read(home) not in (old, new)
-            except Exception as error:  # whatever it is: a host does not start
+            except Exception as error:  # of any kind: a host would not start
                 found.dead.append(f"{store.file}: {error!r}")
         store.write(home, 2)
         found.half += store.read(home) != new and store.file != PAIRED
@@ -126,7 +126,7 @@ def cut_writing(store: Store, cuts: int, dice: random.Random) -> Cuts:
 
 
 def _write_until(store: Store, home: Path, size: int, full: bool) -> None:
-    """In a process whose files end there: killed at that byte, or refused more (`full`)."""
+    """Write in a process that is killed at byte `size`, or whose disk is then `full`."""
     child = os.fork()
     if child:
         os.waitpid(child, 0)
@@ -142,7 +142,7 @@ def _write_until(store: Store, home: Path, size: int, full: bool) -> None:
 
 
 def cut_file(store: Store, cuts: int, dice: random.Random) -> Cuts:
-    """A disk that loses what it had: the file itself ends at a random byte."""
+    """A disk that loses data: the file itself is truncated at a random byte."""
     found = Cuts()
     with _folder() as name:
         home = Path(name)
@@ -159,7 +159,7 @@ def cut_file(store: Store, cuts: int, dice: random.Random) -> Cuts:
 
 
 def unsynced(store: Store) -> int:
-    """How often it is replaced by a file, or in a folder, that a power cut may undo."""
+    """How often it is replaced without a sync of the new file and of the folder."""
     order: list[str] = []
     fsync, replace = os.fsync, os.replace
 
@@ -183,7 +183,7 @@ def unsynced(store: Store) -> int:
 
 
 def cut_log(cuts: int, dice: random.Random) -> tuple[int, float]:
-    """A drive's file ends at random bytes: how many can't be read, and the most ms lost."""
+    """Truncate a drive's log at random bytes: number unreadable, and the most ms lost."""
     with _folder() as name:
         chair = DayChair(Path(name), record=True)
         chair.arm()
@@ -217,7 +217,7 @@ def _times_ms(path: Path) -> list[int]:
 
 
 def add(report: Report, cuts: int) -> None:
-    """`cuts` of each file."""
+    """Measure `cuts` cuts of each file."""
     dice = random.Random(14)
     unreadable, lost_ms = cut_log(cuts, dice)
     report.add(f"power cut at {cuts} bytes of the log: unreadable", unreadable, "", 0)

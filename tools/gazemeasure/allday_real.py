@@ -30,9 +30,9 @@ _PERIOD_S = 20.0
 _LOOK_S = 2.0
 _BACK_S = 5.0
 _DRIVES_S = 30.0
-_WARM_S = 120.0  # of the daemon's life: caches are full then
+_WARM_S = 120.0  # after the daemon's start: then its caches are full
 _FOR_SLOPE_S = 600.0
-# Nobody listens there: alerts that fail are tried again and again.
+# Nobody listens there: failed alerts are retried again and again.
 _CONFIG = """
 [[alerts.route]]
 name = "anna"
@@ -48,7 +48,7 @@ def packages(folder: Path) -> str:
 
 
 class _Growth:
-    """What the daemon of now holds; another daemon begins anew."""
+    """Resources of the present daemon; a new daemon starts a new record."""
 
     def __init__(self, stack: Stack) -> None:
         self._stack = stack
@@ -57,7 +57,7 @@ class _Growth:
         self.holding = Holding()
 
     def look(self) -> None:
-        """Note it."""
+        """Record them now."""
         if self._stack.pid("host") != self._pid:
             self._pid = self._stack.pid("host")
             self.began_s = time.monotonic()
@@ -66,7 +66,7 @@ class _Growth:
 
 
 def add(report: Report, micropython: str, lasts_s: float, seed: int = 14) -> None:
-    """For so long. Faults of the daemon come first: growth is that of the one that then stays."""
+    """Run for `lasts_s`. Faults of the daemon come first, so that the last daemon can grow."""
     plan = shuffled(random.Random(seed), round(lasts_s / _PERIOD_S))
     plan.sort(key=lambda fault: fault.part != DAEMON)
     times: dict[Fault, list[Well]] = {}
@@ -109,12 +109,12 @@ def add(report: Report, micropython: str, lasts_s: float, seed: int = 14) -> Non
 
 
 def _add_replay(report: Report, logs: list[Path]) -> None:
-    """The recorded drives again, each up to where its log was cut."""
+    """Replay the recorded drives, each up to where its log was cut."""
     ticks = unchecked = differing = 0
     for path in logs:
         try:
             result = replay(path)
-        except NoTrace:  # it ended before the board had said anything
+        except NoTrace:  # it ended before the board had sent anything
             continue
         ticks += result.ticks
         unchecked += result.unchecked

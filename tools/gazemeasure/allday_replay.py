@@ -1,4 +1,4 @@
-"""Recorded drives through the safety core again: every decision equal, a changed limit found."""
+"""Replays recorded drives through the safety core: equal decisions, and changed limits found."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gazereplay.replay import replay
 
 
 def tour(chair: DayChair) -> None:
-    """Forward, a step to the left, towards something that stands there."""
+    """Forward, a step to the left, then towards a standing object."""
     chair.arm()
     chair.moves_after(k="cmd", verb="forward", mode="continuous")
     chair.run(1500)
@@ -31,7 +31,7 @@ def tour(chair: DayChair) -> None:
 
 
 def cable(chair: DayChair) -> None:
-    """The plug is out for a while, and the host is killed."""
+    """Pull the plug for a while, and kill the host."""
     chair.arm()
     chair.moves_after(k="cmd", verb="forward", mode="continuous")
     chair.run(300)
@@ -81,7 +81,7 @@ _CHANGED = (
 
 
 def add(report: Report) -> None:
-    """Three drives, and four limits."""
+    """Replay three drives, and four changed limits."""
     equal, ticks, found = 0, 0, 0
     with tempfile.TemporaryDirectory(prefix="gazechair-") as name:
         files = []

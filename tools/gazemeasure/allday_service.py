@@ -46,13 +46,13 @@ class Service:
         self._heard_s = 0.0
         self.restarts = 0
         self.aborted = 0
-        """By the watchdog."""
+        """How often the watchdog has ended the daemon."""
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="service", daemon=True)
 
     @contextlib.contextmanager
     def of(self, stack: Stack) -> Iterator[None]:
-        """Look after the daemon of `stack`, which runs; inside the stack's own context."""
+        """Supervise the running daemon of `stack`; use inside the stack's own context."""
         self._stack = stack
         self._heard_s = time.monotonic()
         self._thread.start()
@@ -84,7 +84,7 @@ class Service:
         self._heard_s = time.monotonic() + 60.0
 
     def _abort(self) -> None:
-        # systemd sends SIGCONT with it: a process that is stopped ends, too.
+        # systemd sends SIGCONT with it, so that a stopped process ends, too.
         assert self._stack is not None
         self.aborted += 1
         pid = self._stack.pid("host")

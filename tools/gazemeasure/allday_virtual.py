@@ -26,7 +26,7 @@ _LOOK_S = 60.0
 _HELD_S = (0.3, 3.0)
 _RESTS_S = (0.2, 2.0)
 _BACK_S = 5.0
-_PAST_START = 0.2  # of the time: caches are full then
+_PAST_START = 0.2  # share of the time: then caches are full
 _WAYS = ("forward", "left", "right")
 _FAULT_EACH = 12  # presses
 _SEED = 14
@@ -34,7 +34,7 @@ _SEED = 14
 
 @dataclass
 class Day:
-    """What came of it."""
+    """The results of a day."""
 
     presses: int = 0
     overruled: int = 0
@@ -51,7 +51,7 @@ class Day:
 
 
 class _Living:
-    """Drives, rests, and has something fail now and then; chances drawn from a seed."""
+    """Drives, rests, and injects faults now and then; random events come from a seed."""
 
     def __init__(self, chair: DayChair, life: Life) -> None:
         self._chair = chair
@@ -75,7 +75,7 @@ class _Living:
         }
 
     def live(self, until: Callable[[], bool]) -> Day:
-        """Until then."""
+        """Live until `until` is true."""
         look_ms = 0
         while not until():
             self._press()
@@ -120,7 +120,7 @@ class _Living:
         self._chair.run(round(1000 * self._dice.uniform(least_s, most_s)))
 
     def _fail(self) -> None:
-        """Something fails while the chair drives; then it must drive again."""
+        """Inject a fault while the chair drives; then it must drive again."""
         chair, day = self._chair, self.day
         name = self._dice.choice(list(self._faults))
         day.faults[name] = day.faults.get(name, 0) + 1
@@ -147,7 +147,7 @@ class _Living:
         chair.driver.release()
         chair.run(200)
 
-    # -- what fails, and what people do --
+    # -- faults, and actions of people --
 
     def _for_a_while(self, fault: str) -> None:
         chair = self._chair
@@ -157,7 +157,7 @@ class _Living:
 
     def _potentiometer(self) -> None:
         self._for_a_while("wiper_nak")
-        self._chair.caretaker.say(k="reset")  # it latches: somebody must have looked
+        self._chair.caretaker.say(k="reset")  # it latches: a person must clear it
 
     def _host_killed(self) -> None:
         self._chair.kill_host()
@@ -215,7 +215,7 @@ class _Living:
 
 @dataclass(frozen=True)
 class Life:
-    """One life of firmware and host: `wanted_s` of virtual time, its chances drawn from `seed`."""
+    """One life of firmware and host: `wanted_s` of virtual time; `seed` gives random events."""
 
     wanted_s: float
     seed: int
@@ -224,7 +224,7 @@ class Life:
 
 
 def live(life: Life) -> Day:
-    """What comes of it; in a process of its own, as what that holds is a part of it."""
+    """Live it; in its own process, whose resources are part of the result."""
     with tempfile.TemporaryDirectory(prefix="gazechair-") as name:
         _fill_diary(Path(name))
         chair = DayChair(Path(name))
@@ -238,7 +238,7 @@ def live(life: Life) -> Day:
 
 
 def add(report: Report, wanted_s: float) -> None:
-    """Live `wanted_s` of virtual time: a life on each core, at once."""
+    """Live `wanted_s` of virtual time: one life per core, in parallel."""
     cores = len(os.sched_getaffinity(0))
     lives = [Life(wanted_s / cores, _SEED + core, _FAULT_EACH) for core in range(cores)]
     with ProcessPoolExecutor(cores, mp_context=get_context("spawn")) as pool:
@@ -246,7 +246,7 @@ def add(report: Report, wanted_s: float) -> None:
 
 
 def _fill_diary(folder: Path) -> None:
-    """As after months: it grows no more."""
+    """Fill the diary as after months, so that it no longer grows."""
     book = Book([])
     for number in range(MOST_ALERTS):
         book.raise_(HELP_WANTED, number * AGAIN_S, 1e9)
@@ -255,7 +255,7 @@ def _fill_diary(folder: Path) -> None:
 
 
 def add_rows(report: Report, days: list[Day], wanted_s: float) -> None:
-    """What came of all lives together."""
+    """Add the results of all lives together."""
     long = min(day.lived_s for day in days) >= 3600.0
 
     def all_of(name: str) -> list[Any]:

@@ -154,7 +154,7 @@ class Measured:
     def service(self):
         ticks = app.outbox.ticks
         app_running = ticks < RUN_TICKS
-        # What the world does: contact follows the enable line, the sensor's bytes never stand
+        # The simulated hardware: contact follows the enable line, the sensor's bytes never stand
         # still.
         pin(pins.RELAY_FEEDBACK, 1 if app.safety.enable else 0)
         if ticks - self._sensed_at >= 10:

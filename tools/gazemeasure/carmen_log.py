@@ -65,7 +65,7 @@ def read(name: str) -> list[Frame]:
 
 
 def is_here(name: str) -> bool:
-    """Whether that log is on this machine."""
+    """True if that log is on this machine."""
     try:
         return _path(name).exists()
     except NoDataError:

@@ -1,10 +1,9 @@
-"""Measures how the chair takes itself from place to place: missions in generated homes.
+"""Measures how the chair drives itself from place to place: missions in generated homes.
 
-The board's real core decides in every millisecond what of it may be put out; the simulator's truth
-alone judges. A mission has one press, as a person gives it: where the board ends that, it has not
-arrived. See go_rig for the parts, go_missions for what is drawn, go_ideal for what time is compared
-with; go_scenes for missions of the whole firmware and host, which know by themselves where they
-are.
+The board's real core decides in every millisecond which output it permits; only the simulator's
+truth judges. A mission has one press, as by a person: if the board ends it, the mission has failed.
+See go_rig for the parts, go_missions for the random missions, go_ideal for the reference times, and
+go_scenes for missions of the whole firmware and host, which locate themselves.
 """
 
 from __future__ import annotations
@@ -59,7 +58,7 @@ def measure(quick: bool) -> Report:
 
 
 def _add_spent(report: Report, done: list[Result]) -> None:
-    """What the time of all missions went to, in percent, the largest first."""
+    """Add how the time of all missions was spent, in percent, the largest share first."""
     total: Counter[str] = Counter()
     for one in done:
         total.update(one.spent_s)

@@ -44,9 +44,9 @@ from gazesim.zone import zone_of
 
 BARE, PLAIN, HELPED = "no rule", "rule only", "with assist"
 NARROW = Margins(0.05, 0.0, 0.05)
-_WIDE_M = 0.86  # from there on the usual side margin of 2 cm fits
+_WIDE_M = 0.86  # from this width on the usual side margin of 2 cm fits
 _STEP_S = 0.01
-_PERSON_STEPS = 3  # of the page
+_PERSON_STEPS = 3  # steps between two ticks of driver and page
 _LOOK_STEPS = 5
 _RAYS = 3200
 _LIMIT_S = 90.0
@@ -57,7 +57,7 @@ _SIDES = {"left": 1, "right": -1}
 
 @dataclass(frozen=True)
 class Task:
-    """A room, where its driver wants to go (helped, he needs fewer points), and its footprint."""
+    """A room, its driver's route (shorter with help), and the footprint."""
 
     name: str
     room: Room
@@ -68,7 +68,7 @@ class Task:
 
 @dataclass
 class Outcome:
-    """What came of one task."""
+    """The result of one task."""
 
     arrived: bool = False
     contact: bool = False
@@ -77,11 +77,11 @@ class Outcome:
     """Presses that the board ended."""
     took_s: float = 0.0
     loose: int = 0
-    """Steps in which something was put out although nothing was held."""
+    """Steps with an output although no button was held."""
 
 
 def door(seed: int, width_m: float | None = None, margins: Margins | None = None) -> Task:
-    """A door of 0.81-0.90 m, the chair's front 1.5-2.5 m before it, aside and askew."""
+    """A door of 0.81-0.90 m; the chair starts 1.5-2.5 m before it, aside and at an angle."""
     chance = random.Random(f"assist door {seed}")
     width = chance.uniform(0.81, 0.90)
     if width_m is not None:
@@ -104,7 +104,7 @@ def _fitting(width_m: float) -> Margins:
 
 
 def cluttered(seed: int) -> Task:
-    """A room full of furniture, and a way through it that keeps a hand's breadth."""
+    """A room full of furniture, with a route that keeps a hand's breadth from everything."""
     number = 1000 * seed
     while True:
         room = task("room", number).room
@@ -298,7 +298,7 @@ class Run:
         if self._steps % _LOOK_STEPS == 0:
             for at, eye in enumerate(self._eyes):
                 assist.see(at, half_turn(eye, now_s))
-            if self._turns:  # seen at least once, however soon the board ended it
+            if self._turns:  # seen at least once, even if the board ended it at once
                 assist.turns_himself(self._turns, now_s)
                 self._turns = _SIDES.get(self._held or "", 0)
             if self._next_advice is not None and self._held == "forward":

@@ -12,13 +12,13 @@ from gazesim.rooms import Array, Room
 
 _CELL_M = 0.1
 _HALF_M = 2.8
-_FREE_M = 0.60  # of the axle from everything: half the width, and a hand's breadth
+_FREE_M = 0.60  # least distance of the axle: half the width, and a hand's breadth
 _FAR_M = 3.0  # to the goal
-_AHEAD_M = 1.2  # of a point of the route that he looks at
+_AHEAD_M = 1.2  # distance to the point of the route that the driver looks at
 
 
 def route(room: Room, start: Point) -> tuple[Point, ...]:
-    """Points to pass, to somewhere far off; empty when there is no such way."""
+    """Points to pass on a route to a far goal; empty when there is none."""
     grid = np.arange(-_HALF_M, _HALF_M + 1e-6, _CELL_M)
     xs, ys = np.meshgrid(grid, grid, indexing="ij")
     points = np.stack((xs.ravel(), ys.ravel()), axis=1)
@@ -56,7 +56,7 @@ def _cell(point: Point) -> tuple[int, int]:
 
 
 def _distances(points: Array, segments: Array) -> Array:
-    """(N,): of each point to the nearest segment."""
+    """(N,): distance of each point to the nearest segment."""
     nearest = np.full(len(points), np.inf)
     for ax, ay, bx, by in segments:
         ex, ey = bx - ax, by - ay

@@ -1,6 +1,6 @@
 """The board's core as a mission's rig steps it, and a fast lidar.
 
-Real: safety, motion, turn controller, profile check, obstacles. Not here: frames, wipers, sensors.
+Real: safety, motion, turn controller, profile check, obstacles. Missing: frames, wipers, sensors.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class BoardCore(Core):
 
     @property
     def profile_agrees(self) -> bool:
-        """Whether the chair has been seen to turn as the selected profile says."""
+        """True if the chair's measured turns agree with the selected profile."""
         return bool(self._check.agreed)
 
 

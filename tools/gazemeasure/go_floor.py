@@ -1,9 +1,9 @@
-"""Go where I look, judged by the truth: cameras, calibrations, gaze drawn; then driven in rooms.
+"""Measures "go where I look" by the truth: random cameras, calibrations and gaze; then drives.
 
 A tablet 29 cm wide, 60 cm before the eyes, shows the whole picture. Gaze: 1 degree in each axis,
-either as noise (new every 0.2 s; a dwell of 1 s takes the mean) or as a shift that stays for the
+either as noise (new every 0.2 s; a dwell of 1 s takes the mean) or as an offset that stays for the
 whole dwell. With a magnifier, a second dwell on the part around the first, three times as large.
-With one switch, the middle of the cell of the page that shows what is meant.
+With one switch, the middle of the page's cell that contains the intended spot.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ SWITCH = "one switch"
 
 @dataclass(frozen=True)
 class Went:
-    """One look and drive. `off_m`: from the spot meant to the axle where it stopped."""
+    """One look and drive. `off_m`: from the intended spot to the axle at its stop."""
 
     refused: str
     off_m: float
@@ -81,7 +81,7 @@ def _eyes(random: np.random.Generator, count: int) -> list[Eye]:
 
 
 def _shift_px(eye: Eye, kind: str, random: np.random.Generator) -> FloatArray:
-    """By how much the dwell's mean is beside what was meant, on the camera's picture."""
+    """Error of the dwell's mean, pixels of the camera's picture."""
     sigma_px = gaze_px(GAZE_DEG, eye.width_px, TABLET_M)
     if kind == NOISE:
         fade = math.exp(-1.0 / (_NOISE_S * _RATE_HZ))
@@ -97,7 +97,7 @@ def _shift_px(eye: Eye, kind: str, random: np.random.Generator) -> FloatArray:
 def _spot(
     eye: Eye, camera: FloorCamera, meant_m: FloatArray, kind: str, random: np.random.Generator
 ) -> tuple[float, float] | str:
-    """Where the host takes the look to be."""
+    """The spot that the host computes for the look, or the reason for none."""
     pixel = np.array(eye.pixel(*meant_m.tolist()))
     if kind == SWITCH:
         top = np.array((0.0, camera.pixels(np.array(((FARTHEST_M, 0.0),)))[0, 1]))
@@ -111,7 +111,7 @@ def _spot(
 
 
 def _meant(eye: Eye, random: np.random.Generator) -> FloatArray:
-    """A spot that the picture shows, with some margin."""
+    """A random spot that the picture shows, with some margin."""
     while True:
         spot = np.array([random.uniform(*bounds) for bounds in _SPOTS_M])
         share = np.array(eye.pixel(*spot.tolist())) / (eye.width_px, eye.height_px)
@@ -126,10 +126,10 @@ def off_m(eye: Eye, camera: FloorCamera, kind: str, random: np.random.Generator)
 
 
 class LookGo(Go):
-    """A chair that knows only what its lidars have seen from where it stands."""
+    """A chair that knows only its lidars' view from where it stands."""
 
     def without_map(self, footprint: Footprint) -> tuple[Mission, list[KeyScan]]:
-        """The mission on what is seen now."""
+        """A mission on the present view instead of a map."""
         scans = []
         for _ in range(_SCANS):
             self.run_ms(100)
@@ -150,7 +150,7 @@ class LookGo(Go):
 
 
 def go(seed: int, kind: str = NOISE) -> Went:
-    """Look at a free spot of some room's floor, go there."""
+    """Look at a free spot on the floor of a random room, and drive there."""
     random = np.random.default_rng((seed, 71))
     camera, meant = None, None
     while camera is None:
@@ -178,13 +178,13 @@ def go(seed: int, kind: str = NOISE) -> Went:
 
 
 def _bare() -> list[KeyScan]:
-    """Two scans of nothing near: what a chair begins with."""
+    """Two scans without anything near: the chair's first view."""
     points = np.array(((5.0, 0.0), (0.0, 5.0), (-5.0, 0.0), (0.0, -5.0)))
     return [KeyScan(np.zeros(3), points, np.zeros((4, 2)), 0.0, 0.1 * k, 0.0) for k in range(2)]
 
 
 def _free_spot(room: Room, eye: Eye, start: Pose, random: np.random.Generator) -> FloatArray | None:
-    """A spot in view, straight ahead of a turn, on which the chair can stand; by the truth."""
+    """A spot in view, reached by a turn and straight on, where the chair can stand, by the truth."""
     x, y, turn = start
     c, s = math.cos(turn), math.sin(turn)
     for _ in range(40):

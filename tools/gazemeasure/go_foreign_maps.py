@@ -1,4 +1,4 @@
-"""ROS maps in styles that are not the project's own: a plan drawn by hand, and what a robot left.
+"""ROS maps in styles other than the project's own: a plan drawn by hand, and a robot's map.
 
 Each is a `map.yaml` with its PGM in a folder. The drawn one has slanted walls, cells of 4 cm, and
 its colours inverted; the other comes from the public log fr079, on its corrected track.
@@ -42,7 +42,7 @@ _FURNITURE: tuple[Line, ...] = (
 
 
 def drawn_by_hand(folder: Path, noisy: bool) -> Path:
-    """The plan; `noisy`: as a robot's map of it: frayed walls, specks, corners nobody saw."""
+    """The drawn plan; `noisy`: as a robot maps it, with frayed walls, specks, unseen corners."""
     size = [round((high - low) / _CELL_M) for low, high in zip(_LOW_M, _HIGH_M, strict=True)]
     x, y = (
         low + (np.arange(count) + 0.5) * _CELL_M for low, count in zip(_LOW_M, size, strict=True)
@@ -62,14 +62,14 @@ def drawn_by_hand(folder: Path, noisy: bool) -> Path:
         edge = (np.abs(far) < _CELL_M) & inside
         frayed = edge & (chance.random(grey.shape) < 0.3)
         grey[frayed] = np.where(far[frayed] <= 0.0, _WHITE, _BLACK)
-        grey[(far < -1.5 * _CELL_M)] = _GREY  # nobody sees into a wall
+        grey[(far < -1.5 * _CELL_M)] = _GREY  # the inside of walls is unknown
         unseen = (far > 0.0) & inside & (chance.random(grey.shape) < 0.004)
         grey[unseen] = _GREY
     return _write(folder, 255 - grey, _CELL_M, _LOW_M, negate=1)
 
 
 def left_by_a_robot(folder: Path) -> Path:
-    """fr079, in ROS's usual way. Raises NoDataError."""
+    """The log fr079 as a usual ROS map. Raises NoDataError."""
     keys = []
     for frame in carmen_log.read(carmen_log.FR079)[::_EVERY]:
         near = np.hypot(*frame.points_m.T) < _FAR_M

@@ -1,8 +1,8 @@
 """The ideal time of a way: the permitted speed on its legs, time-optimal turns between them.
 
-Permitted is what the board's cap for auto motions lets out, at most 0.35 m/s of the chair's
-outermost point; until it trusts the profile, of the fastest chair that it might be. No ramps on the
-legs, nothing for creeping through what is narrow.
+The board's cap for auto motions permits at most 0.35 m/s of the chair's outermost point; until the
+board trusts the profile, it assumes the fastest possible chair. The ideal has no ramps on the legs,
+and no slower speed in narrow places.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from gazelink import codes
 
 
 class Permitted:
-    """What auto motions of one chair may do, forward and turning on the spot."""
+    """Permitted speeds of one chair's auto motions, forward and turning on the spot."""
 
     def __init__(self, settings: Any, numbers: ChairNumbers, trusted: bool) -> None:
-        """`settings`: the board's. `trusted`: the chair turns as the selected profile says."""
+        """`settings`: the board's. `trusted`: the board trusts the selected profile."""
         self.numbers = numbers
         forward, left, right = (
             self._share(Stopping(settings, direction, trusted).auto)
@@ -35,7 +35,7 @@ class Permitted:
 
 
 def ideal_s(way: Way, start: Pose, permitted: Permitted) -> float:
-    """The same way at the permitted speed, and time-optimal turns on the spot."""
+    """Seconds for the way at the permitted speed, with time-optimal turns on the spot."""
     total, before = way.length_m / permitted.m_s, start[2]
     for number, (a, b) in enumerate(zip(way.points_m[:-1], way.points_m[1:], strict=True)):
         heading = math.atan2(b[1] - a[1], b[0] - a[0])
@@ -49,7 +49,7 @@ def ideal_s(way: Way, start: Pose, permitted: Permitted) -> float:
 
 
 def _turn_s(angle_rad: float, permitted: Permitted) -> float:
-    """Full deflection, full brake, dead time once; the lag as a delay."""
+    """Seconds of a turn: full deflection, full brake, dead time once, the lag as a delay."""
     angle = abs(math.degrees(math.remainder(angle_rad, 2.0 * math.pi)))
     if angle < 2.0:
         return 0.0

@@ -1,7 +1,7 @@
-"""A simulated chair follows tape on the floor: drawn, lit and judged by what the host shares not.
+"""A simulated chair follows tape on the floor, drawn and judged by code that the host does not use.
 
 Pictures come through JPEG, noise and 100 ms; the pose is odometry's, with its drift; the camera is
-one that a calibration by taps found. Judged by the true way of the drive axle and the true tape.
+the result of a calibration by taps. Judged by the drive axle's true path and the true tape.
 """
 
 from __future__ import annotations
@@ -41,22 +41,22 @@ _TAPES = {
     "black": (0.03, 0.03, 0.03),
     "white": (0.90, 0.90, 0.88),
 }
-_SIMILAR = 0.75  # of a rug, the tape's own colour
+_SIMILAR = 0.75  # share of the tape's colour in a rug of similar colour
 
 
 @dataclass(frozen=True)
 class Driven:
-    """What came of a drive. `lost_s`: from the tape's end of being seen to the request's zero."""
+    """The result of a drive. `lost_s`: from the last view of the tape to the zero request."""
 
     chosen: str
-    """The reason why no tap was accepted, or empty."""
+    """The reason why no tap was accepted, or ""."""
     taps: int
     state: State
     near: float
-    """Share of the way within 10 cm of the tape."""
+    """Share of the path within 10 cm of the tape."""
     worst_m: float
     followed: float
-    """Share of the tape that the axle came by, but for the last bit before the chair's front."""
+    """Share of the tape that the axle passed, without the part below the chair's front."""
     end_m: float
     """From the chair's front to the tape's end, along it; above 0 before it."""
     lost_s: float
@@ -66,7 +66,7 @@ class Driven:
 
 @dataclass(frozen=True)
 class Job:
-    """A line, a light, a chair. `cut`: "tape" or "picture" is gone after some seconds."""
+    """A line, a light, a chair. `cut`: "tape" or "picture" disappears after some seconds."""
 
     seed: int
     profile: str
@@ -108,7 +108,7 @@ def _share(values: list[bool]) -> float:
 
 
 def calibrated(eye: Eye, random: np.random.Generator) -> FloorCamera | None:
-    """The camera that taps on nine marks give; None when the set is refused."""
+    """The camera as calibrated by taps on nine marks; None when the set is refused."""
     taps = []
     for mark in _MARKS:
         u, v = eye.pixel(*(np.array(mark) + random.normal(0.0, _TAPE_M, 2)))
@@ -122,7 +122,7 @@ def calibrated(eye: Eye, random: np.random.Generator) -> FloorCamera | None:
 
 
 def random_eye(random: np.random.Generator) -> Eye:
-    """A camera as families mount them: behind or beside the head, looking down at the way."""
+    """A camera as families mount it: behind or beside the head, looking down at the floor ahead."""
     return Eye(
         field_deg=random.uniform(65.0, 85.0),
         height_m=random.uniform(1.0, 1.3),
@@ -153,7 +153,7 @@ def random_line(random: np.random.Generator, length_m: float = 7.0) -> Array:
 
 
 def random_floor(random: np.random.Generator, line: Array) -> Floor:
-    """Tape on it, a crossing, gaps, shadows, a rug of similar colour, glare, some light."""
+    """A floor with tape, a crossing, gaps, shadows, a rug of similar colour, glare and light."""
     tape = _TAPES[str(random.choice(list(_TAPES)))]
     base = np.array(_FLOORS[random.integers(len(_FLOORS))])
     warm = random.uniform(-0.25, 0.25)
@@ -187,7 +187,7 @@ def random_floor(random: np.random.Generator, line: Array) -> Floor:
 
 
 def numbers_of(profile: str) -> ChairNumbers:
-    """Of the tuned profile, all of its speed let out."""
+    """Numbers of the tuned profile at full speed."""
     changed = {"profile": PROFILES.index(profile), "linear_permille": 1000, "turn_permille": 1000}
     settings = settings_with(changed)
     return ChairNumbers.of({row[0]: getattr(settings, row[0]) for row in TABLE})
@@ -220,12 +220,12 @@ class Drive:
             self.follower = LineFollower(small, most_rad_s, numbers.dead_s + numbers.lag_s)
 
     def see(self) -> Picture:
-        """The picture now."""
+        """The camera's present picture."""
         chair = self.chair
         return self.view.picture(chair.x_m, chair.y_m, chair.heading_deg, WIDTH_PX)
 
     def choose(self) -> tuple[str, int]:
-        """Tap the tape some 2 m ahead; refused, nearer or farther. The last reason, and taps."""
+        """Tap the tape some 2 m ahead, if refused nearer or farther; the last reason, and taps."""
         if self.follower is None:
             return "refused", 0
         share = WIDTH_PX / self.eye.width_px
@@ -240,7 +240,7 @@ class Drive:
 
     @property
     def pose(self) -> Array:
-        """By odometry."""
+        """The chair's pose by odometry."""
         noise = np.array((*self._random.normal(0.0, _POSE_M, 2), 0.0))
         return np.asarray(self._pose + noise)
 
@@ -295,7 +295,7 @@ def _both(asked: Request) -> tuple[float, float]:
 
 
 def drive(job: Job) -> Driven:
-    """One drive, judged."""
+    """Run one drive and judge it."""
     one = Drive(job)
     reason, taps = one.choose()
     if reason or one.follower is None:
@@ -307,7 +307,7 @@ def drive(job: Job) -> Driven:
     lost_s = float(rows[moving, 0].max() - cut_s) if moving.any() else 0.0
     way = np.hypot(*np.diff(rows[:, 1:3], axis=0).T)
     on = rows[1:, 1:3]
-    # From where the tape begins.
+    # Count only from where the tape begins.
     from_m = on[:, 0] > one.line[0, 0]
     off = distance_to_line_m(one.line, on)
     total = float(way[from_m].sum())

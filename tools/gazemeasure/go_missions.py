@@ -32,7 +32,7 @@ TWO, ONE, FOREIGN, PEOPLE, DOORS, ANOTHER = (
 KINDS = {TWO: 200, ONE: 40, FOREIGN: 42, PEOPLE: 40, DOORS: 40, ANOTHER: 40}
 MISSIONS_IN_A_HOME = 4
 _TRIES = 150
-_AROUND_M = 0.10  # the least gap all round where a mission begins or ends, turning on the spot
+_AROUND_M = 0.10  # least gap all round for a turn on the spot where a mission begins or ends
 _FENCE_M = 3.0
 _LIMIT_S = 90.0  # and four times the ideal
 
@@ -47,7 +47,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Result:
-    """What came of it."""
+    """The result of a mission."""
 
     job: Job
     arrived: bool
@@ -61,16 +61,16 @@ class Result:
     spent_s: dict[str, float] = field(default_factory=dict)
     plan_s: list[float] = field(default_factory=list)
     step_ms: float = 0.0
-    """Of the mission's steps, 95 %."""
+    """95th percentile of the mission's steps, ms."""
 
 
 def kept(row: dict[str, Any]) -> Result:
-    """A result as JSON holds it."""
+    """A result from its JSON row."""
     return Result(**{**row, "job": Job(**row["job"])})
 
 
 def mission(job: Job) -> Result:
-    """Drive it."""
+    """Drive one mission; returns its result."""
     seed = job.seed
     home, grid = _door(seed) if job.kind == DOORS else _home(seed // MISSIONS_IN_A_HOME)
     if job.kind == PEOPLE:
@@ -112,14 +112,14 @@ def _result(job: Job, outcome: Outcome, after_s: float | None) -> Result:
 
 
 def _another(go: Go, goals: list[Pose]) -> float:
-    """Seconds from another goal on the way to the first stick of the new way that moves."""
+    """Seconds from another goal during the drive to the first motion on the new way."""
     go.mission.go(goals[2])
     go.press()
     go.run_ms(8000)
     go.mission.go(goals[1])
     old, begin_ms = go.mission.way, go.now_ms
     while go.mission.way is old or go.stick == STOP:
-        go.run_ms(10)  # it drives on by the old way first
+        go.run_ms(10)  # it first continues on the old way
         if go.now_ms - begin_ms > 10_000:
             break
     return (go.now_ms - begin_ms) / 1000.0
@@ -135,7 +135,7 @@ def _home(number: int) -> tuple[Home, OccupancyGrid]:
 
 
 def fenced(seed: int) -> Home:
-    """A home nobody is in, with a fence round it: a beam through its windows ends somewhere."""
+    """A home without people, in a fence, so that a beam through its windows hits something."""
     home = home_plans.home(seed)
     home.people, home.script = (), ()
     rows = home.body_segments().reshape(-1, 2)
@@ -150,7 +150,7 @@ def fenced(seed: int) -> Home:
 
 
 def _door(seed: int) -> tuple[Home, OccupancyGrid]:
-    """Two empty rooms with a door between them, without a leaf."""
+    """Two empty rooms, and a door without a leaf between them."""
     chance = np.random.default_rng(seed)
     width, at = chance.uniform(0.85, 0.90), chance.uniform(1.3, 2.7)
     walls = [(4.0, 0.5 * (at - width / 2), at - width / 2)]
@@ -165,7 +165,7 @@ def _door(seed: int) -> tuple[Home, OccupancyGrid]:
 def poses(
     home: Home, grid: OccupancyGrid, chance: np.random.Generator, count: int, doors: bool
 ) -> list[Pose]:
-    """Places of different rooms that the map holds, with room to turn there, by the truth.
+    """Random poses in different rooms of the map, with room to turn, by the truth.
 
     `doors`: two rooms side by side, whose door may be too narrow for the router's lattice.
     """

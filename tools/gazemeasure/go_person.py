@@ -1,9 +1,9 @@
 """Measures following a person: walks with people who get between, judged by the simulator.
 
-The judge knows where everybody is. Following anybody or anything else for a quarter of a second,
-0.5 m and more off the leader, counts; so does any request later than 0.5 s after the last beam
-that met the leader. Half of the walks know a map, half only odometry; in half of them people have
-gaits that the tracker was not made with.
+The judge knows where everybody is. Errors: following anything 0.5 m or more off the leader for a
+quarter of a second, and any request later than 0.5 s after the last beam that hit the leader. Half
+of the walks know a map, half only odometry; in half of them people have gaits that were not used in
+development.
 """
 
 from __future__ import annotations
@@ -41,24 +41,24 @@ _LOST_S = 0.5
 _POSE_M, _POSE_RAD, _DRIFT = 0.008, math.radians(0.15), 0.01
 _RAMP_M_S2, _RAMP_DEG_S2 = 0.6, 80.0
 _ROOM_M = 0.03
-_TURNS_DEG_S = 25.0  # the driver, towards who is to be chosen
+_TURNS_DEG_S = 25.0  # turn rate of the driver towards the leader
 _HELP_S, _HELP_M = 8.0, 2.7
 _LOOK_DEG = 2.5  # error of a look
 
 
 @dataclass
 class Judged:
-    """One walk, by the truth."""
+    """The result of one walk, by the truth."""
 
     swaps: int = 0
     things: int = 0
-    """Followed something that is nobody."""
+    """How often it followed an object."""
     wrong_choices: int = 0
     choices: int = 0
     late_s: float = 0.0
-    """The longest that a request went on after the leader was last seen."""
+    """The longest time from the last view of the leader to the end of requests."""
     stands_s: float = 0.0
-    """Likewise, until the chair stood."""
+    """The longest time from the last view of the leader until the chair stood."""
     ends: Counter[str] = field(default_factory=Counter)
     back: int = 0
     hidden: int = 0
@@ -82,7 +82,7 @@ class _Chair:
         self.blocked = False
 
     def place(self, pose: Pose) -> None:
-        """Stand there."""
+        """Put the chair at `pose`, standing."""
         self.pose = pose
         self._linear.halt()
         self._turn.halt()
@@ -92,7 +92,7 @@ class _Chair:
         return abs(self._linear.speed) > 0.02 or abs(self._turn.speed) > 1.0
 
     def step(self, home: Home, request: Request) -> float:
-        """50 ms; returns the way made."""
+        """Drive for 50 ms; returns the distance travelled."""
         way = turn = 0.0
         for _ in range(round(STEP_S / AXIS_S)):
             way += self._linear.step(request.linear_m_s)
@@ -181,7 +181,7 @@ class _Run:
         return judged
 
     def _help(self) -> None:
-        """The driver drives to behind the leader; a tracker that knows nothing begins there."""
+        """The driver drives to behind the leader, where a new follower begins."""
         self._sought_s = 0.0
         walk = self._walk
         for _ in range(20):
@@ -239,7 +239,7 @@ class _Run:
         return np.asarray(true + self._drift + noise)
 
     def _scan(self, true: Array, at_s: float) -> tuple[Scan, bool]:
-        """What the lidar sees, and whether the leader is in it."""
+        """A scan of the lidar, and whether it shows the leader."""
         own = np.arange(-FRONT.half_deg, FRONT.half_deg, 360.0 / _PER_TURN)
         angles = np.radians(own)
         c, s = math.cos(true[2]), math.sin(true[2])
@@ -294,7 +294,7 @@ class _Run:
         self._before = said.state
 
     def _nearest_m(self, there: tuple[float, float]) -> float:
-        """From there to anybody but the leader."""
+        """Distance from a point to the nearest person except the leader, m."""
         others = [one.actor for one in self._walk.others]
         return min(math.dist(there, (one.x_m, one.y_m)) for one in others)
 
@@ -309,7 +309,7 @@ class _Run:
 
 
 def walks(count: int, seconds: float) -> dict[bool, list[Judged]]:
-    """So many, two in each home; by whether gaits are foreign."""
+    """`count` walks, two in each home; by whether gaits are foreign."""
     found: dict[bool, list[Judged]] = {False: [], True: []}
     for number in range(count):
         seed = number // 2
@@ -331,7 +331,7 @@ def measure(quick: bool) -> Report:
 
 
 def add(report: Report, quick: bool) -> None:
-    """The rows."""
+    """Add the rows."""
     count = _WALKS_QUICK if quick else _WALKS
     done = walks(count, _SECONDS_QUICK if quick else _SECONDS)
     for foreign, name in ((False, "person, the simulator's gait"), (True, "person, foreign gaits")):

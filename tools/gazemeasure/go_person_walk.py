@@ -1,8 +1,8 @@
 """One walk through a generated home: a leader whom the chair follows, and people who get between.
 
-The leader goes from room to room, looks round and waits, or walks on; hidden by a door frame, they
-come back when the chair says that it has lost them. Others cross between the two, come towards
-them, walk beside them, or wait beyond a door and come out as the leader goes in.
+The leader goes from room to room, and either waits for the chair or walks on; after a loss the
+leader comes back. Others cross between the two, come towards them, walk beside them, or wait beyond
+a door and come out as the leader goes in.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from gazesim.rooms import Array
 
 STEP_S = 0.05
 _BODIES_M = 0.45  # no two people are nearer to each other
-_CHAIR_M = 0.35  # nobody walks nearer to the chair's middle line
+_CHAIR_M = 0.35  # nobody walks nearer to the chair's rectangle
 _WALL_M = 0.2
 _FRONT_M = 0.65
 _STANDS_M = 1.2  # in front of the chair, to be chosen
 _WAITS_M = 2.3
 _COMES_M = 2.8
 _STUCK_S, _GIVES_WAY_S = 1.5, 2.5
-_LEAVES_M = 1.3  # whose way ends farther from the leader leaves the home
+_LEAVES_M = 1.3  # a person whose path ends farther from the leader leaves the home
 _AWAY = (1e3, 1e3)
 KINDS = ("cross", "towards", "beside", "door")
 
@@ -48,7 +48,7 @@ class Path:
         return float(self.along[-1])
 
     def at(self, s_m: float, left_m: float = 0.0) -> tuple[float, float]:
-        """The place there, or so far to the left of it."""
+        """The point at `s_m`, or `left_m` to the left of it."""
         x = float(np.interp(s_m, self.along, self.points[:, 0]))
         y = float(np.interp(s_m, self.along, self.points[:, 1]))
         if left_m:
@@ -60,13 +60,13 @@ class Path:
 
 @dataclass
 class Other:
-    """Somebody else: their way, and when they set off."""
+    """Another person: their path, and when they start."""
 
     actor: Actor
     path: Path
     speed_m_s: float
     waits_for_m: float
-    """Until the leader has come so far on the leader's way."""
+    """They start when the leader has walked this far."""
     s_m: float = 0.0
     stuck_s: float = 0.0
     way: int = 1
@@ -74,7 +74,7 @@ class Other:
     gone: bool = False
 
     def leave(self) -> None:
-        """The home."""
+        """Leave the home."""
         self.gone = True
         self.actor.go(*_AWAY)
 
@@ -95,7 +95,7 @@ class Walk:
         self.speed_m_s = chance.uniform(0.3, 0.8)
         if gait == "rollator":
             self.speed_m_s = chance.uniform(0.25, 0.45)
-        self._patient = chance.random() < 0.7  # waits for the chair
+        self._patient = chance.random() < 0.7  # the leader waits for the chair
         self._pause_s = self._held_s = 0.0
         self.others: list[Other] = []
         gaits = [chance.choice(FOREIGN) if foreign else PLAIN for _ in range(4)]
@@ -115,7 +115,7 @@ class Walk:
             a, b = self._clear(x, y, path.at(at, 2.2)), self._clear(x, y, path.at(at, -2.2))
             if chance.random() < 0.5:
                 a, b = b, a
-            # Where the leader has just been: between the chair and the leader.
+            # Crosses where the leader has just been, between chair and leader.
             points, waits = [a, (x, y), b], at + chance.uniform(0.45, 1.2)
         elif kind == "beside":
             begin = min(at + chance.uniform(-1.0, 1.0), last)
@@ -134,7 +134,7 @@ class Walk:
         self.others.append(Other(actor, Path(np.array(points)), speed, waits))
 
     def step(self, chair: Pose, seen: bool, chosen: bool) -> None:
-        """`seen`: the lidar sees the leader. `chosen`: else the leader comes to stand before it."""
+        """`seen`: the lidar sees the leader. `chosen`: if not, the leader comes to the chair."""
         before = [(one.x_m, one.y_m) for one in self._all()]
         self._lead(chair, seen, chosen)
         leader = self.leader.x_m, self.leader.y_m
@@ -164,7 +164,7 @@ class Walk:
     def _lead(self, chair: Pose, seen: bool, chosen: bool) -> None:
         far_m = math.dist((chair.x_m, chair.y_m), (self.leader.x_m, self.leader.y_m)) - _FRONT_M
         if not chosen:
-            # Back along the way, to stand before the chair.
+            # Walk back along the path, and stand before the chair.
             if not seen:
                 self._to(self.s_m - 0.5 * STEP_S, chair)
             elif abs(far_m - _STANDS_M) > 0.1:
@@ -183,20 +183,20 @@ class Walk:
             self._to(self.s_m + speed * STEP_S, chair)
 
     def _apart(self, s_m: float, way: int) -> float:
-        """The next place on the way that is far enough from there to come up from."""
+        """The next point of the path that is _COMES_M from there."""
         here, s = self.path.at(s_m), s_m
         while math.dist(self.path.at(s), here) < _COMES_M and 0.0 <= s <= self.path.length_m:
             s += way * 0.1
         return s
 
     def behind(self) -> Pose:
-        """Well behind the leader on the way, turned to the leader."""
+        """A pose well behind the leader on the path, facing the leader."""
         x, y = self.path.at(self._apart(self.s_m, -1))
         turned = math.atan2(self.leader.y_m - y, self.leader.x_m - x)
         return Pose(x, y, math.degrees(turned))
 
     def ahead(self, step_m: float) -> None:
-        """The leader is so much farther on."""
+        """Move the leader by `step_m` along the path."""
         self.s_m = min(self.s_m + step_m, self.path.length_m)
         self.leader.go(*self.path.at(self.s_m))
 
@@ -213,7 +213,7 @@ class Walk:
 
     @property
     def done(self) -> bool:
-        """The leader has come to the end."""
+        """True if the leader has reached the end."""
         return self.s_m >= self.path.length_m - 0.05
 
     def _goes(self, actor: Actor, to: tuple[float, float], chair: Pose) -> bool:
@@ -235,7 +235,7 @@ class Walk:
         return path.at(float(s_m))
 
     def _clear(self, x: float, y: float, end: tuple[float, float]) -> tuple[float, float]:
-        """As far towards `end` as there is room."""
+        """The farthest point towards `end` with enough room."""
         found = (x, y)
         for share in np.linspace(0.1, 1.0, 10):
             point = x + share * (end[0] - x), y + share * (end[1] - y)
@@ -253,7 +253,7 @@ class Walk:
 
 
 def _to_chair(point: tuple[float, float], chair: Pose) -> float:
-    """From the chair's rectangle."""
+    """Distance of a point from the chair's rectangle, m."""
     turned = math.radians(chair.heading_deg)
     dx, dy = point[0] - chair.x_m, point[1] - chair.y_m
     ahead = math.cos(turned) * dx + math.sin(turned) * dy
@@ -262,7 +262,7 @@ def _to_chair(point: tuple[float, float], chair: Pose) -> float:
 
 
 def _way(home: Home, router: Router, chance: random.Random) -> Path:
-    """From one room to another, smoothed; at least 6 m."""
+    """A smoothed path from one room to another, at least 6 m long."""
     names = sorted(home.places)
     for _ in range(20):
         begin, end = chance.sample(names, 2)
@@ -282,7 +282,7 @@ def _way(home: Home, router: Router, chance: random.Random) -> Path:
 
 
 def _doors(home: Home, path: Path) -> list[float]:
-    """Where on the way it passes doors."""
+    """Where the path passes doors, m along it."""
     found = []
     for door in home.doors:
         x, y = 0.5 * (door.hinge[0] + door.jamb[0]), 0.5 * (door.hinge[1] + door.jamb[1])

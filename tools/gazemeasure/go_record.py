@@ -1,7 +1,7 @@
-"""Results of missions, kept as they come: a run of the full set that was ended is resumed.
+"""Stores results of missions one by one, so that an interrupted run of the full set is resumed.
 
-docs/missions.json has them, and a digest of the files that they rest upon: when one of these
-changes, all begins anew.
+docs/missions.json has the results, and a digest of the files that they depend on: when one of these
+changes, all missions start again.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _DOCS = ROOT / "docs"
 FILE = _DOCS / "missions.json" if _DOCS.is_dir() else None
 """None outside of a checkout: nothing is kept there."""
 _HERE = Path(__file__).parent
-# Where the imports of all that missions rest upon begin.
+# Missions depend on these files and on everything that they import.
 _BEGINS = (_HERE / "go_missions.py", _HERE / "go_scenes.py", ROOT / "firmware/gazeboard/main.py")
 
 
@@ -37,7 +37,7 @@ class Job(Protocol):
 
 
 class Result(Protocol):
-    """What came of one: a dataclass, whose fields JSON can hold."""
+    """The result of one mission: a dataclass whose fields JSON can represent."""
 
     @property
     def job(self) -> Any: ...
@@ -60,9 +60,9 @@ def gather(
     processes: int,
     file: Path | None,
 ) -> list[R]:
-    """What came of each job; those that `file` does not hold are run, and kept there.
+    """The result of each job; jobs without a result in `file` are run, and stored there.
 
-    `load`: a result, of its fields as JSON holds them. `file`: None keeps nothing.
+    `load`: makes a result from its JSON fields. `file`: None stores nothing.
     """
     of = "" if file is None else digest()
     rows = {} if file is None else _read(file, of)
@@ -79,7 +79,7 @@ def gather(
 
 
 def digest() -> str:
-    """Of all files that missions rest upon."""
+    """One digest of all files that missions depend on."""
     return digest_of(digests(_BEGINS))
 
 
@@ -88,7 +88,7 @@ def _key(job: Job) -> str:
 
 
 def _row(one: Result) -> dict[str, Any]:
-    """The same for every kind, whatever its result holds."""
+    """A result as a JSON row, with common fields for every kind."""
     return {
         "kind": one.job.kind,
         "arrived": one.arrived,

@@ -1,8 +1,8 @@
-"""A chair that takes itself somewhere, in virtual time: firmware core, clearance, mission, twin.
+"""A chair that drives itself somewhere, in virtual time: firmware core, clearance, mission, twin.
 
 Every millisecond a tick of the board's real core (safety, motion, obstacles), every 10 ms the
-chair, every 100 ms a turn of the lidars and the host's clearance, every 50 ms the mission. Judged
-by the truth alone: footprint against walls, arrival by the true pose.
+chair, every 100 ms a turn of the lidars and the host's clearance, every 50 ms the mission. Only the
+truth judges: footprint against walls, arrival by the true pose.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _LOOK_MS = 100
 _MISSION_MS = 50
 _PEOPLE_MS = 50
 _LATE_MS = 10
-_PLAN_MS = 300  # that planning takes
+_PLAN_MS = 300  # time that planning takes
 _TTL_MS = 150
 _NOISE_M = 0.006
 _FULL = 1000
@@ -64,7 +64,7 @@ _HEADING_DEG = 0.1
 
 @dataclass
 class Outcome:
-    """What came of a mission."""
+    """The result of a mission."""
 
     arrived: bool = False
     said_arrived: bool = False
@@ -85,7 +85,7 @@ class Outcome:
     ended: str = ""
     """Why the board ended the press: nothing moves until a person presses again."""
     spent_s: dict[str, float] = field(default_factory=dict)
-    """What the time went to."""
+    """How the time was spent, s by activity."""
     blocked_said_s: float | None = None
 
 
@@ -162,14 +162,14 @@ class Go:
 
     @property
     def stick(self) -> Stick:
-        """What is asked for now."""
+        """The present request."""
         return Stick(self.core.i.linear_permille, self.core.i.turn_permille)
 
     # -- the world ---------------------------------------------------------------------------------
 
     @property
     def pose(self) -> Where:
-        """The truth."""
+        """The chair's true pose."""
         return self.chair.x_m, self.chair.y_m, self.chair.heading_deg
 
     def _arm(self) -> None:
@@ -184,7 +184,7 @@ class Go:
         core.i.clearance_count = (core.i.clearance_count + 1) & 0xFFFF
 
     def run_ms(self, ms: int) -> None:
-        """So long; `ms` in steps of 10."""
+        """Run for `ms`, a multiple of 10."""
         for _ in range(ms // _STEP_MS):
             self._step()
 
@@ -297,7 +297,7 @@ class Go:
         self._account(stick)
 
     def _submit(self, job: Callable[[], Planned]) -> Future[Planned]:
-        """A plan is ready so much later."""
+        """Plan at once; the result is ready _PLAN_MS later."""
         begin_s = time.process_time()
         found = job()
         self.outcome.plan_s.append(time.process_time() - begin_s)
@@ -307,7 +307,7 @@ class Go:
         return Permitted(self._settings, self.numbers, trusted)
 
     def _account(self, stick: Stick) -> None:
-        """What these 50 ms went to."""
+        """Record how these 50 ms were spent."""
         self._trusted = self._trusted or self.core.profile_agrees
         override = self.core.safety.override
         if override != codes.NO_REASON:
@@ -328,14 +328,14 @@ class Go:
         self.outcome.spent_s[what] = self.outcome.spent_s.get(what, 0.0) + _MISSION_MS / 1000.0
 
     def _command(self, stick: Stick) -> None:
-        """The planner's value, supervised."""
+        """Send the planner's value, with supervision."""
         i, core = self.core.i, self.core
         i.linear_permille, i.turn_permille = stick.linear_permille, stick.turn_permille
         core.command(_TTL_MS)
         core.watch_on()
 
     def press(self) -> None:
-        """A person lets it go."""
+        """A person starts the auto motion with a press."""
         self.core.auto(0, 0, _TTL_MS)
         self.core.hold_ms = 0
         self.core.watched = False
@@ -343,11 +343,11 @@ class Go:
 
     @property
     def ended(self) -> bool:
-        """Whether the board has ended the press."""
+        """True if the board has ended the press."""
         return bool(self.core.safety.edge != self.core.i.edge)
 
     def go(self, goal: Pose, limit_s: float, settle_s: float = 1.0) -> Outcome:
-        """Until it arrives or gives up; `limit_s` and 4 times the ideal at most."""
+        """Drive until it arrives or gives up; at most `limit_s` plus 4 times the ideal time."""
         mission, outcome = self.mission, self.outcome
         begin_ms = self.now_ms
         mission.go(goal)
@@ -390,7 +390,7 @@ class Go:
 
 
 def costmap_of(grid: OccupancyGrid, no_go: Any, footprint: Footprint) -> Costmap:
-    """Of a map."""
+    """The costmap of a map."""
     return Costmap(grid.occupied, grid.free, grid.cell_m, grid.low_m, footprint, no_go)
 
 

@@ -1,4 +1,4 @@
-"""Where the whole chair is driven: generated homes, ROS maps, and ways that somebody shuts."""
+"""Scenes for the whole chair: generated homes, ROS maps, and ways that become blocked."""
 
 from __future__ import annotations
 
@@ -38,39 +38,39 @@ SHUT = (DOOR, PERSON, ROUND)
 _LEAST_ARRIVED = {WHOLE: 99.0, DRAWN: 99.0, ROBOT: 99.0, DOOR: 95.0, PERSON: 95.0, ROUND: 95.0}
 _RATIO, _SAID_S = 1.3, 10.0
 _QUICK = 2
-_ROOM_M = 1.5  # nothing shuts nearer to the chair
+_ROOM_M = 1.5  # nothing is blocked nearer to the chair
 _LOOK_MS = 50
-_SHUTS_M = 0.5  # of way that it has made then, at least
-_SHUT_S = 20.0  # after it was said
+_SHUTS_M = 0.5  # distance travelled before that, at least
+_SHUT_S = 20.0  # until it opens, after the pages were told
 _WALL_X_M = 4.0
 _KEYS_M = 0.6  # from one key scan of a map to the next
 
 
 @dataclass(frozen=True)
 class Done:
-    """A mission and what came of it."""
+    """A mission and its result."""
 
     job: Job
     driven: Driven
 
     @property
     def arrived(self) -> bool:
-        """By the truth."""
+        """True if the chair arrived, by the truth."""
         return self.driven.arrived
 
     @property
     def collisions(self) -> int:
-        """By the truth."""
+        """Number of collisions, by the truth."""
         return self.driven.collisions
 
     @property
     def ratio(self) -> float:
-        """Time by the ideal."""
+        """Time divided by the ideal time."""
         return self.driven.ratio
 
 
 def mission(job: Job) -> Done:
-    """Drive it."""
+    """Drive one mission; returns its result."""
     scene = _MADE[job.kind](job)
     if job.kind in SHUT:
         return Done(job, drive(scene, Shut(job).act))
@@ -115,7 +115,7 @@ def _add(report: Report, kind: str, done: list[Driven]) -> None:
 
 
 class Shut:
-    """Shuts the way while the chair is on it, and opens it again once the pages were told why."""
+    """Blocks the way during the drive, and opens it again some time after the pages were told."""
 
     def __init__(self, job: Job) -> None:
         self._kind = job.kind
@@ -125,7 +125,7 @@ class Shut:
         self._said_ms: int | None = None
 
     def act(self, judge: Judge) -> None:
-        """One millisecond."""
+        """Called each millisecond."""
         if not judge.pressed_ms or judge.chair.now_ms % _LOOK_MS:
             return
         now_ms, room = judge.chair.now_ms, judge.scene.room
@@ -171,7 +171,7 @@ def _in_a_home(job: Job) -> Scene:
 
 @lru_cache(maxsize=2)
 def _mapped_inside(number: int) -> OccupancyGrid:
-    """Of that home, from where a chair can get to: nobody maps a home from its garden."""
+    """The map of that home, from places that a chair can reach, not from its garden."""
     home, chance = go_missions.fenced(number), np.random.default_rng((number, 8))
     bare = home_plans.home(number)
     router = Router(bare)
@@ -218,7 +218,7 @@ def _in_a_ros_map(job: Job) -> Scene:
 
 
 def _through_a_door(job: Job) -> Scene:
-    """Two rooms, and one or two doors between them; which is nearer is shut."""
+    """Two rooms, and one or two doors between them, the nearer of which is closed."""
     chance = np.random.default_rng((job.seed, 3))
     count = 2 if job.kind == ROUND else 1
     deep_m = 4.0 * count

@@ -1,7 +1,7 @@
 """Missions of the whole chair: firmware from main.py on, frames, odometry, mapping, producers.
 
-In virtual time, as tests/e2e drive it; nobody tells it where it is. It begins where the drive
-before has brought it, and has one press. The simulator's truth judges.
+In virtual time, as tests/e2e drive it; the chair must locate itself. It begins where the drive
+before ended, and has one press. The simulator's truth judges.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _MOVES_M_S, _MOVES_DEG_S = 0.05, 2.0
 
 @dataclass(frozen=True)
 class Scene:
-    """Where a mission is driven. `room`: what is; `grid`: the map that the chair has of it."""
+    """Where a mission is driven. `room`: the truth; `grid`: the chair's map of it."""
 
     room: Home
     grid: OccupancyGrid
@@ -48,7 +48,7 @@ class Scene:
 
 @dataclass
 class Driven:
-    """What came of it."""
+    """The result of a drive."""
 
     arrived: bool = False
     collisions: int = 0
@@ -58,25 +58,25 @@ class Driven:
     end_m: float = math.inf
     end_deg: float = math.inf
     ended: str = ""
-    """What its pages were told last: state and reason."""
+    """The last state and reason that the pages received."""
     silent_s: float = 0.0
-    """The longest that it stood before a way that was shut, and its pages were not told why."""
+    """The longest time that it stood before a blocked way without a reason on the pages."""
     cpu_s: float = 0.0
 
     @property
     def ratio(self) -> float:
-        """Time by the ideal."""
+        """Time divided by the ideal time."""
         return self.took_s / max(self.ideal_s, 1.0)
 
     @property
     def why(self) -> str:
-        """For those that have not arrived."""
+        """The situation in one line, for drives that did not arrive."""
         off = f"{self.end_m:.2f} m and {self.end_deg:.0f} deg off"
         return f"{self.ended}, {off}, {self.took_s:.0f} s, {self.collisions} collisions"
 
 
 class Judge:
-    """One mission on its way. `acts` are called each millisecond."""
+    """Drives one mission. `acts` are called each millisecond."""
 
     def __init__(self, scene: Scene, folder: Path) -> None:
         self.scene = scene
@@ -97,7 +97,7 @@ class Judge:
         self.pressed_ms = 0
 
     def drive(self) -> Driven:
-        """Press once; until it has arrived, has ended, or takes too long."""
+        """Press once, and run until it has arrived, has ended, or takes too long."""
         chair, driven = self.chair, self.driven
         chair.came_here()
         if not self._waits(lambda: _GOAL in chair.tiles, _KNOWN_MS):
@@ -124,7 +124,7 @@ class Judge:
 
     @property
     def since_s(self) -> float:
-        """Since the press."""
+        """Seconds since the press."""
         return (self.chair.now_ms - self.pressed_ms) / 1000.0
 
     def _waits(self, over: Callable[[], bool], limit_ms: int) -> bool:
@@ -141,7 +141,7 @@ class Judge:
 
     @property
     def moves(self) -> bool:
-        """The chair, in truth."""
+        """True if the chair moves, by the truth."""
         chair = self.chair.world.chair
         return abs(chair.speed_m_s) > _MOVES_M_S or abs(chair.yaw_rate_deg_s) > _MOVES_DEG_S
 
