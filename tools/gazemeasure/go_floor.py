@@ -184,7 +184,7 @@ def _bare() -> list[KeyScan]:
 
 
 def _free_spot(room: Room, eye: Eye, start: Pose, random: np.random.Generator) -> FloatArray | None:
-    """A spot in view, reached by a turn and straight on, where the chair can stand, by the truth."""
+    """A visible spot, reached by a turn and straight on, where the chair has room by the truth."""
     x, y, turn = start
     c, s = math.cos(turn), math.sin(turn)
     for _ in range(40):

@@ -60,7 +60,7 @@ def measure(quick: bool) -> Report:
 
 
 def _cost(report: Report, seconds: float) -> None:
-    """From the bytes of a dense turn to the pose: decoding and both its pieces."""
+    """Add the cost from the bytes of a dense turn to the pose: decoding and both pieces."""
     driven = Drive(home_plans.home(2), 2, (FRONT,), per_turn=_DENSE)
     odometry, decoder = Odometry(), CapsuleDecoder()
     turns, spent_ms = 0, []

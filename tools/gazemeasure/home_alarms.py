@@ -1,4 +1,4 @@
-"""Stuck, pushed, turned by hand: how soon odometry reports it, in generated homes."""
+"""How soon odometry reports a chair that is stuck, pushed or turned by hand, in generated homes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from gazesim.home_routes import Pose
 
 STUCK_IN, PUSHED_BY, TURNED_BY = "stuck", "pushed", "turned by hand"
 _REPORTS = {STUCK_IN: STUCK, PUSHED_BY: PUSHED, TURNED_BY: PUSHED}
-_STARTS_S = 0.6  # until then no chair need have begun to move
+_STARTS_S = 0.6  # after a command, every chair has begun to move by then
 _MOVES_M_S, _MOVES_DEG_S = 0.06, 6.0
 _QUIET_S, _LASTS_S = 4.0, 1.6
 _SEEDS, _SEEDS_QUICK = range(100), range(3)
@@ -28,7 +28,7 @@ Run = Callable[[Callable[[Job], float], Sequence[Job]], list[float]]
 
 @dataclass
 class _Disturbed:
-    """Stands in place of a driver; then it is held, pushed or turned."""
+    """Replaces the driver: the chair is held, pushed or turned."""
 
     pose: Pose
     kind: str
@@ -39,7 +39,7 @@ class _Disturbed:
         self.permille = (0, 0)
         self.speeds = (0.0, 0.0)
         self.since_s: float | None = None
-        """Since when it is so that it should be reported."""
+        """Since when it should be reported, s."""
         self._now_s = 0.0
         self._begins_s = _QUIET_S + self.chance.random()
         self._command = self.chance.choice(((self.chance.randint(600, 1000), 0), (0, 900)))
@@ -48,10 +48,10 @@ class _Disturbed:
         self._ramp = self.chance.uniform(0.3, 1.0)
 
     def look(self) -> None:
-        """Nothing is ahead."""
+        """Ignores what is ahead."""
 
     def step(self) -> None:
-        """10 ms."""
+        """Move for 10 ms."""
         self._now_s += STEP_S
         passed_s = self._now_s - self._begins_s
         if passed_s < 0.0:
@@ -77,7 +77,7 @@ class _Disturbed:
 
 
 def reported_after_s(job: Job) -> float:
-    """Seconds until what has happened is reported; inf: not at all, or before it happened."""
+    """Seconds until the event is reported; inf: not at all, or before it happened."""
     kind, seed = job
     driven = Drive(home_plans.home(seed), seed, (FRONT,))
     disturbed = _Disturbed(driven.driver.pose, kind, random.Random(f"{kind} {seed}"))
@@ -95,7 +95,7 @@ def reported_after_s(job: Job) -> float:
 
 
 def measure(report: Report, quick: bool, run: Run) -> None:
-    """Add a row for each; `run` maps jobs."""
+    """Add a row for each event; `run` maps jobs."""
     seeds = _SEEDS_QUICK if quick else _SEEDS
     for kind in _REPORTS:
         after_s = run(reported_after_s, [(kind, seed) for seed in seeds])

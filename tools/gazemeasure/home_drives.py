@@ -36,33 +36,33 @@ class Job:
 
 @dataclass(frozen=True)
 class Driven:
-    """What came of it. Arrays: an entry each estimate."""
+    """The result of a drive. Arrays have an entry per estimate."""
 
     job: Job
     way_m: float
     end_m: float
-    """Error of the place at the end, the beginning being right."""
+    """Position error at the end, with a correct beginning."""
     speed_m_s: Array
-    """Errors."""
+    """Errors of the speed."""
     speed_sigmas: Array
-    """The same, in the standard deviations that were claimed."""
+    """The same errors, in claimed standard deviations."""
     age_s: Array
-    """When the measurements were whole, since the time that the estimate is of."""
+    """Time from the estimate's moment until its measurements were complete."""
     alarms: int
-    """How often it was called stuck or pushed: nobody held or pushed it."""
+    """Number of false reports of a stuck or pushed chair."""
     turned: int
-    """How often a lidar was called turned: none was."""
+    """Number of false reports of a turned lidar."""
     core: float
-    """Share of a core: computing time by driving time."""
+    """Share of a core: computing time divided by driving time."""
     map: Judged
-    """The map that was made on the way."""
+    """The map that was made during the drive."""
 
 
 Run = Callable[[Callable[[Job], Driven], Sequence[Job]], list[Driven]]
 
 
 def drive(job: Job) -> Driven:
-    """Drive, and judge."""
+    """Run one drive and judge it."""
     driven = Drive(home_plans.home(job.seed), job.seed, LIDARS[job.lidars])
     odometry = Odometry()
     speeds, sigmas, ages = [], [], []

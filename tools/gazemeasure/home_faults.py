@@ -1,8 +1,8 @@
-"""Drives in a known home while something is wrong with the lidars: what is claimed, what is told.
+"""Drives in a known home with a fault of the lidars: claimed poses, and reports of the fault.
 
-The map is of key scans (see `home_localization`); the chair knows its place at the beginning, and
-drives among people. Then a lidar is bumped, is lost, or all scans come late. What is claimed is
-judged at the time it is of: wrong is 0.1 m or 3 degrees off, at any look after the fault.
+The map is made from key scans (see `home_localization`); the chair knows its pose at the beginning,
+and drives among people. Then a lidar is bumped or lost, or all scans arrive late. Each claimed pose
+is judged at its own time: it is wrong if it is 0.1 m or 3 degrees off, at any look after the fault.
 """
 
 from __future__ import annotations
@@ -47,34 +47,34 @@ _NOTICED_S = {BUMPED: 5.0, BUMPED_ONE: 5.0, GONE: 1.0, LATE: 1.0}
 _DOUBTS = {BUMPED: doubts.TURNED, BUMPED_ONE: doubts.TURNED, GONE: doubts.LATE, LATE: doubts.LATE}
 _SEEDS, _SEEDS_QUICK = range(60, 70), range(60, 61)
 
-Job = tuple[str, int]  # what is wrong, seed
+Job = tuple[str, int]  # fault, seed
 
 
 @dataclass
 class Drove:
-    """What came of a drive."""
+    """The result of a drive."""
 
     wrong: int = 0
-    """Looks at which another place than the chair's was claimed."""
+    """Looks at which a wrong pose was claimed."""
     known: int = 0
-    """Looks at which a place was claimed."""
+    """Looks at which a pose was claimed."""
     looks: int = 0
     alarms: int = 0
-    """Estimates with the doubt that should be, or a turned lidar, before anything was wrong."""
+    """Estimates that reported the fault, or a turned lidar, before there was a fault."""
     noticed_s: float = math.inf
-    """After what is wrong began."""
+    """Time from the fault to its report."""
     off_m: list[float] = field(default_factory=list)
-    """Of each claimed place."""
+    """Position error of each claimed pose."""
     off_deg: list[float] = field(default_factory=list)
     sigmas: list[tuple[float, float]] = field(default_factory=list)
-    """Claimed: m, degrees."""
+    """Claimed standard deviations: m, degrees."""
 
 
 Run = Callable[[Callable[[Job], Drove], Sequence[Job]], list[Drove]]
 
 
 def drove(job: Job, seconds: float = _SECONDS) -> Drove:
-    """Drive, with what is wrong from the middle of the first half on."""
+    """Run one drive, with the fault from _BEGINS_S on."""
     kind, seed = job
     home = home_plans.home(seed)
     people, home.people = home.people, ()
@@ -122,7 +122,7 @@ def drove(job: Job, seconds: float = _SECONDS) -> Drove:
 
 
 def _events(driven: Drive, kind: str, seconds: float) -> Iterator[Motion | Piece]:
-    """What arrives, in that order."""
+    """The sensors' data, in the order of arrival."""
     late: deque[tuple[float, Piece]] = deque()
     for event in driven.events(seconds):
         while late and late[0][0] <= driven.time_s:
@@ -138,7 +138,7 @@ def _events(driven: Drive, kind: str, seconds: float) -> Iterator[Motion | Piece
             if driven.lidars[0] is FRONT:
                 driven.lidars = (replace(FRONT, heading_deg=_BUMPED_DEG), *driven.lidars[1:])
                 yield event
-            else:  # it is still taken for one that looks straight on
+            else:  # odometry still assumes its old direction
                 yield replace(event, directions_deg=event.directions_deg - _BUMPED_DEG)
 
 

@@ -1,10 +1,10 @@
-"""Finding itself where nothing was made for it: mirrors, glass, and maps in another's style.
+"""Localization in unfamiliar conditions: mirrors, glass, and maps in another style.
 
-Mirrors and glass: in every room of a generated home a mirror and a pane on the walls, as mapped, or
-hung up after the map was made. Maps of others: plans drawn by hand (slanted walls, a bay, round
-pillars), as a SLAM would have written them to ROS's files: other cells, bent, noisy, with gaps and
+Mirrors and glass: in every room of a generated home a mirror and a pane on the walls, mapped, or
+hung up after the map was made. Foreign maps: plans drawn by hand (slanted walls, a bay, round
+pillars), as another SLAM would write them to ROS files: other cells, bent, noisy, with gaps and
 specks; the chair stands in the plan itself. And the public log fr079 as such a map: an office with
-many rooms alike.
+many similar rooms.
 """
 
 from __future__ import annotations
@@ -102,14 +102,14 @@ _PLANS: tuple[tuple[tuple[tuple[float, float], ...], ...], ...] = (
         ((1.2, 5.4), (2.6, 6.6)),
     ),
 )
-# What a SLAM makes of a wall: each point off, walls off, missing, specks; and the whole is bent.
+# Errors of a SLAM map: of points, of walls, share missing, share of specks; the whole is bent.
 _POINT_M, _WALL_M, _MISSING, _SPECKS = 0.012, 0.012, 0.06, 0.0006
 _BENT_RAD_M, _STRETCHED = 0.0006, 0.002
 _CELLS_M = (0.02, 0.05, 0.10)
 _VIEWS, _BEAMS = 80, 360
 _LOG_EVERY = 8  # scans of the public log
 
-Job = tuple[str, int]  # what, seed
+Job = tuple[str, int]  # kind, seed
 Run = Callable[[Callable[[Job], Counted], Sequence[Job]], list[Counted]]
 
 
@@ -134,7 +134,7 @@ def measure(report: Report, quick: bool, run: Run) -> None:
 
 
 def starts_in(job: Job) -> Counted:
-    """The starts of one seed."""
+    """The results of the starts of one seed."""
     kind, seed = job
     chance = np.random.default_rng(seed)
     counted = Counted()
@@ -158,13 +158,13 @@ def _hung(seed: int, chance: np.random.Generator) -> tuple[Home, OccupancyGrid]:
 
 
 def _as_made(home: Home, chance: np.random.Generator) -> OccupancyGrid:
-    """As a map that a chair makes is: without the rooms that are seen in mirrors."""
+    """The map as a chair would make it: without the rooms that appear in mirrors."""
     keys = key_scans(home, chance)
     return occupancy_of(without_mirrored(keys, occupancy_of(keys)))
 
 
 def with_mirrors(home: Home, chance: np.random.Generator) -> Home:
-    """The home with a mirror and a pane of glass in every room, where there is a wall for them."""
+    """The home with a mirror and a pane of glass in every room that has a wall for them."""
     home.people = ()
     more: list[Solid] = []
     for x_m, y_m in home.places.values():
@@ -199,7 +199,7 @@ def _drawn(seed: int, chance: np.random.Generator) -> tuple[Home, OccupancyGrid]
 
 
 def as_ros_map(home: Home, cell_m: float, folder: Path, chance: np.random.Generator) -> Path:
-    """`map.yaml` and its image, as another's SLAM would have made them."""
+    """Write `map.yaml` and its image as another SLAM would; returns the path."""
     walls = np.array(home.walls)
     low, high = walls.reshape(-1, 2).min(axis=0) - 1.0, walls.reshape(-1, 2).max(axis=0) + 1.0
     shape = np.ceil((high - low) / cell_m).astype(int)

@@ -1,6 +1,6 @@
-"""Tuning straight on, by odometry: the simulated chair in each profile, in generated homes.
+"""Tuning of straight driving by odometry: the simulated chair in each profile, in generated homes.
 
-Then a step by its numbers on the chair itself, and the stopping distance the board would assume.
+Then a step with the result on the same chair, and the stopping distance the board would assume.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ _SEEDS, _SEEDS_QUICK = range(10), range(1)
 _NEUTRAL = (0.0, 0.0)
 
 Job = tuple[str, int]  # profile, seed
-Found = tuple[float, float]  # off the step, stopping distance assumed by the true one
+Found = tuple[float, float]  # error of the step; assumed stopping distance by the true one
 Run = Callable[[Callable[[Job], Found], Sequence[Job]], list[Found]]
 
 
 class _Tuned:
-    """The twin in place of a driver: rests, and drives straight on as it is pressed."""
+    """Replaces the driver: rests, and drives straight on while pressed."""
 
     def __init__(self, chair: Chair, pose: Pose) -> None:
         self.chair = chair
@@ -58,10 +58,10 @@ class _Tuned:
         return self.chair.speed_m_s, self.chair.yaw_rate_deg_s
 
     def look(self) -> None:
-        """Nothing is ahead."""
+        """Ignores what is ahead."""
 
     def step(self) -> None:
-        """10 ms."""
+        """Move for 10 ms."""
         for _ in range(round(STEP_S * 1000)):
             self.chair.step(0.001, (self.share, 0.0))
         x_m, y_m, heading_deg = self.chair.x_m, self.chair.y_m, self.chair.heading_deg
@@ -69,7 +69,7 @@ class _Tuned:
 
 
 def _place(driven: Drive) -> Pose | None:
-    """Where it stands, looking where there is space; None: nowhere."""
+    """A pose with free space ahead; None: there is none."""
     pose = driven.driver.pose
     for heading_deg in range(0, 360, 15):
         angle = math.radians(heading_deg)
@@ -82,7 +82,7 @@ def _place(driven: Drive) -> Pose | None:
 
 
 def recordings(profile: str, seed: int) -> list[ForwardRecording]:
-    """What odometry makes of the presses, in the first home with space from that seed on."""
+    """Odometry's recordings of the presses, in the first home with space from that seed on."""
     home_seed, pose = seed, None
     while pose is None:
         driven = Drive(home_plans.home(home_seed), home_seed, (FRONT,))
@@ -127,7 +127,7 @@ def _rested(profile: str, seed: int) -> Chair:
 
 
 def judged(job: Job) -> Found:
-    """Tune that profile, then drive; inf and 0: it cannot be tuned."""
+    """Tune that profile, then drive; (inf, 0): it cannot be tuned."""
     profile, seed = job
     try:
         numbers = identify(recordings(profile, seed))

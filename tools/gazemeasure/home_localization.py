@@ -1,10 +1,10 @@
-"""Finding itself in generated homes: starts anywhere without a hint, crowds, disturbed homes.
+"""Localization in generated homes: starts anywhere without a hint, crowds, disturbed homes.
 
-The map of a home is made of key scans whose poses are right within 1 cm and 0.2 degrees. A chair
-with one front lidar stands somewhere, turns by 20 degrees per second at most, and has 10 s. Right
-is within 0.1 m and 3 degrees; anything else that it claims is confidently wrong. A crowd hides
-most of what is around: one that walks, so that each look is hidden otherwise, and one that stands.
-In a home that is not on the map, everything that it claims is wrong.
+The map of a home is made of key scans with poses right within 1 cm and 0.2 degrees. A chair with
+one front lidar stands somewhere, turns by at most 20 degrees per second, and has 10 s. Right is
+within 0.1 m and 3 degrees; any other claimed pose is confidently wrong. Crowds hide most of the
+surroundings: a walking one hides other parts in each look, a standing one the same. In a home that
+is not on the map, every claimed pose is wrong.
 """
 
 from __future__ import annotations
@@ -33,18 +33,18 @@ _KEY_SCANS = 120
 KEY_SIGMAS = np.array((0.01, 0.01, math.radians(0.2)))
 _RIGHT_M, _RIGHT_RAD = 0.1, math.radians(3.0)
 _LOOK_S, _TURN_RAD_S, _GIVEN_S = 0.5, math.radians(20.0), 10.0
-_BEAMS = 600  # a turn
+_BEAMS = 600  # per turn
 _NOISE_M = 0.006
 _FARTHEST_M = 18.0
 _NOTICED_S = 5.0
 _HIDDEN_SHARE, _SECTORS = 0.7, 20
-_PERSON_M, _AWAY_M = (0.12, 0.25), (0.85, 1.8)  # one who stands: radius, from the drive axle
+_PERSON_M, _AWAY_M = (0.12, 0.25), (0.85, 1.8)  # a standing person: radius, distance from the axle
 _CROWD_S, _AGAIN_S = 10.0, 0.2  # it stands around a chair that knew its place
 _MOVED_SHARE, _MOVED_M = 0.5, 0.5
-_ANOTHER = 500  # homes further on: one that is not on the map
+_ANOTHER = 500  # offset in seed of a home that is not on the map
 _NOBODY: Array = np.zeros((0, 3))
 
-# What a start is in, and how many of those must be right, in percent.
+# Kind of start, and the percentage that must be right.
 _MAPPED, _MOVED, _WALKING, _STANDING = (
     "as mapped",
     "doors and furniture moved",
@@ -56,22 +56,22 @@ _LEAST = {_MAPPED: 99.0, _MOVED: 85.0, _WALKING: 90.0, _STANDING: 50.0}
 
 @dataclass
 class Counted:
-    """What became of the starts in one home, by the kind of start."""
+    """The results of the starts in one home, by the kind of start."""
 
     right: dict[str, int] = field(default_factory=dict)
     wrong: dict[str, int] = field(default_factory=dict)
     unknown: dict[str, int] = field(default_factory=dict)
     after_s: list[float] = field(default_factory=list)
-    """How long the right ones of undisturbed homes took."""
+    """Time until a right pose in undisturbed homes."""
     lost_after_s: list[float] = field(default_factory=list)
     elsewhere: list[bool] = field(default_factory=list)
-    """For each start in a home that is not on the map, whether it claimed a place."""
+    """For each start in a home that is not on the map: True if it claimed a pose."""
     crowded: list[str] = field(default_factory=list)
-    """What it was after a crowd had come to a known place: right, wrong or unknown."""
+    """The pose after a crowd came to a located chair: right, wrong or unknown."""
     look_ms: list[float] = field(default_factory=list)
 
     def count(self, kind: str, found: Location | None, pose: Array) -> None:
-        """Add one."""
+        """Add the result of one start."""
         which = self.unknown if found is None else self.wrong
         if found is not None and is_right(found, pose):
             which = self.right
@@ -107,7 +107,7 @@ def measure(report: Report, quick: bool, each: Callable[..., list[Counted]]) -> 
 
 
 def starts_in(seed: int) -> Counted:
-    """All starts in one home."""
+    """Run all starts in one home."""
     chance = np.random.default_rng(seed)
     counted = Counted()
     home = home_plans.home(seed)
@@ -153,7 +153,7 @@ def mapped(home: Home, chance: np.random.Generator) -> OccupancyGrid:
 
 
 def key_scans(home: Home, chance: np.random.Generator) -> list[KeyScan]:
-    """Of the home as it is now, from all over it."""
+    """Key scans of the home as it is now, from everywhere in it."""
     keys = []
     for _ in range(_KEY_SCANS):
         pose = somewhere(home, chance)
@@ -171,9 +171,9 @@ def look(
     hidden: float = 0.0,
     crowd: Array = _NOBODY,
 ) -> Look:
-    """What the lidars see from the pose.
+    """The lidars' view from `pose`.
 
-    People who walk close by hide the share `hidden` of it; `crowd`: who stands, rows x, y, radius.
+    Walking people hide the share `hidden` of it; `crowd`: standing people, rows x, y, radius.
     """
     points, origins = [], []
     for lidar in lidars:
@@ -196,7 +196,7 @@ def look(
 
 
 def is_right(found: Location, pose: Array) -> bool:
-    """Whether what was found is where the chair is."""
+    """True if the found pose is the chair's."""
     off = between(pose, found.pose)
     return bool(math.hypot(off[0], off[1]) < _RIGHT_M and abs(off[2]) < _RIGHT_RAD)
 
@@ -209,7 +209,7 @@ def turning(
     hidden: float = 0.0,
     crowd: Array = _NOBODY,
 ) -> tuple[Location | None, Array, float]:
-    """What it claims first while the chair turns on the spot, the true pose then, and the time.
+    """The first claimed pose while the chair turns on the spot, the true pose then, and the time.
 
     The chair stands for the first second.
     """
@@ -227,7 +227,7 @@ def turning(
 def _crowded(
     localization: Localization, home: Home, pose: Array, chance: np.random.Generator
 ) -> str:
-    """What it is at the end, or "wrong" when it ever was; the chair stands."""
+    """The result at the end, or "wrong" if it ever was; the chair stands."""
     odometry = np.zeros(3)
     localization.place(pose, odometry)
     crowd = crowd_around(pose, chance)
@@ -257,7 +257,7 @@ def crowd_around(pose: Array, chance: np.random.Generator) -> Array:
 def _carried(
     localization: Localization, home: Home, pose: Array, chance: np.random.Generator
 ) -> float:
-    """Seconds until it knows no more, or knows where it was carried to; inf: it noticed nothing."""
+    """Seconds until the pose is unknown or right after the chair was carried; inf: neither."""
     there = somewhere(home, chance)
     while math.hypot(*(there - pose)[:2]) < 1.0:
         there = somewhere(home, chance)

@@ -1,4 +1,4 @@
-"""Maps from two public lidar logs: the mapper's key poses beside the logs' references.
+"""Maps from two public lidar logs: the mapper's key poses compared with the logs' references.
 
 fr079: full rate, 4 to 8 Hz. Intel: only 910 key frames, up to a metre apart, no odometry.
 """
@@ -31,7 +31,7 @@ _MATCH_SIGMAS = np.array((0.1, 0.1, 0.002))
 
 # Intel: the frames are those that GMapping's defaults keep, after 1 m or 0.5 rad.
 _FRAME_M, _FRAME_RAD, _FRAME_SIGMA_M, _SIDE_SIGMA_M = 1.0, 0.42, 0.1, 0.15
-_PRIOR, _PRIOR_MOST = 0.02, 5.0  # of the score, for each squared deviation; frames break the rule
+_PRIOR, _PRIOR_MOST = 0.02, 5.0  # of the score, per squared deviation; its limit
 _AHEAD_M, _WINDOW_M = 0.4, 0.9
 _HEADINGS_RAD = np.radians((-0.6, -0.3, 0.0, 0.3, 0.6))
 _BEFORE, _NEARBY, _NEARBY_M = 10, 25, 4.0  # key scans that a frame is compared with
@@ -63,7 +63,7 @@ def measure(report: Report, quick: bool) -> None:
 
 
 def _add_rival(report: Report, frames: list[Frame], ours_m: float) -> None:
-    """Intel by icp-slam, that is told the same headings and the same rule of the frames."""
+    """Add Intel by icp-slam, with the same headings and the same rule of the frames."""
     headings = carmen_log.sensor_headings(frames)
     try:
         found = icp_slam.track(frames, headings, _usual_step_m)
@@ -80,12 +80,12 @@ def _usual_step_m(turn_rad: float) -> float:
 
 
 def poses_of(mapper: Mapper) -> Array:
-    """(N, 3): of its key scans."""
+    """(N, 3): the poses of its key scans."""
     return np.array([key.pose for key in mapper.keys])
 
 
 def times_of(frames: list[Frame]) -> Array:
-    """In seconds."""
+    """Times of the frames, s."""
     return np.array([frame.time_s for frame in frames])
 
 
@@ -136,7 +136,7 @@ def map_intel(frames: list[Frame]) -> Mapper:
 
 
 def _intel_step(mapper: Mapper, points_m: Array, turn_rad: float) -> tuple[Array, float]:
-    """From the newest key scan to the frame, and how far off the farthest good rival is, m."""
+    """Motion from the newest key scan to the frame; distance of the farthest good rival, m."""
     last = mapper.keys[-1].pose
     poses = poses_of(mapper)
     away_m = np.hypot(*(poses[:, :2] - last[:2]).T)
@@ -162,7 +162,7 @@ def _intel_step(mapper: Mapper, points_m: Array, turn_rad: float) -> tuple[Array
         moved = candidate.pose[:2] - last[:2]
         forward, aside = float(moved @ ahead), float(moved @ (-ahead[1], ahead[0]))
         off = forward - _FRAME_M
-        if abs(turn_rad) >= _FRAME_RAD:  # anything from no way to the whole
+        if abs(turn_rad) >= _FRAME_RAD:  # the distance may be anything up to the whole
             off = max(0.0, off, -forward)
         length = min(_PRIOR_MOST, (off / _FRAME_SIGMA_M) ** 2)
         return candidate.score - _PRIOR * (length + (aside / _SIDE_SIGMA_M) ** 2)

@@ -1,4 +1,4 @@
-"""A map made on a drive through a generated home, judged by the home itself."""
+"""A map made during a drive through a generated home, judged by the home itself."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from gazesim.homes import Home
 
 Array = NDArray[np.float64]
 
-WALLS_M = 0.03  # 95 % of what is occupied is so near a surface
-# A room is doubled when key scans are so far off, or much of what is occupied is nowhere near.
+WALLS_M = 0.03  # 95 % of occupied cells are this near to a surface
+# A room is doubled if key scans are this far off, or many occupied cells far from all surfaces.
 _DOUBLED_M, _NOWHERE_M, _NOWHERE_SHARE = 0.3, 0.15, 0.03
 _AT_ONCE = 500
 
 
 @dataclass(frozen=True)
 class Judged:
-    """What a map is worth."""
+    """Errors of a map."""
 
     off_m: Array
     """Each occupied cell's distance from the nearest surface."""
@@ -36,13 +36,13 @@ class Judged:
 
     @property
     def doubled(self) -> bool:
-        """A room is where it is not."""
+        """True if a room is mapped at a wrong place."""
         nowhere = float((self.off_m > _NOWHERE_M).mean())
         return bool(self.keys_off_m.max() > _DOUBLED_M) or nowhere > _NOWHERE_SHARE
 
 
 class MapJudge:
-    """Makes the map of a drive; feed it what odometry gets and gives."""
+    """Makes the map of a drive; feed it odometry's inputs and estimates."""
 
     def __init__(self, home: Home) -> None:
         self._home = home
@@ -61,10 +61,10 @@ class MapJudge:
                 self._states[state] = self._home.segments(LIDAR_HEIGHT_M)
 
     def judged(self) -> Judged:
-        """After the drive. Whatever stood somewhere meanwhile is right there."""
+        """Judge the map after the drive. Objects count where they stood at any time."""
         home: HomeMap = self._making.finished("judged")
         true, found = np.array(self._true), home.track[:, :2]
-        # The map's frame in the home's: what fits the key scans best.
+        # The map's frame in the home's: the best fit of the key scans.
         here, there = found - found.mean(axis=0), true - true.mean(axis=0)
         products = here.T @ there
         turn = math.atan2(products[0, 1] - products[1, 0], products[0, 0] + products[1, 1])
@@ -80,7 +80,7 @@ class MapJudge:
 
 
 def add_rows(report: Report, lidars: str, maps: list[Judged]) -> None:
-    """What became of the maps of all drives with these lidars."""
+    """Add the results of the maps of all drives with these lidars."""
     off_m = np.concatenate([one.off_m for one in maps])
     report.add(f"maps of homes, {lidars}: walls, 95 %", np.percentile(off_m, 95), "m", WALLS_M)
     worst = max(float(np.percentile(one.off_m, 95)) for one in maps)

@@ -1,4 +1,4 @@
-"""A public log driven through odometry alone, with headings as the board's sensor would give."""
+"""A public log replayed through odometry alone, with headings as of the board's sensor."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def of_log(seed: int) -> tuple[float, float]:
 
 
 def rmse_m(frames: list[Frame], seed: int) -> tuple[float, float]:
-    """Of the positions, after the rigid alignment that fits best; and the milliseconds a scan."""
+    """RMS error of the positions after the best rigid alignment; milliseconds per scan."""
     headings = np.degrees(carmen_log.sensor_headings(frames, seed))
     directions = np.degrees(carmen_log.directions_rad(len(frames[0].ranges_m)))
     odometry = Odometry()

@@ -25,7 +25,7 @@ _HOME = 2
 
 
 def measure(report: Report, quick: bool, per_turn: int) -> None:
-    """Add the rows: share of a core, memory and by how much it grew."""
+    """Add the rows: share of a core, memory and its growth."""
     seconds = _SECONDS_QUICK if quick else _SECONDS
     events = list(Drive(home_plans.home(_HOME), _HOME, (FRONT,), per_turn).events(seconds))
     lidar = LidarConfig(kind="s2", x_m=FRONT.x_m)

@@ -1,8 +1,8 @@
 """Maps kept current: homes whose furniture moved since the map, driven through again in a crowd.
 
-The map is of key scans whose poses are right within 5 mm and 0.1 degrees. Then two pieces of
-furniture stand elsewhere and a door is closed, and the chair drives through the rooms of these
-pieces again, hours apart, among people who stand elsewhere each time. The home itself is the judge.
+The map is made from key scans with poses right within 5 mm and 0.1 degrees. Then two pieces of
+furniture are moved and a door is closed, and the chair drives through the rooms of these pieces
+again, hours apart, among people who stand elsewhere each time. The home itself is the reference.
 """
 
 from __future__ import annotations
@@ -38,33 +38,33 @@ _HOMES, _HOMES_QUICK = 20, 1
 _LOOK_S, _EVERY = 0.8, 2  # poses of the route, 10 cm or 22.5 degrees apart
 _PIECES, _SHIFT_M, _TRIES = 2, (0.4, 1.2), 60
 _FREE_M, _PLACE_M = 0.15, 0.9  # around a piece that was moved, and from where the chair turns
-_PLACED_M = 0.05  # so near to its sides a piece is mapped
-_APART_M = 0.15  # what is so far from every surface is nothing of the home
+_PLACED_M = 0.05  # a piece is mapped this near to its sides
+_APART_M = 0.15  # a cell this far from every surface is not of the home
 _KEY_SIGMAS = np.array((0.005, 0.005, math.radians(0.1)))
 _PERSON_M, _PEOPLE, _ASIDE_M = 0.15, 5, (0.55, 1.5)
-_ODOMETRY = 0.01  # of the way, and of the turn
+_ODOMETRY = 0.01  # error as a share of distance and turn
 
 
 @dataclass(frozen=True)
 class Kept:
-    """What became of one home's map."""
+    """The result for one home's map."""
 
     added_off_m: Array
-    """Of the cells that were added, from what stands in the home now."""
+    """Distances of added cells from the present surfaces."""
     off_m: Array
-    """Of all occupied cells, from what stands there now, or stood there when it was mapped."""
+    """Distances of all occupied cells from present surfaces, or those at the time of mapping."""
     new: int
-    """Cells that were added where something stands now."""
+    """Added cells where an object stands now."""
     old: int
-    """Cells in the first map of furniture that is elsewhere now."""
+    """Cells of the first map for furniture that was moved since."""
     left: int
-    """Of those, how many the last map has."""
+    """Number of those in the last map."""
     nothing: int
-    """Cells that were added where nothing of the home ever stood."""
+    """Added cells where nothing of the home ever stood."""
     early: int
-    """Cells that were changed by the first drive alone."""
+    """Cells changed after the first drive alone."""
     wrong: int
-    """Looks at which the chair's place was taken for another."""
+    """Looks at which a wrong pose was claimed."""
 
 
 def measure(report: Report, quick: bool, each: Callable[..., list[Kept]]) -> None:
@@ -90,7 +90,7 @@ def measure(report: Report, quick: bool, each: Callable[..., list[Kept]]) -> Non
 
 
 def kept(seed: int, drives: int = DRIVES) -> Kept:
-    """Map a home, move its furniture, and drive through it again and again."""
+    """Map a home, move its furniture, and drive through it `drives` times."""
     chance = np.random.default_rng(seed)
     home = home_plans.home(seed)
     home.people, home.script = (), ()
@@ -130,7 +130,7 @@ def kept(seed: int, drives: int = DRIVES) -> Kept:
 
 
 def changed(home: Home, chance: np.random.Generator) -> tuple[Home, list[str]]:
-    """The home with some furniture elsewhere and a door closed, and the rooms to drive through."""
+    """The home with furniture moved and a door closed, and the rooms to drive through."""
     pieces = list(home.furniture)
     rooms = ["corridor"]
     for number in chance.permutation(len(pieces)).tolist():
@@ -160,7 +160,7 @@ def _room(home: Home, piece: Solid) -> str:
 def _elsewhere(
     home: Home, pieces: list[Solid], number: int, chance: np.random.Generator
 ) -> Solid | None:
-    """The piece moved in its room to where nothing stands; None: it is none that can be."""
+    """The piece moved to a free place in its room; None: it cannot be moved."""
     piece = pieces[number]
     if piece.z1_m >= 2.0 or not piece.z0_m <= LIDAR_HEIGHT_M <= piece.z1_m:
         return None
@@ -186,7 +186,7 @@ def _elsewhere(
 
 
 def _route(home: Home, rooms: list[str]) -> Iterator[Array]:
-    """Poses (3,) from the corridor through these rooms and back to it, as far as it can."""
+    """Poses (3,) from the corridor through these rooms and back, as far as possible."""
     router = Router(home)
     begin = router.place(*home.places["corridor"])
     assert begin is not None
@@ -210,7 +210,7 @@ def _mapped(home: Home, poses: list[Array], chance: np.random.Generator) -> Occu
 def _drive(
     store: MapStore, home: Home, poses: list[Array], number: int, chance: np.random.Generator
 ) -> int:
-    """One drive; looks at which the place was another than the chair's."""
+    """Run one drive; returns the number of looks with a wrong pose."""
     crowd = _crowd(poses, chance)
     grid = _grid(store)
     atlas, keeping = Atlas(), Keeping(store, lambda: (number + 1) * (APART_S + 60.0))

@@ -15,7 +15,7 @@ from gazemeasure.carmen_log import Array, Frame
 
 _LIMIT_S = 600.0
 _NO_RETURN_M = 81.9
-# Of twelve tries with its distances and least goodness, those with its best result on Intel.
+# The best on Intel of twelve settings of its distances and its least goodness.
 _CONFIG = """
 [MappingApplication]
 rawlog_file={rawlog}

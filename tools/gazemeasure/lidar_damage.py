@@ -25,7 +25,7 @@ _WAITING = 16
 PIECE_BYTES = 4 * CAPSULE_SIZE  # 5 ms
 _FURTHER_M = 8.0
 _EXTENDED_M = 0.5
-_AT_MIRROR_DEG = 30.0  # some capsules: they may be in transit, or lost
+_AT_MIRROR_DEG = 30.0  # near the mirror: some capsules may be in transit or lost
 
 
 def turn_of(count: int, first: int = 0) -> Array:
@@ -93,12 +93,12 @@ def count_undetected(capsule_count: int, corrupt: float, drop: float, seed: int)
 
 
 def longest_extension(turns: int, seed: int) -> tuple[int, int]:
-    """How often the mirror passes a degree, at worst, while wrong points make it look free; 1 is
-    the pass that brought them. And how many capsules were wrong.
+    """The most passes of the mirror during which wrong points make a degree look free; 1 is the
+    pass that measured them. And the number of wrong capsules.
 
     One capsule in 100 is wrong as a whole, 8 m too far with a good checksum, as if all checks had
-    failed, but not at the same place twice in a row; and one byte in 1000 is lost. A degree looks
-    free while what a scan has of it is all 0.5 m and more beyond what is there.
+    failed, but never at the same place twice in a row; and one byte in 1000 is lost. A degree looks
+    free while all its points in a scan are at least 0.5 m beyond the true surface.
     """
     random = np.random.default_rng(seed)
     stream = ByteStream("dense", codes.SIMULATED)
@@ -129,7 +129,7 @@ def longest_extension(turns: int, seed: int) -> tuple[int, int]:
 
 
 def _passes(quarters: int) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Per degree: how often the mirror has passed it; and whether it is not just there now."""
+    """Per degree: how often the mirror has passed it; and True if the mirror is not near it."""
     raw_deg = -(np.arange(BINS) - BINS / 2 + 0.5) % 360.0
     behind_deg = 90.0 * (quarters % 4) - raw_deg
     passes = quarters // 4 + (behind_deg > 0.0)

@@ -25,7 +25,7 @@ _KEPT_BYTES = 33_600
 _TURN_BYTES = 80 * 84
 _DESCRIPTOR_BYTES = 7
 MASK = ((123.0, -123.0),)
-"""What its reader is to mask: there it sees the chair that carries it."""
+"""Arcs that its reader must mask: there the lidar sees the chair."""
 
 
 def room(angles: Array) -> Array:
@@ -39,7 +39,7 @@ def room(angles: Array) -> Array:
 
 
 def started(path: str) -> subprocess.Popen[str]:
-    """It in a process of its own, once its port is there; communicate() ends it."""
+    """The emulator in its own process, once its port exists; communicate() ends it."""
     process = subprocess.Popen(
         [sys.executable, "-m", "gazemeasure.lidar_emulator", path],
         stdin=subprocess.PIPE,
@@ -64,7 +64,7 @@ class Emulator:
         self.turn_ends_s: list[float] = []
 
     def step(self, dt_s: float) -> None:
-        """Let `dt_s` pass."""
+        """Run for `dt_s`."""
         if command := self._port.read():
             self._device.receive(command)
         data = self._device.step(dt_s)

@@ -19,7 +19,7 @@ _SETTLE_S = 3.0
 
 
 def core_share(seconds: float) -> tuple[float, float]:
-    """(its share of a core, evaluations a second) over `seconds`, once it delivers."""
+    """(share of a core, evaluations per second) over `seconds`, once it delivers."""
     published: list[float] = []
 
     def count(clearance: Clearance) -> None:

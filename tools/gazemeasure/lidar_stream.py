@@ -71,7 +71,7 @@ def _live(report: Report, seconds: float) -> None:
 
 @dataclass
 class Live:
-    """What a running pipeline did with an emulated lidar."""
+    """The results of a running pipeline with an emulated lidar."""
 
     latencies_ms: list[float]
     dropped: int
@@ -79,11 +79,11 @@ class Live:
     resyncs: int
     restarts: int
     overflowed: int
-    """Bytes that the port's driver could not keep any longer."""
+    """Bytes that the port's driver lost."""
 
 
 def _undisturbed(seconds: float, busy: bool) -> Live:
-    """A run in which the machine never stood still until bytes or the lidar itself were lost."""
+    """A run without machine stalls long enough to lose bytes or the lidar."""
     for _ in range(_ATTEMPTS):
         live = _run(seconds, busy)
         if not live.restarts and not live.overflowed:
@@ -126,7 +126,7 @@ def _run(seconds: float, busy: bool) -> Live:
 def _watch(
     reports: SimpleQueue[Delivered], seconds: float, load: threading.Thread | None
 ) -> tuple[dict[int, float], int, int]:
-    """({turns complete: when they were evaluated}, resyncs, restarts of the scan)."""
+    """({complete turns: time of their evaluation}, resyncs, restarts of the scan)."""
     seen_s: dict[int, float] = {}
     resyncs = restarts = turn = 0
     end_s = time.monotonic() + _START_S

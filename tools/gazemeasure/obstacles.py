@@ -51,7 +51,7 @@ class Trial:
 
     @property
     def passable(self) -> bool:
-        """Whether the driven path keeps 5 cm."""
+        """True if the driven path keeps 5 cm."""
         return self.free.arrived and self.free.least_m >= _FALSE_SIDE_M
 
 
@@ -121,7 +121,7 @@ def _further(wanted: Task) -> Task:
 
 
 def through_door(seed: int) -> Outcome:
-    """A door of 0.90 m at the limits of the driver's aim, with all rays and their worst noise."""
+    """A door of 0.90 m at the limits of the driver's aim, with all rays at their worst noise."""
     offset_m = 0.01 if seed % 2 else -0.01
     heading_deg = 3.0 if seed // 2 % 2 else -3.0
     depth_m = (0.05, 0.10, 0.20)[seed % 3]
@@ -131,7 +131,7 @@ def through_door(seed: int) -> Outcome:
 
 
 def along_wall(seed: int) -> Outcome:
-    """4 m with the side 0.15 m from a wall."""
+    """4 m along a wall, 0.15 m from the chair's side."""
     wall = wall_task(0.15, 4.0, left=bool(seed % 2))
     return Run(
         wall, PROFILES[seed % len(PROFILES)], OURS, seed, _DOOR_NOISE_M, _DOOR_RAYS, straight=True

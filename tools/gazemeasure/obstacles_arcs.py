@@ -58,7 +58,7 @@ class Body(Protocol):
 
 @dataclass(frozen=True)
 class ArcTask:
-    """A room, and the hand's motion in it. `steady`: one stick position, a path to be judged."""
+    """A room and the hand's motion. `steady`: one stick position, whose path is judged."""
 
     room: Room
     hand: tuple[Hold, ...]
@@ -102,7 +102,7 @@ def _stick(chance: random.Random) -> tuple[int, int]:
 
 
 def _posts(chance: random.Random) -> Room:
-    """Posts at the chair's sides and ahead, a wall or two, the chair in the middle."""
+    """A room with posts at the chair's sides and ahead, and a wall or two."""
     h = _HALL_M
     walls = [(-h, -h, h, -h), (h, -h, h, h), (h, h, -h, h), (-h, h, -h, -h)]
     for side in (1, -1):
@@ -159,7 +159,7 @@ class ArcRun:
         self._farther_m = 0.0
         self.outcome = Outcome()
         self.least: tuple[float, ...] = ()
-        """Distance and pose at the closest."""
+        """Least distance, and the pose there."""
 
     def __call__(self, watch: Callable[[ArcRun], None] | None = None) -> Outcome:
         """Run it to its end; `watch` is called with each step of 10 ms."""
@@ -195,7 +195,7 @@ class ArcRun:
         return self.outcome
 
     def _pause(self, watch: Callable[[ArcRun], None] | None) -> None:
-        # Kept for a moment, then released.
+        # The stick is held for a moment, then released.
         for k in range(round(2 * _AGAIN_S / _STEP_S)):
             if k == round(_AGAIN_S / _STEP_S):
                 self._command(codes.STOP)
@@ -281,13 +281,13 @@ class ArcTrial:
     ours: Outcome
     free: Outcome | None
     attack: str = ""
-    """The physics of obstacles_attack, or none."""
+    """Physics of obstacles_attack, or ""."""
     unseen_m_s: float = 0.0
-    """How fast it touched what no lidar looks at: creep. Not a collision of the rule."""
+    """Speed at which it touched an object no lidar sees (creep); no collision of the rule."""
 
     @property
     def passable(self) -> bool:
-        """Whether the same hand alone keeps 5 cm, 1.5 s longer."""
+        """True if the same hand without the rule keeps 5 cm, for 1.5 s longer."""
         return self.free is not None and self.free.arrived and self.free.least_m >= 0.05
 
 
@@ -316,7 +316,7 @@ def attack_trial(seed: int, profile: str) -> ArcTrial:
 
 
 def _unseen_m_s(run: ArcRun, points: tuple[tuple[float, float], ...], seed: int) -> float:
-    """How fast it touched what no lidar looks at, which is then no collision of the rule; or 0."""
+    """Speed at which it touched an object no lidar sees, else 0; no collision of the rule."""
     mounts = FRONT if seed % 8 == 7 else CORNERS
     if not (run.outcome.touched and points) or in_view(mounts, run.chair, points):
         return 0.0

@@ -33,7 +33,7 @@ _TOUCHING_M = 0.005
 _TRIES = 60
 _LOOK = 4  # steps between two poses of the path
 _UNEVEN = 0.9
-_SAMPLING_STEPS = 2  # of a chair that reads its joystick every 20 ms
+_SAMPLING_STEPS = 2  # 10 ms steps, of a chair that reads its joystick every 20 ms
 
 KINDS = ("exact", "second order", "jerk", "uneven", "slow drive", "slow turn", "sampled")
 
@@ -54,20 +54,20 @@ class Hold:
 
 @dataclass(frozen=True)
 class Attack:
-    """A room and a hand, and the physics to which they are done."""
+    """A room, a hand, and the chair's physics for them."""
 
     room: Room
     hand: tuple[Hold, ...]
     kind: str
     points: tuple[tuple[float, float], ...]
-    """Of the obstacle in the path."""
+    """Points of the obstacle in the path."""
 
 
 class AttackedAxis:
-    """One axis: dead time, ramp (or jerk-limited), then one or two lags; friction is none.
+    """One axis: dead time, ramp (or jerk-limited), then one or two lags; no friction.
 
-    The distance it needs to stop is what the settings claim at most: speed * (dead time + lag) +
-    speed^2 / 2 brake, whatever share of the lag is a jerk's or a second lag's.
+    It stops within the longest distance that the settings state: speed * (dead time + lag) +
+    speed^2 / 2 brake, however the lag is shared between a jerk limit and a second lag.
     """
 
     def __init__(
@@ -96,7 +96,7 @@ class AttackedAxis:
         most = self._accelerate if grows else self._brake
         slope = max(-most, min(most, away / _STEP_S))
         if self._jerk != math.inf:
-            # Never so steep that it could not be released in time.
+            # Limited, so that the jerk limit can end it in time.
             gentle = math.sqrt(2.0 * self._jerk * abs(away))
             slope = max(-gentle, min(gentle, slope))
             change = self._jerk * _STEP_S
@@ -118,7 +118,7 @@ class AttackedAxis:
 
 
 class AttackedChair:
-    """A chair of that kind in that profile, as slow to stop as `settings` claim at most."""
+    """A chair with such axes in a profile, as slow to stop as `settings` permit."""
 
     def __init__(self, profile: str, kind: str, settings: Any, even_left: bool) -> None:
         self.x_m = self.y_m = self.heading_deg = 0.0
@@ -145,7 +145,7 @@ class AttackedChair:
         self._stick = (0.0, 0.0)
 
     def place(self, x_m: float, y_m: float, heading_deg: float) -> None:
-        """Put it there, standing still."""
+        """Put the chair there, standing."""
         self.x_m, self.y_m, self.heading_deg = x_m, y_m, heading_deg
 
     def step(self, dt_s: float, stick: tuple[float, float] | None) -> None:
@@ -180,7 +180,7 @@ def attack(seed: int, profile: str, settings: Any) -> Attack:
 
 
 def attacked_chair(seed: int, profile: str, settings: Any) -> AttackedChair:
-    """The chair of that attack."""
+    """The chair of the attack with that seed."""
     return AttackedChair(profile, KINDS[seed % len(KINDS)], settings, seed % 4 < 2)
 
 
@@ -213,7 +213,7 @@ def _hand(chance: random.Random, steady: bool) -> tuple[tuple[Hold, ...], float]
 
 
 def _path(hand: tuple[Hold, ...], chair: AttackedChair) -> NDArray[np.float64]:
-    """Poses of the hand's path without any rule, to its standstill: x, y, heading in radians."""
+    """Poses of the hand's path without any rule, until standstill: x, y, heading in radians."""
     poses = []
 
     def step(stick: tuple[float, float]) -> None:
@@ -235,7 +235,7 @@ def in_view(
     chair: AttackedChair,
     points: tuple[tuple[float, float], ...],
 ) -> bool:
-    """Whether one of these lidars looks at one of these points, its chair being there."""
+    """True if one of these lidars sees one of these points from the chair's pose."""
     turned = math.radians(chair.heading_deg)
     for mount in mounts:
         angles_deg = np.arange(-180.0, 180.0)
@@ -277,7 +277,7 @@ def _placed(
         wall = chance.random() < 0.3
         size = chance.uniform(0.04, 0.15)
         beside = HALF_WIDTH_M + chance.uniform(0.0, _BESIDE_M)
-        # Where the straight path leads when the chair begins to swing.
+        # Where the straight path leads from the pose at which the chair begins to swing.
         ahead = chance.uniform(*reach)
         x = x0 + math.cos(turned) * ahead - math.sin(turned) * side * (beside + size / 2)
         y = y0 + math.sin(turned) * ahead + math.cos(turned) * side * (beside + size / 2)
@@ -288,7 +288,7 @@ def _placed(
         walls = [(-h, -h, h, -h), (h, -h, h, h), (h, h, -h, h), (-h, h, -h, -h)]
         things: tuple[Solid, ...] = ()
         points: tuple[tuple[float, float], ...] = ((x, y), (x, y + side * 0.1))
-        if wall:  # its end, the rest away from the path
+        if wall:  # only its end is in the path
             far = y + side * 1.5
             walls.append((x, y, x, far))
             if _gaps(path[:1], x, y)[0] < _FREE_M:

@@ -44,12 +44,12 @@ class Mount:
 
 
 FRONT = (Mount(Pose(0.5), ((122.0, -122.0),)),)
-"""The first prototype's lidar: in front, what the chair hides behind it is never seen."""
+"""The first prototype's lidar: in front; the chair hides what is behind it."""
 CORNERS = (
     Mount(Pose(0.651, 0.376), ((-180.0, -90.0),)),
     Mount(Pose(-0.451, -0.376, 180.0), ((-180.0, -90.0),)),
 )
-"""Two on opposite corners, each seeing 270 degrees: nothing round the chair is unseen."""
+"""Two on opposite corners, 270 degrees each: together they see everything around the chair."""
 
 
 class Eye:
@@ -71,7 +71,7 @@ class Eye:
         self.turns = 0
 
     def step(self, dt_s: float, chair: Where) -> None:
-        """The mirror turns for `dt_s`, the chair being at (x, y, heading) meanwhile."""
+        """Turn the mirror for `dt_s`, with the chair at (x, y, heading)."""
         self._waited_s += dt_s
         if self._waited_s < _PIECE_S - 1e-9:
             return
@@ -99,7 +99,7 @@ class Eye:
         return np.where(seen, np.maximum(np.where(seen, true, 0.0) + noise, 0.0), 0.0)
 
     def scan(self, now_s: float) -> Scan:
-        """The newest turn."""
+        """The scan of the newest turn."""
         return Scan(self._angles_deg, self._distances_m.copy(), now_s - TURN_S, codes.SIMULATED)
 
 
@@ -113,7 +113,7 @@ class Ours:
         self._evaluate = evaluator(tuple(origins))
 
     def look(self, now_s: float) -> Clearance:
-        """What is free now."""
+        """The present clearance."""
         views = tuple(
             to_chair(eye.scan(now_s), eye.mount.pose, eye.mount.mask, blindness)
             for eye, blindness in zip(self._eyes, self._blindness, strict=True)
@@ -130,7 +130,7 @@ class Prototype:
         self._bits = prototype_rule.ALL_BLOCKED
 
     def look(self, now_s: float) -> Clearance:
-        """What it takes for free."""
+        """The clearance by the prototype's rule."""
         scan = self._eye.scan(now_s)
         kept = ~in_arcs(scan.angles_deg, self._eye.mount.mask)
         directions = self._eye.mount.pose.directions_deg(scan.angles_deg[kept])

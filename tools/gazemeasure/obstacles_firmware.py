@@ -34,7 +34,7 @@ class Eyes:
     """The lidar's part of the host: bytes in, clearance out, renewed each quarter turn."""
 
     def __init__(self, zone: StopZone = UNKNOWN, gather_ms: int = _GATHER_MS) -> None:
-        """`gather_ms`: bytes are taken that often."""
+        """`gather_ms`: interval at which bytes are processed."""
         self._gather_ms = gather_ms
         self._stream = ByteStream("dense", codes.SIMULATED)
         self._blindness = Blindness()
@@ -43,11 +43,11 @@ class Eyes:
         self._bytes = bytearray()
 
     def hear(self, zone: BoardZone) -> None:
-        """How the board stops."""
+        """New stopping distances of the board."""
         self._evaluate.zone = understood(said(zone))
 
     def step(self, data: bytes, now_ms: int) -> Clearance | None:
-        """A millisecond's bytes; a clearance when there is a new one."""
+        """Process a millisecond's bytes; returns the new clearance, if any."""
         self._bytes += data
         if now_ms % self._gather_ms or not self._bytes:
             return None
@@ -62,7 +62,7 @@ class Eyes:
 
 
 class SeeingChair(LinkedChair):
-    """Its host sees by the lidar, some ms late."""
+    """A chair whose host gets clearances from the lidar, some ms late."""
 
     def __init__(self, room: Room, profile: str) -> None:
         super().__init__(room, profile)
@@ -73,7 +73,7 @@ class SeeingChair(LinkedChair):
         self._pending: list[tuple[int, Clearance]] = []
 
     def one_ms(self) -> None:
-        """One step, and what its scan has shown."""
+        """One step, and the clearance from its scan."""
         super().one_ms()
         said = self._eyes.step(self.scanned, self.now_ms)
         if said is not None:

@@ -1,4 +1,4 @@
-"""One run past obstacles in virtual time: chair's twin, rays, the board's decision, a driver.
+"""One run past obstacles in virtual time: the chair's twin, rays, the board's decision, a driver.
 
 The board's module is stepped a thousand times a second, the chair a hundred times, the mirror
 fifty; the clearance is renewed twenty times and reaches the board 10 ms later (the real host: forty
@@ -29,7 +29,7 @@ MOVING_M_S = 0.05
 _STEP_S = 0.01
 _LOOK_STEPS = 5
 _CHECK_STEPS = 2
-_NEAR_M = 0.6  # what is farther needs no measuring
+_NEAR_M = 0.6  # a larger distance is not measured exactly
 _WALKER_M_S = 1.0
 _PRESSES = 3
 _PAUSE_S = 0.5
@@ -41,7 +41,7 @@ _VERBS = (codes.FORWARD, codes.BACKWARD, codes.LEFT, codes.RIGHT)
 
 @dataclass
 class Outcome:
-    """What came of a run."""
+    """The result of a run."""
 
     collided: bool = False
     """Contact while any part of the chair moves faster than 0.05 m/s."""
@@ -104,7 +104,7 @@ class Run:
             self._walker = Person((task.walker.at(0.0),), radius_m=WALKER_RADIUS_M)
             self._room.people = (self._walker,)
         self._judged = task.walker is None
-        self._farther_m = 0.0  # everything is farther than that
+        self._farther_m = 0.0  # a lower bound of the distance to everything
         self.outcome = Outcome()
 
     def __call__(self) -> Outcome:
@@ -233,7 +233,7 @@ def fastest(chair: Chair) -> float:
 
 
 def deliver(inputs: Inputs, said: Clearance, now_s: float) -> None:
-    """As the board's link does with a CLEARANCE frame that arrives at `now_s`."""
+    """Set the inputs as the board's link does for a CLEARANCE frame that arrives at `now_s`."""
     i = inputs
     (
         i.clearance_blocked,

@@ -28,7 +28,7 @@ from gazemeasure.stamped_camera import StampedCamera
 _HOLD_S = 0.3
 _REST_S = 0.7
 _JITTER_S = 0.033
-_SETTLE_S = 6.0  # until the picture has found its size
+_SETTLE_S = 6.0  # until the picture's size has settled
 _WAIT_S = 5.0
 _ENOUGH = 0.4  # of the presses must have met no stall of the machine
 _PATIENCE = 3  # times as many presses at most
@@ -41,7 +41,7 @@ _GROWTH_LIMIT_MS = 100.0
 
 @dataclass(frozen=True)
 class Network:
-    """One shape, the same in both directions, and the limits of what it may add to each time."""
+    """One shape, the same in both directions, and the limits of the time that it may add."""
 
     name: str
     mbit_s: float

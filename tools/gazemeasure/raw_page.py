@@ -1,4 +1,4 @@
-"""A page as a program on a bare socket: drives or floods, without any of the host's own code."""
+"""A page as a program on a bare socket: drives or floods, without the host's code."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ from gazesim.board_files import LIB, firmware_files
 
 _INSTRUCTIONS = 80_000  # at most, in the worst tick
 _RUN_MS = 60_000
-_RUN_MS_QUICK = 10_000  # one collection of garbage in it is less than a frame in 1000
+_RUN_MS_QUICK = 10_000  # one garbage collection in it delays less than a frame in 1000
 _STRETCH_US = 180
 _LIMIT_S = 1500.0
 _LATENCY_STEP_MS = 0.25

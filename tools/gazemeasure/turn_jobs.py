@@ -45,14 +45,14 @@ class Done:
     job: Job
     verdict: Verdict
     found: TurnNumbers | None = None
-    """What tuning found."""
+    """The result of tuning."""
     refused: str = ""
     """Why tuning refused; the turn then used the default settings."""
 
 
 @dataclass(frozen=True)
 class Steps:
-    """Ten steps of 10 degrees after tuning, of 100 degrees in all: the sum by the sensor, truly."""
+    """Ten steps of 10 degrees after tuning: the total by the sensor, and the true one, degrees."""
 
     drawn: Drawn
     shown_deg: float

@@ -95,7 +95,7 @@ def stop_paths(moment_ms: int, only_one_motion: bool) -> Stops:
         for mode, permille, pulse_ms in motions:
             if mode != codes.STEP or name not in _STEP_GOES_ON:
                 chair = LinkedChair()
-                chair.board.watchdog = False  # the firmware alone must end it
+                chair.board.watchdog = False  # the firmware must end it without the watchdog
                 chair.arm()
                 chair.press(
                     codes.RIGHT if mode == codes.TUNE else codes.LEFT, mode, permille, pulse_ms
