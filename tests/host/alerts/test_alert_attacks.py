@@ -51,7 +51,7 @@ def until(true: Callable[[], object]) -> None:
 
 
 class House:
-    """Control and alerts, looked at by hand."""
+    """Control and alerts, stepped by the test."""
 
     def __init__(self, folder: Path, wall_s: float = 1e9) -> None:
         self.now_s = 10.0
@@ -82,7 +82,7 @@ class House:
 
 
 def test_a_driver_who_asks_again_before_the_next_look_is_heard_again(tmp_path: Path) -> None:
-    """Answered and asked again within one slice: nothing in between is seen."""
+    """Answered and requested again between two looks, which see nothing of it."""
     house = House(tmp_path)
     house.help()
     house.look()
@@ -128,7 +128,7 @@ def test_acknowledged_while_it_escalates_nobody_else_is_called() -> None:
     alert = book.raise_(HELP_WANTED, 0.0, 0.0)
     assert [route.name for _, route in book.due(0.0)] == ["zus"]
     book.result(1, "zus", "", 1.0)
-    assert [route.name for _, route in book.due(60.0)] == ["sms"]  # it is on its way
+    assert [route.name for _, route in book.due(60.0)] == ["sms"]  # it is in progress
     assert book.acknowledge(1, "Anna")
     book.result(1, "sms", "no network", 61.0)
     assert not [book.due(float(now_s)) for now_s in range(61, 400) if book.due(float(now_s))]
@@ -301,7 +301,7 @@ def test_services_that_flood_answer_garbage_or_redirect_for_ever_are_failures(
         text=True,
         timeout=PATIENCE_S,
     )
-    problems = eval(found.stdout)  # what our own process has printed
+    problems = eval(found.stdout)  # printed by our own process
     assert len(problems) == 3
     assert all(problems)
     assert "hush" not in found.stdout

@@ -1,4 +1,4 @@
-"""The book of alerts: grouping, escalation, acknowledgement, what failed; in virtual time."""
+"""The book of alerts: grouping, escalation, acknowledgement, failures; in virtual time."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def test_an_attempt_without_a_result_has_failed() -> None:
     scene.raise_()
     scene.wait(ANSWER_S + 1)
     assert scene.book.as_json()[0]["deliveries"]["first"]["state"] == "failed"
-    scene.book.result(1, "first", "", scene.now_s)  # too late, or of nobody
+    scene.book.result(1, "first", "", scene.now_s)  # too late, or for no alert
     scene.book.result(9, "first", "", scene.now_s)
     assert scene.book.as_json()[0]["deliveries"]["first"]["state"] == "failed"
 
@@ -170,7 +170,7 @@ def test_a_test_goes_over_every_route_at_once_and_only_once() -> None:
     scene.book.end(TRIED, scene.now_s)
     scene.wait(30)
     assert sorted(scene.routes()) == [(0, "first"), (0, "help"), (0, "second")]
-    scene.raise_(TRIED)  # what has failed is tried again
+    scene.raise_(TRIED)  # a failed test is retried
     scene.problem = ""
     scene.wait(20)
     assert len(scene.sent) == 6

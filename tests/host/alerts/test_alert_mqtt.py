@@ -37,7 +37,7 @@ def until(true: Callable[[], object]) -> None:
 
 
 class Listener:
-    """As Home Assistant: hears everything."""
+    """Stands for Home Assistant: receives every message."""
 
     def __init__(self, port: int) -> None:
         self.heard: queue.Queue[tuple[str, str]] = queue.Queue()
@@ -63,7 +63,7 @@ class Listener:
 
 @pytest.fixture(scope="module")
 def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
-    """A broker that wants a password."""
+    """A broker that requires a password."""
     try:
         program = gazesetup.ensure_mosquitto()
     except gazesetup.NotAvailable as error:
@@ -136,7 +136,7 @@ def test_a_wrong_password_or_no_broker_is_a_reason_without_the_secret(port: int)
 
 
 class Paper:
-    """A client that only notes."""
+    """A client that only records."""
 
     def __init__(self) -> None:
         self.said: list[tuple[str, str]] = []

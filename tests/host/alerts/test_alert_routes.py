@@ -167,7 +167,7 @@ def test_the_process_sends_and_one_that_is_killed_is_replaced(target: Target) ->
         assert pid is not None
         assert "hush" not in Path(f"/proc/{pid}/cmdline").read_text()
         os.kill(pid, signal.SIGKILL)
-        # What it died of, or before, is told as not delivered, whenever that was; the book repeats.
+        # Messages in progress at its end are reported as not delivered; the book repeats them.
         for number in itertools.count(3):
             problem = sender.send(number, "zus", target.url(), Words("c", "d"))
             until(lambda n=number, p=problem: p or any(one[0] == n for one in results))

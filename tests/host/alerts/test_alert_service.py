@@ -31,7 +31,7 @@ ROUTES = (
 
 
 class Rig:
-    """Control and alerts in virtual time; messages are noted instead of sent."""
+    """Control and alerts in virtual time; messages are recorded instead of sent."""
 
     def __init__(self, folder: Path, routes: tuple[RouteConfig, ...] = ROUTES) -> None:
         self.now_s = 10.0
@@ -115,7 +115,7 @@ def test_an_answer_by_the_pages_own_button_counts_and_is_named_a_moment_later(ri
     assert (rig.row()["state"], rig.row()["by"]) == ("acknowledged", "")
     assert rig.alerts.acknowledge(rig.row()["number"], "Anna")
     assert rig.shown()["coming"] is True
-    rig.control.receive(phone, {"k": "call", "on": False})  # is there
+    rig.control.receive(phone, {"k": "call", "on": False})  # the caretaker has arrived
     rig.wait(1)
     assert (rig.row()["state"], rig.row()["by"]) == ("over", "Anna")
 

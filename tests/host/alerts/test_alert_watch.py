@@ -1,4 +1,4 @@
-"""When the host calls somebody: help, a chair that does not get on, faults and lost parts."""
+"""When the host calls somebody: help, a stuck chair, faults and lost parts."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def test_what_odometry_measures_counts_whatever_the_board_puts_out(scene: Scene)
     scene.see(replace(QUIET, moving=True, problems={"motion_uncommanded"}), 1)
     assert scene.seen == [(0.0, "motion_uncommanded", True)]
     scene.seen.clear()
-    for press in range(20):  # each try for 4 s: no alert of its own, but it does not get on
+    for press in range(20):  # each try lasts 4 s: no alert alone, but together the chair is stuck
         scene.see(replace(held, press=press), 4)
         scene.see(replace(QUIET, press=press), 1)
     assert [key for _, key, _ in scene.seen] == [OVERRULED]

@@ -122,7 +122,7 @@ def test_before_what_may_be_a_person_it_asks_for_nothing_and_goes_on_when_it_may
     asked = []
     for k in range(45):
         now_s = 1.1 + 0.05 * k
-        forward_mm = 1200 if k % 2 or k > 30 else 0  # seen askew, it comes and goes
+        forward_mm = 1200 if k % 2 or k > 30 else 0  # seen at a shallow angle, it fluctuates
         assist.permits.clearance = Clearance(0, codes.REAL, now_s, forward_mm=forward_mm)
         assist.motion(Motion(now_s, 0.0, 0, 0))
         assist.see(0, half(door_room(-0.45, 0.45), now_s, 90.0 if k % 2 else -90.0))
@@ -213,7 +213,7 @@ def test_a_turn_on_the_spot_that_rests_near_its_end_is_not_begun_anew(side, off_
     assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=1200, **free)
     assist.advise(1, 1.09)
     assist._begin_spot(side * 8.0, 1.1)
-    for k in range(60):  # it rolls past its end
+    for k in range(60):  # the chair rolls past the leg's end
         deg = side * min(8.0 + off_deg, 0.4 * k)
         assist.motion(Motion(1.1 + 0.01 * k, deg, 0, 0))
         if k % 5 == 0:

@@ -1,4 +1,4 @@
-"""Assist's process, and its end in the daemon: what it hears, what it says, and when it fails."""
+"""Assist's process, and its service in the daemon: inputs, advice, and failures."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ ZONE = BoardZone(tuple(bytes(one) for one in Core().obstacles.zone))
 
 
 def half_turn(at_s: float, second: bool) -> bytes:
-    """In the middle of a room 6 m square."""
+    """Half a turn of a lidar in the middle of a room 6 m square."""
     angles = (-(np.arange(400) + 0.5) * 0.45 - (180.0 if second else 0.0) + 180.0) % 360.0 - 180.0
     c, s = np.abs(np.cos(np.radians(angles))), np.abs(np.sin(np.radians(angles)))
     return inbox.pack_scan(HalfTurn(0, angles, 3.0 / np.maximum(c, s), at_s - 0.05, at_s))
@@ -42,7 +42,7 @@ def vooruit(edge: int) -> Command:
 
 
 class Chair:
-    """That stands, with assist's service."""
+    """A standing chair with assist's service."""
 
     def __init__(self) -> None:
         self.on = True
@@ -53,7 +53,7 @@ class Chair:
         self.service.zone(ZONE)
 
     def feed(self) -> bool:
-        """A tenth of a second of it; whether assist knows its surroundings."""
+        """Run 0.1 s; True if assist knows its surroundings."""
         for second in (False, True):
             now_s = time.monotonic()
             inbox.send(self.service.inbox_fd, inbox.pack_motion(Motion(now_s, 90.0, 0, 0)))
@@ -96,7 +96,7 @@ def test_its_process_starts_when_wanted_advises_and_a_killed_one_changes_nothing
 
 
 def held(chair: Chair, edge: int) -> bool:
-    """Vooruit held for a tenth of a second; whether its advice has come."""
+    """Hold Vooruit for 0.1 s; True if advice has arrived."""
     for second in (False, True):
         now_s = time.monotonic()
         inbox.send(chair.service.inbox_fd, inbox.pack_motion(Motion(now_s, 90.0, 0, 0)))
@@ -109,7 +109,7 @@ def held(chair: Chair, edge: int) -> bool:
 
 
 def advisor(**word: object) -> Advisor:
-    """One that knows its surroundings at 10.0 s."""
+    """An advisor that knows its surroundings at 10.0 s."""
     argument = {"lidars": [vars(LIDAR)], "footprint": vars(FootprintConfig())}
     made = Advisor(json.loads(json.dumps(argument)))
     clearance = Clearance(0, codes.SIMULATED, 10.0)
@@ -132,7 +132,7 @@ def test_it_looks_at_nothing_while_nobody_wants_it() -> None:
 
 def test_a_lidar_lost_or_blind_or_a_word_without_clearance_is_no_advice() -> None:
     one = advisor(press=9)
-    assert one.say(10.3)[:2] == [False, 0]  # nothing newer has come
+    assert one.say(10.3)[:2] == [False, 0]  # no newer data has arrived
     blind = Clearance(1 << codes.DIR_FORWARD, codes.SIMULATED, 10.0)
     assert advisor(press=9, clearance=blind).say(10.0)[:2] == [False, 0]
     assert advisor(press=9, clearance=None).say(10.0)[:2] == [False, 0]

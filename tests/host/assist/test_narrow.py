@@ -1,4 +1,4 @@
-"""Narrow places: their middle to millimetres, and what is none."""
+"""Narrow places: their middle to millimetres, and what does not count as one."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The more the driver corrects assist, the less it helps; in what it may choose, too."""
+"""The more the driver corrects assist, the less it helps, also in the choice of ways."""
 
 import itertools
 import math
@@ -13,7 +13,7 @@ from gazechair.base.footprint import Footprint, Margins
 
 
 def corrected(deg, after_s=1.0, rate_deg_s=20.0):
-    """Assist steered; then he held a turn of so many degrees. (own, when it ended)."""
+    """Assist steered, then the driver held a turn of so many degrees: (own, its end)."""
     own = OwnSteering()
     own.steered(10.0)
     now_s, turned = 10.0 + after_s, 0.0
@@ -28,7 +28,7 @@ def test_without_a_correction_it_is_whole():
     own = OwnSteering()
     assert own.help(0.0) == 1.0
     own.turns(0.0, 1.0)
-    own.turns(50.0, 1.1)  # he chooses a direction: assist had not steered
+    own.turns(50.0, 1.1)  # the driver chooses a direction: assist had not steered
     assert own.help(1.2) == 1.0
     own, now_s = corrected(40.0, after_s=5.0)
     assert own.help(now_s) == 1.0

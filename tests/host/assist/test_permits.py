@@ -1,4 +1,4 @@
-"""What assist knows of the board's rule: beside the board's own bound, and by its words."""
+"""Assist's copy of the board's rule, compared with the board's own bound and decisions."""
 
 import math
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""What assist may make of a command: only of the driver's held Vooruit, and within bounds."""
+"""How assist may change a command: only the driver's held Vooruit, and within limits."""
 
 import itertools
 import math
@@ -61,7 +61,7 @@ def test_off_or_not_seeing_it_is_no_other_command():
     blind = working()
     blind.knows_s = NOW_S - 1.0
     assert blind.steer(command, True, NOW_S) is command
-    # It keeps its verb, though assist sees again.
+    # It keeps its verb, although assist works again.
     blind.knows_s = NOW_S
     assert blind.steer(command, True, NOW_S) is command
 

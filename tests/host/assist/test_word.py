@@ -1,4 +1,4 @@
-"""What the daemon tells assist's process arrives as it was said, and nonsense not at all."""
+"""The daemon's words arrive at assist's process unchanged; malformed ones are refused."""
 
 import select
 

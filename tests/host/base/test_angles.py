@@ -1,4 +1,4 @@
-"""Angles brought into one turn: the same bits as numpy's remainder, whatever comes in."""
+"""Angles wrapped to one turn: the same bits as numpy's remainder, for any input."""
 
 from __future__ import annotations
 

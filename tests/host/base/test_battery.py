@@ -1,4 +1,4 @@
-"""The computer's battery: found among what else reports a charge."""
+"""The computer's battery: found among other devices that report a charge."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the pages' words are found."""
+"""Where the pages' texts are found."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A computer that is too slow or too hot is told, and told to be well again."""
+"""A computer that is too slow or too hot is reported, and so is its recovery."""
 
 from __future__ import annotations
 

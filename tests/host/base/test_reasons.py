@@ -1,4 +1,4 @@
-"""The table of reasons has a row and texts for whatever a part can report, and no other."""
+"""The table of reasons has a row and texts for everything that a part can report, and no more."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_rows_use_the_words_there_are() -> None:
 
 
 def test_a_row_is_as_severe_as_its_part() -> None:
-    """The pages take the severity of the health state; the row says the most it can be."""
+    """The pages take the severity from the health state; the row gives its maximum."""
     for key, row in REASONS.items():
         part = PARTS.get(key.split("_")[0])
         if part and part.severity and row.severity != NOTE and key not in _FAULTS:

@@ -1,4 +1,4 @@
-"""What systemd is told: nothing without it, and never that a daemon lives whose arbiter stands."""
+"""Messages to systemd: none without it, and no sign of life while the arbiter hangs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files of the state folder: replaced as a whole, synced, and never in the way of a start."""
+"""Files of the state folder: replaced as a whole, synced, and never preventing a start."""
 
 from __future__ import annotations
 

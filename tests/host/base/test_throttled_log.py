@@ -1,4 +1,4 @@
-"""A flood of refusals is told in a few lines."""
+"""A flood of refusals makes only a few log lines."""
 
 from __future__ import annotations
 

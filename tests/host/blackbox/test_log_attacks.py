@@ -16,7 +16,7 @@ from gazechair.blackbox.writer import LogWriter, files
 
 
 class Out:
-    """What the log's process tells the daemon."""
+    """Records the messages of the log's process to the daemon."""
 
     def __init__(self) -> None:
         self.figures: list[dict[str, Any]] = []
@@ -30,7 +30,7 @@ class Out:
 
 
 class Log:
-    """A log's process without its process; time is told."""
+    """The log's code without a process; the test sets the time."""
 
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         self.folder = folder

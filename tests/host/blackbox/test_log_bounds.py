@@ -1,4 +1,4 @@
-"""The log stays within its bounds, whatever disk and clock do."""
+"""The log stays within its limits, whatever disk and clock do."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MB = 10**6
 
 
 class Disk:
-    """A writer with a clock and a disk of our own."""
+    """A writer with a simulated clock and disk."""
 
     def __init__(self, folder: Path, max_bytes: int = 100 * MB, keep_s: float = 1e9) -> None:
         self.s = 0.0
@@ -37,7 +37,7 @@ class Disk:
         )
 
     def second(self, size: int = 1000) -> None:
-        """A second in which `size` bytes come that nothing makes smaller."""
+        """A second with `size` incompressible bytes."""
         self.s += 1.0
         self.writer.write("picture", int(self.s * 1e9), os.urandom(size))
         self.writer.sync()
@@ -101,7 +101,7 @@ def log_of_days(folder: Path, days: int) -> None:
 
 @pytest.mark.parametrize("jump_s", [30 * DAY_S, 5000 * DAY_S, -20000 * DAY_S])
 def test_a_clock_that_is_wrong_deletes_no_log(tmp_path: Path, jump_s: float) -> None:
-    """Nor do the files of that time, once the clock is right again, or after another start."""
+    """Files of that time neither, once the clock is right again, or after a restart."""
     log_of_days(tmp_path, 10)
     for wrong in (True, True, False, False):
         disk = Disk(tmp_path, keep_s=14 * DAY_S)
@@ -138,7 +138,7 @@ def test_a_clock_that_is_set_begins_a_file_and_the_order_stays(tmp_path: Path) -
 
 
 def test_a_clock_that_is_set_all_the_time_makes_a_file_a_minute(tmp_path: Path) -> None:
-    """As by two time servers that disagree: many small files would push out the old ones."""
+    """As with two time servers that disagree: many small files would displace the old ones."""
     disk = Disk(tmp_path)
     for _ in range(300):
         disk.wall_s = 1e7 - disk.wall_s
@@ -153,7 +153,7 @@ def test_a_disk_that_others_fill_gets_the_oldest_then_nothing_is_written(tmp_pat
     for _ in range(3):
         disk.second(10_000)
         disk.writer.close()
-    disk.space = (100 << 20) + 30_000  # the 100 MB are for others
+    disk.space = (100 << 20) + 30_000  # the 100 MB stay free
     disk.second()
     assert [path.name[:6] for path in files(tmp_path)] == ["000002", "000003", "000004"]
     disk.space = 1000
@@ -166,7 +166,7 @@ def test_a_disk_that_others_fill_gets_the_oldest_then_nothing_is_written(tmp_pat
 
 
 def test_many_small_files_are_bounded_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As of a host that is started over and over."""
+    """As of a host that restarts again and again."""
     monkeypatch.setattr(module, "_MOST_FILES", 5)
     for _ in range(9):
         disk = Disk(tmp_path)
@@ -209,7 +209,7 @@ def test_files_of_others_are_left_alone(tmp_path: Path) -> None:
 
 
 class Out:
-    """What the log's process tells the daemon."""
+    """Records the messages of the log's process to the daemon."""
 
     def __init__(self) -> None:
         self.statuses: list[tuple[str, str, str]] = []
@@ -230,7 +230,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
 
 
 class Sent:
-    """A line that keeps what it gets, or takes nothing."""
+    """A line that keeps what it receives, or blocks."""
 
     def __init__(self) -> None:
         self.batches: list[bytes] = []
@@ -287,7 +287,7 @@ def test_a_disk_that_refuses_is_told_and_tried_again(
 
 
 def test_a_hanging_disk_drops_and_counts_and_nobody_waits() -> None:
-    """Ten seconds of driving wait; after that what comes is dropped, the oldest are kept."""
+    """Ten seconds of driving are queued; later records are dropped, the oldest kept."""
     ring, line = Ring(), Sent()
     line.full = True
     per_s = 210

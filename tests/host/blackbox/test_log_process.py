@@ -1,4 +1,4 @@
-"""The log's own process: everything arrives, it may stop, hang or be killed, and nobody waits."""
+"""The log's process: all records arrive; it may stop, hang or be killed, and nobody waits."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def test_a_process_that_is_killed_is_started_again(
 
 
 def test_a_process_that_hangs_is_told(box: BlackBox, tmp_path: Path, parts: HealthRegistry) -> None:
-    """As while the disk does not answer: what does not fit is dropped, told, and it goes on."""
+    """As with a hanging disk: records that do not fit are dropped and reported, others logged."""
     pid = box.pid
     assert pid
     os.kill(pid, signal.SIGSTOP)
@@ -130,7 +130,7 @@ def test_a_process_that_is_slow_to_read_gets_what_waits_at_the_end(
 
 
 def test_the_last_moments_of_a_killed_daemon_are_kept(tmp_path: Path) -> None:
-    """The log's process lives on for as long as it takes to finish the file."""
+    """The log's process lives until it has finished the file."""
     program = f"""
 import time
 from pathlib import Path
@@ -170,7 +170,7 @@ time.sleep(600)
 def test_what_waits_is_written_though_nobody_hears_the_process_any_more(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The daemon ends, while the process waits for the disk: its words are refused from then on."""
+    """The daemon ends while the process waits for the disk, and takes no more messages."""
     monkeypatch.setattr(child, "SYNC_S", 0.0)
     terminate = signal.getsignal(signal.SIGTERM)
     ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)

@@ -12,7 +12,7 @@ from gazechair.board.protocol import LinkProtocol
 
 
 class Line:
-    """A protocol and a board joined without loss; time moves only when told."""
+    """A protocol and a board joined without loss; only the test advances time."""
 
     def __init__(self, board: Any) -> None:
         self.board = board
@@ -37,7 +37,7 @@ class Line:
         return new
 
     def say(self, data: bytes) -> list[Event]:
-        """The board says `data`."""
+        """The board sends `data`."""
         return self.protocol.feed(data, self.now_s)
 
 

@@ -1,4 +1,4 @@
-"""The settings that the host goes by: asked one after another, followed, forgotten."""
+"""The settings that the host uses: requested one after another, updated, forgotten."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What leaves for the board: commands and their time to live, clearance, orders. Virtual time."""
+"""Frames to the board: commands and their time to live, clearance, orders. Virtual time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which serial port is what, by its USB ids."""
+"""Identifies serial ports by their USB ids."""
 
 import pytest
 from serial.tools import list_ports

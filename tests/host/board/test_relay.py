@@ -1,4 +1,4 @@
-"""Whether the relay is monitored: asked once a session, false unless the board says so in time."""
+"""Relay monitoring: requested once per session, false unless the board confirms in time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the board stops: known once it has said all directions, until its settings change."""
+"""The board's stop zone: known once all directions have arrived, until its settings change."""
 
 from __future__ import annotations
 

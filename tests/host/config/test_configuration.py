@@ -1,4 +1,4 @@
-"""The configuration file: defaults, annotated file, and one line for whatever is wrong with it."""
+"""The configuration file: defaults, annotated file, and one line for every error in it."""
 
 from pathlib import Path
 

@@ -14,7 +14,7 @@ from gazesim.board_limits import LIMITS
 
 
 class Scene:
-    """An arbiter with a connected board and one driver's page, time told by the test."""
+    """An arbiter with a connected board and one driver's page; the test sets the time."""
 
     def __init__(self) -> None:
         self.now_s = 50.0

@@ -20,7 +20,7 @@ from gazelink import codes
 
 
 class AnyOrder(RuleBasedStateMachine):
-    """Keeps its own, simpler account of which presses may move the chair."""
+    """Keeps its own, simpler record of which presses may move the chair."""
 
     def __init__(self, scene: Any) -> None:
         super().__init__()

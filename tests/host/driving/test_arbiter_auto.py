@@ -1,4 +1,4 @@
-"""A mode that nobody holds: started once, supervised by fresh proofs, over with anything else."""
+"""An auto mode: started once, supervised by fresh proofs, ended by anything else."""
 
 from __future__ import annotations
 

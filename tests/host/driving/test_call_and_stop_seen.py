@@ -1,4 +1,4 @@
-"""What a driver is told of a call for help and of a stop: who hears it, whether it was seen."""
+"""What a driver learns about a call for help and a stop: who receives it, if it was confirmed."""
 
 from __future__ import annotations
 

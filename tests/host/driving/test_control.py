@@ -1,4 +1,4 @@
-"""Control: what a page sends reaches the link at once, what the board says reaches the page."""
+"""Control: a page's messages reach the link at once, the board's states reach the page."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_welcome_tells_how_the_page_is_to_behave(rig: Rig) -> None:
 
 
 def test_until_a_board_has_told_its_limits_nothing_is_assumed_of_them(rig: Rig) -> None:
-    """And a page that waits is told when it has; one that left is what counts still."""
+    """A waiting page is notified of them; the limits of a board that has left stay valid."""
     link = rig.link
     fresh = Control(Config(), link, rig.parts, clock=lambda: rig.now_s)
     who, link.who = link.who, None

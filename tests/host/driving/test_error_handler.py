@@ -1,4 +1,4 @@
-"""The error handler: everything wrong becomes one level and one message."""
+"""The error handler: all problems become one level and one message."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a page may say: the good forms, a table of bad ones, and any JSON at all."""
+"""Messages of a page: the valid forms, a table of invalid ones, and arbitrary JSON."""
 
 import contextlib
 from typing import Any

@@ -1,4 +1,4 @@
-"""Driving through a slow network: what delay, jitter and a stall do to a held button. Virtual time.
+"""Driving over a slow network: effects of delay, jitter and a stall on a held button. Virtual time.
 
 The page here follows docs/developing-pages.md: it answers with the token that was delayed least in
 the last 500 ms, and with the time since that arrived.
@@ -72,7 +72,7 @@ class Network:
             self.last_alive_ms = self.now_ms
 
     def run(self, ms: int) -> int:
-        """How many of the next `ms` the chair is told to move."""
+        """Number of ms, of the next `ms`, with a command to move."""
         moving = 0
         for _ in range(ms):
             self.one_ms()

@@ -1,4 +1,4 @@
-"""What the first drive found outlasts the host, and belongs to what it was found with."""
+"""Results of the first drive survive the host, and are valid only under their conditions."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ _FRONT_M, _STEP_S = 0.65, 0.1
 def _follow(
     way: list[tuple[float, float]], pose: np.ndarray, after: int = 300
 ) -> tuple[list[np.ndarray], list[Request]]:
-    """Poses and requests of a chair that does exactly what is asked, behind a patient person."""
+    """Poses and requests of a chair that follows each request exactly, behind a patient person."""
     trail = Trail(_FRONT_M)
     trail.begin(pose)
     poses, requests, at = [pose.copy()], [], 0

@@ -1,4 +1,4 @@
-"""Turns: pieces of the foremost lidar, put together as from one pose."""
+"""Turns: pieces of the foremost lidar, joined as seen from one pose."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _FRONT, _REAR = (0.5, 0.0), (-0.4, 0.0)
 
 
 def _pose(at_s: float) -> tuple[float, float, float]:
-    """Of a chair that drives a bend."""
+    """Estimates of a chair that drives a bend."""
     turned = math.radians(_RATE_DEG_S) * at_s
     radius_m = _SPEED_M_S / math.radians(_RATE_DEG_S)
     return radius_m * math.sin(turned), radius_m * (1.0 - math.cos(turned)), turned

@@ -119,7 +119,7 @@ def test_a_line_that_is_gone_or_no_picture_stops_in_time() -> None:
         assert all(one == STOP for tick, one in asked.items() if 0.05 * (tick + 1) > LOST_S + 1e-6)
         assert follower.state is State.LOST
         follower.look(_picture(_view()), POSE, 1.3)
-        assert follower.step(POSE, 0.0, 0.0, 1.31, 0.05) == STOP  # until it is chosen anew
+        assert follower.step(POSE, 0.0, 0.0, 1.31, 0.05) == STOP  # until it is chosen again
 
 
 def test_goes_on_after_a_moment_without_a_picture() -> None:

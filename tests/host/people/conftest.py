@@ -10,7 +10,7 @@ from gazechair.people.pairing import Paired, PairingDesk, Rejected
 
 
 class Desk(PairingDesk):
-    """With its times told by the test."""
+    """A pairing desk whose times the test sets."""
 
     def __init__(self, folder: Path) -> None:
         self.now_s = 1000.0

@@ -1,4 +1,4 @@
-"""Pairing: one code, one device; guessing gets nowhere; what is known outlives the host."""
+"""Pairing: one code, one device; guessing fails; paired devices survive the host."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_after_five_wrong_codes_each_guess_waits_a_second(desk: Any) -> None:
         assert desk.pair(code, "x", "192.0.2.66").wait_s == WAIT_S / 2
         desk.now_s += WAIT_S / 2
         assert desk.guess(code) == "wrong_code"
-        assert desk.guess(code) == "too_many_guesses"  # waits anew
+        assert desk.guess(code) == "too_many_guesses"  # waits again
 
 
 def test_an_hour_later_an_address_guesses_freely_again(desk: Any) -> None:
@@ -107,7 +107,7 @@ def test_a_right_code_waits_2_s_at_most_whatever_others_guess(
 
 
 def test_ten_thousand_guesses_get_nowhere(desk: Any) -> None:
-    """Their chance is that of the numbers; the paired are not concerned."""
+    """Their chance is as calculated; paired devices are not affected."""
     code = desk.new_code("driver").text
     token = desk.join().token
     for guess in range(10_000):

@@ -122,7 +122,7 @@ def test_a_full_disk_changes_nothing_and_says_so(profiles, tmp_path):
 
 
 def test_a_new_language_is_one_file(tmp_path, monkeypatch):
-    """A file of words more: it can be configured, and every person can choose it."""
+    """One more file of texts: it can be configured, and every person can choose it."""
     (tmp_path / "strings").mkdir()
     for language in ("nl", "en", "xx"):
         words = {"labels": {"role_driver": f"driver in {language}"}, "messages": {}}

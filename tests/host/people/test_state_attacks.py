@@ -1,4 +1,4 @@
-"""The host starts and lets its people in, whatever became of its files and its disk."""
+"""The host starts and admits paired devices, whatever happened to its files and disk."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_a_damaged_file_is_no_reason_not_to_start(tmp_path: Path, damage: str, d
 
 
 class Hanging:
-    """A disk that hangs at its next sync, until it is let go."""
+    """A disk that hangs at its next sync, until released."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.asked, self.gate = threading.Event(), threading.Event()
@@ -143,7 +143,7 @@ def test_a_disk_that_has_become_read_only_does_not_keep_the_host_from_starting(
 
 
 def test_a_daemon_that_hangs_still_has_its_state_folder(desk: Any, tmp_path: Path) -> None:
-    """It does not answer, and goes on some day: nobody else may write there meanwhile."""
+    """A hanging daemon may continue later: nobody else may write there meanwhile."""
     state = tmp_path / "state"
     first = LocalDoor(desk, state, lambda: "")
     first.start()

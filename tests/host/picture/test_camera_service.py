@@ -85,7 +85,7 @@ class Watched:
             time.sleep(0.02)
 
     def wait_picture(self) -> None:
-        """Until a picture taken from now on is there."""
+        """Wait for a picture that is taken from now on."""
         now_s = time.monotonic()
 
         def fresh() -> bool:

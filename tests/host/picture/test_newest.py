@@ -1,4 +1,4 @@
-"""The newest picture for other processes: whole or none, with its time, and no writer waits."""
+"""The newest picture for other processes: complete or none, with its time, without waiting."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_the_newest_alone_once_and_with_its_time() -> None:
         slot.put(picture(number), 100.0 + number)
         assert reader.take() == Shot(picture(number), 100.0 + number)
         assert reader.take() is None
-    assert late.take() == Shot(picture(5), 105.0)  # who was slow has lost pictures, no time
+    assert late.take() == Shot(picture(5), 105.0)  # a slow reader loses pictures, but no time
     slot.close()
 
 

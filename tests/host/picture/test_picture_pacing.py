@@ -1,4 +1,4 @@
-"""Pacing against links of known delay and rate: as large as fits, never for long more than that."""
+"""Pacing over links of known delay and rate: as large as fits, never larger for long."""
 
 from __future__ import annotations
 

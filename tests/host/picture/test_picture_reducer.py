@@ -1,4 +1,4 @@
-"""Reduced pictures: smaller, readable, made once; what can't be read goes as it is."""
+"""Reduced pictures: smaller, readable, made once; unreadable ones are sent unchanged."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a plug-in's process may say: every honest value, and nothing else."""
+"""Messages of a plug-in's process: every valid value is accepted, nothing else."""
 
 from __future__ import annotations
 

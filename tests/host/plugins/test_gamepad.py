@@ -30,7 +30,7 @@ def pad(**settings: Any) -> Gamepad:
 
 
 class FakePad:
-    """A gamepad of which a test says what it sends."""
+    """A gamepad whose events the test sends."""
 
     def __init__(self) -> None:
         self.data = b""
@@ -57,7 +57,7 @@ class FakePad:
 
 
 class Held:
-    """A gamepad in somebody's hands."""
+    """A gamepad held by a person."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, **settings: Any) -> None:
         self.pads = [FakePad()]

@@ -1,4 +1,4 @@
-"""Plug-ins as real processes: they work, fail in every way, come back, and hold up nobody."""
+"""Plug-ins as real processes: they work, fail in every way, recover, and delay nobody."""
 
 from __future__ import annotations
 
@@ -196,7 +196,7 @@ def test_a_mode_is_asked_while_its_tile_is_held(house: Callable[[str], House]) -
         home.edge, home.tile = 1, "straight"
 
         def drives() -> bool:
-            home.edge += not home.rig.control.world().mode  # a stall ended the press: once more
+            home.edge += not home.rig.control.world().mode  # a stall ended the press: press again
             return home.moves()
 
         wait_until(drives, "it drives")

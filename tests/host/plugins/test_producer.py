@@ -30,13 +30,13 @@ class Person:
         self.rig.link.take()
 
     def want(self, intent: Intent, press: bool = True) -> None:
-        """From now on, as a new press or the old one."""
+        """Sense this from now on, as a new press or the old one."""
         self.wants = intent
         self.press += press
         self.run(0.02)
 
     def rest(self) -> None:
-        """Let go for long enough."""
+        """Sense nothing for long enough."""
         self.want(NOTHING)
         self.run(0.32)
 

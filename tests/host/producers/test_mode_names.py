@@ -1,4 +1,4 @@
-"""No plug-in may be called as a mode of gazechair itself: their values would mix."""
+"""No plug-in may have the name of one of gazechair's own modes: their values would mix."""
 
 from __future__ import annotations
 

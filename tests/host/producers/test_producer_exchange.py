@@ -1,4 +1,4 @@
-"""What a producer's process says: taken whole, or refused as no record."""
+"""Records of a producer's process: accepted as a whole, or refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Kind "person": what it says while it chooses, follows, and once nothing is seen or known."""
+"""Kind "person": its output while it chooses, follows, and without a view or a pose."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SETTINGS = {row[0]: row[1] for row in TABLE}
 
 
 class Chair:
-    """Stands in a round hall. `person`: distance ahead of its axle, None: nobody there."""
+    """A chair that stands in a round hall. `person`: distance ahead of its axle, None: nobody."""
 
     def __init__(self) -> None:
         self.producer = PersonProducer(Setup(Footprint(), Path("none")))
@@ -54,7 +54,7 @@ class Chair:
         return piece, Estimate(piece.middle_s, *(0.0,) * 6, *sure, self.track)
 
     def runs(self, seconds: float, walk_m_s: float = 0.0, asked: bool = True) -> list[Said]:
-        """So long; what it says in each step."""
+        """Run; returns the output of each step."""
         found, kept = [], Sensed()
         for number in range(round(seconds / _HALF_S)):
             self.now_s += _HALF_S
@@ -71,7 +71,7 @@ class Chair:
         return found
 
     def blind(self, seconds: float) -> list[Said]:
-        """So long without a lidar, or without odometry."""
+        """Run without lidar, or without odometry."""
         found = []
         for _ in range(round(seconds / _HALF_S)):
             self.now_s += _HALF_S
@@ -79,7 +79,7 @@ class Chair:
         return found
 
     def follows(self) -> None:
-        """Somebody comes, stands there, and walks on."""
+        """A person comes, stands there, and walks on."""
         self.press()
         self.runs(3.0, -0.5)
         self.runs(2.6)

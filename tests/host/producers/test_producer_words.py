@@ -1,4 +1,4 @@
-"""What producers say is in the string tables, in every language."""
+"""All reasons of producers are in the string tables, in every language."""
 
 from __future__ import annotations
 

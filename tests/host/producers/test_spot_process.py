@@ -1,4 +1,4 @@
-"""A kind that is shown the picture, as a process of its own: it gets pictures, and what it says."""
+"""A kind that needs the picture, as a real process: its pictures and its output."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SEES = dict.fromkeys(("forward", "backward", "left", "right"), "seen")
 
 
 class Port:
-    """Of a chair that is armed and stands; `offered`: modes that can be pressed."""
+    """The port of an armed, standing chair; `offered`: modes that can be pressed."""
 
     def __init__(self) -> None:
         self.offered: set[str] = set()
@@ -63,7 +63,7 @@ class Chair:
         self.service.start()
 
     def feed(self) -> None:
-        """A moment of it."""
+        """Send an estimate and a picture, and tick the service."""
         now_s = time.monotonic()
         still = (0.0,) * 10
         self.service.estimate(Estimate(now_s, *still, 1.0, (), 1))
@@ -72,7 +72,7 @@ class Chair:
         self.service.tick()
 
     def chosen(self) -> bool:
-        """The tape is looked at, again and again, until it can be pressed."""
+        """Look at the tape again and again, until it can be pressed."""
         self.feed()
         spot = self.service.spot()
         if spot is None or spot["state"] == "ended":

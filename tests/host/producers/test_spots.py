@@ -1,4 +1,4 @@
-"""The tiles of who first chooses a spot: only over a calibrated camera, with where its floor is."""
+"""Tiles that open the choice of a spot: only with a calibrated camera, with its floor's top."""
 
 from __future__ import annotations
 
