@@ -1,4 +1,4 @@
-"""The command line and the doctor: exit codes, one line for what is wrong, a clean end."""
+"""The command line and the doctor: exit codes, one line per error, a clean end."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def answers(board: str = "ok", lidar: str = "ok") -> dict[str, HealthState]:
 
 @pytest.fixture
 def devices(monkeypatch: pytest.MonkeyPatch) -> dict[str, HealthState]:
-    """What the devices will answer the doctor."""
+    """Sets the devices' answers to the doctor."""
     found = answers()
     monkeypatch.setattr(doctor_devices, "ask", lambda _: found)
     return found

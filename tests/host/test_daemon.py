@@ -111,7 +111,7 @@ def test_stopping_disarms_the_board_and_leaves_no_thread(cable: Any) -> None:
     )
     left = [thread.name for thread in set(threading.enumerate()) - before]
     assert left == []
-    daemon.stop()  # once more does no harm
+    daemon.stop()  # stopping twice is harmless
 
 
 def test_a_part_that_does_not_start_is_a_health_state(

@@ -1,4 +1,4 @@
-"""Page to wipers in virtual time: control, arbiter and link protocol before the real firmware."""
+"""Page to wipers in virtual time: control, arbiter and link protocol with the real firmware."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from gazesim.lockstep_link import LockstepLink
 
 
 class Chain(ChairRig):
-    """The chair with control and link of the real host, a page on top, and made-up lidars."""
+    """The chair with control and link of the real host, a page, and simulated clearances."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -52,13 +52,13 @@ class Chain(ChairRig):
             self.refusals.append(refusal["reason"])
 
     def ready(self) -> None:
-        """Armed by the page."""
+        """Run until the page has armed the board."""
         self.until(lambda: self.look()["arm_reason"] == "none", 3000)
         self.say(k="arm", token=self.look()["token"])
         self.until(lambda: self.look()["state"] == "armed", 1000)
 
     def hold_button(self, verb: str, edge: int, mode: str = "continuous") -> None:
-        """The driver presses and holds."""
+        """The driver presses a button and holds it."""
         self.held = (verb, mode, edge)
         self._hold()
 

@@ -1,4 +1,4 @@
-"""How far the chair may travel while it turns: against paths driven at random in small steps."""
+"""How far the chair may travel while it turns, compared with random paths in small steps."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ STEP_RAD = math.radians(0.25)
 
 
 def drive(chance: random.Random, quadrant: int, turn_rad: float, travel_m: float) -> FloatArray:
-    """Poses (N, 3) of a path that turns and travels by as much, in any order, in a quadrant."""
+    """Poses (N, 3) of a path with that turn and travel, in any order, in a quadrant."""
     ahead = 1.0 if quadrant % 2 == 0 else -1.0
     left = 1.0 if quadrant < 2 else -1.0
     travels, turns = math.ceil(travel_m / STEP_M), math.ceil(turn_rad / STEP_RAD)
@@ -174,7 +174,7 @@ def test_more_turn_never_leaves_more_way() -> None:
 
 
 def test_the_least_of_many_is_the_least_of_each() -> None:
-    """The fast way over all points says what point by point says."""
+    """The fast computation over all points equals that point by point."""
     source = np.random.default_rng(5)
     footprint = Footprint()
     for _ in range(20):
@@ -197,7 +197,7 @@ def test_what_is_beside_within_the_margin_leaves_the_way_out() -> None:
 
 
 def test_within_the_outline_driving_and_turning_alone_say_what_is_left() -> None:
-    """A hand on the left side: a motion that takes it deeper has no way, nor have its arcs."""
+    """A hand on the left side: a motion that takes it deeper has clearance 0, as have its arcs."""
     points = np.array(((0.5, 0.37),))
     footprint = Footprint()
     contacts = Sweeps(footprint).contacts(points)

@@ -1,4 +1,4 @@
-"""Outlines that are taken, outlines that are refused, and how they grow."""
+"""Outlines that are accepted, outlines that are refused, and how they grow."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What comes by itself is told from what the chair drives up to, and its way taken off ours."""
+"""Objects that approach are told from standing ones, and their travel reduces the clearance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the clearance computes with shortcuts, against the plain formulas: equal to the last bit."""
+"""The clearance's shortcuts, compared with the plain formulas: equal to the last bit."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CHAIRS = (
 
 
 def points_around(seed: int) -> FloatArray:
-    """Some within the chair, some close to it, some far away, some upon its very outline."""
+    """Points within the chair, close to it, far away, and exactly on its outline."""
     random = np.random.default_rng(seed)
     scale = random.choice((0.5, 1.0, 3.0, 8.0), (400, 1))
     points = random.uniform(-1.0, 1.0, (400, 2)) * scale
@@ -53,7 +53,7 @@ def crossings(points: FloatArray, polygon: FloatArray) -> FloatArray:
 
 
 def least(turns: FloatArray) -> FloatArray:
-    """Into one turn, and the least for each point; inf = none."""
+    """Wrapped to one turn, the least for each point; inf = none."""
     return np.where(np.isnan(turns), np.inf, turns % TURN).min(axis=0)
 
 

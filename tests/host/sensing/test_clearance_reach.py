@@ -1,4 +1,4 @@
-"""Noise, speckles, views and several lidars, up to what is sent to the board."""
+"""Noise, isolated returns, views and several lidars, up to the values sent to the board."""
 
 from __future__ import annotations
 
@@ -247,7 +247,7 @@ def test_what_is_said_never_exceeds_what_is_seen(ways: list[float]) -> None:
 
 
 def beside(gap_m: float, x: float = 0.3) -> ChairView:
-    """A post so far beside the chair, seen by a lidar at its front corner; else nothing near."""
+    """A post at that distance beside the chair, seen by a lidar at its front corner."""
     y = 0.375 + gap_m
     post = np.column_stack((np.linspace(x - 0.02, x + 0.02, 9), np.full(9, y)))
     return ChairView(np.concatenate((post, points(hall()))), OPEN, ORIGIN, 1.0, codes.SIMULATED)

@@ -1,4 +1,4 @@
-"""What a page is told of the clearance."""
+"""The clearance as sent to a page."""
 
 from __future__ import annotations
 

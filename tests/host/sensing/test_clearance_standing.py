@@ -1,4 +1,4 @@
-"""What may be a person is neared so slowly that he may start walking towards the chair."""
+"""The chair approaches a possible person so slowly that they may start to walk towards it."""
 
 from __future__ import annotations
 
@@ -151,8 +151,8 @@ def test_a_piece_of_wall_seen_through_a_door_is_nobody() -> None:
     wall = np.column_stack((np.full(60, 2.0), np.linspace(-1.0, 1.0, 60)))
     piece = wall[np.abs(wall[:, 1]) < 0.3]
     assert goes_on(piece, wall)
-    assert not goes_on(piece, wall[wall[:, 1] < 0.3])  # nobody sees it go on
-    assert not goes_on(piece - (0.12, 0.0), wall)  # somebody leans against it
+    assert not goes_on(piece, wall[wall[:, 1] < 0.3])  # no lidar sees it continue
+    assert not goes_on(piece - (0.12, 0.0), wall)  # a person leans against it
     person = wall.copy()
     person[np.abs(wall[:, 1]) < 0.25, 0] -= 0.1
     assert not goes_on(piece, person)

@@ -1,4 +1,4 @@
-"""Contacts of the footprint along each motion, against a polygon moved step by step."""
+"""Contacts of the footprint along each motion, compared with a polygon moved step by step."""
 
 from __future__ import annotations
 

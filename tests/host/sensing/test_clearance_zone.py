@@ -1,4 +1,4 @@
-"""The host looks as far as the board takes to stop: the board's settings count, not defaults."""
+"""The host checks the board's stopping distance: the board's settings count, not defaults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The dense decoder: every capsule comes out, damage costs its own, garbage is not believed."""
+"""The dense decoder: every capsule is decoded, damage costs only its own, garbage is refused."""
 
 from __future__ import annotations
 
@@ -151,7 +151,7 @@ def test_a_good_checksum_at_a_wrong_angle_is_not_believed() -> None:
 
 def test_a_good_checksum_over_torn_distances_is_not_believed() -> None:
     rows = capsules(*room_mm(40), after_reset=True)
-    rows[20, [21, 41]] ^= 0x20  # eight metres further, twice
+    rows[20, [21, 41]] ^= 0x20  # twice 8 m farther
     nodes, decoder = decode(rows.tobytes())
     assert decoder.spiky == 1
     assert nodes.distances_m.max() < 6.0

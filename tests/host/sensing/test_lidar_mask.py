@@ -1,4 +1,4 @@
-"""Masks: the chair's own arcs are learned from empty surroundings, and nonsense is refused."""
+"""Masks: the chair's own arcs are learned in empty surroundings; unsuitable scans are refused."""
 
 from __future__ import annotations
 

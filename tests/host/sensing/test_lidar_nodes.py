@@ -1,4 +1,4 @@
-"""The stream decoder: every node comes out, and every loss or damage costs a few nodes only."""
+"""The stream decoder: every node is decoded, and every loss or damage costs only a few nodes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The lidars together: what fails is known within 300 ms, and takes no other lidar with it."""
+"""The lidars together: a failure is known within 300 ms, and affects no other lidar."""
 
 from __future__ import annotations
 
@@ -217,7 +217,7 @@ def test_a_report_survives_its_journey(tmp_path: Path) -> None:
 def test_without_any_scan_the_state_is_delivered_all_the_same() -> None:
     reports: list[Report] = []
     pipeline = Pipeline((LidarConfig("s2", "front", "/nowhere"),), None, reports.append)
-    for count in range(1, 4):  # never started: nothing comes by itself
+    for count in range(1, 4):  # never started: no reports arrive by themselves
         while len(reports) < count:
             pipeline.watch()
     assert [one.lidars[0].state for one in reports] == ["starting"] * 3

@@ -1,4 +1,4 @@
-"""One lidar's thread with a byte-accurate S2: each way to fail has its reason, and heals."""
+"""One lidar's thread with a byte-accurate S2: each failure has its reason, and recovers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from lidarrig import LidarRig, wait_for
 
 
 class Rig(LidarRig):
-    """The lidar, its reader, and every standing that was told."""
+    """The lidar, its reader, and every standing that was reported."""
 
     def __init__(self, path: Path, mode: str = "dense") -> None:
         super().__init__(path)
@@ -34,12 +34,12 @@ class Rig(LidarRig):
         wait_for(condition, lambda: (self.reader.standing, self.told))
 
     def wait_fresh(self) -> None:
-        """Until there is a scan of what was measured from now on."""
+        """Wait for a scan that was measured from now on."""
         now_s = time.monotonic()
         self.wait(lambda: (scan := self.reader.scan) is not None and scan.acquired_s > now_s)
 
     def wait_told(self, reason: str) -> None:
-        """Until it is lost for `reason`."""
+        """Wait until it is lost for `reason`."""
         self.wait(lambda: ("lost", reason) in self.told)
         self.told.clear()
 
@@ -65,7 +65,7 @@ def test_each_fault_has_its_reason_and_heals_by_itself(rig: Rig) -> None:
 
     beams.frozen = True
     rig.wait_told("lidar_frozen")
-    time.sleep(0.8)  # it is started anew, and still repeats itself
+    time.sleep(0.8)  # it is restarted, and still repeats itself
     assert rig.reader.scan is None
     assert ("ok", "ok") not in rig.told
     beams.frozen = False

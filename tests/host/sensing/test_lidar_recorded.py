@@ -1,4 +1,4 @@
-"""A scan as the log keeps it."""
+"""A scan as stored in the log."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a scan to points in the chair's frame and what each direction's view is worth."""
+"""From a scan to points in the chair's frame, and the state of each direction's view."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recorded scans: what was measured comes back in its own time; damage is refused with reasons."""
+"""Recorded scans: measurements are replayed at their own times; damage is refused with reasons."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ def test_it_is_played_as_a_lidar_again_and_again_and_marked(tmp_path: Path) -> N
         assert reader.scan is not None
         assert reader.scan.source == codes.REPLAYED
         assert 3200 <= len(reader.scan) <= 3201
-        later_s = start_s + 0.8  # behind its end: it began anew
+        later_s = start_s + 0.8  # after its end: it began again
         wait_for(lambda: reader.scan.acquired_s > later_s, lambda: reader.standing)
         assert reader.standing.state == "ok"
     finally:

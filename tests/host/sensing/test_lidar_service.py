@@ -53,7 +53,7 @@ class Rig(LidarRig):
         wait_for(condition, self.health.now)
 
     def wait_fresh(self, near: bool = False) -> None:
-        """Until something was acquired from now on, and something ahead is near or not."""
+        """Wait for data acquired from now on, with something near ahead or not."""
         now_s = time.monotonic()
         self.wait(lambda: bool(self.published) and self.published[-1].acquired_s > now_s)
         self.wait(lambda: (self.published[-1].forward_mm < NEAR_MM) == near)

@@ -1,4 +1,4 @@
-"""A stream knows with how many bytes more the quarter turn of its lidar is complete."""
+"""A stream knows how many bytes are missing to complete the quarter turn of its lidar."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Assembling turns: always one whole turn, the newest of each angle, never younger than it is."""
+"""Assembling turns: always one whole turn, the newest of each angle, its age never understated."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Several maps: after each that is read, its process is told to be alive."""
+"""Several maps: after reading each, the process sends a sign of life."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""In a frayed map drawn by hand the chair knows where it is, and how well it does."""
+"""In a noisy hand-drawn map the chair knows its pose, and the pose's accuracy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A thin wall has two faces: a beam meets one, and a fit goes by that one alone."""
+"""A thin wall has two faces: a beam hits one, and only that one counts in a fit."""
 
 from __future__ import annotations
 

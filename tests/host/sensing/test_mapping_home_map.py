@@ -22,7 +22,7 @@ THIN = box(8.5, 1.0, 0.02, 1.6, 0.0, 2.5, "glazed")  # seen from both sides
 
 
 def driven() -> list[KeyScan]:
-    """A drive whose poses are known to 1 cm, with somebody who walks to and fro."""
+    """A drive with poses known to 1 cm, and a person who walks to and fro."""
     chance = np.random.default_rng(5)
     person = Person(((1.0, 4.2), (9.0, 4.2)))
     room = flat(THIN, people=(person,))

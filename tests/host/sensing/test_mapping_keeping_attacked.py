@@ -1,6 +1,6 @@
 """Maps kept current by drives, under damage, full disks, power cuts, clocks and several at once.
 
-Judged by what docs/map.md promises, from the map, and from how many updates can be taken back.
+Judged by the promises of docs/map.md, from the map, and from how many updates can be undone.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def drives(tmp_path: Path) -> Drives:
 
 
 def day(drives: Drives, seconds: int = 70) -> None:
-    """One drive, on another day than the one before."""
+    """One drive, on a later day than the one before."""
     drives.utc_s += DAY_S
     drives.start()
     drives.go(seconds)
@@ -72,7 +72,7 @@ def seven_versions(store: MapStore) -> list[OccupancyGrid]:
 
 
 def taken_back(folder: Path) -> list[int]:
-    """What taking back gives until there is nothing more, as `version` numbers them."""
+    """The versions that undoing returns, until there are none left."""
     store = MapStore(folder)
     found: list[int] = []
     while store.updates("a") and len(found) < 10:
@@ -134,11 +134,11 @@ def test_a_disk_that_is_full_for_an_hour_costs_no_version(
 
 
 class Cut(BaseException):
-    """The power."""
+    """Raised when the simulated power is cut."""
 
 
 def cut_at(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Before the folder is changed for the so many-th time."""
+    """Cut the power before the folder's `number`-th change."""
     left = [number]
 
     def instead(act: Callable[..., Any]) -> Callable[..., Any]:
@@ -155,7 +155,7 @@ def cut_at(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def act_and_cut(act: Callable[[], object], number: int) -> bool:
-    """True: it was done before the power was cut."""
+    """True if it was done before the power was cut."""
     with pytest.MonkeyPatch.context() as patched:
         cut_at(number, patched)
         try:

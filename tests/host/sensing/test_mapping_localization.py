@@ -1,4 +1,4 @@
-"""The chair finds itself in a known map, or says that it does not know; never a wrong place."""
+"""The chair finds its pose in a known map, or reports that it is unknown; never a wrong pose."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def is_right(location: Location | None, pose: np.ndarray) -> bool:
 def turned(
     localization: Localization, room: Room, pose: np.ndarray, times: int = 6
 ) -> tuple[Location | None, np.ndarray]:
-    """After looks half a second apart while the chair turns slowly, until it knows."""
+    """Look every half second while the chair turns slowly, until the pose is known."""
     found, at = None, pose
     for number in range(times):
         turn = np.array((0.0, 0.0, math.radians(10.0 * number)))
@@ -163,7 +163,7 @@ def test_a_look_that_hardly_tells_the_heading_does_not_turn_the_place(
 
 
 def crowd(share: float) -> list[Person]:
-    """People around HERE, each time at other places, who hide so much of what is around."""
+    """People around HERE, each time at other places, who hide that share of the surroundings."""
     bearings = CHANCE.permutation(np.arange(0.0, 2.0 * math.pi, 0.35))
     bearings = bearings[: round(share * len(bearings))]
     return [Person(((2.0 + 0.9 * math.cos(a), 1.8 + 0.9 * math.sin(a)),)) for a in bearings]

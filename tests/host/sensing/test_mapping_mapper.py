@@ -1,4 +1,4 @@
-"""A drive through a home becomes a map: drift goes where loops close, wrong loops do not count."""
+"""A drive through a home becomes a map: closed loops remove drift, wrong loops do not count."""
 
 from __future__ import annotations
 

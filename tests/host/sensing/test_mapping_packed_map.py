@@ -1,4 +1,4 @@
-"""A map as one zip file: what was exported comes back; all else is a map or refused."""
+"""A map as one zip file: an export is imported unchanged; any other file is a map or refused."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def bomb() -> bytes:
 
 
 def liar() -> bytes:
-    """It says that its image is small, and is not."""
+    """A file whose image is larger than declared."""
     data = bytearray(bomb())
     long = struct.pack("<L", len(IMAGE) - len(GREY.tobytes()) + 40_000_000)
     assert data.count(long) == 2

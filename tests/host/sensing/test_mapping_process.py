@@ -1,4 +1,4 @@
-"""From a drive to a stored map and back: made, found again, told apart, deleted under way."""
+"""From a drive to a stored map and back: made, found again, distinguished, deleted in use."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def test_the_chair_is_found_in_its_map_and_in_no_other(found: Chair) -> None:
 
 
 def test_drawn_on_made_anew_and_deleted_while_it_is_in_use(found: Chair) -> None:
-    """Only the last of these makes the chair forget where it is."""
+    """Only the last of these changes makes the pose unknown."""
     while found.told.newest.get("fix") is None:
         assert found.now_s < START_S + 2.0 * FOUND_S
         found.go(1.0)

@@ -1,4 +1,4 @@
-"""Scans are found again in what is known: exactly, everywhere in the window, and not twice."""
+"""Scans are found in the map: exactly, everywhere in the window, and not at two places."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stays around the chair is kept of several looks; who walks, and what one look saw, not."""
+"""Objects seen in several looks are kept; people who walk and objects of one look are not."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ HERE = np.zeros(2)
 def beams(
     person_m: tuple[float, float] | None = None, at_m: np.ndarray = HERE
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Of a lidar at `at_m` before the wall; a person hides what is behind them."""
+    """A look of a lidar `at_m` before the wall; a person hides what is behind them."""
     away = (WALL_M - at_m[0]) / np.cos(ANGLES)
     if person_m is not None:
         to = np.array(person_m) - at_m

@@ -1,4 +1,4 @@
-"""What is claimed of a place's accuracy contains what the map's surfaces disagree about."""
+"""A pose's claimed accuracy covers the disagreement of the map's surfaces."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def room(left_m: float = 0.0) -> np.ndarray:
 
 
 def off_and_sigma_m(left_m: float) -> tuple[float, float]:
-    """Of a place in the room, by a map in which its left wall is elsewhere."""
+    """The uncertainty at a pose in the room, by a map with the left wall elsewhere."""
     chance = np.random.default_rng(2)
     grid, seen = ndt.NdtGrid(room(left_m)), room() + chance.normal(0.0, 0.006, room().shape)
     fitted = ndt.fit(grid, seen, np.zeros(3))

@@ -42,7 +42,7 @@ def without_cupboard() -> Room:
 def driven(
     grid: OccupancyGrid, before: Ledger, room: Room, off: tuple[float, float, float] = (0, 0, 0)
 ) -> Upkeep:
-    """A drive through the room; `off`: how wrong the place is."""
+    """A drive through the room; `off`: error of the pose."""
     upkeep = Upkeep(grid, before)
     for pose in ROOM:
         seen = points(*scan(room, pose, CHANCE))

@@ -1,4 +1,4 @@
-"""The place in the daemon: what mapping found, carried on by odometry, and never for long."""
+"""The pose in the daemon: mapping's pose, extended by odometry, for a limited time."""
 
 from __future__ import annotations
 

@@ -15,14 +15,14 @@ from gazesim.home_drive import FRONT, REAR, Drive, Mounted, Truth
 
 @dataclass
 class Driven:
-    """What odometry said of a drive, and the truth."""
+    """Odometry's estimates of a drive, and the truth."""
 
     said: list[Estimate]
     true: list[Truth]
     way_m: float
 
     def off_m(self) -> np.ndarray:
-        """How far each place is off, the first estimate being right."""
+        """Position error of each estimate, with a correct first one."""
         first, began = self.said[0], self.true[0]
         turn = math.radians(began.heading_deg - first.heading_deg)
         c, s = math.cos(turn), math.sin(turn)

@@ -76,7 +76,7 @@ def idle(_time_s: float) -> tuple[int, int]:
 
 
 def first(found: list[Estimate], doubt: str) -> float:
-    """When it was said first; inf: never."""
+    """When it was first reported; inf: never."""
     return next((one.time_s for one in found if doubt in one.doubts), math.inf)
 
 

@@ -1,4 +1,4 @@
-"""A lidar that was turned on its mount is noticed; what looks like it is told apart by driving."""
+"""A lidar turned on its mount is detected; similar effects are distinguished by driving."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ STEP_S = 0.05
 
 
 def straight(mounting: Mounting, metres: float, seems_deg: float, begin: Stand = STANDS) -> Stand:
-    """Drives at 0.4 m/s; it seems to go off by that angle to the left of where it looks."""
+    """Drive at 0.4 m/s; the chair seems to move at that angle to the left of its heading."""
     c, s = math.cos(math.radians(seems_deg)), math.sin(math.radians(seems_deg))
     stand, step_m = begin, 0.4 * STEP_S
     for _ in range(round(metres / step_m)):

@@ -35,7 +35,7 @@ LIDAR = LidarConfig(kind="s2", port="/nowhere", x_m=0.5, mask=((123.0, -123.0),)
 
 
 def half_turn(at_s: float, lidar: int = 0, second: bool = False) -> HalfTurn:
-    """In the middle of a room 6 m square."""
+    """Half a turn in the middle of a room 6 m square."""
     angles = -(np.arange(400) + 0.5) * 0.45 - (180.0 if second else 0.0)
     angles = (angles + 180.0) % 360.0 - 180.0
     c, s = np.abs(np.cos(np.radians(angles))), np.abs(np.sin(np.radians(angles)))
@@ -122,7 +122,7 @@ def service() -> Iterator[OdometryService]:
 
 
 def feed(service: OdometryService, seconds: float) -> None:
-    """As from a chair that stands."""
+    """Send the data of a standing chair."""
     end_s, second = time.monotonic() + seconds, False
     while time.monotonic() < end_s:
         now_s = time.monotonic()

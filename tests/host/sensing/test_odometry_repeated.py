@@ -1,4 +1,4 @@
-"""Scans that show, after a gap, what was before it are old, whatever their times say."""
+"""After a gap, scans that repeat the view before it are old, whatever their times."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A lidar that is turned too far for a fit, at once, is noticed by what it sees being turned."""
+"""A lidar turned too far for a fit is detected at once, because its view is rotated."""
 
 from __future__ import annotations
 

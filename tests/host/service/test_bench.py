@@ -20,7 +20,7 @@ adafruit_bno055 = pytest.importorskip(
 
 
 class SimulatedBus:
-    """Both devices on one bus, as a person wires them to a bench; time passes while one sleeps."""
+    """Both devices on one bus, as wired on a bench; time passes only in sleep."""
 
     def __init__(self) -> None:
         bank = Bank.in_memory()

@@ -1,4 +1,4 @@
-"""The Linux I2C bus: refusals in one plain line, and transfers as smbus2 wants them."""
+"""The Linux I2C bus: refusals in one plain line, and transfers as smbus2 requires them."""
 
 import errno
 from pathlib import Path

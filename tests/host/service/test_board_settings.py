@@ -1,4 +1,4 @@
-"""The board's settings from the command line, before the real firmware on a pseudo terminal."""
+"""The board's settings from the command line, with the real firmware on a pseudo terminal."""
 
 import threading
 import time

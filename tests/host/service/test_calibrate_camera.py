@@ -1,4 +1,4 @@
-"""`gazechair calibrate camera`: marks in, the camera's pose stored or refused with its reason."""
+"""`gazechair calibrate camera`: from marks to a stored pose, or a refusal with its reason."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`gazechair calibrate heading` with a board in memory: what it asks, keeps, and leaves behind."""
+"""`gazechair calibrate heading` with a board in memory: its requests, results and leftovers."""
 
 import contextlib
 import json
@@ -34,7 +34,7 @@ CHIP = '{"chip_id": 160}'
 
 
 class MemoryBoard(FakeBoardFiles):
-    """Everything the calibration talks with: greeter, REPL, the firmware's settings."""
+    """Everything that the calibration communicates with: greeter, REPL, the firmware's settings."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""mpy-cross: which boards take what it writes, and how it refuses."""
+"""mpy-cross: which boards accept its output, and its refusals."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The chair's own WiFi: what NetworkManager is given, and every refusal; nmcli is a stand-in."""
+"""The chair's own WiFi: the calls of NetworkManager, and every refusal; nmcli is a stand-in."""
 
 from __future__ import annotations
 

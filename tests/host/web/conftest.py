@@ -37,7 +37,7 @@ LONG_S = 20.0
 
 
 class FakePort:
-    """A driver port that notes what reaches it and refuses commands without a token."""
+    """A driver port that records its messages and refuses commands without a token."""
 
     def __init__(self) -> None:
         self.changed = threading.Condition()
@@ -126,7 +126,7 @@ class FakeBoard:
 
 
 class FakeAlerts:
-    """A book that notes who did what."""
+    """A book that records who did what."""
 
     def __init__(self) -> None:
         self.heard: list[tuple[int | str, str]] = []
@@ -237,7 +237,7 @@ def alerts() -> FakeAlerts:
 
 
 class FakeSteps:
-    """A first drive that notes what is asked of it; `refusal` is its next answer."""
+    """A first drive that records its requests; `refusal` is its next answer."""
 
     def __init__(self) -> None:
         self.heard: list[dict[str, Any]] = []
@@ -295,7 +295,7 @@ def server(
 
 
 class Visitor:
-    """A device before the server, paired with a role, or with none: not paired."""
+    """A device that visits the server, paired with a role, or without one: not paired."""
 
     def __init__(self, server: WebServer, desk: PairingDesk, role: str | None = "driver") -> None:
         self._server = server

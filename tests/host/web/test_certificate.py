@@ -1,4 +1,4 @@
-"""The host's certificate: made once, kept, renewed, and said when it cannot be."""
+"""The host's certificate: made once, kept, renewed, and an error when that is impossible."""
 
 from __future__ import annotations
 

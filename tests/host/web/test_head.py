@@ -1,4 +1,4 @@
-"""The head of a request: what browsers send is understood, all else is refused with its status."""
+"""The head of a request: those of browsers are accepted, all others refused with a status."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who goes when too many connections are new. Virtual time."""
+"""Which connection closes when too many are new. Virtual time."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from gazechair.web.places import LONGEST_NEW_S, MOST_NEW, MOST_NEW_OF_ADDRESS, P
 
 
 class Line:
-    """A connection that notes being cut."""
+    """A connection that records being cut."""
 
     def __init__(self) -> None:
         self.cut = False

@@ -1,4 +1,4 @@
-"""Who makes way for a new page: no device keeps its like out, and who drives stays."""
+"""Which page closes for a new one: no device locks out others, and the driving page stays."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_a_seat_each_is_full() -> None:
 def test_with_fewer_devices_than_seats_everybody_gets_in(visits: list[tuple[str, bool]]) -> None:
     seats: list[Seat[str]] = []
     for now, (device, drives) in enumerate(visits):
-        goes = makes_way(seats, MOST, device)  # raises Full: nobody is ever kept out
+        goes = makes_way(seats, MOST, device)  # raises Full: no device is ever locked out
         driving = [s for s in seats if s.drives]
         left = [s for s in seats if s.page != goes]
         assert all(s in left or s.device_id == device for s in driving)

@@ -1,4 +1,4 @@
-"""WebSockets by frames made here: what RFC 6455 allows comes whole; all of it counts."""
+"""WebSockets with frames made here: what RFC 6455 allows arrives whole; all frames count."""
 
 from __future__ import annotations
 
@@ -179,7 +179,7 @@ def test_few_pings_are_answered() -> None:
     socket, line = socket_of(*[frame(PING, b"%03d" % k) for k in range(500)])
     assert socket.receive(1.0) is None
     assert line.sent[:5] == bytes([0x80 | PONG, 3]) + b"000"
-    assert len(line.sent) <= 5 * 20  # the rest is not worth an answer
+    assert len(line.sent) <= 5 * 20  # the rest gets no answer
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Turns at the processor: a share in the long run, whatever a piece of work costs. Virtual time."""
+"""Processor turns: a share in the long run, whatever a piece of work costs. Virtual time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The alerts on a caretaker's phone: read, acknowledged by its name, tested; nobody else's."""
+"""The alerts on a caretaker's phone: read, acknowledged with its name, tested; only there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The control socket: messages in, states out, everything malformed refused in words."""
+"""The control socket: receives messages, sends states, refuses everything malformed in words."""
 
 from __future__ import annotations
 
@@ -208,7 +208,7 @@ def test_a_page_fallen_silent_makes_way_for_its_own_return(
 def test_a_slow_reader_delays_nobody_else(port: Any, open_page: Any) -> None:
     slow = open_page()
     slow.next()
-    # It reads no more, and its backlog of states is kept growing by changes.
+    # It no longer reads, and changes keep its backlog of states growing.
     slow.ws.input_buffer = _Blocking()
     quick = open_page()
     quick.next_of("state")

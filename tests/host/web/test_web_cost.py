@@ -1,4 +1,4 @@
-"""What a stranger's request costs: at most 2 ms of processor time, whatever it says; never a 500.
+"""The cost of a stranger's request: at most 2 ms of processor time, whatever it has; never a 500.
 
 The time is the whole process's, this client's share included, and the least of many runs: a busy
 machine adds to one run, never to all.

@@ -1,4 +1,4 @@
-"""The first drive on a caretaker's phone: what is done, a step begun; nobody else's."""
+"""The first drive on a caretaker's phone: its state, beginning a step; only there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The door of the web server: which Host and Origin pass, how fast, and what files it serves."""
+"""The web server's guard: which Host and Origin pass, how fast, and which files it serves."""
 
 from __future__ import annotations
 

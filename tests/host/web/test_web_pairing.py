@@ -1,4 +1,4 @@
-"""Before pairing nothing is usable; a code makes a cookie; each role its own page; revocation."""
+"""Before pairing nothing is usable; a code gives a cookie; each role its own page; revocation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files, headers and the door of the page's server; how many connections it bears."""
+"""Files, headers and access rules of the pages' server; how many connections it bears."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class Siege:
         return answer
 
     def driver_unaffected(self) -> None:
-        """The driver's page goes on, and a new one gets in."""
+        """Assert that the driver's page continues, and a new one is admitted."""
         self._port.set_level(f"level {self._port.version}")
         level = self._port.level
         while self.page.next_of("state")["level"] != level:
@@ -325,4 +325,4 @@ def test_the_certificate_names_this_machine(encrypted: Encrypted, certificate_fo
         path.name: path.stat().st_mode & 0o777 for path in (certificate_folder / "tls").iterdir()
     }
     assert made["host.key"] == 0o600
-    assert "authority.key" not in made  # nobody can ever make another
+    assert "authority.key" not in made  # no other certificate can ever be made

@@ -24,7 +24,7 @@ def run(rig: TuneRig, abort_at_ms: int = 1 << 30) -> list[Recording]:
 
 
 def assert_ended(rig: TuneRig) -> None:
-    """Neutral and disarmed, and so it stays."""
+    """Assert that it is neutral and disarmed, and stays so."""
     assert rig.neutral(), rig.why()
     rig.comes_to_rest()
     rig.wait(0.5)

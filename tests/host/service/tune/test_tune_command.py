@@ -1,4 +1,4 @@
-"""What `gazechair tune` says and stores: all of it or nothing."""
+"""The output of `gazechair tune`, and what it stores: everything or nothing."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from gazesim.profiles import undisturbed
 
 
 class MemoryBoard:
-    """Settings in memory; `refuses_after` so many changes."""
+    """Settings in memory, refused after `refuses_after` changes."""
 
     def __init__(self) -> None:
         self.values = [row[1] for row in TABLE]

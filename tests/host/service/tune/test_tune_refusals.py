@@ -1,4 +1,4 @@
-"""What a chair may do that no tuning should believe: each is refused, with its reason."""
+"""Behaviour of a chair that tuning must not accept: each is refused, with its reason."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SURE = TurnNumbers(*[0.01] * 8)
 
 
 class Script:
-    """A chair that turns `rate_dps` per full deflection at once, with what is to go wrong."""
+    """A chair that turns at `rate_dps` per full deflection at once, with one fault."""
 
     def __init__(self, rate_dps: float = 40.0) -> None:
         self.rate_dps = rate_dps
