@@ -1,4 +1,4 @@
-"""The pages in a real Chromium, with a clock of ours, before a person of ours."""
+"""The pages in a real Chromium, with a simulated clock and person."""
 
 from collections.abc import Callable, Iterator
 
@@ -58,7 +58,7 @@ def host(serve: Callable[[], FakeHost]) -> FakeHost:
 
 @pytest.fixture
 def page(chromium: Browser) -> Iterator[Page]:
-    """A fresh profile at 1920x1080 whose clock stands still; what goes wrong fails the test."""
+    """A fresh profile at 1920x1080 with a stopped clock; any error on the page fails the test."""
     context = chromium.new_context(viewport={"width": 1920, "height": 1080}, locale="nl-NL")
     context.add_init_script(SPY)
     fresh = context.new_page()
@@ -66,7 +66,7 @@ def page(chromium: Browser) -> Iterator[Page]:
     fresh.on("pageerror", lambda error: wrong.append(str(error)))
     fresh.on("console", lambda line: wrong.append(line.text) if "Security" in line.text else None)
     fresh.clock.install(time=0)
-    fresh.clock.pause_at(100)  # no machine stalls for so long on the way there
+    fresh.clock.pause_at(100)  # no machine stalls for that long until then
     yield fresh
     context.close()
     assert wrong == []
@@ -74,7 +74,7 @@ def page(chromium: Browser) -> Iterator[Page]:
 
 @pytest.fixture
 def artefact(page: Page) -> Callable[[str], None]:
-    """Keeps a picture of the page under a name."""
+    """Saves a picture of the page under a name."""
     return lambda name: save(page, name)
 
 
@@ -107,7 +107,7 @@ def ride(driver: Driver) -> Driver:
 
 @pytest.fixture(scope="module")
 def plain_page(chromium, serve):
-    """A page that only serves to load a module from; nothing on it runs by itself."""
+    """A page that only loads modules; nothing on it runs by itself."""
     page = chromium.new_page()
     page.goto(serve().url + "static/icon.svg")
     yield page

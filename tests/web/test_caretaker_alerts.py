@@ -1,4 +1,4 @@
-"""Alerts on the caretaker's page: felt, shown with what did not arrive, acknowledged, tested."""
+"""Alerts on the caretaker's page: vibration, failed deliveries, acknowledging, testing."""
 
 import pytest
 
@@ -10,7 +10,7 @@ pytestmark = pytest.mark.browser
 
 @pytest.fixture
 def page(page):
-    """It notes what is felt and told."""
+    """Records vibrations and notifications."""
     page.add_init_script(
         "window.shaken = 0; navigator.vibrate = () => (shaken += 1); window.notes = [];"
         "window.Notification = class { static permission = 'granted';"

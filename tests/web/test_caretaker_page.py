@@ -1,4 +1,4 @@
-"""The caretaker's page on a phone: see, stop, take over, bypass, cap; and who only watches."""
+"""The caretaker's page on a phone: see, stop, take over, bypass, cap; and the viewer's."""
 
 from itertools import pairwise
 
@@ -207,7 +207,7 @@ def test_a_call_for_help_is_heard_felt_and_answered(caretaker, artefact):
         "window.tones = 0; const start = OscillatorNode.prototype.start;"
         "OscillatorNode.prototype.start = function(t) { tones += 1; start.call(this, t); } }"
     )
-    # A page that was asked something before its sound began counts as touched: it sounds already.
+    # A press before the sound began counts as a touch of the page: it sounds already.
     if caretaker.data("audible") == "false":
         caretaker.page.locator("#sound").click()
     wait_until(lambda: not caretaker.page.locator("#sound").is_visible(), "sound to be on")
@@ -220,7 +220,7 @@ def test_a_call_for_help_is_heard_felt_and_answered(caretaker, artefact):
     caretaker.page.locator("#answer").click()
     assert caretaker.heard("call") == [{"k": "call", "on": False}]
     before = caretaker.page.evaluate("shaken")
-    caretaker.advance(5000)  # seen: silent, though the host still says it
+    caretaker.advance(5000)  # seen: silent, although the host still reports it
     assert caretaker.page.evaluate("shaken") == before
 
 

@@ -1,4 +1,4 @@
-"""What a driver must know: who drives, who hears, whether STOP was seen, whether sound is on."""
+"""What a driver must know: who drives, who gets a call, if STOP was confirmed, if sound is on."""
 
 import pytest
 
@@ -221,7 +221,7 @@ def menu(driver):
     driver.state(**OFF)
     driver.page.locator("#menu").click()
     wait_until(lambda: driver.data("view") == "menu", "the menu")
-    driver.advance(100, look=(0.5, 0.5))  # off its tiles: the gaze that was there chooses none
+    driver.advance(100, look=(0.5, 0.5))  # off its tiles, so that the gaze chooses none
     return driver
 
 

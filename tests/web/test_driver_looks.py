@@ -1,4 +1,4 @@
-"""What the page looks like: sizes and places of the targets, legible words, screenshots."""
+"""The page's look: sizes and places of the targets, legible words, screenshots."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Driving by the page, in a real Chromium against a stand-in for the host."""
+"""Driving with the page, in a real Chromium with a stand-in for the host."""
 
 from itertools import pairwise
 
@@ -33,7 +33,7 @@ def test_heartbeats_prove_when_they_were_said(driver):
 
 
 def test_the_token_that_was_delayed_least_is_used(driver):
-    """A token that comes 80 ms late says less than the one before it and the ms since."""
+    """A token that is 80 ms late is worth less than the one before it plus the ms since."""
     driver.advance(600)
     driver.state()
     driver.forget()

@@ -23,7 +23,7 @@ def menu(driver):
     x, y = driver.spot("menu")
     driver.advance(1100, look=(x / 1920, y / 1080))
     wait_until(lambda: driver.data("view") == "menu", "the menu")
-    driver.advance(100, look=(0.5, 0.66))  # off its tiles: the gaze that was there chooses none
+    driver.advance(100, look=(0.5, 0.66))  # off its tiles, so that the gaze chooses none
     return driver
 
 
@@ -136,7 +136,7 @@ def test_another_person_brings_their_own_settings(menu, host):
     "change", [{"language": "en"}, {"mode": "step"}, {"auto_off_s": 10}, {"contrast": "night"}]
 )
 def test_a_profile_changed_elsewhere_waits_until_this_page_drives_no_more(driver, host, change):
-    """Nothing another page saves reaches a page that drives: not its mode, language or arming."""
+    """Nothing saved by another page changes a page that drives: neither mode, language nor arming."""
     page = driver.page
     page.evaluate("window.same = true")
     asked = []
@@ -166,7 +166,7 @@ def test_a_profile_changed_elsewhere_waits_until_this_page_drives_no_more(driver
 
 
 def test_a_profile_that_comes_after_arming_is_not_taken(driver, host):
-    """It was asked for while driving was off, and its answer comes when it is on."""
+    """Requested while driving was off; the answer arrives when it is on."""
     driver.state(**OFF)
     held = []
     driver.page.route("**/profiles", lambda route: held.append(route))
@@ -196,7 +196,7 @@ def test_a_third_language_is_one_file(page, driver, host):
     driver.state(**OFF)
     host.profiles.change({"save": {"id": "1", "language": "xx"}}, True)
     with page.expect_navigation():
-        host.say_state()  # no look whether it arrived: the page leaves as soon as it has
+        host.say_state()  # without a check of its arrival: the page then leaves at once
     driver.connect()
     assert driver.text("#forward") == "Forwarts"
     assert page.evaluate("document.documentElement.lang") == "xx"

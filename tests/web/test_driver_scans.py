@@ -1,4 +1,4 @@
-"""Driving with one switch by scanning, in a real Chromium against a stand-in for the host."""
+"""Driving with one switch by scanning, in a real Chromium with a stand-in for the host."""
 
 import pytest
 
@@ -72,7 +72,7 @@ def test_a_press_starts_a_step_and_the_next_press_stops(scanner, host):
     scanner.up()
     scanner.advance(200)
     assert scanner.said()[-1] == ("cmd", "left", 1)
-    scanner.down()  # the board has not said yet that it moves
+    scanner.down()  # the board has not reported motion yet
     assert scanner.said() == [("stop", None, None)]
     scanner.advance(1000)
     scanner.up()

@@ -1,4 +1,4 @@
-"""Everything that must stop the chair without the driver's say: page hidden, link lost."""
+"""Everything that must stop the chair without the driver: page hidden, link lost."""
 
 import pytest
 
@@ -105,7 +105,7 @@ def test_a_silent_host_ends_the_hold_and_is_shown(driver):
     driver.page.keyboard.down("ArrowUp")
     driver.advance(200)
     assert not driver.page.locator("#lost").is_visible()
-    driver.run_for(700)  # and the host says nothing
+    driver.run_for(700)  # and the host sends nothing
     assert driver.page.locator("#lost").is_visible()
     assert last(driver)["k"] == "stop"
     driver.state()
@@ -134,7 +134,7 @@ def test_the_page_comes_back_by_itself_after_the_host_died(driver, host):
 
 def test_a_silent_connection_is_made_anew(driver):
     def control(more="true") -> int:
-        """How many control sockets the page has made of which this is true."""
+        """Number of the page's control sockets for which this is true."""
         each = f"s => s.url.endsWith('control') && {more}"
         return driver.page.evaluate(f"spied.sockets.filter({each}).length")
 

@@ -1,4 +1,4 @@
-"""What the page tells the driver: status, override, obstacle line, picture, language."""
+"""What the page shows the driver: status, override, obstacle line, picture, language."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""The first drive on a phone: steps with their facts, a held button, what a procedure asks."""
+"""The first drive on a phone: steps with their facts, a held button, a procedure's questions."""
 
 import pytest
 
@@ -34,7 +34,7 @@ def test_a_caretaker_is_led_from_step_to_step(caretaker):
     host, page = caretaker.host, caretaker.page
 
     def now(**run):
-        """The host's answer from now on, and the page has shown it."""
+        """Set the host's answer from now on, and wait until the page has shown it."""
         answer = (200, {"steps": ROWS, "run": {**RUN, **run}})
         host.replies |= {"GET /first-drive": answer, "POST /first-drive": answer}
         for _ in range(3):
@@ -53,7 +53,7 @@ def test_a_caretaker_is_led_from_step_to_step(caretaker):
     caretaker.wait_until(lambda: caretaker.advance(600) or page.locator(".first li").count(), "it")
     assert page.locator(".first li").count() == len(ROWS)
     assert page.locator(".first li[data-done=true]").count() == 1
-    # The first that is not done is open, and says what is in its way.
+    # The first step that is not done is open, and shows what prevents it.
     assert "Wat de lidar van de stoel ziet" in said("head")
     assert said("fact") == "Verborgen: 123..-123°."
     assert "obstakelsensor" in said("told")
@@ -94,7 +94,7 @@ def test_a_caretaker_is_led_from_step_to_step(caretaker):
     assert said("told").startswith("Gestopt. Er is niets veranderd.")
     assert take(page) == [], "nothing moves by itself"
 
-    # What the joystick's procedure asks becomes buttons.
+    # The joystick procedure's questions become buttons.
     opened(4)
     now(step="neutral", asks="turn")
     assert "pin 2" in said("told")
@@ -107,7 +107,7 @@ def test_a_caretaker_is_led_from_step_to_step(caretaker):
     page.locator(".first li:nth-child(3) .controls button").click()
     run = {"run": "distance", "value": 1510}
     wait_until(lambda: ("/first-drive", run) in host.posted, "the distance")
-    # A stop ends what is held, and leaving the page does.
+    # A stop ends a held button, and so does leaving the page.
     opened(7)
     page.locator(".first li:nth-child(7) button.held").hover()
     page.mouse.down()

@@ -1,4 +1,4 @@
-"""Marks on the floor, tapped on a phone: what the page sends calibrates the camera as it sits."""
+"""Marks on the floor, tapped on a phone: the page's marks give the camera's true calibration."""
 
 import io
 import math
@@ -43,7 +43,7 @@ def marked_floor():
 
 
 class Marking:
-    """A caretaker with a phone, and what the host answers."""
+    """A caretaker with a phone, and the host's answers."""
 
     def __init__(self, caretaker):
         self.person, self.page, self.host = caretaker, caretaker.page, caretaker.host
@@ -56,7 +56,7 @@ class Marking:
         caretaker.wait_until(lambda: caretaker.advance(600) or steps.count(), "the steps")
 
     def now(self, row, **run):
-        """The host's answer from now on, and the page has shown it."""
+        """Set the host's answer from now on, and wait until the page has shown it."""
         answer = (200, {"steps": [row], "run": {**IDLE, **run}})
         self.host.replies |= {"GET /first-drive": answer, "POST /first-drive": answer}
         for _ in range(3):
@@ -75,7 +75,7 @@ class Marking:
         return self.page.locator("#marking .told").inner_text()
 
     def place(self):
-        """Where the mark is asked for: metres ahead and to the left."""
+        """The requested place of the mark: metres ahead and to the left."""
         ahead, aside = (float(one.input_value()) for one in self.page.locator("input").all()[-2:])
         side = float(self.page.locator("#marking select").input_value())
         return ahead / 100, side * aside / 100
@@ -84,12 +84,12 @@ class Marking:
         return self.page.locator("#marking .floor").bounding_box()
 
     def tap(self, u, v):
-        """A finger on a spot, shares of the picture."""
+        """Tap a spot, in fractions of the picture."""
         box = self.box()
         self.page.mouse.click(box["x"] + u * box["width"], box["y"] + v * box["height"])
 
     def drag(self, du, dv):
-        """Move the enlarged picture by so many shares of its frame."""
+        """Move the enlarged picture by fractions of its frame."""
         box = self.box()
         x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
         self.page.mouse.move(x, y)
@@ -98,7 +98,7 @@ class Marking:
         self.page.mouse.up()
 
     def mark(self, off=(0.015, -0.01)):
-        """Tap beside the mark that is asked for, as a finger does; put the cross right; go on."""
+        """Tap beside the requested mark, as a finger does; correct the cross; continue."""
         at = EYE.pixel(*self.place())
         u, v = at[0] / EYE.width_px, at[1] / EYE.height_px
         self.tap(u + off[0], v + off[1])
@@ -134,7 +134,7 @@ def test_marks_tapped_on_a_phone_calibrate_the_camera(marking, tmp_path):
     rows = marks_of(marking.posted()[0])
     assert rows is not None
     assert len(rows) == 8
-    # What the page says of the tapped marks is what the host needs: the camera as it truly sits.
+    # The page's marks give the host the camera's true pose.
     store = FloorStore(tmp_path)
     FloorMarks(store, lambda: marking.jpeg).fit(rows)
     known = store.get()
@@ -198,7 +198,7 @@ def test_it_is_offered_only_while_driving_is_off(marking):
     assert marking.page.locator(".see .view #picture").count() == 1
     marking.page.locator(".first li .controls button").click()
     assert marking.page.locator("#marking").count() == 0
-    # Afterwards no mark is where it was seen.
+    # Afterwards all marks are at other places in the picture.
     marking.now(ROW)
     marking.open()
     assert "Nog 6 nodig" in marking.told()

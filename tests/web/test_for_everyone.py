@@ -1,4 +1,4 @@
-"""For everyone: names for screen readers, and words that are legible for every kind of eyes."""
+"""Accessibility: names for screen readers, and legible words with every colour blindness."""
 
 import re
 
@@ -63,14 +63,14 @@ def over(top, opacity, bottom):
 
 
 def brightness(colour, eyes):
-    """Relative luminance (WCAG) as these eyes see it."""
+    """Relative luminance (WCAG) with this colour vision."""
     linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in colour]
     seen = [min(1, max(0, sum(m * c for m, c in zip(row, linear, strict=True)))) for row in eyes]
     return 0.2126 * seen[0] + 0.7152 * seen[1] + 0.0722 * seen[2]
 
 
 def contrasts(item, picture_shade):
-    """The contrast of its words for every kind of eyes, before a picture of that shade."""
+    """The contrast of its words for every colour vision, over a picture of that shade."""
     layers = []
     for text in item["under"]:
         colour, opacity = rgba(text)

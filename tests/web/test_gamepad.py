@@ -1,4 +1,4 @@
-"""A gamepad at the caretaker's page: what it asks, and that it lets go whenever it is in doubt."""
+"""A gamepad at the caretaker's page: its requests, and that it releases whenever in doubt."""
 
 import itertools
 
@@ -59,7 +59,7 @@ MIDDLE, AHEAD, ASIDE = at(pad(0.05, -0.1)), at(pad(0, -1)), at(pad(-1, 0.1))
 
 @pytest.fixture
 def tell(plain_page):
-    """What is said in each step."""
+    """The messages of each step."""
     return lambda *samples: [
         [entry[0] for entry in said] for said, _ in plain_page.evaluate(RUN, list(samples))
     ]
@@ -181,7 +181,7 @@ class Hand(Driver):
         self.advance(ms)
 
     def wishes(self):
-        """What was asked since the last call, without repetitions."""
+        """Requests since the last call, without repetitions."""
         said = [(m["k"], m.get("linear"), m.get("turn")) for m in self.heard("drive", "stop")]
         self.forget()
         return [wish for n, wish in enumerate(said) if n == 0 or said[n - 1] != wish]

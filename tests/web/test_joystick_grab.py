@@ -1,4 +1,4 @@
-"""The caretaker's joystick under a finger: only the finger changes what it says, never the page."""
+"""The caretaker's joystick under a finger: only the finger changes its value, never the page."""
 
 import pytest
 
@@ -70,7 +70,7 @@ def place(driving, right, forward):
 
 
 def said(driving):
-    """What the newest `drive` asks, (linear, turn); what was heard before is forgotten."""
+    """The newest `drive` request, (linear, turn); older ones are discarded."""
     driving.forget()
     driving.advance(100)
     wishes = driving.heard("drive")

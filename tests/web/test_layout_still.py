@@ -23,7 +23,7 @@ OFF = {"state": "disarmed", "you": False, "owner": "nobody", "motion": "stopped"
 MINE = {"state": "armed", "you": True, "owner": "driver"}
 OTHERS = {"state": "armed", "you": False, "owner": "caretaker"}
 AHEAD, HOME, FAR = mode("ahead"), mode("home"), mode("far", names={"nl": "W" * 20, "en": "iI " * 7})
-# What becomes of plug-ins: they start, work, fail, come back, and are others.
+# States of plug-ins: they start, work, fail, recover, and change.
 PLUGINS = [
     [mode("ahead", state="starting", reason="plugin_starting"), HOME],
     [AHEAD, HOME],
@@ -35,7 +35,7 @@ PLUGINS = [
     [],
     [FAR, AHEAD],
 ]
-# What the host tells, one after the other; every step is one that happens.
+# The host's messages, one after the other; every step is a real one.
 NEWS = [
     OFF,
     {"simulated": True},
@@ -84,7 +84,7 @@ def language(request, page):
 
 
 class Life:
-    """Lives a page's life and keeps what moved, by the step in which it did."""
+    """Runs a page through all steps, and records what moved in which step."""
 
     def __init__(self, person: Driver) -> None:
         self.person = person

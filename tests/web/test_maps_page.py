@@ -35,7 +35,7 @@ def test_a_caretaker_makes_a_map_and_draws_on_it(caretaker):
     }
 
     def now(answer) -> None:
-        """The host's answer from now on, and the page has shown it."""
+        """Set the host's answer from now on, and wait until the page has shown it."""
         host.replies |= {"GET /maps": (200, answer), "POST /maps": (200, answer)}
         for _ in range(3):
             caretaker.advance(600)
@@ -79,7 +79,7 @@ def test_a_caretaker_makes_a_map_and_draws_on_it(caretaker):
     scale = min(box["width"] / 8.0, box["height"] / 6.0)
 
     def tap(x: float, y: float) -> None:
-        """At these metres of the map."""
+        """Tap at these metres of the map."""
         left, top = (box["width"] - 8.0 * scale) / 2, (box["height"] - 6.0 * scale) / 2
         at = {"x": left + (x + 1.0) * scale, "y": top + (4.0 - y) * scale}
         page.locator("#maps canvas").click(position=at)
@@ -99,7 +99,7 @@ def test_a_caretaker_makes_a_map_and_draws_on_it(caretaker):
     found = [wish["place"][name] for name in ("x", "y", "heading")]
     assert found == pytest.approx([2.0, 1.0, 90.0], abs=1.5)
     assert found[:2] == pytest.approx([2.0, 1.0], abs=0.1)
-    # An area: three corners or more; a refusal is told in plain words.
+    # An area: three corners or more; a refusal is shown in plain words.
     press("Verboden gebied")
     for corner in ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)):
         tap(*corner)
@@ -193,7 +193,7 @@ def test_a_caretaker_brings_a_map_of_files(caretaker):
         )
 
     told("weet waar hij is")
-    # What it is refused for is told, and the same file can be chosen once more.
+    # The reason of a refusal is shown, and the same file can be chosen again.
     host.replies["POST /maps/import"] = (400, {"reason": "map_file_zip", "detail": "no zip"})
     for number in (1, 2):
         chosen(page, ("map.zip", b"nothing"))
@@ -211,7 +211,7 @@ def test_a_caretaker_brings_a_map_of_files(caretaker):
     line, press = (
         page.locator(f"#maps {name}").bounding_box() for name in (".told", "button.import")
     )
-    assert 0 < line["y"] - press["y"] < 70  # beside what was pressed: never scrolled away
+    assert 0 < line["y"] - press["y"] < 70  # next to the pressed button: never scrolled away
     found = unpacked(host.files[-1])
     assert found.name == "Kantoor"
     assert (found.grid.occupied == GRID.occupied).all()
@@ -260,7 +260,7 @@ def test_an_answer_that_was_overtaken_changes_no_choice(caretaker, older):
     question, file = held
 
     def answered(route, **news) -> None:
-        """That request has its answer, and the page has had time for it."""
+        """Wait until that request is answered, and the page has processed it."""
         with page.expect_response(route.request.url):
             route.fulfill(json=news) if news else route.continue_()
         page.evaluate("fetch('/me').then((answer) => answer.text())")

@@ -45,7 +45,7 @@ def enlarged(person):
 
 
 def told(person):
-    """Everything that was sent, but what only says that the page lives."""
+    """Everything that was sent, except heartbeats."""
     found = []
     for m in person.heard("cmd", "mode", "stop", "spot", "arm", "disarm"):
         what = (m["k"], m.get("mode"), m.get("at"))
@@ -56,7 +56,7 @@ def told(person):
 
 
 def opened(person):
-    """The view is open, by a dwell on its tile."""
+    """Open the view by a dwell on its tile."""
     offer(person.host, LINE)
     wait_until(lambda: person.page.locator("#plugin-1").count(), "the tiles")
     name = person.page.locator("#plugin-1 .label")
@@ -72,7 +72,7 @@ def opened(person):
 
 
 def ready(person):
-    """The host has answered."""
+    """The host's answer to the choice."""
     person.host.welcome["modes"] = [{"mode": MODE, "auto": True}]
     person.host.say(person.host.welcome)
     person.state(spot=SPOT)
@@ -112,7 +112,7 @@ def test_the_second_look_is_three_times_as_exact(driver):
     driver.advance(50)
     assert "Vergroot" in driver.text("#status")
     assert driver.page.evaluate(OVERFLOWING) == []
-    # What was meant was to the right and below: there it is now, and three times as far off.
+    # The intended spot was to the right and below: now it is three times as far off.
     driver.advance(1200, look=(0.5 + 0.09, 0.5 + 0.12))
     ((_, _, at),) = told(driver)
     assert at == pytest.approx([0.53, (0.54 * 1080 + 180) / 1440], abs=0.003)

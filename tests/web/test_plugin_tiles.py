@@ -1,4 +1,4 @@
-"""Tiles of the modes that plug-ins bring, in a real Chromium: held and let go as a direction is."""
+"""Tiles of plug-in modes, in a real Chromium: held and released like a direction."""
 
 import pytest
 
@@ -23,7 +23,7 @@ from webscanner import opened
 pytestmark = pytest.mark.browser
 
 
-# Nothing for who has none
+# Nothing without plug-ins
 
 
 def test_without_plug_ins_nothing_is_fetched_and_nothing_is_there(page, host):
@@ -118,7 +118,7 @@ def test_one_look_starts_what_nobody_holds_and_eyes_on_the_page_watch_it(ride):
     ride.forget()
     ride.advance(1000)  # they are nowhere
     assert ride.heard("watch", "stop") == []
-    # Any tile ends it; after an end before its goal the tile goes on.
+    # Any tile ends it; after an end before its goal the tile continues it.
     ride.page.locator("#mode").click()
     assert ride.heard("stop") == [{"k": "stop"}]
     ride.state(auto=["", "ahead"])

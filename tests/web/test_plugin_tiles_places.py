@@ -1,4 +1,4 @@
-"""Where the tiles of modes are, how many there are, and what stands on them."""
+"""Where the tiles of modes are, their number, and their texts."""
 
 import pytest
 

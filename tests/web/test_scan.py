@@ -1,4 +1,4 @@
-"""Single-switch scanning: its state machine in Chromium, in time of our own, and enumerated."""
+"""Single-switch scanning: its state machine in Chromium, in simulated time, and enumerated."""
 
 import pytest
 
@@ -141,7 +141,7 @@ async ({ times, begin, depth }) => {
 
 
 class Story:
-    """Builds a sequence of events; what may be chosen is offered, Stop is lit."""
+    """Builds a sequence of events; choices are offered, Stop is lit."""
 
     def __init__(self, offered=(DRIVE, OTHERS), **times):
         self.now = 0
@@ -171,7 +171,7 @@ class Story:
 
 @pytest.fixture
 def tell(plain_page):
-    """Runs a story and returns what was said: [ms, kind, ...]."""
+    """Runs a story and returns its outputs: [ms, kind, ...]."""
     return lambda story: plain_page.evaluate(RUN, story.steps)
 
 
@@ -184,7 +184,7 @@ def acts(said):
 
 
 def into_row(story):
-    """Chooses the row of directions: forward is lit, and a press counts again."""
+    """Choose the row of directions: forward is lit, and a press counts again."""
     return story.wait(1500).press().wait(350)
 
 

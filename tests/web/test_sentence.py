@@ -1,4 +1,4 @@
-"""The page's one sentence: every combination of what the host tells, judged by its words."""
+"""The page's one sentence for every combination of the host's data, judged by its words."""
 
 import itertools
 import json
@@ -21,7 +21,7 @@ MESSAGES = TABLES["nl"]["messages"]
 WHO = [("nobody", False), ("driver", True), ("driver", False), ("caretaker", False)]
 # All verdicts of the host: its level decides whether it has a message at all.
 VERDICTS = [("ok", "ok"), *itertools.product(("warning", "error"), MESSAGES)]
-# Asking to arm is worth a try: these end by it, or by themselves within a moment.
+# A request to arm is worth a try: it ends these, or they end by themselves in a moment.
 MAY_ASK = ["none", "no_owner", "command_active"]
 # A setting's refusal answers who set it; no state reports one.
 REASONS = [one for one in codes.REASONS if not one.startswith("setting_")]
@@ -51,7 +51,7 @@ def combinations():
             yield news("warning", "camera_lost", state, who, reason, reason)
 
 
-# The page makes the same combinations from their parts, which are 30 MB together. It tells the
+# The page makes the same combinations from their parts, which are 30 MB together. It returns the
 # different sentences, and which of them each combination gets.
 ASK = """
 async ({{verdicts, states, who, few, reasons}}) => {{
@@ -103,7 +103,7 @@ def outcomes(chromium, serve):
 
 
 def advice(key, language):
-    """What the words tell to do: "help", "wait", "act" or "" for nothing."""
+    """The advice in the words: "help", "wait", "act" or "" for none."""
     do = TABLES[language]["messages"][key]["do"]
     if not do:
         return ""
@@ -113,7 +113,7 @@ def advice(key, language):
 
 
 def keys_shown(told):
-    """Message keys that stand on the page at once: in the corner, and in the middle."""
+    """Message keys shown on the page at once: in the corner, and in the middle."""
     middle = [told["words"]] if told["kind"] in ("hindered", "override") else []
     return {told["key"], *middle}
 

@@ -1,4 +1,4 @@
-"""The driver's small map: calm, no target, there only where the status leaves room."""
+"""The driver's small map: calm, no target, shown only where the status leaves room."""
 
 import pytest
 
@@ -10,12 +10,12 @@ pytestmark = pytest.mark.browser
 
 
 def drawn_on(page) -> str:
-    """What is on the small map's canvas now: a screenshot may be of a frame before."""
+    """The present content of the small map's canvas; a screenshot may show an older frame."""
     return page.evaluate("document.getElementById('small-map').toDataURL()")
 
 
 def picture_came(page) -> None:
-    """The small map has drawn its picture."""
+    """Wait until the small map has drawn its picture."""
     some = """() => {
       const canvas = document.getElementById("small-map");
       const { width, height } = canvas;
@@ -27,7 +27,7 @@ def picture_came(page) -> None:
 
 
 def drawn_at(driver, where) -> str:
-    """The small map 100 ms after the host said that."""
+    """The small map 100 ms after that state of the host."""
     driver.state(where=where)
     driver.run_for(100)
     return drawn_on(driver.page)
@@ -65,14 +65,14 @@ def test_a_driver_sees_a_small_map_that_is_calm_and_no_target(driver):
         assert drawn_at(driver, {**WHERE, "x": 4.0}) == before  # at most every 2 s
 
     def tell(**news) -> None:
-        """For 2.5 s, as a host does."""
+        """Send states for 2.5 s, as a host does."""
         for _ in range(5):
             driver.state(**news)
             driver.run_for(500)
 
     tell(where={**WHERE, "x": 4.0})
     assert drawn_on(page) != before
-    # What is told needs the room; and where the chair is not known, there is no map.
+    # A message needs the room; and without a known pose there is no map.
     driver.state(level="error", message="board_lost")
     driver.run_for(200)
     assert not small.is_visible()

@@ -1,4 +1,4 @@
-"""A spot of the picture by one switch: a column, then a cell of it; it moves nothing by itself."""
+"""A spot in the picture by one switch: a column, then a cell of it; a choice moves nothing."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What looking and pressing mean: the page's state machine, in Chromium, in time of our own."""
+"""What looks and presses do: the page's state machine, in Chromium, in simulated time."""
 
 import random
 
@@ -65,7 +65,7 @@ class Story:
 
 @pytest.fixture
 def tell(plain_page):
-    """Runs a story and returns what was said: [ms since its begin, kind, ...]."""
+    """Runs a story and returns its outputs: [ms since its beginning, kind, ...]."""
 
     def run(story):
         said = plain_page.evaluate(RUN, story.steps)
@@ -281,7 +281,7 @@ def test_cancel_stops_at_once_and_the_gaze_must_rest_first(tell):
 
 @pytest.mark.parametrize("seed", range(40))
 def test_after_a_stop_no_edge_ever_drives_again(tell, seed):
-    """Random events: an edge never returns once another thing was said, edges only grow."""
+    """Random events: an edge never returns after any other message, edges only grow."""
     rng = random.Random(seed)
     names = ["forward", "left", "right", "backward", "stop", "arm", "mode", None]
     story = Story(rng.choice(["continuous", "step"]))

@@ -1,4 +1,4 @@
-"""The page's files: words for everything the wire can say, small, self-contained, CSP-safe."""
+"""The page's files: texts for everything on the wire, small, self-contained, CSP-safe."""
 
 import json
 import re
@@ -85,7 +85,7 @@ def test_what_only_the_caretaker_reads_is_as_short(language):
 @pytest.mark.parametrize("name", sorted(path.stem[2:] for path in WEB.glob("strings/nl*.json")))
 def test_both_languages_have_the_same_keys(name):
     dutch, english = (table(language + name) for language in LANGUAGES)
-    dutch.pop("told", None)  # what the host says in English by itself
+    dutch.pop("told", None)  # in English from the host itself
     assert {kind: list(words) for kind, words in dutch.items()} == {
         kind: list(words) for kind, words in english.items()
     }
@@ -163,7 +163,7 @@ def test_every_label_named_in_the_page_exists_and_none_is_unused():
 
 
 def files_of(page: str) -> set[Path]:
-    """The page and everything it loads, but words and pictures."""
+    """The page and everything it loads, except texts and pictures."""
     found, open_ones = set(), [WEB / page]
     while open_ones:
         path = open_ones.pop()
@@ -187,7 +187,7 @@ def test_the_drivers_page_weighs_less_than_80_kb():
 
 @pytest.mark.parametrize("path", [*PAGES, *MODULES, *WEB.glob("*.css")], ids=lambda p: p.name)
 def test_comments_and_indentation_can_be_left_out(path):
-    """What gazechair.web.minify relies on; line numbers stay, and nothing but comments goes."""
+    """The rules that gazechair.web.minify relies on: only comments go, line numbers stay."""
     text = path.read_text("utf-8")
     slim = lean(text, path.suffix)
     assert path.suffix != ".js" or slim.count("\n") == text.count("\n")
