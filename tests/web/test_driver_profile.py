@@ -136,7 +136,7 @@ def test_another_person_brings_their_own_settings(menu, host):
     "change", [{"language": "en"}, {"mode": "step"}, {"auto_off_s": 10}, {"contrast": "night"}]
 )
 def test_a_profile_changed_elsewhere_waits_until_this_page_drives_no_more(driver, host, change):
-    """Nothing saved by another page changes a page that drives: neither mode, language nor arming."""
+    """Nothing saved by another page changes a page that drives: mode, language or arming."""
     page = driver.page
     page.evaluate("window.same = true")
     asked = []

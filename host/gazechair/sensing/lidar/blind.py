@@ -10,7 +10,7 @@ covered window alike. What tells them apart:
 - Nothing is nearer than the lidar's own housing: returns below 5 cm come from its window.
 - Without any return at all nothing is known: blind all round.
 
-A gap of up to 8 degrees counts as seen: the window's optics are wider than any smaller cover.
+A gap of up to 8 degrees counts as seen: the window's optics are wider, no cover is so small.
 """
 
 from __future__ import annotations
