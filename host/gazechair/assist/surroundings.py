@@ -21,7 +21,7 @@ _FARTHEST_M = 5.0
 
 
 class Surroundings:
-    """Corrects for the chair's turning since, by the heading sensor, but not for its travel."""
+    """Newest returns, corrected for the chair's turning since (heading sensor), not its travel."""
 
     def __init__(self, lidars: int) -> None:
         """`lidars`: their number; all must deliver."""
