@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gazechair.base.footprint import Footprint
-from gazechair.going.follow import ACCELERATE_M_S2, STOP, Pose, Stick
+from gazechair.going.follow import ACCELERATE_M_S2, PERIOD_S, STOP, Pose, Stick
 from gazechair.going.mission import (
     ARRIVED,
     BLOCKED,
@@ -22,8 +22,8 @@ from gazechair.going.mission import (
     Planned,
 )
 from gazechair.going.people import People
-from gazechair.going.plan import GOAL_BLOCKED
-from goingrig import TWO_ROOMS, GoingChair, floor
+from gazechair.going.plan import GOAL_BLOCKED, NO_WAY
+from goingrig import TWO_ROOMS, GoingChair, Person, drive_among, floor
 
 START, GOAL = (1.5, 2.0, 0.0), (6.5, 2.0, math.pi / 2)
 
@@ -178,6 +178,61 @@ def test_a_door_that_is_closed_now_is_said_within_ten_seconds(chair: GoingChair)
     assert said is not None
     assert said < 10.0 + 5.0
     assert chair.least_m > 0.0
+
+
+def test_who_walks_to_and_fro_behind_the_door_does_not_shut_the_way(chair: GoingChair) -> None:
+    def walks(now_s: float) -> list[Person]:
+        return [(5.0, 2.0 + 1.2 * math.sin(now_s))] if now_s < 15.0 else []
+
+    said = drive_among(chair, 90.0, walks)
+    assert said[-1][0] == ARRIVED
+    assert BLOCKED not in {state for state, _ in said}
+
+
+def test_who_stands_in_the_door_for_a_while_is_waited_for_nearby(chair: GoingChair) -> None:
+    waits_s: list[float] = []
+
+    def stands(now_s: float) -> list[Person]:
+        if chair.mission.state == WAITING:
+            waits_s.append(now_s)
+        leaves_s = waits_s[0] + 5.5 if waits_s else math.inf
+        return [(4.0, 2.0)] if 3.0 < now_s < leaves_s else []
+
+    said = drive_among(chair, 90.0, stands)
+    assert waits_s[0] < 6.0
+    assert said[-1][0] == ARRIVED
+    assert BLOCKED not in {state for state, _ in said}
+    assert len(said) * PERIOD_S < 45.0
+
+
+def test_who_stands_in_the_only_door_for_good_is_waited_for_nearby_and_then_said(
+    chair: GoingChair,
+) -> None:
+    said = drive_among(chair, 20.0, lambda now_s: [(4.0, 2.0)] if now_s > 0.2 else [])
+    assert all(reason for _, reason in said[60:])
+    assert said[-1] == (BLOCKED, NO_WAY)
+    assert 2.5 < chair.pose[0] < 4.0 - 0.15 - 0.3
+    assert chair.stick == STOP
+
+
+def test_a_pose_that_wanders_is_no_motion_of_a_chair_that_the_board_holds(
+    chair: GoingChair,
+) -> None:
+    chair.run(8.0)
+    chair.refuses, chair.wanders_m = True, 0.04
+    chair.run(2.0)
+    for _ in range(200):
+        chair.step()
+        assert chair.mission.state == WAITING
+
+
+def test_where_no_other_way_is_better_it_waits_as_it_stands(chair: GoingChair) -> None:
+    chair.run(8.0)
+    before, plans = chair.mission.way, chair.mission.plans
+    chair.refuses, chair.wanders_m = True, 0.02
+    chair.run(10.0)
+    assert chair.mission.plans == plans + 1
+    assert chair.mission.way is before
 
 
 def test_speed_grows_gently(chair: GoingChair) -> None:
