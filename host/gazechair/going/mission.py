@@ -275,17 +275,26 @@ class Mission:
         return now_s - self._shut_since_s < _MAY_OPEN_S
 
     def _waits_here_anyway(self, found: Way, pose: Pose) -> bool:
-        """The best other way begins as the one that the board refuses: so waiting is best.
+        """Before what may be a person, the best other way begins as the one that is refused.
 
-        A new aim would begin the board's ten seconds of standing anew.
+        A new aim would begin the board's ten seconds of standing anew. It may help once they were
+        in vain, and before whatever else the board refuses.
         """
         if self.state != WAITING or self._way_to != self.goal or self._follower.turns_on_spot:
+            return False
+        if not self._refused or self._refused[-1].price_s > _DEARER_S:
+            return False
+        if not self._may_be_person(pose):
             return False
         a, b = found.points_m[:2]
         heading = math.atan2(b[1] - a[1], b[0] - a[0])
         turns_rad = math.remainder(heading - pose[2], 2.0 * math.pi)
         no_other = abs(turns_rad) < _SAME_WAY_RAD and not found.backward
         return no_other and refused_s(self._refused, a, heading) > 0.0
+
+    def _may_be_person(self, pose: Pose) -> bool:
+        """Whether what may be one is ahead: all else does not go away by waiting before it."""
+        return self.costmap.ahead.meets(self.costmap.standing_m, np.array([pose]))
 
     def _give_up(self, reason: str, now_s: float) -> None:
         self.state, self.reason, self._gave_up_s = BLOCKED, reason, now_s
@@ -363,7 +372,7 @@ class Mission:
         if for_s > (_NO_TURN_S if turns else _OTHER_WAY_S) and not stuck.looked:
             stuck.looked = True
             self._refuse(at.pose, turns, _SHUT_S if turns else _DEARER_S)
-        elif for_s > (_GO_ROUND_S if turns else _PATIENCE_S):
+        elif for_s > (_PATIENCE_S if not turns and self._may_be_person(at.pose) else _GO_ROUND_S):
             if self._shut_before(at.pose, turns):
                 self._give_up(NO_WAY, now_s)
                 return STOP

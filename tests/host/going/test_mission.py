@@ -215,24 +215,46 @@ def test_who_stands_in_the_only_door_for_good_is_waited_for_nearby_and_then_said
     assert chair.stick == STOP
 
 
+def stand_on_both_sides(chair: GoingChair) -> None:
+    """What may be two persons, ahead and not in the way, for a while."""
+    x, y, _ = chair.pose
+    seen = [(x + 0.9, y + side * off_m) for side in (-1, 1) for off_m in (0.42, 0.46, 0.5)]
+    chair.mission.costmap.see(np.array(seen), chair.now_s + 20.0, (x, y))
+
+
 def test_a_pose_that_wanders_is_no_motion_of_a_chair_that_the_board_holds(
     chair: GoingChair,
 ) -> None:
     chair.run(8.0)
-    chair.refuses, chair.wanders_m = True, 0.04
+    stand_on_both_sides(chair)
+    chair.refuses, chair.wanders_m = True, 0.025
     chair.run(2.0)
     for _ in range(200):
         chair.step()
         assert chair.mission.state == WAITING
 
 
-def test_where_no_other_way_is_better_it_waits_as_it_stands(chair: GoingChair) -> None:
+def test_before_what_may_be_a_person_it_stands_still_where_no_other_way_is_better(
+    chair: GoingChair,
+) -> None:
     chair.run(8.0)
+    stand_on_both_sides(chair)
     before, plans = chair.mission.way, chair.mission.plans
     chair.refuses, chair.wanders_m = True, 0.02
     chair.run(10.0)
     assert chair.mission.plans == plans + 1
     assert chair.mission.way is before
+
+
+def test_before_whatever_else_it_does_not_wait_but_aims_anew_and_soon_says_that_there_is_no_way(
+    chair: GoingChair,
+) -> None:
+    chair.run(8.0)
+    before = chair.mission.way
+    chair.refuses = True
+    said = [state for state, _ in drive_among(chair, 10.0, lambda _: [])]
+    assert chair.mission.way is not before
+    assert BLOCKED in said
 
 
 def test_speed_grows_gently(chair: GoingChair) -> None:
