@@ -40,6 +40,7 @@ _GO_ROUND_S, _AGAIN_S = 3.0, 2.0
 _RETRY_S = 2.5
 _MAY_OPEN_S = 7.0  # no plan gets past what stands in the way: it draws near, and stands before it
 _STAND_OFF_M = 0.8
+_DETOUR_S = 20.0
 _SAME_WAY_RAD = math.radians(6.0)
 _NEARER = 2
 _BESIDE_M = 0.45
@@ -253,9 +254,10 @@ class Mission:
             self._outdated, self._wants_plan = False, True
             return
         hit, self._hit_since_s = self._hit_since_s is not None, None
+        if self._may_open(found, hit, now_s):
+            return
         if isinstance(found, NoWay):
-            if not self._may_open(found, now_s):
-                self._give_up(found.reason, now_s)
+            self._give_up(found.reason, now_s)
             return
         self._shut_since_s = None
         if not hit and self._waits_here_anyway(found, pose):
@@ -265,10 +267,15 @@ class Mission:
         if self.state != WAITING:
             self.state, self.reason = DRIVING, ""
 
-    def _may_open(self, found: NoWay, now_s: float) -> bool:
-        """Something shuts the way that it is on, not for long yet: it draws near, and waits."""
-        on_its_way = self.state in (DRIVING, WAITING) and self._way_to == self.goal
-        if found.reason != NO_WAY or not on_its_way:
+    def _may_open(self, found: Planned, hit: bool, now_s: float) -> bool:
+        """Only far round, if at all, it gets past what shuts its way: it waits a while."""
+        if self.way is None or self.state not in (DRIVING, WAITING) or self._way_to != self.goal:
+            return False
+        if isinstance(found, NoWay):
+            shut = found.reason == NO_WAY
+        else:
+            shut = hit and found.cost_s > self.way.cost_s + _DETOUR_S
+        if not shut:
             return False
         if self._shut_since_s is None:
             self._shut_since_s = now_s

@@ -215,6 +215,24 @@ def test_who_stands_in_the_only_door_for_good_is_waited_for_nearby_and_then_said
     assert chair.stick == STOP
 
 
+@pytest.mark.parametrize(("leaves_s", "far_round"), [(6.0, False), (math.inf, True)])
+def test_who_stands_in_the_near_door_is_waited_for_before_it_goes_far_round(
+    leaves_s: float, far_round: bool
+) -> None:
+    two_doors = ((3.95, 0.0, 4.05, 1.45), (3.95, 2.45, 4.05, 6.2), (3.95, 7.2, 4.05, 8.0))
+    chair = GoingChair(floor(two_doors, (8.0, 8.0)), START)
+    chair.mission.go(GOAL)
+    farthest_m = []
+
+    def stands(now_s: float) -> list[Person]:
+        farthest_m.append(chair.pose[1])
+        return [(4.0, 2.0)] if 0.2 < now_s < leaves_s else []
+
+    said = drive_among(chair, 150.0, stands)
+    assert said[-1][0] == ARRIVED
+    assert (max(farthest_m) > 4.0) is far_round
+
+
 def stand_on_both_sides(chair: GoingChair) -> None:
     """What may be two persons, ahead and not in the way, for a while."""
     x, y, _ = chair.pose
