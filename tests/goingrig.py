@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -13,10 +13,12 @@ from gazechair.going.costmap import Costmap
 from gazechair.going.follow import STOP, Stick
 from gazechair.going.mission import Located, Mission
 from gazechair.going.plan import Planner, Pose
+from gazechair.sensing.mapping.poses import to_frame
 from gazelink.settings_table import TABLE
 from gazesim.chair import Chair
 
 CELL_M = 0.025
+PERSON_M = 0.15
 Box = tuple[float, float, float, float]  # x0, y0, x1, y1
 
 TWO_ROOMS: tuple[Box, ...] = ((3.95, 0.0, 4.05, 1.45), (3.95, 2.45, 4.05, 4.0))
@@ -61,6 +63,8 @@ class GoingChair:
         self.asked = self.stick = STOP
         self.refuses = False
         self.located = True
+        self.wanders_m = 0.0
+        """So far, its pose as the map gives it goes to and fro."""
         self.least_m = math.inf
 
     @property
@@ -80,7 +84,10 @@ class GoingChair:
         self.now_s += 0.05
         if self.located:
             moves = self.chair.speed_m_s, self.chair.yaw_rate_deg_s
-            self.mission.locate(Located(self.pose, *moves, self.now_s))
+            x, y, heading = self.pose
+            off_m = self.wanders_m * math.sin(self.now_s)
+            at = (x + off_m, y - off_m, heading)
+            self.mission.locate(Located(at, *moves, self.now_s))
         self.asked = self.stick = self.mission.step(self.now_s, self.stick)
         if self.refuses:
             self.stick = STOP
@@ -88,7 +95,48 @@ class GoingChair:
             self.chair.step(
                 0.01, (self.stick.linear_permille / 1000.0, self.stick.turn_permille / 1000.0)
             )
-        x, y, heading = (np.array([one]) for one in self.pose)
-        clear = self.mission.costmap.clearance_m(x, y, heading)
+        clear = self.mission.costmap.clearance_m(*(np.array([one]) for one in self.pose))
         self.least_m = min(self.least_m, float(clear[0]))
         return self.stick
+
+
+LIDAR_M = (0.3, 0.0)
+Person = tuple[float, float]
+"""Where somebody stands, seen as a disc."""
+
+
+def scan_of(costmap: Costmap, pose: Pose, persons: Sequence[Person]) -> tuple[FloatArray, ...]:
+    """Ends and beginnings of a lidar's beams, in the chair's frame."""
+    bearings = np.radians(np.arange(0.0, 360.0, 0.5))
+    along = np.stack((np.cos(bearings), np.sin(bearings)), axis=1)
+    ranges = np.arange(0.1, 9.0, 0.5 * CELL_M)
+    local = np.array(LIDAR_M) + along[:, None, :] * ranges[None, :, None]
+    places = to_frame(local.reshape(-1, 2), np.array(pose))
+    cells = np.floor((places - costmap.low_m) / CELL_M).astype(np.int64)
+    nx, ny = costmap.shape
+    hit = costmap.known_m[np.clip(cells[:, 0], 0, nx - 1), np.clip(cells[:, 1], 0, ny - 1)] <= 0.0
+    for x, y in persons:
+        hit |= np.hypot(places[:, 0] - x, places[:, 1] - y) < PERSON_M
+    hits = hit.reshape(local.shape[:2])
+    returned = hits.any(axis=1)
+    ends = local[np.arange(len(along)), hits.argmax(axis=1)][returned]
+    return ends, np.tile(LIDAR_M, (len(ends), 1))
+
+
+def drive_among(
+    chair: GoingChair, seconds: float, persons: Callable[[float], Sequence[Person]]
+) -> list[tuple[str, str]]:
+    """Drive until it has arrived, looking ten times a second; states and reasons of each step.
+
+    `persons`: who is there, after so many seconds.
+    """
+    found = []
+    for k in range(round(seconds / 0.05)):
+        chair.step()
+        if k % 2 == 0:
+            points, origins = scan_of(chair.mission.costmap, chair.pose, persons(chair.now_s))
+            chair.mission.scan(points, chair.now_s, chair.pose, origins)
+        found.append((chair.mission.state, chair.mission.reason))
+        if chair.mission.state == "arrived":
+            break
+    return found

@@ -256,7 +256,9 @@ class Go:
         located = self._located_at(now_s - 0.5 * TURN_S)
         if located is not None and not self.pose_lost:
             points = np.concatenate([view.points_m for view in views])
-            self.mission.scan(points, now_s, located.pose)
+            counts = [len(view.points_m) for view in views]
+            origins = np.repeat([view.origin_m for view in views], counts, axis=0)
+            self.mission.scan(points, now_s, located.pose, origins)
 
     def _sense(self) -> None:
         i = self.core.i

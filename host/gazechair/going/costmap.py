@@ -1,7 +1,7 @@
 """Costmap: where the chair's true footprint fits, by the map, no-go areas and what is seen now.
 
 What no beam has passed counts as occupied. What the lidars see and the map does not hold is kept
-for some seconds after it was seen last.
+until they look through its place, and out of sight for some seconds.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gazechair.base.footprint import BoolArray, FloatArray, Footprint, inside
+from gazechair.going.beams import looked_through
 from gazechair.going.distance_field import Distances, discs_of, distances
 from gazechair.going.standing import Ahead, standing_m
 
@@ -48,8 +49,8 @@ class Costmap:
         self._static = stands | (unknown & (seen > near_m)) | self._within(no_go, stands)
         self.static_m = distances(self._static, cell_m, FAR_M)
         self.ahead = Ahead(footprint)
-        self.standing_m = self._standing_m = standing_m(stands, cell_m, self.low_m)
-        """Of what the board takes for a standing person, the cells' centres (N, 2)."""
+        nothing_m = np.zeros((0, 2))
+        self._standing_m = {"map": standing_m(stands, cell_m, self.low_m), "live": nothing_m}
         self._seen_s = np.full(stands.shape, -np.inf)
         self._live = np.zeros(stands.shape, dtype=np.bool_)
         self.distances_m: Distances = self.static_m
@@ -59,6 +60,17 @@ class Costmap:
         in_cells = discs[:, :2].astype(np.float32) / np.float32(cell_m)
         self._disc_cells = in_cells[:, 0], in_cells[:, 1], discs[:, 2].astype(np.float32)
         self.reach_m = float(np.hypot(footprint.body[:, 0], footprint.body[:, 1]).max())
+
+    @property
+    def standing_m(self) -> FloatArray:
+        """Of what the board takes for a standing person, the cells' centres (N, 2)."""
+        return np.concatenate(list(self._standing_m.values()))
+
+    def suspect(self, points_m: FloatArray) -> None:
+        """These, in the map's frame, may be persons as well; those of the last call are none."""
+        cells = np.unique(np.stack(self._cells(points_m), axis=1), axis=0)
+        self._standing_m["seen"] = (cells + 0.5) * self.cell_m + self.low_m
+        self.changes += 1
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -84,21 +96,29 @@ class Costmap:
         nx, ny = self.shape
         return np.clip(cells[:, 0], 0, nx - 1), np.clip(cells[:, 1], 0, ny - 1)
 
-    def see(
-        self, points_m: FloatArray, at_s: float, chair_m: tuple[float, float], ignore: bool = False
-    ) -> FloatArray:
-        """Take in a scan's returns, in the map's frame; returns those the map does not explain.
-
-        `ignore`: nothing is overlaid (the pose is in doubt).
-        """
+    def see(self, points_m: FloatArray, at_s: float, chair_m: tuple[float, float]) -> FloatArray:
+        """Take in a scan's returns, in the map's frame; returns those the map does not explain."""
         near = np.hypot(points_m[:, 0] - chair_m[0], points_m[:, 1] - chair_m[1]) < _LIVE_FAR_M
         points_m = points_m[near]
         cells = self._cells(points_m)
         new = self.known_m[cells] > _KNOWN_M
         found = points_m[new]
-        if not ignore:
-            self._seen_s[cells[0][new], cells[1][new]] = at_s
+        self._seen_s[cells[0][new], cells[1][new]] = at_s
         return np.asarray(found)
+
+    def clear(self, points_m: FloatArray, origins_m: FloatArray, at_s: float) -> None:
+        """Forget what has left: the beams of a scan, in the map's frame, end behind its place."""
+        cells = np.argwhere(self._seen_s > at_s - KEPT_S)
+        places_m = (cells + 0.5) * self.cell_m + self.low_m
+        left = cells[looked_through(places_m, points_m, origins_m)]
+        self._seen_s[left[:, 0], left[:, 1]] = -np.inf
+
+    def forget(self, x_m: float, y_m: float, within_m: float) -> None:
+        """Overlay nothing there, until it is seen again."""
+        cells = np.argwhere(np.isfinite(self._seen_s))
+        off_m = (cells + 0.5) * self.cell_m + self.low_m - (x_m, y_m)
+        near = cells[np.hypot(off_m[:, 0], off_m[:, 1]) < within_m]
+        self._seen_s[near[:, 0], near[:, 1]] = -np.inf
 
     def refresh(self, now_s: float) -> bool:
         """Bring the distances up to date with what was seen; True when they have changed."""
@@ -107,12 +127,10 @@ class Costmap:
             return False
         self._live = live
         self.changes += 1
-        self.standing_m = self._standing_m
+        self._standing_m["live"] = standing_m(live, self.cell_m, self.low_m)
         if not live.any():
             self.distances_m = self.static_m
             return True
-        seen_m = standing_m(live, self.cell_m, self.low_m)
-        self.standing_m = np.concatenate((self._standing_m, seen_m))
         # Only round what is live can anything be nearer than by the map.
         reach = int(np.ceil(FAR_M / self.cell_m)) + 1
         xs, ys = np.nonzero(live)

@@ -15,12 +15,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gazechair.base.footprint import FloatArray, Footprint
+from gazechair.going.ahead import poses_ahead
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import Costmap
 from gazechair.going.follow import ARRIVED_M, STOP, Follower, Stick
-from gazechair.going.people import People, speed_within
+from gazechair.going.people import speed_within
 from gazechair.going.plan import NO_WAY, NoWay, Planner, Pose, Refused, Way
+from gazechair.going.rolled import Rolled, moved
+from gazechair.going.smooth import refused_s
 from gazechair.going.stuck import Overruled, Stuck, apart
+from gazechair.going.surroundings import Surroundings
 
 # States.
 IDLE, PLANNING, DRIVING, WAITING, BLOCKED = "idle", "planning", "driving", "waiting", "blocked"
@@ -29,16 +33,18 @@ ARRIVED, LOST, PAUSED = "arrived", "lost", "paused"
 PERSON, OBSTACLE, POSE_LOST = "going_person", "going_obstacle", "going_pose_lost"
 
 POSE_OLD_S = 0.4
-_LOOK_AHEAD_M = 2.5
 _CHECK_S = 0.3
 _STRAIGHT_M = np.arange(0.0, 0.81, 0.1)
-_ALONG_M = 0.1
 _HIT_M = -0.04  # by the map and what is seen: less than this ahead, and the way is blocked
 _GO_ROUND_S, _AGAIN_S = 3.0, 2.0
-_RETRY_S = 4.0
+_RETRY_S = 2.5
+_MAY_OPEN_S = 7.0  # no plan gets past what stands in the way: it draws near, and stands before it
+_STAND_OFF_M = 0.8
+_DETOUR_S = 20.0
+_SAME_WAY_RAD = math.radians(6.0)
 _NEARER = 2
 _BESIDE_M = 0.45
-_NEAR_PERSON_M = 1.6
+_NEAR_PERSON_M = 2.6
 _JUMP_M, _JUMP_RAD = 0.30, math.radians(15.0)
 # Where the board lets nothing out. It takes furniture for a person until that has stood for 10 s.
 _NO_TURN_S, _OTHER_WAY_S, _PATIENCE_S = 1.8, 1.5, 13.0
@@ -79,11 +85,15 @@ class Mission:
     way: Way | None = None
     plans: int = 0
     _located: Located | None = None
-    _people: People = field(default_factory=People)
     _stuck: Stuck = field(default_factory=Stuck)
     _overruled: Overruled = field(default_factory=Overruled)
+    _rolled: Rolled = field(default_factory=Rolled)
     _checked_s: float = -math.inf
     _hit_since_s: float | None = None
+    _shut_since_s: float | None = None
+    """So long, no plan has got past what is in the way."""
+    _way_to: Pose | tuple[float, float] | None = None
+    """The goal of the way that it follows."""
     _gave_up_s: float = 0.0
     _went_round_s: float = -math.inf
     _wants_plan: bool = False
@@ -100,6 +110,7 @@ class Mission:
 
     def __post_init__(self) -> None:
         self._follower = Follower(self.numbers)
+        self._around = Surroundings(self.costmap, self.footprint)
 
     # -- what people ask ---------------------------------------------------------------------------
 
@@ -144,22 +155,27 @@ class Mission:
         """Where the chair is; None: not known."""
         before = self._located
         self._located = located
-        if before is None or located is None or self.state != DRIVING:
+        if before is None or located is None:
             return
         dt = located.time_s - before.time_s
-        moved = math.dist(located.pose[:2], before.pose[:2]) - abs(before.speed_m_s) * dt
+        self._rolled.on(located.speed_m_s, located.rate_deg_s, dt)
+        if self.state != DRIVING:
+            return
+        jumped_m = math.dist(located.pose[:2], before.pose[:2]) - abs(before.speed_m_s) * dt
         turned = math.remainder(located.pose[2] - before.pose[2], 2.0 * math.pi)
         turned -= math.radians(before.rate_deg_s) * dt
-        if moved > _JUMP_M or abs(turned) > _JUMP_RAD:
+        if jumped_m > _JUMP_M or abs(turned) > _JUMP_RAD:
             self._ask_plan()  # it was somewhere else than thought
 
-    def scan(self, points_m: FloatArray, at_s: float, pose: Pose) -> None:
-        """A turn's returns in the chair's frame, and the pose at that time."""
-        c, s = math.cos(pose[2]), math.sin(pose[2])
-        in_map = points_m @ np.array(((c, s), (-s, c))) + pose[:2]
-        own = self.footprint.contains(points_m)
-        new = self.costmap.see(in_map[~own], at_s, (pose[0], pose[1]), self._located is None)
-        self._people.look(new, at_s)
+    def scan(
+        self, points_m: FloatArray, at_s: float, pose: Pose, origins_m: FloatArray | None = None
+    ) -> None:
+        """A turn's returns in the chair's frame, and the pose at that time.
+
+        `origins_m`: where each beam began; None: nothing is seen to have left.
+        """
+        if self._located is not None:
+            self._around.scan(points_m, origins_m, at_s, pose)
 
     # -- each period -------------------------------------------------------------------------------
 
@@ -185,8 +201,9 @@ class Mission:
             return STOP
         if self.state == LOST:
             self._ask_plan()
-        pose = _moved(at, now_s - at.time_s)
-        if self.state == BLOCKED and now_s - self._gave_up_s > _RETRY_S:
+        pose = moved(at.pose, at.speed_m_s, at.rate_deg_s, now_s - at.time_s)
+        waited = self._pending is None and now_s - self._gave_up_s > _RETRY_S
+        if self.state == BLOCKED and waited:
             self._wants_plan = True
         self._plan(pose, now_s)
         if self.state in (BLOCKED, PLANNING):
@@ -226,6 +243,7 @@ class Mission:
             self._wants_plan = False
             self.plans += 1
             self.costmap.refresh(now_s)
+            self._around.suspect()
             goal, refused = self.goal, tuple(self._refused)
             self._pending = self.submit(lambda: self.planner.plan(pose, goal, refused))
         if self._pending is None or not self._pending.done():
@@ -235,19 +253,61 @@ class Mission:
         if self._outdated:
             self._outdated, self._wants_plan = False, True
             return
-        self._hit_since_s = None
+        hit, self._hit_since_s = self._hit_since_s is not None, None
+        if self._may_open(found, hit, now_s):
+            return
         if isinstance(found, NoWay):
             self._give_up(found.reason, now_s)
             return
-        self.way = found
+        self._shut_since_s = None
+        if not hit and self._waits_here_anyway(found, pose):
+            return
+        self.way, self._way_to = found, self.goal
         self._follower.take(found, pose)
         if self.state != WAITING:
             self.state, self.reason = DRIVING, ""
+
+    def _may_open(self, found: Planned, hit: bool, now_s: float) -> bool:
+        """Only far round, if at all, it gets past what shuts its way: it waits a while."""
+        if self.way is None or self.state not in (DRIVING, WAITING) or self._way_to != self.goal:
+            return False
+        if isinstance(found, NoWay):
+            shut = found.reason == NO_WAY
+        else:
+            shut = hit and found.cost_s > self.way.cost_s + _DETOUR_S
+        if not shut:
+            return False
+        if self._shut_since_s is None:
+            self._shut_since_s = now_s
+        return now_s - self._shut_since_s < _MAY_OPEN_S
+
+    def _waits_here_anyway(self, found: Way, pose: Pose) -> bool:
+        """Before what may be a person, the best other way begins as the one that is refused.
+
+        A new aim would begin the board's ten seconds of standing anew. It may help once they were
+        in vain, and before whatever else the board refuses.
+        """
+        if self.state != WAITING or self._way_to != self.goal or self._follower.turns_on_spot:
+            return False
+        if not self._refused or self._refused[-1].price_s > _DEARER_S:
+            return False
+        if not self._may_be_person(pose):
+            return False
+        a, b = found.points_m[:2]
+        heading = math.atan2(b[1] - a[1], b[0] - a[0])
+        turns_rad = math.remainder(heading - pose[2], 2.0 * math.pi)
+        no_other = abs(turns_rad) < _SAME_WAY_RAD and not found.backward
+        return no_other and refused_s(self._refused, a, heading) > 0.0
+
+    def _may_be_person(self, pose: Pose) -> bool:
+        """Whether what may be one is ahead: all else does not go away by waiting before it."""
+        return self.costmap.ahead.meets(self.costmap.standing_m, np.array([pose]))
 
     def _give_up(self, reason: str, now_s: float) -> None:
         self.state, self.reason, self._gave_up_s = BLOCKED, reason, now_s
         self._refused = []
         self._stuck = Stuck()
+        self._shut_since_s = self._way_to = None
         self._follower.drop()
 
     def _look_ahead(self, pose: Pose, now_s: float) -> None:
@@ -256,77 +316,54 @@ class Mission:
             return
         self._checked_s = now_s
         self.costmap.refresh(now_s)
-        poses = self._ahead(pose)
+        poses = poses_ahead(self.way, self._follower.leg, pose)
         clear = self.costmap.clearance_m(poses[:, 0], poses[:, 1], poses[:, 2])
         near = poses[:, 3] < _BESIDE_M + 0.3
         self._room_m = float(clear[near].min()) if near.any() else 0.0
         onward = _STRAIGHT_M[:, None] * (math.cos(pose[2]), math.sin(pose[2])) + pose[:2]
         straight = self.costmap.clearance_m(onward[:, 0], onward[:, 1], pose[2])
         self._straight_m = float(straight.min())
-        self._free_m = self._people.free_m(poses[poses[:, 3] < 2.0], self.footprint)
-        if float(clear[1:].min(initial=1.0)) >= _HIT_M:
+        self._free_m = self._around.people.free_m(poses[poses[:, 3] < 2.0], self.footprint)
+        hits = poses[1:, 3][clear[1:] < _HIT_M]
+        if self._shut_since_s is not None:
+            self._wait_before(float(hits.min(initial=math.inf)), pose)
+        if not len(hits):
             self._hit_since_s = None
         elif self._hit_since_s is None:
             self._hit_since_s = now_s
         elif (
-            now_s - self._hit_since_s > (_GO_ROUND_S if self._person_near(pose) else 0.8)
+            now_s - self._hit_since_s > (_GO_ROUND_S if self._in_the_way(pose) == PERSON else 0.8)
             and now_s - self._went_round_s > _AGAIN_S
         ):
             self._went_round_s = now_s
             self._ask_plan(drives_on=True)
 
-    def _ahead(self, pose: Pose) -> FloatArray:
-        """Poses (N, 4) of the next metres of the way, with how far off they are."""
-        assert self.way is not None
-        rows, done = [(*pose, 0.0)], 0.0
-        begin = np.array(pose[:2])
-        for leg in range(self._follower.leg, len(self.way.points_m) - 1):
-            bend = self.way.bend(leg + 1)
-            end = self.way.points_m[leg + 1] if bend is None else bend.begin_m
-            for one in (
-                *self._straight(leg, begin, end),
-                *(() if bend is None else bend.sampled()),
-            ):
-                done += math.dist(one[:2], rows[-1][:2])
-                if done > _LOOK_AHEAD_M:
-                    return np.array(rows)
-                rows.append((*one, done))
-            begin = np.array(rows[-1][:2]) if bend is not None else end
-        return np.array(rows)
+    def _wait_before(self, shut_m: float, pose: Pose) -> None:
+        """Stop before what shuts the way, so far ahead; say why."""
+        if math.isinf(shut_m):
+            self._shut_since_s = None
+            self.state, self.reason = DRIVING, ""
+            return
+        self._free_m = min(self._free_m, shut_m - _STAND_OFF_M)
+        self.state, self.reason = WAITING, self._in_the_way(pose)
 
-    def _straight(self, leg: int, a: FloatArray, b: FloatArray) -> list[Pose]:
-        """Poses from `a` to `b`, if that leads on along a leg."""
-        assert self.way is not None
-        onward = b - a
-        length = float(np.hypot(*onward))
-        along = self.way.points_m[leg + 1] - self.way.points_m[leg]
-        if length < 0.02 or (self.way.bend(leg + 1) is not None and float(onward @ along) < 0.0):
-            return []
-        heading = math.atan2(onward[1], onward[0])
-        if self.way.backward and leg == 0:
-            heading += math.pi
-        steps = np.arange(_ALONG_M, length, _ALONG_M) / length
-        return [(float(x), float(y), heading) for x, y in a + steps[:, None] * onward]
-
-    def _person_near(self, pose: Pose) -> bool:
-        return any(
-            math.dist((one.x_m, one.y_m), pose[:2]) < _NEAR_PERSON_M + 1.0 and one.walks
-            for one in self._people.tracks
-        )
+    def _in_the_way(self, pose: Pose) -> str:
+        """What probably is, as a reason."""
+        return PERSON if self._around.walker_within(*pose[:2], _NEAR_PERSON_M) else OBSTACLE
 
     def _insist(self, at: Located, stick: Stick, put_out: Stick, now_s: float) -> Stick:
         """What to do where the board lets nothing out, or the chair does not get on."""
         turns = self._follower.turns_on_spot
         waits = self._free_m < 0.3
-        if self._stuck.elsewhere(at.pose):
-            if self.state == WAITING:
+        if self._stuck.elsewhere(self._rolled.pose):
+            if self.state == WAITING and self._shut_since_s is None:
                 self.state, self.reason = DRIVING, ""
-            self._stuck = Stuck(at.pose, turns)
+            self._stuck = Stuck(self._rolled.pose, turns)
         self._stuck.count(self._asked != STOP or waits, put_out, now_s)
         if stick == STOP and not waits:
             return stick
         if turns != self._stuck.turns:
-            self._stuck = Stuck(at.pose, turns)
+            self._stuck = Stuck(self._rolled.pose, turns)
         stuck = self._stuck
         for_s = stuck.for_s(now_s)
         ask = stick if self._overruled.asks(for_s, now_s) else STOP
@@ -338,16 +375,16 @@ class Mission:
             return STOP
         if for_s > 1.0:
             self.state = WAITING
-            self.reason = PERSON if self._person_near(at.pose) else OBSTACLE
+            self.reason = self._in_the_way(at.pose)
         if for_s > (_NO_TURN_S if turns else _OTHER_WAY_S) and not stuck.looked:
             stuck.looked = True
             self._refuse(at.pose, turns, _SHUT_S if turns else _DEARER_S)
-        elif for_s > (_GO_ROUND_S if turns else _PATIENCE_S):
+        elif for_s > (_PATIENCE_S if not turns and self._may_be_person(at.pose) else _GO_ROUND_S):
             if self._shut_before(at.pose, turns):
                 self._give_up(NO_WAY, now_s)
                 return STOP
             self._refuse(at.pose, turns, _SHUT_S)
-            self._stuck = Stuck(at.pose, turns, looked=True)
+            self._stuck = Stuck(self._rolled.pose, turns, looked=True)
         return ask
 
     def _refuse(self, pose: Pose, turns: bool, price_s: float) -> None:
@@ -360,15 +397,3 @@ class Mission:
             one.turns == turns and one.price_s >= _SHUT_S and not apart(one.pose, pose)
             for one in self._refused[:-1]
         )
-
-
-def _moved(at: Located, seconds: float) -> Pose:
-    """The pose that much later."""
-    turned = math.radians(at.rate_deg_s) * seconds
-    middle = at.pose[2] + 0.5 * turned
-    way = at.speed_m_s * seconds
-    return (
-        at.pose[0] + way * math.cos(middle),
-        at.pose[1] + way * math.sin(middle),
-        at.pose[2] + turned,
-    )

@@ -167,6 +167,10 @@ class Planner:
         fixed_end = 1 + (leg_in_m > 0.0)
         smooth = Smoother(self._costmap, start[2], heading, backward, self._refused)
         found, clear, cost_s = smooth(_merged(points, fixed, fixed_end), fixed, fixed_end)
+        if leg_in_m and len(found) >= fixed + fixed_end:  # dear for the lattice alone, perhaps
+            freer = smooth([*found[:-2], found[-1]], fixed, 1)
+            if freer[2] < cost_s:
+                found, clear, cost_s = freer
         if clear < LEAST_M - 0.02:
             return NoWay(NO_WAY)
         return Way(found, heading, backward, clear, cost_s, smooth.bends(found))

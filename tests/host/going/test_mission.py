@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gazechair.base.footprint import Footprint
-from gazechair.going.follow import ACCELERATE_M_S2, STOP, Pose, Stick
+from gazechair.going.follow import ACCELERATE_M_S2, PERIOD_S, STOP, Pose, Stick
 from gazechair.going.mission import (
     ARRIVED,
     BLOCKED,
@@ -22,8 +22,8 @@ from gazechair.going.mission import (
     Planned,
 )
 from gazechair.going.people import People
-from gazechair.going.plan import GOAL_BLOCKED
-from goingrig import TWO_ROOMS, GoingChair, floor
+from gazechair.going.plan import GOAL_BLOCKED, NO_WAY
+from goingrig import TWO_ROOMS, GoingChair, Person, drive_among, floor
 
 START, GOAL = (1.5, 2.0, 0.0), (6.5, 2.0, math.pi / 2)
 
@@ -178,6 +178,101 @@ def test_a_door_that_is_closed_now_is_said_within_ten_seconds(chair: GoingChair)
     assert said is not None
     assert said < 10.0 + 5.0
     assert chair.least_m > 0.0
+
+
+def test_who_walks_to_and_fro_behind_the_door_does_not_shut_the_way(chair: GoingChair) -> None:
+    def walks(now_s: float) -> list[Person]:
+        return [(5.0, 2.0 + 1.2 * math.sin(now_s))] if now_s < 15.0 else []
+
+    said = drive_among(chair, 90.0, walks)
+    assert said[-1][0] == ARRIVED
+    assert BLOCKED not in {state for state, _ in said}
+
+
+def test_who_stands_in_the_door_for_a_while_is_waited_for_nearby(chair: GoingChair) -> None:
+    waits_s: list[float] = []
+
+    def stands(now_s: float) -> list[Person]:
+        if chair.mission.state == WAITING:
+            waits_s.append(now_s)
+        leaves_s = waits_s[0] + 5.5 if waits_s else math.inf
+        return [(4.0, 2.0)] if 3.0 < now_s < leaves_s else []
+
+    said = drive_among(chair, 90.0, stands)
+    assert waits_s[0] < 6.0
+    assert said[-1][0] == ARRIVED
+    assert BLOCKED not in {state for state, _ in said}
+    assert len(said) * PERIOD_S < 45.0
+
+
+def test_who_stands_in_the_only_door_for_good_is_waited_for_nearby_and_then_said(
+    chair: GoingChair,
+) -> None:
+    said = drive_among(chair, 20.0, lambda now_s: [(4.0, 2.0)] if now_s > 0.2 else [])
+    assert all(reason for _, reason in said[60:])
+    assert said[-1] == (BLOCKED, NO_WAY)
+    assert 2.5 < chair.pose[0] < 4.0 - 0.15 - 0.3
+    assert chair.stick == STOP
+
+
+@pytest.mark.parametrize(("leaves_s", "far_round"), [(6.0, False), (math.inf, True)])
+def test_who_stands_in_the_near_door_is_waited_for_before_it_goes_far_round(
+    leaves_s: float, far_round: bool
+) -> None:
+    two_doors = ((3.95, 0.0, 4.05, 1.45), (3.95, 2.45, 4.05, 6.2), (3.95, 7.2, 4.05, 8.0))
+    chair = GoingChair(floor(two_doors, (8.0, 8.0)), START)
+    chair.mission.go(GOAL)
+    farthest_m = []
+
+    def stands(now_s: float) -> list[Person]:
+        farthest_m.append(chair.pose[1])
+        return [(4.0, 2.0)] if 0.2 < now_s < leaves_s else []
+
+    said = drive_among(chair, 150.0, stands)
+    assert said[-1][0] == ARRIVED
+    assert (max(farthest_m) > 4.0) is far_round
+
+
+def stand_on_both_sides(chair: GoingChair) -> None:
+    """What may be two persons, ahead and not in the way, for a while."""
+    x, y, _ = chair.pose
+    seen = [(x + 0.9, y + side * off_m) for side in (-1, 1) for off_m in (0.42, 0.46, 0.5)]
+    chair.mission.costmap.see(np.array(seen), chair.now_s + 20.0, (x, y))
+
+
+def test_a_pose_that_wanders_is_no_motion_of_a_chair_that_the_board_holds(
+    chair: GoingChair,
+) -> None:
+    chair.run(8.0)
+    stand_on_both_sides(chair)
+    chair.refuses, chair.wanders_m = True, 0.025
+    chair.run(2.0)
+    for _ in range(200):
+        chair.step()
+        assert chair.mission.state == WAITING
+
+
+def test_before_what_may_be_a_person_it_stands_still_where_no_other_way_is_better(
+    chair: GoingChair,
+) -> None:
+    chair.run(8.0)
+    stand_on_both_sides(chair)
+    before, plans = chair.mission.way, chair.mission.plans
+    chair.refuses, chair.wanders_m = True, 0.02
+    chair.run(10.0)
+    assert chair.mission.plans == plans + 1
+    assert chair.mission.way is before
+
+
+def test_before_whatever_else_it_does_not_wait_but_aims_anew_and_soon_says_that_there_is_no_way(
+    chair: GoingChair,
+) -> None:
+    chair.run(8.0)
+    before = chair.mission.way
+    chair.refuses = True
+    said = [state for state, _ in drive_among(chair, 10.0, lambda _: [])]
+    assert chair.mission.way is not before
+    assert BLOCKED in said
 
 
 def test_speed_grows_gently(chair: GoingChair) -> None:

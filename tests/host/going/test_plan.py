@@ -164,3 +164,23 @@ def test_where_the_board_lets_no_turn_be_made_the_chair_backs_off_to_aim_again()
     assert isinstance(found, Way)
     assert found.backward
     assert found.points_m[1][0] < AT_THE_DOOR[0] - 0.2
+
+
+def test_it_goes_straight_to_a_goal_where_a_leg_into_it_is_dearer() -> None:
+    start, goal = (1.0, 3.0, math.radians(-30.0)), (3.1, 2.4, math.radians(-11.5))
+    beside_where_it_would_begin = (1.7, 1.95, 2.0, 2.05)
+    planner = Planner(floor((beside_where_it_would_begin,)))
+    found = planner.plan(start, goal, [Refused(*start, False, 12.0)])
+    assert isinstance(found, Way)
+    assert len(found.points_m) == 2
+    assert found.cost_s < 40.0
+
+
+def test_where_no_turn_is_let_out_it_makes_no_side_step_of_5_cm_instead() -> None:
+    start, goal = (4.0, 2.0, 0.0), (4.6, 2.22, math.radians(16.0))
+    beside_the_goal = (4.2, 2.87, 5.2, 3.17)
+    planner = Planner(floor((beside_the_goal,)), True)
+    found = planner.plan(start, goal, [Refused(*start, True, 60.0)])
+    assert isinstance(found, Way)
+    assert np.hypot(*np.diff(found.points_m, axis=0).T).min() > 0.2
+    assert found.cost_s < 60.0

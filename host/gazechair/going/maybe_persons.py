@@ -1,0 +1,33 @@
+"""What the clearance takes for a person who stands, as seen from here: the board stops before it.
+
+Whether a thing looks like one depends on where it is seen from: of a wall behind a shelf, or of the
+end of one, no more may be seen than of somebody who stands there. So the map does not tell.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.going.beams import of_each_lidar
+from gazechair.sensing.clearance.standing import like_persons
+from gazechair.sensing.clearance.surface import surfaces
+from gazechair.sensing.clearance.walls import goes_on
+
+_NEAR_M = 2.0
+"""Of the chair: what is farther looks different before the chair is there."""
+
+
+def maybe_persons_m(points_m: FloatArray, origins_m: FloatArray) -> FloatArray:
+    """Points (N, 2) on them; ends and beginnings of the beams and these in the chair's frame."""
+    found = [np.zeros((0, 2))]
+    for beams in of_each_lidar(origins_m):
+        others_m = np.delete(points_m, beams, axis=0)
+        x, y = origins_m[beams[0]].tolist()
+        seen = surfaces(points_m[beams], (x, y))
+        for thing in like_persons(seen):
+            piece_m = seen.points_m[thing]
+            near = float(np.hypot(piece_m[:, 0], piece_m[:, 1]).min()) < _NEAR_M
+            if near and not goes_on(piece_m, others_m):
+                found.append(piece_m)
+    return np.concatenate(found)

@@ -1,0 +1,62 @@
+"""What the lidars see that the map does not hold: overlaid until it has left; and who walks."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray, Footprint
+from gazechair.going.costmap import Costmap
+from gazechair.going.maybe_persons import maybe_persons_m
+from gazechair.going.people import People
+from gazechair.going.plan import Pose
+from gazechair.sensing.mapping.poses import to_frame
+
+_WALKER_M = 0.45
+"""About somebody who walks, everything is theirs."""
+
+
+class Surroundings:
+    """Of one chair in one map."""
+
+    def __init__(self, costmap: Costmap, footprint: Footprint) -> None:
+        self._costmap, self._footprint = costmap, footprint
+        self.people = People()
+        self._points_m = self._origins_m = np.zeros((0, 2))
+        self._pose = np.zeros(3)
+
+    def scan(
+        self, points_m: FloatArray, origins_m: FloatArray | None, at_s: float, pose: Pose
+    ) -> None:
+        """Take in a turn's returns, see Mission.scan, of a chair whose pose is known."""
+        self._pose = np.array(pose)
+        points_m, origins_m = self._not_own(points_m, origins_m)
+        in_map = to_frame(points_m, self._pose)
+        self._costmap.clear(in_map, to_frame(origins_m, self._pose), at_s)
+        new = self._costmap.see(in_map, at_s, (pose[0], pose[1]))
+        self._points_m, self._origins_m = points_m[: len(origins_m)], origins_m
+        self.people.look(new, at_s)
+        for x, y in self._walkers_m():  # no plan goes round them: soon they are somewhere else
+            self._costmap.forget(x, y, _WALKER_M)
+
+    def _not_own(
+        self, points_m: FloatArray, origins_m: FloatArray | None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Without the chair's own parts; no origins where there are none."""
+        others = ~self._footprint.contains(points_m)
+        return points_m[others], np.zeros((0, 2)) if origins_m is None else origins_m[others]
+
+    def suspect(self) -> None:
+        """What may be a person, as seen now, is dear to head for; who walks will be gone."""
+        found = to_frame(maybe_persons_m(self._points_m, self._origins_m), self._pose)
+        for x, y in self._walkers_m():
+            found = found[np.hypot(found[:, 0] - x, found[:, 1] - y) > _WALKER_M]
+        self._costmap.suspect(found)
+
+    def walker_within(self, x_m: float, y_m: float, within_m: float) -> bool:
+        """Whether somebody walks so near."""
+        return any(math.dist(one, (x_m, y_m)) < within_m for one in self._walkers_m())
+
+    def _walkers_m(self) -> list[tuple[float, float]]:
+        return [(one.x_m, one.y_m) for one in self.people.tracks if one.walks]
