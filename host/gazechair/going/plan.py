@@ -52,6 +52,7 @@ _GOAL_M = 0.9 * STEP_M
 _SNAP_RAD = math.radians(12.0)
 _COST_PER_S = 15.0  # of the lattice
 _EASY_S, _EASY_S_PER_M = 20.0, 10.0
+_SHORT_S_PER_M = 600.0  # of ending within _GOAL_M of the goal
 
 
 @dataclass(frozen=True)
@@ -162,14 +163,31 @@ class Planner:
         if leg_in_m and heading is not None:
             points.append(_ahead((goal[0], goal[1], heading), -leg_in_m))
         points.append(np.array(goal[:2]))
-        backward = best[2] < 0.0
-        fixed = 1 + (best[2] != 0.0)
         fixed_end = 1 + (leg_in_m > 0.0)
-        smooth = Smoother(self._costmap, start[2], heading, backward, self._refused)
+        way = self._smoothed(points, start[2], heading, best[2], fixed_end)
+        if best[2]:  # the lattice prices the first leg roughly: it may be better to turn at once
+            at_once = self._smoothed([points[0], *points[2:]], start[2], heading, 0.0, fixed_end)
+            way = min(way, at_once, key=lambda one: one.cost_s)
+        if not (way.is_easy or leg_in_m):  # the board may refuse the last centimetres
+            short = self._smoothed(points[:-1], start[2], heading, best[2], 1)
+            off_m = float(np.hypot(*(points[-2] - points[-1])))
+            if short.cost_s + _SHORT_S_PER_M * off_m < way.cost_s:
+                way = short
+        return NoWay(NO_WAY) if way.clearance_m < LEAST_M - 0.02 else way
+
+    def _smoothed(
+        self,
+        points: list[FloatArray],
+        start_rad: float,
+        heading: float | None,
+        leg_m: float,
+        fixed_end: int,
+    ) -> Way:
+        """`leg_m`: of the first leg, straight on; backward below 0; 0: there is none."""
+        fixed = 1 + (leg_m != 0.0)
+        smooth = Smoother(self._costmap, start_rad, heading, leg_m < 0.0, self._refused)
         found, clear, cost_s = smooth(_merged(points, fixed, fixed_end), fixed, fixed_end)
-        if clear < LEAST_M - 0.02:
-            return NoWay(NO_WAY)
-        return Way(found, heading, backward, clear, cost_s, smooth.bends(found))
+        return Way(found, heading, leg_m < 0.0, clear, cost_s, smooth.bends(found))
 
     def _ends(
         self, x_m: float, y_m: float, heading: float | None

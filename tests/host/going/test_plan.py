@@ -164,3 +164,21 @@ def test_where_the_board_lets_no_turn_be_made_the_chair_backs_off_to_aim_again()
     assert isinstance(found, Way)
     assert found.backward
     assert found.points_m[1][0] < AT_THE_DOOR[0] - 0.2
+
+
+def test_a_first_leg_that_would_end_in_a_door_is_left_out() -> None:
+    leaf = (3.0, 2.475, 3.95, 2.525)
+    frames = ((3.95, 0.0, 4.05, 1.5), (3.95, 2.475, 4.05, 4.0))
+    found = planned((*frames, leaf), (2.5, 1.84, math.radians(5.0)))
+    assert isinstance(found, Way)
+    assert found.clearance_m > 0.05
+    assert found.cost_s < 40.0  # a turn within the frame costs 40 s more
+
+
+def test_a_goal_that_the_board_would_not_let_it_reach_is_reached_within_centimetres() -> None:
+    # The goal is 0.2 m ahead, a wall 0.1 m beyond it: the board drives no nearer than 0.35 m.
+    start, goal = (1.07, 1.12, 2.65), (0.85, 1.16, 0.0)
+    found = planned((), start, goal, True, size_m=(3.0, 3.0))
+    assert isinstance(found, Way)
+    assert found.cost_s < 60.0
+    assert 0.0 < math.dist(found.points_m[-1], goal[:2]) < 0.07
