@@ -51,7 +51,7 @@ _LEG_STEPS_M = (0.0, 0.3, 0.6, 0.9, 1.2, 1.6)
 _GOAL_M = 0.9 * STEP_M
 _SNAP_RAD = math.radians(12.0)
 _COST_PER_S = 15.0  # of the lattice
-_EASY_S, _EASY_S_PER_M = 20.0, 10.0
+_EASY_S, _EASY_S_PER_M = 15.0, 6.0
 _SHORT_S_PER_M = 600.0  # of ending within _GOAL_M of the goal
 
 
