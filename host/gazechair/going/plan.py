@@ -51,8 +51,11 @@ _LEG_STEPS_M = (0.0, 0.3, 0.6, 0.9, 1.2, 1.6)
 _GOAL_M = 0.9 * STEP_M
 _SNAP_RAD = math.radians(12.0)
 _COST_PER_S = 15.0  # of the lattice
-_EASY_S, _EASY_S_PER_M = 15.0, 6.0
+_EASY_S, _EASY_S_PER_M = 20.0, 7.0
 _SHORT_S_PER_M = 600.0  # of ending within _GOAL_M of the goal
+
+Headings = tuple[float, float | None]
+"""At the start, and at the goal."""
 
 
 @dataclass(frozen=True)
@@ -163,31 +166,37 @@ class Planner:
         if leg_in_m and heading is not None:
             points.append(_ahead((goal[0], goal[1], heading), -leg_in_m))
         points.append(np.array(goal[:2]))
-        fixed_end = 1 + (leg_in_m > 0.0)
-        way = self._smoothed(points, start[2], heading, best[2], fixed_end)
-        if best[2]:  # the lattice prices the first leg roughly: it may be better to turn at once
-            at_once = self._smoothed([points[0], *points[2:]], start[2], heading, 0.0, fixed_end)
-            way = min(way, at_once, key=lambda one: one.cost_s)
-        if not (way.is_easy or leg_in_m):  # the board may refuse the last centimetres
-            short = self._smoothed(points[:-1], start[2], heading, best[2], 1)
-            off_m = float(np.hypot(*(points[-2] - points[-1])))
-            if short.cost_s + _SHORT_S_PER_M * off_m < way.cost_s:
-                way = short
+        way = self._eased(points, (start[2], heading), best[2], leg_in_m)
         return NoWay(NO_WAY) if way.clearance_m < LEAST_M - 0.02 else way
 
+    def _eased(self, points: list[FloatArray], rads: Headings, leg_m: float, in_m: float) -> Way:
+        """Smoothed; where that is not easy, also without what the lattice prices roughly.
+
+        Those are the legs straight on at both ends, of `leg_m` and `in_m`, and the last
+        centimetres, which the board may refuse.
+        """
+        way = self._smoothed(points, rads, leg_m, 1 + (in_m > 0.0))
+        if leg_m and not way.is_easy:
+            at_once = self._smoothed([points[0], *points[2:]], rads, 0.0, 1 + (in_m > 0.0))
+            if at_once.cost_s < way.cost_s:
+                way, points, leg_m = at_once, [points[0], *points[2:]], 0.0
+        if way.is_easy:
+            return way
+        if in_m:
+            other = self._smoothed([*points[:-2], points[-1]], rads, leg_m, 1)
+            return min(way, other, key=lambda one: one.cost_s)
+        short = self._smoothed(points[:-1], rads, leg_m, 1)
+        off_m = float(np.hypot(*(points[-2] - points[-1])))
+        return short if short.cost_s + _SHORT_S_PER_M * off_m < way.cost_s else way
+
     def _smoothed(
-        self,
-        points: list[FloatArray],
-        start_rad: float,
-        heading: float | None,
-        leg_m: float,
-        fixed_end: int,
+        self, points: list[FloatArray], rads: Headings, leg_m: float, fixed_end: int
     ) -> Way:
         """`leg_m`: of the first leg, straight on; backward below 0; 0: there is none."""
         fixed = 1 + (leg_m != 0.0)
-        smooth = Smoother(self._costmap, start_rad, heading, leg_m < 0.0, self._refused)
+        smooth = Smoother(self._costmap, *rads, leg_m < 0.0, self._refused)
         found, clear, cost_s = smooth(_merged(points, fixed, fixed_end), fixed, fixed_end)
-        return Way(found, heading, leg_m < 0.0, clear, cost_s, smooth.bends(found))
+        return Way(found, rads[1], leg_m < 0.0, clear, cost_s, smooth.bends(found))
 
     def _ends(
         self, x_m: float, y_m: float, heading: float | None

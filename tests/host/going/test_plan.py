@@ -182,3 +182,13 @@ def test_a_goal_that_the_board_would_not_let_it_reach_is_reached_within_centimet
     assert isinstance(found, Way)
     assert found.cost_s < 60.0
     assert 0.0 < math.dist(found.points_m[-1], goal[:2]) < 0.07
+
+
+def test_close_to_the_goal_it_does_not_turn_back_to_come_straight() -> None:
+    # Leading into the goal, a leg of 0.3 m straight on would begin behind the chair.
+    boxes = ((0.0, 0.0, 1.0, 3.0), (2.58, 0.0, 3.0, 3.0), (1.49, 2.25, 2.09, 2.9))
+    start, goal = (1.75, 1.13, math.radians(95.0)), (1.79, 1.29, math.pi / 2)
+    found = planned(boxes, start, goal, True, size_m=(3.0, 3.0))
+    assert isinstance(found, Way)
+    assert found.length_m < 0.2
+    assert found.cost_s < 60.0
