@@ -344,9 +344,12 @@ class Follower:
         x, y = points[self._at + 2]
         return math.atan2(y - pose[1], x - pose[0]) if gap <= _SHORT_M else None
 
-    def end_leg_early(self) -> None:
-        """The board lets the chair go no farther: the leg is over."""
+    def end_leg_early(self, pose: Pose) -> Way:
+        """The board lets the chair go no farther: the leg is over, and the next begins here."""
+        assert self._way is not None
         self._end_leg()
+        self._way = self._way.begun_at(self._at, pose)
+        return self._way
 
     def _begin_turn(self) -> None:
         self._turning = True

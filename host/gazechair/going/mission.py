@@ -334,7 +334,7 @@ class Mission:
             return ask
         early_rad = None if turns or waits else self._follower.early_turn_rad(at.pose)
         if early_rad is not None and self.planner.turns_freely(at.pose, early_rad):
-            self._follower.end_leg_early()
+            self.way = self._follower.end_leg_early(at.pose)
             return STOP
         if for_s > 1.0:
             self.state = WAITING

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -81,6 +81,16 @@ class Way:
     def bend(self, vertex: int) -> Bend | None:
         """The arc that takes the place of a vertex."""
         return self.bends[vertex] if vertex < len(self.bends) else None
+
+    def begun_at(self, vertex: int, pose: Pose) -> Way:
+        """The same, but its leg from that vertex begins where the chair is; the goal stays."""
+        if vertex >= len(self.points_m) - 1:
+            return self
+        points = self.points_m.copy()
+        points[vertex] = pose[:2]
+        beside = vertex, vertex + 1
+        bends = tuple(None if k in beside else bend for k, bend in enumerate(self.bends))
+        return replace(self, points_m=points, bends=bends)
 
     @property
     def length_m(self) -> float:
