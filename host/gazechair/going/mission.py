@@ -352,6 +352,8 @@ class Mission:
 
     def _refuse(self, pose: Pose, turns: bool, price_s: float) -> None:
         """The board does not let it go on from here: another way, unless all are dearer."""
+        if any(one.turns == turns and not apart(one.pose, pose) for one in self._refused):
+            price_s = _SHUT_S  # it has come back to where it was refused before
         self._refused.append(Refused(*pose, turns, price_s))
         self._ask_plan(drives_on=True)
 

@@ -161,3 +161,10 @@ def test_the_goal_stays_where_it_is_when_the_last_leg_ends_early() -> None:
     follower = Follower(numbers())
     follower.take(STRAIGHT, (0.0, 0.0, 0.0))
     assert follower.end_leg_early((3.9, 0.02, 0.0)).points_m.tolist() == [[0.0, 0.0], [4.0, 0.0]]
+
+
+@pytest.mark.parametrize(("x_m", "ends"), [(0.0, False), (0.05, False), (0.2, True)])
+def test_a_leg_that_has_just_begun_is_not_ended_early(x_m: float, ends: bool) -> None:
+    follower = Follower(numbers())
+    follower.take(Way(np.array([(0.0, 0.0), (0.28, 0.0), (0.1, 0.3)]), None), (0.0, 0.0, 0.0))
+    assert (follower.early_turn_rad((x_m, 0.0, 0.0)) is not None) is ends
