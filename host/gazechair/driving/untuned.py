@@ -3,6 +3,8 @@
 Untuned, the board knows the chair's turning only from its defaults. On 30 random simulated chairs a
 step of 10 degrees ended up to 3.9 degrees off at 60 % deflection, up to 15.5 at full; at 35 %
 some did not begin to turn. This makes turns better, not safer: the board enforces every limit.
+Auto motions turn as they ask: they see by odometry how far they have turned, and less than they ask
+for may turn nothing at all (profile 1.2 breaks loose to the right at 593 permille).
 """
 
 from __future__ import annotations
@@ -15,12 +17,14 @@ from gazelink import codes
 
 TURN_PERMILLE = 600
 _TURNS = (codes.LEFT, codes.RIGHT)
+_OF_THEIR_OWN = (codes.TUNE, codes.AUTO)
+"""Modes of motions that know how fast they may turn."""
 _SETTLED_S = 0.4  # the chair coasts a little after the last correction
 
 
 def slowed(command: Command, state: BoardState | None) -> Command:
     """The same command, with slower turns while the profile is known not to be tuned."""
-    if state is None or state.tuned is not False or command.mode == codes.TUNE:
+    if state is None or state.tuned is not False or command.mode in _OF_THEIR_OWN:
         return command
     if command.verb in _TURNS:
         return replace(command, cap_permille=min(command.cap_permille, TURN_PERMILLE))

@@ -25,7 +25,7 @@ ARRIVED_M = 0.12
 _TURNED_RAD, _ARRIVED_RAD = math.radians(0.8), math.radians(1.8)  # before a leg, and at the end
 _ROUGHLY_RAD = math.radians(3.0)  # where there is room to steer
 _TURN_AGAIN_RAD = math.radians(20.0)
-_SHORT_M = 0.3  # so much of a leg may be left out
+_SHORT_M = 0.3  # so much of a leg may be left out, and at most half of it
 _OFF_M = 0.30  # farther from its leg, another way is needed
 _LOOK_M = 1.0
 _JAMS_M, _BETTER_M = 0.035, 0.01  # straight on, and so much better towards the leg's end: aim again
@@ -341,12 +341,17 @@ class Follower:
         if self._at >= len(points) - 2:
             heading = self._way.heading_rad
             return (pose[2] if heading is None else heading) if gap <= ARRIVED_M else None
+        driven = math.hypot(points[self._at][0] - pose[0], points[self._at][1] - pose[1])
         x, y = points[self._at + 2]
-        return math.atan2(y - pose[1], x - pose[0]) if gap <= _SHORT_M else None
+        near = gap <= min(_SHORT_M, driven)
+        return math.atan2(y - pose[1], x - pose[0]) if near else None
 
-    def end_leg_early(self) -> None:
-        """The board lets the chair go no farther: the leg is over."""
+    def end_leg_early(self, pose: Pose) -> Way:
+        """The board lets the chair go no farther: the leg is over, and the next begins here."""
+        assert self._way is not None
         self._end_leg()
+        self._way = self._way.begun_at(self._at, pose)
+        return self._way
 
     def _begin_turn(self) -> None:
         self._turning = True

@@ -371,7 +371,7 @@ class Mission:
             return ask
         early_rad = None if turns or waits else self._follower.early_turn_rad(at.pose)
         if early_rad is not None and self.planner.turns_freely(at.pose, early_rad):
-            self._follower.end_leg_early()
+            self.way = self._follower.end_leg_early(at.pose)
             return STOP
         if for_s > 1.0:
             self.state = WAITING
@@ -389,6 +389,8 @@ class Mission:
 
     def _refuse(self, pose: Pose, turns: bool, price_s: float) -> None:
         """The board does not let it go on from here: another way, unless all are dearer."""
+        if any(one.turns == turns and not apart(one.pose, pose) for one in self._refused):
+            price_s = _SHUT_S  # it has come back to where it was refused before
         self._refused.append(Refused(*pose, turns, price_s))
         self._ask_plan(drives_on=True)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,7 +51,11 @@ _LEG_STEPS_M = (0.0, 0.3, 0.6, 0.9, 1.2, 1.6)
 _GOAL_M = 0.9 * STEP_M
 _SNAP_RAD = math.radians(12.0)
 _COST_PER_S = 15.0  # of the lattice
-_EASY_S, _EASY_S_PER_M = 20.0, 10.0
+_EASY_S, _EASY_S_PER_M = 20.0, 7.0
+_SHORT_S_PER_M = 600.0  # of ending within _GOAL_M of the goal
+
+Headings = tuple[float, float | None]
+"""At the start, and at the goal."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +81,16 @@ class Way:
     def bend(self, vertex: int) -> Bend | None:
         """The arc that takes the place of a vertex."""
         return self.bends[vertex] if vertex < len(self.bends) else None
+
+    def begun_at(self, vertex: int, pose: Pose) -> Way:
+        """The same, but its leg from that vertex begins where the chair is; the goal stays."""
+        if vertex >= len(self.points_m) - 1:
+            return self
+        points = self.points_m.copy()
+        points[vertex] = pose[:2]
+        beside = vertex, vertex + 1
+        bends = tuple(None if k in beside else bend for k, bend in enumerate(self.bends))
+        return replace(self, points_m=points, bends=bends)
 
     @property
     def length_m(self) -> float:
@@ -162,18 +176,37 @@ class Planner:
         if leg_in_m and heading is not None:
             points.append(_ahead((goal[0], goal[1], heading), -leg_in_m))
         points.append(np.array(goal[:2]))
-        backward = best[2] < 0.0
-        fixed = 1 + (best[2] != 0.0)
-        fixed_end = 1 + (leg_in_m > 0.0)
-        smooth = Smoother(self._costmap, start[2], heading, backward, self._refused)
+        way = self._eased(points, (start[2], heading), best[2], leg_in_m)
+        return NoWay(NO_WAY) if way.clearance_m < LEAST_M - 0.02 else way
+
+    def _eased(self, points: list[FloatArray], rads: Headings, leg_m: float, in_m: float) -> Way:
+        """Smoothed; where that is not easy, also without what the lattice prices roughly.
+
+        Those are the legs straight on at both ends, of `leg_m` and `in_m`, and the last
+        centimetres, which the board may refuse.
+        """
+        way = self._smoothed(points, rads, leg_m, 1 + (in_m > 0.0))
+        if leg_m and not way.is_easy:
+            at_once = self._smoothed([points[0], *points[2:]], rads, 0.0, 1 + (in_m > 0.0))
+            if at_once.cost_s < way.cost_s:
+                way, points, leg_m = at_once, [points[0], *points[2:]], 0.0
+        if way.is_easy:
+            return way
+        if in_m:
+            other = self._smoothed([*points[:-2], points[-1]], rads, leg_m, 1)
+            return min(way, other, key=lambda one: one.cost_s)
+        short = self._smoothed(points[:-1], rads, leg_m, 1)
+        off_m = float(np.hypot(*(points[-2] - points[-1])))
+        return short if short.cost_s + _SHORT_S_PER_M * off_m < way.cost_s else way
+
+    def _smoothed(
+        self, points: list[FloatArray], rads: Headings, leg_m: float, fixed_end: int
+    ) -> Way:
+        """`leg_m`: of the first leg, straight on; backward below 0; 0: there is none."""
+        fixed = 1 + (leg_m != 0.0)
+        smooth = Smoother(self._costmap, *rads, leg_m < 0.0, self._refused)
         found, clear, cost_s = smooth(_merged(points, fixed, fixed_end), fixed, fixed_end)
-        if leg_in_m and len(found) >= fixed + fixed_end:  # dear for the lattice alone, perhaps
-            freer = smooth([*found[:-2], found[-1]], fixed, 1)
-            if freer[2] < cost_s:
-                found, clear, cost_s = freer
-        if clear < LEAST_M - 0.02:
-            return NoWay(NO_WAY)
-        return Way(found, heading, backward, clear, cost_s, smooth.bends(found))
+        return Way(found, rads[1], leg_m < 0.0, clear, cost_s, smooth.bends(found))
 
     def _ends(
         self, x_m: float, y_m: float, heading: float | None

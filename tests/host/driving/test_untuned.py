@@ -42,6 +42,13 @@ def test_nothing_else_is_slower() -> None:
     assert slowed(replace(drive, turn_permille=300), STATE).turn_permille == 300
 
 
+@pytest.mark.parametrize("turn", [-1000, 1000])
+def test_auto_motions_turn_as_they_ask(turn: int) -> None:
+    """Profile 1.2 breaks loose to the right at 593 permille: 600 of the wipers are 586."""
+    drive = Command(codes.DRIVE, codes.AUTO, 5, codes.DRIVER, 2.0, 0, turn)
+    assert slowed(drive, STATE) == drive
+
+
 def turn(turns: StepTurns, command: Command = LEFT, end_deg: float = 357.0, **more: Any) -> None:
     """From 350 degrees, with this command, to there."""
     for at_s, motion, heading_deg in (

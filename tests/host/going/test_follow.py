@@ -139,3 +139,32 @@ def test_it_has_arrived_when_the_turn_runs_out_at_the_heading() -> None:
     for _ in range(150):
         chair.step(0.01, (0.0, 0.0))
     assert chair.heading_deg == pytest.approx(90.0, abs=2.5)
+
+
+def test_after_a_leg_that_ends_early_it_aims_at_the_next_vertex_from_where_it_is() -> None:
+    follower = Follower(numbers())
+    follower.take(Way(np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 0.35)]), None), (0.0, 0.0, 0.0))
+    here = (1.8, 0.05, 0.0)
+    stick = follower.step(here, math.inf, WIDE_M)
+    assert stick.linear_permille
+    begun = follower.end_leg_early(here)
+    assert begun.points_m.tolist() == [[0.0, 0.0], [1.8, 0.05], [2.0, 0.35]]
+    to_goal = math.atan2(0.30, 0.20)
+    for _ in range(40):
+        follower.moved(STOP, 0.0, 0.0)
+        follower.step((1.8, 0.05, to_goal), math.inf, WIDE_M)
+    assert not follower.turns_on_spot  # it heads for the goal, and not along the leg as planned
+    assert follower.leg == 1
+
+
+def test_the_goal_stays_where_it_is_when_the_last_leg_ends_early() -> None:
+    follower = Follower(numbers())
+    follower.take(STRAIGHT, (0.0, 0.0, 0.0))
+    assert follower.end_leg_early((3.9, 0.02, 0.0)).points_m.tolist() == [[0.0, 0.0], [4.0, 0.0]]
+
+
+@pytest.mark.parametrize(("x_m", "ends"), [(0.0, False), (0.05, False), (0.2, True)])
+def test_a_leg_that_has_just_begun_is_not_ended_early(x_m: float, ends: bool) -> None:
+    follower = Follower(numbers())
+    follower.take(Way(np.array([(0.0, 0.0), (0.28, 0.0), (0.1, 0.3)]), None), (0.0, 0.0, 0.0))
+    assert (follower.early_turn_rad((x_m, 0.0, 0.0)) is not None) is ends

@@ -305,3 +305,13 @@ def test_parts_of_a_thing_that_come_into_view_do_not_walk() -> None:
         people.look(np.stack((xs, np.full(len(xs), 1.0)), axis=1), 0.1 * k)
     assert people.tracks[0].x_m > 3.35
     assert not people.tracks[0].walks
+
+
+def test_where_it_comes_back_to_and_is_refused_again_is_as_good_as_shut(chair: GoingChair) -> None:
+    # Else it would turn from one way to the other, and back again, for ever.
+    chair.run(2.0)
+    mission, (x_m, y_m, heading) = chair.mission, chair.pose
+    here, aside = (x_m, y_m, heading), (x_m, y_m, heading - 0.8)
+    for pose in (here, aside, here, aside):
+        mission._refuse(pose, False, 12.0)
+    assert [one.price_s for one in mission._refused] == [12.0, 12.0, 60.0, 60.0]

@@ -184,3 +184,31 @@ def test_where_no_turn_is_let_out_it_makes_no_side_step_of_5_cm_instead() -> Non
     assert isinstance(found, Way)
     assert np.hypot(*np.diff(found.points_m, axis=0).T).min() > 0.2
     assert found.cost_s < 60.0
+
+
+def test_a_first_leg_that_would_end_in_a_door_is_left_out() -> None:
+    leaf = (3.0, 2.475, 3.95, 2.525)
+    frames = ((3.95, 0.0, 4.05, 1.5), (3.95, 2.475, 4.05, 4.0))
+    found = planned((*frames, leaf), (2.5, 1.84, math.radians(5.0)))
+    assert isinstance(found, Way)
+    assert found.clearance_m > 0.05
+    assert found.cost_s < 40.0  # a turn within the frame costs 40 s more
+
+
+def test_a_goal_that_the_board_would_not_let_it_reach_is_reached_within_centimetres() -> None:
+    # The goal is 0.2 m ahead, a wall 0.1 m beyond it: the board drives no nearer than 0.35 m.
+    start, goal = (1.07, 1.12, 2.65), (0.85, 1.16, 0.0)
+    found = planned((), start, goal, True, size_m=(3.0, 3.0))
+    assert isinstance(found, Way)
+    assert found.cost_s < 60.0
+    assert 0.0 < math.dist(found.points_m[-1], goal[:2]) < 0.07
+
+
+def test_close_to_the_goal_it_does_not_turn_back_to_come_straight() -> None:
+    # Leading into the goal, a leg of 0.3 m straight on would begin behind the chair.
+    boxes = ((0.0, 0.0, 1.0, 3.0), (2.58, 0.0, 3.0, 3.0), (1.49, 2.25, 2.09, 2.9))
+    start, goal = (1.75, 1.13, math.radians(95.0)), (1.79, 1.29, math.pi / 2)
+    found = planned(boxes, start, goal, True, size_m=(3.0, 3.0))
+    assert isinstance(found, Way)
+    assert found.length_m < 0.2
+    assert found.cost_s < 60.0

@@ -231,6 +231,29 @@ def test_carried_away_is_noticed_within_five_seconds(grid: OccupancyGrid) -> Non
         assert lost_s < 5.0
 
 
+def beams_through(seen: Look, low_deg: float, high_deg: float) -> Look:
+    """The same look, but between these bearings three metres more: as in a mirror."""
+    points_m = seen.points_m.copy()
+    bearings = np.degrees(np.arctan2(points_m[:, 1], points_m[:, 0]))
+    into = (bearings > low_deg) & (bearings < high_deg)
+    points_m[into] *= 1.0 + 3.0 / np.hypot(*points_m[into].T)[:, None]
+    return Look(points_m, seen.origins_m)
+
+
+def test_a_mirror_close_by_is_no_reason_to_forget_a_known_place(grid: OccupancyGrid) -> None:
+    # The wall is 0.3 m ahead: half a metre of it is as many beams as a sixth of the room.
+    close = np.array((0.7, 2.95, math.pi / 2))
+    localization = Localization(grid)
+    localization.place(close, STANDING)
+    seen = beams_through(look(flat(), close), -40.0, 40.0)
+    evidence = MapMatch(grid).evidence(seen, close)
+    assert evidence.through > 0.16
+    assert evidence.crossed < 0.15
+    for number in range(30):
+        seen = beams_through(look(flat(), close), -40.0, 40.0)
+        assert is_right(localization.look(seen, STANDING, 0.2 * number), close)
+
+
 def test_what_lies_behind_a_wall_contradicts_the_pose(grid: OccupancyGrid) -> None:
     match = MapMatch(grid)
     seen = look(flat(), HERE)
@@ -240,6 +263,7 @@ def test_what_lies_behind_a_wall_contradicts_the_pose(grid: OccupancyGrid) -> No
     wrong = match.evidence(seen, np.array((3.0, 1.0, 2.0)))
     assert wrong.explained < 0.6
     assert wrong.through > 0.1
+    assert wrong.crossed > 0.15 > 0.02 > right.crossed
 
 
 def test_surfaces_agree_where_they_are_and_floor_contradicts_walls_elsewhere(

@@ -51,7 +51,7 @@ _FOLLOW_SIGMAS = np.array((0.05, 0.05, math.radians(1.0)))
 _SURE, _SURE_RAD = 0.8, math.radians(0.5)
 _HELD_FOR_M = 1.0  # then what is seen is another view, with other people
 _LOST_EXPLAINED = 0.45  # fewer: a crowd, or another place; it looks for itself then
-_LOST_CONTRADICTED = 0.15  # of the beams that reach what is known
+_LOST_CONTRADICTED = 0.15  # of the beams that reach what is known, and of the length of that
 _LOST_S = 2.0
 # What stays of so many looks, far away: less agreed is another place, however near to walls it is.
 _RECENT, _FAR_LOST = 5, 0.4
@@ -263,8 +263,9 @@ class Localization:
             self.lose()
             self.askew = True
             return
-        contradicted = evidence.through > _LOST_CONTRADICTED * (
-            evidence.explained + evidence.through
+        contradicted = (
+            evidence.through > _LOST_CONTRADICTED * (evidence.explained + evidence.through)
+            and evidence.crossed > _LOST_CONTRADICTED
         )
         if self._remember(look, odometry, time_s):
             self._agrees = self._agrees_far(fitted.pose, odometry)

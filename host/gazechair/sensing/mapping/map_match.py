@@ -51,6 +51,9 @@ class Evidence:
 
     explained: float
     through: float
+    crossed: float = 0.0
+    """By length: of the map's surfaces that the beams end at or pass, the share that they pass. A
+    mirror close by fills a third of a look, and is as long as it is."""
 
 
 @dataclass(frozen=True)
@@ -121,9 +124,16 @@ class MapMatch:
         share = _STEP_M * (np.arange(len(beam)) - np.repeat(np.cumsum(steps) - steps, steps))
         at = starts[beam] + along[beam] * (share / length[beam])[:, None]
         solid = self._solid.at(0, self._solid.cells(at)) == 1.0
-        through = np.bincount(beam[solid], minlength=len(ends)) > 0
         # A beam that grazes a wall passes its cells: what is explained contradicts nothing.
-        return Evidence(float(explained.mean()), float((through & ~explained).mean()))
+        solid &= ~explained[beam]
+        through, first = np.unique(beam[solid], return_index=True)
+        passed = self._count(at[solid][first])
+        share = passed / max(1, passed + self._count(ends[explained]))
+        return Evidence(float(explained.mean()), len(through) / len(ends), share)
+
+    def _count(self, points_m: FloatArray) -> int:
+        """In how many coarse cells they are: beams that end far away are that far apart."""
+        return len(np.unique(self.coarse.cells(points_m), axis=0))
 
     def agreement(self, settled: Settled, frame: FloatArray) -> Agreement:
         """Where the frame of `settled` is at the pose `frame` in the map."""

@@ -15,6 +15,7 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.sensing.odometry.doubts import DIFFERS, LOST, Doubts, Outputs, Seen, is_corridor
+from gazechair.sensing.odometry.headings import beyond, rate_rad_s
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
 from gazechair.sensing.odometry.match import (
     ERROR,
@@ -43,8 +44,6 @@ _ERROR_S, _FOLLOWED_S, _MATCHED = 0.3, 1.0, 0.5
 _FULL_M_S, _FULL_SIGMA_M_S = 0.5, 0.25
 _SIDEWAYS_M_S, _SIDEWAYS_S = 0.05, 0.3  # what a chair slips sideways, and for how long
 _KEPT_S = 3.0  # of motion
-_SLOPE_S = 0.08
-_LEAST_SPREAD_S2 = 1e-5  # two headings 5 ms apart
 _OLD_S = 0.3  # a heading
 _SILENT_S = 0.2  # a lidar
 _STARTS_S = 0.6  # until then the chair is not stuck
@@ -138,9 +137,10 @@ class Odometry:
         times, headings = self._headings()
         if self._time_s is not None and at_s <= self._time_s:
             return None
-        heading = float(np.interp(at_s, times, headings)) if len(times) else self._heading_rad
+        onward = beyond(times, headings)
+        heading = float(np.interp(at_s, *onward)) if len(times) else self._heading_rad
         turned = (
-            np.interp(piece.times_s, times, headings) - heading
+            np.interp(piece.times_s, *onward) - heading
             if len(times)
             else np.zeros(len(piece.times_s))
         )
@@ -151,7 +151,7 @@ class Odometry:
         state, covariance = self._predict(at_s, heading, known)
         points, normals = seen_points(piece, turned, state[FORWARD], state[SIDEWAYS])
         found = fit(self._coarse, self._map, points, normals, state, covariance, heading)
-        yaw = self._yaw_rate(at_s, times, headings)
+        yaw = math.degrees(rate_rad_s(at_s, times, headings))
         expected = float(state[X]), float(state[Y]), float(heading + state[OFFSET])
         old_or_turned = self._turned_piece.judge(
             self._map, points, normals, piece.origin_m, expected, found.matched
@@ -341,17 +341,6 @@ class Odometry:
             return None, True
         outputs = [m.linear_permille or 0 for m in recent]
         return acts[-1] / 1000.0, max(outputs) - min(outputs) > 50
-
-    def _yaw_rate(self, at_s: float, times: FloatArray, headings: FloatArray) -> float:
-        """Degrees a second: the headings' slope around that time."""
-        near = np.abs(times - at_s) <= _SLOPE_S
-        if np.count_nonzero(near) < 3:
-            return 0.0
-        apart, turned = times[near] - times[near].mean(), headings[near]
-        spread = float((apart**2).sum())
-        if spread < _LEAST_SPREAD_S2:  # they came together, as after a stall
-            return 0.0
-        return math.degrees(float((apart * turned).sum()) / spread)
 
     def _remember(self, points: FloatArray, normals: FloatArray, at_s: float, found: Fit) -> None:
         x, y = float(self._state[X]), float(self._state[Y])

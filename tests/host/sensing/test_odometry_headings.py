@@ -1,0 +1,81 @@
+"""Headings that are late, and older than the beams: no lidar is taken for turned by that."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from gazechair.board.state import BoardState
+from gazechair.sensing.odometry import inbox
+from gazechair.sensing.odometry.doubts import TURNED
+from gazechair.sensing.odometry.feed import HEADING_LATE_S, Feed
+from gazechair.sensing.odometry.headings import beyond, rate_rad_s
+from gazechair.sensing.odometry.odometry import Estimate, Motion, Odometry
+from gazechair.sensing.odometry.points import Piece
+from gazelink import codes
+from homerig import NOISE_M, flat
+
+LATE_S = 0.025  # of the simulated sensor, with its sample period and the way to the host
+STATE_MS, HALF_MS, BEAMS = 20, 50, 360
+
+
+def heading_deg(at_s: float) -> float:
+    """Still, then to the right, then back to the left, at 24 degrees/s at most."""
+    times = np.arange(0.0, max(at_s, 0.01), 0.01)
+    rates = np.interp(times, (1.0, 1.2, 4.0, 4.2, 4.5, 6.0), (0.0, -24.0, -24.0, 0.0, 24.0, 24.0))
+    return float(rates.sum() * 0.01)
+
+
+def piece(end_s: float, second: bool, chance: np.random.Generator) -> Piece:
+    times = end_s - HALF_MS / 1000.0 * (1.0 - (np.arange(BEAMS) + 0.5) / BEAMS)
+    directions = 180.0 * (np.arange(BEAMS) + 0.5) / BEAMS - (180.0 if second else 0.0)
+    looks = np.radians(directions + [heading_deg(at_s) for at_s in times])
+    metres = flat().cast(2.0, 1.8, looks, 0.25) + chance.normal(0.0, NOISE_M, BEAMS)
+    return Piece(directions, metres, times, (0.0, 0.0), 2 * BEAMS)
+
+
+def said(at_s: float) -> Motion:
+    """What an inbox gets of the board's state, whose heading is late."""
+    shown = heading_deg(at_s - LATE_S) % 360.0
+    state = BoardState(codes.ARMED, 0, 0, 0, 0, 0, shown, 0, 300, 0, 0, 0, at_s)
+    writers, reader = inbox.open_inbox()
+    with writers, reader:
+        Feed([writers.fileno()]).board(state)
+        motion = inbox.unpack(reader.recv(inbox.LONGEST))
+    assert isinstance(motion, Motion)
+    return motion
+
+
+def test_a_turn_to_one_side_and_back_turns_no_lidar() -> None:
+    odometry, chance = Odometry(), np.random.default_rng(3)
+    found: list[Estimate] = []
+    for ms in range(STATE_MS, 6000, 10):
+        if ms % STATE_MS == 0:
+            odometry.motion(said(ms / 1000.0))
+        if ms % HALF_MS == 0:
+            estimate = odometry.piece(piece(ms / 1000.0, ms % (2 * HALF_MS) == 0, chance))
+            found += [] if estimate is None else [estimate]
+    assert not any(TURNED in one.doubts for one in found)
+    off = [one.heading_deg - found[0].heading_deg - heading_deg(one.time_s) for one in found]
+    assert max(map(abs, off)) < 0.3
+
+
+def test_the_board_is_heard_of_headings_that_are_late() -> None:
+    assert said(2.0).time_s == pytest.approx(2.0 - HEADING_LATE_S)
+
+
+def test_beams_newer_than_the_newest_heading_are_taken_for_turned_on() -> None:
+    times = np.arange(0.0, 0.2, 0.02)
+    headings = math.radians(20.0) * times
+    assert rate_rad_s(0.1, times, headings) == pytest.approx(math.radians(20.0))
+    after = float(np.interp(times[-1] + 0.03, *beyond(times, headings)))
+    assert after == pytest.approx(math.radians(20.0) * (times[-1] + 0.03))
+
+
+def test_headings_that_came_together_are_not_turned_on() -> None:
+    times, headings = np.full(4, 1.0), np.array((0.0, 0.1, 0.2, 0.3))
+    assert rate_rad_s(1.0, times, headings) == 0.0
+    assert float(np.interp(1.05, *beyond(times, headings))) == pytest.approx(0.3)
+    assert not len(beyond(np.zeros(0), np.zeros(0))[0])
