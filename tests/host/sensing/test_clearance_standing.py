@@ -130,13 +130,16 @@ def test_the_ten_seconds_begin_again_with(disturbed: dict) -> None:
     assert judged.look(0.35, 1.0) == AHEAD.creep_way_m
 
 
-def test_what_looks_like_a_wall_between_has_stood_nevertheless() -> None:
+@pytest.mark.parametrize("seen_instead_m", [math.inf, 2.4, 0.7])
+def test_what_looks_like_a_wall_between_has_stood_nevertheless(seen_instead_m: float) -> None:
     judged = Judged()
     for _ in range(6):
         judged.look(0.35, 1.5)
-        judged.look(math.inf, 0.3)
+        assert judged.look(seen_instead_m, 0.3) == AHEAD.told_m(seen_instead_m)
     assert judged.look(0.35) == AHEAD.creep_way_m
-    judged.look(math.inf, 3.0)
+    judged.look(seen_instead_m, 0.3, stands=False)
+    assert judged.look(0.30, stands=False) == AHEAD.creep_way_m
+    judged.look(seen_instead_m, 3.0)
     assert judged.look(0.35) == 0.0
 
 
@@ -159,7 +162,7 @@ def test_a_piece_of_wall_seen_through_a_door_is_nobody() -> None:
 
 
 def test_furniture_can_be_crept_up_to_until_it_walks_or_is_left() -> None:
-    for ends in ({"way_m": 0.2, "walks": True}, {"way_m": 0.70}):
+    for ends in ({"way_m": 0.2, "walks": True}, {"way_m": 0.70, "for_s": 1.1}):
         judged = Judged()
         judged.look(0.35, 10.5)
         assert judged.look(0.30, 1.0, stands=False) == AHEAD.creep_way_m

@@ -34,7 +34,7 @@ AGAIN_M = 0.11
 _CALM_S = 10.0
 _HIDDEN_S = 1.0  # this long a possible person may look like a part of a wall
 _SAME_M = 0.05
-_AWAY_M = 0.3
+_AWAY_M = 0.3  # farther away it is another one
 _STANDS_M_S = 0.03
 _STANDS_DEG_S = 3.0
 
@@ -105,10 +105,10 @@ class Standing:
         `way_m`: distance to the nearest possible person. `walks`: some object approaches.
         """
         approach = self.approach
-        if not math.isinf(way_m):
+        if way_m < self._near_m + _AWAY_M:
             self._seen_s = at_s
         elif at_s - self._seen_s < _HIDDEN_S and not walks and (chair_stands or self._furniture):
-            return way_m
+            return approach.told_m(way_m)
         if self._furniture:
             self._furniture = not walks and way_m < self._near_m + _AWAY_M
         if walks or not chair_stands or abs(way_m - self._near_m) > _SAME_M:
