@@ -1,4 +1,4 @@
-"""What people draw on a map: places with names, areas where the chair shall not go, a home spot."""
+"""What people draw on a map: named places, no-go areas, a home spot."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FARTHEST_M = 1000.0
 
 
 class EditRefused(Exception):
-    """What a caretaker wants is not done: reason (a key of the texts), and one plain line."""
+    """Raised when a caretaker's request is refused: reason (a key of the texts), one plain line."""
 
     def __init__(self, reason: str, detail: str) -> None:
         super().__init__(detail)
@@ -31,7 +31,7 @@ class EditRefused(Exception):
 
 @dataclass(frozen=True)
 class Spot:
-    """Where to stand, in the map: metres, and the heading in degrees counter-clockwise."""
+    """A pose in the map: metres, and the heading in degrees counter-clockwise."""
 
     x_m: float
     y_m: float
@@ -51,7 +51,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Area:
-    """A polygon that the chair shall not enter by itself."""
+    """A polygon that the chair must not enter by itself."""
 
     number: int
     corners_m: tuple[Corner, ...]
@@ -127,7 +127,7 @@ class Drawn:
         return replace(self, no_go=_without(self.no_go, number))
 
     def with_home(self, fields: Any) -> Drawn:
-        """None: there is none any more. Raises EditRefused."""
+        """With another home spot; `fields` None: without one. Raises EditRefused."""
         return replace(self, home=None if fields is None else spot_of(fields))
 
 
