@@ -33,12 +33,12 @@ _AIM_LEFT_M, _AIM_AGAIN_M = 0.5, 0.5
 _WIDE_M = 0.30  # clearance that permits less exact turns
 _RUNS_OUT_RAD = math.radians(5.0)
 _OF_LET = 0.85
-_NO_BEND_S = 0.6  # of requesting a bend in vain, then it is given up
+_NO_BEND_S = 0.6  # a bend requested in vain for this long is given up
 _SHARP_RAD, _SHARP_M_S = math.radians(8.0), 0.22
 _STANDS_M_S, _ROLLS_M_S = 0.06, 0.12  # slower: request the turn, which begins after the dead time
-_ENDS_DEG_S = 5.0  # turning slower, it may begin a leg
+_ENDS_DEG_S = 5.0  # with a slower turn, it may begin a leg
 _END_M, _END_WIDE_M = 0.02, 0.06
-_LEAST_M_S = 0.02  # requested first, from rest
+_LEAST_M_S = 0.02  # first speed requested from rest
 
 
 @dataclass(frozen=True)

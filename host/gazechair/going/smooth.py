@@ -116,7 +116,7 @@ class Smoother:
         return (None, *inner, None)
 
     def first_leg_s(self, a: FloatArray, b: FloatArray) -> float:
-        """Seconds of the way's first leg."""
+        """Seconds of the path's first leg, including those for what is ahead of its end."""
         leg_s, _, end_s = self._leg(a, b)
         return leg_s + end_s
 

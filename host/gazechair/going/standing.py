@@ -15,7 +15,7 @@ STOPS_M = 0.75
 WAITS_S, CREEPS_S_PER_M = 12.0, 12.0
 _WIDE_M = (0.075, 1.0)
 _APART_CELLS = 2  # nearer cells are parts of one thing
-_BESIDE_M = 0.07  # added on each side of the chair: margin, errors of the pose and of following
+_BESIDE_M = 0.07  # added on each side of the chair: margin, errors of the pose and of steering
 
 
 def standing_m(occupied: BoolArray, cell_m: float, low_m: FloatArray) -> FloatArray:
