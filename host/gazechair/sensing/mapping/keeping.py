@@ -23,7 +23,7 @@ from gazechair.sensing.mapping.store import MapStore
 from gazechair.sensing.mapping.upkeep import Upkeep, load_ledger
 
 DRIVE_S, APART_S = 1800.0, 7200.0
-_LOOK_M, _LOOK_RAD = 0.15, math.radians(9.0)  # the chair moves so far between two looks
+_LOOK_M, _LOOK_RAD = 0.15, math.radians(9.0)  # least motion of the chair between two looks
 _SLOW_DEG_S = 15.0  # faster turns blur
 _SETTLED_S = 5.0  # known without a break
 _STORED_S = 60.0

@@ -41,8 +41,8 @@ _FAR_M, _FAR_AGREED = 2.0, 0.7
 # Required lead over every other pose: metres, plus a share of what it does not explain.
 _LEAD_M, _LEAD_OF_UNEXPLAINED = 2.5, 0.05
 _FIRM = 0.03  # information across over along: less is a corridor without an end
-_LOOK_M, _LOOK_RAD = 0.25, math.radians(9.0)  # the chair moves so far between two looks
-_AGAIN_S = 0.5  # or stands for this long
+_LOOK_M, _LOOK_RAD = 0.25, math.radians(9.0)  # least motion of the chair between two looks
+_AGAIN_S = 0.5  # least time between looks at standstill
 _CONFIRM_M, _CONFIRM_RAD = 0.10, math.radians(3.0)
 _CONFIRMED = 4  # looks in a row that find the same pose
 # Following.

@@ -87,7 +87,7 @@ class Drawn:
         return [(one.x_m, one.y_m) for one in spots] + corners
 
     def with_place(self, fields: Any) -> Drawn:
-        """With one more, or changed where `fields` has a `number`. Raises EditRefused."""
+        """With one more place, or the one with the `number` in `fields` changed. EditRefused."""
         if not isinstance(fields, dict):
             raise EditRefused("map_wish", "a place is an object")
         number = fields.get("number")
@@ -106,11 +106,11 @@ class Drawn:
         return replace(self, places=(*others, place))
 
     def without_place(self, number: Any) -> Drawn:
-        """Raises EditRefused."""
+        """Without that place. Raises EditRefused."""
         return replace(self, places=_without(self.places, number))
 
     def with_area(self, corners: Any) -> Drawn:
-        """With one more. Raises EditRefused."""
+        """With one more no-go area. Raises EditRefused."""
         if len(self.no_go) >= MOST_AREAS:
             raise EditRefused("map_full", f"a map has at most {MOST_AREAS} areas")
         if not isinstance(corners, list) or not 3 <= len(corners) <= _MOST_CORNERS:
@@ -123,7 +123,7 @@ class Drawn:
         return replace(self, no_go=(*self.no_go, area))
 
     def without_area(self, number: Any) -> Drawn:
-        """Raises EditRefused."""
+        """Without that area. Raises EditRefused."""
         return replace(self, no_go=_without(self.no_go, number))
 
     def with_home(self, fields: Any) -> Drawn:

@@ -105,7 +105,7 @@ class MapStore:
         return path.stem
 
     def rename(self, id_: str, text: Any) -> None:
-        """Raises EditRefused."""
+        """Change the map's name. Raises EditRefused."""
         name = self.check_name(text, but=id_)
         self._change(id_, lambda home: replace(home, name=name))
 

@@ -18,7 +18,7 @@ _LOOKS = 20  # kept
 _FARTHEST_M = 12.0
 _BEAMS = 200  # beams of a look that clear cells, at most
 _STEP = 0.7  # cells, along a beam
-_SHORT_M, _CLEARS = 0.06, 0.85  # a beam clears up to this far before its end, and this share of it:
+_SHORT_M, _CLEARS = 0.06, 0.85  # a beam clears up to this far before its end, at most this share:
 # beams that graze a wall come near it at their ends
 _MIDDLE = 0.4  # in cells, from a cell's centre: beams that cut a corner are ignored
 _TWICE = 2  # least number of looks that saw it

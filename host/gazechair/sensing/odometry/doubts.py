@@ -61,7 +61,7 @@ class Outputs:
     drive: int
     """The least in one direction over the time that the chair takes to start."""
     turn: int
-    """Likewise."""
+    """The same for the turn output."""
     idle_s: float
     """Time since the last output; limited to the few seconds that are kept."""
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 DEAD_S = 0.15
-CHANGED_S = 1.2  # for so long after a change of the command the speed is hard to predict
+CHANGED_S = 1.2  # for this long after a change of the command the speed is hard to predict
 _LAG_S = 0.25
 _FASTER_M_S2, _SLOWER_M_S2 = 0.6, 1.0
 _STEADY_Q, _CHANGING_Q = 0.003, 0.05  # (m/s)^2 per second
