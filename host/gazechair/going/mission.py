@@ -1,8 +1,8 @@
 """A mission: takes the chair to a place, whatever happens on the way. Pure, time injected.
 
 Every 50 ms it takes the board's output, the pose and the lidars' returns, and gives the stick's
-position. `submit` runs the planner, on a thread in the daemon: until a plan is ready, the chair
-stands, or drives on along its present path.
+position. `submit` runs the planner, usually on a thread: until a plan is ready, the chair stands,
+or drives on along its present path.
 """
 
 from __future__ import annotations
