@@ -12,13 +12,13 @@ from playwright.sync_api import Browser, sync_playwright
 import gazesetup
 from gazedemo.browser import OPTIONS
 
-# Machines stall: how long an example takes says nothing.
+# Machines stall: the duration of an example is meaningless.
 settings.register_profile("gazechair", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("gazechair")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """What the command line adds."""
+    """Options of the command line."""
     parser.addoption(
         "--board",
         metavar="PORT",
@@ -27,7 +27,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The tests in real time are looked for in one folder only (tools/test)."""
+    """Tests in real time are collected from one folder only (tools/test)."""
     folder = Path(__file__).parent / "e2e"
     for item in items:
         if item.get_closest_marker("e2e") and folder not in item.path.parents:
@@ -36,7 +36,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_finish() -> None:
-    """The firmware collects garbage once a second of its time: spare it pytest's own objects."""
+    """The firmware collects garbage once a second of its time: exclude pytest's own objects."""
     gc.collect()
     gc.freeze()
 
@@ -63,7 +63,7 @@ def m7() -> Path:
 
 @pytest.fixture(scope="session")
 def chromium() -> Iterator[Browser]:
-    """The browser of all tests of a process, which can't start a second one beside it.
+    """The browser shared by all tests of a process, which cannot start a second one.
 
     Without its windows where that can be had; the tests in real time use the whole browser.
     """
@@ -79,7 +79,7 @@ def chromium() -> Iterator[Browser]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item, call):
-    """With CI=true a skipped test is a failed one: nothing goes untested unseen."""
+    """With CI=true a skipped test fails, so that no gap in the tests goes unnoticed."""
     report = yield
     if os.environ.get("CI") == "true" and report.skipped and not hasattr(report, "wasxfail"):
         reason = report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longrepr

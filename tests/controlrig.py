@@ -1,4 +1,4 @@
-"""The host's Control with a board that says what a test says, and a clock of the test's own."""
+"""The host's Control with a board and a clock that the test sets."""
 
 from __future__ import annotations
 

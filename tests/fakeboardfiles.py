@@ -1,4 +1,4 @@
-"""A board's flash in memory, which can lose its power at the n-th thing asked of it."""
+"""A board's flash in memory, whose power can be cut at the n-th request."""
 
 import hashlib
 

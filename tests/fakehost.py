@@ -1,4 +1,4 @@
-"""A small stand-in for the host: serves the pages, says what a test says, remembers all."""
+"""A small stand-in for the host: serves the pages, sends what a test sets, records all messages."""
 
 import contextlib
 import io
@@ -84,7 +84,7 @@ def picture(width: int = 1280, height: int = 720, shade: int = 0) -> bytes:
 
 
 def _ended(app: Flask) -> Callable[..., Any]:
-    """The application, that answers nothing more on a connection that has been a socket."""
+    """The application; sends no HTTP answer on a connection that was a WebSocket."""
 
     def wsgi(environ: dict[str, Any], start_response: Callable[..., Any]) -> Any:
         body = app(environ, start_response)
@@ -96,7 +96,7 @@ def _ended(app: Flask) -> Callable[..., Any]:
 
 
 class FakeHost:
-    """Serves the real page; the test says what the host would say and reads what it hears."""
+    """Serves the real page; the test sends as the host would, and reads what the page sends."""
 
     def __init__(self) -> None:
         self.welcome: dict[str, Any] = dict(WELCOME)
@@ -105,7 +105,7 @@ class FakeHost:
         self.acknowledged: list[str] = []
         self.accepting = True
         self.token = 0
-        self.now_ms = 0  # goes with the page's clock
+        self.now_ms = 0  # follows the page's clock
         self.replies: dict[str, tuple[int, dict[str, Any]]] = {}  # "GET /me": status, body
         self.pictures: dict[str, bytes] = {}  # of maps
         self.files: list[bytes] = []  # what was posted as one
@@ -156,7 +156,7 @@ class FakeHost:
                 return jsonify(self.profiles.change(request.get_json(), role == "caretaker")), 200
             except ProfileRefused as refusal:
                 return jsonify({"reason": refusal.reason, "detail": str(refusal)}), 400
-            finally:  # who waits for it finds it done
+            finally:  # a test that waits for it finds it complete
                 self.posted.append(("/profiles", request.get_json()))
 
         @app.get("/maps/<name>.png")
@@ -222,9 +222,9 @@ class FakeHost:
                 message = ws.receive(0.1)
                 if message is not None:
                     hear(message)
-            with contextlib.suppress(LocalProtocolError):  # the page closed it in this moment
+            with contextlib.suppress(LocalProtocolError):  # the page has just closed it
                 ws.sock.send(ws.ws.send(CloseConnection(self._close_code)))
-            ws.sock.shutdown(socket.SHUT_RDWR)  # its reader holds it open otherwise
+            ws.sock.shutdown(socket.SHUT_RDWR)  # otherwise its reader keeps it open
         finally:
             with self._lock:
                 self._sockets[kind].remove(ws)
@@ -255,7 +255,7 @@ class FakeHost:
         self._close_code = 0
 
     def cut(self) -> None:
-        """Closes every socket and takes no new one, as a host that died."""
+        """Closes every socket and accepts no new one, like a host that died."""
         self.accepting = False
         for ws in [*self._sockets["control"], *self._sockets["video"]]:
             # The page may have been quicker.

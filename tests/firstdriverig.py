@@ -1,4 +1,4 @@
-"""A fresh board and a caretaker with a phone, in virtual time: pages' messages in, a chair out."""
+"""A new board and a caretaker's phone, in virtual time: page messages move a simulated chair."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def scan() -> bytes:
 
 
 def marks() -> list[list[float]]:
-    """Marks on the floor as a phone says them: shares of the picture, cm ahead and to the left."""
+    """Marks on the floor as a phone sends them: shares of the picture, cm ahead and to the left."""
     seen = [EYE.pixel(x / 100, y / 100) for x, y in _MARKS_CM]
     size = EYE.width_px, EYE.height_px
     return [
@@ -83,7 +83,7 @@ class _Guide(Guide):
 
 
 class FirstDriveRig(ChairRig):
-    """The chair, a host whose lidar sees what no turn enters, and two pages."""
+    """The chair, two pages, and a host whose lidar sees nothing in the path of a turn."""
 
     def __init__(self, folder: Path | None = None) -> None:
         super().__init__()
@@ -129,7 +129,7 @@ class FirstDriveRig(ChairRig):
         self._holding = ""
 
     def look(self, client: int) -> dict[str, Any]:
-        """What a page is told."""
+        """What a page is sent."""
         return self.control.snapshot(client)
 
     def host_ms(self) -> None:
@@ -161,7 +161,7 @@ class FirstDriveRig(ChairRig):
     # What the caretaker's page does
 
     def ready(self) -> None:
-        """Wait until nothing stands against arming."""
+        """Wait until nothing prevents arming."""
         self.until(lambda: self.link.state() is not None, 6000)
         self.until(lambda: self.caretaker.shown.get("arm_reason") == "none", 6000)
 
@@ -187,7 +187,7 @@ class FirstDriveRig(ChairRig):
         return reason
 
     def press(self, step: str) -> None:
-        """Begin to hold."""
+        """Begin to press."""
         self._edge += 1
         self._holding = step
 
@@ -197,7 +197,7 @@ class FirstDriveRig(ChairRig):
         self.caretaker.say(k="step", held=False)
 
     def forget(self) -> None:
-        """No message of the held button comes any more."""
+        """Send no more messages of the pressed button."""
         self._holding = ""
 
     def _say_held(self, step: str) -> None:

@@ -21,7 +21,7 @@ Place = tuple[float, float]
 
 
 def legs(place: Place, way_m: float = 0.0, heading_rad: float = 0.0) -> list[Disc]:
-    """Both legs of somebody who has come so far."""
+    """Both legs of a person at a position."""
     c, s = math.cos(heading_rad), math.sin(heading_rad)
     swing = 0.17 * math.sin(math.pi * way_m / 0.35)
     return [
@@ -72,6 +72,6 @@ class Scene:
 
 
 def _hall(x: Array, y: Array, angles: Array) -> Array:
-    """How far it is to the hall's wall."""
+    """Distance to the hall's wall."""
     along = x * np.cos(angles) + y * np.sin(angles)
     return np.asarray(-along + np.sqrt(along**2 - x**2 - y**2 + HALL_M**2))

@@ -1,4 +1,4 @@
-"""Floors drawn as boxes, and a chair without a board that follows a mission there."""
+"""Floors made of boxes, and a simulated chair without a board that drives missions on them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def floor(
     unseen: Sequence[Box] = (),
     no_go: Sequence[FloatArray] = (),
 ) -> Costmap:
-    """A room of that size with walls round it, and boxes in it."""
+    """A walled room of `size_m` with boxes in it."""
     nx, ny = (round(one / CELL_M) for one in size_m)
     occupied = np.zeros((nx, ny), dtype=np.bool_)
     occupied[:2], occupied[-2:], occupied[:, :2], occupied[:, -2:] = True, True, True, True
@@ -45,14 +45,14 @@ def floor(
 
 
 def numbers(profile: int = 2) -> ChairNumbers:
-    """Of the default settings at full deflection."""
+    """ChairNumbers of the default settings at full deflection."""
     values = {name: default for name, default, _, _ in TABLE}
     values |= {"profile": profile, "linear_permille": 1000, "turn_permille": 1000}
     return ChairNumbers.of(values)
 
 
 class GoingChair:
-    """Mission and twin; whatever the mission asks for is put out."""
+    """Mission and simulated chair; the mission's stick is put out unchanged."""
 
     def __init__(self, costmap: Costmap, start: Pose) -> None:
         self.mission = Mission(costmap, Planner(costmap), numbers(), Footprint())
@@ -64,23 +64,23 @@ class GoingChair:
         self.refuses = False
         self.located = True
         self.wanders_m = 0.0
-        """So far, its pose as the map gives it goes to and fro."""
+        """Amplitude by which its pose in the map oscillates."""
         self.least_m = math.inf
 
     @property
     def pose(self) -> Pose:
-        """The truth."""
+        """The true pose."""
         return self.chair.x_m, self.chair.y_m, math.radians(self.chair.heading_deg)
 
     def run(self, seconds: float) -> str:
-        """So long, or until it has arrived; the state."""
+        """Run for `seconds`, or until it has arrived; returns the state."""
         end_s = self.now_s + seconds
         while self.now_s < end_s and self.mission.state != "arrived":
             self.step()
         return self.mission.state
 
     def step(self) -> Stick:
-        """50 ms."""
+        """Run one period, 50 ms."""
         self.now_s += 0.05
         if self.located:
             moves = self.chair.speed_m_s, self.chair.yaw_rate_deg_s
@@ -102,7 +102,7 @@ class GoingChair:
 
 LIDAR_M = (0.3, 0.0)
 Person = tuple[float, float]
-"""Where somebody stands, seen as a disc."""
+"""Position of a person, seen as a disc."""
 
 
 def scan_of(costmap: Costmap, pose: Pose, persons: Sequence[Person]) -> tuple[FloatArray, ...]:
@@ -128,7 +128,7 @@ def drive_among(
 ) -> list[tuple[str, str]]:
     """Drive until it has arrived, looking ten times a second; states and reasons of each step.
 
-    `persons`: who is there, after so many seconds.
+    `persons`: positions of the people at a time, s.
     """
     found = []
     for k in range(round(seconds / 0.05)):

@@ -56,7 +56,7 @@ ROUTE = (
 
 
 def poses(route: Sequence[tuple[float, float]] = ROUTE, step_m: float = 0.3) -> Iterator[Array]:
-    """(3,) poses along it, headings in radians: the chair turns on the spot at its corners."""
+    """(3,) poses along a route, headings in radians: the chair turns on the spot at corners."""
     heading = 0.0
     for (ax, ay), (bx, by) in pairwise(route):
         wanted = math.atan2(by - ay, bx - ax)

@@ -57,7 +57,7 @@ class Drives:
                 self.keeping.unsure()
             known = self.store.get("a")
             if known is not None and known.map is not None:
-                grid = known.map.grid  # as Atlas does: what is the same is the grid that it was
+                grid = known.map.grid  # as Atlas does: an unchanged grid is kept
                 self._grid = self._grid if self._grid.same_as(grid) else grid
             self.keeping.look("a", self._grid, seen, LOCATION)
 

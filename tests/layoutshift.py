@@ -1,4 +1,4 @@
-"""Layout shifts as the browser itself tells them, those right after a touch or key too."""
+"""Layout shifts as reported by the browser, including those right after a touch or key."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ new PerformanceObserver((list) => {
 
 
 def take(page: Page) -> list[dict[str, Any]]:
-    """The shifts since the last call, once the browser has shown what it has to show."""
+    """The shifts since the last call, once the browser has rendered all changes."""
     page.wait_for_timeout(60)
     shifts: list[dict[str, Any]] = page.evaluate("shifts.splice(0)")
     return shifts

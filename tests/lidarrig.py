@@ -1,4 +1,4 @@
-"""An emulated S2 in a round room on a pty, pumped in real time, for tests of what reads it."""
+"""An emulated S2 in a round room on a pty, run in real time, for tests of its readers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ LONG_S = 60.0
 
 
 class LidarRig:
-    """`front_m`: what it sees ahead; `babble`: bytes that come instead of what it sends."""
+    """`front_m`: distance ahead; `babble`: bytes sent instead of its data."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -24,7 +24,7 @@ class LidarRig:
         self.device = S2(self._range)
         self._port = PtyPort(path)
         self._port.plug()
-        self._lock = threading.Lock()  # a port that is pulled is read no more
+        self._lock = threading.Lock()  # no read from an unplugged port
         self.babble = b""
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._pump, name="lidar-rig", daemon=True)
@@ -48,7 +48,7 @@ class LidarRig:
                     self._port.write(self.babble or data)
 
     def plug(self) -> None:
-        """Its cable is there, and it gets power."""
+        """Plug in the cable, with power."""
         with self._lock:
             self.device.power_on()
             self._port.plug()
@@ -59,14 +59,14 @@ class LidarRig:
             self._port.unplug()
 
     def close(self) -> None:
-        """End the thread, take the port away."""
+        """End the thread and remove the port."""
         self._stop.set()
         self._thread.join(5.0)
         self._port.unplug()
 
 
 def wait_for(condition: Callable[[], bool], what: Callable[[], object]) -> None:
-    """Until `condition` holds; a failure tells `what`."""
+    """Wait until `condition` is true; a failure names `what`."""
     deadline_s = time.monotonic() + LONG_S
     while not condition():
         assert time.monotonic() < deadline_s, what()

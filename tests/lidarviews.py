@@ -37,5 +37,5 @@ def points_of(
 
 
 def view_of(points: np.ndarray, at_s: float) -> ChairView:
-    """Those points as the lidar service hands them on, nothing hidden."""
+    """Those points as the lidar service publishes them, with nothing masked."""
     return ChairView(points, _OPEN, ORIGIN, at_s, codes.SIMULATED)

@@ -85,10 +85,10 @@ class Chair:
                 self.worker.estimate(self._estimate(estimate))
 
     def until(self, condition: Callable[[], bool]) -> None:
-        """Ticks alone, for a thread of the worker's."""
+        """Tick without driving, so that a thread of the worker can run."""
         while not condition():
             self.worker.tick()
-            time.sleep(0.001)  # else that thread gets hold of the interpreter every 5 ms only
+            time.sleep(0.001)  # otherwise that thread gets the interpreter only every 5 ms
 
     def _half(self, piece: Piece) -> HalfTurn:
         times = self._start_s + piece.times_s
@@ -103,7 +103,7 @@ class Chair:
 
 
 def made(folder: Path, home: int, name: str, seconds: float) -> Chair:
-    """The chair that has driven through a home for so long and stored its map."""
+    """A chair that has driven through a home for a time and stored its map."""
     chair = Chair(folder, home, home)
     chair.word("make")
     chair.go(seconds)

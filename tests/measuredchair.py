@@ -1,4 +1,4 @@
-"""Odometry of a simulated chair that knows the truth, for what only uses it."""
+"""Exact odometry of a simulated chair, for tests of parts that use it."""
 
 from __future__ import annotations
 

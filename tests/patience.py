@@ -1,4 +1,4 @@
-"""Waits in wall time for what is sure to come, also on a machine that stalls."""
+"""Waits in wall time for an expected condition, also on a machine that stalls."""
 
 import time
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What a host tells the pages of its plug-ins: rows of `welcome.plugins`, and `welcome.modes`."""
+"""What a host sends the pages about plug-ins: rows of `welcome.plugins`, and `welcome.modes`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ WELL = {"state": "ok", "reason": "ok", "detail": "", "again": None}
 
 
 def mode(name: str, **changes: Any) -> Row:
-    """A mode that works, but for these changes."""
+    """A working mode with these changes."""
     names = {"nl": name.capitalize(), "en": name.upper()}
     return {"kind": "mode", "name": name, "icon": "↑", "names": names, **WELL, **changes}
 
@@ -23,7 +23,7 @@ def lost(row: Row, reason: str = "plugin_ended", again: int | None = None) -> Ro
 
 
 def offer(host: FakeHost, *rows: Row) -> None:
-    """The host's welcome from now on, said at once to whom it is connected."""
+    """Set the host's welcome, and send it at once to connected pages."""
     works = [row for row in rows if row["kind"] == "mode" and row["state"] in ("ok", "degraded")]
     host.welcome["plugins"] = list(rows)
     host.welcome["modes"] = [

@@ -1,4 +1,4 @@
-"""Plug-ins for tests: honest ones of both kinds, and ways to be a bad one."""
+"""Plug-ins for tests: correct ones of both kinds, and faulty ones."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class Nameless(Input):
 
 
 class Liar(Metronome):
-    """Its clock runs ahead: it says so past everything that would notice in its own process."""
+    """Its clock runs ahead; it bypasses the checks in its own process."""
 
     def __init__(self, settings: object) -> None:
         super().__init__(settings)
@@ -118,7 +118,7 @@ class Loose(Metronome):
 
 
 class Tidy(Metronome):
-    """Says on its standard error that it was closed."""
+    """Writes to its standard error that it was closed."""
 
     def close(self) -> None:
         os.write(2, b"closed")

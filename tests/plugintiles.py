@@ -1,4 +1,4 @@
-"""Plug-ins' tiles on the driver's page, as tests offer, hold and look at them."""
+"""Plug-ins' tiles on the driver's page: tests offer, press and read them."""
 
 from patience import wait_until
 from pluginrows import mode, offer
@@ -66,7 +66,7 @@ class Fingers:
 
 
 def begin(person, target, by):
-    """Begins to hold a tile."""
+    """Begins to press a tile."""
     if by == "gaze":
         person.hover(target)
         person.advance(100, look=target)

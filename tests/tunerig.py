@@ -1,4 +1,4 @@
-"""A chair to tune: what is to go wrong, and when, is public."""
+"""A chair to tune; public attributes set what goes wrong, and when."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class TuneRig(LinkedChair):
         self.run(max(1, round(seconds * 1000)))
 
     def one_ms(self) -> None:
-        """A millisecond of everything."""
+        """Run everything for one millisecond."""
         super().one_ms()
         now_ms = self.now_ms
         self.link.alive = now_ms < self.dies_at_ms

@@ -83,7 +83,7 @@ class Driver:
         self.page.clock.run_for(ms)
 
     def wait_until(self, condition: Callable[[], Any], what: str) -> None:
-        """For what Playwright tells by itself (requests, routes): it does so only while asked."""
+        """Lets Playwright deliver events (requests, routes), which it does only during calls."""
         wait_until(lambda: self.page.evaluate("true") and condition(), what)
 
     def data(self, name: str) -> str:
@@ -135,8 +135,8 @@ class Driver:
         self._taken_in(0, (x, y))
 
     def _taken_in(self, token: int, spot: tuple[float, float] | None = None) -> None:
-        # Chromium hands a move on with its next frame, which a busy machine makes late: a page
-        # whose time passes without any would take the gaze for lost.
+        # Chromium delivers a move with its next frame, which is late on a busy machine: a page
+        # whose time passes without any move would take the gaze as lost.
         there = [] if spot is None else [spot[0] + 3 * self._wiggle]
         arrived = (
             "([token, xs]) => spied.token >= token && xs.every(x => Math.abs(spied.x - x) < 1)"
@@ -165,7 +165,7 @@ class Driver:
         return [message for message in self.host.heard if message["k"] in kinds]
 
     def forget(self) -> None:
-        """Forgets what was heard until now."""
+        """Discards the messages received until now."""
         self.heard()
         self.host.heard.clear()
 

@@ -13,7 +13,7 @@ class Scanner(Driver):
     key = " "
 
     def advance(self, ms, look=None):
-        """As a Driver's, in fewer calls of the browser where nobody looks."""
+        """As a Driver's, with fewer calls of the browser when the pointer is not used."""
         if look is not None:
             super().advance(ms, look)
         while look is None and ms > 0:
@@ -37,7 +37,7 @@ class Scanner(Driver):
         self.advance(50)
 
     def wait_for(self, *names):
-        """Waits until these are lit and have been seen, and until a press counts again."""
+        """Waits until these are lit and were seen, and until a press counts again."""
         self.advance(350)
         for _ in range(100):
             if self.lit() == list(names):

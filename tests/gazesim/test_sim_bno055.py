@@ -152,7 +152,7 @@ def test_units_and_offsets_are_writable_in_config_only():
     bench.run(1)
     assert bench.read(0x3B) == b"\x00"
     assert bench.read(0x55) == b"\x11"
-    bench.write(0x1A, 0xFF)  # a measured value: never
+    bench.write(0x1A, 0xFF)  # a measured value: read only
     assert bench.heading_deg() < 2 or bench.heading_deg() > 358
 
 

@@ -158,7 +158,7 @@ def test_dropped_corrupt_and_doubled_bytes(line):
     cable.set_damage(drop=1.0)
     os.write(host, b"gone")
     wait_until(lambda: cable.to_board.wait_s(0.0) is None)
-    time.sleep(0.05)  # nothing to wait for: what is dropped does not come
+    time.sleep(0.05)  # a dropped byte cannot be waited for
     cable.set_damage()
     os.write(host, b"back")
     assert board.recv(100).endswith(b"back")

@@ -63,7 +63,7 @@ def test_it_coasts_after_neutral_and_then_stands_still():
     drive(model, (1.0, 0.0), 3.0)
     at_m = model.x_m
     drive(model, (0.0, 0.0), model.parameters.linear.dead_time_s)
-    assert model.speed_m_s > 0.4  # it does not know yet
+    assert model.speed_m_s > 0.4  # the stop has not reached it yet
     drive(model, (0.0, 0.0), 4.0)
     assert model.speed_m_s == 0.0
     assert 0.15 < model.x_m - at_m < 0.6

@@ -88,7 +88,7 @@ def test_a_sloping_floor_turns_the_moving_chair_downhill_and_leaves_a_standing_o
 
 
 def straight(model, stick, seconds):
-    """What the heading gains meanwhile, deg."""
+    """Change of the heading meanwhile, deg."""
     before = model.heading_deg
     drive(model, (stick, 0.0), seconds)
     return model.heading_deg - before
@@ -97,7 +97,7 @@ def straight(model, stick, seconds):
 @pytest.mark.parametrize("caster_deg", [12.0, -12.0])
 def test_casters_turn_the_chair_once_after_each_reversal(caster_deg):
     model = chair_with(caster_deg=caster_deg, caster_s=0.5)
-    straight(model, 1.0, 5.0)  # they lie somehow at first
+    straight(model, 1.0, 5.0)  # the casters' first position is arbitrary
     assert straight(model, 1.0, 3.0) == pytest.approx(0.0, abs=0.01)
     assert straight(model, -1.0, 5.0) == pytest.approx(-caster_deg, abs=0.1)
     assert straight(model, -1.0, 2.0) == pytest.approx(0.0, abs=0.01)

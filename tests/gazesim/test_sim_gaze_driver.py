@@ -1,4 +1,4 @@
-"""The simulated gaze driver: one seed, one person's luck; holds, lets go, and gives up nothing."""
+"""The simulated gaze driver: reproducible by its seed; presses, releases, and never gives up."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ TICK_S = 0.025
 
 
 def drive(driver, seen, seconds, from_s=0.0):
-    """What the page holds in each tick."""
+    """What the page keeps pressed in each tick."""
     return [driver.tick(from_s + k * TICK_S, seen) for k in range(round(seconds / TICK_S))]
 
 

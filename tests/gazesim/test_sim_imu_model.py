@@ -24,7 +24,7 @@ def test_what_it_shows_is_that_old():
     run(imu, 50.0, 1.0)
     assert imu.heading_deg == pytest.approx(50.0 - 50.0 * 0.02)
     run(imu, 0.0, 0.01)
-    assert imu.rate_deg_s == 50.0  # it stands, and does not show it yet
+    assert imu.rate_deg_s == 50.0  # it stands, but the output is delayed
     run(imu, 0.0, 0.02)
     assert imu.rate_deg_s == 0.0
     assert imu.heading_deg == pytest.approx(50.0)

@@ -1,4 +1,4 @@
-"""The quick buses and pins of a chair in lockstep do what those of the virtual board do."""
+"""The fast buses and pins of a chair in lockstep behave like those of the virtual board."""
 
 import random
 from collections.abc import Callable
@@ -28,7 +28,7 @@ class Board:
         self.into = pin(self.bank.buffer, pins.BUTTON, False)
 
     def bytes(self) -> bytes:
-        """All that anybody can see of it."""
+        """Its whole observable state."""
         return bytes(self.bank.buffer[: layout.LOG_AT])
 
 
@@ -41,7 +41,7 @@ def did(action: Callable[..., Any], *words: Any) -> Any:
 
 
 def something(dice: random.Random, board: Board) -> list[Any]:
-    """A transfer, a pin, or a fault; what the firmware gets of it."""
+    """Do a transfer, set a pin, or inject a fault; returns what the firmware gets."""
     kind = dice.choice(("wiper", "wiper", "write", "read", "read", "registers", "pin", "fault"))
     bus, address = board.buses[dice.choice((0, 0, 1))], dice.choice((POT, POT, IMU, 0x11))
     back = bytearray(dice.choice((1, 1, 2, 12)))

@@ -11,7 +11,7 @@ from gazesim.relay import DROP_OUT_MS, PULL_IN_MS, Relay
 
 
 class Board:
-    """What of a board the relay sees: ticks and the enable line."""
+    """The part of a board that the relay sees: ticks and the enable line."""
 
     def __init__(self):
         self.bank = Bank.in_memory()

@@ -1,4 +1,4 @@
-"""Random rooms and their tasks: the same for the same seed, and as their kind says."""
+"""Random rooms and their tasks: the same for the same seed, and true to their kind."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_a_door_is_crossed_where_it_says() -> None:
     found = door_task(0.90, 0.1, 0.01, 3.0, 1.0)
     x_m, y_m, heading_deg = found.room.start
     assert x_m + chair.FRONT_M < -1.0
-    # The room is free on the way through: 7.5 cm less 1 cm and what 3 degrees take.
+    # Clearance in the passage: 7.5 cm less 1 cm and the effect of 3 degrees.
     crossing = found.room.clearance_m(0.0 - chair.FRONT_M / 2, 0.01 - 0.017, heading_deg)
     assert 0.04 < crossing < 0.075
     assert y_m < 0.0

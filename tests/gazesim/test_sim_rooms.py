@@ -1,4 +1,4 @@
-"""Rooms: ray casting and collision against cases that can be reckoned by hand."""
+"""Rooms: ray casting and collision, compared with cases calculated by hand."""
 
 import math
 import random
@@ -150,7 +150,7 @@ def test_an_unknown_room_is_refused_by_name():
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_chair_on_its_way_touches_what_one_put_there_touches(seed):
-    """Where nothing can have come near since the last look, it is not computed anew."""
+    """Nothing is recomputed where no obstacle can have come near since the last look."""
     dice = random.Random(seed)
     x, y, heading_deg = 0.0, 0.0, dice.uniform(-180, 180)
     room, touched = plans.room("living"), 0

@@ -172,7 +172,7 @@ def test_requests_may_come_byte_by_byte_after_garbage():
 def test_no_garbage_upsets_it(garbage):
     lidar = device()
     lidar.receive(garbage)
-    lidar.receive(bytes(300) + b"\xa5\x40")  # whatever it waited for is over; reset
+    lidar.receive(bytes(300) + b"\xa5\x40")  # ends any command that it waited for; then reset
     run(lidar, 0.6)
     assert ask(lidar, INFO)[:2] == b"\xa5\x5a"
 

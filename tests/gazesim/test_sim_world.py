@@ -174,7 +174,7 @@ def test_a_bad_fault_is_refused_with_the_reason_and_is_not_active(name, argument
 
 
 def test_a_chair_that_stands_sees_what_comes_and_goes():
-    """What it saw in the turn before is used again only while nothing moves."""
+    """The previous turn's ranges are reused only while nothing moves."""
     world = World(Bank.in_memory(), "open")
     world.lidar.receive(b"\xa5\x20")
 

@@ -1,4 +1,4 @@
-"""Where the chair is about to be: poses on the next metres of its way."""
+"""Poses along the next metres of the planned path."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _ALONG_M = 0.1
 
 
 def poses_ahead(way: Way, at_leg: int, pose: Pose) -> FloatArray:
-    """Poses (N, 4), the chair's own first, with how far ahead they are; `at_leg`: the present."""
+    """Rows (N, 4): x, y, heading, metres ahead; the chair's own first. `at_leg`: current leg."""
     rows, done = [(*pose, 0.0)], 0.0
     begin = np.array(pose[:2])
     for leg in range(at_leg, len(way.points_m) - 1):
@@ -33,7 +33,7 @@ def poses_ahead(way: Way, at_leg: int, pose: Pose) -> FloatArray:
 
 
 def _straight(way: Way, leg: int, a: FloatArray, b: FloatArray) -> list[Pose]:
-    """Poses from `a` to `b`, if that leads on along a leg."""
+    """Poses between `a` and `b`; empty if they nearly coincide, or `a` is past the bend's begin."""
     onward = b - a
     length = float(np.hypot(*onward))
     along = way.points_m[leg + 1] - way.points_m[leg]

@@ -1,7 +1,7 @@
-"""Which places the lidars look through: whatever stood there has left.
+"""Finds places that lidar beams pass through: what stood there earlier has gone.
 
 A place counts as free only where every beam that passes near it ends well beyond it: thin legs and
-edges stay, and errors of the pose clear nothing that is still there.
+edges stay, and pose errors clear nothing that is still there.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ from numpy.typing import NDArray
 from gazechair.base.footprint import BoolArray, FloatArray
 
 _BESIDE_M = 0.08
-"""Beams that pass so near to a place tell whether it is free."""
+"""Only beams that pass within this distance of a place decide whether it is free."""
 _BEYOND_M = 0.15
-"""So far behind a place all of them end."""
+"""All of these beams must end at least this far behind the place."""
 _LEAST_BEAMS = 3
 _ONE_LIDAR_M = 0.1
 _TURN = 2.0 * np.pi
 
 
 def looked_through(places_m: FloatArray, points_m: FloatArray, origins_m: FloatArray) -> BoolArray:
-    """Of places (N, 2): whether one lidar looks through it.
+    """(N,): whether the beams of one lidar pass through each of `places_m` (N, 2).
 
-    `points_m`, `origins_m`: ends and beginnings of the beams, both (M, 2).
+    `points_m`, `origins_m`: where the beams end and begin, both (M, 2).
     """
     found = np.zeros(len(places_m), dtype=np.bool_)
     if len(places_m):
@@ -33,7 +33,7 @@ def looked_through(places_m: FloatArray, points_m: FloatArray, origins_m: FloatA
 
 
 def of_each_lidar(origins_m: FloatArray) -> list[NDArray[np.int64]]:
-    """Which beams are which lidar's: a turn of it may come in pieces, and the chair moves on."""
+    """Indices of each lidar's beams, by their origins; a rotation may arrive in several pieces."""
     found: list[tuple[FloatArray, list[NDArray[np.int64]]]] = []
     cuts = np.flatnonzero((np.diff(origins_m, axis=0) != 0.0).any(axis=1)) + 1
     for piece in np.split(np.arange(len(origins_m)), cuts):
@@ -49,12 +49,12 @@ def of_each_lidar(origins_m: FloatArray) -> list[NDArray[np.int64]]:
 
 
 def _through(places_m: FloatArray, points_m: FloatArray, origin_m: FloatArray) -> BoolArray:
-    """Of one lidar's beams."""
+    """As `looked_through`, for the beams of one lidar."""
     bearings, ranges = _polar(points_m - origin_m)
     order = np.argsort(bearings)
     bearings, ranges = bearings[order], ranges[order]
     bearings = np.concatenate((bearings - _TURN, bearings, bearings + _TURN))
-    ranges = np.concatenate((ranges, ranges, ranges, (0.0,)))  # the end of the last window
+    ranges = np.concatenate((ranges, ranges, ranges, (0.0,)))  # closes the last window
     at, far_m = _polar(places_m - origin_m)
     half = np.arcsin(np.minimum(_BESIDE_M / np.maximum(far_m, _BESIDE_M), 1.0))
     first = np.searchsorted(bearings, at - half)

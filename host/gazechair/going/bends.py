@@ -1,7 +1,7 @@
 """Bends: an arc in place of a vertex, driven without a stop where the board lets curves through.
 
-Turning on the spot costs a stop, the turn and a start. An arc needs room: not only for itself, but
-for what the board wants free when both axes move, as it does not know which of them comes first.
+Turning on the spot costs a stop, the turn and a start. An arc needs room: for itself, and for what
+the board requires free when both axes move, as it does not know which axis responds first.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from gazechair.base.footprint import FloatArray
 from gazechair.going.costmap import Costmap
 
 RATE_RAD_S = math.radians(17.5)
-"""Most turn rate in a bend. One so fast tells the board whether the selected profile is true."""
+"""Highest turn rate in a bend; fast enough for the board to verify the selected profile."""
 LEAST_M, MOST_M = 0.12, 0.9
-"""Of a bend's tangents, from the vertex to either end of the arc."""
+"""Shortest and longest tangent of a bend: from the vertex to either end of the arc."""
 _LEAST_RADIUS_M = 0.3
 _NONE_RAD = math.radians(2.0)
 _MOST_RAD = math.radians(125.0)
 _SMALLER = 0.65
 _TRIES = 3
 _STEP_RAD, _STEP_M = math.radians(5.0), 0.08
-_CLEAR_M = 0.10  # beside the arc
-# What the board wants free beyond each pose: turning on so much and going so far, in any order.
+_CLEAR_M = 0.10  # least clearance along the arc
+# Room that the board requires beyond each pose: a further turn and straight travel, in any order.
 _TURNS_ON_RAD, _TURNS_ON_S, _GOES_ON_M, _BEYOND_M = math.radians(4.0), 1.5, 0.50, 0.03
 _SPEED_M_S, _SETTLES_S = 0.22, 0.6
 
@@ -53,21 +53,21 @@ class Bend:
 
     @property
     def is_none(self) -> bool:
-        """So small that the next leg is driven at once."""
+        """Whether the angle is too small for an arc: the next leg is driven at once."""
         return abs(self.angle_rad) < _NONE_RAD
 
     @property
     def length_m(self) -> float:
-        """Of the arc."""
+        """Length of the arc."""
         return self.radius_m * abs(self.angle_rad)
 
     @property
     def curve_per_m(self) -> float:
-        """Left positive."""
+        """Curvature in 1/m, left positive."""
         return math.copysign(1.0 / self.radius_m, self.angle_rad)
 
     def place(self, x_m: float, y_m: float) -> tuple[float, float]:
-        """How far along the arc a point is, in radians of it, and how far left of it."""
+        """Radians that a point is along the arc, and metres that it is to the left of it."""
         side = math.copysign(1.0, self.angle_rad)
         c, s = math.cos(self.begin_rad), math.sin(self.begin_rad)
         dx, dy = x_m - float(self.begin_m[0]), y_m - float(self.begin_m[1])
@@ -76,7 +76,7 @@ class Bend:
         return math.atan2(along, self.radius_m - across), side * (self.radius_m - gap)
 
     def poses(self, turned_rad: FloatArray) -> FloatArray:
-        """(N, 3): after so much of the arc each."""
+        """Poses (N, 3) after each angle `turned_rad` (N,) along the arc."""
         side = math.copysign(1.0, self.angle_rad)
         along = self.radius_m * np.sin(turned_rad)
         across = side * self.radius_m * (1.0 - np.cos(turned_rad))
@@ -93,7 +93,7 @@ class Bend:
 
     @property
     def seconds(self) -> float:
-        """More than the legs to the vertex take without a stop."""
+        """Time in addition to driving both tangents at full speed, without a stop."""
         drives_s = max(abs(self.angle_rad) / RATE_RAD_S, self.length_m / _SPEED_M_S)
         return _SETTLES_S + drives_s - 2.0 * self.tangent_m / _SPEED_M_S
 

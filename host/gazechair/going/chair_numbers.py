@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from gazelink.settings_table import profile_row
 
 CAP_M_S = 0.35
-"""Most that a chair drives by itself."""
+"""Highest speed at which the chair drives by itself."""
 SPOT_DEG_S = 30.0
 _RAMP_M_S2 = 0.6  # of the chair's own controller, estimated
 _STEP_S = 0.02
@@ -18,7 +18,7 @@ _STEP_S = 0.02
 
 @dataclass(frozen=True)
 class ChairNumbers:
-    """What the planner's side knows of the chair."""
+    """What the planner and the follower know of the chair: speeds, ramps, delays, limits."""
 
     forward_m_s: float
     backward_m_s: float
@@ -32,7 +32,7 @@ class ChairNumbers:
     brake_deg_s2: float
     breakaway_deg_s: float
     linear_most: int
-    """Permille that the settings let out."""
+    """Highest output that the settings allow, permille; `turn_most` likewise."""
     turn_most: int
 
     @classmethod
@@ -60,34 +60,34 @@ class ChairNumbers:
 
     @property
     def most_m_s(self) -> float:
-        """The fastest that it drives by itself."""
+        """Highest speed, m/s, at which it drives by itself."""
         share = (self.linear_most / 1000.0 - self.deadband) / (1.0 - self.deadband)
         return min(CAP_M_S, share * self.forward_m_s)
 
     @property
     def most_deg_s(self) -> float:
-        """Likewise, turning."""
+        """Rate of a turn on the spot, degrees/s."""
         return self.turned_deg_s(self.spot_permille)
 
     def turned_deg_s(self, permille: int) -> float:
-        """The rate that an output makes, to the slower side."""
+        """Steady turn rate, degrees/s, at an output, to the slower side."""
         share = (abs(permille) / 1000.0 - self.deadband) / (1.0 - self.deadband)
         return share * min(self.left_deg_s, self.right_deg_s)
 
     @property
     def spot_permille(self) -> int:
-        """Of a turn on the spot: an easy rate, but one that breaks the chair loose."""
+        """Output of a turn on the spot: a moderate rate that still overcomes breakaway."""
         rate = max(SPOT_DEG_S, 1.4 * self.breakaway_deg_s)
         share = min(1.0, rate / min(self.left_deg_s, self.right_deg_s))
         return min(self.turn_most, round(1000.0 * (self.deadband + share * (1.0 - self.deadband))))
 
     def linear_permille(self, speed_m_s: float) -> int:
-        """The output that makes that speed, 0 for hardly any."""
+        """Output for a speed, forward positive; 0 below 0.01 m/s."""
         full = self.forward_m_s if speed_m_s > 0.0 else self.backward_m_s
         return self._permille(speed_m_s / full, 0.01 / full, self.linear_most)
 
     def turn_permille(self, rate_deg_s: float) -> int:
-        """Likewise, left positive."""
+        """Output for a turn rate, left positive; 0 below 0.2 degrees/s."""
         full = self.left_deg_s if rate_deg_s > 0.0 else self.right_deg_s
         return self._permille(rate_deg_s / full, 0.2 / full, self.turn_most)
 
@@ -98,12 +98,12 @@ class ChairNumbers:
         return int(math.copysign(min(round(1000.0 * size), most), share))
 
     def linear_axis(self) -> AxisModel:
-        """Of the speed, m/s."""
+        """Model of the speed, m/s."""
         ramps = (_RAMP_M_S2, self.brake_m_s2)
         return AxisModel(self, self.forward_m_s, self.backward_m_s, ramps, 0.0)
 
     def turn_axis(self) -> AxisModel:
-        """Of the turn rate, degrees/s."""
+        """Model of the turn rate, degrees/s."""
         ramps = (self.accelerate_deg_s2, self.brake_deg_s2)
         full = (self.left_deg_s, self.right_deg_s)
         return AxisModel(self, *full, ramps, self.breakaway_deg_s)
@@ -138,7 +138,7 @@ class AxisModel:
         return share * self._positive if permille > 0.0 else -share * self._negative
 
     def put_out(self, permille: float, seconds: float, measured: float | None = None) -> None:
-        """Outputs of the last `seconds`; `measured`: the speed now, where it is known."""
+        """Advance by `seconds` at an output; `measured`: the speed now, None: not known."""
         for _ in range(max(1, round(seconds / _STEP_S))):
             wanted = self._pending[0]
             self._pending.append(self._asked(permille))
@@ -156,11 +156,11 @@ class AxisModel:
         return ramp, speed + (drive - speed) * self._follow
 
     def runs(self, permille: float, seconds: float) -> float:
-        """How far it comes yet when `permille` is put out for so long, then nothing."""
+        """Distance (m or degrees) until rest if `permille` is put out for `seconds`, then 0."""
         return self._runs(permille, seconds, self._ramp, self.speed, list(self._pending))
 
     def from_rest(self, permille: float, seconds: float) -> float:
-        """Likewise, of a chair that stands."""
+        """The same, from standstill."""
         return self._runs(permille, seconds, 0.0, 0.0, [])
 
     def _runs(
@@ -176,7 +176,7 @@ class AxisModel:
         return way + speed * self._numbers.lag_s
 
     def dead_way(self) -> tuple[float, float]:
-        """How far it comes within the dead time, and the speed then."""
+        """Distance (m or degrees) covered within the dead time, and the speed at its end."""
         ramp, speed, way = self._ramp, self.speed, 0.0
         for wanted in self._pending:
             ramp, speed = self._step(ramp, speed, wanted)

@@ -1,7 +1,7 @@
 """Costmap: where the chair's true footprint fits, by the map, no-go areas and what is seen now.
 
-What no beam has passed counts as occupied. What the lidars see and the map does not hold is kept
-until they look through its place, and out of sight for some seconds.
+Cells that no beam has passed count as occupied. Obstacles that are seen but not in the map ("live")
+are kept until beams pass through their place, and for some seconds when out of sight.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from gazechair.going.standing import Ahead, standing_m
 FAR_M = 0.9  # the distance field ends here
 _SPECK_M = 0.06  # unknown cells this near to free ones are gaps between beams
 _KNOWN_M = 0.12  # a return this near to what the map holds is explained by it
-KEPT_S = 6.0  # an obstacle that the map does not hold, after it was seen last
-_GAP_M, _GAP_FREE_M = 0.2, 0.15  # so near, where nothing stands within so much
+KEPT_S = 6.0  # how long a live obstacle is kept after it was last seen
+_GAP_M, _GAP_FREE_M = 0.2, 0.15  # the same limit where nothing stands within the second one
 _PAD_M = 1.2
-_LIVE_FAR_M = 4.0  # of the chair: farther returns are not overlaid
+_LIVE_FAR_M = 4.0  # returns farther from the chair are not overlaid
 
 
 class Costmap:
-    """The floor in the map's frame."""
+    """Distances to obstacles on the floor, in the map's frame."""
 
     def __init__(
         self,
@@ -55,7 +55,7 @@ class Costmap:
         self._live = np.zeros(stands.shape, dtype=np.bool_)
         self.distances_m: Distances = self.static_m
         self.changes = 0
-        """Counts what changed it."""
+        """Incremented by each change."""
         discs = discs_of(footprint.body)
         in_cells = discs[:, :2].astype(np.float32) / np.float32(cell_m)
         self._disc_cells = in_cells[:, 0], in_cells[:, 1], discs[:, 2].astype(np.float32)
@@ -63,11 +63,11 @@ class Costmap:
 
     @property
     def standing_m(self) -> FloatArray:
-        """Of what the board takes for a standing person, the cells' centres (N, 2)."""
+        """Cell centres (N, 2) of what the board may take for a standing person."""
         return np.concatenate(list(self._standing_m.values()))
 
     def suspect(self, points_m: FloatArray) -> None:
-        """These, in the map's frame, may be persons as well; those of the last call are none."""
+        """Replace the points, in the map's frame, that may be persons as seen now."""
         cells = np.unique(np.stack(self._cells(points_m), axis=1), axis=0)
         self._standing_m["seen"] = (cells + 0.5) * self.cell_m + self.low_m
         self.changes += 1
@@ -107,14 +107,14 @@ class Costmap:
         return np.asarray(found)
 
     def clear(self, points_m: FloatArray, origins_m: FloatArray, at_s: float) -> None:
-        """Forget what has left: the beams of a scan, in the map's frame, end behind its place."""
+        """Remove live obstacles that the beams of a scan, in the map's frame, pass through."""
         cells = np.argwhere(self._seen_s > at_s - KEPT_S)
         places_m = (cells + 0.5) * self.cell_m + self.low_m
         left = cells[looked_through(places_m, points_m, origins_m)]
         self._seen_s[left[:, 0], left[:, 1]] = -np.inf
 
     def forget(self, x_m: float, y_m: float, within_m: float) -> None:
-        """Overlay nothing there, until it is seen again."""
+        """Remove live obstacles within a distance of a point, until they are seen again."""
         cells = np.argwhere(np.isfinite(self._seen_s))
         off_m = (cells + 0.5) * self.cell_m + self.low_m - (x_m, y_m)
         near = cells[np.hypot(off_m[:, 0], off_m[:, 1]) < within_m]
@@ -131,7 +131,7 @@ class Costmap:
         if not live.any():
             self.distances_m = self.static_m
             return True
-        # Only round what is live can anything be nearer than by the map.
+        # Only near live cells can a distance be less than the map's.
         reach = int(np.ceil(FAR_M / self.cell_m)) + 1
         xs, ys = np.nonzero(live)
         x0, x1 = max(0, xs.min() - reach), xs.max() + reach + 1
@@ -145,7 +145,7 @@ class Costmap:
     def clearance_m(
         self, x_m: FloatArray, y_m: FloatArray, heading_rad: FloatArray | float
     ) -> FloatArray:
-        """Of poses, any shape: metres from the outline to the nearest obstacle, below 0 within."""
+        """Metres from the outline to the nearest obstacle, below 0 inside; arrays of any shape."""
         if isinstance(heading_rad, float):
             return self._clearance_at(x_m, y_m, heading_rad)
         x, y, heading = np.broadcast_arrays(x_m, y_m, heading_rad)
@@ -168,7 +168,7 @@ class Costmap:
         return least
 
     def _distances_at(self, x: FloatArray, y: FloatArray) -> Distances:
-        """At places in cells."""
+        """Distances at places given in cells."""
         field = self.distances_m
         i, j = x.astype(np.int32), y.astype(np.int32)
         np.minimum(np.maximum(i, 0, out=i), field.shape[0] - 1, out=i)
@@ -178,7 +178,7 @@ class Costmap:
         return np.asarray(field.reshape(-1).take(i))
 
     def is_live(self, x_m: float, y_m: float, within_m: float) -> bool:
-        """Whether something that the map does not hold is so near to a point."""
+        """Whether a live obstacle is within a distance of a point."""
         reach = int(np.ceil(within_m / self.cell_m))
         cx, cy = self._cells(np.array([[x_m, y_m]]))
         x, y = int(cx[0]), int(cy[0])

@@ -1,8 +1,8 @@
-"""Follower: from a way and the pose to the stick, every 50 ms.
+"""Follower: converts the planned path and the pose into a stick position every 50 ms.
 
-Legs are driven straight; errors are steered away where there is room on both sides, and where it
-is narrow the stick points straight ahead, so that the board holds the heading. Turns on the spot
-end when the model of the chair (dead time, ramps, lag) says that it runs out at the target.
+Legs are driven straight; errors are corrected where there is room on both sides, and where it is
+narrow the stick points straight ahead, so that the board holds the heading. Turns on the spot end
+when the model of the chair (dead time, ramps, lag) predicts that it coasts to the target.
 """
 
 from __future__ import annotations
@@ -20,25 +20,25 @@ from gazechair.going.steering import MISS_M, NARROW_M, STEER_MOST_RAD, Steering,
 
 PERIOD_S = 0.05
 ACCELERATE_M_S2, JERK_M_S3 = 0.3, 1.0
-"""Bounds of the speed that is asked for."""
+"""Limits of the requested speed."""
 ARRIVED_M = 0.12
-_TURNED_RAD, _ARRIVED_RAD = math.radians(0.8), math.radians(1.8)  # before a leg, and at the end
+_TURNED_RAD, _ARRIVED_RAD = math.radians(0.8), math.radians(1.8)  # before a leg, and at the goal
 _ROUGHLY_RAD = math.radians(3.0)  # where there is room to steer
 _TURN_AGAIN_RAD = math.radians(20.0)
-_SHORT_M = 0.3  # so much of a leg may be left out, and at most half of it
-_OFF_M = 0.30  # farther from its leg, another way is needed
+_SHORT_M = 0.3  # a leg may end this much early, but at most by half of it
+_OFF_M = 0.30  # farther from its leg, a new plan is needed
 _LOOK_M = 1.0
-_JAMS_M, _BETTER_M = 0.035, 0.01  # straight on, and so much better towards the leg's end: aim again
+_JAMS_M, _BETTER_M = 0.035, 0.01  # less clearance straight ahead, and more along the leg: re-aim
 _AIM_LEFT_M, _AIM_AGAIN_M = 0.5, 0.5
-_WIDE_M = 0.30  # beside the chair: room to be less exact
+_WIDE_M = 0.30  # clearance that permits less exact turns
 _RUNS_OUT_RAD = math.radians(5.0)
 _OF_LET = 0.85
-_NO_BEND_S = 0.6  # of asking for a bend in vain
+_NO_BEND_S = 0.6  # a bend requested in vain for this long is given up
 _SHARP_RAD, _SHARP_M_S = math.radians(8.0), 0.22
-_STANDS_M_S, _ROLLS_M_S = 0.06, 0.12  # then a turn is asked for, which begins after the dead time
-_ENDS_DEG_S = 5.0  # turning so slowly, it may begin a leg
+_STANDS_M_S, _ROLLS_M_S = 0.06, 0.12  # slower: request the turn, which begins after the dead time
+_ENDS_DEG_S = 5.0  # with a slower turn, it may begin a leg
 _END_M, _END_WIDE_M = 0.02, 0.06
-_LEAST_M_S = 0.02  # a start from rest
+_LEAST_M_S = 0.02  # first speed requested from rest
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ STOP = Stick()
 
 
 class Follower:
-    """Follows one way after another; feed it what was put out and measured, then ask for more."""
+    """Follows one path at a time; call `moved`, then `step`, in each period."""
 
     def __init__(self, numbers: ChairNumbers) -> None:
         self._numbers = numbers
@@ -65,20 +65,20 @@ class Follower:
         self._turning = True
         self._steering = Steering(numbers, self._turn)
         self._let_deg_s = numbers.most_deg_s
-        """As the board let out in the last turn on the spot."""
+        """Turn rate of the output that the board gave in the last turn on the spot."""
         self._straight_m = math.inf
         self._unbent = 0
-        """The vertex at which the board let no curve through."""
+        """Vertex at which the board refused the curve."""
         self._vain_s = 0.0
-        """For so long a curve has been asked for, and nothing was put out."""
+        """How long a curve has been requested without any output."""
         self._aimed_m: float | None = None
-        """Along the leg, where it was turned to what is ahead."""
+        """Distance along the leg at which the chair last aimed at a point ahead."""
         self._speed, self._acceleration = _LEAST_M_S, 0.0
         self._spot = SpotTurn(self._turn, numbers.spot_permille, PERIOD_S)
         self._last_stick = STOP
         self.turns_on_spot = False
         self.lost_way = False
-        """Too far from it: another one is needed."""
+        """Too far from the path: a new plan is needed."""
         self.arrived = False
 
     @property
@@ -87,7 +87,7 @@ class Follower:
         return self._at
 
     def take(self, way: Way, pose: Pose) -> None:
-        """Another way, from where the chair is; it rolls on if that leads on ahead."""
+        """Follow a new path from `pose`, without stopping if it leads straight ahead."""
         a, b = way.points_m[:2]
         off = math.remainder(math.atan2(b[1] - a[1], b[0] - a[0]) - pose[2], 2.0 * math.pi)
         aligned = abs(off) < _RUNS_OUT_RAD and not way.backward
@@ -97,7 +97,7 @@ class Follower:
         self._spot.start()
 
     def drop(self) -> None:
-        """No way."""
+        """Drop the path."""
         self._way = None
 
     def moved(self, stick: Stick, speed_m_s: float | None, rate_deg_s: float | None) -> None:
@@ -107,7 +107,7 @@ class Follower:
         curved = bool(asked.linear_permille and asked.turn_permille)
         self._steering.passed(PERIOD_S, curved and stick == STOP)
         self._vain_s = self._vain_s + PERIOD_S if curved and stick == STOP else 0.0
-        if not stick.linear_permille:  # gently again
+        if not stick.linear_permille:  # restart gently
             self._speed = max(_LEAST_M_S, min(self._speed, abs(self._linear.speed)))
         self._turn.put_out(stick.turn_permille, PERIOD_S, rate_deg_s)
         self._spot.let_out(stick.turn_permille)
@@ -115,7 +115,7 @@ class Follower:
             self._let_deg_s = self._numbers.turned_deg_s(stick.turn_permille)
 
     def left_m(self, pose: Pose) -> float:
-        """Of the way."""
+        """Remaining length of the path."""
         if self._way is None or self.arrived:
             return 0.0
         points = self._way.points_m
@@ -130,8 +130,8 @@ class Follower:
     ) -> Stick:
         """The stick for the next period.
 
-        `pose`: now. `most_m_s`: no faster (people). `room_m`: what is free beside the chair, here
-        and for the next steps along its way; `straight_m`: likewise, straight on.
+        `most_m_s`: speed limit (people). `room_m`: least clearance here and along the next steps
+        of the path; `straight_m`: the same, straight ahead.
         """
         self._straight_m = straight_m
         stick = STOP
@@ -150,7 +150,7 @@ class Follower:
     # -- turns -------------------------------------------------------------------------------------
 
     def _target_rad(self, pose: Pose) -> float | None:
-        """Where to turn before the present leg; None: it needs no turn."""
+        """Heading to turn to before the current leg; None: no turn is needed."""
         assert self._way is not None
         points = self._way.points_m
         if self._at >= len(points) - 1:
@@ -189,13 +189,13 @@ class Follower:
         return Stick(0, output)
 
     def _runs_out_near(self, pose: Pose, target: float, room_m: float, within: float) -> bool:
-        """Let go now, the chair would come to rest near enough, and soon."""
+        """Whether the chair, released now, comes to rest near enough to the target, and soon."""
         wide = room_m > _WIDE_M
         error = math.degrees(math.remainder(target - pose[2], 2.0 * math.pi))
         if abs(self._turn.speed) > (20.0 if wide else _ENDS_DEG_S) or abs(error) > 12.0:
             return False
         if self._spot.pulses and not wide:
-            return False  # from rest: less is known of what that makes
+            return False  # from rest: predicted less well
         off = abs(error - self._turn.runs(0.0, 0.0))
         return off < math.degrees(_RUNS_OUT_RAD if wide else within)
 
@@ -293,12 +293,12 @@ class Follower:
 
     @property
     def _lead_s(self) -> float:
-        """Before a bend, that its turn is asked for: half the ramp, and the lag."""
+        """Time before a bend at which its turn is requested: half the ramp, and the lag."""
         rate = math.degrees(RATE_RAD_S)
         return self._numbers.lag_s + 0.5 * rate / self._numbers.accelerate_deg_s2
 
     def _beyond_m(self, vertex: int) -> float:
-        """From the begin of the bend there to where the chair stops."""
+        """Metres from the begin of the bend at `vertex` to where the chair stops."""
         assert self._way is not None
         total, bend = 0.0, self._way.bend(vertex)
         while bend is not None:
@@ -310,17 +310,17 @@ class Follower:
         return total
 
     def _bent_m_s(self, bend: Bend) -> float:
-        """At most, in a bend: so that the board lets its turn out."""
+        """Highest speed in a bend at which the board still allows its turn rate."""
         return bend.radius_m * min(RATE_RAD_S, _OF_LET * math.radians(self._let_deg_s))
 
     def _slows(self, left_m: float, to_m_s: float) -> float:
-        """The speed from which it has slowed down to another within so much."""
+        """Speed from which the chair slows down to `to_m_s` within `left_m`."""
         late = ACCELERATE_M_S2 * (self._numbers.lag_s + 0.5 * PERIOD_S)
         squared = late**2 + to_m_s**2 + 2.0 * ACCELERATE_M_S2 * max(left_m, 0.0)
         return max(to_m_s, math.sqrt(squared) - late)
 
     def _misses(self, along: float, across: float, error: float, left_m: float) -> bool:
-        """Straight on, it comes too far from its leg: better aim again, as nothing is steered."""
+        """Whether the chair, driving straight on, misses its leg by so much that it must re-aim."""
         if self._aimed_m is None:
             self._aimed_m = along
         if left_m < _AIM_LEFT_M or along - self._aimed_m < _AIM_AGAIN_M:
@@ -333,7 +333,7 @@ class Follower:
         return STOP
 
     def early_turn_rad(self, pose: Pose) -> float | None:
-        """Near enough to a leg's end to end it here: where to turn then, None: nowhere near."""
+        """Heading to turn to if the leg ends here; None: too far from its end."""
         if self._way is None or self._turning:
             return None
         points = self._way.points_m
@@ -347,7 +347,7 @@ class Follower:
         return math.atan2(y - pose[1], x - pose[0]) if near else None
 
     def end_leg_early(self, pose: Pose) -> Way:
-        """The board lets the chair go no farther: the leg is over, and the next begins here."""
+        """End the leg, as the board lets the chair go no farther; the next one begins here."""
         assert self._way is not None
         self._end_leg()
         self._way = self._way.begun_at(self._at, pose)

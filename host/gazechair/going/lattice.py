@@ -1,8 +1,8 @@
 """Search over place and heading: cost from every pose to the goal, by a wave of numpy steps.
 
 A lattice of 7.5 cm and 16 headings, laid along the map's walls. A move goes forward along the
-heading or turns on the spot by one heading; both end on the lattice exactly. Costs are
-milliseconds / 75 of a slow chair, dearer where it is narrow.
+heading or turns on the spot by one heading; both end on the lattice exactly. One unit of cost is
+about 70 ms of a slow chair; narrow places cost more.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ _TURN_COST = 18
 _NARROW_TURN_COST = 12
 UNREACHED = np.iinfo(np.int32).max
 LOOSE_M, STRICT_M = -0.03, 0.0
-"""Least clearance of a pose: smoothing centres where only the lattice does not fit."""
+"""Least clearance of a pose; loose, as smoothing centres what only the lattice does not fit."""
 NO_TURN_M = 0.15
-"""Of a place where the board did not let the chair turn."""
+"""No turn is planned within this distance of a place where the board refused one."""
 _EASIER_M = 0.03
-_EASY_M = 0.15  # clearance from which on a way costs nothing extra
-_NARROW = 3.0  # as much again where there is none
-_STOP_M, _FREE_M = 0.30, 0.75  # ahead: the board drives no nearer, and from there on creeps
+_EASY_M = 0.15  # clearance from which on there is no extra cost
+_NARROW = 3.0  # extra cost at no clearance, in multiples of the step's own
+_STOP_M, _FREE_M = 0.30, 0.75  # distances ahead at which the board stops, and creeps
 _CREEPS = 5.0
 _JAMS_M, _JAMS = 0.05, 6.0
-_STANDING = 6.0  # likewise, ahead of the chair: what the board takes for a standing person
+_STANDING = 6.0  # the same, where the board may see a standing person ahead
 _BLOCKED = -1.0
 _BORDER = 3
 
@@ -53,7 +53,7 @@ class Lattice:
         nx, ny = costmap.shape
         self.turned_rad = _walls_rad(costmap)
         c, s = math.cos(self.turned_rad), math.sin(self.turned_rad)
-        self._turn = np.array(((c, s), (-s, c)))  # of rows: lattice to map
+        self._turn = np.array(((c, s), (-s, c)))  # for row vectors: lattice to map
         size = np.array((nx, ny)) * float(costmap.cell_m)
         corners = np.array(((0.0, 0.0), (size[0], 0.0), (0.0, size[1]), tuple(size)))
         corners = (corners + costmap.low_m) @ self._turn.T
@@ -70,7 +70,7 @@ class Lattice:
         self._prepare()
 
     def _clearances(self, places: Ints) -> NDArray[np.float32]:
-        """(2 HEADINGS, len(places)): of each heading, and halfway to the next one."""
+        """Clearance (2 HEADINGS, len(places)) at each heading, and halfway to the next one."""
         x, y = self.metres(places).T
         found = np.full((2 * HEADINGS, len(places)), _BLOCKED, dtype=np.float32)
         i, j = np.divmod(places, self._shape[1])
@@ -108,7 +108,7 @@ class Lattice:
         self._prepare()
 
     def _ahead(self, whole: NDArray[np.float32], way_m: float) -> NDArray[np.float32]:
-        """The clearance of each pose so far ahead of it."""
+        """Clearance at the place `way_m` ahead of each pose."""
         found = np.full_like(whole, _BLOCKED)
         for k, (i, j) in enumerate(_STEPS):
             steps = round(way_m / (STEP_M * math.hypot(i, j)))
@@ -120,7 +120,7 @@ class Lattice:
         return found
 
     def _standing_ahead(self) -> BoolArray:
-        """Of which poses it is ahead, near."""
+        """(HEADINGS, places): poses with a possible standing person close ahead."""
         found = np.zeros((HEADINGS, *self._shape), dtype=np.bool_)
         ahead = self._costmap.ahead
         cells = self._costmap.standing_m @ self._turn.T - self._low
@@ -138,7 +138,7 @@ class Lattice:
         return found.reshape(HEADINGS, -1)
 
     def use(self, least_m: float, turn_m: float, no_turns: Sequence[tuple[float, float]]) -> None:
-        """Poses are free with so much clearance, turns with `turn_m`; none near `no_turns`."""
+        """Set the least clearance of free poses and of turns; no turn is free near `no_turns`."""
         if (least_m, turn_m, list(no_turns)) != (self._least_m, self._turn_m, self._no_turns):
             self._least_m, self._turn_m, self._no_turns = least_m, turn_m, list(no_turns)
             self._prepare()
@@ -178,7 +178,7 @@ class Lattice:
     def near(
         self, x_m: float, y_m: float, heading_rad: float, within_m: float, turned_rad: float
     ) -> Ints:
-        """The free poses within a distance and an angle of one."""
+        """Free poses within `within_m` and `turned_rad` of a pose."""
         u, v = (np.array((x_m, y_m)) @ self._turn.T - self._low) / STEP_M
         reach = math.ceil(within_m / STEP_M)
         found = []
@@ -194,13 +194,13 @@ class Lattice:
         return np.array(found, dtype=np.int64)
 
     def heading_rad(self, pose: int) -> float:
-        """Of a pose."""
+        """Heading of a lattice pose, in the map's frame."""
         return float(self.headings_rad[pose // self._layer])
 
     # -- search ------------------------------------------------------------------------------------
 
     def costs_to(self, goals: Ints, prices: Ints, starts: Ints) -> NDArray[np.int32]:
-        """Cost from each pose to the cheapest of `goals`; where `starts` are known, it ends."""
+        """Cost from each pose to the cheapest of `goals`; ends soon after a start is settled."""
         costs = np.full(HEADINGS * self._layer, UNREACHED, dtype=np.int32)
         settled = np.zeros(len(costs), dtype=np.bool_)
         buckets: dict[int, list[Ints]] = {}
@@ -241,7 +241,7 @@ class Lattice:
             # Turned left from heading - 1, or right from heading + 1.
             other = (heading - side) % HEADINGS
             before = other * layer + place
-            # `_left` is kept at the heading it starts from, `_right` at the one it ends in.
+            # `_left` is stored at the heading it starts from, `_right` at the one it ends in.
             possible = turns[before] if side > 0 else turns[poses]
             tight = self._tight[before if side > 0 else poses]
             price = np.where(possible, _TURN_COST + _NARROW_TURN_COST * tight, -1)
@@ -283,7 +283,7 @@ class Lattice:
 
 
 def _walls_rad(costmap: Costmap) -> float:
-    """How the walls lie: the angle, below a quarter turn, in which most of them line up."""
+    """Angle, -45..45 degrees, along which most walls line up; 0 where hardly any are known."""
     occupied = np.argwhere(costmap.known_m <= 0.0)
     if len(occupied) < 20:
         return 0.0

@@ -1,7 +1,7 @@
 """Go where I look: a spot of the floor becomes a goal for the mission, with a map or without one.
 
-Without one, what the lidars have seen from here is the map, in odometry's frame; what no beam has
-passed is no place to stand, as everywhere.
+Without one, a map is made of what the lidars see from here, in odometry's frame. As in any map, a
+place that no beam has passed is no goal.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from gazechair.sensing.mapping.mapper import KeyScan
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
 
 NEAREST_M = 0.3
-"""Of the drive axle: nearer, there is nothing to drive."""
+"""A spot nearer to the drive axle is refused."""
 CLEAR_M = 0.03
-"""All round the footprint where it stops, by the costmap."""
+"""Least clearance of the footprint at the goal, by the costmap."""
 # Reasons, keys of the string tables.
 TOO_NEAR, UNSEEN = "look_too_near", "look_unseen"
 _HEADINGS_RAD = np.radians(np.arange(0.0, 181.0, 10.0))
-_LEAST_SCANS = 2  # that an occupancy grid believes
+_LEAST_SCANS = 2  # an occupancy grid relies on no fewer
 
 
 def seen_from_here(scans: Sequence[KeyScan], footprint: Footprint) -> OccupancyGrid:
-    """The map of what a few scans show, taken standing. ValueError for fewer than two, or empty.
+    """Map of a few scans, taken at standstill. ValueError: fewer than two, or all are empty.
 
     The floor under the chair counts as free: it stands there.
     """
@@ -47,16 +47,16 @@ def seen_from_here(scans: Sequence[KeyScan], footprint: Footprint) -> OccupancyG
 
 
 def costmap_of(grid: OccupancyGrid, footprint: Footprint) -> Costmap:
-    """For the planner."""
+    """Costmap of `grid` for the planner."""
     return Costmap(grid.occupied, grid.free, grid.cell_m, grid.low_m, footprint)
 
 
 def goal(
     spot_m: tuple[float, float], pose: Pose, grid: OccupancyGrid, costmap: Costmap
 ) -> Pose | NoWay:
-    """Where to stop for a spot in the chair's frame: on it, facing along the way if that fits.
+    """Where to stop for a spot in the chair's frame: on it, facing away from the chair if it fits.
 
-    `pose`: when the picture was taken, in the frame of `grid` and `costmap`.
+    `pose`: the chair's when the picture was taken, in the frame of `grid` and `costmap`.
     """
     if math.hypot(*spot_m) < NEAREST_M:
         return NoWay(TOO_NEAR)
@@ -80,6 +80,6 @@ def _is_seen(grid: OccupancyGrid, place_m: FloatArray) -> bool:
     nx, ny = grid.passes.shape
     if not (0 <= i < nx and 0 <= j < ny):
         return False
-    # Between two beams far off a cell may have none of its own.
+    # Far off, a cell between two beams may have none of its own.
     near = grid.passes[max(0, i - 2) : i + 3, max(0, j - 2) : j + 3]
     return bool(near.any())

@@ -1,7 +1,7 @@
-"""What the clearance takes for a person who stands, as seen from here: the board stops before it.
+"""Finds what the clearance takes for a standing person, as seen now: the board stops before it.
 
-Whether a thing looks like one depends on where it is seen from: of a wall behind a shelf, or of the
-end of one, no more may be seen than of somebody who stands there. So the map does not tell.
+This depends on the viewpoint: of a wall behind a shelf, or of a wall's end, the lidars may see no
+more than of a person who stands there. So it cannot be computed from the map.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from gazechair.sensing.clearance.surface import surfaces
 from gazechair.sensing.clearance.walls import goes_on
 
 _NEAR_M = 2.0
-"""Of the chair: what is farther looks different before the chair is there."""
+"""Only things this near to the chair: those farther off look different from close by."""
 
 
 def maybe_persons_m(points_m: FloatArray, origins_m: FloatArray) -> FloatArray:
-    """Points (N, 2) on them; ends and beginnings of the beams and these in the chair's frame."""
+    """Points (N, 2) on such things; these, beam ends and beam origins are in the chair's frame."""
     found = [np.zeros((0, 2))]
     for beams in of_each_lidar(origins_m):
         others_m = np.delete(points_m, beams, axis=0)

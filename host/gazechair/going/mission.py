@@ -1,8 +1,8 @@
-"""A mission: from where the chair is to a place, whatever happens on the way. Pure, time injected.
+"""A mission: takes the chair to a place, whatever happens on the way. Pure, time injected.
 
-Every 50 ms: what was put out, the pose and what the lidars saw go in, a stick comes out. Plans are
-made beside it, by whatever `submit` is (a thread): until one is there, the chair stands, or drives
-on to the goal that it had before.
+Every 50 ms it takes the board's output, the pose and the lidars' returns, and gives the stick's
+position. `submit` runs the planner, usually on a thread: until a plan is ready, the chair stands,
+or drives on along its present path.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ PERSON, OBSTACLE, POSE_LOST = "going_person", "going_obstacle", "going_pose_lost
 POSE_OLD_S = 0.4
 _CHECK_S = 0.3
 _STRAIGHT_M = np.arange(0.0, 0.81, 0.1)
-_HIT_M = -0.04  # by the map and what is seen: less than this ahead, and the way is blocked
+_HIT_M = -0.04  # with less clearance ahead, by map and lidars, the path is blocked
 _GO_ROUND_S, _AGAIN_S = 3.0, 2.0
 _RETRY_S = 2.5
-_MAY_OPEN_S = 7.0  # no plan gets past what stands in the way: it draws near, and stands before it
+_MAY_OPEN_S = 7.0  # no plan leads past an obstacle: approach it, and wait this long
 _STAND_OFF_M = 0.8
 _DETOUR_S = 20.0
 _SAME_WAY_RAD = math.radians(6.0)
@@ -46,7 +46,7 @@ _NEARER = 2
 _BESIDE_M = 0.45
 _NEAR_PERSON_M = 2.6
 _JUMP_M, _JUMP_RAD = 0.30, math.radians(15.0)
-# Where the board lets nothing out. It takes furniture for a person until that has stood for 10 s.
+# Where the board gives no output. It may take furniture for a person until that stood for 10 s.
 _NO_TURN_S, _OTHER_WAY_S, _PATIENCE_S = 1.8, 1.5, 13.0
 _DEARER_S, _SHUT_S = 12.0, 60.0
 
@@ -55,7 +55,7 @@ Planned = Way | NoWay
 
 @dataclass(frozen=True)
 class Located:
-    """Where the chair was at a time, and how fast."""
+    """The chair's pose and speeds at a time."""
 
     pose: Pose
     speed_m_s: float
@@ -64,7 +64,7 @@ class Located:
 
 
 def at_once(job: Callable[[], Planned]) -> Future[Planned]:
-    """Plans within the step."""
+    """Runs the planner within the step, without a thread."""
     done: Future[Planned] = Future()
     done.set_result(job())
     return done
@@ -91,22 +91,22 @@ class Mission:
     _checked_s: float = -math.inf
     _hit_since_s: float | None = None
     _shut_since_s: float | None = None
-    """So long, no plan has got past what is in the way."""
+    """Since when no plan has led past the obstacle ahead; None: nothing shuts the path."""
     _way_to: Pose | tuple[float, float] | None = None
-    """The goal of the way that it follows."""
+    """Goal of the path that it follows."""
     _gave_up_s: float = 0.0
     _went_round_s: float = -math.inf
     _wants_plan: bool = False
     _pending: Future[Planned] | None = None
     _outdated: bool = False
-    """Another goal was asked for since."""
+    """The goal has changed since the pending plan was requested."""
     _refused: list[Refused] = field(default_factory=list)
     _asked: Stick = STOP
     _room_m: float = 0.0
     _straight_m: float = math.inf
     _free_m: float = math.inf
     _nearer: int = 0
-    """Ways from where one ended, too far from the goal."""
+    """Plans made because a path had ended too far from the goal."""
 
     def __post_init__(self) -> None:
         self._follower = Follower(self.numbers)
@@ -115,7 +115,7 @@ class Mission:
     # -- what people ask ---------------------------------------------------------------------------
 
     def go(self, goal: Pose | tuple[float, float]) -> None:
-        """To there; at any time. It drives on the old way until the new one is known."""
+        """Set the goal, at any time; the chair follows its old path until the new one is ready."""
         self.goal = goal
         self._nearer = 0
         self._stuck = Stuck()
@@ -129,7 +129,7 @@ class Mission:
             self.state, self.reason = PAUSED, ""
 
     def resume(self) -> None:
-        """Go on, by a new way."""
+        """Continue with a new plan."""
         if self.state == PAUSED:
             self._stuck = Stuck()
             self._ask_plan()
@@ -146,7 +146,7 @@ class Mission:
 
     @property
     def left_m(self) -> float:
-        """Way that is left."""
+        """Remaining length of the path."""
         return 0.0 if self._located is None else self._follower.left_m(self._located.pose)
 
     # -- what is measured --------------------------------------------------------------------------
@@ -165,14 +165,14 @@ class Mission:
         turned = math.remainder(located.pose[2] - before.pose[2], 2.0 * math.pi)
         turned -= math.radians(before.rate_deg_s) * dt
         if jumped_m > _JUMP_M or abs(turned) > _JUMP_RAD:
-            self._ask_plan()  # it was somewhere else than thought
+            self._ask_plan()  # the pose before was wrong
 
     def scan(
         self, points_m: FloatArray, at_s: float, pose: Pose, origins_m: FloatArray | None = None
     ) -> None:
-        """A turn's returns in the chair's frame, and the pose at that time.
+        """Take in one lidar rotation: returns in the chair's frame, and the pose at that time.
 
-        `origins_m`: where each beam began; None: nothing is seen to have left.
+        `origins_m`: where each beam began; None: no beam clears an obstacle.
         """
         if self._located is not None:
             self._around.scan(points_m, origins_m, at_s, pose)
@@ -189,7 +189,7 @@ class Mission:
         return self._asked
 
     def waits(self, put_out: Stick) -> None:
-        """A period has passed without a step: a plan was made in between."""
+        """Account for a period without a step, in which a plan was made."""
         self._follower.moved(put_out, None, None)
 
     def _step(self, now_s: float, put_out: Stick) -> Stick:
@@ -248,7 +248,7 @@ class Mission:
             self._pending = self.submit(lambda: self.planner.plan(pose, goal, refused))
         if self._pending is None or not self._pending.done():
             return
-        ready, self._pending = self._pending, None  # a plan that raised does so once
+        ready, self._pending = self._pending, None  # an error of the planner is raised once
         found = ready.result()
         if self._outdated:
             self._outdated, self._wants_plan = False, True
@@ -268,7 +268,7 @@ class Mission:
             self.state, self.reason = DRIVING, ""
 
     def _may_open(self, found: Planned, hit: bool, now_s: float) -> bool:
-        """Only far round, if at all, it gets past what shuts its way: it waits a while."""
+        """Whether to wait for the path to open: there is no other one, or only a long detour."""
         if self.way is None or self.state not in (DRIVING, WAITING) or self._way_to != self.goal:
             return False
         if isinstance(found, NoWay):
@@ -282,10 +282,10 @@ class Mission:
         return now_s - self._shut_since_s < _MAY_OPEN_S
 
     def _waits_here_anyway(self, found: Way, pose: Pose) -> bool:
-        """Before what may be a person, the best other way begins as the one that is refused.
+        """Whether to wait before a possible person: the new path begins like the refused one.
 
-        A new aim would begin the board's ten seconds of standing anew. It may help once they were
-        in vain, and before whatever else the board refuses.
+        Aiming anew would restart the board's ten seconds of standing. It may help once they were
+        in vain, and where the board refuses for another reason.
         """
         if self.state != WAITING or self._way_to != self.goal or self._follower.turns_on_spot:
             return False
@@ -300,7 +300,7 @@ class Mission:
         return no_other and refused_s(self._refused, a, heading) > 0.0
 
     def _may_be_person(self, pose: Pose) -> bool:
-        """Whether what may be one is ahead: all else does not go away by waiting before it."""
+        """Whether a possible person is ahead: waiting helps before nothing else."""
         return self.costmap.ahead.meets(self.costmap.standing_m, np.array([pose]))
 
     def _give_up(self, reason: str, now_s: float) -> None:
@@ -311,7 +311,7 @@ class Mission:
         self._follower.drop()
 
     def _look_ahead(self, pose: Pose, now_s: float) -> None:
-        """Is the way still free, nobody about to be in it, and room beside the chair?"""
+        """Update the clearances, the distance free of walkers, and whether the path is blocked."""
         if now_s - self._checked_s < _CHECK_S or self.way is None:
             return
         self._checked_s = now_s
@@ -339,7 +339,7 @@ class Mission:
             self._ask_plan(drives_on=True)
 
     def _wait_before(self, shut_m: float, pose: Pose) -> None:
-        """Stop before what shuts the way, so far ahead; say why."""
+        """Stop before the obstacle `shut_m` ahead, with a reason; inf: the path is open again."""
         if math.isinf(shut_m):
             self._shut_since_s = None
             self.state, self.reason = DRIVING, ""
@@ -348,11 +348,11 @@ class Mission:
         self.state, self.reason = WAITING, self._in_the_way(pose)
 
     def _in_the_way(self, pose: Pose) -> str:
-        """What probably is, as a reason."""
+        """Reason to report: PERSON if somebody walks nearby, else OBSTACLE."""
         return PERSON if self._around.walker_within(*pose[:2], _NEAR_PERSON_M) else OBSTACLE
 
     def _insist(self, at: Located, stick: Stick, put_out: Stick, now_s: float) -> Stick:
-        """What to do where the board lets nothing out, or the chair does not get on."""
+        """The stick where the board gives no output, or the chair makes no progress."""
         turns = self._follower.turns_on_spot
         waits = self._free_m < 0.3
         if self._stuck.elsewhere(self._rolled.pose):
@@ -388,7 +388,7 @@ class Mission:
         return ask
 
     def _refuse(self, pose: Pose, turns: bool, price_s: float) -> None:
-        """The board does not let it go on from here: another way, unless all are dearer."""
+        """Record that the board refuses this pose, and plan again; a retry costs `price_s`."""
         if any(one.turns == turns and not apart(one.pose, pose) for one in self._refused):
             price_s = _SHUT_S  # it has come back to where it was refused before
         self._refused.append(Refused(*pose, turns, price_s))

@@ -1,4 +1,4 @@
-"""People who walk: things that the map does not hold, tracked, and where they are in 2 seconds."""
+"""Tracks people who walk, as things that are not in the map, and predicts them 2 seconds ahead."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ _LEAST_POINTS = 3
 _WALKS_M_S = 0.2
 _MOST_M_S = 1.6
 _BLEND = 0.35
-_SURE = 4  # looks
-_CAME_M = 0.2  # so far, at least: parts of things that come into view seem to move, too
+_SURE = 4  # looks before it counts
+_CAME_M = 0.2  # least distance moved: parts of things that come into view seem to move, too
 _LEFT_M = 0.15
 _BODY_M = 0.25
 _SPACE_M = 0.35
@@ -31,7 +31,7 @@ _STEP_S = 0.25
 
 @dataclass
 class Track:
-    """One thing that the map does not hold."""
+    """One thing that is not in the map; position and velocity in the map's frame."""
 
     x_m: float
     y_m: float
@@ -42,14 +42,14 @@ class Track:
     from_m: tuple[float, float] | None = None
     """Where it was seen first."""
     left: bool = False
-    """Nothing is seen there any more."""
+    """Whether nothing is seen at `from_m` any more."""
 
     @property
     def walks(self) -> bool:
-        """Whether it moves by itself, as far as seen."""
+        """Whether it has moved far and fast enough to count as walking."""
         if self.from_m is None or math.dist(self.from_m, (self.x_m, self.y_m)) < _CAME_M:
             return False
-        if not self.left:  # another part of the same thing
+        if not self.left:  # perhaps another part of the same thing
             return False
         return self.looks >= _SURE and math.hypot(self.vx_m_s, self.vy_m_s) > _WALKS_M_S
 
@@ -61,7 +61,7 @@ class People:
         self.tracks: list[Track] = []
 
     def look(self, points_m: FloatArray, at_s: float) -> None:
-        """One scan."""
+        """Take in one scan's points (N, 2), in the order of the scan."""
         self.tracks = [one for one in self.tracks if at_s - one.seen_s < _FORGET_S]
         free = list(self.tracks)
         for x, y in _things(points_m):
@@ -92,7 +92,7 @@ class People:
                 one.left = bool(off_m.min(initial=math.inf) > _LEFT_M)
 
     def free_m(self, poses: FloatArray, footprint: Footprint) -> float:
-        """How far along `poses` (N, 4: x, y, heading, metres) nobody will be too near in 2 s."""
+        """Metres along `poses` (N, 4: x, y, heading, metres) without walkers near within 2 s."""
         walkers = [one for one in self.tracks if one.walks]
         if not walkers or not len(poses):
             return math.inf
@@ -113,7 +113,7 @@ class People:
 
 
 def speed_within(free_m: float) -> float:
-    """The speed from which the chair stops gently before it has come so far."""
+    """Highest speed from which the chair stops gently within `free_m`."""
     return math.inf if math.isinf(free_m) else math.sqrt(2.0 * _BRAKE_M_S2 * max(0.0, free_m - 0.1))
 
 

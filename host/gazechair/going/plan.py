@@ -1,8 +1,8 @@
 """Planner: from a pose to a place, as straight legs with bends or turns on the spot between them.
 
 The lattice finds a route; smoothing takes vertices out and moves the others until legs are long
-and clear on both sides. A leg may begin the way out of, or end it into, what is too narrow to turn
-in: straight on, at the heading that the chair has or must have there.
+and clear on both sides. Where it is too narrow to turn, the path begins or ends with a straight
+leg at the heading that the chair has, or must have, there.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ __all__ = ["GOAL_BLOCKED", "NO_WAY", "START_BLOCKED", "NoWay", "Planner", "Pose"
 GOAL_BLOCKED, START_BLOCKED, NO_WAY = "going_goal_blocked", "going_start_blocked", "going_no_way"
 
 LEAST_M = -0.01
-"""Least clearance of a way, by the map, whose own error is as large. The board sees the rest."""
-# Least clearance of poses and turns in the search, one after another until there is a way. In turns
-# the board keeps 7 cm off; a loose search may lead where smoothing finds no way.
+"""Least clearance of a path, by the map, whose own error is as large; the board guards the rest."""
+# Least clearance of poses and turns in the search, tried in this order until a path is easy. In
+# turns the board keeps 7 cm off; a loose search may give a route that smoothing cannot clear.
 _CLEAR_M = ((LOOSE_M, 0.085), (LOOSE_M, 0.04), (STRICT_M, 0.03), (LOOSE_M, 0.0))
 _LEG_STEPS_M = (0.0, 0.3, 0.6, 0.9, 1.2, 1.6)
 _GOAL_M = 0.9 * STEP_M
@@ -55,7 +55,7 @@ _EASY_S, _EASY_S_PER_M = 20.0, 7.0
 _SHORT_S_PER_M = 600.0  # of ending within _GOAL_M of the goal
 
 Headings = tuple[float, float | None]
-"""At the start, and at the goal."""
+"""At the start, and at the goal (None: any), in radians."""
 
 
 @dataclass(frozen=True)
@@ -68,22 +68,22 @@ class Way:
     """The first leg is driven backward."""
     clearance_m: float = 0.0
     cost_s: float = 0.0
-    """As estimated for choosing between ways."""
+    """Estimated, for choosing between paths."""
     bends: tuple[Bend | None, ...] = ()
-    """Of each vertex; None: a turn on the spot."""
+    """The bend at each vertex; None: a turn on the spot."""
 
     @property
     def is_easy(self) -> bool:
-        """Hardly worth looking for another one."""
+        """Whether a search for a better path is hardly worthwhile."""
         easy_s = _EASY_S + _EASY_S_PER_M * self.length_m
         return self.clearance_m >= PASSES_M and self.cost_s < easy_s
 
     def bend(self, vertex: int) -> Bend | None:
-        """The arc that takes the place of a vertex."""
+        """The arc in place of a vertex; None: a turn on the spot."""
         return self.bends[vertex] if vertex < len(self.bends) else None
 
     def begun_at(self, vertex: int, pose: Pose) -> Way:
-        """The same, but its leg from that vertex begins where the chair is; the goal stays."""
+        """The same path with its leg from `vertex` beginning at `pose`; the goal stays."""
         if vertex >= len(self.points_m) - 1:
             return self
         points = self.points_m.copy()
@@ -94,19 +94,19 @@ class Way:
 
     @property
     def length_m(self) -> float:
-        """All legs."""
+        """Length of all legs."""
         return float(np.hypot(*np.diff(self.points_m, axis=0).T).sum())
 
 
 @dataclass(frozen=True)
 class NoWay:
-    """There is none; `reason` is a key of the string tables."""
+    """There is no path; `reason` is a key of the string tables."""
 
     reason: str
 
 
 class Planner:
-    """Plans on one costmap; what was searched for a goal is kept until something changes."""
+    """Plans on one costmap; the lattice's clearances are kept until the costmap changes."""
 
     def __init__(self, costmap: Costmap, may_reverse: bool = False) -> None:
         """`may_reverse`: lidars see behind the chair."""
@@ -118,7 +118,7 @@ class Planner:
     def plan(
         self, start: Pose, goal: Pose | tuple[float, float], refused: Sequence[Refused] = ()
     ) -> Way | NoWay:
-        """The way; takes a tenth of a second. A goal without a heading is reached in any."""
+        """The path; takes a tenth of a second. A goal without a heading allows any."""
         self._refused = refused
         self._lattice.refresh()
         turns = [(one.x_m, one.y_m) for one in refused if one.turns]
@@ -136,7 +136,7 @@ class Planner:
         return best
 
     def turns_freely(self, pose: Pose, to_rad: float) -> bool:
-        """Whether the board will let it turn there."""
+        """Whether the board will allow a turn on the spot from `pose` to `to_rad`."""
         clear = self._costmap.clearance_m(*turn_poses(pose, to_rad))
         return bool(clear.min() >= TURN_M)
 
@@ -180,10 +180,10 @@ class Planner:
         return NoWay(NO_WAY) if way.clearance_m < LEAST_M - 0.02 else way
 
     def _eased(self, points: list[FloatArray], rads: Headings, leg_m: float, in_m: float) -> Way:
-        """Smoothed; where that is not easy, also without what the lattice prices roughly.
+        """Smoothed; if not easy, also tried without what the lattice prices only roughly.
 
-        Those are the legs straight on at both ends, of `leg_m` and `in_m`, and the last
-        centimetres, which the board may refuse.
+        That is the straight legs at both ends, of `leg_m` and `in_m`, and the last centimetres,
+        which the board may refuse.
         """
         way = self._smoothed(points, rads, leg_m, 1 + (in_m > 0.0))
         if leg_m and not way.is_easy:
@@ -202,7 +202,7 @@ class Planner:
     def _smoothed(
         self, points: list[FloatArray], rads: Headings, leg_m: float, fixed_end: int
     ) -> Way:
-        """`leg_m`: of the first leg, straight on; backward below 0; 0: there is none."""
+        """`leg_m`: length of the straight first leg, negative backward; 0: there is none."""
         fixed = 1 + (leg_m != 0.0)
         smooth = Smoother(self._costmap, *rads, leg_m < 0.0, self._refused)
         found, clear, cost_s = smooth(_merged(points, fixed, fixed_end), fixed, fixed_end)
@@ -251,7 +251,7 @@ class Planner:
         return bool(found.min() > TURN_EASY_M)
 
     def _starts(self, start: Pose) -> list[tuple[Ints, float, float]]:
-        """Lattice poses to begin at, after a leg straight on, backward below 0; its seconds."""
+        """Lattice poses to begin at, the straight leg to them (negative backward), its seconds."""
         found = []
         clear = self._costmap.clearance_m(*(np.array([one]) for one in start))[0]
         if clear < -0.15:
@@ -276,7 +276,7 @@ class Planner:
         return found
 
     def _first_leg_s(self, start: Pose, leg_m: float) -> float:
-        """As whole ways are priced; backward counts twice."""
+        """Seconds of the first leg, priced as in whole paths; backward counts twice."""
         backward = leg_m < 0.0
         first = Smoother(self._costmap, start[2], None, backward, ())
         leg_s = first.first_leg_s(np.array(start[:2]), _ahead(start, leg_m))
@@ -288,7 +288,7 @@ def _ahead(pose: Pose, leg_m: float) -> FloatArray:
 
 
 def _corners(route: list[int], lattice: Lattice) -> list[int]:
-    """Where the heading changes, and both ends."""
+    """Indices in `route` of its ends, and of each change of heading."""
     headings = [lattice.heading_rad(pose) for pose in route]
     found = [0]
     found += [k for k in range(1, len(route)) if headings[k] != headings[k - 1]]
@@ -297,7 +297,7 @@ def _corners(route: list[int], lattice: Lattice) -> list[int]:
 
 
 def _merged(points: list[FloatArray], fixed: int, fixed_end: int) -> list[FloatArray]:
-    """Without vertices that lie on the ones which stay."""
+    """The vertices without those within 10 cm of a fixed one, and without repetitions."""
     first, last = points[:fixed], points[-fixed_end:]
     middle = [
         one

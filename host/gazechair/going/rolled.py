@@ -1,4 +1,4 @@
-"""Where the chair has rolled and turned to, by its measured speeds."""
+"""Dead reckoning by the chair's measured speeds."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _STANDS_M_S, _STANDS_DEG_S = 0.03, 1.0  # slower is noise
 
 
 def moved(pose: Pose, speed_m_s: float, rate_deg_s: float, seconds: float) -> Pose:
-    """The pose that much later."""
+    """The pose after `seconds` at constant speeds."""
     turned = math.radians(rate_deg_s) * seconds
     middle = pose[2] + 0.5 * turned
     way = speed_m_s * seconds
@@ -22,12 +22,12 @@ def moved(pose: Pose, speed_m_s: float, rate_deg_s: float, seconds: float) -> Po
 
 
 class Rolled:
-    """In a frame of its own. A chair that stands stays there; in the map, its pose wanders."""
+    """A pose in a frame of its own; constant at standstill, unlike the pose in the map."""
 
     def __init__(self) -> None:
         self.pose: Pose = (0.0, 0.0, 0.0)
 
     def on(self, speed_m_s: float, rate_deg_s: float, seconds: float) -> None:
-        """It has moved so fast, for so long."""
+        """Integrate speeds over `seconds`; noise at standstill is ignored."""
         if abs(speed_m_s) > _STANDS_M_S or abs(rate_deg_s) > _STANDS_DEG_S:
             self.pose = moved(self.pose, speed_m_s, rate_deg_s, seconds)

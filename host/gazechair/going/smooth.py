@@ -1,7 +1,7 @@
 """Smoothing: fewer and better vertices of a route, by a cost in seconds, as the board permits.
 
 The board creeps where something is within the side margin, stops before what is ahead, and in turns
-keeps its margins all round; where it did not let the chair go on is dearer.
+keeps its margins all round; places where it refused to go on cost more.
 """
 
 from __future__ import annotations
@@ -23,49 +23,49 @@ Pose = tuple[float, float, float]
 
 _EASY_M = 0.15
 TURN_M, TURN_EASY_M = 0.075, 0.11
-"""Least clearance of a turn, and from which on it costs nothing extra."""
+"""Least clearance of a turn, and the clearance from which it costs nothing extra."""
 ALONG_M = 0.05
-"""Between the poses of a leg that are checked."""
+"""Distance between the poses of a leg that are checked."""
 _NO_TURN_S = 30.0
 _ROUND_RAD = math.radians(3.0)
-_BEYOND_RAD = math.radians(16.0)  # the board wants so much room to stop a turn
+_BEYOND_RAD = math.radians(16.0)  # room that the board requires to stop a turn
 _SPEED_M_S = 0.25
 _TURN_S, _TURN_RAD_S = 3.0, math.radians(20.0)
-_SAME_RAD = math.radians(1.5)  # a bend so small is none, even where nothing can be steered
-_STRAIGHT_RAD = math.radians(4.0)  # a bend so small is steered while driving
+_SAME_RAD = math.radians(1.5)  # a smaller turn is none, even where the chair cannot steer
+_STRAIGHT_RAD = math.radians(4.0)  # a smaller turn is steered while driving
 _ONWARD_M = np.arange(0.05, 0.76, 0.05)
 _BESIDE_M = 0.035
-_JAMS_M, _JAMS_S_PER_M = 0.06, 40.0  # where an error of the pose or heading ends it
-PASSES_M, _NOT_PASSED_S = 0.025, 40.0  # the board's margin beside the chair, in front of it
-_LEAVES = 8  # poses of a leg at which the chair may be nearer: it leaves that behind
+_JAMS_M, _JAMS_S_PER_M = 0.06, 40.0  # clearance at which an error of the pose may stop the chair
+PASSES_M, _NOT_PASSED_S = 0.025, 40.0  # the board's side margin ahead of the chair
+_LEAVES = 8  # first poses of a leg, which may be nearer: the chair moves away from that
 _STOP_M = 0.35
 _CREEPS_S_PER_M, _NO_STOP_S_PER_M = 20.0, 200.0
 _REFUSED_M, _REFUSED_RAD = 0.3, math.radians(20.0)
-_BEND_ROLLS_M, _BEND_ENDS_M = 0.1, 0.3  # straight on, before and after the way's outermost bends
-_NO_BEND_M = 1.0  # of where the board refused something
+_BEND_ROLLS_M, _BEND_ENDS_M = 0.1, 0.3  # straight before the first, after the last bend
+_NO_BEND_M = 1.0  # no bends this near to where the board refused something
 _MOVES_M = (0.04, 0.015)
-_INTO_WALL = 60.0  # seconds for each metre that is missing, and metre of way
+_INTO_WALL = 60.0  # seconds per metre at zero clearance, down to none at 2 cm
 
 
 @dataclass(frozen=True)
 class Refused:
-    """Where the board did not let the chair turn, or go on, whatever the map says."""
+    """A pose at which the board refused to turn, or to go on, whatever the map says."""
 
     x_m: float
     y_m: float
     heading_rad: float
     turns: bool
     price_s: float
-    """Of trying it again."""
+    """Cost of trying it again."""
 
     @property
     def pose(self) -> Pose:
-        """All three."""
+        """x, y and heading."""
         return self.x_m, self.y_m, self.heading_rad
 
 
 class Smoother:
-    """Fewer and better vertices, by a cost in seconds."""
+    """Removes and moves vertices of a route to lower its cost in seconds."""
 
     def __init__(
         self,
@@ -85,7 +85,7 @@ class Smoother:
     def __call__(
         self, points: list[FloatArray], fixed: int, fixed_end: int
     ) -> tuple[FloatArray, float, float]:
-        """With clearance and seconds. `fixed`, `fixed_end`: so many at both ends stay."""
+        """Vertices (N, 2), least clearance, seconds; `fixed`, `fixed_end` vertices stay."""
         cost = self._cost(points)
         while True:
             options = [points[:k] + points[k + 1 :] for k in range(fixed, len(points) - fixed_end)]
@@ -110,13 +110,13 @@ class Smoother:
         return np.array(points), min(legs, default=0.0), cost
 
     def bends(self, points: FloatArray) -> tuple[Bend | None, ...]:
-        """Of each vertex that `__call__` found."""
+        """The bend at each vertex that `__call__` returned; None: a turn on the spot."""
         every = list(points)
         inner = [self._bend(every, k) for k in range(1, len(every) - 1)]
         return (None, *inner, None)
 
     def first_leg_s(self, a: FloatArray, b: FloatArray) -> float:
-        """Seconds of the way's first leg."""
+        """Seconds of the path's first leg, including those for what is ahead of its end."""
         leg_s, _, end_s = self._leg(a, b)
         return leg_s + end_s
 
@@ -124,7 +124,7 @@ class Smoother:
         backward = self._backward
         headings = _headings(points, backward)
         total, before = 0.0, self._start_rad
-        ends_s = 0.0  # of the leg before: what is ahead of its vertex, unless a bend leads away
+        ends_s = 0.0  # of the leg before: for what is ahead of its end, unless a bend leads away
         for k, heading in enumerate(headings):
             bend = self._bend(points, k) if k else None
             total += (
@@ -141,7 +141,7 @@ class Smoother:
         return total
 
     def _bend(self, points: list[FloatArray], k: int) -> Bend | None:
-        """At vertex `k`, if it is driven round: sharing its legs with the vertices beside it."""
+        """The bend at vertex `k`, or None; neighbouring bends share the leg between them."""
         a, b, c = points[k - 1 : k + 2]
         if self._backward and k == 1:
             return None
@@ -157,7 +157,7 @@ class Smoother:
         return self._bends[key]
 
     def _leg(self, a: FloatArray, b: FloatArray) -> tuple[float, float, float]:
-        """Seconds, the least clearance, and seconds for what is ahead of its end."""
+        """Seconds, least clearance in metres, and seconds for what is ahead of its end."""
         key = (*a.tolist(), *b.tolist())
         found = self._legs.get(key)
         if found is None:
@@ -216,7 +216,7 @@ class Smoother:
 
 
 def turn_poses(pose: Pose, to_rad: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Places and headings of a turn on the spot, and of what the board wants free beyond it."""
+    """x, y, heading of a turn on the spot, including the room beyond it that the board requires."""
     angle = math.remainder(to_rad - pose[2], 2.0 * math.pi)
     end = angle + math.copysign(_BEYOND_RAD, angle)
     steps = np.arange(0.0, abs(end), _ROUND_RAD)
@@ -232,7 +232,7 @@ def turn_refused(refused: Sequence[Refused], at: FloatArray) -> bool:
 
 
 def refused_s(refused: Sequence[Refused], at: FloatArray, heading_rad: float) -> float:
-    """The price of going on there."""
+    """Seconds that going on near a refused pose costs; 0: none is near."""
     return max(
         (
             one.price_s

@@ -1,8 +1,8 @@
-"""A turn on the spot by the stick alone: full output, let go in time, small pulses for the rest.
+"""Turns on the spot: full output, release in time to coast to the target, short pulses at the end.
 
-The chair's model (dead time, ramps, lag, breakaway) says how far it runs on when the stick is let
-go, and what a pulse makes. A chair that breaks loose sooner or later than its model is met by a
-shift of the pulses' length, learned from each of them.
+The chair's model (dead time, ramps, lag, breakaway) predicts the coast after release, and the turn
+by a pulse. For a chair that breaks loose sooner or later than its model, a shift of the pulses'
+length is learned from each pulse.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ _MOVES = 7  # with corrections
 _GAIN = (0.5, 1.8)
 _SHIFT = (-4.0, 12.0)  # ticks; above 0: it breaks loose sooner
 _LEARNS = 0.7
-_TELLS_DEG = 0.6  # of a pulse: less says little
+_TELLS_DEG = 0.6  # nothing is learned from smaller turns
 _NEAR_ENOUGH_DEG = 2.5
 
 
 class SpotTurn:
-    """One turn after another; `step` each period."""
+    """Makes one turn at a time; call `start` for each target, `step` in each period."""
 
     def __init__(self, model: AxisModel, output: int, period_s: float) -> None:
         self._model = model
         self._output = self._let = output
         self._period_s = period_s
         self._gain = 1.0
-        """Of running on, as it was by what the model says."""
+        """Measured coast divided by the model's."""
         self._shift = 0.0
         self.start()
 
     def start(self) -> None:
-        """Another target."""
+        """Begin a turn to another target."""
         self._moves = 0
         self._left = 0  # ticks of the present pulse
         self._done = 0  # of them, put out
@@ -57,7 +57,7 @@ class SpotTurn:
             self._done += 1
 
     def step(self, heading_rad: float, target_rad: float, within_rad: float) -> int | None:
-        """Permille for the next period; None: it stands at the target, as near as it gets."""
+        """Permille for the next period; None: at rest, as near to the target as it gets."""
         error = math.degrees(math.remainder(target_rad - heading_rad, 2.0 * math.pi))
         if self._left:
             self._left -= 1
@@ -99,7 +99,7 @@ class SpotTurn:
         self._pulsed_from = None
 
     def _pulses(self) -> list[float]:
-        """Degrees that a chair as its model turns from rest by a pulse of each length."""
+        """Degrees that the model turns from rest by pulses of 0, 1, 2, ... ticks."""
         return [
             abs(self._model.from_rest(self._sign * self._let, n * self._period_s))
             for n in range(_PULSES + int(_SHIFT[1]) + 1)
@@ -109,11 +109,11 @@ class SpotTurn:
         self._sign = math.copysign(1.0, error)
         self._still = self._done = 0
         ways = self._pulses()
-        # Of pulses that make the same, as those do by which nothing turns, the longest.
+        # Of pulses with the same effect, as those too short to turn anything, the longest.
         off = [(abs(abs(error) - _at(ways, n + self._shift)), -n) for n in range(1, _PULSES)]
         best = -min(off)[1]
         if _at(ways, best + self._shift) > 2.0 * abs(error) and abs(error) < _NEAR_ENOUGH_DEG:
-            return None  # the least pulse would do no good
+            return None  # even the best pulse would overshoot
         self._moves += 1
         if best == _PULSES - 1:
             self._runs = True
@@ -128,14 +128,14 @@ def _turned_deg(before_rad: float, after_rad: float) -> float:
 
 
 def _at(ways: list[float], ticks: float) -> float:
-    """What a pulse so long makes."""
+    """Degrees turned by a pulse of `ticks`, interpolated."""
     low = min(max(ticks, 0.0), len(ways) - 1.001)
     n = int(low)
     return ways[n] + (low - n) * (ways[n + 1] - ways[n])
 
 
 def _when(ways: list[float], deg: float) -> float:
-    """How long a pulse makes so much."""
+    """Ticks of the pulse that turns by `deg`, interpolated."""
     n = next((n for n, way in enumerate(ways) if way >= deg), len(ways) - 1)
     if n == 0 or ways[n] <= ways[n - 1]:
         return float(n)

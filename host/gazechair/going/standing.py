@@ -1,7 +1,7 @@
-"""Finds what the board takes for a standing person: things that stand apart, as wide as one.
+"""Finds what the board may take for a standing person: isolated things of a person's width.
 
 The board stops the chair some 0.7 m before them, until they have stood still for ten seconds, and
-creeps from then on (sensing.clearance.standing). Ways that head for them are dearer.
+creeps from then on (sensing.clearance.standing). Paths that head for them cost more.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ import numpy as np
 from gazechair.base.footprint import BoolArray, FloatArray, Footprint
 
 STOPS_M = 0.75
-"""Before such a thing, the board stops the chair."""
+"""Distance before such a thing at which the board stops the chair."""
 WAITS_S, CREEPS_S_PER_M = 12.0, 12.0
 _WIDE_M = (0.075, 1.0)
 _APART_CELLS = 2  # nearer cells are parts of one thing
-_BESIDE_M = 0.07  # of the chair: margin, and errors of the pose and of following
+_BESIDE_M = 0.07  # added on each side of the chair: margin, errors of the pose and of steering
 
 
 def standing_m(occupied: BoolArray, cell_m: float, low_m: FloatArray) -> FloatArray:
@@ -46,7 +46,7 @@ def standing_m(occupied: BoolArray, cell_m: float, low_m: FloatArray) -> FloatAr
 
 
 class Ahead:
-    """Where a chair of that footprint has such a thing before it."""
+    """Tells whether such a thing is ahead of a chair with a given footprint."""
 
     def __init__(self, footprint: Footprint) -> None:
         body = footprint.body
@@ -55,7 +55,7 @@ class Ahead:
 
     @property
     def reach_m(self) -> tuple[float, float]:
-        """From the drive axle, where such a thing stops a chair that drives forward."""
+        """Range of distances ahead of the drive axle in which such a thing stops the chair."""
         return self._front_m, self._front_m + STOPS_M
 
     def leg_s(self, things_m: FloatArray, a: FloatArray, b: FloatArray, backward: bool) -> float:

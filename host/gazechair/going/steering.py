@@ -1,8 +1,7 @@
-"""Steering while driving: from how far the chair is off to the stick's turn axis.
+"""Steering while driving: converts the offset from the path into the stick's turn axis.
 
-Curves need room on both sides. Where there is little, the board lets the chair creep only while it
-is steered, or lets no curve through: there the stick points straight ahead, so that the board holds
-the heading.
+Curves need room on both sides. Where there is little, the board lets a steered chair only creep,
+or refuses the curve: there the stick points straight ahead, so that the board holds the heading.
 """
 
 from __future__ import annotations
@@ -12,15 +11,15 @@ import math
 from gazechair.going.chair_numbers import AxisModel, ChairNumbers
 
 NARROW_M = 0.22
-"""Beside the chair: less, and it is steered and aimed with care."""
+"""Clearance below which the chair is steered and aimed more carefully."""
 STEER_MOST_RAD = math.radians(18.0)
 _LOOK_M = 1.0
-_CREEPS_M, _FITS_M = 0.13, 0.05  # so narrow, a curve is slow, and not needed where that is free
+_CREEPS_M, _FITS_M = 0.13, 0.05  # here curves are slow; with this free ahead, none is needed
 MISS_M = 0.04
 _STEER_M, _STEER_RAD = 0.02, math.radians(1.0)
 _CALM_M, _CALM_RAD = 0.008, math.radians(0.4)
 _STEER_PER_S, _STEER_DEG_S, _STEER_NARROW_DEG_S = 0.9, 18.0, 8.0
-_TIGHT_M, _UNSTEERED_S = 0.06, 2.0  # the board lets no curve through: straight on, for so long
+_TIGHT_M, _UNSTEERED_S = 0.06, 2.0  # the board refuses curves: drive straight, for this long
 _BEND_PER_S, _BEND_DEG_S = 1.2, 20.0
 _TURNS_DEG_S = 4.0
 
@@ -34,25 +33,26 @@ class Steering:
         self._unsteered_s = 0.0
 
     def begin(self) -> None:
-        """Another leg."""
+        """Begin another leg."""
         self._steers = False
 
     def passed(self, seconds: float, refused: bool) -> None:
-        """So much time; `refused`: a curve was asked for, and nothing was put out."""
+        """Account for `seconds`; `refused`: a curve was requested, and there was no output."""
         self._unsteered_s = _UNSTEERED_S if refused else self._unsteered_s - seconds
 
     def straight(
         self, across: float, error: float, left_m: float, room_m: float, straight_m: float
     ) -> int:
-        """Along a leg: `across` left of it, its heading less the chair's, and what is left of it.
+        """Turn output, permille, along a leg.
 
-        `room_m`, `straight_m`: free beside the chair along its way, and straight on.
+        `across`: metres left of the leg. `error`: its heading minus the chair's, rad. `left_m`:
+        what remains of it. `room_m`, `straight_m`: clearance along the path, and straight ahead.
         """
         fits = straight_m > _FITS_M and miss_m(across, error, left_m) < MISS_M
         if room_m < _TIGHT_M or self._unsteered_s > 0.0 or (room_m < _CREEPS_M and fits):
             self._steers = False
             return 0
-        # Towards the line, more so the farther off; nothing where all is well.
+        # Aim at the line, more steeply the farther off; do not steer within the tolerance.
         toward = math.atan2(-across, max(0.5, min(_LOOK_M, left_m)))
         toward = max(-STEER_MOST_RAD, min(STEER_MOST_RAD, 1.5 * toward))
         aim = error + toward
@@ -66,18 +66,18 @@ class Steering:
         return self._permille(max(-most, min(most, rate)))
 
     def curved(self, rate_rad_s: float, across: float, error: float) -> int:
-        """Along a bend: its turn rate, and what brings the chair back to it."""
+        """Turn output, permille, along a bend: its turn rate, and a correction back to it."""
         back = max(-STEER_MOST_RAD, min(STEER_MOST_RAD, math.atan2(-across, 0.5)))
         rate = math.degrees(rate_rad_s + _BEND_PER_S * (error + back))
         return self._permille(max(-_BEND_DEG_S, min(_BEND_DEG_S, rate)))
 
     def _permille(self, rate_deg_s: float) -> int:
-        """Not against a turn that is not over: the board would have to permit both sides."""
+        """0 against a turn that is not over: the board would have to permit both sides."""
         if rate_deg_s * self._turn.speed < 0.0 and abs(self._turn.speed) > _TURNS_DEG_S:
             return 0
         return self._numbers.turn_permille(rate_deg_s)
 
 
 def miss_m(across: float, error: float, left_m: float) -> float:
-    """Straight on, so far from its leg in the end, or within sight."""
+    """Offset from the leg after driving straight to its end, or over the next metre."""
     return abs(across - min(left_m, _LOOK_M) * math.sin(error))

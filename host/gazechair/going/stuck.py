@@ -1,7 +1,7 @@
-"""Keeps account of a chair that asks and does not get on: where, for how long, what was tried.
+"""Records where the chair requests motion without progress, for how long, and what was tried.
 
-The board counts how long it overrules an auto motion, and ends its press after 10 s. So what is
-asked in vain is asked for moments only, fewer of them the more of that time is gone.
+The board counts how long it overrules an auto motion, and ends its press after 10 s. So a refused
+request is repeated for moments only, and less often as that time runs out.
 """
 
 from __future__ import annotations
@@ -13,52 +13,52 @@ from gazechair.going.smooth import Pose
 
 _MOVED_M, _MOVED_RAD = 0.04, math.radians(2.0)
 _IN_VAIN_S = 0.6
-_SILENT_S = 1.2  # since the first asking, nothing was put out: short askings are in vain, too
-_LET_OUT_S = 3.0  # something is put out for so long, and still the chair stands
+_SILENT_S = 1.2  # no output since the first request: short requests are in vain, too
+_LET_OUT_S = 3.0  # output for this long that does not move the chair is in vain
 _ASKS_S, _OF_S = 0.1, 1.0
-_SELDOM_S = 6.0  # overruled for so long
+_SELDOM_S = 6.0  # overruled for longer: request less often
 _SELDOM_ASKS_S, _SELDOM_OF_S = 0.05, 3.0
 
 
 class Overruled:
-    """How long the board has overruled what was asked, since it last put something out."""
+    """How long the board has overruled requests since its last output."""
 
     def __init__(self) -> None:
         self._seconds = 0.0
 
     def count(self, asked: Stick, put_out: Stick) -> None:
-        """Of the last period."""
+        """Count the last period."""
         if put_out != STOP:
             self._seconds = 0.0
         elif asked != STOP:
             self._seconds += PERIOD_S
 
     def asks(self, for_s: float, now_s: float) -> bool:
-        """Whether to ask now, after asking in vain for so long."""
+        """Whether to request motion now, after requests in vain for `for_s`."""
         if self._seconds < _SELDOM_S:
             return not for_s or for_s % _OF_S < _ASKS_S
         return now_s % _SELDOM_OF_S < _SELDOM_ASKS_S
 
 
 class Stuck:
-    """One place where the chair asks to turn, or to drive."""
+    """One pose at which the chair requests a turn, or to drive."""
 
     def __init__(self, pose: Pose | None = None, turns: bool = False, looked: bool = False) -> None:
         self.pose = pose
         self.looked = looked
-        """Another way was looked for."""
+        """Another path was searched for."""
         self.turns = turns
-        """It asks to turn."""
+        """It requests a turn on the spot."""
         self._since_s: float | None = None
         self._vain_s = self._let_s = 0.0
         self._silent_since_s: float | None = None
 
     def elsewhere(self, pose: Pose) -> bool:
-        """Whether the chair is at another pose than this is about."""
+        """Whether the chair has moved away from this pose."""
         return self.pose is None or apart(self.pose, pose)
 
     def count(self, asked: bool, put_out: Stick, now_s: float) -> None:
-        """Of the last period: whether it was asked to move, and what came of that."""
+        """Count the last period: whether motion was requested, and what was put out."""
         if put_out != STOP:
             self._silent_since_s = None
         if not asked:
@@ -73,7 +73,7 @@ class Stuck:
                 self._since_s = now_s
 
     def for_s(self, now_s: float) -> float:
-        """How long it has asked in vain; 0: it gets on, or has hardly asked."""
+        """Seconds since the first request in vain; 0: it moves, or has hardly requested."""
         silent_s = 0.0 if self._silent_since_s is None else now_s - self._silent_since_s
         hardly = self._vain_s < _IN_VAIN_S and silent_s < _SILENT_S
         if self._since_s is None or hardly or 0.0 < self._let_s < _LET_OUT_S:

@@ -1,4 +1,4 @@
-"""What the lidars see that the map does not hold: overlaid until it has left; and who walks."""
+"""Overlays obstacles that are not in the map on the costmap, and tracks people who walk."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from gazechair.going.plan import Pose
 from gazechair.sensing.mapping.poses import to_frame
 
 _WALKER_M = 0.45
-"""About somebody who walks, everything is theirs."""
+"""All returns within this distance of a walking person count as theirs."""
 
 
 class Surroundings:
-    """Of one chair in one map."""
+    """What one chair sees around it, in one map."""
 
     def __init__(self, costmap: Costmap, footprint: Footprint) -> None:
         self._costmap, self._footprint = costmap, footprint
@@ -29,7 +29,7 @@ class Surroundings:
     def scan(
         self, points_m: FloatArray, origins_m: FloatArray | None, at_s: float, pose: Pose
     ) -> None:
-        """Take in a turn's returns, see Mission.scan, of a chair whose pose is known."""
+        """Take in one lidar rotation, of a chair whose pose is known; see Mission.scan."""
         self._pose = np.array(pose)
         points_m, origins_m = self._not_own(points_m, origins_m)
         in_map = to_frame(points_m, self._pose)
@@ -37,25 +37,25 @@ class Surroundings:
         new = self._costmap.see(in_map, at_s, (pose[0], pose[1]))
         self._points_m, self._origins_m = points_m[: len(origins_m)], origins_m
         self.people.look(new, at_s)
-        for x, y in self._walkers_m():  # no plan goes round them: soon they are somewhere else
+        for x, y in self._walkers_m():  # plans ignore walkers: they will be elsewhere
             self._costmap.forget(x, y, _WALKER_M)
 
     def _not_own(
         self, points_m: FloatArray, origins_m: FloatArray | None
     ) -> tuple[FloatArray, FloatArray]:
-        """Without the chair's own parts; no origins where there are none."""
+        """Without returns from the chair itself; no origins if they are None."""
         others = ~self._footprint.contains(points_m)
         return points_m[others], np.zeros((0, 2)) if origins_m is None else origins_m[others]
 
     def suspect(self) -> None:
-        """What may be a person, as seen now, is dear to head for; who walks will be gone."""
+        """Make it costly to head for what may be a standing person now; walkers are left out."""
         found = to_frame(maybe_persons_m(self._points_m, self._origins_m), self._pose)
         for x, y in self._walkers_m():
             found = found[np.hypot(found[:, 0] - x, found[:, 1] - y) > _WALKER_M]
         self._costmap.suspect(found)
 
     def walker_within(self, x_m: float, y_m: float, within_m: float) -> bool:
-        """Whether somebody walks so near."""
+        """Whether somebody walks within a distance of a point."""
         return any(math.dist(one, (x_m, y_m)) < within_m for one in self._walkers_m())
 
     def _walkers_m(self) -> list[tuple[float, float]]:

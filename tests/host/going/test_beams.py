@@ -1,4 +1,4 @@
-"""Beams: what a lidar looks through has left, and thin things stay."""
+"""Beams: an obstacle that beams pass through is cleared, and thin things are kept."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ def test_ways_through_free_rooms_bend_and_not_where_the_board_refused_something(
 
 
 class Driving:
-    """A chair that follows a way with one bend; no board."""
+    """A chair that follows a path with one bend; no board."""
 
     def __init__(self, kind: str = "twin") -> None:
         full = {"profile": 2, "linear_permille": 1000, "turn_permille": 1000}

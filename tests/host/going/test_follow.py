@@ -1,4 +1,4 @@
-"""Follower: aims again where nothing may be steered, and starts gently after a stop."""
+"""Follower: re-aims where it must not steer, and starts gently after a stop."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ STRAIGHT = Way(np.array([(0.0, 0.0), (4.0, 0.0)]), None)
 
 
 def following(ticks: int, room_m: float) -> Follower:
-    """On its way along the x axis, at full speed for so long."""
+    """Driving along the x axis, at full speed for some time."""
     follower = Follower(numbers())
     follower.take(STRAIGHT, (0.0, 0.0, 0.0))
     stick = STOP
@@ -36,9 +36,9 @@ def following(ticks: int, room_m: float) -> Follower:
         (NARROW_M, JAMS_M, 0.0, 0.5, False),
         (NARROW_M, JAMS_M, 0.0, 4.0, True),
         (NARROW_M, JAMS_M, 0.05, 0.0, True),
-        (NARROW_M, NARROW_M, 0.0, 4.0, False),  # straight on there is room, too
-        (NARROW_M, JAMS_M, 0.05, -3.0, False),  # on its way back to the leg
-        (WIDE_M, WIDE_M, 0.0, 4.0, False),  # that is steered
+        (NARROW_M, NARROW_M, 0.0, 4.0, False),  # there is room straight ahead, too
+        (NARROW_M, JAMS_M, 0.05, -3.0, False),  # returning to the leg
+        (WIDE_M, WIDE_M, 0.0, 4.0, False),  # steered instead
     ],
 )
 def test_where_it_would_jam_it_stops_and_aims_again(

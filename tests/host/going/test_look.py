@@ -1,4 +1,4 @@
-"""Go where I look: a goal without a map: seen, wide enough, facing along the way."""
+"""Go where I look: a goal without a map is seen, wide enough, and faces away from the chair."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What looks like a person from here, and ways that keep off it."""
+"""Possible persons as seen from here, and paths that avoid them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from goingrig import LIDAR_M, floor
 
 
 def strip(wide_m: float, ahead_m: float) -> tuple[np.ndarray, np.ndarray]:
-    """Beams to a wall 5 m ahead, and to a piece of one nearer: all that is seen of it."""
+    """Beams to a wall 5 m ahead, and to the visible piece of a nearer one."""
     slopes = np.tan(np.radians(np.arange(-40.0, 40.0, 0.25)))
     ahead = np.where(np.abs(slopes * ahead_m) < 0.5 * wide_m, ahead_m, 5.0)
     ends = np.array(LIDAR_M) + np.stack((ahead, slopes * ahead), axis=1)

@@ -1,4 +1,4 @@
-"""Mission: arrives, says what is in the way, where it is lost; pause, another goal, people."""
+"""Mission: arrival, reported obstacles, a lost pose, pause, a change of goal, people."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_a_chair_found_beside_its_goal_at_the_end_goes_there(chair: GoingChair) 
 
 
 def end_of_way(chair: GoingChair) -> Callable[[Pose, float, float, float], Stick]:
-    """The follower's step; its way ends, once, 0.4 m before it does."""
+    """The follower's step, whose path ends, once, 0.4 m early."""
     follower = chair.mission._follower
     step = follower.step
     ended: list[bool] = []
@@ -95,7 +95,7 @@ def test_it_drives_on_until_the_new_way_is_known(chair: GoingChair) -> None:
     chair.mission.go((6.5, 1.0, 0.0))
     old = chair.mission.way
     assert all(chair.step() != STOP for _ in range(6))
-    chair.mission.go((6.5, 1.5, 0.0))  # before the plan is there: that one counts
+    chair.mission.go((6.5, 1.5, 0.0))  # before the plan is ready: the later goal counts
     for n in range(2):
         job, found = jobs[n]
         found.set_result(job())
@@ -234,7 +234,7 @@ def test_who_stands_in_the_near_door_is_waited_for_before_it_goes_far_round(
 
 
 def stand_on_both_sides(chair: GoingChair) -> None:
-    """What may be two persons, ahead and not in the way, for a while."""
+    """Two possible persons ahead, not on the path, for a while."""
     x, y, _ = chair.pose
     seen = [(x + 0.9, y + side * off_m) for side in (-1, 1) for off_m in (0.42, 0.46, 0.5)]
     chair.mission.costmap.see(np.array(seen), chair.now_s + 20.0, (x, y))
@@ -308,7 +308,7 @@ def test_parts_of_a_thing_that_come_into_view_do_not_walk() -> None:
 
 
 def test_where_it_comes_back_to_and_is_refused_again_is_as_good_as_shut(chair: GoingChair) -> None:
-    # Else it would turn from one way to the other, and back again, for ever.
+    # Otherwise it would turn from one path to the other and back forever.
     chair.run(2.0)
     mission, (x_m, y_m, heading) = chair.mission, chair.pose
     here, aside = (x_m, y_m, heading), (x_m, y_m, heading - 0.8)

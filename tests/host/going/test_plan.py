@@ -1,4 +1,4 @@
-"""Planner: through doors, docking, bounded, and a reason when there is no way."""
+"""Planner: doors, docking, bounded time, and a reason when there is no path."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_nothing_seen_is_no_floor() -> None:
 
 
 def test_docking_ends_straight_on() -> None:
-    # Between two legs, 0.95 m apart: no turning there.
+    # Two narrow boxes 0.95 m apart: no room to turn between them.
     legs = ((6.6, 1.45, 7.6, 1.5), (6.6, 2.45, 7.6, 2.5))
     found = planned((*TWO_ROOMS, *legs), goal=(6.7, 1.975, 0.0))
     assert isinstance(found, Way)
@@ -205,7 +205,7 @@ def test_a_goal_that_the_board_would_not_let_it_reach_is_reached_within_centimet
 
 
 def test_close_to_the_goal_it_does_not_turn_back_to_come_straight() -> None:
-    # Leading into the goal, a leg of 0.3 m straight on would begin behind the chair.
+    # A straight final leg of 0.3 m into the goal would begin behind the chair.
     boxes = ((0.0, 0.0, 1.0, 3.0), (2.58, 0.0, 3.0, 3.0), (1.49, 2.25, 2.09, 2.9))
     start, goal = (1.75, 1.13, math.radians(95.0)), (1.79, 1.29, math.pi / 2)
     found = planned(boxes, start, goal, True, size_m=(3.0, 3.0))

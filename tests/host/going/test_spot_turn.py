@@ -1,4 +1,4 @@
-"""Turns on the spot, with chairs whose physics the model was not made with."""
+"""Turns on the spot, with chairs whose physics differ from the model's."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Turning:
         self.seen = [(0.0, 0.0)] * 3
 
     def turn(self, angle_deg: float, most_s: float) -> tuple[float, float]:
-        """Seconds, and degrees that it is off in the end."""
+        """Seconds, and the final error in degrees."""
         target, put_out, at_s = self.chair.heading_deg + angle_deg, 0, 0.0
         self.spot.start()
         while at_s < most_s:
@@ -84,7 +84,7 @@ def test_what_the_board_held_back_teaches_nothing() -> None:
         turning.turn(angle, 20.0)
     shift = turning.spot._shift
     turning.spot.start()
-    for _ in range(100):  # asked, and nothing put out
+    for _ in range(100):  # requested, without output
         turning.model.put_out(0, PERIOD_S, 0.0)
         turning.spot.let_out(0)
         heading = math.radians(turning.chair.heading_deg)

@@ -1,4 +1,4 @@
-"""What the board takes for a standing person, in a map; ways that head for it are dearer."""
+"""What the board may take for a standing person, in a map; paths that head for it cost more."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Steering: not where straight on will do, and not against a turn that is not over."""
+"""Steering: none where straight ahead is enough, and none against an unfinished turn."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from goingrig import numbers
     ("room_m", "straight_m", "across", "steers"),
     [
         (0.5, 0.5, 0.03, True),
-        (0.10, 0.10, 0.03, False),  # the board would let it creep only
+        (0.10, 0.10, 0.03, False),  # the board would only let it creep
         (0.10, 0.10, 0.06, True),
-        (0.10, 0.04, 0.03, True),  # straight on there is hardly room
+        (0.10, 0.04, 0.03, True),  # there is hardly room straight ahead
         (0.05, 0.02, 0.06, False),
     ],
 )

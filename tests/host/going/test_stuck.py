@@ -1,4 +1,4 @@
-"""A chair that the board does not let go on: asked for moments only, and never for ten seconds."""
+"""A chair that the board stops requests motion for moments only, never for ten seconds."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ GO = Stick(500, 0)
 
 
 def asked_in_vain_s(chair: GoingChair, seconds: float) -> float:
-    """What the board counts: each time that it is asked and puts nothing out."""
+    """Counts like the board: the time that it refuses requests."""
     total = 0.0
     for _ in range(round(seconds / PERIOD_S)):
         chair.step()
@@ -80,7 +80,7 @@ def test_short_pulses_of_which_none_is_let_out_are_in_vain_soon(
     stuck = Stuck((0.0, 0.0, 0.0), turns=True)
     found = None
     for n in range(60):
-        pulse = n % 5 == 1  # the period after it was asked for
+        pulse = n % 5 == 1  # the period after the request
         stuck.count(pulse, GO if pulse and lets_out else STOP, PERIOD_S * n)
         if found is None and stuck.for_s(PERIOD_S * n):
             found = PERIOD_S * n

@@ -1,4 +1,4 @@
-"""Surroundings: who walks is in no plan, who left is forgotten, a likely person is dear."""
+"""Surroundings: plans ignore walkers, what has left is cleared, a possible person is costly."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_what_looks_like_a_person_is_dear_to_head_for_but_not_who_walks(costmap:
     around, stands = Surroundings(costmap, Footprint()), (2.6, 2.9)
     for k in range(20):
         look(around, costmap, 0.1 * k, [(3.2, 1.0 + 0.08 * k), stands])
-    costmap.refresh(60.0)  # what is overlaid is forgotten
+    costmap.refresh(60.0)  # overlaid obstacles have expired
     assert not len(costmap.standing_m)
     around.suspect()
     assert len(costmap.standing_m)

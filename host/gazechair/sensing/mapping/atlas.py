@@ -1,4 +1,4 @@
-"""In which of the known maps is the chair, and where? Rather nowhere than in the wrong one.
+"""Finds in which of the known maps the chair is, and where. No answer is better than a wrong one.
 
 A pose counts when it fits one map alone. Where the chair was known before and odometry went on
 without a break, a pose elsewhere needs stronger evidence: an unmapped room may look like a mapped
@@ -18,9 +18,9 @@ from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.poses import between, compose
 from gazechair.sensing.odometry.doubts import TURNED
 
-# Since it was last known, odometry may be off by so much, and by a share of the distance driven.
+# Error of odometry since the pose was last known, plus a share of the distance driven.
 _OFF_M, _OFF_SHARE, _OFF_RAD = 0.5, 0.05, math.radians(10.0)
-_ASKEW_M = 4.0  # driven, after a lidar seems to be turned: odometry knows better by then
+_ASKEW_M = 4.0  # to drive after a lidar seems turned: by then odometry knows better
 _ELSEWHERE_EXPLAINED, _ELSEWHERE_THROUGH = 0.8, 0.02
 
 
@@ -42,10 +42,10 @@ class _Known:
 
 
 class Atlas:
-    """Feed it looks; `location` tells where the chair is, `id` in which map; "": not known."""
+    """Feed it looks; `location` is the chair's pose, `id` its map; "": not known."""
 
     def __init__(self, alive: Callable[[], None] = lambda: None) -> None:
-        """`alive` is called whenever a map was read or searched: many take long."""
+        """`alive` is called after each map is read or searched, as many maps take long."""
         self._alive = alive
         self._sheets: dict[str, _Sheet] = {}
         self._last: _Known | None = None
@@ -68,21 +68,21 @@ class Atlas:
 
     @property
     def grid(self) -> OccupancyGrid:
-        """Of the map in which the chair is known to be."""
+        """Grid of the map in which the chair is known to be."""
         return self._sheets[self.id].grid
 
     @property
     def askew(self) -> bool:
-        """Whether no place counts, because a lidar seems to be turned on its mount."""
+        """Whether every pose is rejected, because a lidar seems to be turned on its mount."""
         return self._askew_m > 0.0
 
     @property
     def sure(self) -> bool:
-        """Whether the newest look alone speaks for the place; see Localization.sure."""
+        """Whether the newest look alone supports the pose; see Localization.sure."""
         return bool(self.id) and self._sheets[self.id].localization.sure
 
     def know(self, grids: Mapping[str, OccupancyGrid]) -> None:
-        """These are the maps from now on; ValueError never: an empty one is left out."""
+        """Use these maps from now on; an empty one is left out."""
         for id_ in [one for one in self._sheets if one not in grids]:
             del self._sheets[id_]
         for id_, grid in grids.items():
@@ -106,10 +106,10 @@ class Atlas:
         """The location after this look."""
         track = seen.estimate.track
         if self._odometry is not None and track != self._track:
-            self.forget()  # carried, or odometry has lost itself
+            self.forget()  # carried, or odometry has started again
         self._advance(seen.odometry, track)
         at_s, self.searched = seen.estimate.time_s, False
-        if self.askew or TURNED in seen.estimate.doubts:  # by so much every place would be wrong
+        if self.askew or TURNED in seen.estimate.doubts:  # every pose would be turned by as much
             self.id = ""
             self._forget_looks()
             return None
@@ -131,7 +131,7 @@ class Atlas:
         return None
 
     def place(self, id_: str, pose: FloatArray, odometry: FloatArray, track: int) -> None:
-        """The chair is there: it has just made this map."""
+        """Set the chair's pose in the map that it has just made."""
         self.forget()
         if id_ in self._sheets:
             self._sheets[id_].localization.place(pose, odometry)
@@ -140,7 +140,7 @@ class Atlas:
             self._askew_m = 0.0
 
     def forget(self) -> None:
-        """Begin anew: nothing of what was known counts."""
+        """Start again: discard all that was known."""
         self.id, self._last, self._odometry = "", None, None
         for sheet in self._sheets.values():
             sheet.localization.forget()
@@ -172,7 +172,7 @@ class Atlas:
         return evidence.explained >= _ELSEWHERE_EXPLAINED and evidence.through <= _ELSEWHERE_THROUGH
 
     def _hand_over(self, before: Localization, after: Localization) -> None:
-        """The map has changed where it lies: the chair is where it was."""
+        """Keep the pose when the chair's map is replaced by a changed version."""
         if before.location is not None and self._odometry is not None:
             after.place(before.location.pose, self._odometry)
 

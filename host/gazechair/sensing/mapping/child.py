@@ -1,4 +1,4 @@
-"""Mapping's child process: reads its inbox and the daemon's words, reports the place."""
+"""Mapping's child process: reads its inbox and the daemon's requests, reports the pose."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from gazechair.sensing.odometry.child import Lidars
 from gazechair.sensing.odometry.inbox import HalfTurn
 from gazechair.sensing.odometry.odometry import Estimate
 
-_OLD_S = 0.5  # what waited in the inbox that long is of no use
+_OLD_S = 0.5  # older data in the inbox is discarded
 
 
 def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:

@@ -1,4 +1,4 @@
-"""Correlative search: where a scan fits a likelihood field best, in a window however large.
+"""Correlative search: finds where a scan fits a likelihood field best, in a window of any size.
 
 Branch and bound: blocks of shifts are bounded by a coarse level of the field, and only those that
 can still beat the best are divided. The result is the best pose of the window's grid, not merely a
@@ -18,7 +18,7 @@ from gazechair.sensing.mapping.likelihood_field import Ints, LikelihoodField
 _LOOKUPS_AT_ONCE = 60_000  # what fits into a processor's cache
 _DEPTH_FIRST = 24  # blocks followed down first, so that there is a score to beat
 _PIECE = 100_000  # blocks divided at once, for memory's sake
-_MOST_BLOCKS = 1_000_000  # six times as many as homes need; more is noise, where nothing stands out
+_MOST_BLOCKS = 1_000_000  # six times what homes need; more means noise without a clear best
 _SAME_RAD = math.radians(30.0)
 
 
@@ -45,7 +45,7 @@ class _Window:
         self._base = (base[..., 0] - low[0]) * self._row + base[..., 1] - low[1]
 
     def bounds(self, level: int, blocks: Ints) -> FloatArray:
-        """Of blocks (heading, shifts): no shift within scores better."""
+        """Upper bounds of the scores of all shifts within each block (heading, shifts)."""
         found = np.empty(len(blocks))
         shifts = blocks[:, 1] * self._row + blocks[:, 2]
         values, points = self._values[level], self._base.shape[1]
@@ -109,7 +109,7 @@ def _turned(points_m: FloatArray, headings_rad: FloatArray) -> FloatArray:
 
 
 def _depth_first(window: _Window, top: int, blocks: Ints, bounds: FloatArray) -> float:
-    # A few blocks down to single shifts: a score that the best one has at least.
+    # Follow a few blocks down to single shifts: a lower bound of the best score.
     for level in range(top - 1, -1, -1):
         blocks = _divided(blocks, 1 << level, window.spans)
         bounds = window.bounds(level, blocks)

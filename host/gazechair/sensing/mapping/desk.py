@@ -1,4 +1,4 @@
-"""What caretakers do with maps, and what pages are told of them."""
+"""Caretakers' requests about maps, and what is sent to the pages about them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _OLD_S = 1.0  # a pose
 
 
 class MapDesk:
-    """From any thread. `service` None: there is no lidar, so no map is made and no pose known."""
+    """Thread-safe. `service` None: there is no lidar, so no map is made and no pose known."""
 
     def __init__(self, store: MapStore, service: MappingService | None) -> None:
         self._store = store
@@ -41,7 +41,7 @@ class MapDesk:
         }
 
     def where(self) -> dict[str, Any] | None:
-        """The chair's pose; None: it does not know where it is."""
+        """The chair's pose in its map; None: not known."""
         entry = self._service.latest.entry() if self._service is not None else None
         if entry is None or time.monotonic() - entry.born_s > _OLD_S:
             return None
@@ -56,7 +56,7 @@ class MapDesk:
         }
 
     def details(self, id_: str) -> dict[str, Any]:
-        """One map: where its picture lies, and what is drawn on it. Raises EditRefused."""
+        """One map: its picture's position, and what is drawn on it. Raises EditRefused."""
         stored = self._usable(id_)
         assert stored.map is not None
         picture = self._picture(stored)
@@ -73,7 +73,7 @@ class MapDesk:
         return packed_map.packed(home)
 
     def add(self, data: bytes) -> str:
-        """The map in a zip file, as `files` gives it, as one more map; its id. EditRefused."""
+        """Add the map in a zip file (see `files`); returns its id. Raises EditRefused."""
         try:
             return self._store.add(packed_map.unpacked(data))
         except RosMapError as error:
@@ -84,7 +84,7 @@ class MapDesk:
         return self._service.picture if self._service is not None else None
 
     def change(self, wish: dict[str, Any]) -> None:
-        """One act: of making, or on the map `map`. Raises EditRefused."""
+        """Do one act: on the map being made, or on the stored map `map`. Raises EditRefused."""
         acts = [key for key in wish if key != "map"]
         if len(acts) != 1:
             raise EditRefused("map_wish", "send one act")

@@ -1,4 +1,4 @@
-"""From which sides a map's occupied cells are seen: a thin wall has two faces, a beam meets one.
+"""Sides from which a map's occupied cells are seen: a thin wall has two faces, a beam meets one.
 
 A cell belongs to the face whose free floor is nearest along its row or its column.
 """
@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from gazechair.base.footprint import BoolArray, FloatArray
 
 SIDES = 4  # free floor towards -x, +x, -y, +y
-_REACH_M = 0.078  # a wall's face is as deep: what noise makes of one that is seen from one side
+_REACH_M = 0.078  # depth of a wall's face: range noise widens a wall seen from one side
 
 
 def faces_of(occupied: BoolArray, free: BoolArray, cell_m: float) -> BoolArray:
-    """(N, SIDES), of the occupied cells in their order: to which faces each belongs."""
+    """(N, SIDES): to which faces each occupied cell belongs, in the order of the cells."""
     at = np.argwhere(occupied)
     reach = max(1, int(_REACH_M / cell_m))
     apart = np.stack([_apart(free, at, axis, sign, reach) for axis, sign in _STEPS], axis=1)
@@ -24,7 +24,7 @@ def faces_of(occupied: BoolArray, free: BoolArray, cell_m: float) -> BoolArray:
 
 
 def sides_of(towards: FloatArray) -> NDArray[np.int64]:
-    """(N, 2): the sides from which somebody may see a surface who is `towards` (N, 2) of it."""
+    """(N, 2): the two sides from which a viewer in direction `towards` (N, 2) may see a surface."""
     return np.asarray((towards > 0.0) + np.array((0, 2)))
 
 

@@ -1,7 +1,7 @@
-"""Holds a place by odometry where the look alone does not tell it: people pull at a fit.
+"""Keeps the pose near odometry's where a look alone does not determine it: people distort a fit.
 
-Odometry holds it, since the place was last sure, by so much, and by shares of what was driven and
-turned since; what goes beyond is in doubt.
+A fit may deviate from odometry by fixed amounts, plus shares of the distance and the turn since the
+pose was last sure; beyond that it is in doubt.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _RAD, _TURN_SHARE = math.radians(0.7), 0.01
 
 @dataclass
 class Hold:
-    """Where the place was last sure, and how odometry has moved since."""
+    """The pose that was last sure, and odometry's distance and turn since."""
 
     pose: FloatArray
     odometry: FloatArray
@@ -30,20 +30,20 @@ class Hold:
     turned_rad: float = 0.0
 
     def move(self, before: FloatArray, odometry: FloatArray) -> None:
-        """Odometry went on."""
+        """Add a motion of odometry."""
         moved = between(before, odometry)
         self.driven_m += math.hypot(moved[0], moved[1])
         self.turned_rad += abs(float(moved[2]))
 
     @property
     def deviations(self) -> FloatArray:
-        """(3,): of the pose that odometry gives since."""
+        """(3,): standard deviations (m, m, rad) of the pose that odometry gives."""
         along, about = _SHARES
         more = np.array((self.driven_m * along, self.driven_m * along, self.turned_rad * about))
         return np.asarray(_SIGMAS + more)
 
     def holds(self, guess: FloatArray, pose: FloatArray) -> bool:
-        """Whether the chair may be at `pose` where odometry has it at `guess`."""
+        """Whether a fit at `pose` is compatible with odometry's `guess`."""
         off = between(guess, pose)
         near = math.hypot(off[0], off[1]) <= _M + _SHARE * self.driven_m
         return near and abs(off[2]) <= _RAD + _TURN_SHARE * self.turned_rad

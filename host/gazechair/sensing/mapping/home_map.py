@@ -1,4 +1,4 @@
-"""A home's map and its file: occupancy grid, track, what people drew on it; whole or not at all.
+"""A home's map and its file: occupancy grid, track, what people drew on it; written atomically.
 
 The file: a line `gazechair-map 2`, a line of JSON (name, made, cell_m, low_m, shape, track, drawn,
 updated), then zlib of the hits and passes (u16, little-endian, row by row), then u32 CRC-32 of
@@ -33,11 +33,11 @@ DAMAGE = (
 
 
 class MapError(Exception):
-    """A map can't be used; the text is one plain line."""
+    """Raised when a map cannot be used; the text is one plain line."""
 
 
 class NewerMapError(MapError):
-    """A newer gazechair has written it."""
+    """Raised for a file that a newer gazechair has written."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class HomeMap:
     """(N, 3): key poses of the drive that made it; none of an imported one."""
     drawn: Drawn = field(default_factory=Drawn)
     updated: str = ""
-    """When drives changed it last, as `made`; "": never, or nobody knows."""
+    """When drives last changed it, as `made`; "": never, or not known."""
 
     def holds(self, drawn: Drawn) -> bool:
         """Whether all of that lies on the map."""

@@ -1,8 +1,8 @@
 """Keeps the stored map current while the chair is driven in it: which looks count, and when.
 
-Only looks at which the place is known well count, from places apart, and only after seconds in
-which it stayed known. A drive is what happens within half an hour; the next one that counts begins
-hours later, also when the host was switched off meanwhile.
+Looks count only while the pose is known well, from separate places, and after the pose has stayed
+known for some seconds. A drive lasts half an hour; the next one that counts begins hours later,
+also when the host was switched off in between.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from gazechair.sensing.mapping.store import MapStore
 from gazechair.sensing.mapping.upkeep import Upkeep, load_ledger
 
 DRIVE_S, APART_S = 1800.0, 7200.0
-_LOOK_M, _LOOK_RAD = 0.15, math.radians(9.0)  # the chair moves so far between two looks
+_LOOK_M, _LOOK_RAD = 0.15, math.radians(9.0)  # least motion of the chair between two looks
 _SLOW_DEG_S = 15.0  # faster turns blur
 _SETTLED_S = 5.0  # known without a break
 _STORED_S = 60.0
-_MOST_CELLS = 4 << 20  # larger maps are left as they are: it would take too much memory
+_MOST_CELLS = 4 << 20  # larger maps are not updated: it would take too much memory
 
 log = logging.getLogger(__name__)
 
 
 class Keeping:
-    """Feed it what was seen where the chair is known to be."""
+    """Feed it looks at known poses."""
 
     def __init__(self, store: MapStore, utc: Callable[[], float] = time.time) -> None:
         """`utc`: seconds since 1970."""
@@ -44,17 +44,17 @@ class Keeping:
         self._upkeep: Upkeep | None = None
         self._began_s = self._next_s = self._stored_s = self._settled_s = -math.inf
         self._noted_s: dict[str, float] = {}  # when the newest drive was, by map
-        self._ahead_s: dict[str, float] = {}  # since when it lies ahead of the clock
+        self._ahead_s: dict[str, float] = {}  # since when that time is in the future by the clock
         self._odometry: FloatArray | None = None  # at the newest look that counts
 
     def unsure(self) -> None:
-        """The place is not known, or in doubt: what was seen last does not count either."""
+        """The pose is unknown or in doubt: discard the newest looks, too."""
         self._settled_s = math.inf
         if self._upkeep is not None:
             self._upkeep.drop()
 
     def look(self, id_: str, grid: OccupancyGrid, seen: Seen, location: Location) -> bool:
-        """The chair is in map `id_`, well known; True: the stored map has been updated."""
+        """Take a look at a well-known pose in map `id_`; True: the stored map has been updated."""
         now_s = seen.estimate.time_s
         if id_ != self._id or grid is not self._grid:
             self._id, self._grid, self._upkeep = id_, grid, None
@@ -89,10 +89,10 @@ class Keeping:
             self._odometry = None
 
     def _apart(self, id_: str, drive_s: float, now_s: float) -> bool:
-        """Whether the newest drive is long enough ago, whatever was done to the clock since."""
+        """Whether the newest drive is long enough ago, even if the clock was changed since."""
         if now_s < self._noted_s.get(id_, -math.inf) + APART_S:
             return False
-        if self._utc() < drive_s:  # set back; believed again once that long has passed here
+        if self._utc() < drive_s:  # the clock was set back: trust it again after that time
             return now_s >= self._ahead_s.setdefault(id_, now_s) + APART_S
         self._ahead_s.pop(id_, None)
         return self._utc() >= drive_s + APART_S
@@ -118,7 +118,7 @@ class Keeping:
                 return False
             when = datetime.fromtimestamp(now_s, timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
             if not self._store.update(self._id, self._grid, updated[0], when):
-                return False  # somebody has changed it meanwhile: it is read again soon
+                return False  # the map was changed meanwhile: it is read again soon
             self._upkeep = self._grid = None
             self._store.note(self._id, updated[1].save)
             return True

@@ -50,7 +50,7 @@ class LikelihoodField:
         """Values of `level` in cells (..., 2); 0 where neither the cell nor its block reaches."""
         values = self._bordered[level]
         nx, ny = values.shape
-        first = 1 << level  # a level's array begins so many cells earlier, its border included
+        first = 1 << level  # a level's array begins this many cells earlier, its border included
         i = np.clip(cells[..., 0] + first, 0, nx - 1)
         j = np.clip(cells[..., 1] + first, 0, ny - 1)
         return np.asarray(values.ravel().take(i * ny + j))

@@ -1,8 +1,8 @@
 """Localization in a known map: finds the pose without a hint, follows it, notices when it is lost.
 
-Rather no pose than a wrong one: a pose counts when what stays around the chair (people move, walls
-do not) agrees with the map there, clearly more than at any other place, is hardly contradicted, and
-the looks that follow find it again.
+No pose is better than a wrong one: a pose counts when the static surfaces around the chair agree
+with the map there, clearly more than at any other pose, hardly contradict it, and the following
+looks find it again.
 """
 
 from __future__ import annotations
@@ -25,41 +25,41 @@ from gazechair.sensing.mapping.uncertainty import FOUND_M, KEPT_M, Unsteady, dis
 # Search.
 _HEADINGS_RAD = np.radians(np.arange(0.0, 360.0, 1.5))
 _POINTS = 120
-_EVERY = 2  # looks the whole map is searched; in between, the candidates it has are compared again
+_EVERY = 2  # looks between searches of the whole map; in between, its candidates are compared again
 _LEAST, _RATIO, _APART_M = 0.15, 0.7, 0.4
 _CANDIDATES = 40
 _KEPT = 12  # candidates, for the next look
 _SAME_M, _SAME_RAD = 0.12, math.radians(4.0)
 # A pose that counts.
 _AGREED_M = 4.0
-# Contradictions come from moved furniture: so many metres, and a share of what is agreed; much less
-# of it where little is agreed, which is people, and people contradict nothing.
+# Contradictions come from moved furniture: metres, plus a share of what is agreed; less where
+# little is agreed, as that comes from people, who contradict nothing.
 _CONTRADICTED_M, _CONTRADICTED, _MOST_AGREED = 0.1, 0.3, 0.8
-# Of what is so far away, where nobody who hides much stands, more has to be agreed: else it is
-# another home.
+# Of surfaces beyond this distance, which people close by hide less, a larger share must agree: else
+# it is another home.
 _FAR_M, _FAR_AGREED = 2.0, 0.7
-# Its lead before every other pose: metres, and a share of what it does not explain.
+# Required lead over every other pose: metres, plus a share of what it does not explain.
 _LEAD_M, _LEAD_OF_UNEXPLAINED = 2.5, 0.05
 _FIRM = 0.03  # information across over along: less is a corridor without an end
-_LOOK_M, _LOOK_RAD = 0.25, math.radians(9.0)  # the chair moves so far between two looks
-_AGAIN_S = 0.5  # or stands so long
+_LOOK_M, _LOOK_RAD = 0.25, math.radians(9.0)  # least motion of the chair between two looks
+_AGAIN_S = 0.5  # least time between looks at standstill
 _CONFIRM_M, _CONFIRM_RAD = 0.10, math.radians(3.0)
 _CONFIRMED = 4  # looks in a row that find the same pose
 # Following.
 _FOLLOW_SIGMAS = np.array((0.05, 0.05, math.radians(1.0)))
-# Where less is explained, or it hardly tells the heading, people pull at the fit; see Hold.
+# If less is explained, or the heading is poorly determined, people distort the fit; see Hold.
 _SURE, _SURE_RAD = 0.8, math.radians(0.5)
-_HELD_FOR_M = 1.0  # then what is seen is another view, with other people
-_LOST_EXPLAINED = 0.45  # fewer: a crowd, or another place; it looks for itself then
-_LOST_CONTRADICTED = 0.15  # of the beams that reach what is known, and of the length of that
+_HELD_FOR_M = 1.0  # beyond this distance the view is another, with other people
+_LOST_EXPLAINED = 0.45  # with less: a crowd, or another place; the map is searched again
+_LOST_CONTRADICTED = 0.15  # share of beams that reach known surfaces, and of their length
 _LOST_S = 2.0
-# What stays of so many looks, far away: less agreed is another place, however near to walls it is.
+# Static far surfaces of the newest looks: if less agrees, the chair is at another place.
 _RECENT, _FAR_LOST = 5, 0.4
 _LEAST_FAR_M = 1.0
-# The map turns so far under odometry within a second: a lidar was bumped, and odometry, which goes
-# by a sensor's heading, did not follow. A share of what the chair turns is odometry's own error.
+# If fits turn the pose this far against odometry within a second, a lidar was bumped: odometry
+# follows the heading sensor. A share of the chair's turn is odometry's own error.
 _ASKEW_RAD, _ASKEW_S, _ASKEW_SHARE = math.radians(1.2), 1.0, 0.04
-_STILL_M = 1.0  # agreed, where it was before people hid the rest
+_STILL_M = 1.0  # agreed length that keeps a pose while people hide the rest
 _PLACED_M, _PLACED_RAD = 0.1, math.radians(2.0)
 
 
@@ -71,7 +71,7 @@ class Location:
     """(3,): x, y in metres, heading in radians."""
     evidence: Evidence
     sigma_m: float
-    """Standard deviation of the place, in the direction known worst."""
+    """Standard deviation of the position, in the worst direction."""
     sigma_rad: float
 
 
@@ -80,7 +80,7 @@ class _Candidate:
     """A pose that may be the chair's."""
 
     frame: FloatArray
-    """Of odometry, in the map."""
+    """Pose of odometry's frame in the map."""
     fitted: ndt.Fit
     agreement: Agreement
     far_agreed: float
@@ -89,7 +89,7 @@ class _Candidate:
 
 @dataclass(frozen=True)
 class _Claim:
-    """What a pose was found by."""
+    """The evidence by which a pose was found."""
 
     settled: Settled
     odometry: FloatArray
@@ -103,24 +103,24 @@ class Localization:
         self._map = MapMatch(grid)
         self._surroundings = Surroundings()
         self._newest: tuple[FloatArray, float] | None = None  # look: odometry's pose, time
-        self._compared = 0  # how often since it began anew
+        self._compared = 0  # how often since the start
         self._kept: list[FloatArray] = []  # frames of candidates
         self._claim: _Claim | None = None
         self._confirmed = 0  # how often in a row
         self._odometry: FloatArray = np.zeros(3)
         self._hold = Hold(np.zeros(3), np.zeros(3))
         self._doubt_since_s: float | None = None
-        self._agrees = True  # what stays far away with the map, where the chair is known to be
-        self._pulled_rad, self._pulled_s = 0.0, math.inf  # by fits, lately
+        self._agrees = True  # far static surfaces with the map, at the known pose
+        self._pulled_rad, self._pulled_s = 0.0, math.inf  # recent turn by fits against odometry
         self._unsteady = Unsteady()
         self.location: Location | None = None
         self.askew = False
-        """Whether the newest look ended the location because the map has turned."""
+        """Whether the newest look ended the location because the map turned against odometry."""
         self.searched = False
         """Whether the newest look was searched in the whole map."""
 
     def look(self, look: Look, odometry: FloatArray, time_s: float) -> Location | None:
-        """The location after this look; `odometry` (3,): in a frame of its own."""
+        """The location after this look; `odometry` (3,): the pose in odometry's frame."""
         self.searched = self.askew = False
         if not len(look.points_m):
             return self.location
@@ -133,26 +133,26 @@ class Localization:
 
     @property
     def sure(self) -> bool:
-        """Whether the newest look alone speaks for the location."""
+        """Whether the newest look alone supports the location."""
         location = self.location
         if location is None or self._doubt_since_s is not None:
             return False
         return location.evidence.explained >= _SURE and location.sigma_rad <= _SURE_RAD
 
     def place(self, pose: FloatArray, odometry: FloatArray) -> None:
-        """It is there, as who has just made the map knows; looks soon tell if not."""
+        """Set the pose, known from just having made the map; later looks verify it."""
         self.forget()
         self.location = Location(pose, Evidence(1.0, 0.0), _PLACED_M, _PLACED_RAD)
         self._hold = Hold(pose, odometry)
         self._odometry = odometry
 
     def forget(self) -> None:
-        """Begin anew: the chair was lifted, or another map counts."""
+        """Start again: the chair was lifted, or the map is another."""
         self.lose()
         self._unsteady.forget()
 
     def lose(self) -> None:
-        """The place is not known any more; odometry goes on."""
+        """Drop the location; odometry continues."""
         self._forget_looks()
         self._claim, self._confirmed = None, 0
         self._pulled_rad, self._pulled_s = 0.0, math.inf
@@ -171,7 +171,7 @@ class Localization:
         self._newest, self._kept, self._compared, self._agrees = None, [], 0, True
 
     def _remember(self, look: Look, odometry: FloatArray, time_s: float) -> bool:
-        """False: the look is too like the one before."""
+        """Keep a look; False: it is too similar to the one before."""
         if self._newest is not None:
             before, before_s = self._newest
             if not _is_apart(before, odometry) and time_s - before_s < _AGAIN_S:
@@ -206,7 +206,7 @@ class Localization:
             self._forget_looks()
 
     def _candidates(self, settled: Settled, odometry: FloatArray, whole: bool) -> list[_Candidate]:
-        """The best first, each a pose of its own: those it has and, of the `whole` map, others."""
+        """Distinct poses, best first: those kept and, if `whole`, others found in the whole map."""
         field = self._map.coarse
         points = from_frame(settled.surfaces_m, odometry)
         guesses = [compose(frame, odometry) for frame in self._kept]
@@ -281,7 +281,7 @@ class Localization:
             if sure or self._hold.driven_m > _HELD_FOR_M:
                 self._hold = Hold(fitted.pose, odometry)
             return
-        # People pull at a fit: odometry goes on alone until the place is confirmed.
+        # People distort a fit: use odometry alone until the pose is confirmed.
         self.location = replace(location, pose=guess)
         if self._doubt_since_s is None:
             self._doubt_since_s = time_s
@@ -290,12 +290,12 @@ class Localization:
             if still is None:
                 self.lose()
             else:
-                # Those who stand pull at what stays as well.
+                # People who stand distort the static surfaces as well.
                 self.location = replace(still, pose=guess)
                 self._doubt_since_s = None
 
     def _fit(self, look: Look, guess: FloatArray, held: FloatArray) -> tuple[ndt.Fit, bool]:
-        """The place by this look, and True where it alone speaks for it: else odometry holds it."""
+        """The pose by this look, and whether the look alone determines it; else see Hold."""
         evidence = self._map.evidence(look, guess)
         if evidence.explained >= _SURE:
             free = ndt.fit(self._map.ndt, look.points_m, guess, _FOLLOW_SIGMAS, look.origins_m)
@@ -305,7 +305,7 @@ class Localization:
         return ndt.fit(self._map.ndt, look.points_m, held, deviations, look.origins_m), False
 
     def _is_pulled(self, turn_rad: float, time_s: float) -> bool:
-        """Whether fits have turned the place against odometry; not by the first look, if that."""
+        """Whether fits have turned the pose against odometry; the first look does not count."""
         passed_s = time_s - self._pulled_s
         self._pulled_s = time_s
         if passed_s >= 0.0:
@@ -324,9 +324,9 @@ class Localization:
         return float(agreed[far].mean()) >= _FAR_LOST
 
     def _still_at(self, pose: FloatArray, odometry: FloatArray) -> Location | None:
-        """People may hide most of a known place: the place there, or None.
+        """The location at a known pose of which people may hide most surfaces.
 
-        None: it is not likely any more, or another place of the map is clearly better.
+        None: the pose is unlikely by now, or another one in the map is clearly better.
         """
         self.searched = True
         self._kept = [compose(pose, between(odometry, np.zeros(3)))]

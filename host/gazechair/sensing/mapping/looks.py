@@ -1,4 +1,4 @@
-"""Looks at the home: the last turn of every lidar, de-skewed, at the pose that odometry gives."""
+"""Looks: the last turn of every lidar, de-skewed, at odometry's pose."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from gazechair.sensing.odometry.odometry import Estimate
 from gazechair.sensing.odometry.points import Piece, seen_points
 
 _SAME_S = 1e-4
-_TURN_S = 0.11  # of a mirror, and a little
+_TURN_S = 0.11  # of a lidar, with some slack
 _KEPT = 16  # pieces: of four lidars
 
 
 @dataclass(frozen=True)
 class Seen:
-    """What is seen from the pose that an estimate gives."""
+    """What the lidars see at an estimate's pose."""
 
     look: Look
     odometry: FloatArray
@@ -41,12 +41,12 @@ class Looks:
         self._pieces.append(piece)
 
     def estimate(self, estimate: Estimate) -> bool:
-        """An estimate; True: `seen` tells what was seen there."""
+        """Take an estimate; True: `seen` gives what was seen at its pose."""
         if self._known and self._known[-1][1].track != estimate.track:
             self._known.clear()
         for at, piece in enumerate(self._pieces):
             if abs(piece.middle_s - estimate.time_s) < _SAME_S:
-                del self._pieces[at]  # another lidar's may have the same time
+                del self._pieces[at]  # by index: another lidar's piece may have the same time
                 self._known.append((piece, estimate))
                 return True
         return False
@@ -67,7 +67,7 @@ class Looks:
         return _pose(self.newest)
 
     def seen(self) -> Seen:
-        """Everything since one turn ago, as from the newest pose."""
+        """Everything seen within the last turn, relative to the newest pose."""
         newest = self.newest
         here = self.pose
         looks = []

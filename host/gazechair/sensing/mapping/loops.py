@@ -1,4 +1,4 @@
-"""Loops: whether scans of now fit an earlier place, where, and which such findings to believe."""
+"""Loops: matches current scans to an earlier place, and selects consistent matches."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ _CELL_M, _SIGMA_M, _LEVELS = 0.06, 0.10, 4
 _STEP_RAD = _CELL_M / 8.0  # half a cell at 4 m
 _POINTS = 180  # for the search; the fine fit takes all
 _COARSE_SCORE, _FINE_SCORE = 0.55, 0.6
-# A second place, this far off, with nearly the same score: none is taken.
+# Rejected if a second place, this far off, has nearly the same score.
 _RIVAL_M, _RIVAL_RATIO = 0.5, 0.93
-_FIRM = 0.1  # information across over along: less is a corridor, whose length stays unknown
+_FIRM = 0.1  # ratio of least to most information: less is a corridor, without a position along it
 _SIGMA_FIRM_M, _SIGMA_RAD = 0.03, math.radians(0.4)
 
 _CONFIRM_WITHIN = 15  # key scans
@@ -37,9 +37,9 @@ def match(
     window_rad: float,
     place: FloatArray,
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Where what is seen from `guess` fits the known points, as seen from `place`; information.
+    """The pose, as seen from `place`, at which points seen from `guess` fit; its information.
 
-    None: nowhere within the windows, at several places, or along a line only.
+    None: nowhere within the windows, at several poses, or along a line only.
     """
     field = LikelihoodField(known_m, _CELL_M, _SIGMA_M, _LEVELS)
     few = seen_m[:: max(1, len(seen_m) // _POINTS)]
@@ -70,7 +70,7 @@ def match(
 
 
 def agreeing(loops: Sequence[Edge], poses: Sequence[FloatArray]) -> list[Edge]:
-    """The loops that at least one other one confirms, by way of the poses between their ends."""
+    """The loops that at least one other loop confirms, through the poses between their ends."""
     sure: set[int] = set()
     for at, a in enumerate(loops):
         for other, b in enumerate(loops[:at]):

@@ -1,4 +1,4 @@
-"""Making a map of a home during one drive: key scans, how it goes, and the map at the end."""
+"""Makes a map of a home during one drive: key scans, progress, and the map at the end."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from gazechair.sensing.mapping.mirrors import without_mirrored
 from gazechair.sensing.mapping.occupancy_grid import occupancy_of
 from gazechair.sensing.mapping.poses import between, compose, rotation
 
-BROKEN = "broken"  # carried, or odometry has lost itself: what follows does not fit any more
+BROKEN = "broken"  # carried, or odometry started again: later scans do not fit
 FULL = "full"
-SILENT = "silent"  # nothing comes from the lidars just now
+SILENT = "silent"  # no scans from the lidars at the moment
 _MOST_KEYS = 3000
 _NEIGHBOUR_M = 0.2
 
 
 class Making:
-    """Feed it looks; `doubt` tells why it takes no more, "" while it does."""
+    """Feed it looks; `doubt` is why it takes no more, "" while it does."""
 
     def __init__(self) -> None:
         self._mapper = Mapper()
         self._track: int | None = None
-        self._turned_rad = 0.0  # of the map against the heading sensor: walls along its axes
+        self._turned_rad = 0.0  # map against heading sensor, so that walls lie along its axes
         self._along_m2 = 0.0
         self._odometry: FloatArray = np.zeros(3)  # at the newest key scan
         self._pose: FloatArray = np.zeros(3)
@@ -37,11 +37,11 @@ class Making:
 
     @property
     def keys(self) -> list[KeyScan]:
-        """What is collected."""
+        """The key scans collected so far."""
         return self._mapper.keys
 
     def take(self, looks: Looks) -> bool:
-        """The newest estimate and what was seen there; True: it became a key scan."""
+        """Take the newest estimate and look; True: it became a key scan."""
         track, pose = looks.track, looks.pose
         if self._track is None:
             self._track = track
@@ -72,7 +72,7 @@ class Making:
         return taken
 
     def as_json(self) -> dict[str, Any]:
-        """How it goes, as plain JSON values."""
+        """Progress, as plain JSON values."""
         x_m, y_m, heading_rad = self._pose.tolist()
         return {
             "keys": len(self.keys),
@@ -85,13 +85,13 @@ class Making:
         }
 
     def place(self, looks: Looks) -> FloatArray | None:
-        """Where the chair is now, in the finished map; None: it was carried."""
+        """The chair's present pose in the finished map; None: it was carried."""
         if not self.keys or looks.track != self._track or self.doubt == BROKEN:
             return None
         return compose(self.keys[-1].pose, between(self._odometry, looks.pose))
 
     def finished(self, name: str) -> HomeMap:
-        """The map of it; takes a while. ValueError: too little was seen."""
+        """The finished map; takes a while. ValueError: too little was seen."""
         self._mapper.finish()
         if not self.keys:
             raise ValueError("no lidar points to make a map of")
@@ -110,12 +110,12 @@ class Making:
 
 
 def _slant(points_m: FloatArray, heading_rad: float) -> float:
-    """How far most walls are turned from the axes, within an eighth of a turn."""
+    """Angle of most walls from the axes, within an eighth of a turn."""
     return _mean_slant([_fours(points_m, heading_rad)])
 
 
 def _fours(points_m: FloatArray, heading_rad: float) -> complex:
-    """Sum of the walls' directions, four times their angle: all sides of a room agree."""
+    """Sum of unit vectors at four times the walls' angles, so that all sides of a room agree."""
     steps = np.diff(points_m @ rotation(heading_rad).T, axis=0)
     length = np.hypot(steps[:, 0], steps[:, 1])
     near = (length > 0.0) & (length < _NEIGHBOUR_M)

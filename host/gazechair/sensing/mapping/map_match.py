@@ -1,11 +1,11 @@
-"""How well looks fit a known map at a pose: what is explained, and what contradicts it.
+"""Scores how well looks fit a known map at a pose: what is explained, and what contradicts it.
 
-A look ends at a known surface (explained), before one (somebody stands there, something is new), or
-has passed through one (a contradiction: walls do not let light through; an opened door or moved
-furniture is a small part of a look).
+A beam ends at a known surface (explained), before one (a person, or something new), or has passed
+through one (a contradiction: walls are opaque; an opened door or moved furniture is a small part of
+a look).
 
-What stays of several looks is compared by length: surfaces that the map has, too (agreed), and
-surfaces of the map where the looks found free floor (contradicted).
+Static surfaces of several looks are compared by length: surfaces that the map has, too (agreed),
+and surfaces of the map where the looks found free floor (contradicted).
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from gazechair.sensing.mapping.poses import from_frame, to_frame
 from gazechair.sensing.mapping.surroundings import CELL_M, Settled
 
 _COARSE_M, _COARSE_SIGMA_M, _LEVELS = 0.10, 0.12, 5
-_FINE_M, _NEAR_M = 0.05, 0.10  # a look that ends so near a known surface is explained
+_FINE_M, _NEAR_M = 0.05, 0.10  # a beam that ends this near a known surface is explained
 _BEAMS = 240
 _STEP_M = 0.05
-_SHORT_M = 0.25  # before the end of a look nothing contradicts it
-_CLOSE_CELL_M, _CLOSE_M = 0.025, 0.06  # a surface that close to a known one is agreed
+_SHORT_M = 0.25  # the last part of a beam contradicts nothing
+_CLOSE_CELL_M, _CLOSE_M = 0.025, 0.06  # a surface this close to a known one is agreed
 _PART_M = 0.05
 _NEAR = math.exp(-0.5)  # of a field whose sigma is _NEAR_M, or _CLOSE_M
 
@@ -41,7 +41,7 @@ class Look:
     origins_m: FloatArray
 
     def moved(self, pose: FloatArray) -> Look:
-        """The same, in the frame that `pose` is given in."""
+        """The look transformed into the frame in which `pose` is given."""
         return Look(to_frame(self.points_m, pose), to_frame(self.origins_m, pose))
 
 
@@ -52,16 +52,16 @@ class Evidence:
     explained: float
     through: float
     crossed: float = 0.0
-    """By length: of the map's surfaces that the beams end at or pass, the share that they pass. A
-    mirror close by fills a third of a look, and is as long as it is."""
+    """The share, by length, that beams pass through, of the map's surfaces that they reach: a
+    mirror close by fills a third of a look, but counts by its length only."""
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """Of what stays around the chair with a map, at a pose."""
+    """Agreement of the static surfaces around the chair with a map, at a pose."""
 
     agreed: BoolArray
-    """Of the settled surfaces' cells: which the map has, too."""
+    """Which of the settled surfaces' cells the map has, too."""
     contradicted_m: float
     """Length of the map's surfaces where free floor was seen."""
 
@@ -106,13 +106,13 @@ class MapMatch:
         )
 
     def on_free_floor(self, pose: FloatArray) -> bool:
-        """Whether the map knows free floor there."""
+        """Whether the map has free floor at the pose."""
         i, j = np.floor((pose[:2] - self._grid.low_m) / self._grid.cell_m).astype(int).tolist()
         nx, ny = self._free.shape
         return 0 <= i < nx and 0 <= j < ny and bool(self._free[i, j])
 
     def evidence(self, look: Look, pose: FloatArray) -> Evidence:
-        """For and against the look being from that pose."""
+        """Evidence for and against the look having been taken at `pose`."""
         every = max(1, len(look.points_m) // _BEAMS)
         placed = Look(look.points_m[::every], look.origins_m[::every]).moved(pose)
         ends, starts = placed.points_m, placed.origins_m
@@ -124,7 +124,7 @@ class MapMatch:
         share = _STEP_M * (np.arange(len(beam)) - np.repeat(np.cumsum(steps) - steps, steps))
         at = starts[beam] + along[beam] * (share / length[beam])[:, None]
         solid = self._solid.at(0, self._solid.cells(at)) == 1.0
-        # A beam that grazes a wall passes its cells: what is explained contradicts nothing.
+        # A beam that grazes a wall passes its cells: explained beams contradict nothing there.
         solid &= ~explained[beam]
         through, first = np.unique(beam[solid], return_index=True)
         passed = self._count(at[solid][first])
@@ -132,11 +132,11 @@ class MapMatch:
         return Evidence(float(explained.mean()), len(through) / len(ends), share)
 
     def _count(self, points_m: FloatArray) -> int:
-        """In how many coarse cells they are: beams that end far away are that far apart."""
+        """Number of coarse cells with points, as beams that end far away are far apart."""
         return len(np.unique(self.coarse.cells(points_m), axis=0))
 
     def agreement(self, settled: Settled, frame: FloatArray) -> Agreement:
-        """Where the frame of `settled` is at the pose `frame` in the map."""
+        """Agreement with the map if the frame of `settled` is at the pose `frame` in it."""
         placed = to_frame(settled.surfaces_m, frame)
         agreed = np.asarray(self._close.at(0, self._close.cells(placed)) >= _NEAR)
         seen_free = settled.is_free(from_frame(self._surfaces_m, frame))
@@ -144,7 +144,7 @@ class MapMatch:
 
 
 def _parts(cell_m: float) -> FloatArray:
-    """Centres (N, 2) of a cell's parts, from its own: large cells are too few points of a wall."""
+    """Centres (N, 2) of a cell's parts, relative to its own: large cells give too few points."""
     count = math.ceil(cell_m / _PART_M)
     side = ((np.arange(count) + 0.5) / count - 0.5) * cell_m
     return np.asarray(np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2))

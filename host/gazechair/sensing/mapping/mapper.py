@@ -1,8 +1,8 @@
-"""Mapper: key scans of one drive, the measurements between them, and the poses that agree best.
+"""Mapper: key scans of one drive, measurements between them, and the poses that fit these best.
 
-Odometry is good from one key scan to the next, but drifts. Where the chair comes to a place that it
-has seen, the newest scans are searched there too (loop closure), and all poses move so that both
-agree.
+Odometry is accurate from one key scan to the next, but drifts. Where the chair returns to a known
+place, the newest scans are matched to those made there (loop closure), and all poses are
+optimized to fit both.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from gazechair.sensing.mapping.poses import between, compose, from_frame, to_fra
 KEY_M = 0.3
 KEY_RAD = math.radians(20.0)
 
-_LOOP_AFTER = 25  # key scans: what is nearer in the drive is no loop
+_LOOP_AFTER = 25  # key scans: a match to a more recent one is no loop
 _LOOP_EVERY = 3  # key scans
 _AROUND = 6  # key scans on either side of a place, taken together
 _PLACES = 2  # searched for each key scan
-_SIGHT_M = 4.0  # from so far away the lidars see enough of a place again
+_SIGHT_M = 4.0  # within this distance the lidars see enough of a place again
 _FINISH_WINDOWS_M = (0.6, 0.3)  # of the searches after the drive, one round each
 
 # Uncertainty of a key scan since the last loop, for the window of the search.
@@ -105,7 +105,7 @@ class Mapper:
         return True
 
     def finish(self) -> None:
-        """After the drive: search every place again near where the whole graph now puts it."""
+        """After the drive: search for loops again at every key scan, near its optimized pose."""
         for window_m in _FINISH_WINDOWS_M:
             steps = [edge for edge in self.edges if not edge.loop]
             loops = []
@@ -146,7 +146,7 @@ class Mapper:
             self._optimize()
 
     def _found(self, number: int, tied: int, widest_m: float) -> list[Edge]:
-        """Loops from earlier places to key scan `number`, which drifts since key scan `tied`."""
+        """Loops from earlier places to key scan `number`, whose drift began at key scan `tied`."""
         key, sure = self.keys[number], self.keys[tied]
         window_m = min(widest_m, _DRIFT_M + _DRIFT_PER_M * (key.driven_m - sure.driven_m))
         window_rad = _DRIFT_RAD + _DRIFT_PER_RAD * abs(key.heading_rad - sure.heading_rad)

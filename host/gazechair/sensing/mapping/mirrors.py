@@ -1,9 +1,8 @@
-"""Finds mirrors along the walls of a finished map, and leaves out the rooms seen in them.
+"""Finds mirrors along the walls of a finished map, and removes the rooms seen in them.
 
-What is seen in a mirror is the room before it once more, turned over at the mirror's line: where
-the ends of nearly all beams that cross a piece of a line, turned over there, lie on what is known
-before it, that piece is a mirror. A doorway is none: the chair has driven through it, or the room
-behind is another one.
+A mirror shows the room in front of it, reflected at the mirror's line: a piece of a line is a
+mirror if nearly all beams that cross it, reflected there, end on known surfaces in front of it. A
+doorway is none: the chair has driven through it, or the room behind is another one.
 """
 
 from __future__ import annotations
@@ -20,17 +19,17 @@ from gazechair.sensing.mapping.poses import to_frame
 
 _MOST_BEAMS = 60_000  # looked at
 _LINE_M = 0.025  # from one line to the next
-_BEHIND_M = 0.12  # an end less far behind a line says nothing
-_NEAR_M = 0.075  # of what is known: an end that lies on it
+_BEHIND_M = 0.12  # ends nearer behind a line are ignored
+_NEAR_M = 0.075  # an end this near to a known surface lies on it
 _BIN_M = 0.05
 _LEAST_ENDS = 1  # of beams in a bin
 _MATCHED = 0.9
 _SHORTEST_M, _LONGEST_M = 0.3, 3.0
-_DEEP_M = 0.4  # the room behind, on average: less is a niche, or what stands at the wall
-_SPREAD_M = 0.4  # of the depths: one wall alone may well be as far behind as another is before
+_DEEP_M = 0.4  # average depth of the room behind: less is a niche, or something at the wall
+_SPREAD_M = 0.4  # of the depths: a single wall may lie as far behind as another does in front
 _LEAST_BEAMS = 60
-_OFF_M, _SHARPER = 0.15, 0.3  # so much fewer match at a line so far off
-_WALL_M, _WALL_SHARE = 0.35, 0.6  # a wall goes on so far at both ends
+_OFF_M, _SHARPER = 0.15, 0.3  # at a line this far off, this share fewer match
+_WALL_M, _WALL_SHARE = 0.35, 0.6  # a wall continues this far at both ends
 _BEHIND_WALL_M = 0.0, 0.1  # a mirror hangs before its wall
 _WIDER_M = 0.1  # than what was found
 
@@ -47,7 +46,7 @@ class Mirror:
     beams: int
 
     def crossed(self, starts_m: FloatArray, ends_m: FloatArray) -> BoolArray:
-        """Which beams go through it."""
+        """(N,): which beams cross it."""
         beyond, along = _crossing(self.axis, self.at_m, self.side, starts_m, ends_m)
         inside = (along > self.low_m - _WIDER_M) & (along < self.high_m + _WIDER_M)
         return np.asarray(beyond & inside)
@@ -67,7 +66,7 @@ def without_mirrored(keys: Sequence[KeyScan], grid: OccupancyGrid) -> list[KeySc
 
 
 def found(keys: Sequence[KeyScan], grid: OccupancyGrid) -> list[Mirror]:
-    """The mirrors that these key scans show; the clearest first, none beside another."""
+    """Mirrors seen in these key scans, the clearest first; one for each stretch of wall."""
     starts = np.concatenate([to_frame(key.origins_m, key.pose) for key in keys])
     ends = np.concatenate([to_frame(key.points_m, key.pose) for key in keys])
     every = max(1, len(ends) // _MOST_BEAMS)
@@ -88,7 +87,7 @@ def found(keys: Sequence[KeyScan], grid: OccupancyGrid) -> list[Mirror]:
 
 
 class _Known:
-    """Whether a place lies on what is occupied."""
+    """Tells whether a place lies on an occupied cell."""
 
     def __init__(self, grid: OccupancyGrid) -> None:
         reach = round(_NEAR_M / grid.cell_m)
@@ -142,7 +141,7 @@ def _on_line(
         mirror = Mirror(axis, at_m, low_m, high_m, side, int(matched[inside].sum()))
         if not _hangs(mirror, known):
             continue
-        # Walls that run towards the line lie on themselves at any line near it.
+        # Walls at right angles to the line match themselves when reflected at any line.
         elsewhere = []
         for off_m in (-_OFF_M, _OFF_M):
             moved = behind[inside]
@@ -156,7 +155,7 @@ def _on_line(
 
 
 def _hangs(mirror: Mirror, known: _Known) -> bool:
-    """A wall goes on at both of its ends."""
+    """Whether a wall continues at both of its ends."""
     beside = np.arange(0.5 * _BIN_M, _WALL_M, 0.5 * _BIN_M)
     for along in (mirror.low_m - beside, mirror.high_m + beside):
         wall = np.zeros(len(along), dtype=bool)
@@ -170,7 +169,7 @@ def _hangs(mirror: Mirror, known: _Known) -> bool:
 
 
 def _driven(mirror: Mirror, track: FloatArray) -> BoolArray:
-    """Key scans made right behind it: the chair was there."""
+    """(N,): key scans right behind it: the chair was there."""
     off = -mirror.side * (track[:-1, mirror.axis] - mirror.at_m)
     along = track[:-1, 1 - mirror.axis]
     return np.asarray(
@@ -181,7 +180,7 @@ def _driven(mirror: Mirror, track: FloatArray) -> BoolArray:
 def _crossing(
     axis: int, at_m: float, side: int, starts: FloatArray, ends: FloatArray
 ) -> tuple[BoolArray, FloatArray]:
-    """Which beams come from `side` of the line and end behind it, and where all cross it."""
+    """(beams that come from `side` of the line and end behind it, where each beam crosses it)."""
     before, after = side * (starts[:, axis] - at_m), side * (ends[:, axis] - at_m)
     beyond = (before > 0.0) & (after < -_BEHIND_M)
     share = np.where(beyond, before / np.where(beyond, before - after, 1.0), 0.0)

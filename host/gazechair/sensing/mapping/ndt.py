@@ -25,29 +25,29 @@ _SETTLED = 1e-4  # metres, radians
 _LONGEST_STEP_M = 0.05
 # Squared deviations (Mahalanobis): beyond them a point counts ever less; first, then last.
 _LOOSE, _TIGHT = 12.0, 4.0
-_FITS = 6.0  # a point nearer than this lies on what is known
+_FITS = 6.0  # a point with less lies on a known surface
 _DAMPING = 1e-3
-# Neighbouring points err together: so many of them tell no more than one. Scales the prior only.
+# Errors of neighbouring points are correlated: this many count as one. Scales the prior only.
 CORRELATED = 10.0
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A fitted pose and what it is worth."""
+    """A fitted pose and its quality."""
 
     pose: FloatArray
     """(3,): x, y in metres, heading in radians."""
     information: FloatArray
-    """(3, 3): how firmly the points determine the pose; only its proportions mean something."""
+    """(3, 3): how firmly the points determine the pose; only its proportions are meaningful."""
     score: float
-    """Share of the points that lie on what is known, 0..1."""
+    """Share of the points that lie on known surfaces, 0..1."""
 
 
 class NdtGrid:
     """Normal distributions of the known points (N, 2)."""
 
     def __init__(self, known_m: FloatArray, faces: BoolArray | None = None) -> None:
-        """`faces`: see faces_of; surfaces then count only for who sees them from there."""
+        """`faces`: see faces_of; a surface then counts only for points seen from its side."""
         cells = np.floor(known_m / _CELL_M).astype(np.int64)
         self._low = cells.min(axis=0) - 1
         self._shape = cells.max(axis=0) + 2 - self._low
@@ -72,7 +72,7 @@ class NdtGrid:
     ) -> tuple[BoolArray, FloatArray, FloatArray, FloatArray]:
         """For each point: (known there, offset (N, 2), weights (N, 3), squared deviation).
 
-        Of the distribution there that fits best, of those that are seen from `towards` (N, 2).
+        Uses the best-fitting distribution of those that are visible from `towards` (N, 2).
         Weights: xx, xy, yy of the inverse covariance.
         """
         cells = np.floor(points_m / _CELL_M).astype(np.int64) - self._low

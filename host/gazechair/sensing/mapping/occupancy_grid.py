@@ -1,7 +1,7 @@
-"""Occupancy grid: in how many key scans a beam ended in each cell, and in how many it passed.
+"""Occupancy grid: number of key scans in which a beam ended in each cell, or passed it.
 
-A cell is occupied when beams ended there again and again and few passed: who walked by leaves
-nothing, and a thin wall stays. Where the chair itself stood, the floor is free.
+A cell is occupied when beams ended there repeatedly and few passed: people who walked by leave no
+trace, and a thin wall is kept. Where the chair itself stood, the floor is free.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ Counts = NDArray[np.uint16]
 
 CELL_M = 0.025
 _FARTHEST_M = 12.0  # a hit farther away is too uncertain for a cell
-_BEAMS = 720  # of a key scan that clear cells
-_SHORT_M = 0.06  # a beam clears nothing so close to where it ended
-_MIDDLE = 0.35  # of a cell, from its centre
+_BEAMS = 720  # beams of a key scan that clear cells, at most
+_SHORT_M = 0.06  # a beam clears nothing this close to its end
+_MIDDLE = 0.35  # in cells, from a cell's centre
 _LEAST_HITS = 2
 _OCCUPIED_SHARE = 0.25
 _BORDER = 4  # cells
@@ -40,22 +40,22 @@ class OccupancyGrid:
 
     @property
     def occupied(self) -> BoolArray:
-        """Where something stands."""
+        """(nx, ny): occupied cells."""
         share = self.hits >= _OCCUPIED_SHARE * (self.hits.astype(np.float64) + self.passes)
         return np.asarray(share & (self.hits >= _LEAST_HITS))
 
     @property
     def free(self) -> BoolArray:
-        """Where a beam has passed, or the chair stood, and nothing stands; else it is unknown."""
+        """(nx, ny): cells that a beam passed or the chair stood on, not occupied; else unknown."""
         return np.asarray((self.passes > 0) & ~self.occupied)
 
     def lies_as(self, other: OccupancyGrid) -> bool:
-        """Whether the cells are in the same places."""
+        """Whether the cells of both grids coincide."""
         shapes = self.hits.shape == other.hits.shape and self.cell_m == other.cell_m
         return shapes and np.array_equal(self.low_m, other.low_m)
 
     def same_as(self, other: OccupancyGrid) -> bool:
-        """Whether everything is the same."""
+        """Whether both grids are identical."""
         if self is other:
             return True
         counts = np.array_equal(self.hits, other.hits) and np.array_equal(self.passes, other.passes)
@@ -125,7 +125,7 @@ def along_beams(
 
 
 def through_middle(at: FloatArray) -> NDArray[np.int64]:
-    """The cells (K, 2) of those places that are near a cell's middle: a cut corner says nothing."""
+    """Cells (K, 2) of the places near a cell's middle: beams that only cut a corner are ignored."""
     cells = np.floor(at)
     middle = (np.abs(at - cells - 0.5) < _MIDDLE).all(axis=1)
     return np.asarray(cells[middle].astype(np.int64))

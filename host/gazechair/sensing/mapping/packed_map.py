@@ -1,4 +1,4 @@
-"""A map as one zip file of what ROS reads, and the map in such a file, whoever made it.
+"""Packs a map into one zip file of ROS's format, and reads such a file, also by other programs.
 
 Nothing is unpacked onto the disk, and nothing outside the zip file is read.
 """
@@ -23,7 +23,7 @@ MOST_BYTES = 5_000_000  # of the zip file; an image of MOST_CELLS fits in withou
 MOST_CELLS = 4 << 20
 _MOST_TEXT = 256 << 10  # bytes of a file that is no image
 _MOST_IMAGE = MOST_CELLS + (4 << 10)  # bytes
-_MOST_TABLE = 4 << 10  # bytes of the zip file's table of what is in it
+_MOST_TABLE = 4 << 10  # bytes of the zip file's directory
 _YAML = ".yaml", ".yml"
 _END = struct.Struct("<4s4H2LH")  # of the last record of a zip file
 _END_64_BYTES = 20  # of the record before it in a zip file of more than 4 GB
@@ -65,7 +65,7 @@ def unpacked(data: bytes) -> HomeMap:
 
 
 def _name(files: Mapping[str, bytes], yaml: str) -> str:
-    """Never refused: it can be changed on the page."""
+    """Any name is accepted: it can be changed on the page."""
     told = json.loads(files[PLACES]).get("name") if PLACES in files else None
     for name in (told, PurePosixPath(yaml).stem):
         try:
@@ -76,7 +76,7 @@ def _name(files: Mapping[str, bytes], yaml: str) -> str:
 
 
 def _files(data: bytes) -> dict[str, bytes]:
-    """What is in the zip file, by its name without folders."""
+    """Contents of the zip file by file name without folders."""
     if len(data) > MOST_BYTES:
         raise RosMapError("map_file_large", f"{len(data)} bytes are too many")
     try:
@@ -96,7 +96,7 @@ def _files(data: bytes) -> dict[str, bytes]:
 
 
 def _check_table(data: bytes) -> None:
-    """Python's zipfile makes an object of each row before anybody can look how many there are."""
+    """Bounds the directory, as zipfile makes an object of each row before they can be counted."""
     record = _END.unpack(data[-_END.size :])
     if record[0] != b"PK\5\6" or record[-1]:
         raise ValueError("it does not end as one")
@@ -105,7 +105,7 @@ def _check_table(data: bytes) -> None:
 
 
 def _plain(path: str) -> str:
-    """The file's own name; "": it is none of the map's, as what some systems add."""
+    """The file's name without folders; "": not the map's, but added by some operating system."""
     parts = PurePosixPath(path).parts
     if path.startswith("/") or ".." in parts or "\\" in path:
         raise ValueError(f"{path!r} names a file elsewhere")

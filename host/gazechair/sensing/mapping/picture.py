@@ -22,7 +22,7 @@ _STYLE = (
     ".bar{stroke:#666}text{font:14px sans-serif;fill:#666}</style>"
 )
 
-# Colours of a PNG: unknown (clear), free floor, what stands there, the track.
+# Colours of a PNG: unknown (transparent), free floor, occupied, the track.
 _PALETTE = bytes.fromhex("ffffff dbe7f0 222222 d55e00")
 _OPACITY = bytes((0, 255, 255, 255))
 _FLOOR, _STANDS, _TRACK = 1, 2, 3
@@ -34,7 +34,7 @@ _SKETCH_FARTHEST_M = 8.0
 
 @dataclass(frozen=True)
 class Picture:
-    """A PNG, one pixel a cell, and where it lies: its lower left corner in the map."""
+    """A PNG, and its position: cell size and lower left corner in the map, m."""
 
     png: bytes
     cell_m: float
@@ -50,7 +50,7 @@ class Picture:
 
 
 def drawn(home: HomeMap) -> Picture:
-    """The map, each pixel a square of as many cells as make it small enough."""
+    """The map, scaled down to at most 1000 pixels a side; a pixel is a square of cells."""
     grid = home.grid
     many = -(-max(grid.hits.shape) // _MOST_PIXELS)
     stands, floor = _merged(grid.occupied, many), _merged(grid.free, many)

@@ -1,4 +1,4 @@
-"""What people draw on a map: places with names, areas where the chair shall not go, a home spot."""
+"""What people draw on a map: named places, no-go areas, a home spot."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FARTHEST_M = 1000.0
 
 
 class EditRefused(Exception):
-    """What a caretaker wants is not done: reason (a key of the texts), and one plain line."""
+    """Raised when a caretaker's request is refused: reason (a key of the texts), one plain line."""
 
     def __init__(self, reason: str, detail: str) -> None:
         super().__init__(detail)
@@ -31,7 +31,7 @@ class EditRefused(Exception):
 
 @dataclass(frozen=True)
 class Spot:
-    """Where to stand, in the map: metres, and the heading in degrees counter-clockwise."""
+    """A pose in the map: metres, and the heading in degrees counter-clockwise."""
 
     x_m: float
     y_m: float
@@ -51,7 +51,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Area:
-    """A polygon that the chair shall not enter by itself."""
+    """A polygon that the chair must not enter by itself."""
 
     number: int
     corners_m: tuple[Corner, ...]
@@ -87,7 +87,7 @@ class Drawn:
         return [(one.x_m, one.y_m) for one in spots] + corners
 
     def with_place(self, fields: Any) -> Drawn:
-        """With one more, or changed where `fields` has a `number`. Raises EditRefused."""
+        """With one more place, or the one with the `number` in `fields` changed. EditRefused."""
         if not isinstance(fields, dict):
             raise EditRefused("map_wish", "a place is an object")
         number = fields.get("number")
@@ -106,11 +106,11 @@ class Drawn:
         return replace(self, places=(*others, place))
 
     def without_place(self, number: Any) -> Drawn:
-        """Raises EditRefused."""
+        """Without that place. Raises EditRefused."""
         return replace(self, places=_without(self.places, number))
 
     def with_area(self, corners: Any) -> Drawn:
-        """With one more. Raises EditRefused."""
+        """With one more no-go area. Raises EditRefused."""
         if len(self.no_go) >= MOST_AREAS:
             raise EditRefused("map_full", f"a map has at most {MOST_AREAS} areas")
         if not isinstance(corners, list) or not 3 <= len(corners) <= _MOST_CORNERS:
@@ -123,11 +123,11 @@ class Drawn:
         return replace(self, no_go=(*self.no_go, area))
 
     def without_area(self, number: Any) -> Drawn:
-        """Raises EditRefused."""
+        """Without that area. Raises EditRefused."""
         return replace(self, no_go=_without(self.no_go, number))
 
     def with_home(self, fields: Any) -> Drawn:
-        """None: there is none any more. Raises EditRefused."""
+        """With another home spot; `fields` None: without one. Raises EditRefused."""
         return replace(self, home=None if fields is None else spot_of(fields))
 
 

@@ -13,12 +13,12 @@ import numpy as np
 from gazechair.base.footprint import FloatArray
 
 _ITERATIONS = 15
-# Standard deviations beyond which a loop's pull no longer grows: a wrong one must not bend the map.
+# Standard deviations beyond which a loop's force stops growing: a wrong loop must not bend the map.
 _HUBER = 2.0
 
 
 class MissingPackageError(Exception):
-    """The text says what to install."""
+    """Raised without g2opy; the text says what to install."""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from gazechair.base.footprint import FloatArray
 
 
 def compose(frame: FloatArray, pose: FloatArray) -> FloatArray:
-    """`pose`, given in `frame`, in the frame that `frame` is given in."""
+    """`pose`, given relative to `frame`, transformed into the frame in which `frame` is given."""
     c, s = math.cos(frame[2]), math.sin(frame[2])
     x = frame[0] + c * pose[0] - s * pose[1]
     y = frame[1] + s * pose[0] + c * pose[1]
@@ -36,10 +36,10 @@ def rotation(angle_rad: float) -> FloatArray:
 
 
 def to_frame(points_m: FloatArray, pose: FloatArray) -> FloatArray:
-    """(N, 2) points given in the frame of `pose`, in the frame that `pose` is given in."""
+    """(N, 2) points relative to `pose`, transformed into the frame in which `pose` is given."""
     return np.asarray(points_m @ rotation(pose[2]).T + pose[:2])
 
 
 def from_frame(points_m: FloatArray, pose: FloatArray) -> FloatArray:
-    """(N, 2) points as seen from `pose`."""
+    """The inverse of `to_frame`: (N, 2) points as seen from `pose`."""
     return np.asarray((points_m - pose[:2]) @ rotation(pose[2]))

@@ -1,6 +1,6 @@
 """Maps in ROS's format, as nav2's map server reads and writes them: `map.yaml` and a PGM image.
 
-ROS's format knows no places: what people drew goes into a file beside it, `places.json`.
+ROS's format has no places: what people drew goes into `places.json` in the same folder.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ PLACES = "places.json"
 _OCCUPIED, _FREE, _UNKNOWN = 0, 254, 205  # grey values of the map server's mode `trinary`
 _OCCUPIED_THRESH, _FREE_THRESH = 0.65, 0.196
 _MOST_SIDE = 8192  # cells; browsers show no longer pictures
-_MOST_M2, _MOST_SIDE_M = 10_000.0, 500.0  # finding a place takes memory for each square metre
-_SKIN_M = 0.05  # of something solid: what lies deeper is inside
+_MOST_M2, _MOST_SIDE_M = 10_000.0, 500.0  # localization takes memory for each square metre
+_SKIN_M = 0.05  # of a solid: deeper cells are inside it
 _SURE = 10  # key scans that an imported cell stands for
 _NUMBER = re.compile(rb"(?:\s|#[^\n]*\n)*([0-9]{1,9})(?=[\s#])")
 
 Beside = Callable[[str], bytes]
-"""The content of the file with that name beside `map.yaml`. OSError."""
+"""Content of the named file in the folder of `map.yaml`. Raises OSError."""
 
 
 class RosMapError(MapError):
-    """What ROS's files say can't be used: reason (a key of the texts), and one plain line."""
+    """Raised when ROS's files cannot be used: reason (a key of the texts), one plain line."""
 
     def __init__(self, reason: str, detail: str) -> None:
         super().__init__(detail)
@@ -55,7 +55,7 @@ def write(home: HomeMap, folder: Path) -> Path:
 
 
 def files_of(home: HomeMap) -> dict[str, bytes]:
-    """By name; `map.yaml`, without which the others mean nothing, last."""
+    """Contents by file name; `map.yaml`, which the others depend on, is last."""
     grid = home.grid
     grey = np.full(grid.hits.shape, _UNKNOWN, dtype=np.uint8)
     grey[grid.free], grey[grid.occupied] = _FREE, _OCCUPIED
@@ -72,7 +72,7 @@ def files_of(home: HomeMap) -> dict[str, bytes]:
 
 @dataclass(frozen=True)
 class RosCells:
-    """What a `map.yaml` and its image say."""
+    """Content of a `map.yaml` and its image."""
 
     cell_m: float
     x_m: float
@@ -91,7 +91,7 @@ def read(path: Path, name: str) -> HomeMap:
 
 
 def home_of(yaml: bytes, beside: Beside, where: str, name: str, most_cells: int) -> HomeMap:
-    """The map `name` of a `map.yaml`; `where`: what messages call it. Raises RosMapError."""
+    """The map `name` of a `map.yaml`; `where`: its name in messages. Raises RosMapError."""
     found = _cells(yaml, beside, where, plain=False)
     why = _unusable(found, most_cells)
     if why:
@@ -108,10 +108,10 @@ def home_of(yaml: bytes, beside: Beside, where: str, name: str, most_cells: int)
 
 
 def _surfaces(found: RosCells) -> NDArray[np.bool_]:
-    """What is occupied, without what is inside of something solid.
+    """Occupied cells without those inside solids.
 
-    No beam meets that. In a drawn plan, whose walls are solid, it would outweigh the surfaces by
-    which the chair finds itself.
+    No beam reaches those. In a drawn plan with solid walls they would outweigh the surfaces that
+    localization uses.
     """
     reach = max(1, round(_SKIN_M / found.cell_m))
     nx, ny = found.occupied.shape
@@ -123,7 +123,7 @@ def _surfaces(found: RosCells) -> NDArray[np.bool_]:
 
 
 def _unusable(found: RosCells, most_cells: int) -> str:
-    """Why no map is made of it; "": one is."""
+    """Reason key for refusing it; "": it is usable."""
     if found.yaw_rad:
         return f"a turned origin (yaw {found.yaw_rad:g}) is not supported"
     if not 0.005 <= found.cell_m <= 0.5:

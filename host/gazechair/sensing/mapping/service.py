@@ -1,4 +1,4 @@
-"""Mapping's part in the daemon: its child process, its inbox, where the chair is in which map."""
+"""Mapping's part in the daemon: its child process, its inbox, the chair's map and pose."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ LOST = "map_lost"
 NOWHERE = "map_unknown"
 DAMAGED = "map_damaged"
 ASKEW = "lidar_turned"
-_LASTS_S = 10.0  # until then nobody is told that it does not know
-_NICE = 10  # what drives the chair comes first, and odometry
-_PATIENCE_S = 20.0  # so it may wait for a processor, and is not hung
+_LASTS_S = 10.0  # an unknown pose is reported after this
+_NICE = 10  # lower priority than what drives the chair, and odometry
+_PATIENCE_S = 20.0  # how long it may wait for a processor without counting as hung
 
 
 @dataclass(frozen=True)
 class Ended:
-    """What became of a map that was to be made."""
+    """How the making of a map ended."""
 
     reason: str
     """A key of the texts; "": it is stored."""
@@ -42,7 +42,7 @@ class Ended:
 
 
 class MappingService(InboxService):
-    """Nothing here waits for mapping, and nothing that drives the chair by hand needs it."""
+    """The daemon never waits for mapping, and driving by hand does not need it."""
 
     def __init__(self, lidars: tuple[LidarConfig, ...], folder: Path, health: Health) -> None:
         """`lidars`: in the order in which their scans are numbered; `folder`: of the maps."""
@@ -52,21 +52,21 @@ class MappingService(InboxService):
         self._lock = threading.Lock()
         self._number = 0
         self._wants = "know"
-        self._lost_s: float | None = None  # since when it does not know
+        self._lost_s: float | None = None  # since when the pose is unknown
         self._listeners: list[Callable[[Whereabouts], None]] = []
         self._fix: Fix | None = None
         self.latest: Latest[Whereabouts] = Latest()
-        """As of odometry's newest estimate, and born with it; cleared when it does not know."""
+        """At odometry's newest estimate, and as old as that; cleared when the pose is unknown."""
         self.state = UNKNOWN
         self.making: dict[str, Any] | None = None
-        """How the map that is being made goes; see Making.as_json."""
+        """Progress of the map that is being made; see Making.as_json."""
         self.ended: Ended | None = None
-        """Of the newest map that was to be made."""
+        """How the newest making of a map ended."""
         self.picture: Picture | None = None
-        """Of the map that is being made."""
+        """Picture of the map that is being made."""
 
     def subscribe(self, listener: Callable[[Whereabouts], None]) -> None:
-        """Before the start. `listener` gets each pose, on a thread that must not wait."""
+        """Call before the start. `listener` gets each pose, on a thread that must not block."""
         self._listeners.append(listener)
 
     def start(self) -> None:
@@ -83,12 +83,12 @@ class MappingService(InboxService):
         )
 
     def renew(self, lidars: tuple[LidarConfig, ...]) -> None:
-        """Start the child process anew, with these lidars in place of those before."""
+        """Restart the child process with other lidars."""
         self._give_up("map_making_lost", "the lidars' masks have changed")
         super().renew(lidars)
 
     def estimate(self, estimate: Estimate) -> None:
-        """What odometry says. Never waits."""
+        """Take odometry's estimate. Never waits."""
         inbox.send(self._writers.fileno(), inbox.pack_estimate(estimate))
         fix = self._fix
         where = onward(fix, estimate) if fix is not None else None
@@ -109,7 +109,7 @@ class MappingService(InboxService):
             return True
 
     def save(self, path: Path, name: str) -> bool:
-        """Store the map that is being made; `ended` will tell. False: none is."""
+        """Store the map that is being made; `ended` gets the result. False: there is none."""
         with self._lock:
             if self._wants != "make":
                 return False
@@ -118,7 +118,7 @@ class MappingService(InboxService):
             return True
 
     def discard(self) -> bool:
-        """Forget the map that is being made. False: none is, or it is being stored."""
+        """Discard the map that is being made. False: there is none, or it is being stored."""
         with self._lock:
             if self._wants != "make":
                 return False
@@ -127,7 +127,7 @@ class MappingService(InboxService):
 
     @property
     def wants(self) -> str:
-        """What was asked for: "know", "make" or "save"."""
+        """The current request: "know", "make" or "save"."""
         return self._wants
 
     def _want(self, do: str, **more: str) -> None:
@@ -189,7 +189,7 @@ class MappingService(InboxService):
         self._health.set(status.state, status.reason, status.detail)
 
     def _give_up(self, reason: str, detail: str) -> None:
-        """Its process ends: what it had collected is gone, what it was storing may be stored."""
+        """The child has ended: what it had collected is lost, what it was storing may be stored."""
         with self._lock:
             if self._wants == "make":
                 self.ended = Ended(reason, detail, "")

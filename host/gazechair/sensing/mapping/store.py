@@ -1,7 +1,7 @@
-"""The stored maps: a file each in a folder of the state folder, changed whole or not at all.
+"""The stored maps: one file each in a folder of the state folder, changed atomically.
 
-`ID.map` is the map, `ID.before` what it was before its last change. A file that cannot be used is
-told; the version before it serves in its place. Names are in the files: no file is named by what
+`ID.map` is the map, `ID.before` the version before its last change. An unusable file is reported,
+and the version before it is used instead. Names are in the files: no file is named by what
 somebody typed. `older/ID.N` are the versions before later drives changed it, the newest with the
 largest N; `drives/ID` holds what those drives found.
 """
@@ -43,15 +43,15 @@ class Stored:
     map: HomeMap | None
     """None: neither the file nor the version before it can be used."""
     problem: str = ""
-    """One plain line; with a map: that is the version before."""
+    """One plain line; if there is a `map`, it is the version before."""
     newer: bool = False
-    """A newer gazechair has written it: it is left alone."""
+    """A newer gazechair has written the file: it is not changed."""
     floor_m2: float = 0.0
-    """Free floor."""
+    """Area of the free floor."""
 
 
 class MapStore:
-    """From any thread. Reads a file again when it has changed, whoever changed it."""
+    """Thread-safe. Reads a file again when it has changed, also by another process."""
 
     MOST = 20
 
@@ -61,27 +61,27 @@ class MapStore:
         self._read: dict[str, tuple[_Facts, Stored]] = {}
 
     def tidy(self) -> None:
-        """At the start: what a process left that ended while it stored."""
+        """At the start: clear up after a process that ended while storing."""
         for suffix in _HALVES:
             for path in self.folder.glob("*" + suffix):
                 with contextlib.suppress(OSError):
                     path.unlink()
 
     def all(self) -> list[Stored]:
-        """Every map there is, by its id; at most MOST."""
+        """All maps, ordered by id; at most MOST."""
         with self._lock:
             return self._all()
 
     def get(self, id_: str) -> Stored | None:
-        """None: there is no such map."""
+        """The map with that id; None: there is none."""
         return next((one for one in self.all() if one.id == id_), None)
 
     def path_of_new(self) -> Path:
-        """Where a map that is made now is to be saved."""
+        """Path for saving a newly made map."""
         return self.folder / f"{secrets.token_hex(4)}{_SUFFIX}"
 
     def check_name(self, text: Any, but: str = "") -> str:
-        """The name for a map that is not `but`. Raises EditRefused."""
+        """`text` as a valid name, unused by maps other than `but`. Raises EditRefused."""
         name = name_of(text)
         others = [one for one in self.all() if one.id != but]
         if any(one.map is not None and same_name(one.map.name, name) for one in others):
@@ -91,7 +91,7 @@ class MapStore:
         return name
 
     def add(self, home: HomeMap) -> str:
-        """One more map, under its name or one like it; its id. Raises EditRefused."""
+        """Add a map, under its name or a similar free one; returns its id. Raises EditRefused."""
         path = self.path_of_new()
         try:
             with self._locked():
@@ -105,12 +105,12 @@ class MapStore:
         return path.stem
 
     def rename(self, id_: str, text: Any) -> None:
-        """Raises EditRefused."""
+        """Change the map's name. Raises EditRefused."""
         name = self.check_name(text, but=id_)
         self._change(id_, lambda home: replace(home, name=name))
 
     def draw(self, id_: str, act: str, value: Any) -> None:
-        """One of ACTS on what people drew on the map. Raises EditRefused."""
+        """Do one of ACTS on what people drew on the map. Raises EditRefused."""
 
         def drawn(home: HomeMap) -> HomeMap:
             found = ACTS[act](home.drawn, value)
@@ -121,7 +121,7 @@ class MapStore:
         self._change(id_, drawn)
 
     def delete(self, id_: str) -> None:
-        """With the version before it. Raises EditRefused."""
+        """Delete a map with its earlier version. Raises EditRefused."""
         if self.get(id_) is None:
             raise _gone(id_)
         with self._locked():
@@ -134,7 +134,7 @@ class MapStore:
                 raise EditRefused("map_not_stored", f"not deleted: {error.strerror}") from None
 
     def update(self, id_: str, was: OccupancyGrid, grid: OccupancyGrid, when: str) -> bool:
-        """Later drives have changed the map from `was`, and it is that no more: False.
+        """Replace the map's grid by one from later drives; False: it is no longer `was`.
 
         `when`: ISO 8601, UTC. The version before is kept in `older`. Raises EditRefused.
         """
@@ -171,7 +171,7 @@ class MapStore:
         return done
 
     def note(self, id_: str, save: Callable[[Path], None]) -> None:
-        """`save` into the map's ledger; a map that is gone gets none. OSError."""
+        """Call `save` with the path of the map's ledger, unless the map is gone. Raises OSError."""
         with self._locked():
             if (self.folder / (id_ + _SUFFIX)).exists():
                 save(self.ledger_path(id_))
@@ -181,14 +181,14 @@ class MapStore:
         return len(self._older(id_))
 
     def ledger_path(self, id_: str) -> Path:
-        """Where it is kept what later drives found; see Ledger."""
+        """Path of the record of what later drives found; see Ledger."""
         return self.folder / _DRIVES / id_
 
     def _of_older(self, id_: str) -> list[Path]:
         return [one for one in (self.folder / _OLDER).glob(id_ + ".*") if one.stem == id_]
 
     def _older(self, id_: str) -> list[Path]:
-        """The newest last; without what an update that was not stored has left."""
+        """The newest last; without leftovers of an update that was not stored."""
         now = _inode(self.folder / (id_ + _SUFFIX))
         return [one for one in self._numbered(id_) if _inode(one) != now]
 
@@ -197,7 +197,7 @@ class MapStore:
         return sorted(numbered, key=lambda one: int(one.suffix[1:]))
 
     def _version(self, path: Path) -> HomeMap:
-        """One of `older`. Raises EditRefused: next time it is the one before that."""
+        """Load one of `older`. A damaged one is set aside; raises EditRefused."""
         try:
             return load(path)
         except NewerMapError as error:
@@ -215,9 +215,9 @@ class MapStore:
 
     @contextlib.contextmanager
     def _locked(self) -> Iterator[None]:
-        """By this thread of this process alone: mapping's process changes maps, too.
+        """Exclusive access across threads and processes, as mapping's process changes maps, too.
 
-        Who reads does not wait for other processes.
+        Readers do not wait for other processes.
         """
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         handle = os.open(self.folder, os.O_RDONLY | os.O_DIRECTORY)
@@ -232,7 +232,7 @@ class MapStore:
         found: dict[str, tuple[_Facts, Stored]] = {}
         for path in sorted(self.folder.glob("*" + _SUFFIX)):
             if _ID.fullmatch(path.stem) and len(found) < self.MOST:
-                with contextlib.suppress(OSError):  # it has just gone
+                with contextlib.suppress(OSError):  # it has just been removed
                     found[path.stem] = self._one(path)
         self._read = found
         return [one for _, one in found.values()]
@@ -243,7 +243,7 @@ class MapStore:
         act: Callable[[HomeMap], HomeMap | None],
         keep: Callable[[Path], None] = lambda _: None,
     ) -> bool:
-        """Store what `act` makes of the map, after `keep`; False: it makes nothing of it."""
+        """Store what `act` makes of the map, after `keep`; False: `act` returned None."""
         with self._locked():
             stored = next((one for one in self._all() if one.id == id_), None)
             if stored is None:
@@ -310,7 +310,7 @@ def _inode(path: Path) -> int | None:
 
 
 def _keep(path: Path) -> None:
-    """The file as it is becomes the version before, which is never absent meanwhile."""
+    """Keep the file as the version before; there is one at all times."""
     fresh = path.with_suffix(_HALVES[1])
     _link(path, fresh)
     os.replace(fresh, path.with_suffix(_BEFORE))

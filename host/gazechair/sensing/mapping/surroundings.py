@@ -1,8 +1,7 @@
-"""What of recent looks stays where it is: surfaces found again and again, and floor seen free.
+"""Finds what is static in recent looks: surfaces seen repeatedly, and floor seen free.
 
-People move, walls do not: what one look saw, and another saw through, is left out. What remains is
-counted in cells, so that somebody close by, who fills half of a look, counts as little as they are
-long.
+People move, walls do not: what one look saw and another saw through is left out. The rest is
+counted in cells, so that a person close by, who fills half of a look, counts by their size only.
 """
 
 from __future__ import annotations
@@ -15,16 +14,16 @@ from gazechair.base.footprint import BoolArray, FloatArray
 from gazechair.sensing.mapping.likelihood_field import Ints
 
 CELL_M = 0.05
-_LOOKS = 20  # remembered
+_LOOKS = 20  # kept
 _FARTHEST_M = 12.0
-_BEAMS = 200  # of a look that clear cells
+_BEAMS = 200  # beams of a look that clear cells, at most
 _STEP = 0.7  # cells, along a beam
-_SHORT_M, _CLEARS = 0.06, 0.85  # what a beam clears ends so far before it, and at this share of it:
+_SHORT_M, _CLEARS = 0.06, 0.85  # a beam clears up to this far before its end, at most this share:
 # beams that graze a wall come near it at their ends
-_MIDDLE = 0.4  # of a cell, from its centre: a beam that cuts a corner says nothing
-_TWICE = 2  # seen in so many looks
-_STAYS = 0.5  # share of the looks at a cell that end there: it stays
-_BLOCKS = 0.2  # so few: nothing near it counts as free, though it may not stay
+_MIDDLE = 0.4  # in cells, from a cell's centre: beams that cut a corner are ignored
+_TWICE = 2  # least number of looks that saw it
+_STAYS = 0.5  # share of the looks at a cell that end there: it is static
+_BLOCKS = 0.2  # from this share on, nothing near it counts as free, even if it is not static
 _NEAR = 2  # cells
 _STOOD_M = 0.25  # around the drive axle's middle the floor is free: the chair stood there
 _SHIFT = 1 << 20  # of a cell's index, to put two into one number
@@ -32,10 +31,10 @@ _SHIFT = 1 << 20  # of a cell's index, to put two into one number
 
 @dataclass(frozen=True)
 class Settled:
-    """In odometry's frame."""
+    """Static surfaces and free floor, in odometry's frame."""
 
     surfaces_m: FloatArray
-    """(N, 2): cells of CELL_M in which something stays."""
+    """(N, 2): cells of CELL_M with something static."""
     _free: BoolArray
     _low: Ints
 
@@ -73,11 +72,11 @@ class Surroundings:
         self._looks = [*self._looks, (ended, through)][-_LOOKS:]
 
     def forget(self) -> None:
-        """Begin anew."""
+        """Discard all looks."""
         self._looks = []
 
     def settled(self, newest: int = _LOOKS) -> Settled | None:
-        """What stays in so many of the newest looks; None: too few of them, or nothing does."""
+        """What is static in the newest looks; None: too few looks, or nothing is static."""
         looks = self._looks[-newest:]
         if len(looks) < _TWICE:
             return None
@@ -102,7 +101,7 @@ class Surroundings:
 
 
 def _stood(at_m: FloatArray) -> FloatArray:
-    """Cells around it."""
+    """Cells around a place."""
     side = np.arange(-_STOOD_M, _STOOD_M, CELL_M)
     disc = np.stack([one.ravel() for one in np.meshgrid(side, side)], axis=1)
     return np.asarray((at_m[:2] + disc[np.hypot(*disc.T) < _STOOD_M]) / CELL_M)

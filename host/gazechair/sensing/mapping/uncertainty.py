@@ -1,8 +1,8 @@
-"""How uncertain a fitted place is: by the fit, by the map, and by how it moved against odometry.
+"""Uncertainty of a fitted pose: from the fit, the map, and its motion relative to odometry.
 
-A wall that is drawn where it is not, and a person before a wall, pull a fit one way, all points of
-them together. So the pose is as uncertain as it changes when one surface or another is left out (a
-jackknife over surfaces); and where the map is bent, the place moves otherwise than odometry.
+A wall that is misplaced in the map, or a person before a wall, biases a fit with all its points at
+once. So the uncertainty is how much the pose changes when single surfaces are left out (a jackknife
+over surfaces); and where the map is bent, the pose moves differently from odometry.
 """
 
 from __future__ import annotations
@@ -19,28 +19,28 @@ from gazechair.sensing.mapping.ndt import NdtGrid
 from gazechair.sensing.mapping.occupancy_grid import CELL_M
 from gazechair.sensing.mapping.poses import between, compose, rotation
 
-# A place is found with less than this deviation, and given up with more than that: twice of it
-# are 0.1 m and a little.
+# A pose is accepted below the first deviation, and given up above the second: twice these are
+# 0.1 m and a little more.
 FOUND_M, KEPT_M = 0.05, 0.06
-# Points err together, by what a fit claims twice; and a map's surfaces are right within this, and
-# within what is lost where cells are larger than in a map of the chair's own.
+# Errors of points are correlated: twice the fit's own deviation; plus the error of a map's
+# surfaces, and of rounding where cells are larger than in a map that the chair made.
 _SIGMAS, _MAP_M, _MAP_RAD = 2.0, 0.018, math.radians(0.3)
 _ROUNDED = 12.0**-0.5  # of a cell
-# Points of one wall: their surface looks the same way, and lies in the same strip.
+# Points of one wall: same orientation, and in the same strip.
 _ACROSS_M, _ALONG_M = 0.5, 3.0
 _LIMIT = 12.0  # squared deviations: beyond, a point counts less
-_SOFT = 40.0  # information: what is left when a surface is taken away may be little
+_SOFT = 40.0  # information of a prior: little may be left without a surface
 _FEWEST = 3
-_SURFACES = 2.0  # they are few, and err together as well
-# Places against odometry: so far back, one each so often, and what odometry may be off.
+_SURFACES = 2.0  # factor: they are few, and their errors are correlated as well
+# Poses against odometry: how far back, how often, and odometry's own error.
 _BACK_M, _EVERY_M, _ODOMETRY = 3.0, 0.1, 0.04
-_ELSEWHERE_M = 0.3  # no map is bent that much at once: it was carried, or the place was another
+_ELSEWHERE_M = 0.3  # no map is bent that much at once: the chair was carried, or the pose was wrong
 
 
 def sigmas_of(
     fitted: ndt.Fit, cell_m: float, disagrees: FloatArray | None = None
 ) -> tuple[float, float]:
-    """Standard deviations of a fitted place, m in the direction known worst, and of its heading.
+    """Standard deviations of a fitted pose: m in the worst direction, and rad.
 
     `disagrees`: see disagreement.
     """
@@ -55,7 +55,7 @@ def sigmas_of(
 
 
 class Unsteady:
-    """How much places have moved against odometry lately; feed it those that count."""
+    """Recent motion of poses relative to odometry; feed it the accepted ones."""
 
     def __init__(self) -> None:
         self._past: deque[tuple[float, FloatArray, FloatArray]] = (
@@ -65,7 +65,7 @@ class Unsteady:
         self._odometry: FloatArray | None = None
 
     def forget(self) -> None:
-        """Odometry, or the map, is another."""
+        """Start again, with another odometry or map."""
         self._past.clear()
         self._odometry = None
 

@@ -1,9 +1,9 @@
-"""Upkeep of a map: what several later drives found otherwise than the map says, and a map with it.
+"""Updates a map by the differences that several later drives have found.
 
-Known surfaces are never moved nor made thicker: what is seen within a hand's breadth of one is that
-one. Something new counts where the map knows free floor and three drives in a row have seen it; a
-surface is gone when two drives in a row have seen free floor there and nothing near it. One drive
-alone changes nothing, so that people who stand and doors that are closed for once leave nothing.
+Known surfaces are never moved or thickened: returns within 0.1 m of one count as that surface. A
+new surface counts where the map has free floor and three drives in a row have seen it; a surface is
+gone when two drives in a row have seen free floor there and nothing near it. A single drive changes
+nothing, so that people who stand and doors that are closed for once leave no trace.
 """
 
 from __future__ import annotations
@@ -29,23 +29,23 @@ from gazechair.sensing.mapping.occupancy_grid import (
 Drives = NDArray[np.uint8]
 
 NEW_AFTER, GONE_AFTER = 3, 2  # drives in a row
-_SEEN_M = 4.0  # from farther away a place is too uncertain
-_SHORT_M = 0.06  # a beam clears nothing so close to where it ended
-_NEAR_M = 0.1  # so near to a known surface, what is seen is that surface
-_BEHIND_M = 0.15  # what a beam meets so far behind a known surface is not known to be there
+_SEEN_M = 4.0  # points farther away are too uncertain
+_SHORT_M = 0.06  # a beam clears nothing this close to its end
+_NEAR_M = 0.1  # a return this near to a known surface counts as that surface
+_BEHIND_M = 0.15  # returns this far behind a known surface are ignored
 _LOOKS, _TAKEN, _BLOCKS = 3, 0.3, 0.2  # of a drive, and shares of the looks at a cell
 _SAME = 2  # cells
-_FIRM = 0.6  # share of hits: glass and what has thin legs are seen through, and yet there
+_FIRM = 0.6  # share of hits of a solid cell: glass and thin legs have less
 _CLUSTER_M, _CLUSTER = 0.1, 3  # cells that change together; fewer are noise
-_DEPTH_M = 0.7  # of furniture: floor so near to where it stood is known once it is seen
-_MOST = 0.2  # of all surfaces: more at once is another home, or asks for a new map
+_DEPTH_M = 0.7  # of furniture: floor this near to where it stood counts once it is seen
+_MOST = 0.2  # share of all surfaces: more at once is another home, or needs a new map
 _SURE = 10  # looks that a changed cell stands for
 _MAGIC = b"gazechair-drives 1\n"
 
 
 @dataclass(frozen=True)
 class Ledger:
-    """In how many drives in a row each cell was found otherwise than the map has it."""
+    """Number of drives in a row in which each cell differed from the map."""
 
     taken: Drives
     free: Drives
@@ -55,12 +55,12 @@ class Ledger:
 
     @staticmethod
     def of(grid: OccupancyGrid) -> Ledger:
-        """Nothing is found yet."""
+        """An empty ledger of `grid`."""
         none = np.zeros(grid.hits.shape, dtype=np.uint8)
         return Ledger(none, none, _crc(grid))
 
     def save(self, path: Path) -> None:
-        """Replace the file as a whole. OSError."""
+        """Replace the file atomically. Raises OSError."""
         head = {"grid_crc": self.grid_crc, "drive_s": self.drive_s}
         counts = np.stack((self.taken, self.free)).tobytes()
         data = _MAGIC + json.dumps(head).encode() + b"\n" + zlib.compress(counts)
@@ -68,7 +68,7 @@ class Ledger:
 
 
 def load_ledger(path: Path, grid: OccupancyGrid) -> Ledger:
-    """What was found of this map; nothing when the file is absent, damaged or of another map."""
+    """The ledger of this map; empty when the file is absent, damaged or of another map."""
     fresh = Ledger.of(grid)
     try:
         data = path.read_bytes()
@@ -104,10 +104,10 @@ class Upkeep:
         self._new, self._ends, self._passes = (np.zeros(shape, dtype=np.uint16) for _ in range(3))
         self._recent: list[tuple[NDArray[np.int64], ...]] = []  # cells of each look
         self.too_much = False
-        """So much is otherwise that nothing is taken over."""
+        """So much differs that the map is not updated."""
 
     def look(self, look: Look, pose: FloatArray) -> None:
-        """From another place than the looks before; counts once `settle` is called."""
+        """Take a look from a new place; it counts once `settle` is called."""
         grid = self._grid
         placed = look.moved(pose)
         start, end = (
@@ -134,24 +134,24 @@ class Upkeep:
         self._recent.append((new, met, np.setdiff1d(passed, met, assume_unique=True)))
 
     def settle(self) -> None:
-        """The place was known well during all looks so far."""
+        """Accept all looks so far: the pose was known well."""
         for seen in self._recent:
             for counts, cells in zip((self._new, self._ends, self._passes), seen, strict=True):
                 counts.ravel()[cells] += 1
         self._recent = []
 
     def drop(self) -> None:
-        """The place is not known well any more: the newest looks are not to be trusted either."""
+        """Discard the looks since `settle`: the pose is no longer known well."""
         self._recent = []
 
     def ledger(self, drive_s: float) -> Ledger:
-        """With this drive, at that time in seconds since 1970, so far."""
+        """The ledger including this drive so far; `drive_s`: its time, seconds since 1970."""
         seen = np.maximum(1, self._ends.astype(np.int64) + self._passes)
         taken = (self._new >= _LOOKS) & (self._new >= _TAKEN * seen)
         blocked = (self._ends > 0) & (self._ends >= _BLOCKS * seen)
         free = (self._passes >= _LOOKS) & ~_wide(blocked, self._near)
         before = self._before
-        # Looks are right within a cell or two: the same surface may be in another cell today.
+        # Poses are accurate to a cell or two: the same surface may be in another cell today.
         again = taken | (_wide(taken, _SAME) & (before.taken > 0))
         counts = np.where(again, before.taken + 1, np.where(free, 0, before.taken))
         absent = np.where(_wide(blocked, 1), 0, before.free + (free & ~self._grid.free))
@@ -160,7 +160,7 @@ class Upkeep:
         return Ledger(clipped[0], clipped[1], before.grid_crc, drive_s)
 
     def updated(self, drive_s: float) -> tuple[OccupancyGrid, Ledger] | None:
-        """The map with all that enough drives found, and what else they found; None: nothing is.
+        """The map updated by what enough drives found, and the ledger of the rest; None: no change.
 
         See `ledger`, `too_much`.
         """
@@ -191,7 +191,7 @@ def _crc(grid: OccupancyGrid) -> int:
 
 
 def _wide(marks: BoolArray, cells: int) -> BoolArray:
-    """Whether something is marked within so many cells, along both axes."""
+    """Whether any cell within `cells` along both axes is marked."""
     return np.asarray(_sums(marks, cells) > 0)
 
 
@@ -200,7 +200,7 @@ def _clustered(marks: BoolArray, cells: int) -> BoolArray:
 
 
 def _sums(marks: BoolArray, cells: int) -> NDArray[np.signedinteger]:
-    """How many are marked within so many cells of each, along both axes."""
+    """Number of marked cells within `cells` of each cell along both axes."""
     side = 2 * cells + 1
     total = np.pad(marks.astype(np.int32), cells).cumsum(axis=0).cumsum(axis=1)
     total = np.pad(total, ((1, 0), (1, 0)))

@@ -1,6 +1,6 @@
-"""Where the chair is now: what mapping found a moment ago, and how odometry has moved since.
+"""The chair's present pose in a map: mapping's newest fix, moved on by odometry.
 
-And as a datagram, for those who go by it.
+Also as a datagram, for other processes.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from gazechair.base.footprint import FloatArray
 from gazechair.sensing.mapping.poses import between, compose
 from gazechair.sensing.odometry.odometry import Estimate
 
-CONFIRMED_S = 1.0  # what mapping found counts for so long; it looks ten times a second
-_DRIFT = 0.02  # of the way, and degrees a degree: what odometry alone adds
+CONFIRMED_S = 1.0  # a fix counts for this long; mapping looks ten times a second
+_DRIFT = 0.02  # error of odometry alone: m per m, and degrees per degree
 
 
 @dataclass(frozen=True)
 class Fix:
-    """What mapping found at a time, and where odometry had the chair then; metres, degrees."""
+    """Pose found by mapping at a time, and odometry's pose then; metres, degrees."""
 
     time_s: float
     map: str
@@ -37,7 +37,7 @@ class Fix:
 
 @dataclass(frozen=True)
 class Whereabouts:
-    """Where the chair is in a map; uncertainties are standard deviations."""
+    """The chair's pose in a map; uncertainties are standard deviations."""
 
     time_s: float
     """Monotonic: of the measurements."""
@@ -50,13 +50,13 @@ class Whereabouts:
     sigma_m: float
     sigma_deg: float
     explained: float
-    """Share of what was seen that the map knows, 0..1: in a crowd, or where much was moved, low."""
+    """Share of the look that the map explains, 0..1; low in a crowd, or where much was moved."""
     confirmed_s: float
-    """Monotonic: when the map last said so; since then odometry alone."""
+    """Monotonic time of the last confirmation by the map; since then by odometry alone."""
 
 
 def onward(fix: Fix, estimate: Estimate) -> Whereabouts | None:
-    """At the time of the estimate; None: odometry has begun anew, or the fix is too old."""
+    """The pose at the estimate; None: odometry has started again, or the fix is too old."""
     age_s = estimate.time_s - fix.time_s
     if estimate.track != fix.track or abs(age_s) > CONFIRMED_S:
         return None
@@ -83,7 +83,7 @@ def pack(where: Whereabouts) -> bytes:
 
 
 def unpack(datagram: bytes) -> Whereabouts | None:
-    """What it says; None: it is none."""
+    """The content of a datagram; None: it is malformed."""
     if datagram[:1] != b"W":
         return None
     try:

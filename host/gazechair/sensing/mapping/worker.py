@@ -1,4 +1,4 @@
-"""The work of mapping's process, without its pipes: makes a map, or knows where the chair is."""
+"""The work of mapping's process, without its pipes: makes a map, or localizes the chair."""
 
 from __future__ import annotations
 
@@ -24,32 +24,32 @@ from gazechair.sensing.odometry.child import Lidars
 from gazechair.sensing.odometry.inbox import HalfTurn
 from gazechair.sensing.odometry.odometry import Estimate
 
-# Why a map was not stored: what is collected stays, to be tried again.
+# Reasons after which saving can be retried: the collected key scans are kept.
 AGAIN = ("map_not_stored", "map_empty")
 
-# What the chair's place is.
+# States.
 NO_MAPS, UNKNOWN, KNOWN, MAKING, SAVING = "no_maps", "unknown", "known", "making", "saving"
 
 PULSE_S = 0.5
 _LOOK_S = 0.1  # from one look to the next
 _STORED_S = 1.0  # from one look at the folder to the next
 _PICTURE_S = 2.0
-_EAGER_S = 20.0  # after the chair was last known, or the maps changed
-_SHARES = 1.0, 0.15  # of a core for searching: eager, then
+_EAGER_S = 20.0  # full search effort for this long after the pose was known, or the maps changed
+_SHARES = 1.0, 0.15  # of a core for searching: during that time, and later
 _OLD_S = 1.0  # an estimate
 
 log = logging.getLogger(__name__)
 
 
 class Out(Protocol):
-    """Where it reports to; see RecordWriter."""
+    """Receiver of its reports; see RecordWriter."""
 
     def data(self, payload: bytes) -> None: ...
     def facts(self, payload: bytes) -> None: ...
 
 
 class Worker:
-    """Feed it words, half turns and estimates, and `tick` it."""
+    """Feed it requests, half turns and estimates, and call `tick`."""
 
     def __init__(
         self,
@@ -69,16 +69,16 @@ class Worker:
         self._making: Making | None = None
         self._saving: threading.Thread | None = None
         self._saved: queue.Queue[dict[str, Any]] = queue.Queue()
-        self._number = 0  # of the newest word
+        self._number = 0  # of the newest request
         self._newest: Estimate | None = None
-        self._looked: Estimate | None = None  # at what was looked for in the maps last
+        self._looked: Estimate | None = None  # the last estimate that was searched for in the maps
         self._look_s = self._stored_s = self._picture_s = self._said_s = -math.inf
         self._eager_s = clock() + _EAGER_S
         self._drawn = 0  # key scans in the newest picture
         self._problem = ""
 
     def word(self, word: Mapping[str, Any]) -> None:
-        """What the daemon wants: "know", "make", "save" (name, path); `n` counts them."""
+        """The daemon's request: "know", "make", "save" (name, path); `n` counts requests."""
         if word["n"] == self._number or self._saving is not None:
             return
         self._number = int(word["n"])
@@ -96,13 +96,13 @@ class Worker:
         self._say()
 
     def half(self, half: HalfTurn) -> None:
-        """What a lidar measured."""
+        """Take a half turn of a lidar."""
         piece = self._lidars.piece(half)
         if piece is not None:
             self._looks.piece(piece)
 
     def estimate(self, estimate: Estimate) -> None:
-        """What odometry made of it."""
+        """Take odometry's estimate."""
         self._newest = estimate
         if not self._looks.estimate(estimate) or self._saving is not None:
             return
@@ -126,7 +126,7 @@ class Worker:
         self._say()
 
     def _keep(self, seen: Seen) -> None:
-        """The map current."""
+        """Keep the stored map current."""
         location = self._atlas.location
         if location is None or not self._atlas.sure:
             self._keeping.unsure()
@@ -134,7 +134,7 @@ class Worker:
             self._look_at_store()
 
     def tick(self) -> None:
-        """Twice a second, at least."""
+        """Call at least twice a second."""
         now_s = self._clock()
         self._ended()
         if now_s >= self._stored_s + _STORED_S and self._making is None and self._saving is None:
@@ -198,7 +198,7 @@ class Worker:
         return KNOWN if self._atlas.id and not self._deaf() else UNKNOWN
 
     def _deaf(self) -> bool:
-        """Nothing comes from odometry: it has no scans, or does not run."""
+        """Whether odometry sends nothing: it has no scans, or does not run."""
         return self._newest is None or self._clock() - self._newest.time_s > _OLD_S
 
     def _draw(self, making: Making) -> None:

@@ -1,4 +1,4 @@
-"""Odometry's child process: reads its inbox, and tells the daemon each estimate."""
+"""Odometry's child process: reads its inbox, and sends the daemon each estimate."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from gazechair.sensing.odometry.inbox import HalfTurn
 from gazechair.sensing.odometry.odometry import Motion, Odometry
 from gazechair.sensing.odometry.points import Piece
 
-_OLD_S = 0.5  # what waited in the inbox that long is of no use
+_OLD_S = 0.5  # older data in the inbox is discarded
 _PULSE_S = 0.5
 _TURN_S = 0.1
 
 
 class Lidars:
-    """Where each sits, by its place in the configuration."""
+    """Mounting of each lidar, by its index in the configuration."""
 
     def __init__(self, configs: tuple[LidarConfig, ...]) -> None:
         self._configs = configs
@@ -35,7 +35,7 @@ class Lidars:
 
     @classmethod
     def of(cls, rows: Sequence[Mapping[str, Any]]) -> Lidars:
-        """Of a child's argument."""
+        """From the rows in a child's argument."""
         return cls(
             tuple(
                 LidarConfig(**{**fields, "mask": tuple(tuple(arc) for arc in fields["mask"])})
@@ -44,7 +44,7 @@ class Lidars:
         )
 
     def piece(self, half: HalfTurn) -> Piece | None:
-        """Without what is masked; None: nothing is left."""
+        """The half turn without masked measurements; None: nothing is left."""
         if half.lidar >= len(self._configs):
             return None
         config, pose = self._configs[half.lidar], self._poses[half.lidar]

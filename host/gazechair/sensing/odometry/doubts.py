@@ -1,4 +1,4 @@
-"""What odometry doubts, and what it notices: each only once it has lasted for a moment."""
+"""Odometry's doubts, and events that it notices: each is reported once it has lasted."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 
-HEADING = "no_heading"  # the board gives none: turns come from the lidars alone
-TURNED = "lidar_turned"  # a lidar does not look where its place on the chair says
-DIFFERS = "heading_differs"  # the lidars see it turn otherwise than the sensor says
+HEADING = "no_heading"  # none from the board: turns come from the lidars alone
+TURNED = "lidar_turned"  # a lidar does not point where its configured mounting says
+DIFFERS = "heading_differs"  # the lidars see another turn than the sensor reports
 LITTLE = "little_seen"  # an empty hall, or all is blind
-CORRIDOR = "corridor"  # what is seen does not tell the place in one direction
-CHANGED = "changed"  # much of what is seen is not where it was: people, or moved furniture
-LATE = "scans_late"  # a lidar that was there does not say anything, or too late
-PUSHED = "pushed"  # moves, and is not told to
-STUCK = "stuck"  # is told to move, and does not
+CORRIDOR = "corridor"  # the surfaces do not determine the position in one direction
+CHANGED = "changed"  # many surfaces are not where they were: people, or moved furniture
+LATE = "scans_late"  # a lidar has stopped sending, or sends too late
+PUSHED = "pushed"  # moves without a command
+STUCK = "stuck"  # does not move on a command
 CARRIED = "carried"  # moves sideways, as no wheelchair does
-LOST = "lost"  # knows nothing of what it sees: it begins afresh
+LOST = "lost"  # recognizes nothing that it sees: it starts again
 
-# What makes a measured speed unsure.
+# These make a measured speed unsure.
 UNSURE = frozenset((LITTLE, CORRIDOR, CHANGED, LATE, CARRIED, LOST))
 
 _LASTS_S = {
@@ -46,8 +46,8 @@ _MOVES_M_S, _MOVES_DEG_S, _STANDS_M_S = 0.06, 6.0, 0.03
 _MOVED_M_S = 0.075
 _SIDEWAYS_M_S = 0.12
 _DIFFERS_DEG = 0.6
-_HEARD_S = 0.1  # the board's word is that old at most
-_STOPS_S, _STOPPED_S = 1.2, 2.5  # most chairs have stopped, all have
+_HEARD_S = 0.1  # longest age of the board's report
+_STOPS_S, _STOPPED_S = 1.2, 2.5  # after these times most chairs, all chairs have stopped
 # A command that moves any chair in its slowest profile: its deadband and its stiction are less.
 _DRIVE, _TURN = 600, 800
 _DEADBAND = 150
@@ -59,43 +59,43 @@ class Outputs:
     """What the board has put out, permille, without signs."""
 
     drive: int
-    """The least, one way, for as long as the chair takes to start."""
+    """The least in one direction over the time that the chair takes to start."""
     turn: int
-    """Likewise."""
+    """The same for the turn output."""
     idle_s: float
-    """For how long there has been none at all; at most some seconds are known."""
+    """Time since the last output; limited to the few seconds that are kept."""
 
 
 @dataclass(frozen=True)
 class Seen:
-    """What there is to judge by, at a time."""
+    """What doubts are judged by, at one time."""
 
     time_s: float
     heading_known: bool
     points: int
     information: FloatArray
-    """(2, 2), of the place by this piece alone, 1/m^2."""
+    """(2, 2), of the position by this piece alone, 1/m^2."""
     matched: float
     speed_m_s: float
     speed_sigma_m_s: float
     sideways_m_s: float
     yaw_rate_deg_s: float
     got_on_m_s: float
-    """Mean speed of the last moments, by the place alone."""
+    """Mean speed of the last moments, by positions alone."""
     outputs: Outputs | None
     """None: not known."""
     full_m_s: float
-    """The least that a full command may move it, as learned of this chair; 0: nothing learned."""
+    """The slowest speed of a full command, as learned for this chair; 0 or less: not known."""
     heading_off_deg: float
-    """By how much the lidars see it turn otherwise than the heading says, lately."""
+    """Recent difference between the turn seen by the lidars and that of the heading sensor."""
     silent_s: float
-    """For how long the lidar that is silent longest has said nothing of use, or scans are late."""
+    """Longest silence of any lidar, or lateness of its scans, beyond 0.2 s."""
     turned: bool
     """See mounting."""
 
 
 class Doubts:
-    """Which of them hold."""
+    """Decides which doubts apply."""
 
     def __init__(self) -> None:
         self._since_s: dict[str, float] = {}
@@ -104,7 +104,7 @@ class Doubts:
         ) * 3  # slowest since nothing is commanded: see _motion
 
     def judge(self, seen: Seen) -> tuple[str, ...]:
-        """Those that have lasted long enough."""
+        """The doubts that have lasted long enough."""
         commanded = seen.outputs is None or seen.outputs.idle_s < _HEARD_S
         before: tuple[float, ...] = (math.inf,) * 3 if commanded else self._least
         self._least = tuple(map(min, before, _motion(seen)))
@@ -117,17 +117,17 @@ class Doubts:
         )
 
     def forget(self) -> None:
-        """It begins afresh."""
+        """Odometry starts again: drop what has been counted."""
         self._since_s.clear()
 
 
 def _motion(seen: Seen) -> tuple[float, float, float]:
-    """Speeds: m/s as filtered, m/s by the place alone, degrees/s."""
+    """Speeds: m/s as filtered, m/s by positions alone, degrees/s."""
     return abs(seen.speed_m_s), seen.got_on_m_s, abs(seen.yaw_rate_deg_s)
 
 
 def _pushed(seen: Seen, outputs: Outputs, least: tuple[float, ...]) -> bool:
-    """Moves after it should have come to rest; sooner, when it gets faster with no command."""
+    """Whether it moves after it should rest; or earlier, speeds up without a command."""
     if outputs.idle_s < _STOPS_S:
         return False
     if outputs.idle_s >= _STOPPED_S:
@@ -150,7 +150,7 @@ def _now(seen: Seen, least: tuple[float, ...]) -> Iterable[str]:
     speed = abs(seen.speed_m_s)
     turns = abs(seen.yaw_rate_deg_s) > _MOVES_DEG_S
     if seen.matched < _LOST_MATCHED and speed < _MOVES_M_S and not turns:
-        yield LOST  # one that moves sees new rooms
+        yield LOST  # a moving chair may enter new rooms
     if abs(seen.heading_off_deg) > _DIFFERS_DEG:
         yield DIFFERS
     if seen.matched < _MATCHED:
@@ -174,6 +174,6 @@ def _now(seen: Seen, least: tuple[float, ...]) -> Iterable[str]:
 
 
 def is_corridor(information: FloatArray) -> bool:
-    """Whether the place is not determined in one direction."""
+    """Whether the position is undetermined in one direction."""
     low, high = np.linalg.eigvalsh(information)
     return bool(low < _LEAST_INFORMATION or low < _LEAST_SHARE * high)

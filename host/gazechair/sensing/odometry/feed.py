@@ -1,4 +1,4 @@
-"""What odometry goes by, sent to its inbox, and to that of everyone else who wants the same."""
+"""Sends odometry's inputs to its inbox, and to the inboxes of others that use the same inputs."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from gazechair.sensing.odometry.inbox import pack_motion, send
 from gazechair.sensing.odometry.odometry import Motion
 
 HEADING_LATE_S = 0.02
-"""So old is a heading when the host has it: the sensor's filter and fusion take 10 to 20 ms, its
-sample period half of 10 ms. At 24 degrees/s that is half a degree, twice that between turns to
-either side: without it a lidar seems to be turned on its mount."""
+"""Age of a heading when the host receives it: the sensor's filter and fusion take 10 to 20 ms, its
+sample period half of 10 ms. At 24 degrees/s that is half a degree, and twice that between turns
+to either side: uncorrected, a lidar would seem to be turned on its mount."""
 
 
 class Feed:
-    """Inboxes: the lidars' child writes half turns to `fds` by itself, the board's word is here."""
+    """Writes the board's reports to inboxes `fds`; the lidars' child writes half turns."""
 
     def __init__(self, fds: Iterable[int]) -> None:
         self.fds = tuple(fds)
 
     def board(self, state: BoardState) -> None:
-        """What the board said. Never waits."""
+        """Send the board's report. Never waits."""
         motion = Motion(
             state.received_s - HEADING_LATE_S,
             state.heading_deg if state.heading_known else None,

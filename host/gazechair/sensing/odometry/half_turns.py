@@ -1,4 +1,4 @@
-"""Cuts what a lidar measures into half turns, and sends each to inboxes, in the lidar's thread."""
+"""Cuts a lidar's measurements into half turns and sends them to inboxes, on the lidar's thread."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class HalfTurns:
     """Feed it nodes as they are decoded."""
 
     def __init__(self, lidar: int, fds: Sequence[int]) -> None:
-        """`lidar`: its place in the configuration; `fds`: the inboxes."""
+        """`lidar`: its index in the configuration; `fds`: the inboxes."""
         self._lidar = lidar
         self._fds = fds
         self._pieces: list[Nodes] = []
@@ -25,12 +25,12 @@ class HalfTurns:
         self._last_s = 0.0
 
     def take(self, nodes: Nodes, received_s: float, period_s: float) -> None:
-        """Nodes that were whole at `received_s`; `period_s` from one to the next."""
+        """Take nodes that were complete at `received_s`; `period_s`: from one node to the next."""
         count = len(nodes)
         if not count:
             return
         if abs(received_s - count * period_s - self._last_s) > _GAP_S:
-            self._pieces, self._count = [], 0  # some are missing between
+            self._pieces, self._count = [], 0  # nodes are missing in between
         self._pieces.append(nodes)
         self._count += count
         self._last_s = received_s

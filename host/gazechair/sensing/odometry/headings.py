@@ -1,7 +1,7 @@
-"""The board's headings over time: how fast they change, and where they are just after the newest.
+"""The board's headings over time: their rate of change, and an extrapolation beyond the newest.
 
-A lidar's measurements are often newer than the newest heading: while the chair turns, its last
-beams would be taken for some tenths of a degree less than they are.
+A lidar's measurements are often newer than the newest heading: without extrapolation, its last
+beams in a turn would be off by some tenths of a degree.
 """
 
 from __future__ import annotations
@@ -13,23 +13,23 @@ from gazechair.base.footprint import FloatArray
 _SLOPE_S = 0.08
 _FEWEST = 3
 _LEAST_SPREAD_S2 = 1e-5  # two headings 5 ms apart
-_BEYOND_S = 0.1  # it turns on as it did, for so long
+_BEYOND_S = 0.1  # how long it is assumed to continue its turn
 
 
 def rate_rad_s(at_s: float, times_s: FloatArray, headings_rad: FloatArray) -> float:
-    """Their slope around that time; 0 where nothing tells it."""
+    """Slope of the headings around `at_s`; 0 where it is undetermined."""
     near = np.abs(times_s - at_s) <= _SLOPE_S
     if np.count_nonzero(near) < _FEWEST:
         return 0.0
     apart, turned = times_s[near] - times_s[near].mean(), headings_rad[near]
     spread = float((apart**2).sum())
-    if spread < _LEAST_SPREAD_S2:  # they came together, as after a stall
+    if spread < _LEAST_SPREAD_S2:  # they arrived together, as after a stall
         return 0.0
     return float((apart * turned).sum()) / spread
 
 
 def beyond(times_s: FloatArray, headings_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Both, with one more: where the chair will be if it turns on as it did."""
+    """Times and headings with one more appended: the heading if the turn continues."""
     if not len(times_s):
         return times_s, headings_rad
     newest_s = float(times_s[-1])

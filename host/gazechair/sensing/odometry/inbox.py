@@ -1,9 +1,9 @@
-"""What odometry and mapping are fed: datagrams of scans and of the board's words, on a socket each.
+"""Inputs of odometry and mapping: datagrams of scans and of board reports, on one socket for each.
 
 Mapping gets odometry's estimates, too.
 
-The lidars' child and the daemon write without ever waiting: what does not fit is lost, as if
-nobody listened. The socket outlives each child at either end.
+The lidars' child and the daemon write without ever waiting: what does not fit is lost. The socket
+outlives the child at either end.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ LONGEST = 1 << 16
 _SCAN = struct.Struct("<cBHdd")  # kind, lidar, measurements, times of the first and the last
 _MOTION = struct.Struct("<cddhh")
 _BUFFER = 1 << 18
-_ANGLE = 64.0  # in a degree
+_ANGLE = 64.0  # units per degree
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class HalfTurn:
     """Consecutive measurements of one lidar, in its own frame; see lidar.scan.Scan."""
 
     lidar: int
-    """Its place in the configuration."""
+    """Its index in the configuration."""
     angles_deg: FloatArray
     distances_m: FloatArray
     first_s: float
@@ -40,7 +40,7 @@ class HalfTurn:
 
 
 def open_inbox() -> tuple[socket.socket, socket.socket]:
-    """(for those who write, for the one who reads)."""
+    """A socket pair: (for the writers, for the reader)."""
     writers, reader = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
     for end in (writers, reader):
         end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER)
@@ -78,7 +78,7 @@ def pack_estimate(estimate: Estimate) -> bytes:
 
 
 def unpack(datagram: bytes) -> HalfTurn | Motion | Estimate | None:
-    """What it says; None: nonsense."""
+    """The content of a datagram; None: it is malformed."""
     try:
         if datagram[:1] == b"E":
             fields = json.loads(datagram[1:])

@@ -1,4 +1,4 @@
-"""A child process that is fed by an inbox: its end in the daemon, for odometry and mapping."""
+"""The daemon's side of a child process that reads an inbox, for odometry and mapping."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _START_S = 60.0
 
 
 class InboxService(Supervised, ABC):
-    """Nothing here waits for it, and nothing that drives the chair by hand needs it."""
+    """The daemon never waits for it, and driving by hand does not need it."""
 
     def __init__(self, lidars: tuple[LidarConfig, ...]) -> None:
         """`lidars`: in the order in which their scans are numbered."""
@@ -41,8 +41,8 @@ class InboxService(Supervised, ABC):
         fds: tuple[int, ...] = (),
         **options: Any,
     ) -> None:
-        """`part`: its name among the parts; `more` of the child's argument; `fds`: that it has
-        besides its inbox; `options` of its Supervisor."""
+        """`part`: its name in the health report; `more`: added to the child's argument; `fds`:
+        inherited in addition to its inbox; `options`: of its Supervisor."""
         fd = self._reader.fileno()
         lidars = [asdict(config) for config in self._lidars]
         self._supervisor = Supervisor(
@@ -58,7 +58,7 @@ class InboxService(Supervised, ABC):
         self._supervisor.start()
 
     def renew(self, lidars: tuple[LidarConfig, ...]) -> None:
-        """Start the child process anew, with these lidars in place of those before."""
+        """Restart the child process with other lidars."""
         super().stop()
         self._lidars = lidars
         self.start()

@@ -1,7 +1,7 @@
-"""The surfaces around the chair, as odometry remembers them: overlapping cells of moments.
+"""The surfaces around the chair that odometry remembers, as point moments of overlapping cells.
 
 A cell keeps the moments of all points within its own square and the eight around it, so that a
-surface is looked up with one index. Four layers by the side a surface is seen from keep the two
+surface is found by one index. Four layers by the side a surface is seen from keep the two
 faces of a thin wall apart. A cell counts once it was seen at two moments: people who walk by leave
 nothing. What is farther away than the window is forgotten.
 """
@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from gazechair.base.footprint import FloatArray
 
 SIZE = 512  # cells along each side of the window
-REACH_M = 18.0  # points up to here fit in, wherever the window's edge is
+REACH_M = 18.0  # points within this distance fit in, wherever the chair is in the window
 _STRIDE = 64  # cells by which the window moves
-_FULL = 20  # points: then the cell stays as it is, so that it cannot drift
+_FULL = 20  # points at which a cell is frozen, so that it cannot drift
 _APART_S = 0.25
-_BEGINS_S = 0.25  # what is seen first is believed at once
+_BEGINS_S = 0.25  # surfaces seen during this time count at once
 _LAYERS = 4
 
 Ints = NDArray[np.int64]
@@ -60,7 +60,7 @@ class LocalMap:
         self._last_s.reshape(shape)[where] = -np.inf
 
     def look_up(self, points_m: FloatArray, layers: Ints) -> tuple[FloatArray, FloatArray]:
-        """(N, 6) moments about each point's cell, and the cells' centres; zeros: nothing known."""
+        """(N, 6) moments of each point's cell, and the cells' centres; zeros: nothing known."""
         column = np.floor(points_m * (1.0 / self._cell_m)).astype(np.int64)
         index = (layers * SIZE + column[:, 0] % SIZE) * SIZE + column[:, 1] % SIZE
         moments = self._moments[index].astype(np.float64)

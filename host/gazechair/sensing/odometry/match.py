@@ -1,4 +1,4 @@
-"""Fits what a lidar sees to the surfaces remembered: iterated least squares with a prior."""
+"""Fits a lidar's points to the remembered surfaces: iterated least squares with a prior."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ _ITERATIONS = 8
 _SETTLED_M = 2e-4
 _NOISE_M = 0.015
 _NOISE_PER_M = 0.002
-_FEW = 5.0  # points: less in a cell's square is no surface
+_FEW = 5.0  # points: fewer in a cell's square are no surface
 _FLAT = 8.0  # a surface's length in proportion to its depth, variances
 _POST_M = 0.05  # something compact is smaller
-_LOOSE_M, _TIGHT_M = 0.25, 0.08  # beyond some of these a point counts little: first, then last
-# Points on one surface err together: so many tell no more than one.
+_LOOSE_M, _TIGHT_M = 0.25, 0.08  # scale beyond which a point counts less: first round, last round
+# Errors of points on one surface are correlated: this many count as one.
 _TOGETHER = 2.0
 
 
 @dataclass(frozen=True)
 class Fit:
-    """The state after a match, and what it is worth."""
+    """The state after a match, and how well it is determined."""
 
     state: FloatArray
     covariance: FloatArray
@@ -54,7 +54,7 @@ def fit(
     covariance: FloatArray,
     heading_rad: float,
 ) -> Fit:
-    """Fit `points` (chair's frame) beginning with the state `prior` and its `covariance`."""
+    """Fit `points` (chair's frame) starting at the state `prior` with its `covariance`."""
     weight = np.linalg.inv(covariance)
     state = prior.copy()
     distance = np.hypot(points[:, 0], points[:, 1])

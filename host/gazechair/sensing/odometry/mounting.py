@@ -1,10 +1,10 @@
-"""Does a lidar look where its place on the chair says? What turned it, turned all that it sees.
+"""Detects a lidar that is turned on its mount, which rotates everything that it sees.
 
-The drive axle does not slip sideways: a chair that seems to, straight on and always by the same
-angle, has a lidar that is turned by that angle. Where the lidars see a turn while the heading
-sensor sees none, one may just have been bumped; driving straight on, and turning where it was
-suspected while turning, then tells. And two lidars that see different headings are not both where
-they should be.
+The drive axle does not slip sideways: if the chair seems to slip while it drives straight, always
+at the same angle, a lidar is turned by that angle. If the lidars see a turn that the heading
+sensor does not, one may just have been bumped; driving straight (and turning, if the suspicion
+arose in a turn) then confirms or clears it. Two lidars that see different headings are not both
+mounted as configured.
 """
 
 from __future__ import annotations
@@ -13,34 +13,34 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-_STRAIGHT_DEG_S = 3.0  # slower is straight on, or standing
-_MATCHED = 0.5  # of what is seen; less is a crowd
-# So much otherwise than the sensor the lidars see it turn, and by a share of what it turned in the
-# last second: sensors have scales of their own. Far more is the sensor's fault.
+_STRAIGHT_DEG_S = 3.0  # slower counts as straight, or standing
+_MATCHED = 0.5  # share of the points; less is a crowd
+# Suspicious difference between the turn by lidars and by the sensor, plus a share of the last
+# second's turn, for the sensor's scale error. A far larger difference is the sensor's fault.
 _JUMP_DEG, _JUMP_SHARE, _MOST_DEG, _SETTLED_DEG = 0.35, 0.04, 30.0, 0.3
-_PIECE_DEG = 0.65  # more than that, by one piece alone
+_PIECE_DEG = 0.65  # the same, for a single piece
 _TURNED_S = 1.0
 _STEP_S, _STEP_M = 0.25, 0.02
-_WINDOW_M = 1.0  # straight on: what is aside by then tells the angle within half a degree
+_WINDOW_M = 1.0  # straight: the sideways offset then gives the angle within half a degree
 _TURNED_DEG, _RIGHT_DEG = 1.0, 0.5
-# Averages of what each lidar sees of the heading, straight on: against the sensor, or the other's.
+# Averages of each lidar's heading while driving straight: against the sensor, or the other lidar.
 _OFF_DEG, _OFF_S, _AVERAGE_S = 0.15, 0.5, 1.0
-# A suspicion that arose while it turned, or where scans may be old though their times are new, is
-# cleared by turning, too: straight on those are right.
+# A suspicion from a turn, or from scans that may be older than their times say, is only cleared
+# after turning, too: while driving straight such scans look right.
 _CLEARS_DEG, _CLEARS_DEG_S = 30.0, 10.0
-# Against the heading sensor the lidars drift by so much within a while, and by a share of what the
-# chair turns; more, and odometry follows a lidar that was turned.
+# Normal drift of the lidars against the heading sensor within a while, and as a share of the turn;
+# with more, odometry is following a lidar that was turned.
 _WHILE_S, _SAMPLE_S, _DRIFT_DEG, _DRIFT_SHARE = 10.0, 0.5, 0.5, 0.02
-_REST_S = 0.3  # without a piece its average does not count
+_REST_S = 0.3  # without a piece for this long, a lidar's average does not count
 
 
 @dataclass(frozen=True)
 class Stand:
-    """Of one piece: where odometry has the chair, and what the piece says of its heading."""
+    """Data of one piece: the chair's pose by odometry, and the heading by the piece."""
 
     time_s: float
     lidar: tuple[float, float]
-    """Where it sits: tells lidars apart."""
+    """Its position on the chair, which identifies the lidar."""
     x_m: float
     y_m: float
     heading_rad: float
@@ -56,17 +56,17 @@ class Stand:
     old_or_turned: bool = False
     """See turned_piece and repeated."""
     offset_deg: float = 0.0
-    """Of the heading against the sensor's, since the beginning."""
+    """Of odometry's heading against the sensor's, since the beginning."""
 
 
 class Mounting:
-    """Feed it every piece; `turned` holds from a suspicion on until straight driving clears it."""
+    """Feed it every piece; `turned` is set by a suspicion until driving clears it."""
 
     def __init__(self) -> None:
         self.turned = False
         self._time_s = -math.inf
         self._lately_deg = 0.0  # turned
-        self._most_deg = 0.0  # seen to turn otherwise, in this episode
+        self._most_deg = 0.0  # largest difference in this episode
         self._before: Stand | None = None  # where the newest step began
         self._ahead_m = self._aside_m = 0.0
         self._slope_deg: float | None = None  # of the window before, since a suspicion
@@ -131,7 +131,7 @@ class Mounting:
         self._slope_deg = None
 
     def _is_off(self, stand: Stand) -> bool:
-        """Whether a lidar sees another heading than the sensor, or another lidar, for a while."""
+        """Whether a lidar's heading differs for a while from the sensor's or another's."""
         average, at_s = self._errors.get(stand.lidar, (0.0, stand.time_s))
         share = 1.0 - math.exp(-(stand.time_s - at_s) / _AVERAGE_S)
         average += (math.degrees(stand.error_rad) - average) * share

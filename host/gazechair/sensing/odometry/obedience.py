@@ -1,4 +1,4 @@
-"""How the speed follows the command, as every chair does roughly; and whether it does now."""
+"""Predicts the speed from the command, and checks whether the chair follows it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 DEAD_S = 0.15
-CHANGED_S = 1.2  # for so long after a change of the command the speed is hard to predict
+CHANGED_S = 1.2  # for this long after a change of the command the speed is hard to predict
 _LAG_S = 0.25
 _FASTER_M_S2, _SLOWER_M_S2 = 0.6, 1.0
 _STEADY_Q, _CHANGING_Q = 0.003, 0.05  # (m/s)^2 per second
@@ -15,20 +15,20 @@ _SURPRISE_S, _SURPRISE_M_S2, _CHANGING_M_S2 = 0.15, 0.15, 0.2
 
 @dataclass(frozen=True)
 class Change:
-    """What becomes of the speed in one step."""
+    """Change of the speed in one step, with its derivatives."""
 
     speed_m_s: float
     """The change."""
     by_speed: float
-    """The new speed by the old one."""
+    """Derivative of the new speed by the old one."""
     by_full: float
-    """The new speed by the speed of a full command."""
+    """Derivative of the new speed by the speed of a full command."""
     q: float
-    """How much it may be wrong: variance of the change per second."""
+    """Process noise: variance of the change per second."""
 
 
 class Obedience:
-    """Predicts by the command for as long as the chair does what it is told, roughly."""
+    """Predicts by the command for as long as the chair roughly follows it."""
 
     def __init__(self) -> None:
         self._surprise_m_s2 = 0.0
@@ -55,7 +55,7 @@ class Obedience:
         most = (_FASTER_M_S2 if abs(wanted) > abs(speed_m_s) else _SLOWER_M_S2) * dt_s
         self._expected_m_s = max(-most, min(change, most))
         allowed = _SURPRISE_M_S2
-        if changing or abs(change) <= most:  # what is not known yet of this chair is no surprise
+        if changing or abs(change) <= most:  # within what is not yet known of this chair
             allowed += 2.0 * abs(command) * full_sigma_m_s / _LAG_S
         if abs(self._surprise_m_s2) > allowed + changing * _CHANGING_M_S2:  # pushed, or held
             return Change(0.0, 1.0, 0.0, _CHANGING_Q)
@@ -65,7 +65,7 @@ class Obedience:
         return Change(change, 1.0 - follow, command * follow, q)
 
     def judge(self, change_m_s: float, dt_s: float) -> None:
-        """How the speed has changed really since the last prediction."""
+        """Compare the last prediction with how the speed has really changed."""
         if math.isinf(self._surprise_m_s2) or dt_s <= 0.0:
             return
         off = (change_m_s - self._expected_m_s) / dt_s

@@ -1,4 +1,4 @@
-"""Whether the chair moves when it is told to, and only then: a part of the health of its own."""
+"""Health part: whether the chair moves when commanded, and only then."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from gazechair.sensing.odometry.odometry import Estimate
 from gazelink import codes
 
 _ARMED_S = 1.5  # before that it may still roll from being driven by hand
-_KEPT_S = 1.0  # what was reported stays readable
+_KEPT_S = 1.0  # a report stays for this long, so that it can be read
 
 
 class Obeys:
-    """Judges while driving is on; nothing is known of a chair whose motion is not measured."""
+    """Judges while driving is on, and only while the chair's motion is measured."""
 
     def __init__(self, health: Health, state: Callable[[], BoardState | None]) -> None:
         self._health = health
@@ -26,11 +26,11 @@ class Obeys:
         self.unknown()
 
     def unknown(self) -> None:
-        """Nothing is measured."""
+        """Report that the motion is not measured."""
         self._health.set(states.OK)
 
     def judge(self, estimate: Estimate) -> None:
-        """Report what `estimate` says of it."""
+        """Report by `estimate` whether the chair obeys."""
         now_s = estimate.time_s
         state = self._state()
         if state is None or state.state != codes.ARMED:

@@ -1,8 +1,9 @@
-"""Odometry's core: heading and command predict, the lidars correct. No clock, no process.
+"""Odometry's core: a filter with prediction by heading and command, and correction by the lidars.
 
 The heading of the board's sensor is right but for a slowly changing offset; the command predicts
 the speed; each piece of a lidar's turn is fitted to the surfaces seen before. What the surfaces do
-not determine, as along a bare corridor, follows the prediction, and the uncertainty says so.
+not determine, as along a bare corridor, follows the prediction, with a growing uncertainty. No
+clock, no process.
 """
 
 from __future__ import annotations
@@ -42,22 +43,22 @@ _UNKNOWN_RAD_S = math.radians(60.0)  # how fast it may turn without a heading
 _DIFFERS_RAD_S = math.radians(20.0)
 _ERROR_S, _FOLLOWED_S, _MATCHED = 0.3, 1.0, 0.5
 _FULL_M_S, _FULL_SIGMA_M_S = 0.5, 0.25
-_SIDEWAYS_M_S, _SIDEWAYS_S = 0.05, 0.3  # what a chair slips sideways, and for how long
+_SIDEWAYS_M_S, _SIDEWAYS_S = 0.05, 0.3  # sideways slip of a chair, and its duration
 _KEPT_S = 3.0  # of motion
 _OLD_S = 0.3  # a heading
 _SILENT_S = 0.2  # a lidar
-_STARTS_S = 0.6  # until then the chair is not stuck
-_STANDS_S = 0.3  # the way of so long tells whether it stands
+_STARTS_S = 0.6  # time that the chair takes to start
+_STANDS_S = 0.3  # the motion within this time shows whether it stands
 _DRIFT_M2_PER_M = 0.006**2
 
-_KNOWN = 0.85  # less of what is seen is known: look here once more
+_KNOWN = 0.85  # if less of what is seen is known, surfaces are added here again
 _LOOK_S = 0.02
 _INSERT_M, _INSERT_RAD = 0.10, math.radians(5.0)
 
 
 @dataclass(frozen=True)
 class Motion:
-    """What the board said at a time: heading and outputs; None: not known."""
+    """The board's heading and outputs at a time; None: not known."""
 
     time_s: float
     heading_deg: float | None
@@ -69,13 +70,13 @@ class Motion:
 class Estimate:
     """Where the chair is and how it moves, in a frame that begins where odometry began.
 
-    The drive axle's; x forward at the beginning, y left, headings counter-clockwise. Uncertainties
-    are standard deviations; those of the place are of the way since the beginning, along and
-    across the chair.
+    The pose is the drive axle's; x forward at the beginning, y left, headings counter-clockwise.
+    Uncertainties are standard deviations; those of the position accumulate since the beginning,
+    along and across the chair.
     """
 
     time_s: float
-    """Monotonic: of the measurements, not of the computing."""
+    """Monotonic time of the measurements, not of the computation."""
     x_m: float
     y_m: float
     heading_deg: float
@@ -87,18 +88,18 @@ class Estimate:
     heading_sigma_deg: float
     speed_sigma_m_s: float
     matched: float
-    """Share of what is seen that was seen before, 0..1."""
+    """Share of the points that lie on surfaces seen before, 0..1."""
     doubts: tuple[str, ...]
     """Keys of `doubts`."""
     track: int
-    """Counts the beginnings: places of different tracks have nothing to do with each other."""
+    """Number of the start: positions of different tracks are unrelated."""
 
 
 class Odometry:
     """Feed it `motion` and pieces in the order of their times."""
 
     def __init__(self, track: int = 0) -> None:
-        """`track`: of its beginning."""
+        """`track`: number of its first track."""
         self._motions: deque[Motion] = deque()
         self._turned_deg = 0.0
         self._map = LocalMap(0.10)
@@ -106,14 +107,14 @@ class Odometry:
         self._state: FloatArray = np.zeros(STATES)
         self._state[FULL] = _FULL_M_S
         self._covariance = _first_covariance()
-        self._drift = np.zeros((2, 2))  # of the remembered surfaces, since the beginning
+        self._drift = np.zeros((2, 2))  # covariance of the remembered surfaces, since the beginning
         self._track = track
         self._doubts = Doubts()
         self._obedience = Obedience()
         self._mounting = Mounting()
         self._turned_piece = TurnedPiece()
         self._places: deque[tuple[float, float, float]] = deque()
-        self._error_rad = self._followed_rad = 0.0  # what the heading was off, lately
+        self._error_rad = self._followed_rad = 0.0  # recent error of the heading
         self._differs = False  # the heading counts less then
         self._heard_s: dict[tuple[float, float], float] = {}  # by the lidar's place
         self._time_s: float | None = None
@@ -122,7 +123,7 @@ class Odometry:
         self._inserted: tuple[float, float, float, float] | None = None
 
     def motion(self, motion: Motion) -> None:
-        """What the board said."""
+        """Take in the board's report."""
         if motion.heading_deg is not None:  # full turns are counted
             off = motion.heading_deg - self._turned_deg
             self._turned_deg += (off + 180.0) % 360.0 - 180.0
@@ -132,7 +133,7 @@ class Odometry:
             self._motions.popleft()
 
     def piece(self, piece: Piece) -> Estimate | None:
-        """The estimate at the middle of the piece; None when it is of no use."""
+        """The estimate at the middle of the piece; None: the piece is unusable."""
         at_s = piece.middle_s
         times, headings = self._headings()
         if self._time_s is not None and at_s <= self._time_s:
@@ -190,7 +191,7 @@ class Odometry:
         return estimate
 
     def _newest_s(self, at_s: float) -> float:
-        """What time it is, as far as is known: scans may come late."""
+        """The newest time known from any input: scans may come late."""
         return max(at_s, self._motions[-1].time_s) if self._motions else at_s
 
     def _is_turned(
@@ -225,14 +226,14 @@ class Odometry:
         return repeats(at_s - self._time_s, float(before[FORWARD]), moved_m, gap)
 
     def _cross_check(self, found: Fit, dt_s: float) -> None:
-        """How far the lidars see the heading elsewhere than the sensor says, lately."""
+        """Update the recent difference between the lidars' heading and the sensor's."""
         seen_rad = float(found.state[ERROR]) if found.matched > _MATCHED else 0.0
         self._error_rad += (seen_rad - self._error_rad) * (1.0 - math.exp(-dt_s / _ERROR_S))
         self._followed_rad *= math.exp(-dt_s / _FOLLOWED_S)
         self._followed_rad += float(found.state[OFFSET] - self._state[OFFSET])
 
     def _grow(self, found: Fit) -> None:
-        """What the remembered surfaces are off grows with the way, and where nothing tells."""
+        """Grow the drift of the remembered surfaces, with the distance and where undetermined."""
         way_m = math.hypot(*(found.state[:2] - self._state[:2]))
         self._drift += np.eye(2) * _DRIFT_M2_PER_M * way_m
         if is_corridor(found.information):
@@ -241,7 +242,7 @@ class Odometry:
             self._drift += (vectors * np.maximum(values, 0.0)) @ vectors.T
 
     def _begin_afresh(self) -> None:
-        """Nothing is known of what is seen, as after being carried: another track."""
+        """Start another track: nothing that is seen is known, as after being carried."""
         self._track += 1
         self._doubts.forget()
         self._map.clear()
@@ -252,7 +253,7 @@ class Odometry:
         self._covariance = _first_covariance()
 
     def _got_on(self, at_s: float) -> float:
-        """Mean speed of the last moments, by the place alone: no command has a say in it."""
+        """Mean speed of the last moments, m/s, by positions alone, not by the command."""
         self._places.append((at_s, float(self._state[X]), float(self._state[Y])))
         while self._places[0][0] < at_s - _STANDS_S and len(self._places) > 2:
             self._places.popleft()
@@ -334,7 +335,7 @@ class Odometry:
         return state, covariance
 
     def _command(self, at_s: float) -> tuple[float | None, bool]:
-        """What the motors follow at that time, -1..1, and whether it has changed lately."""
+        """The command that the motors follow at that time, -1..1, and whether it changed lately."""
         recent = [m for m in self._motions if m.time_s >= at_s - DEAD_S - CHANGED_S]
         acts = [m.linear_permille for m in recent if m.time_s <= at_s - DEAD_S]
         if not acts or acts[-1] is None:

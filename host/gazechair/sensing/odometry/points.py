@@ -1,4 +1,4 @@
-"""One piece of a lidar's turn, de-skewed: what it saw, as few points in the chair's frame."""
+"""De-skews one piece of a lidar's turn and thins it to few points in the chair's frame."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from gazechair.base.footprint import FloatArray
 _PER_TURN = 720  # points a turn, at most: neighbours are averaged to about as many
 _NEAREST_M = 0.15
 _FARTHEST_M = 17.5  # of the drive axle
-_SPREAD_M = 0.06  # measurements of one surface differ less
+_SPREAD_M = 0.06  # ranges to one surface differ less
 _NEIGHBOUR_M = 0.35  # points farther apart are not on one surface
 _THIN_M = 0.05
 
@@ -21,7 +21,7 @@ class Piece:
     """Consecutive measurements of one lidar, in the order in which they were made.
 
     `directions_deg`: in the chair's frame, left positive. `distances_m`: 0 = no return.
-    `origin_m`: where the lidar sits. `times_s`: monotonic. `per_turn`: measurements in a turn.
+    `origin_m`: the lidar's position. `times_s`: monotonic. `per_turn`: measurements in a turn.
     """
 
     directions_deg: FloatArray
@@ -32,7 +32,7 @@ class Piece:
 
     @property
     def middle_s(self) -> float:
-        """The time that its estimate is of."""
+        """Time to which its estimate refers."""
         return 0.5 * float(self.times_s[0] + self.times_s[-1])
 
 
@@ -41,7 +41,7 @@ def seen_points(
 ) -> tuple[FloatArray, FloatArray]:
     """(points, normals towards the lidar), (N, 2) each, in the chair's frame of the piece's middle.
 
-    `headings_rad`: how far the chair had turned at each measurement, against its middle.
+    `headings_rad`: the chair's heading at each measurement, relative to the piece's middle.
     """
     usable = np.flatnonzero(piece.distances_m >= _NEAREST_M)
     group = max(1, piece.per_turn // _PER_TURN)
@@ -81,7 +81,7 @@ def _thinned(points: FloatArray, beams: FloatArray) -> tuple[FloatArray, FloatAr
 
 
 def _normals(points: FloatArray, beams: FloatArray) -> FloatArray:
-    """Of the surface each point is on, as its neighbours show it; towards the lidar if alone."""
+    """Normals of the surfaces, from neighbouring points; towards the lidar for single points."""
     normals = beams.copy()
     if len(points) < 3:
         return normals

@@ -20,13 +20,13 @@ LOST = "odometry_lost"
 UNSURE = "odometry_unsure"
 DIFFERS = "odometry_heading"
 TURNED = "lidar_turned"
-_DIFFERS_S = 10.0  # shown for so long: a scale shows in turns only
+_DIFFERS_S = 10.0  # shown for this long: a scale error shows in turns only
 _LASTS_S = 5.0  # a doubt that lasts for less is not reported
-_NICE = 5  # what drives the chair comes first
+_NICE = 5  # lower priority than what drives the chair
 
 
 class OdometryService(InboxService):
-    """Nothing here waits for odometry, and nothing that drives the chair needs it."""
+    """The daemon never waits for odometry, and driving by hand does not need it."""
 
     def __init__(self, lidars: tuple[LidarConfig, ...], health: Health, obeys: Obeys) -> None:
         """`lidars`: in the order in which their scans are numbered."""
@@ -38,10 +38,10 @@ class OdometryService(InboxService):
         self._differs_s = 0.0
         self._turned = False
         self.latest: Latest[Estimate] = Latest()
-        """Born when its measurements were made."""
+        """Its age counts from its measurements."""
 
     def subscribe(self, listener: Callable[[Estimate], None]) -> None:
-        """Before the start. `listener` gets each estimate, on a thread that must not wait."""
+        """Call before the start. `listener` gets each estimate, on a thread that must not block."""
         self._listeners.append(listener)
 
     def start(self) -> None:

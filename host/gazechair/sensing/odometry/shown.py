@@ -11,7 +11,7 @@ _UNSURE_M_S = 0.15  # a standard deviation
 
 
 def shown(entry: Entry[Estimate] | None, now_s: float) -> dict[str, float] | None:
-    """Speeds, and how sure and how old they are; None: not known, as what is stale or doubted."""
+    """Speeds with uncertainty and age; None: not known, stale or doubted."""
     if entry is None or now_s - entry.born_s > OLD_S:
         return None
     estimate = entry.value

@@ -1,7 +1,7 @@
-"""Would a piece that lies on nothing known lie on what is known, were it turned by some degrees?
+"""Tests whether an unmatched piece would match known surfaces if it were rotated by some degrees.
 
-Then what it was seen by has turned and the heading sensor has not: a lidar was bumped by more than
-a fit can follow, or its scans are old though their times are new, while the chair turns.
+If so, the lidar has turned and the heading sensor has not: it was bumped by more than a fit can
+follow, or its scans are older than their times say while the chair turns.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from gazechair.sensing.odometry.match import lie_on
 
 _DEG = np.array([sign * deg for deg in np.arange(3.0, 16.0, 1.5) for sign in (-1.0, 1.0)])
 _POINTS = 90
-_LIES = 0.8  # share of the points: with so many where they should be there is nothing to ask
-_WOULD_LIE, _MORE = 0.7, 0.25  # shares: were it turned, and more than as it is
+_LIES = 0.8  # share of the points: with so many matched there is nothing to test
+_WOULD_LIE, _MORE = 0.7, 0.25  # shares: matched when rotated, and gained by the rotation
 _AGAIN = 2  # pieces in a row
 
 
 class TurnedPiece:
-    """Feed it every piece, where it is expected to be seen from."""
+    """Feed it every piece with its expected pose."""
 
     def __init__(self) -> None:
         self._found = 0  # in a row
@@ -34,7 +34,7 @@ class TurnedPiece:
         expected: tuple[float, float, float],
         matched: float,
     ) -> bool:
-        """Whether it would; points, normals and the lidar's place in the chair's frame.
+        """Whether it would; points, normals and the lidar's position are in the chair's frame.
 
         `expected`: the chair's x, y and heading; `matched`: share of the points that lie on
         surfaces by the fit.

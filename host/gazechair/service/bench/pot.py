@@ -11,7 +11,7 @@ ADDRESSES = (0x2C, 0x2D, 0x2E, 0x2F)  # AD5282 data sheet: by its pins AD1 and A
 WIPERS = ("linear", "turn")
 _INSTRUCTIONS = (0x00, 0x80)
 LOWEST, NEUTRAL, HIGHEST = 85, 170, 254  # counts: 5 V, about 6 V, 7 V at the DB9; as the
-# board's limits, of which none is there to ask: a test compares
+# board's limits, which cannot be read here: a test compares
 _SWEEP = (*range(NEUTRAL, HIGHEST, 12), HIGHEST, NEUTRAL, *range(LOWEST, NEUTRAL, 12), NEUTRAL)
 
 

@@ -1,7 +1,7 @@
 """`gazechair calibrate camera`: finds the camera's pose over the floor from marks in its picture.
 
 A person measures marks on the floor with a tape, from below the middle of the drive axle, and finds
-them in a picture that this takes. An impossible result is refused with the reason, and not stored.
+them in a picture taken by this command. An impossible result is refused with the reason.
 """
 
 from __future__ import annotations

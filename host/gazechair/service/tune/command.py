@@ -133,8 +133,8 @@ class Tuning:
         return {}
 
     def _store(self, before: Sequence[int], rows: dict[str, int]) -> None:
-        # Whatever ends this halfway, the profile counts as not tuned then: not tuned first, that it
-        # is tuned last, here and on the way back.
+        # The flag "tuned" is cleared first and set last, here and when undone: if this ends
+        # halfway, the profile counts as not tuned.
         values = {index_of(name): value for name, value in rows.items()}
         tuned = index_of(profile_row(rows["profile"], "tuned"))
         changed: list[int] = []

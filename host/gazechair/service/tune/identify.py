@@ -2,8 +2,8 @@
 
 A descent (descent.py) from several starts: a coarse search, then a fine one from the best three.
 The priors from comparable chairs (beliefs.py) count as much as a few samples: they decide only
-what the pulses leave open. Samples of one pulse err together, because they share the floor under
-it; so every pulse has its own fraction by which it turned further.
+what the pulses leave open. Errors of one pulse's samples are correlated, as they share the
+floor; so every pulse has its own fraction by which it turned further.
 """
 
 from __future__ import annotations
