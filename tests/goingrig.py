@@ -101,6 +101,7 @@ class GoingChair:
 
 
 LIDAR_M = (0.3, 0.0)
+RANGE_M = 9.0
 Person = tuple[float, float]
 """Position of a person, seen as a disc."""
 
@@ -109,18 +110,27 @@ def scan_of(costmap: Costmap, pose: Pose, persons: Sequence[Person]) -> tuple[Fl
     """Ends and beginnings of a lidar's beams, in the chair's frame."""
     bearings = np.radians(np.arange(0.0, 360.0, 0.5))
     along = np.stack((np.cos(bearings), np.sin(bearings)), axis=1)
-    ranges = np.arange(0.1, 9.0, 0.5 * CELL_M)
-    local = np.array(LIDAR_M) + along[:, None, :] * ranges[None, :, None]
-    places = to_frame(local.reshape(-1, 2), np.array(pose))
-    cells = np.floor((places - costmap.low_m) / CELL_M).astype(np.int64)
-    nx, ny = costmap.shape
-    hit = costmap.known_m[np.clip(cells[:, 0], 0, nx - 1), np.clip(cells[:, 1], 0, ny - 1)] <= 0.0
-    for x, y in persons:
-        hit |= np.hypot(places[:, 0] - x, places[:, 1] - y) < PERSON_M
-    hits = hit.reshape(local.shape[:2])
-    returned = hits.any(axis=1)
-    ends = local[np.arange(len(along)), hits.argmax(axis=1)][returned]
+    ranges = np.full(len(along), 0.1)
+    hit = np.zeros(len(along), dtype=np.bool_)
+    while len(going := np.flatnonzero(~hit & (ranges < RANGE_M))):
+        local = np.array(LIDAR_M) + along[going] * ranges[going, None]
+        free_m = _free_m(costmap, to_frame(local, np.array(pose)), persons)
+        hit[going] = free_m <= 0.0
+        # Nothing is nearer than that: no step in between could hit.
+        ranges[going] += np.where(hit[going], 0.0, np.maximum(free_m - CELL_M, 0.5 * CELL_M))
+    ends = (np.array(LIDAR_M) + along * ranges[:, None])[hit]
     return ends, np.tile(LIDAR_M, (len(ends), 1))
+
+
+def _free_m(costmap: Costmap, places_m: FloatArray, persons: Sequence[Person]) -> FloatArray:
+    """Distance of each place to the nearest box, wall or person; 0 or less within one."""
+    cells = np.floor((places_m - costmap.low_m) / CELL_M).astype(np.int64)
+    nx, ny = costmap.shape
+    free_m = costmap.known_m[np.clip(cells[:, 0], 0, nx - 1), np.clip(cells[:, 1], 0, ny - 1)]
+    for x, y in persons:
+        off_m = np.hypot(places_m[:, 0] - x, places_m[:, 1] - y) - PERSON_M
+        free_m = np.minimum(free_m, off_m)
+    return free_m
 
 
 def drive_among(
