@@ -101,7 +101,7 @@ class GoingChair:
 
 
 LIDAR_M = (0.3, 0.0)
-RANGE_M = 9.0
+LIDAR_RANGE_M = 9.0
 Person = tuple[float, float]
 """Position of a person, seen as a disc."""
 
@@ -112,7 +112,7 @@ def scan_of(costmap: Costmap, pose: Pose, persons: Sequence[Person]) -> tuple[Fl
     along = np.stack((np.cos(bearings), np.sin(bearings)), axis=1)
     ranges = np.full(len(along), 0.1)
     hit = np.zeros(len(along), dtype=np.bool_)
-    while len(going := np.flatnonzero(~hit & (ranges < RANGE_M))):
+    while len(going := np.flatnonzero(~hit & (ranges < LIDAR_RANGE_M))):
         local = np.array(LIDAR_M) + along[going] * ranges[going, None]
         free_m = _free_m(costmap, to_frame(local, np.array(pose)), persons)
         hit[going] = free_m <= 0.0
