@@ -145,7 +145,7 @@ def drive_among(
         chair.step()
         if k % 2 == 0:
             points, origins = scan_of(chair.mission.costmap, chair.pose, persons(chair.now_s))
-            chair.mission.scan(points, chair.now_s, chair.pose, origins)
+            chair.mission.scan(points, origins, chair.now_s, chair.pose)
         found.append((chair.mission.state, chair.mission.reason))
         if chair.mission.state == "arrived":
             break

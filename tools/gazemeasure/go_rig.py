@@ -258,7 +258,7 @@ class Go:
             points = np.concatenate([view.points_m for view in views])
             counts = [len(view.points_m) for view in views]
             origins = np.repeat([view.origin_m for view in views], counts, axis=0)
-            self.mission.scan(points, now_s, located.pose, origins)
+            self.mission.scan(points, origins, now_s, located.pose)
 
     def _sense(self) -> None:
         i = self.core.i

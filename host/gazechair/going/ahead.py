@@ -9,7 +9,7 @@ import numpy as np
 from gazechair.base.footprint import FloatArray
 from gazechair.going.plan import Pose, Way
 
-LOOK_AHEAD_M = 2.5
+_LOOK_AHEAD_M = 2.5
 _ALONG_M = 0.1
 
 
@@ -25,7 +25,7 @@ def poses_ahead(way: Way, at_leg: int, pose: Pose) -> FloatArray:
             *(() if bend is None else bend.sampled()),
         ):
             done += math.dist(one[:2], rows[-1][:2])
-            if done > LOOK_AHEAD_M:
+            if done > _LOOK_AHEAD_M:
                 return np.array(rows)
             rows.append((*one, done))
         begin = np.array(rows[-1][:2]) if bend is not None else end

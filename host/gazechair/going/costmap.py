@@ -10,6 +10,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gazechair.base.footprint import BoolArray, FloatArray, Footprint, inside
 from gazechair.going.beams import looked_through
@@ -49,8 +50,9 @@ class Costmap:
         self._static = stands | (unknown & (seen > near_m)) | self._within(no_go, stands)
         self.static_m = distances(self._static, cell_m, FAR_M)
         self.ahead = Ahead(footprint)
-        nothing_m = np.zeros((0, 2))
-        self._standing_m = {"map": standing_m(stands, cell_m, self.low_m), "live": nothing_m}
+        self._standing_m = {"map": standing_m(stands, cell_m, self.low_m)}
+        self.standing_m = self._standing_m["map"]
+        """Cell centres (N, 2) of what the board may take for a standing person."""
         self._seen_s = np.full(stands.shape, -np.inf)
         self._live = np.zeros(stands.shape, dtype=np.bool_)
         self.distances_m: Distances = self.static_m
@@ -61,16 +63,20 @@ class Costmap:
         self._disc_cells = in_cells[:, 0], in_cells[:, 1], discs[:, 2].astype(np.float32)
         self.reach_m = float(np.hypot(footprint.body[:, 0], footprint.body[:, 1]).max())
 
-    @property
-    def standing_m(self) -> FloatArray:
-        """Cell centres (N, 2) of what the board may take for a standing person."""
-        return np.concatenate(list(self._standing_m.values()))
-
     def suspect(self, points_m: FloatArray) -> None:
         """Replace the points, in the map's frame, that may be persons as seen now."""
         cells = np.unique(np.stack(self._cells(points_m), axis=1), axis=0)
-        self._standing_m["seen"] = (cells + 0.5) * self.cell_m + self.low_m
-        self.changes += 1
+        self._may_stand("seen", self._centres_m(cells))
+
+    def _may_stand(self, source: str, places_m: FloatArray) -> None:
+        if not np.array_equal(self._standing_m.get(source, np.zeros((0, 2))), places_m):
+            self._standing_m[source] = places_m
+            self.standing_m = np.concatenate(list(self._standing_m.values()))
+            self.changes += 1
+
+    def _centres_m(self, cells: NDArray[np.int64]) -> FloatArray:
+        """(N, 2) of cells (N, 2)."""
+        return np.asarray((cells + 0.5) * self.cell_m + self.low_m)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -109,14 +115,13 @@ class Costmap:
     def clear(self, points_m: FloatArray, origins_m: FloatArray, at_s: float) -> None:
         """Remove live obstacles that the beams of a scan, in the map's frame, pass through."""
         cells = np.argwhere(self._seen_s > at_s - KEPT_S)
-        places_m = (cells + 0.5) * self.cell_m + self.low_m
-        left = cells[looked_through(places_m, points_m, origins_m)]
+        left = cells[looked_through(self._centres_m(cells), points_m, origins_m)]
         self._seen_s[left[:, 0], left[:, 1]] = -np.inf
 
     def forget(self, x_m: float, y_m: float, within_m: float) -> None:
         """Remove live obstacles within a distance of a point, until they are seen again."""
         cells = np.argwhere(np.isfinite(self._seen_s))
-        off_m = (cells + 0.5) * self.cell_m + self.low_m - (x_m, y_m)
+        off_m = self._centres_m(cells) - (x_m, y_m)
         near = cells[np.hypot(off_m[:, 0], off_m[:, 1]) < within_m]
         self._seen_s[near[:, 0], near[:, 1]] = -np.inf
 
@@ -127,7 +132,7 @@ class Costmap:
             return False
         self._live = live
         self.changes += 1
-        self._standing_m["live"] = standing_m(live, self.cell_m, self.low_m)
+        self._may_stand("live", standing_m(live, self.cell_m, self.low_m))
         if not live.any():
             self.distances_m = self.static_m
             return True

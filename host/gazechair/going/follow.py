@@ -15,6 +15,7 @@ import numpy as np
 from gazechair.going.bends import RATE_RAD_S, Bend
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.plan import Pose, Way
+from gazechair.going.rolled import along
 from gazechair.going.spot_turn import SpotTurn
 from gazechair.going.steering import MISS_M, NARROW_M, STEER_MOST_RAD, Steering, miss_m
 
@@ -286,10 +287,8 @@ class Follower:
         """The pose after the dead time, and the heading after the lag."""
         ahead_m, _ = self._linear.dead_way()
         turned_deg, rate = self._turn.dead_way()
-        heading = pose[2] + math.radians(turned_deg)
-        middle = pose[2] + 0.5 * math.radians(turned_deg)
-        then = (pose[0] + ahead_m * math.cos(middle), pose[1] + ahead_m * math.sin(middle), heading)
-        return then, heading + math.radians(rate) * self._numbers.lag_s
+        then = along(pose, ahead_m, math.radians(turned_deg))
+        return then, then[2] + math.radians(rate) * self._numbers.lag_s
 
     @property
     def _lead_s(self) -> float:

@@ -20,10 +20,11 @@ from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import Costmap
 from gazechair.going.follow import ARRIVED_M, STOP, Follower, Stick
 from gazechair.going.people import speed_within
-from gazechair.going.plan import NO_WAY, NoWay, Planner, Pose, Refused, Way
+from gazechair.going.plan import NO_WAY, NoWay, Planner, Pose, Way
+from gazechair.going.refusals import Refusals
 from gazechair.going.rolled import Rolled, moved
 from gazechair.going.smooth import refused_s
-from gazechair.going.stuck import Overruled, Stuck, apart
+from gazechair.going.stuck import Overruled, Stuck
 from gazechair.going.surroundings import Surroundings
 
 # States.
@@ -48,7 +49,6 @@ _NEAR_PERSON_M = 2.6
 _JUMP_M, _JUMP_RAD = 0.30, math.radians(15.0)
 # Where the board gives no output. It may take furniture for a person until that stood for 10 s.
 _NO_TURN_S, _OTHER_WAY_S, _PATIENCE_S = 1.8, 1.5, 13.0
-_DEARER_S, _SHUT_S = 12.0, 60.0
 
 Planned = Way | NoWay
 
@@ -100,7 +100,7 @@ class Mission:
     _pending: Future[Planned] | None = None
     _outdated: bool = False
     """The goal has changed since the pending plan was requested."""
-    _refused: list[Refused] = field(default_factory=list)
+    _refused: Refusals = field(default_factory=Refusals)
     _asked: Stick = STOP
     _room_m: float = 0.0
     _straight_m: float = math.inf
@@ -119,7 +119,7 @@ class Mission:
         self.goal = goal
         self._nearer = 0
         self._stuck = Stuck()
-        self._refused = []
+        self._refused = Refusals()
         self._outdated = self._pending is not None
         self._ask_plan(drives_on=self.state == DRIVING)
 
@@ -167,12 +167,10 @@ class Mission:
         if jumped_m > _JUMP_M or abs(turned) > _JUMP_RAD:
             self._ask_plan()  # the pose before was wrong
 
-    def scan(
-        self, points_m: FloatArray, at_s: float, pose: Pose, origins_m: FloatArray | None = None
-    ) -> None:
-        """Take in one lidar rotation: returns in the chair's frame, and the pose at that time.
+    def scan(self, points_m: FloatArray, origins_m: FloatArray, at_s: float, pose: Pose) -> None:
+        """Take in one lidar rotation: ends and origins of its beams (N, 2), in the chair's frame.
 
-        `origins_m`: where each beam began; None: no beam clears an obstacle.
+        `pose`: the chair's at that time, in the map.
         """
         if self._located is not None:
             self._around.scan(points_m, origins_m, at_s, pose)
@@ -244,7 +242,7 @@ class Mission:
             self.plans += 1
             self.costmap.refresh(now_s)
             self._around.suspect()
-            goal, refused = self.goal, tuple(self._refused)
+            goal, refused = self.goal, self._refused.all
             self._pending = self.submit(lambda: self.planner.plan(pose, goal, refused))
         if self._pending is None or not self._pending.done():
             return
@@ -289,15 +287,13 @@ class Mission:
         """
         if self.state != WAITING or self._way_to != self.goal or self._follower.turns_on_spot:
             return False
-        if not self._refused or self._refused[-1].price_s > _DEARER_S:
-            return False
-        if not self._may_be_person(pose):
+        if not self._refused.may_pass or not self._may_be_person(pose):
             return False
         a, b = found.points_m[:2]
         heading = math.atan2(b[1] - a[1], b[0] - a[0])
         turns_rad = math.remainder(heading - pose[2], 2.0 * math.pi)
         no_other = abs(turns_rad) < _SAME_WAY_RAD and not found.backward
-        return no_other and refused_s(self._refused, a, heading) > 0.0
+        return no_other and refused_s(self._refused.all, a, heading) > 0.0
 
     def _may_be_person(self, pose: Pose) -> bool:
         """Whether a possible person is ahead: waiting helps before nothing else."""
@@ -305,7 +301,7 @@ class Mission:
 
     def _give_up(self, reason: str, now_s: float) -> None:
         self.state, self.reason, self._gave_up_s = BLOCKED, reason, now_s
-        self._refused = []
+        self._refused = Refusals()
         self._stuck = Stuck()
         self._shut_since_s = self._way_to = None
         self._follower.drop()
@@ -378,24 +374,16 @@ class Mission:
             self.reason = self._in_the_way(at.pose)
         if for_s > (_NO_TURN_S if turns else _OTHER_WAY_S) and not stuck.looked:
             stuck.looked = True
-            self._refuse(at.pose, turns, _SHUT_S if turns else _DEARER_S)
+            self._refuse(at.pose, turns, shut=turns)
         elif for_s > (_PATIENCE_S if not turns and self._may_be_person(at.pose) else _GO_ROUND_S):
-            if self._shut_before(at.pose, turns):
+            if self._refused.shut_before(at.pose, turns):
                 self._give_up(NO_WAY, now_s)
                 return STOP
-            self._refuse(at.pose, turns, _SHUT_S)
+            self._refuse(at.pose, turns, shut=True)
             self._stuck = Stuck(self._rolled.pose, turns, looked=True)
         return ask
 
-    def _refuse(self, pose: Pose, turns: bool, price_s: float) -> None:
-        """Record that the board refuses this pose, and plan again; a retry costs `price_s`."""
-        if any(one.turns == turns and not apart(one.pose, pose) for one in self._refused):
-            price_s = _SHUT_S  # it has come back to where it was refused before
-        self._refused.append(Refused(*pose, turns, price_s))
+    def _refuse(self, pose: Pose, turns: bool, shut: bool) -> None:
+        """Record that the board refuses this pose, and plan again."""
+        self._refused.add(pose, turns, shut)
         self._ask_plan(drives_on=True)
-
-    def _shut_before(self, pose: Pose, turns: bool) -> bool:
-        return any(
-            one.turns == turns and one.price_s >= _SHUT_S and not apart(one.pose, pose)
-            for one in self._refused[:-1]
-        )

@@ -9,16 +9,19 @@ from gazechair.going.plan import Pose
 _STANDS_M_S, _STANDS_DEG_S = 0.03, 1.0  # slower is noise
 
 
+def along(pose: Pose, metres: float, turned_rad: float) -> Pose:
+    """The pose at the end of an arc of that length, turning steadily."""
+    middle = pose[2] + 0.5 * turned_rad
+    return (
+        pose[0] + metres * math.cos(middle),
+        pose[1] + metres * math.sin(middle),
+        pose[2] + turned_rad,
+    )
+
+
 def moved(pose: Pose, speed_m_s: float, rate_deg_s: float, seconds: float) -> Pose:
     """The pose after `seconds` at constant speeds."""
-    turned = math.radians(rate_deg_s) * seconds
-    middle = pose[2] + 0.5 * turned
-    way = speed_m_s * seconds
-    return (
-        pose[0] + way * math.cos(middle),
-        pose[1] + way * math.sin(middle),
-        pose[2] + turned,
-    )
+    return along(pose, speed_m_s * seconds, math.radians(rate_deg_s) * seconds)
 
 
 class Rolled:

@@ -26,26 +26,17 @@ class Surroundings:
         self._points_m = self._origins_m = np.zeros((0, 2))
         self._pose = np.zeros(3)
 
-    def scan(
-        self, points_m: FloatArray, origins_m: FloatArray | None, at_s: float, pose: Pose
-    ) -> None:
+    def scan(self, points_m: FloatArray, origins_m: FloatArray, at_s: float, pose: Pose) -> None:
         """Take in one lidar rotation, of a chair whose pose is known; see Mission.scan."""
+        others = ~self._footprint.contains(points_m)
+        self._points_m, self._origins_m = points_m[others], origins_m[others]
         self._pose = np.array(pose)
-        points_m, origins_m = self._not_own(points_m, origins_m)
-        in_map = to_frame(points_m, self._pose)
-        self._costmap.clear(in_map, to_frame(origins_m, self._pose), at_s)
+        in_map = to_frame(self._points_m, self._pose)
+        self._costmap.clear(in_map, to_frame(self._origins_m, self._pose), at_s)
         new = self._costmap.see(in_map, at_s, (pose[0], pose[1]))
-        self._points_m, self._origins_m = points_m[: len(origins_m)], origins_m
         self.people.look(new, at_s)
         for x, y in self._walkers_m():  # plans ignore walkers: they will be elsewhere
             self._costmap.forget(x, y, _WALKER_M)
-
-    def _not_own(
-        self, points_m: FloatArray, origins_m: FloatArray | None
-    ) -> tuple[FloatArray, FloatArray]:
-        """Without returns from the chair itself; no origins if they are None."""
-        others = ~self._footprint.contains(points_m)
-        return points_m[others], np.zeros((0, 2)) if origins_m is None else origins_m[others]
 
     def suspect(self) -> None:
         """Make it costly to head for what may be a standing person now; walkers are left out."""

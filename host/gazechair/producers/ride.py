@@ -91,7 +91,7 @@ class Ride:
             seen = self.looks.seen()
             if seen.estimate.time_s == time_s:
                 self._looked_s = time_s
-                mission.scan(seen.look.points_m, time_s, at, seen.look.origins_m)
+                mission.scan(seen.look.points_m, seen.look.origins_m, time_s, at)
 
 
 def _stick(motion: Motion) -> Stick:

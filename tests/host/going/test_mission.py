@@ -171,7 +171,7 @@ def test_a_door_that_is_closed_now_is_said_within_ten_seconds(chair: GoingChair)
             x, y, heading = chair.pose
             c, s = math.cos(heading), math.sin(heading)
             own = (door - (x, y)) @ np.array(((c, -s), (s, c)))
-            chair.mission.scan(own, chair.now_s, chair.pose)
+            chair.mission.scan(own, np.zeros_like(own), chair.now_s, chair.pose)
         if chair.mission.state == BLOCKED:
             said = chair.now_s
             break
@@ -313,5 +313,5 @@ def test_where_it_comes_back_to_and_is_refused_again_is_as_good_as_shut(chair: G
     mission, (x_m, y_m, heading) = chair.mission, chair.pose
     here, aside = (x_m, y_m, heading), (x_m, y_m, heading - 0.8)
     for pose in (here, aside, here, aside):
-        mission._refuse(pose, False, 12.0)
-    assert [one.price_s for one in mission._refused] == [12.0, 12.0, 60.0, 60.0]
+        mission._refuse(pose, False, shut=False)
+    assert [one.price_s for one in mission._refused.all] == [12.0, 12.0, 60.0, 60.0]

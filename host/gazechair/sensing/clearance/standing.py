@@ -105,12 +105,13 @@ class Standing:
         `way_m`: distance to the nearest possible person. `walks`: some object approaches.
         """
         approach = self.approach
-        if way_m < self._near_m + _AWAY_M:
+        seen = way_m < self._near_m + _AWAY_M
+        if seen:
             self._seen_s = at_s
         elif at_s - self._seen_s < _HIDDEN_S and not walks and (chair_stands or self._furniture):
             return approach.told_m(way_m)
         if self._furniture:
-            self._furniture = not walks and way_m < self._near_m + _AWAY_M
+            self._furniture = seen and not walks
         if walks or not chair_stands or abs(way_m - self._near_m) > _SAME_M:
             if not self._furniture:
                 self._near_m, self._since_s = way_m, at_s
