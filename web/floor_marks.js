@@ -1,6 +1,7 @@
 // Marks on the floor, tapped in the camera's picture: a tap enlarges it, a drag moves the mark.
 
-const SVG = document.querySelector("svg").namespaceURI;
+import { svg } from "./dom.js";
+
 /** Suggested places for marks: cm ahead of the drive axle's middle, and to the left. */
 const PLACES = [
   ...[[120, 30], [120, -30], [180, 50], [180, -50], [250, 70], [250, -70]],
@@ -54,8 +55,7 @@ export class FloorMarks {
     [floor.className, floor.tabIndex, floor.role] = ["floor", 0, "application"];
     floor.ariaLabel = label("first_marks_picture");
     floor.append(this.#view);
-    const over = document.createElementNS(SVG, "svg");
-    over.setAttribute("aria-hidden", "true");
+    const over = svg("svg", { "aria-hidden": true });
     floor.append(over);
     const panel = made("div", sheet);
     panel.className = "panel";
@@ -246,9 +246,7 @@ export class FloorMarks {
   }
 
   #shape(name, parent, kind, fields) {
-    const made = document.createElementNS(SVG, name);
-    made.setAttribute("class", kind);
-    for (const field in fields) made.setAttribute(field, fields[field]);
+    const made = svg(name, { class: kind, ...fields });
     parent.append(made);
     return made;
   }

@@ -1,9 +1,14 @@
 // What a caretaker draws on a map: places, no-go areas, the home spot; their list and forms.
 
-import { ICONS } from "./map_words.js";
+import { sign } from "./signs.js";
 import { sureButton } from "./sure.js";
 
 const TOOLS = ["place", "no_go", "home"];
+/** Signs of places, by the host's names for them. */
+const ICONS = [
+  ...["star", "bed", "sofa", "table", "desk", "kitchen", "toilet", "bath", "tv", "window"],
+  ...["door", "garden", "lift", "charger"],
+];
 const MOST_CORNERS = 24;
 const MOST_NAME = 40;
 
@@ -91,21 +96,22 @@ export class MapTools {
     this.#shown = drawing;
     const label = (key, fields) => this.#words.label(key, fields);
     this.#list.replaceChildren(
-      ...(drawing.home ? [this.#row(`⌂ ${label("maps_home")}`, { home: null })] : []),
+      ...(drawing.home ? [this.#row("home", label("maps_home"), { home: null })] : []),
       ...drawing.places.map(({ number, name, icon }) => {
-        return this.#row(`${ICONS[icon] ?? ""} ${name}`, { remove_place: number });
+        return this.#row(icon, name, { remove_place: number });
       }),
       ...drawing.no_go.map(({ number }) => {
-        return this.#row(`⊘ ${label("maps_area", { n: number })}`, { remove_no_go: number });
+        return this.#row("no_go", label("maps_area", { n: number }), { remove_no_go: number });
       }),
     );
   }
 
-  #row(text, wish) {
+  #row(icon, text, wish) {
     const label = (key) => this.#words.label(key);
     const act = () => this.#on.post(wish);
     const item = element("li");
-    item.append(element("p", "", text), sureButton(label("maps_remove"), label("maps_sure"), act));
+    const remove = sureButton(label("maps_remove"), label("maps_sure"), act);
+    item.append(sign(icon), element("p", "", text), remove);
     return item;
   }
 
@@ -132,8 +138,15 @@ export class MapTools {
     const name = nameField(this.#words);
     const icon = element("select");
     icon.ariaLabel = this.#words.label("maps_icon");
-    icon.append(...Object.entries(ICONS).map(([key, sign]) => new Option(sign, key)));
+    icon.append(...ICONS.map((key) => new Option(this.#words.label(`maps_${key}`), key)));
+    let picture = sign(icon.value);
+    icon.addEventListener("change", () => {
+      const other = sign(icon.value);
+      picture.replaceWith(other);
+      picture = other;
+    });
     const place = () => ({ name: name.value, icon: icon.value, ...this.#spot() });
-    this.#form.append(icon, name, this.#strong("maps_save", () => this.#post({ place: place() })));
+    const save = this.#strong("maps_save", () => this.#post({ place: place() }));
+    this.#form.append(picture, icon, name, save);
   }
 }

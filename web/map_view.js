@@ -1,6 +1,6 @@
 // A map's picture on a canvas, the chair and what people drew on it; taps as metres in the map.
 
-import { ICONS } from "./map_words.js";
+import { fillSign } from "./signs.js";
 
 const CHAIR = "#0b6b99";
 const NO_GO = "rgb(200 30 41 / 45%)";
@@ -96,9 +96,9 @@ export class MapView {
     };
     for (const { corners } of this.#drawing.no_go) this.#area(pen, corners, at, ratio);
     const { home } = this.#drawing;
-    if (home) this.#spot(pen, at(home.x, home.y), home.heading, "⌂", "", ratio);
+    if (home) this.#spot(pen, at(home.x, home.y), home.heading, "home", "", ratio);
     for (const { x, y, heading, icon, name } of this.#drawing.places) {
-      this.#spot(pen, at(x, y), heading, ICONS[icon] ?? "", name, ratio);
+      this.#spot(pen, at(x, y), heading, icon, name, ratio);
     }
     this.#area(pen, this.#draft.points, at, ratio, this.#draft.closed);
     if (this.#going) this.#path(pen, this.#going, at, ratio);
@@ -145,7 +145,10 @@ export class MapView {
     pen.font = `${13 * ratio}px sans-serif`;
     pen.textAlign = "center";
     pen.fillStyle = INK;
-    pen.fillText(`${sign} ${name}`.trim(), x, y - 10 * ratio);
+    const [side, above] = [16 * ratio, y - 10 * ratio];
+    const wide = name ? pen.measureText(name).width + 3 * ratio : 0;
+    fillSign(pen, sign, [x - wide / 2, above - side / 3], side);
+    pen.fillText(name, x + (wide ? side + 3 * ratio : 0) / 2, above);
   }
 
   #arrow(pen, [x, y], heading, ratio) {

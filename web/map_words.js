@@ -1,25 +1,7 @@
-// The texts about maps: their own, else the page's; symbols of places.
+// The texts about maps: their own, else the page's.
 
 import { PartWords } from "./part_words.js";
 import { tableOf } from "./table.js";
-
-/** Symbols by the host's names for them. */
-export const ICONS = {
-  star: "★",
-  bed: "🛏️",
-  sofa: "🛋️",
-  table: "🍽️",
-  desk: "💻",
-  kitchen: "🍳",
-  toilet: "🚽",
-  bath: "🛁",
-  tv: "📺",
-  window: "🪟",
-  door: "🚪",
-  garden: "🌳",
-  lift: "🛗",
-  charger: "🔌",
-};
 
 /** The texts in this language, else in Dutch. Throws when the host does not answer. */
 export async function mapWords(strings) {

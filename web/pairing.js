@@ -1,10 +1,10 @@
 // Pairing on the caretaker's page: a new code with its QR code, the device list, revoking.
 
+import { svg } from "./dom.js";
 import { sureButton } from "./sure.js";
 
 const JSON_TYPE = { "Content-Type": "application/json" };
 const ROLES = ["driver", "caretaker", "viewer"];
-const SVG = () => document.querySelector("svg").namespaceURI;
 /** White around a QR code, in modules: readers need it. */
 const QUIET = 4;
 
@@ -17,22 +17,17 @@ const element = (name, text = "", className = "") => {
 
 /** Rows of "0" and "1" as a picture. */
 function qrPicture(rows, spoken) {
-  const svg = document.createElementNS(SVG(), "svg");
   const size = rows.length + 2 * QUIET;
-  svg.setAttribute("viewBox", `0 0 ${size} ${size}`);
-  svg.setAttribute("class", "qr");
-  svg.setAttribute("role", "img");
-  svg.setAttribute("aria-label", spoken);
-  const path = document.createElementNS(SVG(), "path");
   const parts = rows.flatMap((row, y) =>
     [...row.matchAll(/1+/g)].map(({ index, 0: run }) => {
       const wide = run.length;
       return `M${index + QUIET} ${y + QUIET}h${wide}v1h-${wide}z`;
     }),
   );
-  path.setAttribute("d", parts.join(""));
-  svg.append(path);
-  return svg;
+  const view = { viewBox: `0 0 ${size} ${size}`, class: "qr", role: "img", "aria-label": spoken };
+  const picture = svg("svg", view);
+  picture.append(svg("path", { d: parts.join("") }));
+  return picture;
 }
 
 /** Shows how to pair a new device, and the paired ones. */

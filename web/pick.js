@@ -1,13 +1,12 @@
 // Chooses a spot in the picture by a dwell or a tap, and draws its result over the picture.
 // That moves nothing: only the tile Ga does, and only for what is shown.
 
-import { byId } from "./dom.js";
+import { byId, svg } from "./dom.js";
 import { SpotScan } from "./spot_scan.js";
 import { button } from "./tile.js";
 
 const VIEW = "pick";
 const BACK = "pick-back";
-const SVG = document.querySelector("svg").namespaceURI;
 /** A gaze that stays within this fraction of the screen's width rests on one spot. */
 const NEAR = 0.045;
 /** A dwell ends after this long without a look. */
@@ -20,8 +19,7 @@ const ENLARGED = 3;
 const COVERS = ".target, .panel, #status, header";
 
 function shape(name, parent, fields) {
-  const made = document.createElementNS(SVG, name);
-  for (const field in fields) made.setAttribute(field, fields[field]);
+  const made = svg(name, fields);
   parent.append(made);
   return made;
 }
@@ -49,9 +47,7 @@ export class Pick {
     [this.#strings, this.#words, this.#on] = [strings, words, on];
     button(BACK, "back", "").querySelector(".label").textContent = strings.label("back");
     this.#go = button(this.target, "forward", "drive plugin");
-    this.#over = document.createElementNS(SVG, "svg");
-    this.#over.id = "over-picture";
-    this.#over.setAttribute("aria-hidden", "true");
+    this.#over = svg("svg", { id: "over-picture", "aria-hidden": true });
     byId("picture").after(this.#over);
     addEventListener("pointermove", (event) => this.#look(event));
     addEventListener("pointerdown", (event) => this.#tap(event));

@@ -1,11 +1,11 @@
 // Tiles of plug-in modes on the driver's page: held like a direction.
 
 import { AutoRide } from "./auto_ride.js";
-import { byId, setData } from "./dom.js";
+import { byId, setData, svg } from "./dom.js";
 import { ARRIVED, goingWords } from "./going.js";
-import { ICONS } from "./map_words.js";
 import { Pick } from "./pick.js";
 import { pluginWords } from "./plugins.js";
+import { outline } from "./signs.js";
 import { button, styled } from "./tile.js";
 
 /** Places on the page of modes: those of Vooruit, Links and Rechts; place 0 is Achteruit's. */
@@ -14,6 +14,8 @@ const PLACES = 3;
 const KINDS = ["mode", "place", "spot"];
 /** Height of an icon's characters, with a box of 100, by their number. */
 const SIZES = [60, 60, 40, 28, 22];
+/** A sign has this place in that box. */
+const SIGN = { class: "sign", transform: "translate(18 18) scale(2.67)" };
 const STYLES = ["/static/plugin_tiles.css", "/static/pick.css"];
 
 let words = null;
@@ -59,10 +61,7 @@ export class PluginTiles {
     this.#ride = new AutoRide(() => on.ride("watch"));
     for (let place = 0; place <= PLACES; place += 1) {
       const tile = button(`plugin-${place}`, "forward", "drive plugin");
-      const shape = tile.querySelector(".arrow");
-      const icon = document.createElementNS(shape.namespaceURI, "text");
-      for (const name of ["x", "y"]) icon.setAttribute(name, 50);
-      shape.replaceWith(icon);
+      tile.querySelector(".arrow").replaceWith(svg("path", SIGN), svg("text", { x: 50, y: 50 }));
       this.#tiles.push(tile);
     }
     this.#pick = new Pick(strings, going, on);
@@ -192,7 +191,9 @@ export class PluginTiles {
     tile.hidden = row === undefined;
     if (!row) return;
     const able = this.#works(row);
-    const icon = ICONS[row.sign] ?? (words.icon(row) || "●");
+    const sign = outline(row.sign);
+    const icon = sign ? "" : words.icon(row) || "●";
+    tile.querySelector(".sign").setAttribute("d", sign);
     const shape = tile.querySelector("text");
     shape.textContent = icon;
     shape.setAttribute("font-size", SIZES[[...icon].length]);

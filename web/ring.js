@@ -1,10 +1,10 @@
 // The ring that fills while the driver looks at a target, and the mark of the active target.
 
+import { svg } from "./dom.js";
+
 /** Gives every target's picture its ring. */
 export function addRings() {
-  const ring = document.createElementNS(document.querySelector("svg").namespaceURI, "circle");
-  const shape = { class: "ring", cx: 50, cy: 50, r: 45, pathLength: 100 };
-  for (const name in shape) ring.setAttribute(name, shape[name]);
+  const ring = svg("circle", { class: "ring", cx: 50, cy: 50, r: 45, pathLength: 100 });
   for (const mark of document.querySelectorAll(".mark")) mark.prepend(ring.cloneNode());
 }
 

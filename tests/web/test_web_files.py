@@ -16,6 +16,7 @@ from gazechair.people.profiles import fields
 from gazechair.plugins.child import LOST, RAISED, SETTING, STARTING
 from gazechair.plugins.found import GROUPS
 from gazechair.plugins.service import MISSING
+from gazechair.producers import people, spots
 from gazechair.sensing.mapping import making, places
 from gazechair.web.minify import lean
 from gazelink import codes
@@ -94,15 +95,30 @@ def test_both_languages_have_the_same_keys(name):
 def test_everything_about_maps_has_words():
     words = table("nl-maps")
     code = "".join((WEB / name).read_text("utf-8") for name in MAP_PARTS)
-    built = {f"maps_{tool}{end}" for tool in ("place", "no_go", "home") for end in ("", "_tap")}
+    built = {f"maps_{icon}" for icon in places.ICONS}
+    built |= {f"maps_{tool}{end}" for tool in ("place", "no_go", "home") for end in ("", "_tap")}
     named = set(re.findall(r'"(maps_\w+)"', code)) - {"maps_stored"}
     assert set(words["labels"]) == named | built | {"map_damaged"}
     sources = "".join(path.read_text("utf-8") for path in MAPPING.glob("*.py"))
     reasons = set(re.findall(r'"(map_\w+)"', sources)) | {"maps_stored"}
     reasons |= {f"map_{doubt}" for doubt in (making.BROKEN, making.FULL, making.SILENT)}
     assert reasons - {"map_starting", "map_unknown", "map_lost"} == set(words["messages"])
-    icons = re.findall(r"^  (\w+): \"", (WEB / "map_words.js").read_text("utf-8"), re.M)
-    assert sorted(icons) == sorted(places.ICONS)
+
+
+def test_every_tile_of_a_place_has_a_sign_that_the_page_draws():
+    drawn = re.findall(r"^  (\w+): \[", (WEB / "signs.js").read_text("utf-8"), re.M)
+    tools = {"home", "no_go"}
+    tiles = {target.icon for target in people.people(True).values()} | set(spots.TILES)
+    assert sorted(drawn) == sorted({*places.ICONS, *tools, *tiles})
+    chosen = (WEB / "map_tools.js").read_text("utf-8").partition("ICONS = [")[2].partition("];")[0]
+    assert tuple(re.findall(r"\"(\w+)\"", chosen)) == places.ICONS
+
+
+def test_no_text_of_the_page_needs_a_font_of_pictures():
+    for path in sorted(WEB.rglob("*.*")):
+        if path.suffix in (".js", ".json", ".html", ".css"):
+            pictures = [sign for sign in path.read_text("utf-8") if ord(sign) >= 0x1F000]
+            assert pictures == [], path.name
 
 
 def test_every_step_of_the_first_drive_and_why_it_is_refused_has_words():

@@ -9,4 +9,4 @@ def people(allowed: bool) -> dict[str, Target]:
     """The tile, by its mode; `allowed`: this driver may use auto motions."""
     if not allowed:
         return {}
-    return {"follow-person": Target("Volg persoon", "", {}, "Follow person", "\U0001f6b6")}
+    return {"follow-person": Target("Volg persoon", "person", {}, "Follow person")}

@@ -26,13 +26,11 @@ class Target:
     name: str
     """Its name for people."""
     icon: str
-    """One of places.ICONS."""
+    """A sign that the page draws: one of mapping.places.ICONS, or the producer's own."""
     more: Mapping[str, Any]
     """Data for its producer; a change here ends a motion to it."""
     english: str = ""
     """Its English name, unless people named it."""
-    letters: str = ""
-    """Characters drawn if `icon` is empty."""
 
 
 class Places:

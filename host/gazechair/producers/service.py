@@ -135,14 +135,13 @@ class ProducerService(InboxService):
     # For the pages
 
     def rows(self) -> list[dict[str, Any]]:
-        """Its tiles, as plug-ins' rows; `sign`: one of places.ICONS."""
+        """Its tiles, as plug-ins' rows; `sign`: what the page draws."""
         now = self.health.now()
         with self._lock:
             return [
                 {
                     "kind": "place",
                     "name": mode,
-                    "icon": target.letters,
                     "sign": target.icon,
                     "names": {"nl": target.name, "en": target.english or target.name},
                     "state": now.state,

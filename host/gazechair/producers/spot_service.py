@@ -93,7 +93,7 @@ class SpotService(ProducerService):
         if self._ask is None or not ready or target is None:
             return {}
         more = {**target.more, "ask": self._ask["number"]}
-        return {self._mode: Target(target.name, target.icon, more, target.english, target.letters)}
+        return {self._mode: Target(target.name, target.icon, more, target.english)}
 
     def _follow(self, world: World, now_s: float) -> None:
         if self._ask is not None and (not world.armed or self._tile not in self._shown):

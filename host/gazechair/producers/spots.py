@@ -12,9 +12,9 @@ from gazechair.picture.pixels import CAN_DECODE
 from gazechair.producers.places import Target
 
 _MOST_TOP = 0.8  # for a camera that sees little floor
-_TILES = {
-    "line": ("follow-line", "Volg lijn", "Follow line", "〰️"),
-    "look": ("go-look", "Ga waar ik kijk", "Go where I look", "\U0001f441"),
+TILES = {
+    "line": ("follow-line", "Volg lijn", "Follow line"),
+    "look": ("go-look", "Ga waar ik kijk", "Go where I look"),
 }
 
 
@@ -26,10 +26,10 @@ def spots(kind: str, allowed: bool, floor: FloorStore) -> dict[str, Target]:
     known = floor.get() if allowed and CAN_DECODE else None
     if known is None:
         return {}
-    mode, name, english, letters = _TILES[kind]
+    mode, name, english = TILES[kind]
     camera = known.camera
     more = {"aspect": camera.width_px / camera.height_px, "top": _top(camera)}
-    return {mode: Target(name, "", more, english, letters)}
+    return {mode: Target(name, kind, more, english)}
 
 
 def _top(camera: FloorCamera) -> float:

@@ -9,7 +9,7 @@ from gazechair.config.configuration import ConfigError
 from gazechair.producers import places, spots
 from gazechair.producers.people import people
 
-_TILES = [tile for tile, *_ in spots._TILES.values()]
+_TILES = [tile for tile, *_ in spots.TILES.values()]
 OURS = [
     "places",
     *people(True),
