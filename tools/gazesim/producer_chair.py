@@ -167,7 +167,7 @@ class ProducerChair(Lockstep, ABC):
         self._pipe = _Pipe()
         setup = Setup(Footprint(), self._folder, self._folder, self._thinker())
         kind = build(self.kind, setup)
-        self._runner = Runner(kind, self._lidars, self._pipe, Inline(), self._picture)
+        self._runner = Runner(kind, self._lidars, self._pipe, Inline(), self.now_s, self._picture)
         self.alive, self.stopped = True, False
         self._told: bytes | None = None
 

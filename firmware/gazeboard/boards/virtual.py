@@ -18,7 +18,6 @@ _TICK_US = 1000
 _CATCH_UP_US = 5000  # a PC that stalled longer paused the board
 _LEAD_MS = 10  # the board waits for a simulated world that is further behind than this
 _TICKS_MASK = 0x3FFFFFFF
-_IDLE_US = 200
 _HANG = 2  # host flag: the simulator stops this process on purpose
 
 
@@ -43,6 +42,7 @@ class VirtualBoard:
         self._clock_us = ticks_us
         self.ticks_diff = ticks_diff
         self._lost_us = 0
+        self._ticked_us = -1  # when the last tick began; below 0 until its first reading
         self._ms = 0
         self._ms_at_us = self.ticks_us()
         self._lead_ms = 0
@@ -70,7 +70,10 @@ class VirtualBoard:
     # The board's time: the PC's, less the PC's stalls. A real timer would have continued to tick;
     # a PC that suspends the process is not firmware that hangs.
     def ticks_us(self):
-        return (self._clock_us() - self._lost_us) & _TICKS_MASK
+        now_us = (self._clock_us() - self._lost_us) & _TICKS_MASK
+        if self._ticked_us < 0:
+            self._ticked_us = now_us
+        return now_us
 
     # Milliseconds counted from those, because their own wrap is not at a whole number of them.
     def ticks_ms(self):
@@ -100,6 +103,7 @@ class VirtualBoard:
 
     # One tick as the timer would: the tick's own clock goes into the bank, for the simulator.
     def tick(self, app):
+        self._ticked_us = -1
         app.tick()
         count_up(self._bank, at.TICK_MS_AT)
 
@@ -114,8 +118,8 @@ class VirtualBoard:
                 if self._hung():
                     due_us = self.ticks_us()
                 else:
-                    self._lost_us = (self._lost_us + behind_us) & _TICKS_MASK
-                behind_us = 0
+                    due_us = self._lose(due_us)
+                behind_us = self.ticks_diff(self.ticks_us(), due_us)
             if behind_us >= 0 and not waiting:
                 due_us = (due_us + _TICK_US) & _TICKS_MASK
                 self.tick(app)
@@ -123,8 +127,19 @@ class VirtualBoard:
             running = app.service()
             left_us = self.ticks_diff(due_us, self.ticks_us())
             if left_us > 50:
-                sleep_us(min(left_us, _IDLE_US))
+                sleep_us(min(left_us, _TICK_US))
         app.shut_down()
+
+    # The PC's stall did not happen: the time is again when a tick was due, but a period after the
+    # last one at least. A tick that began before it would count as a long stall.
+    def _lose(self, due_us):
+        earliest_us = (self._ticked_us + _TICK_US) & _TICKS_MASK
+        if self.ticks_diff(earliest_us, due_us) > 0:
+            due_us = earliest_us
+        lost_us = self.ticks_diff(self.ticks_us(), due_us)
+        if lost_us > 0:
+            self._lost_us = (self._lost_us + lost_us) & _TICKS_MASK
+        return due_us
 
     # Was the time just lost a hang, which the firmware must find late, and not a stall of the PC?
     def _hung(self):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import select
 import socket
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NoReturn
@@ -24,11 +25,12 @@ from gazechair.sensing.mapping.whereabouts import unpack
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.child import Lidars
 
+_MOST = 256  # datagrams in a step
+
 
 def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:
     """Serve until the parent closes a pipe (BrokenPipeError)."""
-    fd = int(argument["fd"])
-    reader = socket.socket(fileno=fd)
+    reader = socket.socket(fileno=int(argument["fd"]))
     reader.setblocking(False)
     pictures = argument["pictures"]
     runner = Runner(
@@ -36,24 +38,30 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:
         Lidars.of(argument["lidars"]),
         out,
         ThreadPoolExecutor(1, thread_name_prefix=argument["kind"]),
+        time.monotonic,
         (lambda: None) if pictures is None else PictureReader(pictures).take,
     )
     lines = NewestLine()
     tick_s = time.monotonic()
     while True:
         left_s = max(0.0, tick_s - time.monotonic())
-        ready = select.select([fd, 0], [], [], left_s)[0]
-        if 0 in ready:
+        if select.select([0], [], [], left_s)[0]:
             line = lines.read()
             if line is not None:
                 runner.word(json.loads(line))
-        if fd in ready:
-            datagram = reader.recv(inbox.LONGEST)
-            runner.heard(unpack(datagram) or inbox.unpack(datagram), time.monotonic())
         now_s = time.monotonic()
         if now_s >= tick_s:
             tick_s = max(tick_s + STEP_S, now_s)
+            for datagram in _waiting(reader):
+                runner.heard(unpack(datagram) or inbox.unpack(datagram), now_s)
             runner.tick(now_s)
+
+
+def _waiting(reader: socket.socket) -> Iterator[bytes]:
+    # Not one by one as they come: several hundred a second, in each producer's process.
+    with contextlib.suppress(BlockingIOError):
+        for _ in range(_MOST):
+            yield reader.recv(inbox.LONGEST)
 
 
 def _setup(argument: Mapping[str, Any]) -> Setup:

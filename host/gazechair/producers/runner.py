@@ -1,7 +1,8 @@
 """A producer's process without its pipes: takes words and datagrams, steps the kind, sends values.
 
 A step that takes longer than a value lives continues in its own thread; meanwhile the chair
-stands, and this reports so.
+stands, and this reports so. One that is only late, on a busy machine, stops nothing: the value
+before it still lives.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, Future, wait
 from typing import Any, Protocol
 
+from gazechair.base.latest_value import Clock
 from gazechair.picture.newest import Shot
 from gazechair.producers.contract import Ask, Press, Producer, Said, Sensed, SpotProducer
 from gazechair.producers.exchange import WORD_OLD_S, pack
@@ -21,7 +23,9 @@ from gazechair.sensing.odometry.odometry import Estimate, Motion
 from gazechair.sensing.odometry.points import Piece
 
 PULSE_S = 0.25
-_WAITS_S = 0.03  # for a step, before it reports that it thinks
+_WAITS_S = 0.03  # for a step, in a tick
+_LATE_S = 0.1  # after a value, before it reports that it thinks
+_BORN_S = 0.05  # a value is born at the end of its step, at most this long after its beginning
 _HANGS_S = 20.0  # a longer step counts as hanging
 _OLD_S = 0.5  # older data in the inbox is useless
 _KEPT = 64
@@ -44,6 +48,7 @@ class Runner:
         lidars: Lidars,
         out: Out,
         thinker: Executor,
+        clock: Clock,
         picture: Callable[[], Shot | None] = lambda: None,
     ) -> None:
         """`thinker`: runs one step at a time; `picture`: the newest, None: no newer one."""
@@ -51,6 +56,7 @@ class Runner:
         self._lidars = lidars
         self._out = out
         self._thinker = thinker
+        self._clock = clock
         self._picture = picture
         self._ask: Ask | None = None
         self._asked = 0  # the ask that the kind knows
@@ -61,6 +67,7 @@ class Runner:
         self._over = 0  # the press that the kind has ended
         self._step: Future[Said] | None = None
         self._step_of, self._step_s = 0, 0.0
+        self._value_s = float("-inf")  # the birth of the newest value of this press
         self._shown = _IDLE
         self._pieces: deque[Piece] = deque(maxlen=_KEPT)
         self._estimates: deque[Estimate] = deque(maxlen=_KEPT)
@@ -108,6 +115,9 @@ class Runner:
                 return
             if now_s - self._step_s > _HANGS_S:
                 raise RuntimeError(f"a step takes longer than {_HANGS_S:g} s")
+            if self._clock() < self._value_s + _LATE_S:
+                return
+        now_s = self._clock()
         if press is not None and press.number == self._over:
             self._say(now_s, press.number, self._shown)  # repeat: only the newest record is read
         elif press is not None:
@@ -142,7 +152,7 @@ class Runner:
         sensed = self._sensed()
         anew, self._begun = press.number != self._begun, press.number
         if anew:
-            self._shown = _IDLE
+            self._shown, self._value_s = _IDLE, float("-inf")
 
         def work() -> Said:
             if anew:
@@ -155,18 +165,19 @@ class Runner:
     def _finish(self, press: Press | None) -> None:
         assert self._step is not None
         said, self._step = self._step.result(), None
+        born_s = min(self._clock(), self._step_s + _BORN_S)
         if self._step_of == 0:
             if said.state == "ended":
                 self._answered, self._answer = self._asked, said
             if press is None:
-                self._say(self._step_s, 0, said, self._asked)
+                self._say(born_s, 0, said, self._asked)
             return
         if press is None or press.number != self._step_of:
             return  # it belongs to a press that is over
-        self._shown = said
+        self._shown, self._value_s = said, born_s
         if said.stick is None:
             self._over = press.number
-        self._say(self._step_s, press.number, said)
+        self._say(born_s, press.number, said)
 
     def _say(self, born_s: float, press: int, said: Said, ask: int = 0) -> None:
         self._said_s = born_s
