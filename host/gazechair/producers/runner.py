@@ -115,14 +115,15 @@ class Runner:
                 return
             if now_s - self._step_s > _HANGS_S:
                 raise RuntimeError(f"a step takes longer than {_HANGS_S:g} s")
-            if self._clock() < self._value_s + _LATE_S:
+            mine = press is not None and press.number == self._begun
+            if mine and self._clock() < self._value_s + _LATE_S:
                 return
         now_s = self._clock()
         if press is not None and press.number == self._over:
             self._say(now_s, press.number, self._shown)  # repeat: only the newest record is read
         elif press is not None:
-            mine = self._shown if self._begun == press.number else _IDLE
-            self._say(now_s, press.number, Said(_STANDS, "thinks", mine.reason, mine.shown))
+            known = self._shown if self._begun == press.number else _IDLE
+            self._say(now_s, press.number, Said(_STANDS, "thinks", known.reason, known.shown))
         elif now_s >= self._said_s + PULSE_S:  # alive, though nobody presses
             over = ask is not None and ask.number == self._answered
             self._say(now_s, 0, self._answer if over else _IDLE, self._answered if over else 0)

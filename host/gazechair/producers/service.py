@@ -34,9 +34,7 @@ _BOARD_SAYS = ("supervision_lost", "auto_overruled", "auto_limit")
 _WORD_S = 0.018  # for 50 per second, with a margin
 _IDLE_WORD_S = 0.1
 _TOLD_S = 60.0  # how long the end of a motion is shown
-_LATE_S = (
-    0.135  # after this long without a value, its producer is the reason, not a late step
-)
+_LATE_S = 0.135  # after this long without a value, its producer is the reason, not a late step
 _NICE = 5  # a busy producer must not take the processor from the parts that stop the chair
 
 

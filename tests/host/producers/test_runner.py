@@ -51,7 +51,7 @@ class _Rig:
     """A runner that is pressed, and everything it reports: (now, birth, stick, state)."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.now_s, self.takes_s = 100.0, 0.005
+        self.now_s, self.takes_s, self.press = 100.0, 0.005, 1
         self.said: list[tuple[float, float, tuple[int, int] | None, str]] = []
         self._slow = _Slow(self)
         monkeypatch.setattr("gazechair.producers.runner.wait", lambda _futures, s: self._pass(s))
@@ -80,7 +80,7 @@ class _Rig:
             tick_s = self.now_s
             self._slow.work()
             words = {"target": {}, "settings": {}, "may_reverse": True}
-            self.runner.word({"at_s": tick_s, "press": 1, **words})
+            self.runner.word({"at_s": tick_s, "press": self.press, **words})
             self.runner.tick(tick_s)
             self.now_s = max(self.now_s, tick_s + gap_s)
 
@@ -133,6 +133,17 @@ def test_one_that_thinks_for_long_stands_before_its_value_expires(rig: _Rig) -> 
     ended = [(now_s, born_s) for now_s, born_s, stick, _ in rig.said if stick == (400, 0)]
     assert ended[0][0] - ended[0][1] > AUTO_LIFE_S
     assert ended[1][0] - ended[1][1] < 0.01
+
+
+def test_a_press_during_another_ones_step_is_answered_at_once(rig: _Rig) -> None:
+    """It stands and thinks from its first tick on, not when that step has ended."""
+    rig.run(0.2)
+    rig.takes_s = 1.0
+    rig.run(STEP_S)
+    rig.press = 2
+    rig.said.clear()
+    rig.run(STEP_S)
+    assert [state for _, _, _, state in rig.said] == ["thinks"]
 
 
 def test_a_value_is_at_most_as_old_as_a_step_may_take(rig: _Rig) -> None:
