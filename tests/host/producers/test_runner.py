@@ -137,12 +137,13 @@ def test_one_that_thinks_for_long_stands_before_its_value_expires(rig: _Rig) -> 
 
 def test_a_press_during_another_ones_step_is_answered_at_once(rig: _Rig) -> None:
     """It stands and thinks from its first tick on, not when that step has ended."""
+    rig.takes_s = 0.029
     rig.run(0.2)
     rig.takes_s = 1.0
-    rig.run(STEP_S)
+    rig.run(0.01, gap_s=0.0)
     rig.press = 2
     rig.said.clear()
-    rig.run(STEP_S)
+    rig.run(0.01, gap_s=0.0)
     assert [state for _, _, _, state in rig.said] == ["thinks"]
 
 
