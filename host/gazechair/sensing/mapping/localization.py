@@ -221,7 +221,7 @@ class Localization:
         for guess in guesses:
             fitted = ndt.fit(self._map.ndt, points, guess, origins_m=np.zeros(2))
             soft, firm = np.linalg.eigvalsh(fitted.information[:2, :2])
-            if soft > _FIRM * firm and self._map.on_free_floor(fitted.pose):
+            if soft > _FIRM * firm and self._map.near_free_floor(fitted.pose):
                 frame = compose(fitted.pose, back)
                 agreement = self._map.agreement(settled, frame)
                 far_agreed = float(agreement.agreed[far].mean()) if far.any() else 1.0
