@@ -14,7 +14,7 @@ from gazechair.sensing.mapping.mapper import KeyScan
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
 from gazechair.sensing.mapping.poses import between, compose
 from gazechair.sensing.mapping.surroundings import Surroundings
-from gazesim.rooms import Person, Room, box
+from gazesim.rooms import Person, Room, Solid, box
 from homerig import flat, points, poses, scan
 
 CHANCE = np.random.default_rng(8)
@@ -115,6 +115,21 @@ def test_in_a_home_that_is_not_on_the_map_it_does_not_guess(grid: OccupancyGrid)
     other = Room("other", SQUARE.walls, (desk,))
     found, _ = turned(Localization(grid), other, np.array((0.3, -0.4, 0.2)))
     assert found is None
+
+
+def twin_rooms(*more: Solid) -> Room:
+    """Two closed rooms 6 m apart, alike but for `more`."""
+    shape = ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (2.6, 3.0), (2.6, 3.8), (0.0, 3.8), (0.0, 0.0))
+    walls = [(a + x, b, c + x, d) for (a, b), (c, d) in pairwise(shape) for x in (0.0, 6.0)]
+    return Room("twins", tuple(walls), more)
+
+
+def test_where_a_table_stood_it_does_not_take_the_room_for_one_that_had_none() -> None:
+    table = box(1.6, 1.5, 0.4, 0.4, 0.0, 0.8, "table")
+    corners = ((0.5, 0.5), (3.3, 0.5), (3.3, 2.4), (0.5, 3.2), (0.6, 1.8))
+    at = [np.array((x + aside, y, 0.0)) for x, y in corners for aside in (0.0, 6.0)]
+    localization = Localization(map_of(twin_rooms(table), at + at))
+    assert turned(localization, twin_rooms(), np.array((1.6, 1.5, 0.4)), 7)[0] is None
 
 
 def test_it_follows_the_chair_and_is_not_dragged_off(grid: OccupancyGrid) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from gazechair.board.state import BoardState
 from gazechair.sensing.odometry import inbox
-from gazechair.sensing.odometry.doubts import TURNED
+from gazechair.sensing.odometry.doubts import DIFFERS, TURNED
 from gazechair.sensing.odometry.feed import HEADING_LATE_S, Feed
 from gazechair.sensing.odometry.headings import beyond, rate_rad_s
 from gazechair.sensing.odometry.odometry import Estimate, Motion, Odometry
@@ -60,6 +60,24 @@ def test_a_turn_to_one_side_and_back_turns_no_lidar() -> None:
     assert not any(TURNED in one.doubts for one in found)
     off = [one.heading_deg - found[0].heading_deg - heading_deg(one.time_s) for one in found]
     assert max(map(abs, off)) < 0.3
+
+
+@pytest.mark.parametrize("missing", [(0, 600), (1500, 2500)], ids=["first", "meanwhile"])
+def test_a_heading_that_was_missing_is_no_turn_and_turns_no_lidar(
+    missing: tuple[int, int],
+) -> None:
+    odometry, chance = Odometry(), np.random.default_rng(4)
+    found: list[Estimate] = []
+    for ms in range(STATE_MS, 3500, 10):
+        if ms % STATE_MS == 0 and not missing[0] <= ms < missing[1]:
+            at_s = ms / 1000.0
+            odometry.motion(Motion(at_s, (heading_deg(at_s) + 140.0) % 360.0))
+        if ms % HALF_MS == 0:
+            estimate = odometry.piece(piece(ms / 1000.0, ms % (2 * HALF_MS) == 0, chance))
+            found += [] if estimate is None else [estimate]
+    assert not any({TURNED, DIFFERS}.intersection(one.doubts) for one in found)
+    off = [one.heading_deg - found[0].heading_deg - heading_deg(one.time_s) for one in found]
+    assert abs(off[-1]) < 1.0  # lidars alone follow a turn late
 
 
 def test_the_board_is_heard_of_headings_that_are_late() -> None:

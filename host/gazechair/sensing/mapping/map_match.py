@@ -27,6 +27,7 @@ _COARSE_M, _COARSE_SIGMA_M, _LEVELS = 0.10, 0.12, 5
 _FINE_M, _NEAR_M = 0.05, 0.10  # a beam that ends this near a known surface is explained
 _BEAMS = 240
 _STEP_M = 0.05
+_FURNITURE_M = 0.5  # from the middle of a piece to the floor beside it
 _SHORT_M = 0.25  # the last part of a beam contradicts nothing
 _CLOSE_CELL_M, _CLOSE_M = 0.025, 0.06  # a surface this close to a known one is agreed
 _PART_M = 0.05
@@ -105,11 +106,12 @@ class MapMatch:
             (known[:, None] + parts).reshape(-1, 2), faces.repeat(len(parts), axis=0)
         )
 
-    def on_free_floor(self, pose: FloatArray) -> bool:
-        """Whether the map has free floor at the pose."""
-        i, j = np.floor((pose[:2] - self._grid.low_m) / self._grid.cell_m).astype(int).tolist()
-        nx, ny = self._free.shape
-        return 0 <= i < nx and 0 <= j < ny and bool(self._free[i, j])
+    def near_free_floor(self, pose: FloatArray) -> bool:
+        """Whether the map has free floor around the pose: furniture there may be gone."""
+        around = np.array((-_FURNITURE_M, _FURNITURE_M))[:, None] + pose[:2]
+        cells = np.floor((around - self._grid.low_m) / self._grid.cell_m).astype(int)
+        (i0, j0), (i1, j1) = np.maximum(cells, 0)
+        return bool(self._free[i0 : i1 + 1, j0 : j1 + 1].any())
 
     def evidence(self, look: Look, pose: FloatArray) -> Evidence:
         """Evidence for and against the look having been taken at `pose`."""

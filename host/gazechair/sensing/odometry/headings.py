@@ -1,10 +1,12 @@
-"""The board's headings over time: their rate of change, and an extrapolation beyond the newest.
+"""The board's headings over time: rate of change, breaks, and an extrapolation beyond the newest.
 
 A lidar's measurements are often newer than the newest heading: without extrapolation, its last
 beams in a turn would be off by some tenths of a degree.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -14,6 +16,21 @@ _SLOPE_S = 0.08
 _FEWEST = 3
 _LEAST_SPREAD_S2 = 1e-5  # two headings 5 ms apart
 _BEYOND_S = 0.1  # how long it is assumed to continue its turn
+_STEADY_S = 0.25  # after a break headings are interpolated across it at first
+
+
+class Breaks:
+    """Times without a heading, after which it says nothing of the turn meanwhile."""
+
+    def __init__(self) -> None:
+        self._since_s: float | None = -math.inf  # known since then
+
+    def judge(self, at_s: float, known: bool) -> tuple[bool, bool]:
+        """(whether it has just come back, whether the lidars can be judged by it)."""
+        is_back = known and self._since_s is None
+        if is_back or not known:
+            self._since_s = at_s if known else None
+        return is_back, self._since_s is not None and at_s - self._since_s >= _STEADY_S
 
 
 def rate_rad_s(at_s: float, times_s: FloatArray, headings_rad: FloatArray) -> float:

@@ -16,7 +16,7 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.sensing.odometry.doubts import DIFFERS, LOST, Doubts, Outputs, Seen, is_corridor
-from gazechair.sensing.odometry.headings import beyond, rate_rad_s
+from gazechair.sensing.odometry.headings import Breaks, beyond, rate_rad_s
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
 from gazechair.sensing.odometry.match import (
     ERROR,
@@ -119,6 +119,7 @@ class Odometry:
         self._heard_s: dict[tuple[float, float], float] = {}  # by the lidar's place
         self._time_s: float | None = None
         self._heading_rad = 0.0  # of the sensor, at the newest piece, not wrapped
+        self._breaks = Breaks()
         # Where and when the surfaces were renewed: x, y, heading, time.
         self._inserted: tuple[float, float, float, float] | None = None
 
@@ -146,10 +147,14 @@ class Odometry:
             else np.zeros(len(piece.times_s))
         )
         known = len(times) > 0 and at_s - times[-1] < _OLD_S
+        is_back, steady = self._breaks.judge(at_s, known)
         if self._time_s is None:
             self._heading_rad, self._time_s = heading, at_s
             self._state[OFFSET] = -heading
-        state, covariance = self._predict(at_s, heading, known)
+        elif is_back:  # the lidars have followed what it turned by meanwhile
+            self._state[OFFSET] += self._heading_rad - heading
+            self._heading_rad = heading
+        state, covariance = self._predict(at_s, heading, steady)
         points, normals = seen_points(piece, turned, state[FORWARD], state[SIDEWAYS])
         found = fit(self._coarse, self._map, points, normals, state, covariance, heading)
         yaw = math.degrees(rate_rad_s(at_s, times, headings))
@@ -161,7 +166,7 @@ class Odometry:
         change = float(found.state[FORWARD] - self._state[FORWARD])
         dt_s = at_s - self._time_s
         self._obedience.judge(change, dt_s)
-        self._cross_check(found, dt_s)
+        self._cross_check(found, dt_s, steady)
         self._state, self._covariance = found.state, found.covariance
         self._time_s, self._heading_rad = at_s, heading
         self._heard_s[piece.origin_m] = at_s
@@ -181,7 +186,7 @@ class Odometry:
             float(self._state[FULL]) - 2.0 * math.sqrt(self._covariance[FULL, FULL]),
             math.degrees(self._error_rad + self._followed_rad),
             max(0.0, self._newest_s(at_s) - min(self._heard_s.values()) - _SILENT_S),
-            self._is_turned(piece.origin_m, found, yaw, known, old_or_turned),
+            self._is_turned(piece.origin_m, found, yaw, steady, old_or_turned),
         )
         doubts = self._doubts.judge(seen)
         self._differs = DIFFERS in doubts
@@ -225,8 +230,11 @@ class Odometry:
         gap = [m.linear_permille for m in self._motions if self._time_s < m.time_s <= at_s]
         return repeats(at_s - self._time_s, float(before[FORWARD]), moved_m, gap)
 
-    def _cross_check(self, found: Fit, dt_s: float) -> None:
+    def _cross_check(self, found: Fit, dt_s: float, steady: bool) -> None:
         """Update the recent difference between the lidars' heading and the sensor's."""
+        if not steady:
+            self._error_rad = self._followed_rad = 0.0
+            return
         seen_rad = float(found.state[ERROR]) if found.matched > _MATCHED else 0.0
         self._error_rad += (seen_rad - self._error_rad) * (1.0 - math.exp(-dt_s / _ERROR_S))
         self._followed_rad *= math.exp(-dt_s / _FOLLOWED_S)
