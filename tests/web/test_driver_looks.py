@@ -5,6 +5,7 @@ import pytest
 from fakehost import FakeHost, picture
 from pagelooks import OVERFLOWING, REST, SCREENS
 from patience import wait_until
+from webperson import Driver
 
 pytestmark = pytest.mark.browser
 
@@ -20,13 +21,12 @@ def on_every_screen(page):
 
 
 @pytest.fixture(params=[False, True], ids=["", "backward"])
-def shown(request, host, driver):
+def shown(request, host, page):
     """The page with or without Achteruit."""
-    if request.param:
-        host.welcome["backward"] = True
-        driver.run_for(100)
-        driver.open()
-    return driver
+    host.welcome["backward"] = request.param
+    person = Driver(page, host)
+    person.open()
+    return person
 
 
 def boxes(driver, names):
@@ -110,8 +110,9 @@ STATES = {
 
 
 @pytest.mark.parametrize("name", STATES)
-def test_every_word_fits_and_here_is_how_it_looks(page, host, driver, name):
+def test_every_word_fits_and_here_is_how_it_looks(page, host, name):
     host.welcome["backward"] = name in ("warning", "override")
+    driver = Driver(page, host)
     for sequence, language in enumerate(("nl", "en"), 1):
         page.clock.run_for(100)
         driver.open(f"?lang={language}")
@@ -152,8 +153,8 @@ def test_the_longest_words_fit_in_the_corner_and_the_banner(page, host: FakeHost
 
 
 @pytest.mark.parametrize("language", ["nl", "en"])
-def test_the_bar_has_room_for_its_longest_words(page, driver, language):
-    page.clock.run_for(100)
+def test_the_bar_has_room_for_its_longest_words(page, host, language):
+    driver = Driver(page, host)
     driver.open(f"?lang={language}")
     page.evaluate("document.body.dataset.backward = true")
     driver.state(you=False, owner="driver", motion="backward", simulated=True)
