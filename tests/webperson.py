@@ -8,7 +8,6 @@ from typing import Any
 
 from playwright.sync_api import Page
 
-import gazesetup
 from fakehost import FakeHost
 from patience import wait_until
 
@@ -174,7 +173,8 @@ class Driver:
 
 
 def save(page: Page, name: str) -> None:
-    """Keeps a picture of the page for people to look at."""
-    folder = Path(os.environ.get("GAZECHAIR_ARTEFACTS", gazesetup.ROOT / ".local/artefacts"))
-    folder.mkdir(parents=True, exist_ok=True)
-    page.screenshot(path=folder / f"{name}.png")
+    """Keeps a picture of the page in the folder GAZECHAIR_ARTEFACTS, for people to look at."""
+    folder = os.environ.get("GAZECHAIR_ARTEFACTS")
+    if folder:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        page.screenshot(path=Path(folder) / f"{name}.png")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from e2e import states
 from gazesim.lockstep_chair import Lockstep
 
 
@@ -16,19 +17,21 @@ def chair() -> Lockstep:
 @pytest.fixture
 def driving() -> Lockstep:
     """Armed by the page, "forward" held, moving."""
-    chair = Lockstep()
-    chair.drive("forward")
-    return chair
+    return states.driving("forward")
 
 
 @pytest.fixture
 def turning() -> Lockstep:
     """Armed by the page, "left" held, turning."""
-    chair = Lockstep()
-    chair.drive("left")
-    return chair
+    return states.driving("left")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The document's test comes after all whose figures it compares."""
+    """The document's test comes after all whose figures it compares.
+
+    A file's chairs in lockstep run in one process, which keeps those that several tests begin with.
+    """
     items.sort(key=lambda item: item.path.name == "test_safety_table.py")
+    for item in items:
+        if item.path.name.startswith("test_lockstep_"):
+            item.add_marker(pytest.mark.xdist_group(item.path.stem))

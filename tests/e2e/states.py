@@ -1,11 +1,45 @@
-"""The states in which anything may happen: how to get into each."""
+"""The states in which anything may happen: how to get into each.
+
+A test gets its own copy of a chair that was brought there once.
+"""
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 
 from gazelink import codes
 from gazesim.lockstep_chair import Lockstep
+from keptchair import KeptChair
+
+
+def chair_in(enter: Callable[[Lockstep], None]) -> Lockstep:
+    """A chair of its own in that state."""
+    return _in(enter).copy()
+
+
+def driving(
+    verb: str = "forward", mode: str = "continuous", ms: int = 600, more_ms: int = 0
+) -> Lockstep:
+    """A chair of its own, driven as by Lockstep.drive, for `ms` and then `more_ms`."""
+    chair = _driving(verb, mode, ms).copy()
+    chair.run(more_ms)
+    assert not chair.neutral(), chair.why()
+    return chair
+
+
+@functools.cache
+def _in(enter: Callable[[Lockstep], None]) -> KeptChair[Lockstep]:
+    chair = Lockstep()
+    enter(chair)
+    return KeptChair(chair)
+
+
+@functools.cache
+def _driving(verb: str, mode: str, ms: int) -> KeptChair[Lockstep]:
+    chair = Lockstep()
+    chair.drive(verb, mode, ms)
+    return KeptChair(chair)
 
 
 def disarmed(chair: Lockstep) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from e2e import states
 from gazeboard.core import ages
 from gazelink import codes
 from gazesim.lockstep_chair import Lockstep
@@ -60,8 +61,7 @@ CASES: dict[str, Any] = {
 
 @pytest.mark.parametrize("reason", CASES)
 def test_arming_is_refused_with_the_reason(reason: str) -> None:
-    chair = Lockstep()
-    chair.make_ready()
+    chair = states.chair_in(states.disarmed)
     CASES[reason](chair)
     chair.stays_still(1500)
     if reason == "relay_open":
@@ -84,8 +84,7 @@ def test_arming_waits_for_half_a_second_of_proven_neutral() -> None:
 
 
 def test_arming_is_refused_while_something_is_commanded() -> None:
-    chair = Lockstep()
-    chair.make_ready()
+    chair = states.chair_in(states.disarmed)
     inbox = chair.board.app.inbox  # the host's own arbiter would not let it through: straight in
 
     def command() -> None:
@@ -125,8 +124,7 @@ def test_a_relay_that_opens_while_driving_disarms(driving: Lockstep) -> None:
 
 def test_ready_again_by_itself_when_the_cause_has_gone() -> None:
     for fault in ("lidar_stall", "imu_freeze", "imu_nak", "imu_bus_stuck", "tilt"):
-        chair = Lockstep()
-        chair.drive()
+        chair = states.driving()
         chair.world.faults.inject(fault)
         chair.run(1000)
         chair.page.release()

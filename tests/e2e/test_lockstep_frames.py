@@ -6,6 +6,7 @@ import random
 
 import pytest
 
+from e2e import states
 from e2e.damage import KINDS, damage
 from gazeboard.core import limits
 from gazelink import codes, frame, messages
@@ -33,8 +34,7 @@ def test_p12_damage_never_moves_a_chair_at_rest(kind: str, share: float) -> None
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("share", [0.05, 0.5])
 def test_p12_damage_while_driving_ends_or_leaves_the_press(kind: str, share: float) -> None:
-    chair = Lockstep()
-    chair.drive()
+    chair = states.driving()
     chair.cable.to_board.mangle = chair.cable.to_host.mangle = damage(kind, share)
     interrupted = False
     for _ in range(2000):
@@ -56,8 +56,7 @@ def test_p12_damage_while_driving_ends_or_leaves_the_press(kind: str, share: flo
 
 @pytest.mark.parametrize("late_ms", [30, 90, 110, 300, 2000])
 def test_p12_a_delayed_line(late_ms: int) -> None:
-    chair = Lockstep()
-    chair.drive()
+    chair = states.driving()
     pressed_ms = chair.now_ms
     chair.cable.to_board.delay_ms = late_ms
     chair.page.forget_button()  # no stop either: only what is already said is on its way

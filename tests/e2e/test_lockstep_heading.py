@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from e2e import states
 from gazeboard.core import limits
 from gazelink import codes
 from gazesim.lockstep_chair import Lockstep
@@ -28,8 +29,7 @@ def heading_fault(chair: Lockstep) -> bool:
 @pytest.mark.parametrize(("verb", "mode"), [("left", "continuous"), ("right", "step")])
 def test_p7_a_lying_heading_stops_turns_only(fault: str, verb: str, mode: str) -> None:
     for phase_ms in (0, 3, 7):  # of the 10 ms between two samples
-        chair = Lockstep()
-        chair.drive(verb, mode, ms=400 + phase_ms)
+        chair = states.driving(verb, mode, 400, more_ms=phase_ms)
         chair.world.faults.inject(fault)
         neutral_ms = chair.until(chair.neutral, 200)
         cause = HEADING_FAULTS[fault]
@@ -89,8 +89,7 @@ def test_p7_forward_goes_on_when_the_sensor_goes(driving: Lockstep) -> None:
 @pytest.mark.parametrize("verb", ["forward", "left"])
 def test_p16_tilt(tilt: dict[str, float], verb: str) -> None:
     for phase_ms in (0, 3, 7, 10):  # of the 10 ms between two samples
-        chair = Lockstep()
-        chair.drive(verb, ms=300 + phase_ms)
+        chair = states.driving(verb, ms=300, more_ms=phase_ms)
         chair.world.faults.inject("tilt", **tilt)
         neutral_ms = chair.until(chair.neutral, 200)
         measured(END_TO_END, "P16", "tilt beyond the limit", neutral_ms, limits.TILT_MS)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from e2e import states
 from gazeboard.core import limits
 from gazelink import codes
 from gazesim.lockstep_chair import Lockstep
@@ -31,8 +32,7 @@ def note_disarmed(chair: Lockstep, cause: str) -> None:
 )
 def test_p2_host_killed(verb: str, mode: str) -> None:
     for phase_ms in PHASES_MS:
-        chair = Lockstep()
-        chair.drive(verb, mode, ms=300)
+        chair = states.driving(verb, mode, 300)
         chair.until(lambda c=chair: c.unheard_ms == 0, 20)
         chair.run(phase_ms)
         chair.kill_host()
@@ -46,8 +46,7 @@ def test_p2_host_killed(verb: str, mode: str) -> None:
 @pytest.mark.parametrize("frozen_ms", [150, 320, 480, 1000, 3000])
 def test_p2_host_stopped_then_going_on_with_a_backlog(frozen_ms: int) -> None:
     for phase_ms in PHASES_MS:
-        chair = Lockstep()
-        chair.drive()
+        chair = states.driving()
         chair.until(lambda c=chair: c.unheard_ms == 0, 20)
         chair.run(phase_ms)
         assert chair.host is not None

@@ -36,8 +36,7 @@ def reset_by_caretaker(chair: Lockstep, bit: int) -> None:
 @pytest.mark.parametrize("fault", WIPER_FAULTS)
 @pytest.mark.parametrize("verb", ["forward", "right"])
 def test_p8_the_joystick_fails(fault: str, verb: str) -> None:
-    chair = Lockstep()
-    chair.drive(verb)
+    chair = states.driving(verb)
     if fault == "wiper_stuck":
         chair.page.release()  # a wrong value shows when another one is written
     chair.world.faults.inject(fault)
@@ -190,8 +189,7 @@ def by_page(chair: Lockstep) -> None:
 def test_p11_emergency(
     state: Callable[[Lockstep], None], press: Callable[[Lockstep], None]
 ) -> None:
-    chair = Lockstep()
-    state(chair)
+    chair = states.chair_in(state)
     press(chair)
     name = "emergency input" if press is by_input else "emergency on the page"
     off_ms = chair.until(lambda: chair.fault(codes.EMERGENCY), 10)

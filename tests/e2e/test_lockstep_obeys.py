@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from e2e import states
 from gazeboard.core import limits
 from gazelink import codes
 from gazesim.lockstep_chair import Lockstep
@@ -33,8 +34,7 @@ def trips(chair: Lockstep, cause: str) -> None:
 
 @pytest.mark.parametrize("turn", [1.0, -0.5])
 def test_p21_turning_on_with_neutral_put_out(turn: float) -> None:
-    chair = Lockstep()
-    chair.drive("left" if turn > 0 else "right", ms=600)
+    chair = states.driving("left" if turn > 0 else "right")
     chair.world.faults.inject("joystick_stuck", turn=turn)
     chair.page.release()
     chair.until(lambda: chair.wipers() == (170, 170), 100)
@@ -42,8 +42,7 @@ def test_p21_turning_on_with_neutral_put_out(turn: float) -> None:
 
 
 def test_p21_turning_against_the_command() -> None:
-    chair = Lockstep()
-    chair.drive("left", ms=400)
+    chair = states.driving("left", ms=400)
     chair.world.faults.inject("joystick_stuck", turn=-1.0)
     trips(chair, "turns against the command, its braking and starting included")
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from e2e import states
 from gazeboard.core import limits
 from gazelink import codes
 from gazesim.lockstep_chair import Lockstep
@@ -32,8 +33,7 @@ def way_of(inputs: Any, direction: int) -> int:
 @pytest.mark.parametrize("mode", ["continuous", "step"])
 def test_p5_someone_steps_in_the_way(verb: str, mode: str) -> None:
     direction = codes.DIRECTIONS.index(verb)
-    chair = Lockstep()
-    chair.drive(verb, mode, ms=250)
+    chair = states.driving(verb, mode, 250)
     begun_ms = chair.now_ms
     chair.world.faults.inject("obstacle", **PLACES[verb])
     back = chair.board.app.inbox
@@ -88,8 +88,7 @@ def test_p5_a_covered_lidar_blocks(driving: Lockstep) -> None:
 def test_p5_a_half_covered_lidar_blocks_what_it_no_longer_sees(
     arc_deg: tuple[float, float], verb: str
 ) -> None:
-    chair = Lockstep()
-    chair.drive(verb)
+    chair = states.driving(verb)
     chair.world.lidar.beams.covered_deg = arc_deg
     chair.until(chair.neutral, 300)
     assert chair.override() == f"obstacle_{verb}"
@@ -137,8 +136,7 @@ def note_age(chair: Lockstep, cause: str) -> None:
 @pytest.mark.parametrize("fault", LIDAR_FAULTS)
 @pytest.mark.parametrize("verb", ["forward", "left"])
 def test_p6_lidar_silent(fault: str, verb: str) -> None:
-    chair = Lockstep()
-    chair.drive(verb)
+    chair = states.driving(verb)
     chair.world.faults.inject(fault)
     chair.run(30)  # its last bytes arrive
     note_age(chair, f"lidar: {fault.removeprefix('lidar_').replace('_', ' ')}")
@@ -152,8 +150,7 @@ def test_p6_lidar_silent(fault: str, verb: str) -> None:
 
 @pytest.mark.parametrize("verb", ["forward", "left"])
 def test_p6_a_lidar_that_repeats_itself(verb: str) -> None:
-    chair = Lockstep()
-    chair.drive(verb)
+    chair = states.driving(verb)
     begun_ms = chair.now_ms
     chair.world.faults.inject("lidar_frozen")
     chair.until(chair.neutral, 400)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from e2e import states
 from gazeboard.core import limits
 from gazesim.lockstep_chair import Lockstep
 from gazesim.lockstep_page import Page
@@ -24,8 +25,7 @@ def note_proof(chair: Lockstep, cause: str) -> None:
 @pytest.mark.parametrize("verb", VERBS)
 @pytest.mark.parametrize("phase_ms", [0, 17, 49])
 def test_p3_a_stop_that_got_lost(verb: str, phase_ms: int) -> None:
-    chair = Lockstep()
-    chair.drive(verb)
+    chair = states.driving(verb)
     chair.until(lambda: chair.page.proved_ms == chair.now_ms, 60)
     chair.run(phase_ms)
     chair.page.forget_button()  # the page lives and beats, but nobody holds a button
@@ -38,8 +38,7 @@ def test_p3_a_stop_that_got_lost(verb: str, phase_ms: int) -> None:
 @pytest.mark.parametrize("mode", ["continuous", "step"])
 @pytest.mark.parametrize("phase_ms", [0, 1, 24, 99])
 def test_p3_the_page_dies_and_its_socket_lives(verb: str, mode: str, phase_ms: int) -> None:
-    chair = Lockstep()
-    chair.drive(verb, mode, ms=300 + phase_ms)
+    chair = states.driving(verb, mode, 300, more_ms=phase_ms)
     heard_ms = chair.now_ms
     chair.page.alive = False
     chair.until(chair.neutral, 600)
@@ -64,8 +63,7 @@ def test_p3_time_in_the_network_counts(delay_ms: int) -> None:
 
 @pytest.mark.parametrize("stall_ms", [400, 1000, 3000])
 def test_p3_a_backlog_after_a_stall_of_the_network_never_drives(stall_ms: int) -> None:
-    chair = Lockstep()
-    chair.drive()
+    chair = states.driving()
     chair.page.stalled = True
     note_proof(chair, "network stalled")
     chair.stays_still(stall_ms)

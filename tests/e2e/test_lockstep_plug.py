@@ -25,8 +25,7 @@ def drives_again(chair: Lockstep) -> None:
 @in_every_state
 @pytest.mark.parametrize("out_ms", [1, 90, 400, 1500])
 def test_p14_cable_pulled_and_replugged(enter: Callable[[Lockstep], None], out_ms: int) -> None:
-    chair = Lockstep()
-    enter(chair)
+    chair = states.chair_in(enter)
     heard_before_ms = chair.unheard_ms
     chair.cable.pull()
     moved_ms = 0
@@ -49,8 +48,7 @@ def test_p14_cable_pulled_and_replugged(enter: Callable[[Lockstep], None], out_m
 
 @in_every_state
 def test_p15_board_loses_its_power(enter: Callable[[Lockstep], None]) -> None:
-    chair = Lockstep()
-    enter(chair)
+    chair = states.chair_in(enter)
     was_closed = chair.world.relay.closed
     chair.cable.pull()
     chair.board.power_off()
@@ -71,8 +69,7 @@ def test_p15_board_loses_its_power(enter: Callable[[Lockstep], None]) -> None:
 @in_every_state
 @pytest.mark.parametrize("dip_ms", [1, 30])
 def test_p15_brown_out(enter: Callable[[Lockstep], None], dip_ms: int) -> None:
-    chair = Lockstep()
-    enter(chair)
+    chair = states.chair_in(enter)
     was_closed = chair.world.relay.closed
     stood = chair.stands()
     chair.board.power_off()
@@ -95,8 +92,7 @@ def test_p15_brown_out(enter: Callable[[Lockstep], None], dip_ms: int) -> None:
 
 @in_every_state
 def test_p14_board_resets(enter: Callable[[Lockstep], None]) -> None:
-    chair = Lockstep()
-    enter(chair)
+    chair = states.chair_in(enter)
     was_closed = chair.world.relay.closed
     chair.board.reset()
     open_ms = chair.until(lambda: not chair.world.relay.closed, 50)
@@ -109,8 +105,7 @@ def test_p14_board_resets(enter: Callable[[Lockstep], None]) -> None:
 
 @in_every_state
 def test_p14_host_killed_and_started_again(enter: Callable[[Lockstep], None]) -> None:
-    chair = Lockstep()
-    enter(chair)
+    chair = states.chair_in(enter)
     chair.kill_host()
     chair.run(700)
     chair.start_host()

@@ -23,6 +23,9 @@ from gazereplay.result import NoTrace, Result
 from gazesim.chair_rig import LinkedChair
 from gazesim.lockstep_link import LockstepLink
 
+# What it is made of takes longer than the tests: one process makes it.
+pytestmark = pytest.mark.xdist_group("replay_board")
+
 
 class TracedChair(LinkedChair):
     """In virtual time; its host logs the frames of the line, and nothing else."""

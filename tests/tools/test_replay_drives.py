@@ -23,6 +23,9 @@ from gazesim.chair_rig import LinkedChair
 from gazesim.lockstep_page import Page
 from recordedchair import RecordedChair
 
+# What it is made of takes longer than the tests: one process makes it.
+pytestmark = pytest.mark.xdist_group("replay_drives")
+
 
 def tour(chair: RecordedChair) -> None:
     """As the demo's check drives: forward and leave, a step to the left, a wall."""

@@ -14,6 +14,9 @@ from gazechair.blackbox.reader import LogFile
 from gazereplay import view
 from recordedchair import RecordedChair
 
+# What it is made of takes longer than the tests: one process makes it.
+pytestmark = pytest.mark.xdist_group("replay_view")
+
 SVG = "{http://www.w3.org/2000/svg}"
 
 

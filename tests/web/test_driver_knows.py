@@ -288,8 +288,8 @@ def test_the_eye_test_is_reached_and_ended_by_gaze_alone(driver):
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_simulation_stays_where_it_is_whatever_else_is_said(tablet, driver, host, language):
-    driver.run_for(100)
+def test_simulation_stays_where_it_is_whatever_else_is_said(tablet, host, language):
+    driver = Driver(tablet, host)
     driver.open(f"?lang={language}")
     place = "() => JSON.stringify(document.querySelector('.simulation').getBoundingClientRect())"
     driver.state(simulated=True)

@@ -5,6 +5,7 @@ import pytest
 from fakehost import FakeHost, picture
 from pagelooks import OVERFLOWING, REST, SCREENS
 from patience import wait_until
+from webperson import Driver
 
 pytestmark = pytest.mark.browser
 
@@ -12,20 +13,20 @@ DRIVE = ["forward", "left", "right", "backward"]
 TARGETS = [*DRIVE, "stop", "arm", "mode", "menu", "help"]
 
 
-@pytest.fixture(params=SCREENS, ids=lambda size: f"{size[0]}x{size[1]}")
-def screen(request, page):
-    page.set_viewport_size({"width": request.param[0], "height": request.param[1]})
-    return request.param
+def on_every_screen(page):
+    """Each screen's size, the page being shown on it."""
+    for width, height in SCREENS:
+        page.set_viewport_size({"width": width, "height": height})
+        yield width, height
 
 
 @pytest.fixture(params=[False, True], ids=["", "backward"])
-def shown(request, host, driver):
+def shown(request, host, page):
     """The page with or without Achteruit."""
-    if request.param:
-        host.welcome["backward"] = True
-        driver.run_for(100)
-        driver.open()
-    return driver
+    host.welcome["backward"] = request.param
+    person = Driver(page, host)
+    person.open()
+    return person
 
 
 def boxes(driver, names):
@@ -33,32 +34,35 @@ def boxes(driver, names):
     return {name: box for name, box in found.items() if box}
 
 
-def test_drive_targets_are_large_enough_for_gaze(screen, shown):
+def test_drive_targets_are_large_enough_for_gaze(shown):
     """390 px at 1920x1080 is 60 mm on a 13.3 inch tablet; other screens in proportion."""
-    margin = 2 * 0.022 * screen[1]  # the hit area's vertical extension
-    for name, box in boxes(shown, DRIVE).items():
-        assert box["width"] >= 390 / 1920 * screen[0], name
-        assert box["height"] + margin >= 390 / 1080 * screen[1], name
+    for screen in on_every_screen(shown.page):
+        margin = 2 * 0.022 * screen[1]  # the hit area's vertical extension
+        for name, box in boxes(shown, DRIVE).items():
+            assert box["width"] >= 390 / 1920 * screen[0], (screen, name)
+            assert box["height"] + margin >= 390 / 1080 * screen[1], (screen, name)
 
 
-def test_a_third_of_the_screen_around_the_middle_never_drives(screen, shown):
-    assert shown.page.evaluate(REST) >= 0.35
+def test_a_third_of_the_screen_around_the_middle_never_drives(shown):
+    for screen in on_every_screen(shown.page):
+        assert shown.page.evaluate(REST) >= 0.35, screen
 
 
-def test_hit_areas_never_touch_each_other_even_when_grown(screen, shown):
-    found = boxes(shown, TARGETS)
-    for name, box in found.items():
-        margin = 0.022 * screen[1] if name in DRIVE else 0
-        width, height = box["width"], box["height"] + 2 * margin
-        left, top = box["x"] - 0.1 * width, box["y"] - margin - 0.1 * height
-        for other, there in found.items():
-            apart = (
-                left + 1.2 * width <= there["x"]
-                or there["x"] + there["width"] <= left
-                or top + 1.2 * height <= there["y"]
-                or there["y"] + there["height"] <= top
-            )
-            assert other == name or apart, f"{name} grown reaches {other}"
+def test_hit_areas_never_touch_each_other_even_when_grown(shown):
+    for screen in on_every_screen(shown.page):
+        found = boxes(shown, TARGETS)
+        for name, box in found.items():
+            margin = 0.022 * screen[1] if name in DRIVE else 0
+            width, height = box["width"], box["height"] + 2 * margin
+            left, top = box["x"] - 0.1 * width, box["y"] - margin - 0.1 * height
+            for other, there in found.items():
+                apart = (
+                    left + 1.2 * width <= there["x"]
+                    or there["x"] + there["width"] <= left
+                    or top + 1.2 * height <= there["y"]
+                    or there["y"] + there["height"] <= top
+                )
+                assert other == name or apart, f"{name} grown reaches {other} on {screen}"
 
 
 def test_no_target_ever_moves(shown):
@@ -106,8 +110,9 @@ STATES = {
 
 
 @pytest.mark.parametrize("name", STATES)
-def test_every_word_fits_and_here_is_how_it_looks(page, host, driver, name):
+def test_every_word_fits_and_here_is_how_it_looks(page, host, name):
     host.welcome["backward"] = name in ("warning", "override")
+    driver = Driver(page, host)
     for sequence, language in enumerate(("nl", "en"), 1):
         page.clock.run_for(100)
         driver.open(f"?lang={language}")
@@ -135,34 +140,39 @@ def test_the_dwell_ring_and_a_held_target(page, host, driver):
     driver.screenshot("driver-holding")
 
 
-def test_the_longest_words_fit_in_the_corner_and_the_banner(screen, page, host: FakeHost, driver):
+def test_the_longest_words_fit_in_the_corner_and_the_banner(page, host: FakeHost, driver):
     messages = page.evaluate("fetch('/strings/nl.json').then(answer => answer.json())")["messages"]
     page.evaluate("document.body.dataset.backward = true")
-    below = page.locator("#backward").bounding_box()["y"]
-    for key in messages:
-        driver.state(level="error", message=key, override=key)
-        assert page.evaluate(OVERFLOWING) == [], key
-        box = page.locator("#banner").bounding_box()
-        assert box["y"] + box["height"] < below, key
+    for screen in on_every_screen(page):
+        below = page.locator("#backward").bounding_box()["y"]
+        for key in messages:
+            driver.state(level="error", message=key, override=key)
+            assert page.evaluate(OVERFLOWING) == [], (screen, key)
+            box = page.locator("#banner").bounding_box()
+            assert box["y"] + box["height"] < below, (screen, key)
 
 
 @pytest.mark.parametrize("language", ["nl", "en"])
-def test_the_bar_has_room_for_its_longest_words(screen, page, driver, language):
-    page.clock.run_for(100)
+def test_the_bar_has_room_for_its_longest_words(page, host, language):
+    driver = Driver(page, host)
     driver.open(f"?lang={language}")
     page.evaluate("document.body.dataset.backward = true")
     driver.state(you=False, owner="driver", motion="backward", simulated=True)
     page.evaluate("document.getElementById('link-age').textContent = '1230 ms'")
-    facts = page.locator("#motion").bounding_box()
-    assert facts["x"] + facts["width"] < page.locator(".simulation").bounding_box()["x"]
+    for screen in on_every_screen(page):
+        facts = page.locator("#motion").bounding_box()
+        simulation = page.locator(".simulation").bounding_box()
+        assert facts["x"] + facts["width"] < simulation["x"], screen
 
 
-def test_the_tag_on_achteruit_hides_neither_its_arrow_nor_its_word(screen, page, driver):
+def test_the_tag_on_achteruit_hides_neither_its_arrow_nor_its_word(page, driver):
     page.evaluate("document.body.dataset.backward = true")
     driver.state(decisions=dict.fromkeys(DRIVE, "blocked"))
-    tag = page.locator("#backward .tag").bounding_box()
-    assert page.locator("#backward .tag").is_visible()
-    assert tag["y"] + tag["height"] < page.locator("#backward .arrow").bounding_box()["y"]
+    for screen in on_every_screen(page):
+        tag = page.locator("#backward .tag").bounding_box()
+        assert page.locator("#backward .tag").is_visible(), screen
+        arrow = page.locator("#backward .arrow").bounding_box()
+        assert tag["y"] + tag["height"] < arrow["y"], screen
 
 
 def test_links_lost_and_old_pictures_look_like_it(page, host, driver):

@@ -6,6 +6,7 @@ import pytest
 
 from fakehost import picture
 from patience import wait_until
+from webperson import Driver
 
 pytestmark = pytest.mark.browser
 
@@ -270,8 +271,8 @@ def test_a_broken_picture_is_acknowledged_and_does_not_count_as_fresh(driver, ho
     assert driver.data("picture") == "none"
 
 
-def test_english_by_address(page, driver):
-    page.clock.run_for(100)
+def test_english_by_address(page, host):
+    driver = Driver(page, host)
     driver.open("?lang=en")
     assert driver.text("#forward") == "Forward"
     assert page.evaluate("document.documentElement.lang") == "en"

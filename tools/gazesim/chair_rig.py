@@ -43,6 +43,7 @@ class ChairRig(Steps):
         self.scanned = b""  # what the lidar sent in the last step
         self.quiet_ms = 0
         """Milliseconds since the enable line was last toggled."""
+        self._enable = self.bank.pin(pins.ENABLE)
         self._enable_count = 0
 
     def now_s(self) -> float:
@@ -62,7 +63,7 @@ class ChairRig(Steps):
         self.cable.advance(self.now_ms)
         self.board.one_ms()
         self.scanned = self.world.step(0.001)
-        count = self.bank.pin(pins.ENABLE).out_count
+        count = self._enable.out_count
         self.quiet_ms = 0 if count != self._enable_count else self.quiet_ms + 1
         self._enable_count = count
 
@@ -95,7 +96,7 @@ class ChairRig(Steps):
 
     def enable_off(self) -> bool:
         """True if the enable line is low, floats, or was not toggled in this tick."""
-        pin = self.bank.pin(pins.ENABLE)
+        pin = self._enable
         return pin.latch == 0 or pin.mode != 1 or self.quiet_ms > 0
 
     def override(self) -> str:

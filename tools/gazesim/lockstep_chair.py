@@ -35,7 +35,8 @@ class Lockstep(ChairRig):
     def one_ms(self) -> None:
         """One step."""
         super().one_ms()
-        frames = self.app.link._decoder.ok if self.app is not None else self._frames
+        app = self.app
+        frames = app.link._decoder.ok if app is not None else self._frames
         self.unheard_ms = 0 if frames != self._frames else self.unheard_ms + 1
         self._frames = frames
         for watch in self.watchers:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections import deque
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 from unittest import mock
 
@@ -44,7 +45,7 @@ class Host:
     ) -> None:
         numbers = random.Random(int(clock() * 1000) + 1)
         with mock.patch("secrets.randbelow", numbers.randrange):
-            self.link = LockstepLink(line, clock, lambda: numbers.randrange(1, 65536))
+            self.link = LockstepLink(line, clock, partial(numbers.randrange, 1, 65536))
             self.parts = HealthRegistry(clock)
             for name in ("board", "lidar", "camera"):
                 self.parts.part(name).set(OK)
@@ -74,7 +75,8 @@ class Host:
         """Bytes from each lidar."""
         if self.lidar_child:
             for kept, data in zip(self._scan_bytes, sent, strict=True):
-                kept += data
+                if data:
+                    kept += data
 
     def one_ms(self, now_ms: int) -> None:
         """One millisecond of the daemon's life."""

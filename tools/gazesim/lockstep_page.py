@@ -13,6 +13,7 @@ BEAT_MS = 100
 STATE_MS = 100  # between the host's states when nothing changes
 TOKEN_MS = 50
 TOKEN_KEPT_MS = 500
+NO_VERSION = -1
 
 
 class Page:
@@ -56,7 +57,7 @@ class Page:
             return
         host = self._host
         if not host.frozen:
-            version = host.control.wait_change(0.0, self._version)
+            version = host.control.wait_change(0.0, NO_VERSION)  # at once
             if now_ms % STATE_MS == 0 or version != self._version:
                 self._version = version
                 self._coming.append((now_ms + self.delay_ms, host.look(self.client)))

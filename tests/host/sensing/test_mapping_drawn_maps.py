@@ -16,6 +16,9 @@ from gazemeasure.home_localization import look
 from gazesim import ros_map as ros_home
 from gazesim.homes import Home
 
+# What it is made of takes longer than the tests: one process makes it.
+pytestmark = pytest.mark.xdist_group("mapping_drawn_maps")
+
 STEP_M, TURN_RAD = 0.10, math.radians(8.0)
 
 

@@ -18,6 +18,9 @@ from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
 from gazesim.rooms import Person, box
 from homerig import flat, points, poses, scan
 
+# What it is made of takes longer than the tests: one process makes it.
+pytestmark = pytest.mark.xdist_group("mapping_home_map")
+
 THIN = box(8.5, 1.0, 0.02, 1.6, 0.0, 2.5, "glazed")  # seen from both sides
 
 

@@ -15,6 +15,9 @@ from gazechair.sensing.mapping.pose_graph import Edge, MissingPackageError, opti
 from gazechair.sensing.mapping.poses import between, compose
 from homerig import flat, points, poses, scan
 
+# What it is made of takes longer than the tests: one process makes it.
+pytestmark = pytest.mark.xdist_group("mapping_mapper")
+
 SCALE, DRIFT_RAD_S = 1.005, math.radians(0.3 / 60.0)
 STEP_S = 0.5
 

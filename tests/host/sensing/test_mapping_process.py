@@ -24,6 +24,9 @@ from gazechair.sensing.odometry.odometry import Estimate
 from maprig import START_S, Chair, made
 from patience import wait_until
 
+# What it is made of takes longer than the tests: one process makes it.
+pytestmark = pytest.mark.xdist_group("mapping_process")
+
 HOME, OTHER = 3, 1
 MADE_S, FOUND_S = 26.0, 9.0
 

@@ -15,6 +15,9 @@ from gazechair.sensing.mapping.upkeep import GONE_AFTER, NEW_AFTER, Ledger, Upke
 from gazesim.rooms import Person, Room, box
 from homerig import flat, points, poses, scan
 
+# What it is made of takes longer than the tests: one process makes it.
+pytestmark = pytest.mark.xdist_group("mapping_upkeep")
+
 CHANCE = np.random.default_rng(4)
 KEYS = list(poses())
 ROOM = [pose for pose in KEYS if math.dist(pose[:2], (2.0, 2.0)) < 1.9]

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 import pytest
 
 from gazechair.service.board_settings import SettingsError
+from gazechair.service.tune import command
 from gazechair.service.tune.command import Tuning
 from gazechair.service.tune.errors import StoppedError, TuneError
 from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
+from gazechair.service.tune.identify import Fit, identify
 from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.recording import Recording
 from gazelink.settings_table import PROFILES, TABLE, index_of
@@ -19,6 +21,9 @@ from gazemeasure.turn_tuning import record
 from gazesim.chair import Chair
 from gazesim.imu_model import Imu, ImuErrors
 from gazesim.profiles import undisturbed
+
+# What it is made of takes longer than the tests: one process makes it.
+pytestmark = pytest.mark.xdist_group("tune_command")
 
 
 class MemoryBoard:
@@ -55,6 +60,22 @@ def recordings() -> list[Recording]:
     """Of an undisturbed chair in profile 3.1."""
     chair = Chair("3.1", 1, undisturbed("3.1"))
     return record(chair, Imu(ImuErrors()), settings_with({}), "3.1")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def computed_once() -> Iterator[None]:
+    """These pulses give the same numbers every time, after a second of computing."""
+    fits: dict[tuple[int, TurnNumbers], Fit] = {}
+
+    def remembered(pulses: list[Recording], believed: TurnNumbers) -> Fit:
+        key = id(pulses), believed
+        if key not in fits:
+            fits[key] = identify(pulses, believed)
+        return fits[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(command, "identify", remembered)
+        yield
 
 
 @pytest.fixture
