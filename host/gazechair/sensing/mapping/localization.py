@@ -20,14 +20,7 @@ from gazechair.sensing.mapping.map_match import Agreement, Evidence, Look, MapMa
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.poses import between, compose, from_frame
 from gazechair.sensing.mapping.surroundings import CELL_M, Settled, Surroundings
-from gazechair.sensing.mapping.uncertainty import (
-    FOUND_M,
-    KEPT_M,
-    Misplaced,
-    Unsteady,
-    disagreement,
-    sigmas_of,
-)
+from gazechair.sensing.mapping.uncertainty import FOUND_M, KEPT_M, Unsteady, disagreement, sigmas_of
 
 # Search.
 _HEADINGS_RAD = np.radians(np.arange(0.0, 360.0, 1.5))
@@ -119,7 +112,7 @@ class Localization:
         self._doubt_since_s: float | None = None
         self._agrees = True  # far static surfaces with the map, at the known pose
         self._pulled_rad, self._pulled_s = 0.0, math.inf  # recent turn by fits against odometry
-        self._unsteady, self._misplaced = Unsteady(), Misplaced()
+        self._unsteady = Unsteady()
         self.location: Location | None = None
         self.askew = False
         """Whether the newest look ended the location because the map turned against odometry."""
@@ -131,7 +124,6 @@ class Localization:
         self.searched = self.askew = False
         if not len(look.points_m):
             return self.location
-        self._misplaced.move(math.hypot(*(odometry - self._odometry)[:2]))
         if self.location is not None:
             self._follow(look, odometry, time_s, self.location.pose)
         elif self._remember(look, odometry, time_s):
@@ -158,7 +150,6 @@ class Localization:
         """Start again: the chair was lifted, or the map is another."""
         self.lose()
         self._unsteady.forget()
-        self._misplaced.forget()
 
     def lose(self) -> None:
         """Drop the location; odometry continues."""
@@ -254,9 +245,7 @@ class Localization:
     ) -> Location:
         seen = look.points_m, fitted.pose, look.origins_m
         disagrees = disagreement(self._map.ndt, *seen, held)
-        if evidence.explained >= _SURE or self.location is None:
-            self._misplaced.note(disagrees)
-        sigmas = sigmas_of(fitted, self._map.cell_m, self._misplaced.covariance(disagrees))
+        sigmas = sigmas_of(fitted, self._map.cell_m, disagrees)
         return Location(fitted.pose, evidence, *sigmas)
 
     def _follow(self, look: Look, odometry: FloatArray, time_s: float, pose: FloatArray) -> None:

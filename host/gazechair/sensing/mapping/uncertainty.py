@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,9 +34,6 @@ _FEWEST = 3
 _SURFACES = 2.0  # factor: they are few, and their errors are correlated as well
 # Poses against odometry: how far back, how often, and odometry's own error.
 _BACK_M, _EVERY_M, _ODOMETRY = 3.0, 0.1, 0.04
-# Distances of surfaces: over how many metres, how often, with which freedom there is none;
-# points of a surface that counts half.
-_SEEN_M, _SEEN_EVERY_M, _FREEDOM, _POINTS = 10.0, 0.3, 1.0, 8.0
 _ELSEWHERE_M = 0.3  # no map is bent that much at once: the chair was carried, or the pose was wrong
 
 
@@ -100,63 +96,14 @@ def _apart(one: FloatArray, other: FloatArray) -> float:
     return math.hypot(one[0] - other[0], one[1] - other[1])
 
 
-@dataclass(frozen=True)
-class Disagreement:
-    """How the surfaces in view disagree with the map, at a fitted pose."""
-
-    covariance: FloatArray
-    """(3, 3), of x, y and heading, by what is in view alone."""
-    by_misplaced: FloatArray
-    """The same, divided by the mean square of the misplacement of the map's surfaces."""
-    squares_m2: float = 0.0
-    """Sum of the squared distances between surfaces in view and in the map."""
-    freedom: float = 0.0
-    """How many surfaces' distances it is a sum of, less those that the fit has removed."""
-
-
-class Misplaced:
-    """How far the map's surfaces are misplaced, from distances seen along the last metres.
-
-    What is in view may agree by chance, or hold the pose by one wall alone.
-    """
-
-    def __init__(self) -> None:
-        self._past: deque[tuple[float, float, float]] = deque()  # driven m, squares, freedom
-        self._driven_m = 0.0
-
-    def forget(self) -> None:
-        """Start again."""
-        self._past.clear()
-
-    def move(self, moved_m: float) -> None:
-        """Add a motion of odometry."""
-        self._driven_m += moved_m
-
-    def note(self, one: Disagreement) -> None:
-        """Take in a look that people do not distort; instead of the one before, if that is near."""
-        while self._past and self._past[0][0] < self._driven_m - _SEEN_M:
-            self._past.popleft()
-        at_m = self._driven_m
-        if self._past and at_m - self._past[-1][0] < _SEEN_EVERY_M:
-            at_m = self._past.pop()[0]
-        self._past.append((at_m, one.squares_m2, one.freedom))
-
-    def covariance(self, one: Disagreement) -> FloatArray:
-        """(3, 3), for a look."""
-        squares = sum(squares for _, squares, _ in self._past)
-        freedom = sum(freedom for _, _, freedom in self._past)
-        pooled = squares / (freedom + _FREEDOM) * one.by_misplaced
-        return np.asarray(one.covariance + pooled)
-
-
 def disagreement(
     grid: NdtGrid,
     points_m: FloatArray,
     pose: FloatArray,
     origins_m: FloatArray,
     deviations: FloatArray | None = None,
-) -> Disagreement:
-    """Arguments: see ndt.fit."""
+) -> FloatArray:
+    """(3, 3), covariance of x, y and heading; arguments: see ndt.fit."""
     turn = rotation(pose[2]).T
     turned = points_m @ turn
     at = turned + pose[:2]
@@ -171,7 +118,7 @@ def disagreement(
     of = _surfaces(at, wxx >= wyy)
     count = int(of.max(initial=-1)) + 1
     if count < _FEWEST:
-        return Disagreement(np.zeros((3, 3)), np.zeros((3, 3)))
+        return np.zeros((3, 3))
 
     def summed(values: FloatArray) -> FloatArray:
         return np.asarray(np.bincount(of, values, count), dtype=np.float64)
@@ -182,21 +129,9 @@ def disagreement(
         information[:, i, j] = information[:, j, i] = summed(part)
     pull = np.stack((summed(px), summed(py), summed(tx * px + ty * py)), axis=1)
     held = np.full(3, _SOFT) + (0.0 if deviations is None else ndt.CORRELATED * deviations**-2.0)
-    whole = information.sum(axis=0) + np.diag(held)
-    moved = np.linalg.solve(whole - information, pull[..., None])[..., 0]
-    covariance = (count - 1) / count * moved.T @ moved
-    # A surface that is misplaced along x or y takes the pose along.
-    taken = np.linalg.solve(whole, information[:, :, :2])
-    by_misplaced = np.einsum("kia,kja->ij", taken, taken)
-    firm, across = (one[..., -1] for one in np.linalg.eigh(information[:, :2, :2]))
-    off_m = (across * pull[:, :2]).sum(axis=1) / (firm + _SOFT)
-    with_it = np.einsum("kij,kj->ki", information[:, :, :2], across)
-    taken_along = (with_it * np.linalg.solve(whole, with_it[..., None])[..., 0]).sum(axis=1)
-    points = np.bincount(of, minlength=count)
-    counts = points / (points + _POINTS)
-    squares_m2 = float((counts * off_m**2).sum())
-    freedom = float((counts * (1.0 - taken_along / (firm + _SOFT))).sum())
-    return Disagreement(np.asarray(covariance), by_misplaced, squares_m2, freedom)
+    left = information.sum(axis=0) - information + np.diag(held)
+    moved = np.linalg.solve(left, pull[..., None])[..., 0]
+    return np.asarray((count - 1) / count * moved.T @ moved)
 
 
 def _surfaces(at_m: FloatArray, across_x: BoolArray) -> NDArray[np.int64]:
