@@ -26,6 +26,7 @@ def turning() -> Lockstep:
     return states.driving("left")
 
 
+@pytest.hookimpl(tryfirst=True)  # before pytest-xdist reads the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The document's test comes after all whose figures it compares.
 
