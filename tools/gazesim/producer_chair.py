@@ -45,7 +45,6 @@ LIDARS = tuple(
 )
 MAP = "home"
 _STEP_MS, _LOOK_MS, _OFFER_MS = 50, 250, 250
-_DONTWAIT = 64
 
 Targets = Callable[[], Mapping[str, Target]]
 
@@ -65,11 +64,7 @@ class Inline(Executor):
 
 def waiting(service: InboxService) -> Iterator[bytes]:
     """The datagrams in its inbox."""
-    while True:
-        try:
-            yield service._reader.recv(inbox.LONGEST, _DONTWAIT)
-        except BlockingIOError:
-            return
+    return inbox.waiting(service._reader)
 
 
 class _Pipe:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import select
 import socket
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NoReturn
@@ -25,13 +24,10 @@ from gazechair.sensing.mapping.whereabouts import unpack
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.child import Lidars
 
-_MOST = 256  # datagrams in a step
-
 
 def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:
     """Serve until the parent closes a pipe (BrokenPipeError)."""
     reader = socket.socket(fileno=int(argument["fd"]))
-    reader.setblocking(False)
     pictures = argument["pictures"]
     runner = Runner(
         build(argument["kind"], _setup(argument)),
@@ -52,16 +48,10 @@ def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:
         now_s = time.monotonic()
         if now_s >= tick_s:
             tick_s = max(tick_s + STEP_S, now_s)
-            for datagram in _waiting(reader):
+            # Not one by one as they come: several hundred a second, in each producer's process.
+            for datagram in inbox.waiting(reader):
                 runner.heard(unpack(datagram) or inbox.unpack(datagram), now_s)
             runner.tick(now_s)
-
-
-def _waiting(reader: socket.socket) -> Iterator[bytes]:
-    # Not one by one as they come: several hundred a second, in each producer's process.
-    with contextlib.suppress(BlockingIOError):
-        for _ in range(_MOST):
-            yield reader.recv(inbox.LONGEST)
 
 
 def _setup(argument: Mapping[str, Any]) -> Setup:

@@ -8,11 +8,13 @@ outlives the child at either end.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
 import socket
 import struct
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -24,6 +26,7 @@ LONGEST = 1 << 16
 _SCAN = struct.Struct("<cBHdd")  # kind, lidar, measurements, times of the first and the last
 _MOTION = struct.Struct("<cddhh")
 _BUFFER = 1 << 18
+_MOST = 256  # datagrams at a time
 _ANGLE = 64.0  # units per degree
 
 
@@ -55,6 +58,13 @@ def send(fd: int, datagram: bytes) -> bool:
     except OSError:
         return False
     return True
+
+
+def waiting(reader: socket.socket) -> Iterator[bytes]:
+    """The datagrams that have come, at most _MOST. Never waits."""
+    with contextlib.suppress(BlockingIOError):
+        for _ in range(_MOST):
+            yield reader.recv(LONGEST, socket.MSG_DONTWAIT)
 
 
 def pack_scan(half: HalfTurn) -> bytes:
