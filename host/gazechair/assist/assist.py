@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass, replace
 
 from gazechair.assist.narrow import Narrow, narrow
+from gazechair.assist.near_returns import NearReturns
 from gazechair.assist.own_steering import OwnSteering
 from gazechair.assist.permits import Permits
-from gazechair.assist.surroundings import Surroundings
 from gazechair.assist.ways import FROM_WISH_RAD, Way, Ways
 from gazechair.base.footprint import Footprint
 from gazechair.sensing.odometry.odometry import Motion
@@ -82,7 +82,7 @@ class Assist:
 
     def __init__(self, footprint: Footprint, lidars: int) -> None:
         self.permits = Permits()
-        self._surroundings = Surroundings(lidars)
+        self._returns = NearReturns(lidars)
         self._ways = Ways(footprint)
         self._own = OwnSteering()
         self._press = 0
@@ -110,12 +110,12 @@ class Assist:
 
     def motion(self, motion: Motion) -> None:
         """The board's newest heading and output."""
-        self._surroundings.motion(motion)
+        self._returns.motion(motion)
         self.permits.output(motion.time_s, motion.linear_permille or 0, motion.turn_permille or 0)
 
     def see(self, lidar: int, piece: Piece) -> None:
         """Half a turn of the lidar with that number."""
-        self._surroundings.see(lidar, piece)
+        self._returns.see(lidar, piece)
         x_m, y_m = piece.origin_m
         if x_m > 0.0:  # closer beside it than it can measure, an obstacle ends the press
             left_m, right_m = self._needs_m
@@ -123,11 +123,11 @@ class Assist:
 
     def knows(self, now_s: float) -> bool:
         """True if it can advise: surroundings are known, and no lidar is blind ahead or aside."""
-        return self.permits.seen and self._surroundings.points_m(now_s) is not None
+        return self.permits.seen and self._returns.points_m(now_s) is not None
 
     def turns_himself(self, side: int, now_s: float) -> None:
         """The driver holds a turn, `side` 1 left, -1 right. Call it repeatedly meanwhile."""
-        heading = self._surroundings.heading_deg(now_s)
+        heading = self._returns.heading_deg(now_s)
         if heading is None:
             self._refused = None
             return
@@ -145,8 +145,8 @@ class Assist:
         return replace(advice, linear_permille=min(most, advice.linear_permille))
 
     def _advise(self, press: int, now_s: float) -> Advice | None:
-        points = self._surroundings.points_m(now_s)
-        heading = self._surroundings.heading_deg(now_s)
+        points = self._returns.points_m(now_s)
+        heading = self._returns.heading_deg(now_s)
         if points is None or heading is None or not self.permits.seen:
             self._press = 0
             return None
@@ -199,7 +199,7 @@ class Assist:
     def _thread(self, place: Narrow, heading: float, now_s: float, dt_s: float) -> Advice:
         # Drive through its middle, and aim while rolling: no chair turns so little on the spot.
         aim_deg = math.degrees(place.aim_rad)
-        error_deg = aim_deg - self._surroundings.rate_deg_s() * _COAST_S
+        error_deg = aim_deg - self._returns.rate_deg_s() * _COAST_S
         turn = _output(error_deg, _CURVE_PERMILLE_DEG, _LEAST_CURVE, _CURVE_PERMILLE)
         rolls = self._may_roll() and not self._person and self.permits.both(_SLOW, turn)
         if abs(error_deg) > _FINE_DEG and rolls:
@@ -250,7 +250,7 @@ class Assist:
         if way is None:
             return self._straight_on(dt_s)
         aim_deg = math.degrees(way.first_rad if way.first_m > self._short_m() else way.then_rad)
-        error_deg = aim_deg - self._surroundings.rate_deg_s() * _COAST_S
+        error_deg = aim_deg - self._returns.rate_deg_s() * _COAST_S
         enters = abs(aim_deg) <= _SPOT_DEG and self.permits.forward_m > _ENTERS_M
         if (way.straight_m > _FREE_M or enters) and min(self.permits.turns_deg) < _BESIDE_DEG:
             return self._straight_on(dt_s)  # between posts
@@ -320,7 +320,7 @@ class Assist:
 
     def _turn_on_the_spot(self, off_deg: float, now_s: float, dt_s: float) -> Advice | None:
         """Turn to the chosen direction; None: there, or not permitted for too long."""
-        rate_deg_s = self._surroundings.rate_deg_s()
+        rate_deg_s = self._returns.rate_deg_s()
         error_deg = off_deg - rate_deg_s * _COAST_S
         turn = 0
         self._spot_turned |= abs(rate_deg_s) >= _STICKS_DEG_S

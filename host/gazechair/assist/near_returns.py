@@ -20,7 +20,7 @@ _NEAREST_M = 0.05
 _FARTHEST_M = 5.0
 
 
-class Surroundings:
+class NearReturns:
     """Newest returns, corrected for the chair's turning since (heading sensor), not its travel."""
 
     def __init__(self, lidars: int) -> None:

@@ -19,13 +19,13 @@ from gazechair.going.ahead import poses_ahead
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import Costmap
 from gazechair.going.follow import ARRIVED_M, STOP, Follower, Stick
+from gazechair.going.obstacle_layer import ObstacleLayer
 from gazechair.going.people import speed_within
 from gazechair.going.plan import NO_WAY, NoWay, Planner, Pose, Way
 from gazechair.going.refusals import Refusals
 from gazechair.going.rolled import Rolled, moved
 from gazechair.going.smooth import refused_s
 from gazechair.going.stuck import Overruled, Stuck
-from gazechair.going.surroundings import Surroundings
 
 # States.
 IDLE, PLANNING, DRIVING, WAITING, BLOCKED = "idle", "planning", "driving", "waiting", "blocked"
@@ -110,7 +110,7 @@ class Mission:
 
     def __post_init__(self) -> None:
         self._follower = Follower(self.numbers)
-        self._around = Surroundings(self.costmap, self.footprint)
+        self._obstacles = ObstacleLayer(self.costmap, self.footprint)
 
     # -- what people ask ---------------------------------------------------------------------------
 
@@ -173,7 +173,7 @@ class Mission:
         `pose`: the chair's at that time, in the map.
         """
         if self._located is not None:
-            self._around.scan(points_m, origins_m, at_s, pose)
+            self._obstacles.scan(points_m, origins_m, at_s, pose)
 
     # -- each period -------------------------------------------------------------------------------
 
@@ -241,7 +241,7 @@ class Mission:
             self._wants_plan = False
             self.plans += 1
             self.costmap.refresh(now_s)
-            self._around.suspect()
+            self._obstacles.suspect()
             goal, refused = self.goal, self._refused.all
             self._pending = self.submit(lambda: self.planner.plan(pose, goal, refused))
         if self._pending is None or not self._pending.done():
@@ -319,7 +319,7 @@ class Mission:
         onward = _STRAIGHT_M[:, None] * (math.cos(pose[2]), math.sin(pose[2])) + pose[:2]
         straight = self.costmap.clearance_m(onward[:, 0], onward[:, 1], pose[2])
         self._straight_m = float(straight.min())
-        self._free_m = self._around.people.free_m(poses[poses[:, 3] < 2.0], self.footprint)
+        self._free_m = self._obstacles.people.free_m(poses[poses[:, 3] < 2.0], self.footprint)
         hits = poses[1:, 3][clear[1:] < _HIT_M]
         if self._shut_since_s is not None:
             self._wait_before(float(hits.min(initial=math.inf)), pose)
@@ -345,7 +345,7 @@ class Mission:
 
     def _in_the_way(self, pose: Pose) -> str:
         """Reason to report: PERSON if somebody walks nearby, else OBSTACLE."""
-        return PERSON if self._around.walker_within(*pose[:2], _NEAR_PERSON_M) else OBSTACLE
+        return PERSON if self._obstacles.walker_within(*pose[:2], _NEAR_PERSON_M) else OBSTACLE
 
     def _insist(self, at: Located, stick: Stick, put_out: Stick, now_s: float) -> Stick:
         """The stick where the board gives no output, or the chair makes no progress."""

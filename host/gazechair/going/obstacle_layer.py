@@ -17,7 +17,7 @@ _WALKER_M = 0.45
 """All returns within this distance of a walking person count as theirs."""
 
 
-class Surroundings:
+class ObstacleLayer:
     """What one chair sees around it, in one map."""
 
     def __init__(self, costmap: Costmap, footprint: Footprint) -> None:

@@ -1,4 +1,4 @@
-"""Surroundings: plans ignore walkers, what has left is cleared, a possible person is costly."""
+"""Obstacle layer: plans ignore walkers, what has left is cleared, a possible person is costly."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from gazechair.base.footprint import Footprint
 from gazechair.going.costmap import Costmap
-from gazechair.going.surroundings import Surroundings
+from gazechair.going.obstacle_layer import ObstacleLayer
 from goingrig import TWO_ROOMS, Person, floor, scan_of
 
 HERE = (1.5, 2.0, 0.0)
@@ -20,7 +20,7 @@ def costmap() -> Costmap:
     return floor(TWO_ROOMS)
 
 
-def look(around: Surroundings, costmap: Costmap, at_s: float, persons: Sequence[Person]) -> None:
+def look(around: ObstacleLayer, costmap: Costmap, at_s: float, persons: Sequence[Person]) -> None:
     points, origins = scan_of(costmap, HERE, persons)
     around.scan(points, origins, at_s, HERE)
     costmap.refresh(at_s)
@@ -31,7 +31,7 @@ def clear_m(costmap: Costmap, place: Person) -> float:
 
 
 def test_who_walks_is_in_no_plan_and_who_stands_is(costmap: Costmap) -> None:
-    around, stands = Surroundings(costmap, Footprint()), (2.6, 3.4)
+    around, stands = ObstacleLayer(costmap, Footprint()), (2.6, 3.4)
     for k in range(20):
         walks = 3.2, 0.9 + 0.08 * k
         look(around, costmap, 0.1 * k, [walks, stands])
@@ -41,7 +41,7 @@ def test_who_walks_is_in_no_plan_and_who_stands_is(costmap: Costmap) -> None:
 
 
 def test_who_stood_and_has_left_is_forgotten_at_once(costmap: Costmap) -> None:
-    around, stood = Surroundings(costmap, Footprint()), (3.0, 2.0)
+    around, stood = ObstacleLayer(costmap, Footprint()), (3.0, 2.0)
     for k in range(20):
         look(around, costmap, 0.1 * k, [stood])
     assert clear_m(costmap, stood) < 0.0
@@ -50,7 +50,7 @@ def test_who_stood_and_has_left_is_forgotten_at_once(costmap: Costmap) -> None:
 
 
 def test_what_looks_like_a_person_is_dear_to_head_for_but_not_who_walks(costmap: Costmap) -> None:
-    around, stands = Surroundings(costmap, Footprint()), (2.6, 2.9)
+    around, stands = ObstacleLayer(costmap, Footprint()), (2.6, 2.9)
     for k in range(20):
         look(around, costmap, 0.1 * k, [(3.2, 1.0 + 0.08 * k), stands])
     costmap.refresh(60.0)  # overlaid obstacles have expired

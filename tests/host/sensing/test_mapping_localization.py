@@ -13,7 +13,7 @@ from gazechair.sensing.mapping.map_match import Look, MapMatch
 from gazechair.sensing.mapping.mapper import KeyScan
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
 from gazechair.sensing.mapping.poses import between, compose
-from gazechair.sensing.mapping.surroundings import Surroundings
+from gazechair.sensing.mapping.recent_looks import RecentLooks
 from gazesim.rooms import Person, Room, Solid, box
 from homerig import flat, points, poses, scan
 
@@ -287,11 +287,11 @@ def test_what_lies_behind_a_wall_contradicts_the_pose(grid: OccupancyGrid) -> No
 def test_surfaces_agree_where_they_are_and_floor_contradicts_walls_elsewhere(
     grid: OccupancyGrid,
 ) -> None:
-    surroundings, match = Surroundings(), MapMatch(grid)
+    looks, match = RecentLooks(), MapMatch(grid)
     for _ in range(3):
         seen = look(flat(), HERE)
-        surroundings.add(seen.origins_m, seen.points_m, STANDING)
-    settled = surroundings.settled()
+        looks.add(seen.origins_m, seen.points_m, STANDING)
+    settled = looks.settled()
     assert settled is not None
     right = match.agreement(settled, HERE)
     assert right.agreed.mean() > 0.95

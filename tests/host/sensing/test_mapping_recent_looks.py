@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping.surroundings import Settled, Surroundings
+from gazechair.sensing.mapping.recent_looks import RecentLooks, Settled
 
 ANGLES = np.radians(np.arange(-80.0, 80.0, 0.5))
 WALL_M = 3.0  # ahead, across
@@ -28,10 +28,10 @@ def beams(
 
 
 def settled(people: list[tuple[float, float] | None]) -> Settled:
-    surroundings = Surroundings()
+    looks = RecentLooks()
     for person in people:
-        surroundings.add(*beams(person), HERE)
-    found = surroundings.settled()
+        looks.add(*beams(person), HERE)
+    found = looks.settled()
     assert found is not None
     return found
 
@@ -56,10 +56,10 @@ def test_who_stands_stays_and_nothing_is_free_around_them() -> None:
 
 
 def test_one_look_tells_nothing() -> None:
-    surroundings = Surroundings()
-    assert surroundings.settled() is None
-    surroundings.add(*beams(), HERE)
-    assert surroundings.settled() is None
+    looks = RecentLooks()
+    assert looks.settled() is None
+    looks.add(*beams(), HERE)
+    assert looks.settled() is None
 
 
 def test_nothing_at_a_wall_is_free_however_slantwise_it_is_seen() -> None:
@@ -79,26 +79,26 @@ def test_the_floor_that_the_chair_stood_on_is_free() -> None:
 
 
 def test_it_forgets_what_it_saw_long_ago() -> None:
-    surroundings = Surroundings()
+    looks = RecentLooks()
     for _ in range(15):
-        surroundings.add(*beams((1.2, 0.3)), HERE)
+        looks.add(*beams((1.2, 0.3)), HERE)
     for _ in range(15):
-        surroundings.add(*beams(), HERE)
-    found = surroundings.settled()
+        looks.add(*beams(), HERE)
+    found = looks.settled()
     assert found is not None
     assert len(off_the_wall(found)) == 0
-    surroundings.forget()
-    assert surroundings.settled() is None
+    looks.forget()
+    assert looks.settled() is None
 
 
 @pytest.mark.parametrize("far_m", [(400.0, -300.0), (-700.0, 650.0)])
 def test_it_is_the_same_far_from_where_odometry_began(far_m: tuple[float, float]) -> None:
     near = settled([None] * 3)
-    surroundings, off = Surroundings(), np.array(far_m)
+    looks, off = RecentLooks(), np.array(far_m)
     for _ in range(3):
         starts, ends = beams()
-        surroundings.add(starts + off, ends + off, HERE + off)
-    far = surroundings.settled()
+        looks.add(starts + off, ends + off, HERE + off)
+    far = looks.settled()
     assert far is not None
     moved = np.sort(far.surfaces_m - off, axis=0)
     assert moved == pytest.approx(np.sort(near.surfaces_m, axis=0), abs=0.051)

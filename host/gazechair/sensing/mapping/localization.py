@@ -19,7 +19,7 @@ from gazechair.sensing.mapping.hold import Hold
 from gazechair.sensing.mapping.map_match import Agreement, Evidence, Look, MapMatch
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.poses import between, compose, from_frame
-from gazechair.sensing.mapping.surroundings import CELL_M, Settled, Surroundings
+from gazechair.sensing.mapping.recent_looks import CELL_M, RecentLooks, Settled
 from gazechair.sensing.mapping.uncertainty import FOUND_M, KEPT_M, Unsteady, disagreement, sigmas_of
 
 # Search.
@@ -101,7 +101,7 @@ class Localization:
 
     def __init__(self, grid: OccupancyGrid) -> None:
         self._map = MapMatch(grid)
-        self._surroundings = Surroundings()
+        self._looks = RecentLooks()
         self._newest: tuple[FloatArray, float] | None = None  # look: odometry's pose, time
         self._compared = 0  # how often since the start
         self._kept: list[FloatArray] = []  # frames of candidates
@@ -167,7 +167,7 @@ class Localization:
         return not all(_leads(claim.candidate, one) for one in rivals)
 
     def _forget_looks(self) -> None:
-        self._surroundings.forget()
+        self._looks.forget()
         self._newest, self._kept, self._compared, self._agrees = None, [], 0, True
 
     def _remember(self, look: Look, odometry: FloatArray, time_s: float) -> bool:
@@ -178,11 +178,11 @@ class Localization:
                 return False
         self._newest = odometry, time_s
         placed = look.moved(odometry)
-        self._surroundings.add(placed.origins_m, placed.points_m, odometry[:2])
+        self._looks.add(placed.origins_m, placed.points_m, odometry[:2])
         return True
 
     def _search(self, odometry: FloatArray) -> None:
-        settled = self._surroundings.settled()
+        settled = self._looks.settled()
         if settled is None:
             return
         self.searched = self._compared % _EVERY == 0 or not self._kept
@@ -313,7 +313,7 @@ class Localization:
         return abs(self._pulled_rad) > _ASKEW_RAD
 
     def _agrees_far(self, pose: FloatArray, odometry: FloatArray) -> bool:
-        settled = self._surroundings.settled(_RECENT)
+        settled = self._looks.settled(_RECENT)
         if settled is None:
             return True
         far = np.hypot(*(settled.surfaces_m - odometry[:2]).T) > _FAR_M
@@ -330,7 +330,7 @@ class Localization:
         """
         self.searched = True
         self._kept = [compose(pose, between(odometry, np.zeros(3)))]
-        settled = self._surroundings.settled(_RECENT)
+        settled = self._looks.settled(_RECENT)
         if settled is None:
             return None
         candidates = self._candidates(settled, odometry, True)

@@ -46,7 +46,7 @@ class Settled:
         return np.asarray(inside & self._free[i, j])
 
 
-class Surroundings:
+class RecentLooks:
     """Feed it looks, in odometry's frame."""
 
     def __init__(self) -> None:
