@@ -1,1 +1,1 @@
-"""The demo: simulator, firmware and host started together, with its own check."""
+"""The demo: starts simulator, firmware, host together; with its own check."""

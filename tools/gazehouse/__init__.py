@@ -1,1 +1,1 @@
-"""Checks of the code base: the import graph of the rooms, and the generated pages of docs/."""
+"""Checks of the code base: the import graph of the rooms, the generated pages of docs/."""

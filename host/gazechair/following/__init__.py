@@ -1,1 +1,1 @@
-"""Followers of a person (legs in lidar scans) and of a line on the floor: request the motion."""
+"""Followers, of a person by the legs or of a line on the floor: request the motion."""

@@ -1,1 +1,1 @@
-"""The people who may use this chair: pairing, roles, and each person's profile."""
+"""The people who may use this chair: each with devices, a role, a profile."""

@@ -1,4 +1,4 @@
-"""Inputs and modes as plug-ins: the authors' interface, and the child processes that run them."""
+"""Plug-ins, inputs or modes: the authors' interface; the child processes that run them."""
 
 from gazechair.config.rules import choice, flag, integer, number, text, word
 from gazechair.config.tables import setting

@@ -1,1 +1,1 @@
-"""Auto motions: one child process for each kind, and its counterpart in the daemon."""
+"""Auto motions: one child process for each kind, with its counterpart in the daemon."""

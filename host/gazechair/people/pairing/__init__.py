@@ -1,4 +1,4 @@
-"""Pairing: one-time codes, paired devices, their roles and their revocation."""
+"""Pairing: a device gets a role by a one-time code, until that is revoked."""
 
 from gazechair.people.pairing.desk import Paired, PairingDesk, Rejected
 from gazechair.people.pairing.store import Device, StoreError

@@ -1,4 +1,4 @@
-"""Driver profiles: each person's own times, display and language, stored on the host."""
+"""Driver profiles: what a person has set for themselves, stored on the host."""
 
 from gazechair.people.profiles.fields import ProfileRefused, fields
 from gazechair.people.profiles.house import house_fields

@@ -1,4 +1,4 @@
-"""The lidar: a child process that owns the device, and what it sees round the chair."""
+"""The lidar: a child process owns the device; what it sees round the chair."""
 
 from gazechair.sensing.lidar.service import LidarService
 

@@ -1,1 +1,1 @@
-"""Map of the home: built from one drive, stored, and searched for the chair's pose."""
+"""Map of the home: built from one drive, stored, searched for the chair's pose."""

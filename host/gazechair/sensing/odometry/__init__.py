@@ -1,1 +1,1 @@
-"""Odometry without wheel encoders: pose, speed and their uncertainty from lidars and heading."""
+"""Odometry without wheel encoders: motion from lidars with the heading, with its uncertainty."""
