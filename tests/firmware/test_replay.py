@@ -111,7 +111,14 @@ CUTS = (whole, without_hello, only_arming_and_driving, spliced)
 
 
 @pytest.mark.parametrize("cut", CUTS)
-@pytest.mark.parametrize("quiet_ms", [0, pytest.param(120, marks=pytest.mark.long), 700])
+@pytest.mark.parametrize(
+    "quiet_ms",
+    [
+        pytest.param(0, marks=pytest.mark.recorded),
+        pytest.param(120, marks=pytest.mark.long),
+        700,
+    ],
+)
 @pytest.mark.parametrize("rounds", [1, pytest.param(2, marks=pytest.mark.recorded)])
 def test_p12_a_recording_rounds_of_the_stamp_later(
     cut: Callable[[Recording], Recording], quiet_ms: int, rounds: int
