@@ -4,6 +4,7 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 from gazeboard.boards import bank_layout as layout
 from gazeboard.boards import pins
@@ -203,3 +204,10 @@ class EmulatedLiveBoard(LiveBoard):
         self.host.hold(verb, self.new_edge())
         self.run_ms(60)
         self.until(moving, "moving")
+
+
+class Flashed(NamedTuple):
+    """A factory-new emulated Teensy after `gazechair flash`: what that said, and its memory."""
+
+    said: str
+    flash: bytes

@@ -2,7 +2,7 @@
 
 import contextlib
 import shutil
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from pathlib import Path
 
 import pytest
@@ -10,7 +10,8 @@ import pytest
 from gazechair.service.flash import Flasher, tree
 from gazedemo.sim_control import SimControl
 from gazelink import codes
-from liveboard import EmulatedLiveBoard, LiveBoard
+from liveboard import EmulatedLiveBoard, Flashed, LiveBoard
+from remembered import remembered
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -26,18 +27,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 @pytest.fixture(scope="session", autouse=True)
 def built_once() -> Iterator[None]:
     """The same sources are compiled once for all tests: that takes longer than copying them."""
-    build = tree.build
-    known: dict[tuple[object, ...], tree.Tree] = {}
 
-    def remembered(sources: tree.Sources, compile_file: tree.Compile | None) -> tree.Tree:
+    def key(sources: tree.Sources, compile_file: tree.Compile | None) -> Hashable:
         texts = tuple((path, file.read_bytes()) for path, file in sources.files.items())
-        key = (texts, sources.main.read_bytes(), compile_file is None)
-        if key not in known:
-            known[key] = build(sources, compile_file)
-        return known[key]
+        return texts, sources.main.read_bytes(), compile_file is None
 
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(tree, "build", remembered)
+    with remembered(tree, "build", key):
         yield
 
 
@@ -56,10 +51,11 @@ def firmware_sources(tmp_path_factory: pytest.TempPathFactory) -> tree.Sources:
 
 
 @pytest.fixture(scope="session")
-def firmware_flash(
+def flashed(
     m7: Path, firmware_sources: tree.Sources, tmp_path_factory: pytest.TempPathFactory
-) -> bytes:
-    """Flash memory of a factory-new emulated Teensy after `gazechair flash`."""
+) -> Flashed:
+    """What the flashing of a new board says, and its flash memory then."""
+    said: list[str] = []
     board = EmulatedLiveBoard(m7, tmp_path_factory.mktemp("flashed"), None)
     board.start()
     try:
@@ -67,18 +63,18 @@ def firmware_flash(
         try:
             with pytest.MonkeyPatch.context() as patch:
                 patch.setattr(tree, "find_sources", lambda: firmware_sources)
-                Flasher(print).flash(str(board.host.path), dry_run=False, force=False)
+                Flasher(said.append).flash(str(board.host.path), dry_run=False, force=False)
         finally:
             board.stop_background()
-        return board.flash
+        return Flashed("\n".join(said), board.flash)
     finally:
         board.stop()
 
 
 @pytest.fixture
-def emulated(firmware_flash: bytes, m7: Path, tmp_path: Path) -> Iterator[EmulatedLiveBoard]:
+def emulated(flashed: Flashed, m7: Path, tmp_path: Path) -> Iterator[EmulatedLiveBoard]:
     """The firmware just switched on, on an emulated Teensy of its own."""
-    board = EmulatedLiveBoard(m7, tmp_path, firmware_flash)
+    board = EmulatedLiveBoard(m7, tmp_path, flashed.flash)
     board.start()
     try:
         yield board

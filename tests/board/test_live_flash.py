@@ -11,7 +11,7 @@ from gazechair.service.flash import Flasher, FlashError, tree
 from gazechair.service.flash.repl import Repl
 from gazelink import codes, messages
 from gazesim.pty_port import PtyPort
-from liveboard import EmulatedLiveBoard
+from liveboard import EmulatedLiveBoard, Flashed
 from livehost import STOP
 
 # By one process, which flashes its first board once for all of them.
@@ -69,14 +69,15 @@ def factory_new(m7: Path, tmp_path: Path) -> Iterator[EmulatedLiveBoard]:
         board.stop()
 
 
-def test_a_new_board_gets_the_firmware_and_runs_it(factory_new: EmulatedLiveBoard) -> None:
-    said = Run(factory_new).flash()
-    assert "no gazechair firmware answers; trying MicroPython's REPL" in said
-    assert "Teensy 4.0" in said
-    assert "all verified" in said
-    assert "runs: teensy40 says hello" in said
-    factory_new.connect()
-    assert factory_new.host.safety == codes.DISARMED
+def test_a_new_board_gets_the_firmware_and_runs_it(
+    flashed: Flashed, emulated: EmulatedLiveBoard
+) -> None:
+    assert "no gazechair firmware answers; trying MicroPython's REPL" in flashed.said
+    assert "Teensy 4.0" in flashed.said
+    assert "all verified" in flashed.said
+    assert "runs: teensy40 says hello" in flashed.said
+    emulated.connect()
+    assert emulated.host.safety == codes.DISARMED
 
 
 def test_a_running_board_that_has_it_is_left_as_it_is(emulated: EmulatedLiveBoard) -> None:

@@ -13,7 +13,7 @@ from gazeboard.boards import bank_layout as layout
 from gazeboard.boards import pins
 from gazeboard.io import joystick
 from gazelink import codes, messages
-from liveboard import NEUTRAL, EmulatedLiveBoard
+from liveboard import NEUTRAL, EmulatedLiveBoard, Flashed
 from livehost import NEUTRAL_OUTPUT, STOP
 
 pytestmark = [pytest.mark.m7, pytest.mark.xdist_group("board")]
@@ -270,10 +270,10 @@ _app.App.{name} = _hang
 
 @pytest.fixture
 def start_hanging(
-    firmware_flash: bytes, m7: Path, tmp_path: Path
+    flashed: Flashed, m7: Path, tmp_path: Path
 ) -> Iterator[Callable[[str], EmulatedLiveBoard]]:
     """Starts a board whose App hangs in the given method once it drives; in that boot only."""
-    board = EmulatedLiveBoard(m7, tmp_path, firmware_flash)
+    board = EmulatedLiveBoard(m7, tmp_path, flashed.flash)
 
     def start(method: str) -> EmulatedLiveBoard:
         board.start(HANG.format(name=method))

@@ -12,7 +12,6 @@ from gazechair.service.tune import command
 from gazechair.service.tune.command import Tuning
 from gazechair.service.tune.errors import StoppedError, TuneError
 from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
-from gazechair.service.tune.identify import Fit, identify
 from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.recording import Recording
 from gazelink.settings_table import PROFILES, TABLE, index_of
@@ -21,6 +20,7 @@ from gazemeasure.turn_tuning import record
 from gazesim.chair import Chair
 from gazesim.imu_model import Imu, ImuErrors
 from gazesim.profiles import undisturbed
+from remembered import remembered
 
 # What it is made of takes longer than the tests: one process makes it.
 pytestmark = pytest.mark.xdist_group("tune_command")
@@ -65,16 +65,7 @@ def recordings() -> list[Recording]:
 @pytest.fixture(scope="module", autouse=True)
 def computed_once() -> Iterator[None]:
     """These pulses give the same numbers every time, after a second of computing."""
-    fits: dict[tuple[int, TurnNumbers], tuple[list[Recording], Fit]] = {}
-
-    def remembered(pulses: list[Recording], believed: TurnNumbers) -> Fit:
-        key = id(pulses), believed
-        if key not in fits:
-            fits[key] = pulses, identify(pulses, believed)  # kept, or its id becomes another's
-        return fits[key][1]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(command, "identify", remembered)
+    with remembered(command, "identify", lambda pulses, believed: (id(pulses), believed)):
         yield
 
 
