@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from gazechair.assist.corridors import FARTHEST_M, Corridors
-from gazechair.base.footprint import FloatArray, Footprint
+from gazechair.base.footprint import BoolArray, FloatArray, Footprint
 
 _MOST_DEG = 40  # to each side of the present heading
 FROM_WISH_RAD = math.radians(35.0)
@@ -20,6 +21,7 @@ _HORIZON_M = 2.5
 _GAPS_M = (0.012, 0.024, 0.04, 0.08)
 _TIGHT_GAPS_M = (0.004, 0.012, 0.024, 0.06)  # for a chair without side margin
 _WORTH = (0.35, 0.3, 0.2, 0.15)
+_WORTH_ALL = sum(_WORTH)
 _SAFE = 1  # index of the gap with which a corridor needs no correction
 _TURN, _TURN_BACK, _OFF_WISH = 0.5, 0.25, 0.7  # cost of a radian, metres
 _SHIFT = 0.25  # cost of a metre aside, metres
@@ -55,6 +57,83 @@ class Way:
     then_rad: float
     straight_m: float
     """Free distance straight ahead."""
+
+
+class _Scored(NamedTuple):
+    """Ways whose first leg is `shift_deg` aside of the second."""
+
+    shift_deg: int
+    score: FloatArray
+    """(directions of the second leg, first legs), m; -inf: not possible."""
+    first_m: FloatArray
+    """(first legs,): their lengths."""
+
+
+@dataclass(frozen=True)
+class _Scores:
+    """Scores ways, m: free floor, less the cost of turning and of leaving the driver's direction.
+
+    Arrays are over _DIRECTIONS.
+    """
+
+    free_m: list[FloatArray]
+    """For each gap: in each direction, at each of _OFFSETS_M aside."""
+    off_wish: FloatArray
+    may: BoolArray
+    """Whether it is near enough to where the driver points."""
+    may_first: BoolArray
+    """Whether the chair may also turn there first."""
+    before: Way | None
+
+    def straight_on(self) -> float:
+        """Of the present direction."""
+        return float(self._alone()[_AHEAD])
+
+    def one_leg(self) -> _Scored:
+        """Ways that turn once."""
+        score = np.where(self.may_first, self._alone(), -np.inf)
+        if self.before is not None:
+            score = score + _SAME_M * (self._as_before() & (self.before.first_m < _LEAST_LEG_M))
+        return _Scored(0, score[:, None], np.zeros(1))
+
+    def two_legs(self, shift_deg: int) -> _Scored:
+        """Ways that turn by `shift_deg` more than the second leg's direction, drive, turn back."""
+        columns = slice(_OWN + 1, None) if shift_deg > 0 else slice(0, _OWN)
+        aside_m = np.abs(_OFFSETS_M[columns])
+        shift = math.radians(abs(shift_deg))
+        first_m = aside_m / math.sin(shift)
+        gone_m = first_m * math.cos(shift)  # along the second leg
+        first = np.arange(len(_DIRECTIONS)) + shift_deg
+        there = (first >= 0) & (first < len(_DIRECTIONS))
+        first = np.clip(first, 0, len(_DIRECTIONS) - 1)
+        towards = np.cos(self.off_wish)
+        score = self._worth([one[:, columns] for one in self.free_m], gone_m)
+        score += _WORTH_ALL * first_m * towards[first][:, None]
+        score -= (
+            _TURN * np.abs(_DIRECTIONS[first]) + _TURN_BACK * shift + _OFF_WISH * self.off_wish
+        )[:, None] + _SHIFT * aside_m
+        possible = (there & self.may_first[first] & self.may)[:, None]
+        possible = possible & (first_m + 0.05 <= self.free_m[0][first, _OWN][:, None])
+        possible &= (first_m >= _SHORTEST_M) & (first_m <= _LEG_M)
+        possible &= self.free_m[0][:, columns] > gone_m + _LEAST_LEG_M
+        if self.before is not None:
+            off_first = np.abs(_DIRECTIONS[first] - self.before.first_rad)
+            score = score + _SAME_M * (self._as_before() & (off_first < _SAME_FIRST_RAD))[:, None]
+        return _Scored(shift_deg, np.where(possible, score, -np.inf), first_m)
+
+    def _alone(self) -> FloatArray:
+        score = self._worth([one[:, [_OWN]] for one in self.free_m], np.zeros(()))[:, 0]
+        return score - (_TURN * np.abs(_DIRECTIONS) + _OFF_WISH * self.off_wish)
+
+    def _as_before(self) -> BoolArray:
+        assert self.before is not None
+        return np.abs(_DIRECTIONS - self.before.then_rad) < _SAME_THEN_RAD
+
+    def _worth(self, free_m: list[FloatArray], gone_m: FloatArray) -> FloatArray:
+        towards, total = np.cos(self.off_wish)[:, None], np.zeros(())
+        for one, weight in zip(free_m, _WORTH, strict=True):
+            total = total + weight * np.clip(one - gone_m, 0.0, _HORIZON_M - gone_m) * towards
+        return np.asarray(total)
 
 
 class Ways:
@@ -96,58 +175,21 @@ class Ways:
             corridors.free_m(_OFFSETS_M, self._half_m + gap_m) - self._front_m
             for gap_m in self._gaps_m
         ]
-        off_wish = np.abs(_DIRECTIONS - wish_rad)
-        towards = np.cos(off_wish)
-        from_wish_rad = share * FROM_WISH_RAD
-        may_first = off_wish <= from_wish_rad
         straight_m = float(free[0][_AHEAD, _OWN])
+        surely_m = min(free[_SAFE][_AHEAD, _OWN], straight_m)
+        if not shut and surely_m > _SURE_M and abs(wish_rad) < _OFF_RAD:
+            return None
+        off_wish = np.abs(_DIRECTIONS - wish_rad)
+        may = off_wish <= share * FROM_WISH_RAD
+        left, right = (math.radians(max(4.0, deg - 8.0)) for deg in spot_deg)
+        may_first = may & (left > _DIRECTIONS) & (-right < _DIRECTIONS)
         if shut:
             may_first &= np.abs(_DIRECTIONS) >= _ELSEWHERE_RAD
-        elif min(free[_SAFE][_AHEAD, _OWN], straight_m) > _SURE_M and abs(wish_rad) < _OFF_RAD:
-            return None
-        left, right = (math.radians(max(4.0, deg - 8.0)) for deg in spot_deg)
-        may_first &= (left > _DIRECTIONS) & (-right < _DIRECTIONS)
-        worth = []
-        alone = self._worth(free, np.zeros(()), towards[:, None])[:, _OWN]
-        alone = alone - (_TURN * np.abs(_DIRECTIONS) + _OFF_WISH * off_wish)
-        straight = float(alone[_AHEAD])
-        straight = -1.0 if shut else straight
-        alone = np.where(may_first, alone, -np.inf)
-        if before is not None:
-            same = np.abs(_DIRECTIONS - before.then_rad) < _SAME_THEN_RAD
-            alone = alone + _SAME_M * (same & (before.first_m < _LEAST_LEG_M))
-        worth.append((0, alone[:, None], np.zeros((len(_DIRECTIONS), 1))))
-        count = len(_DIRECTIONS)
-        for shift in _SHIFTS_DEG:
-            sine, cosine = math.sin(math.radians(shift)), math.cos(math.radians(shift))
-            for sign in (1, -1):
-                offsets = _OFFSETS_M[_OWN + 1 :] if sign > 0 else _OFFSETS_M[:_OWN]
-                columns = slice(_OWN + 1, None) if sign > 0 else slice(0, _OWN)
-                first_m = np.abs(offsets) / sine
-                at = np.arange(count) + sign * shift
-                fits = (at >= 0) & (at < count)
-                at = np.clip(at, 0, count - 1)
-                gone = first_m * cosine
-                score = self._worth([one[:, columns] for one in free], gone, towards[:, None])
-                score += _WORTH_ALL * first_m * towards[at][:, None]
-                score -= (
-                    _TURN * np.abs(_DIRECTIONS[at])
-                    + _TURN_BACK * math.radians(shift)
-                    + _OFF_WISH * off_wish
-                )[:, None] + _SHIFT * np.abs(offsets)
-                possible = fits & may_first[at] & (off_wish <= from_wish_rad)
-                possible = possible[:, None] & (first_m + 0.05 <= free[0][at, _OWN][:, None])
-                possible &= (
-                    (first_m >= _SHORTEST_M)
-                    & (first_m <= _LEG_M)
-                    & (free[0][:, columns] > gone + _LEAST_LEG_M)
-                )
-                if before is not None:
-                    kept = same & (np.abs(_DIRECTIONS[at] - before.first_rad) < _SAME_FIRST_RAD)
-                    score = score + _SAME_M * kept[:, None]
-                score = np.where(possible, score, -np.inf)
-                worth.append((sign * shift, score, np.broadcast_to(first_m, score.shape)))
-        best = self._best(near, worth, straight + _BETTER_M, straight_m)
+        scores = _Scores(free, off_wish, may, may_first, before)
+        ways = [scores.one_leg()]
+        ways += [scores.two_legs(sign * deg) for deg in _SHIFTS_DEG for sign in (1, -1)]
+        straight = -1.0 if shut else scores.straight_on()
+        best = self._best(near, ways, straight + _BETTER_M, straight_m)
         if best is None or best.first_m > 0.0:
             return best
         return replace(best, **dict.fromkeys(("first_rad", "then_rad"), self._finer(near, best)))
@@ -162,30 +204,24 @@ class Ways:
             score += weight * np.clip(free, 0.0, _HORIZON_M)
         return float(directions[int(score.argmax())])
 
-    def _worth(self, free: list[FloatArray], gone: FloatArray, towards: FloatArray) -> FloatArray:
-        total = np.zeros(())
-        for one, weight in zip(free, _WORTH, strict=True):
-            total = total + weight * np.clip(one - gone, 0.0, _HORIZON_M - gone) * towards
-        return np.asarray(total)
-
     def _best(
         self,
         near: FloatArray,
-        worth: list[tuple[int, FloatArray, FloatArray]],
+        ways: list[_Scored],
         least: float,
         straight_m: float,
     ) -> Way | None:
         close = near[np.hypot(near[:, 0], near[:, 1]) < _HORIZON_M]
-        best = [(float(score.max()), k) for k, (_, score, _) in enumerate(worth)]
+        best = [(float(some.score.max()), k) for k, some in enumerate(ways)]
         for _ in range(_TRIES):
             top, k = max(best)
             if top < least:
                 return None
-            shift, score, first_m = worth[k]
+            shift_deg, score, first_m = ways[k]
             row, column = np.unravel_index(int(score.argmax()), score.shape)
             then = float(_DIRECTIONS[row])
-            first = then + math.radians(shift)
-            go_m = float(first_m[row, column])
+            first = then + math.radians(shift_deg)
+            go_m = float(first_m[column])
             if self._turns_there(close, first, then, go_m):
                 return Way(first, go_m, then, straight_m)
             # Its neighbours fail for the same reason.
@@ -204,6 +240,3 @@ class Ways:
             if self._footprint.contains(turned).any():
                 return False
         return True
-
-
-_WORTH_ALL = sum(_WORTH)
