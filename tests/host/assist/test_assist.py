@@ -96,7 +96,7 @@ def test_points_stay_where_they_are_while_the_chair_turns():
     assist = before_a_door(0.0)
     for k in range(5):
         assist.motion(Motion(1.1 + 0.01 * k, 10.0, 0, 0))
-    points = assist._surroundings.points_m(1.15)
+    points = assist._returns.points_m(1.15)
     post = points[np.argmin(np.hypot(points[:, 0] - 2.0, points[:, 1]))]
     turned = math.degrees(math.atan2(post[1], post[0]))
     assert abs(turned) > 1.0
