@@ -77,6 +77,46 @@ class _Leg:
     """Heading of the second leg, not wrapped."""
 
 
+@dataclass
+class _Spot:
+    """A turn on the spot."""
+
+    to_deg: float
+    """Heading, not wrapped."""
+    begun_s: float
+    turned: bool = False
+    """True once the chair has turned."""
+
+
+@dataclass
+class _Press:
+    """One press of forward: where it points, what was chosen for it, what it waits for."""
+
+    number: int
+    last_s: float
+    """When it was last advised."""
+    wish_deg: float = 0.0
+    """Where the driver points: a heading, not wrapped."""
+    forgets_s: float = _FORGETS_S
+    way: Way | None = None
+    chosen_deg: float = 0.0
+    """The heading at which `way` was chosen."""
+    spot: _Spot | None = None
+    leg: _Leg | None = None
+    turned_then: bool = False
+    """True if the newest turn on the spot was the one after a leg."""
+    aimed_m: float = math.inf
+    """How far ahead a narrow place was when it was aimed at."""
+    turned_s: float = -math.inf
+    """When a turn on the spot last ended."""
+    shut_s: float = -math.inf
+    """When the board last let nothing begin straight ahead."""
+    waits_s: float = 0.0
+    """For how long what it wants has not been permitted."""
+    sticks_s: float = 0.0
+    """For how long a chair that should turn on the spot has not turned."""
+
+
 class Assist:
     """Assist of one chair. Feed it motions, lidar pieces and `permits`, then call `advise`."""
 
@@ -85,25 +125,11 @@ class Assist:
         self._returns = NearReturns(lidars)
         self._ways = Ways(footprint)
         self._own = OwnSteering()
-        self._press = 0
-        self._wish_deg = 0.0
-        self._forgets_s = _FORGETS_S
-        self._way: Way | None = None
-        self._spot_deg: float | None = None
-        self._spot_till_s = self._turned_s = 0.0
-        self._spot_turned = False
-        self._leg: _Leg | None = None
+        self._press = _Press(0, 0.0)
         self._front_m = float(footprint.body[:, 0].max()) + footprint.margins.front_m
         need_m = footprint.half_width_m + _NOISE_M
         self._needs_m = need_m, need_m
-        self._aimed_m = math.inf
-        self._turned_then = False
-        self._waits_s = 0.0
-        self._sticks_s = 0.0
-        self._last_s = 0.0
         self._gave_up_s = 0.0
-        self._shut_s = -math.inf
-        self._chosen_deg = 0.0
         self._straight_m = 0.0
         self._closed = self._person = False
         self._refused: tuple[int, float] | None = None  # turn that the board refused: side, time
@@ -148,24 +174,19 @@ class Assist:
         points = self._returns.points_m(now_s)
         heading = self._returns.heading_deg(now_s)
         if points is None or heading is None or not self.permits.seen:
-            self._press = 0
+            self._press = _Press(0, now_s)
             return None
-        if press != self._press:
+        if press != self._press.number:
             aside_deg = self._aside_deg(now_s)
-            self._press, self._wish_deg = press, heading + aside_deg
-            self._forgets_s = _REFUSED_FORGETS_S if aside_deg else _FORGETS_S
-            self._way, self._spot_deg, self._leg = None, None, None
-            self._aimed_m = math.inf
-            self._turned_s = self._shut_s = -math.inf
-            self._waits_s = self._sticks_s = 0.0
-            self._last_s = now_s
+            forgets_s = _REFUSED_FORGETS_S if aside_deg else _FORGETS_S
+            self._press = _Press(press, now_s, heading + aside_deg, forgets_s)
         self._straight_m = self._ways.straight_m(points)
-        dt_s, self._last_s = min(0.2, now_s - self._last_s), now_s
-        self._wish_deg += (heading - self._wish_deg) * dt_s / self._forgets_s
-        before = None if self._way is None else self._seen_from(heading)
-        wish = math.radians(self._wish_deg - heading)
-        if self._spot_deg is not None:
-            advice = self._turn_on_the_spot(self._spot_deg - heading, now_s, dt_s)
+        dt_s, self._press.last_s = min(0.2, now_s - self._press.last_s), now_s
+        self._press.wish_deg += (heading - self._press.wish_deg) * dt_s / self._press.forgets_s
+        before = None if self._press.way is None else self._seen_from(heading)
+        wish = math.radians(self._press.wish_deg - heading)
+        if self._press.spot is not None:
+            advice = self._turn_on_the_spot(heading, now_s, dt_s)
             if advice is not None:
                 return advice
             self._begin_leg()
@@ -175,20 +196,20 @@ class Assist:
         turns_deg, share = self.permits.turns_deg, self._own.help(now_s)
         place = None if shut else narrow(points, self._front_m, self._needs_m)
         if place is not None and abs(place.aim_rad - wish) < share * FROM_WISH_RAD:
-            self._way = self._leg = None
+            self._press.way = self._press.leg = None
             return self._thread(place, heading, now_s, dt_s)
-        self._aimed_m = math.inf
+        self._press.aimed_m = math.inf
         leg = self._on_leg(heading, now_s, dt_s)
         if leg is not None:
             return leg
-        if shut and now_s > self._turned_s + _SHUT_S:
-            self._shut_s = now_s
-        shut = now_s - self._shut_s < _SHUT_S
+        if shut and now_s > self._press.turned_s + _SHUT_S:
+            self._press.shut_s = now_s
+        shut = now_s - self._press.shut_s < _SHUT_S
         if self._person:
             before = None  # it led to that person
-        self._way = self._ways.choose(points, wish, before, turns_deg, shut, share)
-        self._chosen_deg = heading
-        return self._drive(self._way, now_s, dt_s)
+        self._press.way = self._ways.choose(points, wish, before, turns_deg, shut, share)
+        self._press.chosen_deg = heading
+        return self._drive(self._press.way, now_s, dt_s)
 
     def _aside_deg(self, now_s: float) -> float:
         # From the heading to where the driver points: to the side where the board refused a turn.
@@ -203,27 +224,27 @@ class Assist:
         turn = _output(error_deg, _CURVE_PERMILLE_DEG, _LEAST_CURVE, _CURVE_PERMILLE)
         rolls = self._may_roll() and not self._person and self.permits.both(_SLOW, turn)
         if abs(error_deg) > _FINE_DEG and rolls:
-            self._waits_s = self._sticks_s = 0.0
+            self._press.waits_s = self._press.sticks_s = 0.0
             return Advice(_SLOW, turn, True)
         aside_m = math.sin(place.aim_rad) * (self._front_m + place.ahead_m)
-        aims = _LAST_AIM_M < place.ahead_m < self._aimed_m - _AIMS_AGAIN_M
+        aims = _LAST_AIM_M < place.ahead_m < self._press.aimed_m - _AIMS_AGAIN_M
         if aims and abs(aside_m) > _MIDDLE_M and self.permits.may_turn(1 if aside_m > 0.0 else -1):
-            self._aimed_m = place.ahead_m
-            self._begin_spot(heading + aim_deg, now_s)
-            advice = self._turn_on_the_spot(aim_deg, now_s, dt_s)
+            self._press.aimed_m = place.ahead_m
+            self._press.spot = _Spot(heading + aim_deg, now_s)
+            advice = self._turn_on_the_spot(heading, now_s, dt_s)
             if advice is not None:
                 return advice
         return self._straight_on(dt_s)
 
     def _begin_leg(self) -> None:
         # After a turn on the spot, drive the leg it was made for, even if another looks better now.
-        way, self._leg = self._way, None
-        if way is not None and way.first_m > _SHORTEST_LEG_M and not self._turned_then:
-            then_deg = self._chosen_deg + math.degrees(way.then_rad)
-            self._leg = _Leg(self._straight_m - way.first_m, then_deg)
+        way, self._press.leg = self._press.way, None
+        if way is not None and way.first_m > _SHORTEST_LEG_M and not self._press.turned_then:
+            then_deg = self._press.chosen_deg + math.degrees(way.then_rad)
+            self._press.leg = _Leg(self._straight_m - way.first_m, then_deg)
 
     def _on_leg(self, heading: float, now_s: float, dt_s: float) -> Advice | None:
-        leg = self._leg
+        leg = self._press.leg
         if leg is None:
             return None
         if self._person:
@@ -232,19 +253,19 @@ class Assist:
         if self.permits.forward_m >= _SHUT_M and _SHORT_M < left_m < _LONG_LEG_M:
             if left_m > self._short_m() and self.permits.forward_m > _LEG_STOPS_M:
                 return replace(self._straight_on(dt_s), steers=True)
-            self._turned_then = True
-            self._begin_spot(leg.then_deg, now_s)
-        self._leg = None
-        if self._spot_deg is None:
+            self._press.turned_then = True
+            self._press.spot = _Spot(leg.then_deg, now_s)
+        self._press.leg = None
+        if self._press.spot is None:
             return None
-        return self._turn_on_the_spot(self._spot_deg - heading, now_s, dt_s)
+        return self._turn_on_the_spot(heading, now_s, dt_s)
 
     def _seen_from(self, heading_deg: float) -> Way:
         # The previous way, relative to the present heading.
-        assert self._way is not None
-        turned = math.radians(heading_deg - self._chosen_deg)
-        first, then = self._way.first_rad - turned, self._way.then_rad - turned
-        return replace(self._way, first_rad=first, then_rad=then)
+        assert self._press.way is not None
+        turned = math.radians(heading_deg - self._press.chosen_deg)
+        first, then = self._press.way.first_rad - turned, self._press.way.then_rad - turned
+        return replace(self._press.way, first_rad=first, then_rad=then)
 
     def _drive(self, way: Way | None, now_s: float, dt_s: float) -> Advice:
         if way is None:
@@ -256,7 +277,7 @@ class Assist:
             return self._straight_on(dt_s)  # between posts
         ahead_m = min(way.straight_m, self.permits.forward_m)
         needed = ahead_m < _NEEDED_M and now_s > self._gave_up_s
-        shut = now_s - self._shut_s < _SHUT_S
+        shut = now_s - self._press.shut_s < _SHUT_S
         if not shut and not (needed and abs(aim_deg) > _SPOT_DEG):
             advice = None if self._person else self._curve(error_deg)
             if advice is not None:
@@ -265,9 +286,10 @@ class Assist:
                 return self._straight_on(dt_s)
         if not self.permits.may_turn(1 if aim_deg > 0.0 else -1):
             return self._straight_on(dt_s)
-        self._turned_then = False
-        self._begin_spot(self._chosen_deg + aim_deg, now_s)
-        return self._turn_on_the_spot(aim_deg, now_s, dt_s) or self._straight_on(dt_s)
+        self._press.turned_then = False
+        heading = self._press.chosen_deg
+        self._press.spot = _Spot(heading + aim_deg, now_s)
+        return self._turn_on_the_spot(heading, now_s, dt_s) or self._straight_on(dt_s)
 
     def _short_m(self) -> float:
         # A leg that the chair covers by coasting counts as done.
@@ -280,7 +302,7 @@ class Assist:
         fast = min(FULL, max(_SLOW, self.permits.linear_now + _FASTER))
         for linear, some in ((fast, turn), (_SLOW, turn), (_SLOW, _least(turn))):
             if self.permits.both(linear, some):
-                self._waits_s = self._sticks_s = 0.0
+                self._press.waits_s = self._press.sticks_s = 0.0
                 return Advice(linear, some, True)
         return None
 
@@ -290,18 +312,18 @@ class Assist:
 
     def _straight_on(self, dt_s: float) -> Advice:
         # Wait for a turn to end if the board might not permit it while driving.
-        self._sticks_s = 0.0
+        self._press.sticks_s = 0.0
         if self.permits.turned and not self.permits.both(FULL, 0):
-            self._waits_s += dt_s
-            if self._waits_s < _STUCK_S:
+            self._press.waits_s += dt_s
+            if self._press.waits_s < _STUCK_S:
                 return self._wait()
         elif self._person:
             return NOTHING
-        elif not self._may_roll() and self._waits_s < _STUCK_S:
-            self._waits_s += dt_s
+        elif not self._may_roll() and self._press.waits_s < _STUCK_S:
+            self._press.waits_s += dt_s
             return NOTHING
         else:
-            self._waits_s = 0.0
+            self._press.waits_s = 0.0
         return STRAIGHT_ON
 
     def _wait(self) -> Advice:
@@ -315,31 +337,33 @@ class Assist:
                 return Advice(0, still, True)
         return NOTHING
 
-    def _begin_spot(self, to_deg: float, now_s: float) -> None:
-        self._spot_deg, self._spot_till_s, self._spot_turned = to_deg, now_s + _SPOT_S, False
-
-    def _turn_on_the_spot(self, off_deg: float, now_s: float, dt_s: float) -> Advice | None:
-        """Turn to the chosen direction; None: there, or not permitted for too long."""
+    def _turn_on_the_spot(self, heading: float, now_s: float, dt_s: float) -> Advice | None:
+        """Go on with the turn that was begun; None: there, or not permitted for too long."""
+        spot = self._press.spot
+        assert spot is not None
         rate_deg_s = self._returns.rate_deg_s()
+        off_deg = spot.to_deg - heading
         error_deg = off_deg - rate_deg_s * _COAST_S
         turn = 0
-        self._spot_turned |= abs(rate_deg_s) >= _STICKS_DEG_S
-        ends = self._spot_turned and abs(off_deg) <= _RESTS_DEG and abs(rate_deg_s) < _RESTS_DEG_S
-        long_s = max(0.0, now_s - (self._spot_till_s - _SPOT_S) - _EASIER_S)
+        spot.turned |= abs(rate_deg_s) >= _STICKS_DEG_S
+        ends = spot.turned and abs(off_deg) <= _RESTS_DEG and abs(rate_deg_s) < _RESTS_DEG_S
+        long_s = max(0.0, now_s - spot.begun_s - _EASIER_S)
         if not ends and abs(error_deg) > _DONE_DEG + _EASIER_DEG_S * long_s:
-            least = _LEAST_SPOT + round(_MORE_PERMILLE_S * self._sticks_s)
+            least = _LEAST_SPOT + round(_MORE_PERMILLE_S * self._press.sticks_s)
             turn = _output(error_deg, _SPOT_PERMILLE_DEG, least, max(least, _SPOT_PERMILLE))
-        elif abs(rate_deg_s) < _RESTS_DEG_S or now_s > self._spot_till_s:
-            self._spot_deg, self._turned_s = None, now_s
+        elif abs(rate_deg_s) < _RESTS_DEG_S or now_s > spot.begun_s + _SPOT_S:
+            self._press.spot, self._press.turned_s = None, now_s
             return None
         if turn and not self.permits.both(0, turn):
-            self._waits_s += 0.0 if self.permits.rolls else dt_s
-            if self._waits_s < _STUCK_S:
+            self._press.waits_s += 0.0 if self.permits.rolls else dt_s
+            if self._press.waits_s < _STUCK_S:
                 return self._wait()
-            self._gave_up_s, self._spot_deg = now_s + _GIVES_UP_S, None
+            self._gave_up_s, self._press.spot = now_s + _GIVES_UP_S, None
             return None
-        self._waits_s = 0.0
-        self._sticks_s = 0.0 if abs(rate_deg_s) >= _STICKS_DEG_S else self._sticks_s + dt_s
+        self._press.waits_s = 0.0
+        self._press.sticks_s = (
+            0.0 if abs(rate_deg_s) >= _STICKS_DEG_S else self._press.sticks_s + dt_s
+        )
         return Advice(0, turn, True) if turn else self._wait()
 
 

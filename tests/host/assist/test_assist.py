@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from gazechair.assist.assist import STRAIGHT_ON, Assist, _Leg
+from gazechair.assist.assist import STRAIGHT_ON, Assist, _Leg, _Spot
 from gazechair.assist.ways import Way
 from gazechair.base.footprint import Footprint, Margins
 from gazechair.board.board_commands import Clearance
@@ -110,11 +110,11 @@ def test_a_turn_that_the_board_did_not_let_begin_says_where_he_points(side):
     assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=1200, **q4)
     assist.turns_himself(side, 1.05)
     assist.advise(1, 1.1)
-    assert assist._wish_deg == pytest.approx(side * 25.0, abs=1.0)
+    assert assist._press.wish_deg == pytest.approx(side * 25.0, abs=1.0)
     free = before_a_door(0.0)
     free.turns_himself(side, 1.05)
     free.advise(1, 1.1)
-    assert free._wish_deg == 0.0
+    assert free._press.wish_deg == 0.0
 
 
 def test_before_what_may_be_a_person_it_asks_for_nothing_and_goes_on_when_it_may():
@@ -152,7 +152,7 @@ def test_before_a_narrow_door_it_aims_at_the_middle_while_it_rolls(side):
 def test_no_narrow_door_is_aimed_at_farther_from_where_the_driver_pointed():
     assist = before_a_door(0.015, 1.2, 0.81, Margins(0.05, 0.0, 0.05))
     assist.advise(1, 1.1)
-    assist._wish_deg = -60.0
+    assist._press.wish_deg = -60.0
     assert assist.advise(1, 1.11).turn_permille <= 0
 
 
@@ -190,7 +190,7 @@ def test_a_turn_that_the_board_ended_counts_for_as_long_as_the_press_needs():
         assist.motion(Motion(now_s, 19.0, 0, 0))
         assist.see(0, half(door_room(-0.45, 0.45), now_s, 90.0 if k % 2 else -90.0))
         assist.advise(1, now_s)
-    assert assist._wish_deg - 19.0 > 17.0
+    assert assist._press.wish_deg - 19.0 > 17.0
 
 
 @pytest.mark.parametrize(("arc", "drives"), [(0, False), (255, True)])
@@ -199,7 +199,7 @@ def test_after_a_turn_on_the_spot_it_waits_until_the_board_lets_it_drive(arc, dr
     arcs = (arc,) * len(ALL_FAR)
     assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=1200, arcs=arcs)
     assist.advise(1, 1.09)
-    assist._leg = _Leg(assist._straight_m - 1.0, 0.0)
+    assist._press.leg = _Leg(assist._straight_m - 1.0, 0.0)
     for k in range(5):
         assist.motion(Motion(1.1 + 0.01 * k, 0.0, 0, 400))
     assert (assist.advise(1, 1.15).linear_permille > 0) == drives
@@ -212,12 +212,12 @@ def test_a_turn_on_the_spot_that_rests_near_its_end_is_not_begun_anew(side, off_
     free = {"left_q4_deg": 4000, "right_q4_deg": 4000}
     assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=1200, **free)
     assist.advise(1, 1.09)
-    assist._begin_spot(side * 8.0, 1.1)
+    assist._press.spot = _Spot(side * 8.0, 1.1)
     for k in range(60):  # the chair rolls past the leg's end
         deg = side * min(8.0 + off_deg, 0.4 * k)
         assist.motion(Motion(1.1 + 0.01 * k, deg, 0, 0))
-        if k % 5 == 0:
-            advice = assist._turn_on_the_spot(side * 8.0 - deg, 1.1 + 0.01 * k, 0.05)
+        if k % 5 == 0 and assist._press.spot is not None:
+            advice = assist._turn_on_the_spot(deg, 1.1 + 0.01 * k, 0.05)
     assert (advice is None) == goes_on
 
 
@@ -229,7 +229,7 @@ def test_where_a_curve_is_shut_it_stops_to_turn_only_by_what_a_chair_can_turn(ai
     assist.advise(1, 1.09)
     way = Way(math.radians(aim_deg), 0.5, 0.0, 1.0)
     assist._drive(way, 1.1, 0.05)
-    assert (assist._spot_deg is not None) == turns
+    assert (assist._press.spot is not None) == turns
 
 
 @pytest.mark.parametrize(("forward_mm", "goes_on"), [(200, False), (400, True)])
@@ -239,7 +239,7 @@ def test_a_leg_ends_before_the_board_ends_the_press(forward_mm, goes_on):
     assist.permits.clearance = Clearance(0, codes.REAL, 1.0, forward_mm=forward_mm, **free)
     assist.advise(1, 1.09)
     assist._person = False
-    assist._leg = _Leg(assist._straight_m - 0.5, -30.0)
+    assist._press.leg = _Leg(assist._straight_m - 0.5, -30.0)
     advice = assist._on_leg(0.0, 1.1, 0.05)
     assert (advice.linear_permille > 0) == goes_on
     assert (advice.turn_permille < 0) != goes_on
@@ -249,12 +249,12 @@ def test_a_leg_ends_before_the_board_ends_the_press(forward_mm, goes_on):
 def test_before_what_may_be_a_person_the_way_that_led_there_is_not_preferred(forward_mm, kept):
     assist = before_a_door(0.25)
     assist.advise(1, 1.09)
-    assert assist._way is not None
+    assert assist._press.way is not None
     asked = []
     assist._ways.choose = lambda points, wish, before, *more: asked.append(before)
     free = {"left_q4_deg": 4000, "right_q4_deg": 4000}
     assist.permits.clearance = Clearance(0, codes.REAL, 1.1, forward_mm=forward_mm, **free)
-    assist._spot_deg = None
+    assist._press.spot = None
     assist.advise(1, 1.1)
     assert [one is not None for one in asked] == [kept]
 
