@@ -1,7 +1,10 @@
 // One WebSocket that reconnects: back-off, connect time-out, silence time-out.
 
-const FIRST_RETRY_MS = 250;
-const LAST_RETRY_MS = 2000;
+/**
+ * Waits before each new attempt; the last one repeats. A daemon that was killed is back within 1 to
+ * 3 s. Browsers themselves delay attempts of a page that fails more often.
+ */
+const RETRIES_MS = [250, 500, 500, 500, 500, 500, 1000, 2000];
 const CONNECT_MS = 3000;
 
 /**
@@ -16,7 +19,7 @@ export class Wire {
   #on;
   #socket = null;
   #sinceMs = 0; // start of the attempt, then the last message
-  #retryMs = FIRST_RETRY_MS;
+  #failed = 0; // attempts since the last message
   #retryAtMs = 0;
 
   constructor(path, silenceMs, on) {
@@ -61,7 +64,7 @@ export class Wire {
     socket.onopen = () => (this.#sinceMs = performance.now());
     socket.onmessage = (event) => {
       this.#sinceMs = performance.now();
-      this.#retryMs = FIRST_RETRY_MS;
+      this.#failed = 0;
       this.#on.message(event.data);
     };
     socket.onclose = (event) => this.#drop(performance.now(), event.code);
@@ -72,8 +75,8 @@ export class Wire {
     socket.onopen = socket.onmessage = socket.onclose = null;
     socket.close();
     this.#socket = null;
-    this.#retryAtMs = now + this.#retryMs;
-    this.#retryMs = Math.min(this.#retryMs * 2, LAST_RETRY_MS);
+    this.#retryAtMs = now + RETRIES_MS[Math.min(this.#failed, RETRIES_MS.length - 1)];
+    this.#failed += 1;
     this.#on.closed?.(code);
   }
 }

@@ -132,18 +132,26 @@ def test_the_page_comes_back_by_itself_after_the_host_died(driver, host):
     assert last(driver)["edge"] == 2
 
 
-def test_a_silent_connection_is_made_anew(driver):
-    def control(more="true") -> int:
-        """Number of the page's control sockets for which this is true."""
-        each = f"s => s.url.endsWith('control') && {more}"
-        return driver.page.evaluate(f"spied.sockets.filter({each}).length")
+def sockets(driver, more="true") -> int:
+    """Number of the page's control sockets for which this is true."""
+    each = f"s => s.url.endsWith('control') && {more}"
+    return driver.page.evaluate(f"spied.sockets.filter({each}).length")
 
+
+def test_a_host_that_died_is_looked_for_every_half_second(driver, host):
+    host.cut()
+    for nth in range(1, 8):
+        wait_until(
+            lambda n=nth: sockets(driver, "s.readyState === 3") == n, f"attempt {nth} to fail"
+        )
+        driver.run_for(550)
+
+
+def test_a_silent_connection_is_made_anew(driver):
     driver.run_for(3000)
-    wait_until(
-        lambda: control("s.readyState === 1"), "the new connection"
-    )  # in no time of the page
+    wait_until(lambda: sockets(driver, "s.readyState === 1"), "the new connection")  # in no time
     driver.connect()
-    assert control() == 2
+    assert sockets(driver) == 2
 
 
 def test_commands_are_dropped_not_queued_when_the_network_is_stuck(driver):
