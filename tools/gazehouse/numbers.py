@@ -15,7 +15,9 @@ DOCUMENT = ROOT / "docs" / "numbers.md"
 _LIMITS = ROOT / "firmware" / "gazeboard" / "core" / "limits.py"
 _SETTINGS = ROOT / "protocol" / "gazelink" / "settings_table.py"
 _TIMED = re.compile(r"_?[A-Z][A-Z0-9_]*_(?:S|MS|US|HZ|M|MM|DEG|BYTES)")
-_SCRIPT = re.compile(r"^(?:export )?const ([A-Z][A-Z0-9_]*_(?:MS|S|PX)) = ([\d_.]+);(?: // (.*))?$")
+_SCRIPT = re.compile(
+    r"^(?:export )?const ([A-Z][A-Z0-9_]*_(?:MS|S|PX)) = ([\d_.]+|\[[\d_., ]+\]);(?: // (.*))?$"
+)
 _GENERAL = len(TABLE) - len(PROFILES) * len(PROFILE_ROWS)
 
 _HEAD = """# Numbers
@@ -68,10 +70,11 @@ def _named(file: Path, pattern: re.Pattern[str]) -> Iterator[Number]:
 
 
 def _value(node: ast.expr) -> str:
-    """The number as written, without `const`; "" for anything else."""
+    """The number or numbers as written, without `const`; "" for anything else."""
     if isinstance(node, ast.Call) and ast.unparse(node.func) == "const":
         node = node.args[0]
-    inside = (ast.Constant, ast.UnaryOp, ast.BinOp, ast.operator, ast.unaryop)
+    number = (ast.Constant, ast.UnaryOp, ast.BinOp, ast.operator, ast.unaryop)
+    inside = (*number, ast.Tuple, ast.expr_context)
     return ast.unparse(node) if all(isinstance(part, inside) for part in ast.walk(node)) else ""
 
 
