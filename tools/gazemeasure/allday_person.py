@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
+import math
 import threading
 import time
 from pathlib import Path
@@ -19,6 +21,8 @@ _HOLD_S = 0.25
 _REST_S = 0.35
 _ARM_S = 2.0
 _RETRY_S = 0.2
+_VERBS = ("forward", "forward", "left", "forward", "forward", "right")
+_FAR_M = 1.0  # from the start: put back there, which no real chair is between two presses
 
 
 class Person:
@@ -69,10 +73,15 @@ class Person:
                     self.told = driver.state
 
     def _drive(self, driver: RawDriver) -> None:
-        while driver.connected and not self._stopping.is_set():
+        for verb in itertools.cycle(_VERBS):
+            if not driver.connected or self._stopping.is_set():
+                return
             driver.arm(_ARM_S)
-            with contextlib.suppress(RuntimeError):
-                self._sim.do("teleport", x_m=0, y_m=0, heading_deg=0)
+            truth = self._sim.truth()
+            if math.hypot(truth["x_m"], truth["y_m"]) > _FAR_M:
+                with contextlib.suppress(RuntimeError):
+                    self._sim.do("teleport", x_m=0, y_m=0, heading_deg=0)
+            driver.button["verb"] = verb
             mark = self._sim.do("wiper_log", since=0)["last"]
             down_s = driver.press()
             self._stopping.wait(_HOLD_S)

@@ -137,6 +137,9 @@ def _add_recovery(report: Report, times: dict[Fault, list[Well]], stuck: list[st
         if max(one.own_s for one in values) > _BACK_S:
             seconds = ", ".join(f"{one.own_s:.1f} ({one.took_s:.1f})" for one in values)
             report.note(f"{fault.part} {fault.how}: {seconds} s")
+            for one in values:
+                if one.health:
+                    report.note(f"  {one.health}")
     for line in stuck[:5]:
         report.note(line)
 
