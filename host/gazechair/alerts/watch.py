@@ -5,10 +5,21 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from gazechair.alerts.reasons import HELP_WANTED, OVERRULED, PART, REASONS, STANDS, SYSTEM
+from gazechair.alerts.reasons import (
+    AT_ONCE_S,
+    HELP_WANTED,
+    OVERRULED,
+    PART,
+    REASONS,
+    STANDS,
+    SYSTEM,
+    TRIED,
+)
 
 MOVED_S = 2.0  # a chair that moved for this long is not stuck
 GAVE_UP_S = 30.0  # after this long without an attempt, the driver does not want to move
+EVENT_S = 600.0  # what is raised at once may be over at once: it stays, to be delivered and read
+_ENDED_BY_OTHERS = {HELP_WANTED, OVERRULED, TRIED}
 
 
 @dataclass(frozen=True)
@@ -52,6 +63,7 @@ class Watch:
         self._call = help_wanted
         self._calls = 0
         self._since_s: dict[str, float] = {}
+        self._gone_s: dict[str, float] = {}
         self._raised: set[str] = set()
         self._press = 0
         self._stuck_since_s: float | None = None
@@ -76,8 +88,11 @@ class Watch:
                 self._raised.add(key)
                 detail = "; ".join(": ".join(part) for part in sorted(now.lost.items()))
                 yield Change(key, True, detail if REASONS[key].kind == SYSTEM else "")
-        for key in sorted({*open_keys} - lasting):
-            if REASONS[key].lasts_s > 0:
+        gone = {*open_keys} - lasting - _ENDED_BY_OTHERS
+        self._gone_s = {key: self._gone_s.get(key, now_s) for key in gone}
+        for key in sorted(gone):
+            stays_s = EVENT_S if REASONS[key].lasts_s == AT_ONCE_S else 0.0
+            if now_s - self._gone_s[key] >= stays_s:
                 yield Change(key, False)
 
     def _stuck(self, now: Situation, open_keys: Collection[str], now_s: float) -> Iterator[Change]:

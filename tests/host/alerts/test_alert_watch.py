@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import pytest
 
+from gazechair.alerts.book import ACKNOWLEDGED, OPEN, OVER, Book
 from gazechair.alerts.reasons import HELP_WANTED, OVERRULED, PART, REASONS, STANDS
-from gazechair.alerts.watch import GAVE_UP_S, MOVED_S, Situation, Watch
+from gazechair.alerts.watch import EVENT_S, GAVE_UP_S, MOVED_S, Situation, Watch
 
 QUIET = Situation()
 STUCK_S = 60.0
@@ -115,3 +116,27 @@ def test_what_odometry_measures_counts_whatever_the_board_puts_out(scene: Scene)
     scene.seen.clear()
     scene.see(held, 6)
     assert [key for _, key, _ in scene.seen] == [STANDS]
+
+
+@pytest.mark.parametrize("acknowledged", [True, False])
+def test_an_event_stays_for_ten_minutes_and_a_later_one_calls_again(acknowledged: bool) -> None:
+    watch, book = Watch(STUCK_S), Book([])
+    moves = replace(QUIET, moving=True, problems={"motion_uncommanded"})
+
+    def see(situation: Situation, now_s: float) -> None:
+        for change in watch.look(situation, book.open_keys(), now_s):
+            if change.begins:
+                book.raise_(change.key, now_s, now_s)
+            else:
+                book.end(change.key, now_s)
+
+    see(moves, 0.0)
+    see(QUIET, 1.0)
+    if acknowledged:
+        book.acknowledge(1, "Anna")
+    see(QUIET, EVENT_S)
+    state = ACKNOWLEDGED if acknowledged else OPEN
+    assert [alert.state for alert in book.alerts()] == [state]
+    see(QUIET, EVENT_S + 1.0)
+    see(moves, EVENT_S + 100.0)
+    assert [(alert.state, alert.count) for alert in book.alerts()] == [(OVER, 1), (OPEN, 1)]
