@@ -78,6 +78,7 @@ class BlackBox(Supervised):
         self._late_s = 0.0
         self._motion_due_s = self._pose_due_s = 0.0
         self._told_dropped = 0
+        self._status: Status | None = None  # the newest of its process
         self._figures: dict[str, int] = {}
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="log", daemon=True)
@@ -153,6 +154,7 @@ class BlackBox(Supervised):
         self._figures = json.loads(figures)
 
     def _on_status(self, status: Status) -> None:
+        self._status = status
         self._parts.part("log").set(status.state, status.reason, status.detail)
 
     def _run(self) -> None:
@@ -187,13 +189,16 @@ class BlackBox(Supervised):
         self.note("figures", now_s, figures)
         self.note("places", now_s, self._places)
         self._note_picture()
-        health = self._parts.part("log")
-        if self._ring.dropped != self._told_dropped:
-            self._told_dropped = self._ring.dropped
+        drops = self._ring.dropped != self._told_dropped
+        self._told_dropped = self._ring.dropped
+        health, status = self._parts.part("log"), self._status
+        if status is None:
+            return
+        if drops and status.state == states.OK:  # else the process has told the reason
             detail = f"{self._ring.dropped} records were dropped: the disk is too slow"
             health.set(states.DEGRADED, DROPPING, detail)
         elif health.reason == DROPPING:
-            health.set(states.OK)
+            health.set(status.state, status.reason, status.detail)
 
     def _note_picture(self) -> None:
         entry = self._newest_picture() if self._config.pictures else None

@@ -17,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gazechair.base import supervisor
-from gazechair.base.child_process import would_run
+from gazechair.base.child_process import end, would_run
 from gazechair.base.supervisor import (
     DATA,
     MAX_RECORD,
@@ -280,3 +280,23 @@ def test_stop_ends_a_child_that_ignores_the_request(watch: Callable[..., Watched
     child.supervisor.stop()
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
+
+
+class InTheKernel(subprocess.Popen[bytes]):
+    """Waits for a device that never answers: no signal ends it before it wakes."""
+
+    def send_signal(self, sig: int) -> None:
+        pass
+
+    def wait(self, timeout: float | None = None) -> int:
+        assert timeout is not None
+        raise subprocess.TimeoutExpired(self.args, timeout)
+
+
+def test_a_child_stuck_in_the_kernel_holds_up_nobody() -> None:
+    process = InTheKernel([sys.executable, "-c", "import time; time.sleep(60)"])
+    try:
+        end(process)
+    finally:
+        os.kill(process.pid, signal.SIGKILL)
+        os.waitpid(process.pid, 0)

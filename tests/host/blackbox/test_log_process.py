@@ -17,7 +17,7 @@ import pytest
 
 from gazechair.base.health import HealthRegistry
 from gazechair.base.latest_value import Latest
-from gazechair.base.supervisor import RecordWriter
+from gazechair.base.supervisor import RecordWriter, Status
 from gazechair.blackbox import child, recorder
 from gazechair.blackbox.reader import LogFile
 from gazechair.blackbox.recorder import BlackBox
@@ -108,6 +108,28 @@ def test_a_process_that_hangs_is_told(box: BlackBox, tmp_path: Path, parts: Heal
     assert box.pid == pid
     box.stop()
     assert 5000 <= topics(tmp_path).count("/host/command") < 30_000
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        Status("lost", "log_lost", "starting it again"),
+        Status("degraded", "log_full", "the disk is full"),
+        Status("ok", "ok", ""),
+    ],
+    ids=lambda told: told.reason,
+)
+def test_dropped_records_hide_no_other_reason_and_end_in_what_the_process_told(
+    tmp_path: Path, parts: HealthRegistry, told: Status
+) -> None:
+    box, health = BlackBox(LogConfig(), tmp_path, parts, lambda: None), parts.part("log")
+    box._on_status(told)
+    for _ in range(6000):  # more than are kept
+        box._ring.put("up", 0.0, b"")
+    box._look()
+    assert health.reason == (recorder.DROPPING if told.state == "ok" else told.reason)
+    box._look()
+    assert (health.state, health.reason, health.now().detail) == tuple(vars(told).values())[:3]
 
 
 def test_a_process_that_is_slow_to_read_gets_what_waits_at_the_end(
