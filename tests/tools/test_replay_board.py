@@ -182,6 +182,31 @@ def test_a_drive_becomes_a_test(
     assert replay(kept).difference == replay(path).difference is not None
 
 
+def test_a_test_kept_again_under_its_own_name_is_the_same(recorded: Any, tmp_path: Path) -> None:
+    kept = as_test.keep(recorded(drive), "drive", tmp_path)
+    files = {file: file.read_bytes() for file in tmp_path.iterdir()}
+    assert as_test.keep(kept, "drive", tmp_path) == kept
+    assert {file: file.read_bytes() for file in tmp_path.iterdir()} == files
+    assert replay(kept).compared > 100
+
+
+def test_a_drive_that_cannot_be_kept_leaves_the_one_before(
+    recorded: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = as_test.keep(recorded(drive), "drive", tmp_path)
+    before = kept.read_bytes()
+
+    def full(_path: Path) -> Iterator[Line]:
+        yield next(of_trace(kept))
+        raise OSError("no space left")
+
+    monkeypatch.setattr(as_test, "of_trace", full)
+    with pytest.raises(OSError, match="no space left"):
+        as_test.keep(recorded(drive), "drive", tmp_path)
+    assert kept.read_bytes() == before
+    assert not list(tmp_path.glob("*.new"))
+
+
 @pytest.mark.parametrize("every", [15, 50, 150])
 def test_after_lost_frames_nothing_is_pretended(every: int, recorded: Any) -> None:
     lines = list(of_trace(recorded(faults)))
