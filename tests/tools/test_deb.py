@@ -55,6 +55,14 @@ def test_udev_knows_every_device_of_the_hosts_table() -> None:
         assert (named in told) == (role != ports.OTHER)
 
 
+def test_the_serial_number_in_a_devices_name_is_found_before(tmp_path: Path) -> None:
+    assert "$env{ID_SERIAL_SHORT}" in rules()
+    package._lay_out(tmp_path, "1.0")
+    (file,) = (tmp_path / "usr/lib/udev/rules.d").iterdir()
+    assert file.read_text() == rules()
+    assert "60-serial.rules" < file.name < "77-mm", "udev reads its files in this order"
+
+
 def test_each_package_is_locked_by_the_hash_of_its_file(tmp_path: Path) -> None:
     (tmp_path / "some_thing-1.0-py3-none-any.whl").write_bytes(b"one")
     (tmp_path / "other-2.0-cp311-cp311-a.whl").write_bytes(b"two")

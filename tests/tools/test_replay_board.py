@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace as changed
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -14,8 +15,8 @@ from gazeboard.boards import pins
 from gazeboard.core import limits
 from gazeboard.core.motion import Motion
 from gazechair.blackbox.reader import Line, LogFile
-from gazelink import codes, messages
-from gazereplay import as_test
+from gazelink import VERSION, codes, frame, messages
+from gazereplay import as_test, board_trace, command, layouts
 from gazereplay.board_trace import STATE, TRACE, BoardPlayer
 from gazereplay.recording import virtual_log
 from gazereplay.replay import of_trace, replay
@@ -182,6 +183,31 @@ def test_a_drive_becomes_a_test(
     assert replay(kept).difference == replay(path).difference is not None
 
 
+def test_a_test_kept_again_under_its_own_name_is_the_same(recorded: Any, tmp_path: Path) -> None:
+    kept = as_test.keep(recorded(drive), "drive", tmp_path)
+    files = {file: file.read_bytes() for file in tmp_path.iterdir()}
+    assert as_test.keep(kept, "drive", tmp_path) == kept
+    assert {file: file.read_bytes() for file in tmp_path.iterdir()} == files
+    assert replay(kept).compared > 100
+
+
+def test_a_drive_that_cannot_be_kept_leaves_the_one_before(
+    recorded: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = as_test.keep(recorded(drive), "drive", tmp_path)
+    before = kept.read_bytes()
+
+    def full(_path: Path) -> Iterator[Line]:
+        yield next(of_trace(kept))
+        raise OSError("no space left")
+
+    monkeypatch.setattr(as_test, "of_trace", full)
+    with pytest.raises(OSError, match="no space left"):
+        as_test.keep(recorded(drive), "drive", tmp_path)
+    assert kept.read_bytes() == before
+    assert not list(tmp_path.glob("*.new"))
+
+
 @pytest.mark.parametrize("every", [15, 50, 150])
 def test_after_lost_frames_nothing_is_pretended(every: int, recorded: Any) -> None:
     lines = list(of_trace(recorded(faults)))
@@ -294,6 +320,61 @@ def test_another_version_of_the_core_takes_kept_drives_only(
     assert replay(kept).compared > 100
     again = as_test.keep(kept, "again", tmp_path)
     assert replay(again) == replay(kept)
+
+
+@pytest.mark.parametrize(
+    ("ours", "says"),
+    [
+        (((9, 9, 9), frame.schema_hash()), r"another version of the firmware \(.*, here 9\.9\.9\)"),
+        ((VERSION, 7), r"another version of the firmware \(.*, with another table\)"),
+    ],
+)
+def test_another_version_with_as_many_words_takes_kept_drives_only(
+    ours: Any, says: str, recorded: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = as_test.keep(recorded(drive), "drive", tmp_path)
+    monkeypatch.setattr(board_trace, "_ours", lambda: ours)
+    with pytest.raises(NoTrace, match=says):
+        replay(recorded(drive))
+    assert replay(kept).difference is None
+    assert replay(kept).compared > 100
+
+
+def test_a_log_that_does_not_tell_its_version_says_so(
+    recorded: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: Any
+) -> None:
+    lines = [line for line in of_trace(recorded(drive)) if line.topic != board_trace.HELLO]
+    result = play(lines)
+    assert (result.unnamed, result.difference) == (True, None)
+    assert not replay(recorded(drive)).unnamed
+    monkeypatch.setattr("gazereplay.replay.replay", lambda _path: result)
+    options = SimpleNamespace(file=tmp_path, view=None, as_test=None)
+    assert command._replay(options) == 0  # type: ignore[arg-type]
+    assert "does not tell its board's version" in capsys.readouterr().out
+
+
+def test_each_core_of_a_version_is_listed_and_no_two_have_as_many_words(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    listed = layouts.listed()
+    how = "python -m gazereplay.layouts"
+    assert layouts.ours().items() <= listed.items(), f"the core changed; run {how}"
+    other = tmp_path / "layouts.txt"
+    other.write_bytes(layouts.FILE.read_bytes())
+    monkeypatch.setattr(layouts, "FILE", other)
+    layouts.add()
+    assert layouts.listed() == listed
+    init = Motion.__init__
+
+    def renamed(self: Any, settings: Any, turn: Any) -> None:
+        init(self, settings, turn)
+        name = next(key for key, value in sorted(vars(self).items()) if isinstance(value, int))
+        setattr(self, f"{name}_renamed", vars(self).pop(name))
+
+    monkeypatch.setattr(Motion, "__init__", renamed)
+    assert layouts.ours().keys() <= listed.keys()
+    with pytest.raises(ValueError, match="raise the patch of VERSION"):
+        layouts.add()
 
 
 def test_damaged_words_never_raise(recorded: Any) -> None:

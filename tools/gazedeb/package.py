@@ -94,7 +94,8 @@ def _lay_out(root: Path, version: str) -> None:
             (root / place / name).write_text(text)
             (root / place / name).chmod(mode)
     for place, text in (
-        ("usr/lib/udev/rules.d/60-gazechair.rules", rules()),
+        # 61: after 60-serial.rules, which finds the serial number that the names have.
+        ("usr/lib/udev/rules.d/61-gazechair.rules", rules()),
         ("etc/gazechair/gazechair.toml", _configuration()),
         ("DEBIAN/conffiles", "/etc/gazechair/gazechair.toml\n"),
     ):

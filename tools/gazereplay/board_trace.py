@@ -9,7 +9,7 @@ from typing import Any
 from gazeboard.io import joystick, trace
 from gazeboard.io.settings import Settings
 from gazechair.blackbox.reader import Line
-from gazelink import codes
+from gazelink import VERSION, codes, frame
 from gazelink.settings_table import NAMES
 from gazereplay.core import Core
 from gazereplay.result import Difference, NoTrace, Result
@@ -44,6 +44,7 @@ class BoardPlayer:
         self.result = Result()
         self._stream = Stream()
         self._life: tuple[int, int] | None = None  # boot, session
+        self._version: tuple[tuple[int, ...], int] | None = None  # and hash of its table
         self._boots: list[int | None] = []
         self._core: Core | None = None
         self._pace = _Pace()
@@ -64,6 +65,7 @@ class BoardPlayer:
             life = (message.boot, message.session)
             if message.role == codes.ROLE_BOARD and life != self._life:
                 self._life = life
+                self._version = (message.major, message.minor, message.patch), message.schema_hash
                 self._stream = Stream()
                 self._states.clear()
         elif line.topic == TRACE:
@@ -93,6 +95,8 @@ class BoardPlayer:
             self._play_before(snapshot.tick + 1)
             return
         boot = self._life[0] if self._life else None
+        if not self._layout:
+            self._know_words()
         if not self._boots or self._boots[-1] != boot:
             self._boots.append(boot)
             self.result.lives += 1
@@ -104,6 +108,19 @@ class BoardPlayer:
         self._around = snapshot.around
         self._tick = snapshot.tick
         self._silent.clear()
+
+    def _know_words(self) -> None:
+        """Raise NoTrace for a board whose snapshots would be read by the wrong names."""
+        if self._version is None:
+            self.result.unnamed = True
+            return
+        (told, its_table), (version, table) = self._version, _ours()
+        if (told, its_table) != (version, table):
+            other = ", with another table" if its_table != table else ""
+            raise NoTrace(
+                "its board had another version of the firmware"
+                f" ({_words(told)}, here {_words(version)}{other})"
+            )
 
     def _play_before(self, end: int) -> None:
         """Play the ticks before `end`; each also counts those missed before it."""
@@ -173,6 +190,14 @@ def _core(words: Sequence[int], layout: Sequence[str], pace: _Pace) -> Core:
     core = Core(settings, simulated=False, boot_faults=0, clock=pace)
     core.restore(named)
     return core
+
+
+def _ours() -> tuple[tuple[int, ...], int]:
+    return VERSION, frame.schema_hash()
+
+
+def _words(version: Sequence[int]) -> str:
+    return ".".join(map(str, version))
 
 
 def _told(state: Any) -> dict[str, int]:

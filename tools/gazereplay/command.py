@@ -53,6 +53,8 @@ def _replay(options: argparse.Namespace) -> int:
     if result.gaps:
         gaps = f"{result.gaps} gap{'s' if result.gaps > 1 else ''}"
         print(f"{gaps}: {result.unchecked} ticks not checked, as the trace lacks what they took")
+    if result.unnamed:
+        print("this log does not tell its board's version, which may have another core than this")
     if result.difference is not None:
         moment = time.strftime("%H:%M:%S", time.localtime(result.difference.at_ns // 10**9))
         print(f"differs first at {moment}, {result.difference}")

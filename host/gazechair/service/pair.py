@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from gazechair.people.pairing.desk import PairingDesk
-from gazechair.people.pairing.local import NotRunning, ask
+from gazechair.people.pairing.local import AlreadyRunning, NotRunning, ask, no_daemon
 from gazechair.people.pairing.one_time import VALID_S
 from gazechair.people.pairing.show import code_as_text, devices_as_text
 from gazechair.people.pairing.store import Device, StoreError
@@ -37,19 +38,34 @@ def show_devices(folder: Path, say: Callable[[str], None]) -> None:
 
 
 def revoke(folder: Path, id: str, say: Callable[[str], None]) -> None:
-    """Forget a device, even if no daemon runs. Raises PairError for an unknown id."""
+    """Forget a device, even if no daemon runs.
+
+    Raises PairError for an unknown id, and when a daemon runs that does not answer: it would go on
+    accepting the device, and write it back.
+    """
     try:
         answer = ask(folder, {"ask": "revoke", "id": id})
-    except NotRunning:
-        try:
-            answer = {"revoked": _desk(folder).revoke(id)}
-        except StoreError as error:
-            answer = {"error": str(error)}
+        pages = "; its pages have been sent away"
+    except NotRunning as unanswered:
+        answer = _revoke_alone(folder, id, str(unanswered))
+        pages = ""
     if "error" in answer:
         raise PairError(answer["error"])
     if not answer["revoked"]:
         raise PairError(f"no device {id!r}; gazechair pair --list shows them")
-    say(f"{id} is not paired any more; its pages have been sent away")
+    say(f"{id} is not paired any more{pages}")
+
+
+def _revoke_alone(folder: Path, id: str, unanswered: str) -> dict[str, Any]:
+    try:
+        with no_daemon(folder):
+            return {"revoked": _desk(folder).revoke(id)}
+    except AlreadyRunning as running:
+        return {"error": f"{id} is still paired: {running}, but {unanswered}; restart it, repeat"}
+    except OSError as error:
+        return {"error": f"{folder}: {error.strerror}; run this as the user of gazechair run"}
+    except StoreError as error:
+        return {"error": str(error)}
 
 
 def _desk(folder: Path) -> PairingDesk:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -67,6 +69,51 @@ def test_without_a_daemon_it_lists_and_revokes_but_makes_no_code(
     assert "kitchen" in capsys.readouterr().out
     assert pair(config, "--revoke", paired.device.id) == 0
     assert not again(tmp_path / "state").knows(paired.device.id)
+
+
+def test_a_daemon_that_cannot_be_asked_keeps_its_devices_and_that_is_said(
+    desk: Any,
+    again: Any,
+    config: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    paired = desk.join("viewer", "kitchen")
+    state = tmp_path / "state"
+    door = LocalDoor(desk, state, lambda: "")
+
+    def unbound(_descriptor: int, _mode: int) -> None:
+        raise OSError(errno.EPERM, os.strerror(errno.EPERM))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fchmod", unbound)
+        door.start()
+    assert pair(config, "--revoke", paired.device.id) == 2
+    error = capsys.readouterr().err
+    assert f"{paired.device.id} is still paired: a gazechair run has the state folder" in error
+    assert "answers at" in error
+    assert error.count("\n") == 1
+    assert again(state).knows(paired.device.id)
+    assert desk.who(paired.token) is not None
+    door.stop()
+    assert pair(config, "--revoke", paired.device.id) == 0
+    assert "sent away" not in capsys.readouterr().out
+    assert not again(state).knows(paired.device.id)
+
+
+def test_a_state_folder_of_another_user_is_said(
+    desk: Any, config: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    paired = desk.join("viewer", "kitchen")
+
+    def refused(_path: Any, _flags: int) -> int:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr(os, "open", refused)
+    assert pair(config, "--revoke", paired.device.id) == 2
+    assert "run this as the user of gazechair run" in capsys.readouterr().err
+    assert desk.knows(paired.device.id)
 
 
 @pytest.mark.parametrize("running", [True, False])

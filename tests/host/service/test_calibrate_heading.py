@@ -40,6 +40,7 @@ class MemoryBoard(FakeBoardFiles):
         super().__init__()
         self.says = [CHIP, report(3, 1), report(3, 3)]
         self.dies: BaseException | None = None
+        self.dies_removing = False  # the stored calibration; it is gone by then
         self.hello: Hello | None = Hello("teensy40", "", frame.schema_hash(), True, False, 1)
         self.comes_back = True
         self.refusals = 0  # to come; then it stores
@@ -56,6 +57,12 @@ class MemoryBoard(FakeBoardFiles):
             on_line(line)
         if self.dies is not None:
             raise self.dies
+
+    def remove(self, path: str) -> None:
+        super().remove(path)
+        if path == heading.STORED and self.dies_removing:
+            self.dies_removing = False
+            raise KeyboardInterrupt
 
     def save_heading(self) -> None:
         self.asked += 1
@@ -205,6 +212,15 @@ def test_whatever_ends_the_program_the_board_is_cleaned_and_reset(
         run(board)
     assert board.resets == 1
     assert board.files[heading.STORED] == OLDER
+
+
+def test_an_end_while_the_older_one_is_removed_puts_it_back(board: MemoryBoard) -> None:
+    board.files[heading.STORED] = OLDER
+    board.dies_removing = True
+    with pytest.raises(KeyboardInterrupt):
+        run(board)
+    assert board.files[heading.STORED] == OLDER
+    assert board.stored_at_start == [None, OLDER], "the reset firmware is waited for both times"
 
 
 @pytest.mark.parametrize(

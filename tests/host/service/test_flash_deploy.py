@@ -32,6 +32,10 @@ def deploy(board: FakeBoardFiles, new: Tree) -> None:
     deployment.switch()
 
 
+def roll_back(board: FakeBoardFiles, new: Tree) -> str:
+    return Deployment(board, new, watchdog=False).roll_back()
+
+
 def whole_firmware(board: FakeBoardFiles, *trees: Tree) -> Tree | None:
     """The one that the board starts; fails when that one is not whole."""
     main = board.files.get(tree.MAIN)
@@ -104,14 +108,41 @@ def test_rolls_back_to_the_firmware_before(tmp_path: Path) -> None:
     first, second = make_tree(tmp_path, 1), make_tree(tmp_path, 2)
     deploy(board, first)
     deploy(board, second)
-    assert Deployment(board, second, watchdog=False).roll_back()
+    assert roll_back(board, second) == "the firmware before is back"
     assert whole_firmware(board, first, second) == first
+
+
+@pytest.mark.parametrize("damaged", [False, True])
+def test_the_same_firmware_again_keeps_the_one_before(tmp_path: Path, damaged: bool) -> None:
+    board = FakeBoardFiles()
+    first, second = make_tree(tmp_path, 1), make_tree(tmp_path, 2)
+    deploy(board, first)
+    deploy(board, second)
+    if damaged:
+        board.files[f"{second.folder}/gazeboard/link.py"] = b"half"
+    for _ in range(2):
+        deploy(board, second)
+        assert whole_firmware(board, first, second) == second
+    assert roll_back(board, second) == "the firmware before is back"
+    assert whole_firmware(board, first, second) == first
+
+
+def test_a_firmware_before_that_is_gone_is_said_and_not_started(tmp_path: Path) -> None:
+    board = FakeBoardFiles()
+    first, second, third = (make_tree(tmp_path, n) for n in (1, 2, 3))
+    deploy(board, first)
+    deploy(board, second)
+    Deployment(board, third, watchdog=True).copy(lambda path, count: None)  # and then the cable
+    deploy(board, second)
+    said = roll_back(board, second)
+    assert f"({first.name}) is no longer on the board" in said
+    assert whole_firmware(board, first, second, third) == second
 
 
 def test_rolls_back_to_nothing_where_nothing_was(tmp_path: Path) -> None:
     board, new = FakeBoardFiles(), make_tree(tmp_path, 1)
     deploy(board, new)
-    assert not Deployment(board, new, watchdog=False).roll_back()
+    assert "starts nothing" in roll_back(board, new)
     assert tree.MAIN not in board.files
 
 
@@ -120,6 +151,8 @@ def test_a_foreign_main_is_kept_for_going_back(tmp_path: Path) -> None:
     board.files[tree.MAIN] = b"print('mine')\n"
     deploy(board, new)
     assert board.files[OLD_MAIN] == b"print('mine')\n"
+    assert roll_back(board, new) == "the firmware before is back"
+    assert board.files[tree.MAIN] == b"print('mine')\n"
 
 
 def test_the_plug_pulled_at_any_moment_leaves_a_whole_firmware(tmp_path: Path) -> None:

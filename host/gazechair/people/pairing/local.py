@@ -155,6 +155,29 @@ def ask(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
 
 
 @contextlib.contextmanager
+def no_daemon(folder: Path) -> Iterator[None]:
+    """Keep the state folder from any daemon meanwhile.
+
+    Raises AlreadyRunning when one has it, even one that does not answer; OSError when that cannot
+    be told.
+    """
+    try:
+        # Not created: a lock that root owns would be of no use to the daemon's user.
+        lock = os.open(folder / LOCK_NAME, os.O_RDONLY)
+    except FileNotFoundError:
+        yield  # no daemon ever ran here
+        return
+    try:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise AlreadyRunning(f"a gazechair run has the state folder {folder}") from None
+        yield
+    finally:
+        os.close(lock)
+
+
+@contextlib.contextmanager
 def _short(folder: Path) -> Iterator[str]:
     # A unix socket's path must be under 108 bytes; a folder's handle makes any path short.
     handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)

@@ -65,8 +65,8 @@ class HeadingCalibration:
         files = driver_files()
         path = find_port(port)
         self._enter_maintenance(path)
-        self._at_board(path, lambda board: self._work(board, files, seconds))
         try:
+            self._at_board(path, lambda board: self._work(board, files, seconds))
             self._wait_for_firmware(path)
             self._judge(seconds)
             self._store(path)
@@ -200,6 +200,7 @@ class HeadingCalibration:
         if before is None:
             return
         try:
+            self._wait_for_firmware(path)  # it may have been reset a moment ago
             self._enter_maintenance(path)
             self._at_board(path, lambda board: board.write(STORED, before))
             self._wait_for_firmware(path)

@@ -163,11 +163,10 @@ class Flasher:
                 " unplug it, plug it in, and run `gazechair flash` again"
             ) from None
         try:
-            restored = Deployment(board, new, watchdog=False).roll_back()
+            now = Deployment(board, new, watchdog=False).roll_back()
             board.reset()
         finally:
             board.close()
-        now = "the firmware before is back" if restored else "the board has none, as before"
         raise FlashError(f"the new firmware does not run on {path} ({seen}); {now}")
 
 

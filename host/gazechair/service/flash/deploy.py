@@ -74,14 +74,21 @@ class Deployment:
             self._put(OLD_MAIN, present)
         self._put(t.MAIN, self._tree.main)
 
-    def roll_back(self) -> bool:
-        """Back to the main.py before; False when there was none: the board then starts nothing."""
-        present = self._board.read(OLD_MAIN)
-        if present is None:
+    def roll_back(self) -> str:
+        """Back to the main.py before, if its firmware is still there; says what the board has now.
+
+        Without a main.py before, the board starts nothing afterwards.
+        """
+        old = self._board.read(OLD_MAIN)
+        if old is None:
             self._board.remove(t.MAIN)
-            return False
+            return "there is none before it on the board, which starts nothing now"
+        folder = _folder_of(old)
+        if folder and folder not in self._board.folders(t.BASE):
+            # A main.py that starts nothing would be no better, and would hide what happened.
+            return f"the one before ({folder}) is no longer on the board, so the new one stays"
         self._board.rename(OLD_MAIN, t.MAIN)
-        return True
+        return "the firmware before is back"
 
     def _put(self, path: str, content: bytes) -> None:
         self._board.write(_NEW_MAIN, content)
@@ -98,10 +105,13 @@ class Deployment:
             if there.get(f"{self._tree.folder}/{path}") != sha256(content)
         ]
 
-    # Firmware that neither the present nor the coming main.py names: what earlier tries left.
+    # What earlier tries left: firmware that neither main.py names, the coming one's or the one
+    # that roll_back goes to. That is the present one, or the one before it when `switch` will
+    # find the coming one in place already.
     def _clean(self) -> None:
-        present = self._board.read(t.MAIN) or b""
-        keep = {self._tree.name, t.named_by(present.decode("utf-8", "replace"))}
+        keep = {self._tree.name, _folder_of(self._board.read(t.MAIN))}
+        if keep == {self._tree.name}:
+            keep.add(_folder_of(self._board.read(OLD_MAIN)))
         for name in self._board.folders(t.BASE):
             if name.startswith(t.PREFIX) and name not in keep:
                 self._board.remove(f"{t.BASE}/{name}")
@@ -111,3 +121,7 @@ class Deployment:
         if self._watchdog and now_s - self._fed_s > _FEED_S:
             self._fed_s = now_s
             self._board.feed_watchdog()
+
+
+def _folder_of(main: bytes | None) -> str:
+    return t.named_by((main or b"").decode("utf-8", "replace"))

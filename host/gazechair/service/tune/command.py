@@ -75,7 +75,7 @@ class Tuning:
 
     def run(self, profile: str, dry_run: bool) -> None:
         """Tune `profile` (of settings_table.PROFILES). Raises TuneError or SettingsError with the
-        reason, and then changes nothing."""
+        reason, and then changes nothing, nor when it is interrupted."""
         before = self._board.all()
         self._say(_BEFORE.format(profile=profile))
         if self._straight is not None:
@@ -97,8 +97,9 @@ class Tuning:
         if self._found is not None:
             try:
                 self._keep(profile, self._found)
-            except OSError as error:
-                self._say(f"a change of the profile does not change the step: {error}")
+            except (OSError, KeyboardInterrupt) as error:
+                why = str(error) or "stopped"
+                self._say(f"a change of the profile does not change the step: {why}")
         self._say(f"stored; the board now drives with profile {profile}")
 
     def _show(self, profile: str, before: Sequence[int], rows: dict[str, int], fit: Fit) -> None:
@@ -137,26 +138,38 @@ class Tuning:
         # halfway, the profile counts as not tuned.
         values = {index_of(name): value for name, value in rows.items()}
         tuned = index_of(profile_row(rows["profile"], "tuned"))
-        changed: list[int] = []
+        changed = [tuned]
+        saving = False
         try:
             for index, value in ((tuned, 0), *_last(tuned, values)):
                 changed.append(index)  # perhaps only the answer was lost
                 self._board.set(index, value)
+            saving = True
             self._board.save()
-        except SettingsError as error:
+        except BaseException as error:  # Ctrl-C, too, leaves nothing half stored
+            refused = isinstance(error, SettingsError)
+            why = str(error) if refused else "stopped"
             old = {index: before[index] for index in changed}
-            try:
-                for index, value in ((tuned, 0), *_last(tuned, old)):
-                    self._board.set(index, value)
-            except SettingsError:
-                raise TuneError(
-                    "not stored ({error}), and what was changed could not be put back; switch the"
-                    " board off and on, it then starts with what it saved",
-                    "store_lost",
-                    error=str(error),
-                ) from None
+            # What was refused is not in the flash; what was interrupted may be.
+            self._put_back(tuned, old, saving and not refused, why)
+            if not refused:
+                raise
             text = "not stored: {error}; the settings are as before"
-            raise TuneError(text, "store_failed", error=str(error)) from None
+            raise TuneError(text, "store_failed", error=why) from None
+
+    def _put_back(self, tuned: int, old: dict[int, int], save: bool, why: str) -> None:
+        try:
+            for index, value in ((tuned, 0), *_last(tuned, old)):
+                self._board.set(index, value)
+            if save:
+                self._board.save()
+        except (SettingsError, KeyboardInterrupt):
+            raise TuneError(
+                "not stored ({error}), and what was changed could not be put back; switch the"
+                " board off and on, it then starts with what it saved",
+                "store_lost",
+                error=why,
+            ) from None
 
 
 def _last(index: int, values: dict[int, int]) -> list[tuple[int, int]]:

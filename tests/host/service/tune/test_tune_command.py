@@ -35,6 +35,8 @@ class MemoryBoard:
         self.refuses_after = 1 << 30
         self.full = False
         self.gone = False  # it answers no more, once `refuses_after` is over
+        self.interrupted_at: list[int] = []  # Ctrl-C in these requests, counted from 1
+        self.requests = 0
 
     def all(self) -> list[int]:
         return list(self.values)
@@ -43,6 +45,7 @@ class MemoryBoard:
         _, _, low, high = TABLE[index]
         assert low <= value <= high
         self.refuses_after -= 1
+        self._interrupt()
         if self.refuses_after == 0:
             raise SettingsError("set: the board does not answer")
         if self.gone and self.refuses_after < 0:
@@ -53,6 +56,12 @@ class MemoryBoard:
         if self.full:
             raise SettingsError("save refused: the board could not write it to its flash")
         self.saved = list(self.values)
+        self._interrupt()
+
+    def _interrupt(self) -> None:
+        self.requests += 1
+        if self.requests in self.interrupted_at:
+            raise KeyboardInterrupt
 
 
 @pytest.fixture(scope="module")
@@ -197,6 +206,28 @@ def test_a_tuning_cut_off_while_it_is_stored_leaves_a_profile_that_is_not_tuned(
         assert board.values == before or board.values[tuned] == 0
     else:
         assert board.saved == board.values
+
+
+def test_ctrl_c_while_it_is_stored_leaves_all_as_before(recordings: list[Recording]) -> None:
+    whole = MemoryBoard()
+    tune(whole, recordings)
+    assert whole.requests >= 10
+    for at in range(1, whole.requests + 1):
+        board = MemoryBoard()
+        before = board.all()
+        board.interrupted_at = [at]
+        with pytest.raises(KeyboardInterrupt):
+            tune(board, recordings)
+        assert board.values == before, at
+        assert board.saved in (None, before), at
+
+
+def test_ctrl_c_again_while_it_is_undone_says_that_it_is_not(recordings: list[Recording]) -> None:
+    board = MemoryBoard()
+    board.interrupted_at = [5, 7]
+    with pytest.raises(TuneError, match=r"not stored \(stopped\), .* could not be put back"):
+        tune(board, recordings)
+    assert board.values[index_of("p3_1_tuned")] == 0
 
 
 def test_numbers_and_settings_are_the_same_thing() -> None:

@@ -1,0 +1,81 @@
+"""The package's installer with stand-ins for what it calls: when it makes an environment."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from gazedeb import package
+
+FILES = Path(package.__file__).parent / "files"
+STAND_INS = {
+    "getent": "true",
+    "useradd": "true",
+    "usermod": "true",
+    "install": 'for last; do :; done; mkdir -p "$last"',
+    "sync": "true",
+    "touch": '/bin/touch "$1"',
+    "python3": 'mkdir -p "$3/bin"; for name in python gazechair; do\n'
+    'printf "#!/bin/sh\\n" >"$3/bin/$name"; chmod +x "$3/bin/$name"; done',
+}
+
+
+class Machine:
+    """A folder as the root of a file system, with the installer of one version."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._called = folder / "called"
+        self.version = folder / "opt/gazechair/1.0"
+        stand_ins = folder / "stand-ins"
+        stand_ins.mkdir()
+        for name, act in STAND_INS.items():
+            path = stand_ins / name
+            path.write_text(f'#!/bin/sh\necho "{name} $*" >>"{self._called}"\n{act}\n')
+            path.chmod(0o755)
+        for name, place in (("postinst", "postinst"), ("gazechair-version", "usr/sbin")):
+            text = (FILES / name).read_text().replace("@VERSION@", self.version.name)
+            for top in ("/opt/", "/var/lib/", "/usr/sbin/gaze", "/run/systemd"):
+                text = text.replace(top, f"{folder}{top}")
+            path = folder / place
+            if place != name:
+                path.mkdir(parents=True)
+                path /= name
+            path.write_text(text)
+            path.chmod(0o755)
+
+    def install(self) -> list[str]:
+        """Run the installer; the stand-ins that it called, with their words."""
+        self._called.write_text("")
+        env = {**os.environ, "PATH": f"{self._folder}/stand-ins:/usr/bin:/bin"}
+        subprocess.run([self._folder / "postinst", "configure"], env=env, check=True)
+        return self._called.read_text().splitlines()
+
+
+@pytest.fixture
+def machine(tmp_path: Path) -> Machine:
+    return Machine(tmp_path)
+
+
+def test_an_environment_is_on_the_disk_before_it_counts_as_complete(machine: Machine) -> None:
+    called = machine.install()
+    home = machine.version.parent
+    assert called[-2:] == [f"sync -f {home}", f"touch {machine.version}/complete"]
+    assert (home / "current").resolve() == machine.version
+
+
+def test_a_complete_environment_is_not_made_again(machine: Machine) -> None:
+    machine.install()
+    assert f"python3 -m venv {machine.version}" not in machine.install()
+
+
+def test_an_environment_of_a_python_that_is_gone_is_made_again(machine: Machine) -> None:
+    machine.install()
+    program = machine.version / "bin/gazechair"
+    program.write_text("#!/bin/sh\necho 'No module named gazechair' >&2\nexit 1\n")
+    assert f"python3 -m venv {machine.version}" in machine.install()
+    assert subprocess.run([program, "--version"]).returncode == 0
+    assert (machine.version / "complete").exists()
