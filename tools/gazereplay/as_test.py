@@ -10,9 +10,8 @@ from typing import Any
 
 from mcap.writer import Writer
 
-from gazeboard.io.settings import Settings
 from gazereplay.board_trace import TRACE
-from gazereplay.core import Core
+from gazereplay.core import layouts
 from gazereplay.replay import kept_layout, of_trace
 from gazesetup.paths import ROOT
 
@@ -37,7 +36,7 @@ def keep(path: Path, name: str, folder: Path = FOLDER) -> Path:
         fresh.unlink(missing_ok=True)
     if traced:
         # The names of a snapshot's words, so that a core with other words can use it, too.
-        layout = kept_layout(path) or Core(Settings(), simulated=False, boot_faults=0).layout()
+        layout = kept_layout(path) or layouts()[0]
         target.with_suffix(".json").write_text(json.dumps(layout))
     return target
 

@@ -11,7 +11,7 @@ from gazeboard.io.settings import Settings
 from gazechair.blackbox.reader import Line
 from gazelink import VERSION, codes, frame
 from gazelink.settings_table import NAMES
-from gazereplay.core import Core
+from gazereplay.core import Core, layouts, without_casters
 from gazereplay.result import Difference, NoTrace, Result
 from gazereplay.stream import Inputs, Record, Silent, Snapshot, Stream
 from gazereplay.trace import DECIDED
@@ -181,7 +181,9 @@ _NAMES = tuple(name for name in DECIDED if name != "toggled")  # not in a STATE
 def _core(words: Sequence[int], layout: Sequence[str], pace: _Pace) -> Core:
     """The core in the snapshot's state; raises NoTrace."""
     settings = Settings()
-    layout = layout or Core(settings, simulated=False, boot_faults=0).layout()
+    layout = layout or layouts()[0]
+    if len(layout) != len(words):
+        layout = without_casters(layout)
     if len(layout) != len(words):
         raise NoTrace("its board had another version of the firmware, with another core")
     named = dict(zip(layout, words, strict=True))

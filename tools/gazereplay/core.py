@@ -16,9 +16,12 @@ from gazeboard.core.tick_clock import TickClock
 from gazeboard.io.core_state import CoreState
 from gazeboard.io.joystick import Joystick
 from gazeboard.io.settings import Settings
+from gazeboard.turning.casters import Casters
 from gazeboard.turning.turn import turn_controller
-from gazelink.settings_table import NAMES
+from gazelink.settings_table import NAMES, NO_CASTERS_Q4_DEG, PROFILES, profile_row
 from gazereplay import trace
+
+_CASTERS = f"{Casters.__name__} "
 
 
 class _Wipers:
@@ -127,3 +130,17 @@ class Core:
         before = tick.enable_level
         level = tick.written(bool(verified), bool((*neutral, self.stick.neutral)[0]))
         return dict(zip(trace.DECIDED, trace.decision(self._tick, level != before), strict=True))
+
+
+def layouts() -> tuple[list[str], list[str]]:
+    """The names of a CoreState's words, of a chair whose casters turn it further, and without."""
+    settings = Settings()
+    for row in range(len(PROFILES)):
+        setattr(settings, profile_row(row, "caster_q4_deg"), 2 * NO_CASTERS_Q4_DEG)
+    names = Core(settings, simulated=False, boot_faults=0).layout()
+    return names, without_casters(names)
+
+
+def without_casters(names: Sequence[str]) -> list[str]:
+    """The rest of these words' names."""
+    return [name for name in names if not name.startswith(_CASTERS)]

@@ -8,13 +8,10 @@ changed core is listed, or has another version. `python -m gazereplay.layouts` l
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
 from pathlib import Path
 
-from gazeboard.io.settings import Settings
 from gazelink import VERSION, frame
-from gazelink.settings_table import NO_CASTERS_Q4_DEG, PROFILES, profile_row
-from gazereplay.core import Core
+from gazereplay.core import layouts
 
 FILE = Path(__file__).with_name("layouts.txt")
 CHANGE = (
@@ -26,7 +23,7 @@ CHANGE = (
 def ours() -> dict[str, str]:
     """{version, table, number of words: digest of their names} of this core."""
     found = {}
-    for names in _layouts():
+    for names in layouts():
         version = ".".join(map(str, VERSION))
         key = f"{version} {frame.schema_hash():08x} {len(names)}"
         found[key] = hashlib.sha256("\n".join(names).encode()).hexdigest()[:16]
@@ -46,15 +43,6 @@ def add() -> None:
         if known.setdefault(key, digest) != digest:
             raise ValueError(CHANGE)
     FILE.write_text("".join(f"{key} {digest}\n" for key, digest in known.items()))
-
-
-def _layouts() -> Iterator[list[str]]:
-    """Without casters that turn the chair further, and with them: they have words of their own."""
-    for caster in (NO_CASTERS_Q4_DEG, 2 * NO_CASTERS_Q4_DEG):
-        settings = Settings()
-        for row in range(len(PROFILES)):
-            setattr(settings, profile_row(row, "caster_q4_deg"), caster)
-        yield Core(settings, simulated=False, boot_faults=0).layout()
 
 
 if __name__ == "__main__":
