@@ -16,6 +16,7 @@ from gazeboard.core import limits
 from gazeboard.core.motion import Motion
 from gazechair.blackbox.reader import Line, LogFile
 from gazelink import VERSION, codes, frame, messages
+from gazelink.settings_table import NO_CASTERS_Q4_DEG, index_of, profile_row
 from gazereplay import as_test, board_trace, command, layouts
 from gazereplay.board_trace import STATE, TRACE, BoardPlayer
 from gazereplay.recording import virtual_log
@@ -181,6 +182,25 @@ def test_a_drive_becomes_a_test(
     assert replay(kept) == replay(path)
     monkeypatch.setattr(limits, "HOST_SILENT_MS", 80)
     assert replay(kept).difference == replay(path).difference is not None
+
+
+def test_a_chair_whose_casters_turn_it_further_is_replayed_and_kept(tmp_path: Path) -> None:
+    chair = TracedChair(tmp_path)
+    chair.run(800)
+    caster = index_of(profile_row(int(chair.app.settings.profile), "caster_q4_deg"))
+    chair.link.protocol.request_setting(codes.SETTING_SET, caster, 2 * NO_CASTERS_Q4_DEG)
+    chair.run(200)
+    chair.arm()
+    chair.press(codes.LEFT)
+    chair.run(600)
+    chair.release()
+    chair.run(1000)
+    path = chair.close()
+    for log in (path, as_test.keep(path, "casters", tmp_path)):
+        result = replay(log)
+        assert result.difference is None
+        assert result.compared > 100
+        assert result.armed > 1000
 
 
 def test_a_test_kept_again_under_its_own_name_is_the_same(recorded: Any, tmp_path: Path) -> None:
