@@ -1,11 +1,10 @@
 """The arbiter: selects from all pages' messages what the board receives. Pure.
 
 Times are monotonic seconds. One page owns the chair at a time; a stop from any driver or caretaker
-takes effect at once (a viewer changes nothing). The caretaker may take over at any time, a driver
-only when there is no owner. An input (a plug-in) never owns the chair: it drives alongside its
-person's page, while that page owns the chair. A press (edge) that has ended, for any reason, never
-moves the chair again: its person must press again. Nobody holds a press on an auto mode: it lasts
-under supervision (Watch), until anything else is pressed.
+takes effect at once. The caretaker may take over at any time, a driver when there is no owner. An
+input (a plug-in) never owns the chair: it drives beside its person's page, while that owns it. A
+press (edge) that has ended, for any reason, never moves the chair again: its person must press
+again. Nobody holds an auto mode: it lasts under supervision (Watch) until anything is pressed.
 """
 
 from __future__ import annotations
@@ -167,8 +166,10 @@ class Arbiter:
         self._bypass.gone(client)
         self._clients.pop(client, None)
 
-    def receive(self, client: int, message: PageMessage, now_s: float) -> Refusal | None:
-        """Act on one message; a refusal if it was not followed and its page must be informed."""
+    def receive(
+        self, client: int, message: PageMessage, now_s: float, offered: bool = True
+    ) -> Refusal | None:
+        """Act on one message; a refusal to tell its page. Of a mode not `offered` none is alive."""
         page = self._clients.get(client)
         if page is None:
             return Refusal("message", "not_owner", "this page is not connected any more")
@@ -180,7 +181,7 @@ class Arbiter:
         if page.role == codes.NOBODY:
             return Refusal("message", "not_allowed", "this device may only watch")
         if isinstance(message, Drive | UseMode):
-            return self._drive(client, page, message, now_s)
+            return self._drive(client, page, message, now_s, offered)
         if isinstance(message, Watch):
             if self.freshness.fresh(message.proof, now_s):
                 self._press.watch(page.role, self.freshness.proven_s(message.proof, now_s))
@@ -296,7 +297,7 @@ class Arbiter:
         return client == self._owner or (page.beside and page.role == self.owner_code)
 
     def _drive(
-        self, client: int, page: Client, wish: Drive | UseMode, now_s: float
+        self, client: int, page: Client, wish: Drive | UseMode, now_s: float, offered: bool
     ) -> Refusal | None:
         what = "cmd" if isinstance(wish, Drive) and wish.verb != codes.DRIVE else "drive"
         if not self.freshness.fresh(wish.proof, now_s):
@@ -306,13 +307,12 @@ class Arbiter:
         if new:
             page.told.clear()
             self._press.pressed()
-        if not self._may_drive(client, page):
+        if not offered or not self._may_drive(client, page):
             reason = "not_armed" if self._owner is None else "not_owner"
+            return self._refuse_once(what, page, wish.edge, reason if offered else "no_answer")
+        if self._session == 0 or self._state != codes.ARMED:
+            reason = "not_armed" if self._session else "not_connected"
             return self._refuse_once(what, page, wish.edge, reason)
-        if self._session == 0:
-            return self._refuse_once(what, page, wish.edge, "not_connected")
-        if self._state != codes.ARMED:
-            return self._refuse_once(what, page, wish.edge, "not_armed")
         proven_s = self.freshness.proven_s(wish.proof, now_s)
         deadline_s = proven_s + min(self.ttl_s, wish.life_s)
         if new and proven_s < self.stopped_s and client != self._stopped_by:

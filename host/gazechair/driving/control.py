@@ -129,10 +129,8 @@ class Control:
             now_s = self._clock()
             self._hear_board(now_s)  # the arbiter must know what the page has seen
             was_permille = self._arbiter.cap_permille
-            if isinstance(meaning, UseMode) and meaning.mode not in self._tiles:
-                refusal: Refusal | None = Refusal("drive", "no_answer", f"no mode {meaning.mode}")
-            else:
-                refusal = self._arbiter.receive(client, meaning, now_s)
+            offered = not isinstance(meaning, UseMode) or meaning.mode in self._tiles
+            refusal = self._arbiter.receive(client, meaning, now_s, offered)
             if meaning is STOP and not self._arbiter.beside(client):
                 self._stop_seen.said(client, now_s)
             cap_permille = self._arbiter.cap_permille

@@ -325,3 +325,11 @@ def test_health_is_told_by_part(rig: Rig) -> None:
         "detail": "",
         "for_s": 0.0,
     }
+
+
+def test_a_press_of_a_mode_that_is_gone_ends_an_auto_motion_as_any_other_press(armed: Rig) -> None:
+    armed.control.offer_mode("kitchen", {"auto": True})
+    for edge, mode, auto in ((1, "kitchen", "kitchen"), (2, "bed", "")):
+        said = armed.say(k="mode", mode=mode, edge=edge, token=armed.look()["token"])
+        assert [one["reason"] for one in said] == ([] if auto else ["no_answer"])
+        assert armed.control._arbiter.auto == auto

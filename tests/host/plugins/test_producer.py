@@ -236,12 +236,15 @@ class Riding(Person):
 
     def __init__(self) -> None:
         super().__init__()
-        self.rig.control.offer_mode("ahead", {"icon": "●", "names": {"en": "Ahead"}})
+        self.offer()
         self.mode = ModeProducer(self.rig.control, "ahead", self.clock)
         self.steers: Intent | None = drive(400, 50)
         self.edge = 0
         self.held = False
         self.refused: list[str] = []
+
+    def offer(self) -> None:
+        self.rig.control.offer_mode("ahead", {"icon": "●", "names": {"en": "Ahead"}})
 
     def hold_tile(self) -> None:
         self.edge += 1
@@ -327,8 +330,13 @@ def test_a_mode_that_is_lost_ends_and_cannot_be_chosen() -> None:
     assert riding.command == STILL
     riding.hold_tile()
     riding.run(0.1)
-    assert riding.refused[-1] == "no_answer"
-    assert riding.command == STILL
+    assert riding.refused == ["no_answer"]  # once per press
+    riding.offer()
+    riding.run(0.2)
+    assert riding.command == STILL  # that press was refused for good
+    riding.hold_tile()
+    riding.run(0.1)
+    assert riding.command[0] == codes.DRIVE
 
 
 def test_an_input_can_hold_a_mode() -> None:
