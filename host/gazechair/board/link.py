@@ -13,6 +13,7 @@ from collections.abc import Callable
 from gazechair.base import health as h
 from gazechair.base.health import Health
 from gazechair.base.latest_value import Clock, Latest
+from gazechair.base.throttled_log import ThrottledLog
 from gazechair.board import ports
 from gazechair.board.board_commands import Bypass, Clearance, Command
 from gazechair.board.events import (
@@ -35,6 +36,7 @@ _BACK_OFF_S = (0.1, 1.0)
 _MAX_WAIT_S = 0.05
 
 log = logging.getLogger(__name__)
+complaints = ThrottledLog(log)
 
 # Reasons of a board that repeats its last message instead of beginning a session.
 _DOES_NOT_START = ("watchdog_boots", "no_hard_timer")
@@ -166,11 +168,15 @@ class BoardLink:
         back_off_s = _BACK_OFF_S[0]
         while not self._stopping.is_set():
             begun = False
-            path = self._next_path()
-            if path is None:
-                self.health.set(h.LOST, "board_lost", ports.nothing_found(ports.BOARD))
-            else:
-                begun = self._try(path)
+            try:
+                path = self._next_path()
+                if path is None:
+                    self.health.set(h.LOST, "board_lost", ports.nothing_found(ports.BOARD))
+                else:
+                    begun = self._try(path)
+            except Exception as error:  # whatever is wrong, the board must be looked for again
+                complaints.warn("board link: an error", exc_info=True)
+                self.health.set(h.LOST, "board_lost", f"{type(error).__name__}: {error}")
             back_off_s = _BACK_OFF_S[0] if begun else min(back_off_s * 2, _BACK_OFF_S[1])
             self._stopping.wait(back_off_s)
 

@@ -47,9 +47,20 @@ class Port:
 PortFinder = Callable[[], list[str]]
 
 
+def listed() -> list[ListPortInfo]:
+    """All serial ports of this machine, as pyserial lists them; none while one is being unplugged.
+
+    pyserial 3.5 reads a device's files one after the other, and fails when they go meanwhile.
+    """
+    try:
+        return list(list_ports.comports())
+    except (OSError, TypeError, ValueError):
+        return []
+
+
 def seen() -> list[Port]:
     """All serial ports of this machine, by path."""
-    return sorted((describe(info) for info in list_ports.comports()), key=lambda port: port.path)
+    return sorted(map(describe, listed()), key=lambda port: port.path)
 
 
 def describe(info: ListPortInfo) -> Port:

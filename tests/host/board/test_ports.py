@@ -50,5 +50,16 @@ def test_auto_finds_the_board_and_never_offers_the_others(monkeypatch: pytest.Mo
     assert "\n" not in line
 
 
+def test_a_device_that_goes_while_ports_are_listed_is_not_there(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def going() -> None:
+        int(None, 16)  # as pyserial does with the id of a device whose files have gone
+
+    monkeypatch.setattr(list_ports, "comports", going)
+    assert ports.finder("auto", ports.BOARD)() == []
+    assert "there are none" in ports.nothing_found(ports.BOARD)
+
+
 def test_a_configured_path_passes_as_it_is() -> None:
     assert ports.finder("/run/chair/board", ports.BOARD)() == ["/run/chair/board"]

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from serial.tools import list_ports
 
 from gazechair import cli
 from gazechair.config import configuration
@@ -87,7 +88,7 @@ def adapters(*serials: str) -> list[SimpleNamespace]:
 def test_the_port_is_found_or_said(
     there: tuple[str, ...], wanted: str, found: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(device.serial.tools.list_ports, "comports", lambda: adapters(*there))
+    monkeypatch.setattr(list_ports, "comports", lambda: adapters(*there))
     if found.startswith("/dev/"):
         assert find_port(wanted) == found
         return

@@ -11,12 +11,13 @@ import errno
 import os
 import select
 import struct
+import termios
 import time
 
 import rplidar
-import serial.tools.list_ports
 from rplidar import RPLidar, RPLidarException
 
+from gazechair.board.ports import listed
 from gazechair.sensing.lidar.dense import CAPSULE_SIZE, POINT_PERIOD_S, POINTS
 from gazechair.sensing.lidar.report import LOST, PROTECTION, SILENT
 
@@ -58,7 +59,7 @@ def find_port(configured: str) -> str:
     wanted = configured.removeprefix("usb:")
     if configured not in ("auto", f"usb:{wanted}"):
         return configured
-    adapters = [p for p in serial.tools.list_ports.comports() if (p.vid, p.pid) == USB_IDS]
+    adapters = [port for port in listed() if (port.vid, port.pid) == USB_IDS]
     if configured != "auto":
         for adapter in adapters:
             if adapter.serial_number == wanted:
@@ -177,7 +178,7 @@ class S2:
             deadline_s = time.monotonic() + _REPLY_S
             while time.monotonic() < deadline_s and self.read(0.05):
                 pass
-        except OSError as error:
+        except (OSError, termios.error) as error:
             raise LidarError(f"the lidar at {self._port} can't be written to: {error}") from error
 
     def _identify(self) -> bytes:
