@@ -13,7 +13,7 @@ import pytest
 
 from gazechair.config.configuration import LidarConfig
 from gazechair.sensing.lidar.blind import BLIND, MASKED, SEEN, Blindness
-from gazechair.sensing.lidar.child import Pipeline
+from gazechair.sensing.lidar.child import Lidar, Pipeline
 from gazechair.sensing.lidar.report import Report
 from gazechair.sensing.lidar.scan import ChairView, Pose, to_chair
 from gazechair.sensing.lidar.stream import ByteStream
@@ -212,6 +212,13 @@ def test_a_report_survives_its_journey(tmp_path: Path) -> None:
         assert Report.unpack(report.pack()) == report
     finally:
         both.close()
+
+
+def test_one_that_delivers_nothing_sees_nothing_however_narrow_its_view() -> None:
+    config = LidarConfig(kind="s2", heading_deg=0.5, mask=((14.0, 10.0),))
+    states = Lidar(config, lambda: None).view.states
+    assert (states == BLIND).sum() == 3
+    assert (states == MASKED).sum() == 357
 
 
 def test_without_any_scan_the_state_is_delivered_all_the_same() -> None:

@@ -144,6 +144,20 @@ def test_of_two_the_lost_one_is_told_and_the_other_counts() -> None:
     assert hear(OK, OK) == (OK, "ok")
 
 
+def test_what_is_new_is_published_though_the_oldest_measurement_is_the_same() -> None:
+    told: list[Clearance] = []
+    lidars = (LidarConfig(kind="s2"),)
+    service = LidarService(lidars, FootprintConfig(), told.append, Health("lidar"))
+    for forward_mm, acquired_s in ((5000, 1.0), (300, 1.0), (300, 1.0), (300, 1.1)):
+        found = {"blocked": 0, "forward_mm": forward_mm}
+        service._on_data(Report((LidarReport("front", OK, "ok", ""),), acquired_s, 1, found).pack())
+    assert [(one.forward_mm, one.acquired_s) for one in told] == [
+        (5000, 1.0),
+        (300, 1.0),
+        (300, 1.1),
+    ]
+
+
 def test_stopping_stops_the_motor_and_ends_the_process(rig: Rig) -> None:
     rig.service.start()
     rig.wait_fresh()

@@ -13,6 +13,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from io import FileIO, RawIOBase
 from typing import Any, BinaryIO
 
@@ -55,7 +56,9 @@ class Lidar:
         self.scan: Scan | None = None
         self._seen: Scan | None = None
         self._blindness = Blindness()
-        self._nothing = view_of(_no_scan(), self._placing)
+        # However narrow its view: one that delivers nothing sees nothing.
+        blind = np.where(self._placing.masked_bins, MASKED, BLIND).astype(np.uint8)
+        self._nothing = replace(view_of(_no_scan(), self._placing), states=blind)
         self.view = self._nothing
 
     def renew(self) -> None:

@@ -50,7 +50,7 @@ class LidarService(Supervised):
         self._publish = publish
         self._health = health
         self._record = record
-        self._published_s: float | None = None
+        self._published: Clearance | None = None
         self._verdict = _Steady()
         self.report: Report | None = None
         self._zone = said(NOT_KNOWN)
@@ -106,10 +106,11 @@ class LidarService(Supervised):
         self.report = report
         found = report.evaluation
         if report.acquired_s is not None and report.source is not None and found is not None:
-            if report.acquired_s != self._published_s:
-                newest = Clearance(source=report.source, acquired_s=report.acquired_s, **found)
+            # Its time is the oldest measurement's: where one is late, others may tell news.
+            newest = Clearance(source=report.source, acquired_s=report.acquired_s, **found)
+            if newest != self._published:
+                self._published = newest
                 self._publish(newest)
-            self._published_s = report.acquired_s
         self._tell(report)
 
     def _on_scan(self, payload: bytes) -> None:
