@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fcntl
+import termios
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -10,8 +11,10 @@ from pathlib import Path
 import pytest
 
 from gazechair.config.configuration import LidarConfig
+from gazechair.sensing.lidar import device as device_module
 from gazechair.sensing.lidar import reader as reader_module
 from gazechair.sensing.lidar.reader import Reader
+from gazechair.sensing.lidar.stream import ByteStream
 from gazelink import codes
 from lidarrig import LidarRig, wait_for
 
@@ -136,6 +139,48 @@ def test_a_port_that_another_program_holds_is_said(rig: Rig) -> None:
         rig.reader.start()
         rig.wait(lambda: "used by another program" in rig.reader.standing.detail)
     rig.wait_fresh()
+
+
+def test_an_error_of_a_library_is_told_and_tried_again(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def gone(_lidar: object) -> None:
+        raise termios.error(5, "Input/output error")  # its plug goes while it is stopped
+
+    with monkeypatch.context() as patch:
+        patch.setattr(device_module.RPLidar, "stop", gone)
+        rig.reader.start()
+        rig.wait(lambda: "can't be written to" in rig.reader.standing.detail)
+        patch.setattr(reader_module, "find_port", lambda _port: int("", 16))
+        rig.wait(lambda: rig.reader.standing.detail.startswith("ValueError"))
+    rig.wait_fresh()
+
+
+def test_after_a_backlog_it_goes_on_however_little_comes_first(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gathered, next_ones = reader_module._gathered, ["backlog", "little"]
+
+    def little_first(device: device_module.S2, stream: ByteStream) -> tuple[bytes, float]:
+        if next_ones == ["little"]:
+            next_ones.pop()
+            return bytes(10), time.monotonic()
+        return gathered(device, stream)
+
+    rig.reader.start()
+    rig.wait_fresh()
+    time.sleep(reader_module._FIRST_S)  # since the device was opened
+    rig.told.clear()
+    with monkeypatch.context() as patch:
+        patch.setattr(reader_module, "_gathered", little_first)
+        patch.setattr(
+            reader_module,
+            "stale_backlog",
+            lambda _data: len(next_ones) == 2 and next_ones.pop(0) == "backlog",
+        )
+        rig.wait(lambda: not next_ones)
+        rig.wait_fresh()
+    assert set(rig.told) <= {("ok", "ok")}
 
 
 def test_a_port_where_something_else_talks_is_refused_in_one_line(rig: Rig) -> None:

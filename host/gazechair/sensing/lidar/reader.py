@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from collections.abc import Callable
@@ -9,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gazechair.base import health as states
+from gazechair.base.throttled_log import ThrottledLog
 from gazechair.config.configuration import LidarConfig
 from gazechair.sensing.lidar.device import S2, LidarError, find_port, stale_backlog
 from gazechair.sensing.lidar.report import FROZEN, LOST, MIRROR, POWER, SILENT, STARTING
@@ -16,6 +18,8 @@ from gazechair.sensing.lidar.scan import Placing, Scan
 from gazechair.sensing.lidar.scanfile import ScanFileError, ScanReader
 from gazechair.sensing.lidar.stream import ByteStream, NodeStream, Tap
 from gazelink import codes
+
+complaints = ThrottledLog(logging.getLogger(__name__))
 
 _READ_S = 0.05
 # Longest wait for the end of a quarter turn (some 25 ms): one large piece is cheap to decode.
@@ -88,6 +92,9 @@ class Reader:
                 self._say(states.LOST, error.reason, str(error))
             except ScanFileError as error:
                 self._say(states.LOST, LOST, str(error))
+            except Exception as error:  # of a library: it must not end the thread for good
+                complaints.warn("lidar %s: an error", self.config.name, exc_info=True)
+                self._say(states.LOST, LOST, f"{type(error).__name__}: {error}")
             if self._delivered:
                 pause_s = _RETRY_S[0]
             self._stopping.wait(pause_s)
@@ -130,6 +137,7 @@ class Reader:
                 # Bytes of unknown age: discard everything, and begin with new data.
                 stream = ByteStream(self.config.mode, self.source, *self._taps)
                 self.stream = stream
+                patience_s = max(patience_s, now_s + _GIVE_UP_S)
                 continue
             if stream.feed(data, came_s):
                 self._take(stream.scan())
