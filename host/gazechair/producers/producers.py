@@ -75,9 +75,11 @@ class Producers:
 
     def news(self) -> dict[str, Any] | None:
         """News of the current motion, else of the last one that ended."""
-        told = [news for service in self.services if (news := service.news()) is not None]
-        told.sort(key=lambda one: one["state"] in ("arrived", "ended"))
-        return told[0] if told else None
+        # One chair makes one motion after another: the last to begin is the last to end.
+        for service in sorted(self.services, key=lambda one: one.begun_s, reverse=True):
+            if (news := service.news()) is not None:
+                return news
+        return None
 
     def spot(self) -> dict[str, Any] | None:
         """The chosen spot in the picture, see SpotService.spot."""
