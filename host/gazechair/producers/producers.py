@@ -97,11 +97,14 @@ class Producers:
     def _run(self) -> None:
         pause_s = _IDLE_LOOK_S
         while not self._stopping.wait(pause_s):
+            if not self._rides:
+                self._settings.refresh()  # before a press is seen, which takes what is known
             self._each(ProducerService.tick)
-            rides = any(service.rides for service in self.services)
-            pause_s = _LOOK_S if rides else _IDLE_LOOK_S
-            if not rides:
-                self._settings.refresh()
+            pause_s = _LOOK_S if self._rides else _IDLE_LOOK_S
+
+    @property
+    def _rides(self) -> bool:
+        return any(service.rides for service in self.services)
 
     def _offer(self) -> None:
         while not self._stopping.wait(_OFFER_S):
