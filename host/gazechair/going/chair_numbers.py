@@ -60,9 +60,9 @@ class ChairNumbers:
 
     @property
     def most_m_s(self) -> float:
-        """Highest speed, m/s, at which it drives by itself."""
+        """Highest speed, m/s, at which it drives by itself; 0 if the limit is in the deadband."""
         share = (self.linear_most / 1000.0 - self.deadband) / (1.0 - self.deadband)
-        return min(CAP_M_S, share * self.forward_m_s)
+        return max(0.0, min(CAP_M_S, share * self.forward_m_s))
 
     @property
     def most_deg_s(self) -> float:

@@ -1,4 +1,6 @@
-"""The board's settings that a producer uses, read again whenever driving is off."""
+"""The board's settings that a producer uses: read again and again while driving is off, and once
+more when it is switched on.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +15,7 @@ from gazelink.settings_table import index_of
 
 _ANSWER_S = 0.3
 _AGAIN_S = 5.0  # while driving is off
+_RETRY_S = 1.0  # while driving is on and the board has not answered
 
 
 class Link(Protocol):
@@ -33,10 +36,12 @@ class BoardSettings:
         self._session = 0
         self._known: Mapping[str, int] | None = None
         self._asked_s = float("-inf")
+        self._stale = True  # the settings may have been changed since the last answers
 
     @property
     def known(self) -> Mapping[str, int] | None:
-        """The last answers; None: the board has not answered yet. Never blocks."""
+        """The last answers; None: the board has not answered yet, or not since driving was
+        switched on. Never blocks."""
         return self._known
 
     def refresh(self) -> None:
@@ -46,19 +51,27 @@ class BoardSettings:
             return
         if board.session != self._session:
             self._session, self._known, self._asked_s = board.session, None, float("-inf")
-        # Settings cannot change while driving is on.
+            self._stale = True
+        # Settings cannot change while driving is on: the first answers from then on hold.
         off = state.state == codes.DISARMED
-        if (off or self._known is None) and state.received_s >= self._asked_s + _AGAIN_S:
+        self._stale = self._stale or off
+        if not self._stale:
+            return
+        switched_on = not off and self._known is not None
+        again_s = _AGAIN_S if off else _RETRY_S
+        if switched_on or state.received_s >= self._asked_s + again_s:
             self._asked_s = state.received_s
-            self._ask()
+            self._ask(off)
 
-    def _ask(self) -> None:
+    def _ask(self, off: bool) -> None:
         answers = _Answers(self._link)
         try:
             ChairNumbers.of(answers)
         except KeyError:
-            return  # no answer: keep the known values
-        self._known = dict(answers)
+            if not off:
+                self._known = None  # nobody may drive with numbers that may be old
+            return
+        self._known, self._stale = dict(answers), off
 
 
 class _Answers(dict[str, int]):

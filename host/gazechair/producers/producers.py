@@ -75,9 +75,11 @@ class Producers:
 
     def news(self) -> dict[str, Any] | None:
         """News of the current motion, else of the last one that ended."""
-        told = [news for service in self.services if (news := service.news()) is not None]
-        told.sort(key=lambda one: one["state"] in ("arrived", "ended"))
-        return told[0] if told else None
+        # One chair makes one motion after another: the last to begin is the last to end.
+        for service in sorted(self.services, key=lambda one: one.begun_s, reverse=True):
+            if (news := service.news()) is not None:
+                return news
+        return None
 
     def spot(self) -> dict[str, Any] | None:
         """The chosen spot in the picture, see SpotService.spot."""
@@ -95,11 +97,14 @@ class Producers:
     def _run(self) -> None:
         pause_s = _IDLE_LOOK_S
         while not self._stopping.wait(pause_s):
+            if not self._rides:
+                self._settings.refresh()  # before a press is seen, which takes what is known
             self._each(ProducerService.tick)
-            rides = any(service.rides for service in self.services)
-            pause_s = _LOOK_S if rides else _IDLE_LOOK_S
-            if not rides:
-                self._settings.refresh()
+            pause_s = _LOOK_S if self._rides else _IDLE_LOOK_S
+
+    @property
+    def _rides(self) -> bool:
+        return any(service.rides for service in self.services)
 
     def _offer(self) -> None:
         while not self._stopping.wait(_OFFER_S):

@@ -56,6 +56,7 @@ class _Ride:
     number: int
     target: Target
     judge: producer.ModeProducer
+    begun_s: float
     record: exchange.Record | None = None
     said_s: float = 0.0
     ended_s: float | None = None
@@ -199,6 +200,12 @@ class ProducerService(InboxService):
         """True while its mode is pressed."""
         return self._ride is not None and self._ride.ended_s is None
 
+    @property
+    def begun_s(self) -> float:
+        """When the newest motion began, by its clock; -inf: none has."""
+        ride = self._ride
+        return float("-inf") if ride is None else ride.begun_s
+
     def _offer(self) -> None:
         wanted = self._choices() if self._lives else {}
         for mode, target in list(self._offered.items()):
@@ -227,7 +234,9 @@ class ProducerService(InboxService):
             return
         judge = producer.ModeProducer(self._port, world.mode, self._clock, auto=True)
         settings = self._settings() or {}
-        self._ride = _Ride(world.mode, world.press, target, judge, said_s=now_s, settings=settings)
+        self._ride = _Ride(
+            world.mode, world.press, target, judge, now_s, said_s=now_s, settings=settings
+        )
         self._word_s = float("-inf")
 
     def _end(self, ride: _Ride, now_s: float) -> None:

@@ -13,7 +13,7 @@ from gazechair.producers.contract import Press, Said, Sensed, Setup
 from gazechair.producers.person import OLD_S, SIGHT_LOST, UNSEEN, PersonProducer
 from gazechair.sensing.odometry.odometry import Estimate
 from gazechair.sensing.odometry.points import Piece
-from gazelink.settings_table import TABLE
+from gazelink.settings_table import TABLE, profile_row
 from gazesim import rays
 
 _LIDAR_M, _HALL_M, _HALF_S = 0.5, 6.0, 0.05
@@ -32,8 +32,9 @@ class Chair:
         self._random = np.random.default_rng(3)
         self.said = Said(None)
 
-    def press(self, sees_behind: bool = True) -> None:
-        self.producer.press(Press(7, {}, _SETTINGS, sees_behind, self.now_s))
+    def press(self, sees_behind: bool = True, **settings: int) -> None:
+        chosen = {**_SETTINGS, **settings}
+        self.producer.press(Press(7, {}, chosen, sees_behind, self.now_s))
 
     def half(self, number: int) -> tuple[Piece, Estimate]:
         """Half a turn that ends now."""
@@ -116,6 +117,14 @@ def test_who_came_before_the_press_need_not_come_again(chair: Chair) -> None:
     chair.press()
     chair.producer.step(heard, chair.now_s)
     assert chair.runs(0.5)[-1].state == "drives"
+
+
+def test_with_an_output_limit_in_the_deadband_it_asks_for_no_motion_along(chair: Chair) -> None:
+    deadband = profile_row(_SETTINGS["profile"], "deadband_permille")
+    chair.press(**{deadband: 300, "linear_permille": 150})
+    said = [*chair.runs(3.0, -0.5), *chair.runs(2.6), *chair.runs(2.0, 0.4)]
+    assert "drives" in {one.state for one in said}
+    assert {one.stick[0] for one in said if one.stick is not None} == {0}
 
 
 def test_nobody_comes(chair: Chair) -> None:

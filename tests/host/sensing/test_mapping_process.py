@@ -149,6 +149,27 @@ def service(tmp_path: Path) -> Iterator[MappingService]:
     made.stop()
 
 
+@pytest.mark.parametrize("stored", [True, False])
+def test_with_other_lidars_while_a_map_is_stored_it_says_what_became_of_it(
+    service: MappingService, stored: bool
+) -> None:
+    wait_until(lambda: service.state == "no_maps", "its process")
+    service.make()
+    wait_until(lambda: service.state == "making", "it makes a map")
+    assert service.pid is not None
+    os.kill(service.pid, signal.SIGSTOP)  # it never ends the storing
+    path = service._folder / "a.map"
+    assert service.save(path, "home")
+    if stored:
+        HomeMap("home", grid()).save(path)
+    service.renew(service._lidars)
+    wait_until(lambda: service.ended is not None, "how it ended")
+    assert service.ended is not None
+    assert service.ended.reason == ("" if stored else "map_making_lost")
+    assert service.wants == "know"
+    assert service.make()
+
+
 def test_killed_while_a_map_is_made_it_says_so_and_goes_on(service: MappingService) -> None:
     desk = MapDesk(MapStore(service._folder), service)
     wait_until(lambda: service.state == "no_maps", "its process")

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import unicodedata
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,7 +18,8 @@ ICONS = (
 MOST_PLACES, MOST_AREAS = 50, 50
 _MOST_NAME = 40  # characters
 _MOST_CORNERS = 24
-_MOST_NUMBER = 1 << 31
+_MOST_NUMBER = 10**8 - 1  # a longer one does not fit into the name of a tile
+_MOST_READ_NUMBER = (1 << 31) - 1
 _LEAST_AREA_M2 = 0.01
 FARTHEST_M = 1000.0
 
@@ -94,9 +97,7 @@ class Drawn:
         name, icon = name_of(fields.get("name")), fields.get("icon")
         if icon not in ICONS:
             raise EditRefused("map_wish", f"an icon is one of {', '.join(ICONS)}")
-        others = tuple(one for one in self.places if one.number != number)
-        if number is not None and len(others) == len(self.places):
-            raise EditRefused("map_gone", f"there is no place {number!r} any more")
+        others = self.places if number is None else _without(self.places, number)
         if any(same_name(one.name, name) for one in others):
             raise EditRefused("map_name_taken", f"there is a place {name} already")
         if len(others) >= MOST_PLACES:
@@ -135,17 +136,17 @@ def drawn_of(fields: Any) -> Drawn:
     """What as_json gave. Raises EditRefused, KeyError or TypeError."""
     for rows in (fields["places"], fields["no_go"]):
         numbers = [row["number"] for row in rows]
-        if any(type(one) is not int or not 0 < one < _MOST_NUMBER for one in numbers):
+        if any(type(one) is not int or not 0 < one <= _MOST_READ_NUMBER for one in numbers):
             raise EditRefused("map_wish", "numbers are whole and positive")
         if len(set(numbers)) < len(numbers):
             raise EditRefused("map_wish", "a number is there twice")
     drawn = Drawn(home=None if fields["home"] is None else spot_of(fields["home"]))
-    for row in fields["no_go"]:
+    for number, row in _numbered(fields["no_go"]):
         area = drawn.with_area(row["corners"]).no_go[-1]
-        drawn = replace(drawn, no_go=(*drawn.no_go, replace(area, number=row["number"])))
-    for row in fields["places"]:
+        drawn = replace(drawn, no_go=(*drawn.no_go, replace(area, number=number)))
+    for number, row in _numbered(fields["places"]):
         place = drawn.with_place({**row, "number": None}).places[-1]
-        drawn = replace(drawn, places=(*drawn.places, replace(place, number=row["number"])))
+        drawn = replace(drawn, places=(*drawn.places, replace(place, number=number)))
     return drawn
 
 
@@ -202,7 +203,27 @@ def _number(value: Any) -> float:
 
 
 def _next(rows: tuple[Place, ...] | tuple[Area, ...]) -> int:
-    return max((one.number for one in rows), default=0) + 1
+    taken = [one.number for one in rows]
+    number = max(taken, default=0) + 1
+    return number if number <= _MOST_NUMBER else _unused(taken)
+
+
+def _unused(taken: Iterable[int]) -> int:
+    among = set(taken)
+    return next(one for one in itertools.count(1) if one not in among)
+
+
+def _numbered(rows: list[dict[str, Any]]) -> list[tuple[int, dict[str, Any]]]:
+    """Each row with its number; those with too long a one, from elsewhere, get unused ones."""
+    taken = {row["number"] for row in rows}
+    found = []
+    for row in rows:
+        number = row["number"]
+        if number > _MOST_NUMBER:
+            number = _unused(taken)
+            taken.add(number)
+        found.append((number, row))
+    return found
 
 
 def _without(rows: Any, number: Any) -> Any:

@@ -52,6 +52,7 @@ class MappingService(InboxService):
         self._lock = threading.Lock()
         self._number = 0
         self._wants = "know"
+        self._word: bytes | None = None  # the newest request, as sent
         self._lost_s: float | None = None  # since when the pose is unknown
         self._listeners: list[Callable[[Whereabouts], None]] = []
         self._fix: Fix | None = None
@@ -81,6 +82,9 @@ class MappingService(InboxService):
             patience_s=_PATIENCE_S,
             on_facts=self._on_facts,
         )
+        with self._lock:  # after renew: its child must end what the one before it began
+            if self._word is not None and self._supervisor is not None:
+                self._supervisor.tell(self._word)
 
     def renew(self, lidars: tuple[LidarConfig, ...]) -> None:
         """Restart the child process with other lidars."""
@@ -133,9 +137,9 @@ class MappingService(InboxService):
     def _want(self, do: str, **more: str) -> None:
         self._number += 1
         self._wants = do
+        self._word = json.dumps({"n": self._number, "do": do, **more}).encode()
         if self._supervisor is not None:
-            word = {"n": self._number, "do": do, **more}
-            self._supervisor.tell(json.dumps(word).encode())
+            self._supervisor.tell(self._word)
 
     def _on_data(self, payload: bytes) -> None:
         fields = json.loads(payload)

@@ -1,0 +1,113 @@
+"""News of several kinds: the current motion, else the last one that ended."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gazechair.base.health import Health
+from gazechair.config.configuration import FootprintConfig, LidarConfig
+from gazechair.driving.world import World
+from gazechair.producers import exchange
+from gazechair.producers.contract import Said
+from gazechair.producers.places import Target
+from gazechair.producers.producers import Producers
+from gazechair.producers.service import ProducerService, child_setup
+from gazelink.settings_table import TABLE
+
+SEES = dict.fromkeys(("forward", "backward", "left", "right"), "seen")
+SETTINGS = {row[0]: row[1] for row in TABLE}
+KINDS = ("place", "person", "line")
+
+
+class Chair:
+    """Its own port, armed; the children's records are given by hand."""
+
+    def __init__(self, folder: Path) -> None:
+        self.now_s = 100.0
+        self._mode, self._press = "", 0
+        self._services = {kind: self._service(kind, folder) for kind in KINDS}
+        self._producers = Producers(tuple(self._services.values()))
+
+    def _service(self, kind: str, folder: Path) -> ProducerService:
+        made = ProducerService(
+            kind,
+            (LidarConfig(kind="s2", port="/nowhere"),),
+            child_setup(FootprintConfig(), folder, folder),
+            Health(f"mode {kind}"),
+            lambda: {f"to-{kind}": Target(kind, "star", {})},
+            lambda: self.now_s,
+        )
+        made.connect(self, lambda: SETTINGS, lambda: "")  # type: ignore[arg-type]
+        made.look()
+        made._on_data(exchange.pack(self.now_s, 0, Said(None)))
+        return made
+
+    def offer_mode(self, mode: str, tile: dict[str, Any] | None) -> None: ...
+    def mode_says(self, *_: Any) -> None: ...
+
+    def world(self) -> World:
+        nothing = dict.fromkeys(SEES)
+        return World(self._mode, self._press, self.now_s, True, 0.0, 0.0, nothing, SEES)
+
+    def _tick(self) -> None:
+        for service in self._services.values():
+            service.tick()
+        self.now_s += 0.02
+
+    def goes(self, kind: str) -> None:
+        """Press a tile of that kind."""
+        self._mode, self._press = f"to-{kind}", self._press + 1
+        self._tick()
+        record = exchange.pack(self.now_s, self._press, Said((200, 0), "drives"))
+        self._services[kind]._on_data(record)
+        self._tick()
+
+    def ends(self, kind: str, state: str, reason: str = "") -> None:
+        """Its producer ends the motion."""
+        record = exchange.pack(self.now_s, self._press, Said(None, state, reason))
+        self._services[kind]._on_data(record)
+        self._mode = ""
+        self._tick()
+
+    @property
+    def news(self) -> tuple[str, ...] | None:
+        """Kind, state and reason."""
+        told = self._producers.news()
+        return None if told is None else (told["kind"], told["state"], told["reason"])
+
+
+@pytest.fixture
+def chair(tmp_path: Path) -> Chair:
+    return Chair(tmp_path)
+
+
+def test_an_older_arrival_is_not_told_again_when_another_motion_ends(chair: Chair) -> None:
+    assert chair.news is None
+    chair.goes("place")
+    chair.ends("place", "arrived")
+    assert chair.news == ("place", "arrived", "")
+    chair.now_s += 20.0
+    chair.goes("person")
+    assert chair.news == ("person", "drives", "")
+    chair.ends("person", "ended", "person_lost")
+    assert chair.news == ("person", "ended", "person_lost")
+    chair.now_s += 50.0  # the older one is shown no more
+    assert chair.news == ("person", "ended", "person_lost")
+    chair.now_s += 11.0
+    assert chair.news is None
+
+
+def test_an_arrival_is_told_after_an_older_end_and_another_motion_at_once(chair: Chair) -> None:
+    chair.goes("place")
+    chair.ends("place", "ended", "going_lost")
+    chair.goes("line")
+    chair.ends("line", "arrived")
+    assert chair.news == ("line", "arrived", "")
+    chair.goes("place")
+    chair.goes("person")  # without letting go
+    assert chair.news == ("person", "drives", "")
+    chair.ends("person", "arrived")
+    assert chair.news == ("person", "arrived", "")
