@@ -27,6 +27,8 @@ const TICK_MS = 25;
 const RESET_HOLD_MS = 2000;
 /** A moved slider keeps its place until the host has confirmed the cap. */
 const CAP_SETTLES_MS = 1000;
+/** A press this soon after a button's words changed means the old words. */
+const WORDS_MS = 500;
 const TABS = ["drive", "settings", "first", "maps", "modules", "pairing", "alarms"];
 
 const strings = await loadStrings(chosenLanguage(location.search, navigator.language), "care");
@@ -60,6 +62,7 @@ let state = null; // the host's newest state
 let latched = []; // messages that only a reset clears
 let edge = 0;
 let capMovedMs = -Infinity;
+let comingMs = null; // since when the state says that a caretaker is coming
 let heartbeatMs = 50;
 let first = null; // the first drive, once opened
 let maps = null; // the maps, once opened
@@ -131,6 +134,7 @@ const receivers = {
     setData("simulated", news.simulated);
     setData("call", news.coming ? "coming" : news.call);
     setText("call-title", strings.label(news.coming ? "care_coming" : "care_call"));
+    comingMs = news.coming ? (comingMs ?? now) : null;
     setText("answer", strings.label(news.coming ? "care_there" : "care_answer"));
     setData("latched", news.level === "error" && latched.includes(news.message));
     facts.update(news, null);
@@ -253,7 +257,8 @@ press("take", () => {
   else socket.sendFresh("take");
 });
 press("answer", () => {
-  socket.send("call", { on: false });
+  const there = comingMs !== null && performance.now() - comingMs > WORDS_MS;
+  socket.send("call", { on: false, there });
   alertList.answerHelp();
 });
 for (const tab of TABS) press(`tab-${tab}`, () => openTab(tab));
