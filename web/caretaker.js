@@ -75,6 +75,7 @@ const socket = new ControlSocket({
     if (!alive) endAll();
     tell(performance.now());
   },
+  closed: () => stopSeen.closed(),
 });
 
 const joystick = new Joystick(byId("pad"), byId("knob"), {
@@ -244,9 +245,9 @@ function openTab(name) {
 const press = (id, act) => byId(id).addEventListener("click", act);
 /** A stop also ends everything held on this page, even by another finger. */
 function stop(kind = "stop") {
-  socket.send(kind);
+  const sent = socket.send(kind);
   endAll();
-  if (kind === "stop") stopSeen.asked(socket.stops, performance.now());
+  if (kind === "stop") stopSeen.asked(sent ? socket.stops : null, performance.now());
 }
 // At the touch itself: a stop does not wait for the finger to lift.
 byId("stop").addEventListener("pointerdown", () => stop());
