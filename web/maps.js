@@ -4,7 +4,7 @@ import { MapFiles, download } from "./map_files.js";
 import { MapTools, button, element, nameField } from "./map_tools.js";
 import { MapView } from "./map_view.js";
 import { mapWords } from "./map_words.js";
-import { sureButton } from "./sure.js";
+import { sureButton, unsure } from "./sure.js";
 
 const JSON_TYPE = { "Content-Type": "application/json" };
 const POLL_MS = 500;
@@ -138,7 +138,7 @@ class Maps {
     this.#sent += 1;
     const answer = await this.#ask(path, request);
     if (!answer) return false;
-    if (answer.added) this.#chosen = answer.added;
+    if (answer.added) this.#choose(answer.added);
     this.#show(answer, performance.now());
     if (answer.added) this.#tell(this.#words.reason("maps_stored"));
     if (this.#chosen) await this.#load();
@@ -158,7 +158,7 @@ class Maps {
     const ended = answer.ended;
     if (ended && JSON.stringify(ended) !== JSON.stringify(was?.ended)) {
       this.#tell(this.#words.reason(ended.reason || "maps_stored"));
-      if (!ended.reason) this.#chosen = ended.map;
+      if (!ended.reason) this.#choose(ended.map);
     }
     const rows = JSON.stringify(answer.maps.map(({ map, name }) => [map, name]));
     if (rows !== this.#rows) this.#list(rows);
@@ -212,8 +212,13 @@ class Maps {
     if (answer?.picture) this.#view.picture(`/maps/growing.png?${Math.round(now)}`, answer.picture);
   }
 
-  #open(map) {
+  #choose(map) {
+    if (map !== this.#chosen) unsure(this.#parts.rename);
     this.#chosen = map;
+  }
+
+  #open(map) {
+    this.#choose(map);
     this.#details = null;
     this.#tools.take("");
     if (this.#all?.wants !== "know") return;

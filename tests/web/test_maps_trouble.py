@@ -1,0 +1,105 @@
+"""Maps on the caretaker's page when a press comes too often, or an answer late or not at all."""
+
+import pytest
+
+from mapanswers import DETAILS, PICTURE, ROW, WHERE
+from patience import wait_until
+
+pytestmark = pytest.mark.browser
+
+OTHER = {**ROW, "map": "b2", "name": "Kantoor"}
+BOTH = {
+    "state": "known",
+    "wants": "know",
+    "making": None,
+    "ended": None,
+    "where": WHERE,
+    "most_file_bytes": 5_000_000,
+    "maps": [ROW, OTHER],
+}
+
+
+@pytest.fixture
+def maps(caretaker):
+    """The host's answers for two maps; the caretaker has opened the settings."""
+    host = caretaker.host
+    host.pictures |= {"a1": PICTURE.png, "b2": PICTURE.png}
+    host.replies |= {
+        "GET /maps": (200, BOTH),
+        "POST /maps": (200, BOTH),
+        "GET /maps/a1": (200, {**DETAILS, "updates": 2, "updated": "2026-11-23T10:05:00Z"}),
+        "GET /maps/b2": (200, {**DETAILS, **OTHER}),
+    }
+    caretaker.page.locator("#tab-settings").click()
+    return caretaker
+
+
+def opened(maps, name="Thuis"):
+    """Opens the maps; the map of that name is shown with its tools."""
+    maps.page.locator("#tab-maps").click()
+    shown(maps, name)
+
+
+def shown(maps, name):
+    field = maps.page.locator("#maps .rename input")
+    tools = maps.page.locator("#maps button", has_text="Kaart als bestand")
+    maps.wait_until(
+        lambda: maps.advance(600) or (tools.is_visible() and field.input_value() == name), name
+    )
+
+
+def told(maps):
+    return maps.page.locator("#maps .told").inner_text()
+
+
+def asked_to(maps, wish):
+    """How often the host was asked that."""
+    maps.page.evaluate("fetch('/me').then((answer) => answer.text())")
+    return [posted for _, posted in maps.host.posted if wish in posted]
+
+
+# Buttons that ask first
+
+
+@pytest.mark.parametrize(
+    ("place", "text", "wish"),
+    [(0, "Kaart verwijderen", "delete"), (1, "Aanpassing terugnemen", "back")],
+)
+def test_a_tap_after_the_confirmed_one_asks_again(maps, place, text, wish):
+    opened(maps)
+    button = maps.page.locator("#maps .rename .sure").nth(place)
+    for _ in range(2):
+        button.click()
+        maps.advance(1000)
+    wait_until(lambda: asked_to(maps, wish) == [{"map": "a1", wish: True}], "the wish")
+    assert button.inner_text() == text
+    button.click()
+    assert len(asked_to(maps, wish)) == 1
+    assert button.inner_text() == "Zeker weten?"
+    maps.advance(5100)
+    assert button.inner_text() == text
+
+
+def test_a_key_that_is_held_on_such_a_button_confirms_nothing(maps):
+    opened(maps)
+    maps.page.locator("#maps .rename .sure", has_text="verwijderen").focus()
+    for _ in range(3):
+        maps.page.keyboard.down("Enter")
+        maps.advance(1000)
+    assert asked_to(maps, "delete") == []
+    maps.page.keyboard.up("Enter")
+
+
+def test_another_map_is_not_deleted_by_the_second_press(maps):
+    opened(maps)
+    maps.page.locator("#maps .rename .sure", has_text="verwijderen").click()
+    maps.advance(600)
+    maps.page.locator("#maps select").first.select_option("b2")
+    shown(maps, "Kantoor")
+    button = maps.page.locator("#maps .rename .sure", has_text="verwijderen")
+    assert button.is_visible()
+    button.click()
+    assert asked_to(maps, "delete") == []
+    maps.advance(1000)
+    maps.page.locator("#maps .rename .sure", has_text="Zeker weten").click()
+    wait_until(lambda: asked_to(maps, "delete") == [{"map": "b2", "delete": True}], "the wish")
