@@ -73,7 +73,10 @@ class Maps {
     const sent = this.#sent;
     this.#ask("/maps", { cache: "no-store" }).then((answer) => {
       // A request made meanwhile gets its own, newer answer.
-      if (answer && sent === this.#sent) this.#show(answer, now);
+      if (!answer || sent !== this.#sent) return;
+      this.#show(answer, now);
+      const wanted = answer.wants === "know" && !this.#details && this.#usable;
+      if (wanted && !this.#asking) this.#load(); // what did not load
     });
   }
 
@@ -213,8 +216,10 @@ class Maps {
   }
 
   #choose(map) {
-    if (map !== this.#chosen) unsure(this.#parts.rename);
+    if (map === this.#chosen) return;
     this.#chosen = map;
+    this.#parts.name.value = "";
+    unsure(this.#parts.rename);
   }
 
   #open(map) {
@@ -226,14 +231,20 @@ class Maps {
     this.#load();
   }
 
+  get #usable() {
+    const map = this.#chosen;
+    return this.#all.maps.some((one) => one.map === map && one.problem !== "map_damaged");
+  }
+
   async #load() {
     const map = this.#chosen;
-    const usable = this.#all.maps.some((one) => one.map === map && one.problem !== "map_damaged");
-    const details = usable ? await this.#ask(`/maps/${map}`, { cache: "no-store" }) : null;
+    const details = this.#usable ? await this.#ask(`/maps/${map}`, { cache: "no-store" }) : null;
     if (map !== this.#chosen || this.#all.wants !== "know") return;
     this.#details = details;
-    this.#parts.name.value = details?.name ?? "";
-    if (details) this.#view.picture(`/maps/${map}.png`, details.picture);
+    if (details) {
+      this.#parts.name.value = details.name ?? "";
+      this.#view.picture(`/maps/${map}.png`, details.picture);
+    }
     this.#arrange();
   }
 

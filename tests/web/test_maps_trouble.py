@@ -103,3 +103,38 @@ def test_another_map_is_not_deleted_by_the_second_press(maps):
     maps.advance(1000)
     maps.page.locator("#maps .rename .sure", has_text="Zeker weten").click()
     wait_until(lambda: asked_to(maps, "delete") == [{"map": "b2", "delete": True}], "the wish")
+
+
+# Answers that do not come
+
+
+def test_a_map_whose_details_did_not_load_is_asked_for_again(maps):
+    details = maps.host.replies["GET /maps/a1"]
+    maps.host.replies["GET /maps/a1"] = (500, {"reason": "no_answer", "detail": ""})
+    maps.page.locator("#tab-maps").click()
+    maps.wait_until(lambda: maps.advance(600) or told(maps), "the trouble")
+    choose = maps.page.locator("#maps select").first
+    wait_until(lambda: choose.input_value() == "a1", "the list")
+    assert not maps.page.locator("#maps button", has_text="Kaart als bestand").is_visible()
+    maps.host.replies["GET /maps/a1"] = details
+    shown(maps, "Thuis")
+
+
+def test_details_that_loaded_are_not_asked_for_again(maps):
+    asked = []
+    maps.page.on("request", lambda request: asked.append(request.url))
+    opened(maps)
+    maps.advance(3000)
+    assert sum(url.endswith("/maps/a1") for url in asked) == 1
+
+
+def test_a_damaged_map_is_not_asked_for(maps):
+    asked = []
+    maps.page.on("request", lambda request: asked.append(request.url))
+    damaged = {**ROW, "name": "", "problem": "map_damaged"}
+    maps.host.replies["GET /maps"] = (200, {**BOTH, "where": None, "maps": [damaged]})
+    maps.page.locator("#tab-maps").click()
+    choose = maps.page.locator("#maps select").first
+    maps.wait_until(lambda: maps.advance(600) or choose.input_value() == "a1", "the list")
+    maps.advance(3000)
+    assert not any(url.endswith("/maps/a1") for url in asked)
