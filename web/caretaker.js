@@ -66,6 +66,7 @@ let comingMs = null; // since when the state says that a caretaker is coming
 let heartbeatMs = 50;
 let first = null; // the first drive, once opened
 let maps = null; // the maps, once opened
+const loading = {}; // promises of parts
 let going = null; // the auto motion's part, once needed: a promise while it loads
 
 const socket = new ControlSocket({
@@ -191,8 +192,13 @@ function endAll() {
   first?.end();
 }
 
-/** Loads a part on demand; undefined when it does not load. */
-async function late(name, make) {
+/** Loads a part on demand; undefined when it does not load. One that still loads is made once. */
+function late(name, make) {
+  loading[name] ??= loaded(name, make).finally(() => delete loading[name]);
+  return loading[name];
+}
+
+async function loaded(name, make) {
   try {
     return await make(await import(`./${name}.js`));
   } catch (error) {
@@ -209,16 +215,16 @@ async function openFirst() {
     people: () => persons.people,
     choose: (id) => persons.choose(id),
   };
-  const loaded = await late("first_drive", (part) => part.firstDrive(byId("first"), strings, on));
-  first ??= loaded;
-  if (!loaded) return refuse("no_answer");
+  const part = await late("first_drive", (made) => made.firstDrive(byId("first"), strings, on));
+  first ??= part;
+  if (!part) return refuse("no_answer");
   first.setHeartbeat(heartbeatMs);
 }
 
 async function openMaps() {
-  const loaded = await late("maps", (part) => part.maps(byId("maps"), strings));
-  maps ??= loaded;
-  if (!loaded) refuse("no_answer");
+  const part = await late("maps", (made) => made.maps(byId("maps"), strings));
+  maps ??= part;
+  if (!part) refuse("no_answer");
 }
 
 /** The auto motion; a part that does not load is retried with a later state. */

@@ -138,3 +138,24 @@ def test_a_damaged_map_is_not_asked_for(maps):
     maps.wait_until(lambda: maps.advance(600) or choose.input_value() == "a1", "the list")
     maps.advance(3000)
     assert not any(url.endswith("/maps/a1") for url in asked)
+
+
+def test_maps_opened_again_while_they_load_work(maps):
+    held = []
+    maps.page.route("**/nl-maps.json", lambda route: held.append(route))
+    for name in ("maps", "settings", "maps"):
+        maps.page.locator(f"#tab-{name}").click()
+    maps.wait_until(lambda: held, "the texts")
+    maps.page.evaluate("fetch('/me').then((answer) => answer.text())")
+    for route in held:
+        route.continue_()
+    shown(maps, "Thuis")
+
+
+def test_maps_that_did_not_load_are_loaded_by_the_next_press(maps):
+    maps.page.route("**/nl-maps.json", lambda route: route.abort())
+    maps.page.locator("#tab-maps").click()
+    wait_until(lambda: "antwoord" in maps.text("#banner"), "the trouble")
+    maps.page.unroute("**/nl-maps.json")
+    maps.page.locator("#tab-settings").click()
+    opened(maps)
