@@ -159,7 +159,8 @@ class Maps {
     const making = answer.wants !== "know";
     if (this.#parts.said === this.#words.reason("no_answer")) this.#tell("");
     const ended = answer.ended;
-    if (ended && JSON.stringify(ended) !== JSON.stringify(was?.ended)) {
+    // What had ended before this page looked on is no news.
+    if (was && ended && JSON.stringify(ended) !== JSON.stringify(was.ended)) {
       this.#tell(this.#words.reason(ended.reason || "maps_stored"));
       if (!ended.reason) this.#choose(ended.map);
     }

@@ -159,3 +159,14 @@ def test_maps_that_did_not_load_are_loaded_by_the_next_press(maps):
     maps.page.unroute("**/nl-maps.json")
     maps.page.locator("#tab-settings").click()
     opened(maps)
+
+
+def test_a_map_that_was_made_before_the_page_was_opened_is_no_news(maps):
+    stored = {"reason": "", "detail": "", "map": "b2"}
+    maps.host.replies["GET /maps"] = (200, {**BOTH, "ended": stored})
+    opened(maps)
+    assert "weet waar hij is" in told(maps)
+    # One that ends while the page looks on is told, also when it ended at once.
+    failed = {"reason": "map_empty", "detail": "", "map": ""}
+    maps.host.replies["GET /maps"] = (200, {**BOTH, "ended": failed})
+    maps.wait_until(lambda: maps.advance(600) or "te weinig" in told(maps), "the result")
