@@ -18,6 +18,7 @@ export class AlertList {
   #changed;
   #revision; // that is shown, or being fetched
   #alerts = [];
+  #asked = 0; // requests sent
 
   /** `changed(open)` receives the alerts that nobody has acknowledged. */
   constructor(root, strings, changed) {
@@ -49,13 +50,16 @@ export class AlertList {
     this.#ask({ method: "POST", headers: JSON_TYPE, body: JSON.stringify(wish) });
   }
 
+  /** Answers may overtake each other: only that of the newest request is shown. */
   async #ask(request) {
+    const asked = (this.#asked += 1);
     let answer = {};
     try {
       answer = await (await fetch("/alerts", request)).json();
     } catch (error) {
       console.warn(`alerts: ${error.message}`);
     }
+    if (asked !== this.#asked) return;
     if (answer.alerts) this.#show(answer);
     else setTimeout(() => (this.#revision = null), RETRY_MS);
   }

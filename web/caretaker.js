@@ -27,6 +27,8 @@ const TICK_MS = 25;
 const RESET_HOLD_MS = 2000;
 /** A moved slider keeps its place until the host has confirmed the cap. */
 const CAP_SETTLES_MS = 1000;
+/** A press this soon after a button's words changed means the old words. */
+const WORDS_MS = 500;
 const TABS = ["drive", "settings", "first", "maps", "modules", "pairing", "alarms"];
 
 const strings = await loadStrings(chosenLanguage(location.search, navigator.language), "care");
@@ -60,9 +62,11 @@ let state = null; // the host's newest state
 let latched = []; // messages that only a reset clears
 let edge = 0;
 let capMovedMs = -Infinity;
+let comingMs = null; // since when the state says that a caretaker is coming
 let heartbeatMs = 50;
 let first = null; // the first drive, once opened
 let maps = null; // the maps, once opened
+const loading = {}; // promises of parts
 let going = null; // the auto motion's part, once needed: a promise while it loads
 
 const socket = new ControlSocket({
@@ -72,6 +76,7 @@ const socket = new ControlSocket({
     if (!alive) endAll();
     tell(performance.now());
   },
+  closed: () => stopSeen.closed(),
 });
 
 const joystick = new Joystick(byId("pad"), byId("knob"), {
@@ -131,6 +136,7 @@ const receivers = {
     setData("simulated", news.simulated);
     setData("call", news.coming ? "coming" : news.call);
     setText("call-title", strings.label(news.coming ? "care_coming" : "care_call"));
+    comingMs = news.coming ? (comingMs ?? now) : null;
     setText("answer", strings.label(news.coming ? "care_there" : "care_answer"));
     setData("latched", news.level === "error" && latched.includes(news.message));
     facts.update(news, null);
@@ -186,8 +192,13 @@ function endAll() {
   first?.end();
 }
 
-/** Loads a part on demand; undefined when it does not load. */
-async function late(name, make) {
+/** Loads a part on demand; undefined when it does not load. One that still loads is made once. */
+function late(name, make) {
+  loading[name] ??= loaded(name, make).finally(() => delete loading[name]);
+  return loading[name];
+}
+
+async function loaded(name, make) {
   try {
     return await make(await import(`./${name}.js`));
   } catch (error) {
@@ -204,16 +215,16 @@ async function openFirst() {
     people: () => persons.people,
     choose: (id) => persons.choose(id),
   };
-  const loaded = await late("first_drive", (part) => part.firstDrive(byId("first"), strings, on));
-  first ??= loaded;
-  if (!loaded) return refuse("no_answer");
+  const part = await late("first_drive", (made) => made.firstDrive(byId("first"), strings, on));
+  first ??= part;
+  if (!part) return refuse("no_answer");
   first.setHeartbeat(heartbeatMs);
 }
 
 async function openMaps() {
-  const loaded = await late("maps", (part) => part.maps(byId("maps"), strings));
-  maps ??= loaded;
-  if (!loaded) refuse("no_answer");
+  const part = await late("maps", (made) => made.maps(byId("maps"), strings));
+  maps ??= part;
+  if (!part) refuse("no_answer");
 }
 
 /** The auto motion; a part that does not load is retried with a later state. */
@@ -240,9 +251,9 @@ function openTab(name) {
 const press = (id, act) => byId(id).addEventListener("click", act);
 /** A stop also ends everything held on this page, even by another finger. */
 function stop(kind = "stop") {
-  socket.send(kind);
+  const sent = socket.send(kind);
   endAll();
-  if (kind === "stop") stopSeen.asked(socket.stops, performance.now());
+  if (kind === "stop") stopSeen.asked(sent ? socket.stops : null, performance.now());
 }
 // At the touch itself: a stop does not wait for the finger to lift.
 byId("stop").addEventListener("pointerdown", () => stop());
@@ -253,7 +264,8 @@ press("take", () => {
   else socket.sendFresh("take");
 });
 press("answer", () => {
-  socket.send("call", { on: false });
+  const there = comingMs !== null && performance.now() - comingMs > WORDS_MS;
+  socket.send("call", { on: false, there });
   alertList.answerHelp();
 });
 for (const tab of TABS) press(`tab-${tab}`, () => openTab(tab));

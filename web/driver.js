@@ -116,8 +116,9 @@ const targets = new Targets({
   },
   stop(wished) {
     // Another driver is stopped by looking at Stop, not by looking away from this page.
-    if (wished || (!plugins.part?.auto(asked) && (state?.you ?? true))) socket.send("stop");
-    if (wished) stopSeen.asked(socket.stops, performance.now());
+    const stops = wished || (!plugins.part?.auto(asked) && (state?.you ?? true));
+    const sent = stops && socket.send("stop");
+    if (wished) stopSeen.asked(sent ? socket.stops : null, performance.now());
     ended();
   },
   act: (name) => [plugins.part?.act(name), acts[name]?.()],
@@ -157,6 +158,7 @@ const socket = new ControlSocket({
     if (!alive) targets.cancel(performance.now());
     tell(performance.now());
   },
+  closed: () => stopSeen.closed(),
 });
 
 const receivers = {

@@ -25,6 +25,16 @@ const put = (made, text) => {
   if (made.textContent !== text) made.textContent = text;
 };
 
+/** Offers [[value, text]], unless it does already; what was chosen stays so. */
+const offer = (select, options) => {
+  const shown = [...select.options].map(({ value, textContent }) => [value, textContent]);
+  const wanted = options.map(([value, text]) => [String(value), text]);
+  if (JSON.stringify(shown) === JSON.stringify(wanted)) return;
+  const chosen = select.value;
+  select.replaceChildren(...wanted.map(([value, text]) => new Option(text, value)));
+  if (wanted.some(([value]) => value === chosen)) select.value = chosen;
+};
+
 /** The list, ready to be shown; throws when its texts do not load. */
 export async function firstDrive(root, strings, on) {
   return new FirstDrive(root, await firstWords(strings), on);
@@ -183,8 +193,7 @@ class FirstDrive {
       const select = element("select");
       select.ariaLabel = label(`first_${step}`);
       const profiles = choices?.map((name, at) => [at, name]);
-      const options = step === "profile" ? profiles : this.#on.people();
-      for (const [id, name] of options) select.append(new Option(name, id));
+      offer(select, step === "profile" ? profiles : this.#on.people());
       value = () => Number(select.value);
       if (step === "person") act = () => this.#on.choose(select.value).then(() => this.load());
       controls.append(select);
@@ -226,6 +235,7 @@ class FirstDrive {
     put(mine.mark, label(done ? "first_done" : "first_open"));
     if (step === "camera") this.#markRow(row, run);
     if (step !== this.#open) return;
+    if (step === "person") offer(mine.controls.querySelector("select"), this.#on.people());
     put(mine.fact, this.#words.fact(row));
     const runs = run.step === step;
     this.#answers(step, mine, runs ? run.asks : "");

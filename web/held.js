@@ -26,7 +26,10 @@ export class Held {
       event.preventDefault();
       if (!event.repeat) this.#begin("key");
     });
-    element.addEventListener("keyup", (event) => isKey(event) && this.end());
+    // The focus may move while the key is down: another element is then told of its release.
+    const letGo = () => this.#source === "key" && this.end();
+    element.addEventListener("blur", letGo);
+    addEventListener("keyup", (event) => isKey(event) && letGo());
   }
 
   setHeartbeat(ms) {

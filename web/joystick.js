@@ -114,11 +114,14 @@ export class Joystick {
   }
 
   #key(event, down) {
+    const held = this.#keys.has(event.key);
     const typing = event.target.closest?.("input, select, textarea");
-    if (!KEYS[event.key] || typing || event.ctrlKey || event.altKey || event.metaKey) return;
+    const others = typing || event.ctrlKey || event.altKey || event.metaKey;
+    // A held key stays the joystick's until it comes up, wherever the focus has gone meanwhile.
+    if (!KEYS[event.key] || (!held && (others || !down))) return;
     event.preventDefault();
-    if (event.repeat || !this.enabled || this.#pointer !== null || this.#leaning) return;
-    if (!down && !this.#keys.has(event.key)) return;
+    const busy = this.#pointer !== null || this.#leaning;
+    if (down && (held || event.repeat || !this.enabled || busy)) return;
     const fresh = this.#now === null;
     if (down) this.#keys.add(event.key);
     else this.#keys.delete(event.key);

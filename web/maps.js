@@ -4,7 +4,7 @@ import { MapFiles, download } from "./map_files.js";
 import { MapTools, button, element, nameField } from "./map_tools.js";
 import { MapView } from "./map_view.js";
 import { mapWords } from "./map_words.js";
-import { sureButton } from "./sure.js";
+import { sureButton, unsure } from "./sure.js";
 
 const JSON_TYPE = { "Content-Type": "application/json" };
 const POLL_MS = 500;
@@ -73,7 +73,10 @@ class Maps {
     const sent = this.#sent;
     this.#ask("/maps", { cache: "no-store" }).then((answer) => {
       // A request made meanwhile gets its own, newer answer.
-      if (answer && sent === this.#sent) this.#show(answer, now);
+      if (!answer || sent !== this.#sent) return;
+      this.#show(answer, now);
+      const wanted = answer.wants === "know" && !this.#details && this.#usable;
+      if (wanted && !this.#asking) this.#load(); // what did not load
     });
   }
 
@@ -138,7 +141,7 @@ class Maps {
     this.#sent += 1;
     const answer = await this.#ask(path, request);
     if (!answer) return false;
-    if (answer.added) this.#chosen = answer.added;
+    if (answer.added) this.#choose(answer.added);
     this.#show(answer, performance.now());
     if (answer.added) this.#tell(this.#words.reason("maps_stored"));
     if (this.#chosen) await this.#load();
@@ -156,9 +159,10 @@ class Maps {
     const making = answer.wants !== "know";
     if (this.#parts.said === this.#words.reason("no_answer")) this.#tell("");
     const ended = answer.ended;
-    if (ended && JSON.stringify(ended) !== JSON.stringify(was?.ended)) {
+    // What had ended before this page looked on is no news.
+    if (was && ended && JSON.stringify(ended) !== JSON.stringify(was.ended)) {
       this.#tell(this.#words.reason(ended.reason || "maps_stored"));
-      if (!ended.reason) this.#chosen = ended.map;
+      if (!ended.reason) this.#choose(ended.map);
     }
     const rows = JSON.stringify(answer.maps.map(({ map, name }) => [map, name]));
     if (rows !== this.#rows) this.#list(rows);
@@ -212,8 +216,15 @@ class Maps {
     if (answer?.picture) this.#view.picture(`/maps/growing.png?${Math.round(now)}`, answer.picture);
   }
 
-  #open(map) {
+  #choose(map) {
+    if (map === this.#chosen) return;
     this.#chosen = map;
+    this.#parts.name.value = "";
+    unsure(this.#parts.rename);
+  }
+
+  #open(map) {
+    this.#choose(map);
     this.#details = null;
     this.#tools.take("");
     if (this.#all?.wants !== "know") return;
@@ -221,14 +232,20 @@ class Maps {
     this.#load();
   }
 
+  get #usable() {
+    const map = this.#chosen;
+    return this.#all.maps.some((one) => one.map === map && one.problem !== "map_damaged");
+  }
+
   async #load() {
     const map = this.#chosen;
-    const usable = this.#all.maps.some((one) => one.map === map && one.problem !== "map_damaged");
-    const details = usable ? await this.#ask(`/maps/${map}`, { cache: "no-store" }) : null;
+    const details = this.#usable ? await this.#ask(`/maps/${map}`, { cache: "no-store" }) : null;
     if (map !== this.#chosen || this.#all.wants !== "know") return;
     this.#details = details;
-    this.#parts.name.value = details?.name ?? "";
-    if (details) this.#view.picture(`/maps/${map}.png`, details.picture);
+    if (details) {
+      this.#parts.name.value = details.name ?? "";
+      this.#view.picture(`/maps/${map}.png`, details.picture);
+    }
     this.#arrange();
   }
 

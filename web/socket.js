@@ -18,8 +18,8 @@ const PAIR = "/pair";
 /**
  * Talks to `/ws/control`.
  *
- * `on` receives message(object) for every message, link(alive) when that changed. A page that is
- * not, or no longer, paired goes to the pairing page by itself.
+ * `on` receives message(object) for every message, link(alive) when that changed, closed() when a
+ * connection has ended. A page that is not, or no longer, paired goes to the pairing page by itself.
  */
 export class ControlSocket {
   #wire;
@@ -108,6 +108,7 @@ export class ControlSocket {
   #close(code) {
     this.#tokens.length = 0;
     this.stops = 0;
+    this.#on.closed();
     this.#setAlive(false);
     if (code === REVOKED) location.assign(PAIR);
     else if (!this.#welcomed) this.#askWhoWeAre();

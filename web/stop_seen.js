@@ -10,7 +10,7 @@ export class StopSeen {
   #strings;
   #button = document.getElementById("stop");
   #words = document.getElementById("stop-seen");
-  #count = 0; // number of the stop in question
+  #count = 0; // number of the stop in question; Infinity: nobody will confirm it
   #sinceMs = 0;
   #state = "none";
 
@@ -18,9 +18,9 @@ export class StopSeen {
     this.#strings = strings;
   }
 
-  /** Somebody pressed Stop; `count`: how many stops this page has sent. */
+  /** Somebody pressed Stop; `count`: how many stops this connection has sent, null: not sent. */
   asked(count, now) {
-    this.#count = count;
+    this.#count = count ?? Infinity;
     this.#sinceMs = now;
     this.#show("asked");
   }
@@ -30,6 +30,11 @@ export class StopSeen {
     if (!["asked", "late"].includes(this.#state) || !(seen >= this.#count)) return;
     this.#sinceMs = now;
     this.#show("seen");
+  }
+
+  /** The connection has ended: the next one counts its own stops. */
+  closed() {
+    this.#count = Infinity;
   }
 
   tick(now) {

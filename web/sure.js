@@ -4,20 +4,36 @@ const SURE_MS = 5000;
 /** A second press sooner than this is still the first. */
 const TAP_MS = 500;
 
-/** `act()` at the second press within 5 s. The button keeps its size. */
+/** `act()` at the second press within 5 s, then it asks anew. The button keeps its size. */
 export function sureButton(text, question, act) {
   const button = document.createElement("button");
   button.type = "button";
   button.className = "sure";
-  button.textContent = text;
-  let asked = -Infinity;
+  let asks = false;
+  let timer = 0;
+  let pressedMs = -Infinity;
+  const show = (asking) => {
+    clearTimeout(timer);
+    asks = asking;
+    button.textContent = asks ? question : text;
+    if (asks) timer = setTimeout(() => show(false), SURE_MS);
+  };
+  show(false);
   button.addEventListener("click", () => {
-    const passed = performance.now() - asked;
+    const passed = performance.now() - pressedMs;
     if (passed < TAP_MS) return;
-    if (passed < SURE_MS) return act(button);
-    asked = performance.now();
-    button.textContent = question;
-    setTimeout(() => (button.textContent = text), SURE_MS);
+    pressedMs = performance.now();
+    const sure = asks && passed < SURE_MS;
+    show(!sure);
+    if (sure) act(button);
   });
+  // A key that is held is one press.
+  button.addEventListener("keydown", (event) => event.repeat && event.preventDefault());
+  button.addEventListener("unsure", () => show(false));
   return button;
+}
+
+/** What these buttons would act on is another thing now: they ask anew. */
+export function unsure(root) {
+  for (const button of root.querySelectorAll(".sure")) button.dispatchEvent(new Event("unsure"));
 }

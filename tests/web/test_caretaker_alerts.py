@@ -61,7 +61,7 @@ def test_an_answer_to_a_call_names_who_answers(caretaker, host):
     caretaker.page.locator("#answer").click()
     wait_until(lambda: host.posted, "the name")
     assert host.posted == [("/alerts", {"acknowledge": 3})]
-    assert caretaker.heard("call") == [{"k": "call", "on": False}]
+    assert caretaker.heard("call") == [{"k": "call", "on": False, "there": False}]
 
 
 def test_a_press_tests_every_route(caretaker, host):
@@ -84,6 +84,29 @@ def test_a_host_that_does_not_answer_is_asked_again(caretaker, host):
         return caretaker.page.locator("#alerts li").count()
 
     wait_until(shown, "the alerts")
+
+
+@pytest.mark.parametrize("newer", ["another list", "an answer to a press"])
+def test_an_answer_that_was_overtaken_is_not_shown(caretaker, host, newer):
+    open_alerts(caretaker)
+    held = []
+    caretaker.page.route("**/alerts", lambda route: held.append(route))
+    caretaker.state(alerts=2)
+    caretaker.wait_until(lambda: len(held) == 1, "the older request")
+    if newer == "another list":
+        caretaker.state(alerts=3)
+    else:
+        caretaker.page.locator("#alerts li button").click()
+    caretaker.wait_until(lambda: len(held) == 2, "the newer request")
+    older, newest = held
+    taken = {**ALERT, "state": "acknowledged", "by": "Anna"}
+    newest.fulfill(json={"revision": 3, "routes": ["anna"], "alerts": [taken]})
+    caretaker.wait_until(lambda: "Anna" in caretaker.text("#alerts li"), "the newer list")
+    with caretaker.page.expect_response("**/alerts"):
+        older.fulfill(json={"revision": 2, "routes": ["anna"], "alerts": [ALERT]})
+    caretaker.page.evaluate("fetch('/me').then((answer) => answer.text())")
+    assert "Anna" in caretaker.text("#alerts li")
+    assert caretaker.data("alerts") == "false"
 
 
 def test_a_viewer_asks_for_none(page, host):

@@ -218,7 +218,7 @@ def test_a_call_for_help_is_heard_felt_and_answered(caretaker, artefact):
     assert "vraagt hulp" in caretaker.text("#call")
     artefact("caretaker-call")
     caretaker.page.locator("#answer").click()
-    assert caretaker.heard("call") == [{"k": "call", "on": False}]
+    assert caretaker.heard("call") == [{"k": "call", "on": False, "there": False}]
     before = caretaker.page.evaluate("shaken")
     caretaker.advance(5000)  # seen: silent, although the host still reports it
     assert caretaker.page.evaluate("shaken") == before

@@ -116,3 +116,29 @@ def test_a_caretaker_is_led_from_step_to_step(caretaker):
     page.evaluate("window.dispatchEvent(new Event('blur'))")
     assert caretaker.heard("step")[-1]["held"] is False
     page.mouse.up()
+
+
+def test_who_is_added_meanwhile_can_be_chosen(caretaker):
+    host, page = caretaker.host, caretaker.page
+    person = next(row for row in ROWS if row["step"] == "person")
+    host.replies["GET /first-drive"] = (200, {"steps": [person], "run": RUN})
+    page.locator("#tab-settings").click()
+    page.locator("#tab-first").click()
+    select = page.locator(".first select")
+    offered = select.locator("option")
+    caretaker.wait_until(lambda: caretaker.advance(600) or offered.count() == 1, "the step")
+
+    def shown(*names: str) -> None:
+        caretaker.wait_until(
+            lambda: caretaker.advance(600) or offered.all_text_contents()[1:] == list(names), "it"
+        )
+
+    host.profiles.change({"create": "Jan"}, True)
+    shown("Jan")
+    select.select_option(label="Jan")
+    host.profiles.change({"create": "Piet"}, True)
+    shown("Jan", "Piet")
+    assert select.locator("option:checked").text_content() == "Jan"
+    chosen = select.input_value()
+    page.locator(".first .controls button").click()
+    wait_until(lambda: ("/profiles", {"choose": chosen}) in host.posted, "the choice")

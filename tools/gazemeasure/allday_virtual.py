@@ -190,7 +190,7 @@ class _Living:
         newest = chair.host.alerts.as_json()["alerts"][-1]
         chair.host.alerts.acknowledge(newest["number"], "Anna")
         self._pass(0.5, 1.0)
-        chair.caretaker.say(k="call", on=False)
+        chair.caretaker.say(k="call", on=False, there=True)
 
     def _caretaker(self) -> None:
         chair = self._chair

@@ -30,9 +30,16 @@ class HelpCall:
 
     def receive(self, role: int, message: Call, now_s: float) -> Refusal | None:
         """A caretaker answers a call, then reports their arrival; the driver can cancel it."""
-        if message.on and role != codes.DRIVER:
-            return Refusal("call", "not_allowed", "only the driver calls; a caretaker ends it")
-        answers = role == codes.CARETAKER and self.on
-        self._coming_till_s = now_s + COMING_S if answers else None
+        if role != codes.DRIVER:
+            if message.on:
+                return Refusal("call", "not_allowed", "only the driver calls; a caretaker ends it")
+            # Somebody who is there has not heard a call made meanwhile: it counts as answered.
+            if self.on:
+                self.answer(now_s)
+            elif message.there:
+                self._coming_till_s = None
+            # Else it is an answer given twice, or by two caretakers: the first stands.
+            return None
+        self._coming_till_s = None
         self.on, self.count = message.on, self.count + (message.on and not self.on)
         return None

@@ -87,9 +87,11 @@ class Cap:
 
 @dataclass(frozen=True)
 class Call:
-    """The driver asks for help, or no longer needs it."""
+    """The driver asks for help, or no longer needs it; a caretaker comes, or is there."""
 
     on: bool
+    there: bool = False
+    """A caretaker who was coming has arrived."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +160,8 @@ def parse(message: dict[str, Any]) -> PageMessage:
     if kind == "cap":
         return Cap(_integer(message, "permille", LOWEST_CAP_PERMILLE, 1000))
     if kind == "call":
-        return Call(_flag(message, "on"))
+        there = "there" in message and _flag(message, "there")
+        return Call(_flag(message, "on"), there)
     if kind == "bypass":
         if not _flag(message, "held"):
             return END_BYPASS

@@ -115,7 +115,10 @@ def test_an_answer_by_the_pages_own_button_counts_and_is_named_a_moment_later(ri
     assert (rig.row()["state"], rig.row()["by"]) == ("acknowledged", "")
     assert rig.alerts.acknowledge(rig.row()["number"], "Anna")
     assert rig.shown()["coming"] is True
-    rig.control.receive(phone, {"k": "call", "on": False})  # the caretaker has arrived
+    rig.control.receive(phone, {"k": "call", "on": False})  # pressed twice
+    rig.wait(1)
+    assert (rig.row()["state"], rig.shown()["coming"]) == ("acknowledged", True)
+    rig.control.receive(phone, {"k": "call", "on": False, "there": True})
     rig.wait(1)
     assert (rig.row()["state"], rig.row()["by"]) == ("over", "Anna")
 

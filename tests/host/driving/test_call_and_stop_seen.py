@@ -22,8 +22,28 @@ def test_a_call_that_a_caretaker_answers_is_coming_until_they_are_there(rig: Rig
     assert rig.look()["coming"] is False
     rig.control.receive(caretaker, {"k": "call", "on": False})
     assert (rig.look()["call"], rig.look()["coming"]) == (False, True)
-    rig.control.receive(caretaker, {"k": "call", "on": False})
+    rig.control.receive(caretaker, {"k": "call", "on": False, "there": True})
     assert rig.look()["coming"] is False
+
+
+def test_who_answers_twice_or_after_another_caretaker_still_comes(rig: Rig) -> None:
+    caretakers = [rig.control.connect("caretaker") for _ in range(2)]
+    rig.say(k="call", on=True)
+    for caretaker in (*caretakers, *caretakers):
+        said = {"k": "call", "on": False, "there": False}
+        assert rig.control.receive(caretaker, said) == []
+        assert (rig.look()["call"], rig.look()["coming"]) == (False, True)
+    rig.now_s += COMING_S + 0.1  # the answers that came later did not make it last
+    assert rig.look()["coming"] is False
+
+
+def test_who_is_there_answers_a_call_made_meanwhile(rig: Rig) -> None:
+    caretaker = rig.control.connect("caretaker")
+    rig.say(k="call", on=True)
+    rig.control.receive(caretaker, {"k": "call", "on": False})
+    rig.say(k="call", on=True)
+    rig.control.receive(caretaker, {"k": "call", "on": False, "there": True})
+    assert (rig.look()["call"], rig.look()["coming"]) == (False, True)
 
 
 @pytest.mark.parametrize("on", [True, False])

@@ -17,6 +17,7 @@ from gazechair.driving.messages import (
     Arm,
     BadMessage,
     Beat,
+    Call,
     Cap,
     Drive,
     HoldBypass,
@@ -45,6 +46,8 @@ CMD = {"k": "cmd", "verb": "left", "mode": "step", "edge": 3, "token": 17}
         ({"k": "take", "token": 1, "since": 500}, Take(501)),
         ({"k": "release"}, RELEASE),
         ({"k": "cap", "permille": 50}, Cap(50)),
+        ({"k": "call", "on": True}, Call(True)),
+        ({"k": "call", "on": False, "there": True}, Call(False, there=True)),
         (PASS, HoldBypass(4, 17)),
         ({"k": "bypass", "held": False}, END_BYPASS),
         ({"k": "hb", "token": 5}, Beat(5)),
@@ -89,6 +92,8 @@ def test_good_messages(message: dict[str, Any], meaning: object) -> None:
         ({"k": "take"}, 'take: "token"'),
         ({"k": "cap"}, 'cap: "permille" must be a whole number 50..1000'),
         ({"k": "cap", "permille": 49}, '"permille"'),
+        ({"k": "call", "there": True}, 'call: "on" must be true or false'),
+        ({"k": "call", "on": False, "there": None}, '"there"'),
         ({**PASS, "held": 1}, 'bypass: "held" must be true or false'),
         ({**PASS, "edge": 0}, '"edge"'),
         ({"k": "arm"}, 'arm: "token"'),
@@ -112,7 +117,20 @@ ANY_JSON = (
 ) | st.sampled_from([[], {}, [1], {"k": "stop"}, "forward", "step"])
 
 
-KEYS = ["k", "verb", "mode", "edge", "token", "since", "linear", "turn", "held", "permille"]
+KEYS = [
+    "k",
+    "verb",
+    "mode",
+    "edge",
+    "token",
+    "since",
+    "linear",
+    "turn",
+    "held",
+    "permille",
+    "on",
+    "there",
+]
 
 
 @settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # machines stall

@@ -1,0 +1,119 @@
+"""What a key holds on the caretaker's page ends when the key comes up, wherever the focus went."""
+
+import pytest
+
+pytestmark = pytest.mark.browser
+
+MODIFIERS = ["Control", "Alt", "Meta"]
+
+
+@pytest.fixture
+def driving(caretaker):
+    """The caretaker has taken over, and drives by the arrow key."""
+    caretaker.state(you=True, owner="caretaker", state="armed")
+    caretaker.page.keyboard.down("ArrowUp")
+    caretaker.advance(100)
+    assert caretaker.heard("drive")[-1]["linear"] == 500
+    return caretaker
+
+
+def released(driving):
+    """Lets the arrow key come up: the chair is stopped, and stays so."""
+    driving.page.keyboard.up("ArrowUp")
+    assert driving.heard("drive", "stop")[-1] == {"k": "stop"}
+    driving.forget()
+    driving.advance(500)
+    assert driving.heard("drive") == []
+
+
+def test_an_arrow_key_that_comes_up_over_the_slider_stops(driving):
+    slider = driving.page.locator("#cap")
+    slider.focus()
+    driving.page.keyboard.down("ArrowUp")  # the key repeats
+    assert slider.input_value() == "1000"
+    driving.advance(100)
+    assert driving.heard("drive")[-1]["linear"] == 500
+    released(driving)
+
+
+@pytest.mark.parametrize("modifier", MODIFIERS)
+def test_an_arrow_key_that_comes_up_with_another_key_down_stops(driving, modifier):
+    driving.page.keyboard.down(modifier)
+    released(driving)
+    driving.page.keyboard.up(modifier)
+
+
+def test_an_arrow_key_over_the_slider_drives_nothing(caretaker):
+    caretaker.state(you=True, owner="caretaker", state="armed")
+    caretaker.page.locator("#cap").focus()
+    caretaker.page.keyboard.press("ArrowDown")
+    assert caretaker.heard("drive", "stop") == []
+    assert caretaker.heard("cap")
+
+
+# Buttons that work only while held
+
+
+def tabbed(page):
+    page.keyboard.press("Tab")
+
+
+def clicked(page):
+    page.locator("header").click(position={"x": 2, "y": 2})
+
+
+def never_told(page):
+    """The button lost the focus without a word, as one that is hidden does in some browsers."""
+    page.evaluate(
+        "addEventListener('blur', (event) => event.stopImmediatePropagation(),"
+        "{ capture: true, once: true })"
+    )
+    page.keyboard.press("Tab")
+    page.keyboard.up("Enter")
+
+
+def held(caretaker, button, kind):
+    """The button is held by a key, and says so."""
+    caretaker.page.locator(button).focus()
+    caretaker.page.keyboard.down("Enter")
+    caretaker.advance(200)
+    assert caretaker.heard(kind)
+
+
+def ended(caretaker, kind):
+    caretaker.forget()
+    caretaker.advance(500)
+    assert [said for said in caretaker.heard(kind) if said.get("held", True)] == []
+
+
+@pytest.mark.parametrize("leave", [tabbed, clicked, never_told])
+@pytest.mark.parametrize("kind", ["watch", "bypass"])
+def test_a_button_held_by_a_key_is_released_when_the_focus_goes(caretaker, kind, leave):
+    caretaker.state(auto=["go", ""])
+    held(caretaker, f"#{kind}", kind)
+    leave(caretaker.page)
+    ended(caretaker, kind)
+    caretaker.page.keyboard.up("Enter")
+
+
+def test_a_step_of_the_first_drive_held_by_a_key_ends_when_the_focus_goes(caretaker):
+    row = {"step": "tune", "done": False, "refused": "", "profile": "3.1"}
+    run = {"step": "", "lines": [], "asks": "", "ended": None}
+    caretaker.host.replies["GET /first-drive"] = (200, {"steps": [row], "run": run})
+    caretaker.page.locator("#tab-settings").click()
+    caretaker.page.locator("#tab-first").click()
+    button = ".first button.held"
+    caretaker.wait_until(
+        lambda: caretaker.advance(600) or caretaker.page.locator(button).is_visible(), "the step"
+    )
+    held(caretaker, button, "step")
+    tabbed(caretaker.page)
+    assert caretaker.heard("step")[-1] == {"k": "step", "held": False}
+    ended(caretaker, "step")
+
+
+def test_a_key_that_comes_up_over_its_button_releases_it(caretaker):
+    held(caretaker, "#bypass", "bypass")
+    caretaker.page.keyboard.up("Enter")
+    assert caretaker.heard("bypass")[-1] == {"k": "bypass", "held": False}
+    ended(caretaker, "bypass")

@@ -1,0 +1,172 @@
+"""Maps on the caretaker's page when a press comes too often, or an answer late or not at all."""
+
+import pytest
+
+from mapanswers import DETAILS, PICTURE, ROW, WHERE
+from patience import wait_until
+
+pytestmark = pytest.mark.browser
+
+OTHER = {**ROW, "map": "b2", "name": "Kantoor"}
+BOTH = {
+    "state": "known",
+    "wants": "know",
+    "making": None,
+    "ended": None,
+    "where": WHERE,
+    "most_file_bytes": 5_000_000,
+    "maps": [ROW, OTHER],
+}
+
+
+@pytest.fixture
+def maps(caretaker):
+    """The host's answers for two maps; the caretaker has opened the settings."""
+    host = caretaker.host
+    host.pictures |= {"a1": PICTURE.png, "b2": PICTURE.png}
+    host.replies |= {
+        "GET /maps": (200, BOTH),
+        "POST /maps": (200, BOTH),
+        "GET /maps/a1": (200, {**DETAILS, "updates": 2, "updated": "2026-11-23T10:05:00Z"}),
+        "GET /maps/b2": (200, {**DETAILS, **OTHER}),
+    }
+    caretaker.page.locator("#tab-settings").click()
+    return caretaker
+
+
+def opened(maps, name="Thuis"):
+    """Opens the maps; the map of that name is shown with its tools."""
+    maps.page.locator("#tab-maps").click()
+    shown(maps, name)
+
+
+def shown(maps, name):
+    field = maps.page.locator("#maps .rename input")
+    tools = maps.page.locator("#maps button", has_text="Kaart als bestand")
+    maps.wait_until(
+        lambda: maps.advance(600) or (tools.is_visible() and field.input_value() == name), name
+    )
+
+
+def told(maps):
+    return maps.page.locator("#maps .told").inner_text()
+
+
+def asked_to(maps, wish):
+    """How often the host was asked that."""
+    maps.page.evaluate("fetch('/me').then((answer) => answer.text())")
+    return [posted for _, posted in maps.host.posted if wish in posted]
+
+
+# Buttons that ask first
+
+
+@pytest.mark.parametrize(
+    ("place", "text", "wish"),
+    [(0, "Kaart verwijderen", "delete"), (1, "Aanpassing terugnemen", "back")],
+)
+def test_a_tap_after_the_confirmed_one_asks_again(maps, place, text, wish):
+    opened(maps)
+    button = maps.page.locator("#maps .rename .sure").nth(place)
+    for _ in range(2):
+        button.click()
+        maps.advance(1000)
+    wait_until(lambda: asked_to(maps, wish) == [{"map": "a1", wish: True}], "the wish")
+    assert button.inner_text() == text
+    button.click()
+    assert len(asked_to(maps, wish)) == 1
+    assert button.inner_text() == "Zeker weten?"
+    maps.advance(5100)
+    assert button.inner_text() == text
+
+
+def test_a_key_that_is_held_on_such_a_button_confirms_nothing(maps):
+    opened(maps)
+    maps.page.locator("#maps .rename .sure", has_text="verwijderen").focus()
+    for _ in range(3):
+        maps.page.keyboard.down("Enter")
+        maps.advance(1000)
+    assert asked_to(maps, "delete") == []
+    maps.page.keyboard.up("Enter")
+
+
+def test_another_map_is_not_deleted_by_the_second_press(maps):
+    opened(maps)
+    maps.page.locator("#maps .rename .sure", has_text="verwijderen").click()
+    maps.advance(600)
+    maps.page.locator("#maps select").first.select_option("b2")
+    shown(maps, "Kantoor")
+    button = maps.page.locator("#maps .rename .sure", has_text="verwijderen")
+    assert button.is_visible()
+    button.click()
+    assert asked_to(maps, "delete") == []
+    maps.advance(1000)
+    maps.page.locator("#maps .rename .sure", has_text="Zeker weten").click()
+    wait_until(lambda: asked_to(maps, "delete") == [{"map": "b2", "delete": True}], "the wish")
+
+
+# Answers that do not come
+
+
+def test_a_map_whose_details_did_not_load_is_asked_for_again(maps):
+    details = maps.host.replies["GET /maps/a1"]
+    maps.host.replies["GET /maps/a1"] = (500, {"reason": "no_answer", "detail": ""})
+    maps.page.locator("#tab-maps").click()
+    maps.wait_until(lambda: maps.advance(600) or told(maps), "the trouble")
+    choose = maps.page.locator("#maps select").first
+    wait_until(lambda: choose.input_value() == "a1", "the list")
+    assert not maps.page.locator("#maps button", has_text="Kaart als bestand").is_visible()
+    maps.host.replies["GET /maps/a1"] = details
+    shown(maps, "Thuis")
+
+
+def test_details_that_loaded_are_not_asked_for_again(maps):
+    asked = []
+    maps.page.on("request", lambda request: asked.append(request.url))
+    opened(maps)
+    maps.advance(3000)
+    assert sum(url.endswith("/maps/a1") for url in asked) == 1
+
+
+def test_a_damaged_map_is_not_asked_for(maps):
+    asked = []
+    maps.page.on("request", lambda request: asked.append(request.url))
+    damaged = {**ROW, "name": "", "problem": "map_damaged"}
+    maps.host.replies["GET /maps"] = (200, {**BOTH, "where": None, "maps": [damaged]})
+    maps.page.locator("#tab-maps").click()
+    choose = maps.page.locator("#maps select").first
+    maps.wait_until(lambda: maps.advance(600) or choose.input_value() == "a1", "the list")
+    maps.advance(3000)
+    assert not any(url.endswith("/maps/a1") for url in asked)
+
+
+def test_maps_opened_again_while_they_load_work(maps):
+    held = []
+    maps.page.route("**/nl-maps.json", lambda route: held.append(route))
+    for name in ("maps", "settings", "maps"):
+        maps.page.locator(f"#tab-{name}").click()
+    maps.wait_until(lambda: held, "the texts")
+    maps.page.evaluate("fetch('/me').then((answer) => answer.text())")
+    for route in held:
+        route.continue_()
+    shown(maps, "Thuis")
+
+
+def test_maps_that_did_not_load_are_loaded_by_the_next_press(maps):
+    maps.page.route("**/nl-maps.json", lambda route: route.abort())
+    maps.page.locator("#tab-maps").click()
+    wait_until(lambda: "antwoord" in maps.text("#banner"), "the trouble")
+    maps.page.unroute("**/nl-maps.json")
+    maps.page.locator("#tab-settings").click()
+    opened(maps)
+
+
+def test_a_map_that_was_made_before_the_page_was_opened_is_no_news(maps):
+    stored = {"reason": "", "detail": "", "map": "b2"}
+    maps.host.replies["GET /maps"] = (200, {**BOTH, "ended": stored})
+    opened(maps)
+    assert "weet waar hij is" in told(maps)
+    # One that ends while the page looks on is told, also when it ended at once.
+    failed = {"reason": "map_empty", "detail": "", "map": ""}
+    maps.host.replies["GET /maps"] = (200, {**BOTH, "ended": failed})
+    maps.wait_until(lambda: maps.advance(600) or "te weinig" in told(maps), "the result")
