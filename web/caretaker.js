@@ -61,6 +61,7 @@ const pairing = new Pairing(byId("invite"), byId("devices"), strings, refuse);
 let state = null; // the host's newest state
 let latched = []; // messages that only a reset clears
 let edge = 0;
+let capHeld = false; // a hand is on the slider
 let capMovedMs = -Infinity;
 let comingMs = null; // since when the state says that a caretaker is coming
 let heartbeatMs = 50;
@@ -175,10 +176,10 @@ function tell(now) {
   banner.steady(told.kind, told.words, now);
 }
 
-/** The cap in force; while the slider is being moved, the new one. */
+/** The cap in force; while the slider is held or was just moved, the new one. */
 function showCap(permille) {
   const slider = byId("cap");
-  const moved = performance.now() - capMovedMs < CAP_SETTLES_MS;
+  const moved = capHeld || performance.now() - capMovedMs < CAP_SETTLES_MS;
   if (!moved && Number(slider.value) !== permille) slider.value = permille;
   const shown = moved ? Number(slider.value) : permille;
   setText("cap-word", shown >= 1000 ? strings.label("care_no_cap") : `${shown / 10} %`);
@@ -269,6 +270,13 @@ press("answer", () => {
   alertList.answerHelp();
 });
 for (const tab of TABS) press(`tab-${tab}`, () => openTab(tab));
+byId("cap").addEventListener("pointerdown", () => (capHeld = true));
+for (const end of ["pointerup", "pointercancel"]) {
+  addEventListener(end, () => {
+    if (capHeld) capMovedMs = performance.now();
+    capHeld = false;
+  });
+}
 byId("cap").addEventListener("input", (event) => {
   capMovedMs = performance.now();
   showCap(Number(event.target.value));
