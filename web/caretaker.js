@@ -254,7 +254,7 @@ const press = (id, act) => byId(id).addEventListener("click", act);
 function stop(kind = "stop") {
   const sent = socket.send(kind);
   endAll();
-  if (kind === "stop") stopSeen.asked(sent ? socket.stops : null, performance.now());
+  if (kind === "stop") stopSeen.asked(sent, performance.now());
 }
 // At the touch itself: a stop does not wait for the finger to lift.
 byId("stop").addEventListener("pointerdown", () => stop());
