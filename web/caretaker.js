@@ -4,6 +4,7 @@ import { AlertList } from "./alert_list.js";
 import { Alerts } from "./alerts.js";
 import { Banner } from "./banner.js";
 import { ChairSettings, PersonSettings } from "./care_settings.js";
+import { CapSlider } from "./cap_slider.js";
 import { byId, setData, setText } from "./dom.js";
 import { Facts } from "./facts.js";
 import { Gamepads } from "./gamepad.js";
@@ -25,8 +26,6 @@ import { ClockWatch } from "./watch.js";
 
 const TICK_MS = 25;
 const RESET_HOLD_MS = 2000;
-/** A moved slider keeps its place until the host has confirmed the cap. */
-const CAP_SETTLES_MS = 1000;
 /** A press this soon after a button's words changed means the old words. */
 const WORDS_MS = 500;
 const TABS = ["drive", "settings", "first", "maps", "modules", "pairing", "alarms"];
@@ -52,6 +51,7 @@ const alertList = new AlertList(byId("alerts"), strings, (open) => {
 });
 const stopSeen = new StopSeen(strings);
 const clock = new ClockWatch();
+const cap = new CapSlider(strings, (permille) => socket.send("cap", { permille }));
 const refuse = (key) => banner.notice("refused", key, performance.now());
 const persons = new PersonSettings(byId("profiles"), strings, await loadProfiles(), refuse);
 const chair = new ChairSettings(byId("chair"), strings, refuse);
@@ -61,7 +61,6 @@ const pairing = new Pairing(byId("invite"), byId("devices"), strings, refuse);
 let state = null; // the host's newest state
 let latched = []; // messages that only a reset clears
 let edge = 0;
-let capMovedMs = -Infinity;
 let comingMs = null; // since when the state says that a caretaker is coming
 let heartbeatMs = 50;
 let first = null; // the first drive, once opened
@@ -150,7 +149,7 @@ const receivers = {
     joystick.enabled = ready;
     setText("take", strings.label(news.you ? "care_release" : "care_take"));
     setText("pad-word", ready ? "" : strings.label(news.you ? "arming" : "care_pad_off"));
-    showCap(news.cap_permille);
+    cap.update(news.cap_permille);
     byId("watch").hidden = !news.auto?.[0];
     if (byId("watch").hidden) watching.end();
     if (news.going) going ??= openGoing();
@@ -173,15 +172,6 @@ function tell(now) {
   const told = plugins.sentence(about, state?.token);
   corner.update(told);
   banner.steady(told.kind, told.words, now);
-}
-
-/** The cap in force; while the slider is being moved, the new one. */
-function showCap(permille) {
-  const slider = byId("cap");
-  const moved = performance.now() - capMovedMs < CAP_SETTLES_MS;
-  if (!moved && Number(slider.value) !== permille) slider.value = permille;
-  const shown = moved ? Number(slider.value) : permille;
-  setText("cap-word", shown >= 1000 ? strings.label("care_no_cap") : `${shown / 10} %`);
 }
 
 function endAll() {
@@ -253,7 +243,7 @@ const press = (id, act) => byId(id).addEventListener("click", act);
 function stop(kind = "stop") {
   const sent = socket.send(kind);
   endAll();
-  if (kind === "stop") stopSeen.asked(sent ? socket.stops : null, performance.now());
+  if (kind === "stop") stopSeen.asked(sent, performance.now());
 }
 // At the touch itself: a stop does not wait for the finger to lift.
 byId("stop").addEventListener("pointerdown", () => stop());
@@ -269,13 +259,6 @@ press("answer", () => {
   alertList.answerHelp();
 });
 for (const tab of TABS) press(`tab-${tab}`, () => openTab(tab));
-byId("cap").addEventListener("input", (event) => {
-  capMovedMs = performance.now();
-  showCap(Number(event.target.value));
-});
-byId("cap").addEventListener("change", (event) => {
-  socket.send("cap", { permille: Number(event.target.value) });
-});
 addEventListener("keydown", (event) => {
   if (event.key !== "Escape" && event.key !== " ") return;
   if (event.key === " " && event.target.closest?.("button, input, select")) return;

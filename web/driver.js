@@ -115,10 +115,9 @@ const targets = new Targets({
     if (practice.armed || state?.you) tones.play("start");
   },
   stop(wished) {
+    if (wished) stopSeen.asked(socket.send("stop"), performance.now());
     // Another driver is stopped by looking at Stop, not by looking away from this page.
-    const stops = wished || (!plugins.part?.auto(asked) && (state?.you ?? true));
-    const sent = stops && socket.send("stop");
-    if (wished) stopSeen.asked(sent ? socket.stops : null, performance.now());
+    else if (!plugins.part?.auto(asked) && (state?.you ?? true)) socket.send("stop");
     ended();
   },
   act: (name) => [plugins.part?.act(name), acts[name]?.()],
@@ -246,9 +245,7 @@ function switchOff() {
 }
 
 /** This page owns the chair, or practises: only this page changes how it drives. */
-function drives() {
-  return Boolean(state?.you) || practice.armed || targets.holding;
-}
+const drives = () => Boolean(state?.you) || practice.armed || targets.holding;
 
 async function change(wish) {
   const reason = await profiles.change(wish, drives);

@@ -1,6 +1,6 @@
 // The status bar: who drives, the request, motion and speed, the age of link and picture.
 
-import { setText } from "./dom.js";
+import { setData, setText } from "./dom.js";
 
 const AGE_EVERY_MS = 1000;
 /** An output nearer to neutral moves nothing. */
@@ -28,8 +28,7 @@ export class Facts {
     setText("owner", label(news.you ? "you" : (this.#names[owner] ?? owner)));
     setText("asked", ARROWS[asked] ?? "");
     setText("motion", `${label(`motion_${news.motion}`)}${this.#speed(news)}`);
-    const moving = this.#moving(news);
-    if (document.body.dataset.moving !== moving) document.body.dataset.moving = moving;
+    setData("moving", this.#moving(news));
   }
 
   /** The worst ages of the last second: numbers that can be read. null: not known. */

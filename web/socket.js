@@ -19,7 +19,8 @@ const PAIR = "/pair";
  * Talks to `/ws/control`.
  *
  * `on` receives message(object) for every message, link(alive) when that changed, closed() when a
- * connection has ended. A page that is not, or no longer, paired goes to the pairing page by itself.
+ * connection has ended. A page that is not, or no longer, paired goes to the pairing page by
+ * itself.
  */
 export class ControlSocket {
   #wire;
@@ -31,8 +32,7 @@ export class ControlSocket {
   #beatAtMs = 0;
   #alive = false;
   #welcomed = false;
-  /** How many stops this connection has sent. */
-  stops = 0;
+  #stops = 0; // that this connection has sent
 
   constructor(on) {
     this.#on = on;
@@ -52,13 +52,12 @@ export class ControlSocket {
     return now - this.#heardMs;
   }
 
-  /** Sends {"k": kind, ...}; false when it was not. Never queues. */
+  /** Sends {"k": kind, ...}; false when it was not, the number of a stop. Never queues. */
   send(kind, fields = {}) {
     const held = !this.#alive || this.#wire.waiting > BACKLOG_BYTES;
     if (held && !ALWAYS.includes(kind)) return false;
     const sent = this.#wire.send(JSON.stringify({ k: kind, ...fields }));
-    if (sent && kind === "stop") this.stops += 1;
-    return sent;
+    return sent && (kind !== "stop" || (this.#stops += 1));
   }
 
   /** A message that proves its time: by the host's clock and the ms passed since. */
@@ -107,7 +106,7 @@ export class ControlSocket {
 
   #close(code) {
     this.#tokens.length = 0;
-    this.stops = 0;
+    this.#stops = 0;
     this.#on.closed();
     this.#setAlive(false);
     if (code === REVOKED) location.assign(PAIR);

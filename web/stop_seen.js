@@ -1,5 +1,7 @@
 // Shows whether a STOP is confirmed: sent at once, confirmed when the board reports no request.
 
+import { byId, setText } from "./dom.js";
+
 /** A stop that the board has not followed for this long is shown as not confirmed. */
 const LATE_MS = 1000;
 /** How long "seen" stays. */
@@ -8,9 +10,7 @@ const SEEN_MS = 3000;
 /** The state of the button: "none", "asked", "seen" or "late", on its data-seen. */
 export class StopSeen {
   #strings;
-  #button = document.getElementById("stop");
-  #words = document.getElementById("stop-seen");
-  #count = 0; // number of the stop in question; Infinity: nobody will confirm it
+  #count = Infinity; // number of the stop in question; Infinity: nobody will confirm one
   #sinceMs = 0;
   #state = "none";
 
@@ -18,18 +18,17 @@ export class StopSeen {
     this.#strings = strings;
   }
 
-  /** Somebody pressed Stop; `count`: how many stops this connection has sent, null: not sent. */
+  /** Somebody pressed Stop; `count`: its number on this connection, false when it was not sent. */
   asked(count, now) {
-    this.#count = count ?? Infinity;
-    this.#sinceMs = now;
-    this.#show("asked");
+    this.#count = count || Infinity;
+    this.#show("asked", now);
   }
 
-  /** `seen`: how many of them the board has followed. */
+  /** `seen`: how many stops of this connection the board has followed. */
   update(seen, now) {
-    if (!["asked", "late"].includes(this.#state) || !(seen >= this.#count)) return;
-    this.#sinceMs = now;
-    this.#show("seen");
+    if (!(seen >= this.#count)) return;
+    this.closed();
+    this.#show("seen", now);
   }
 
   /** The connection has ended: the next one counts its own stops. */
@@ -39,13 +38,13 @@ export class StopSeen {
 
   tick(now) {
     const passed = now - this.#sinceMs;
-    if (this.#state === "asked" && passed > LATE_MS) this.#show("late");
-    if (this.#state === "seen" && passed > SEEN_MS) this.#show("none");
+    if (this.#state === "asked" && passed > LATE_MS) this.#show("late", now);
+    if (this.#state === "seen" && passed > SEEN_MS) this.#show("none", now);
   }
 
-  #show(state) {
-    if (state === this.#state) return;
-    this.#button.dataset.seen = this.#state = state;
-    this.#words.textContent = state === "none" ? "" : this.#strings.label(`stop_${state}`);
+  #show(state, now) {
+    this.#sinceMs = now;
+    byId("stop").dataset.seen = this.#state = state;
+    setText("stop-seen", state === "none" ? "" : this.#strings.label(`stop_${state}`));
   }
 }

@@ -13,11 +13,7 @@ const SHAPES = {
     [520, 0.07, "sine"],
     [350, 0.12, "sine"],
   ],
-  override: [
-    [220, 0.11, "square"],
-    [220, 0.11, "square"],
-    [220, 0.11, "square"],
-  ],
+  override: Array(3).fill([220, 0.11, "square"]),
   armed: [[660, 0.2, "triangle"]],
   alert: [
     [880, 0.16, "square"],
