@@ -17,7 +17,7 @@ from gazeboard.core.motion import Motion
 from gazechair.blackbox.reader import Line, LogFile
 from gazelink import VERSION, codes, frame, messages
 from gazelink.settings_table import NO_CASTERS_Q4_DEG, index_of, profile_row
-from gazereplay import as_test, board_trace, command, layouts
+from gazereplay import as_test, board_trace, command
 from gazereplay.board_trace import STATE, TRACE, BoardPlayer
 from gazereplay.recording import virtual_log
 from gazereplay.replay import of_trace, replay
@@ -371,30 +371,6 @@ def test_a_log_that_does_not_tell_its_version_says_so(
     options = SimpleNamespace(file=tmp_path, view=None, as_test=None)
     assert command._replay(options) == 0  # type: ignore[arg-type]
     assert "does not tell its board's version" in capsys.readouterr().out
-
-
-def test_each_core_of_a_version_is_listed_and_no_two_have_as_many_words(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    listed = layouts.listed()
-    how = "python -m gazereplay.layouts"
-    assert layouts.ours().items() <= listed.items(), f"the core changed; run {how}"
-    other = tmp_path / "layouts.txt"
-    other.write_bytes(layouts.FILE.read_bytes())
-    monkeypatch.setattr(layouts, "FILE", other)
-    layouts.add()
-    assert layouts.listed() == listed
-    init = Motion.__init__
-
-    def renamed(self: Any, settings: Any, turn: Any) -> None:
-        init(self, settings, turn)
-        name = next(key for key, value in sorted(vars(self).items()) if isinstance(value, int))
-        setattr(self, f"{name}_renamed", vars(self).pop(name))
-
-    monkeypatch.setattr(Motion, "__init__", renamed)
-    assert layouts.ours().keys() <= listed.keys()
-    with pytest.raises(ValueError, match="raise the patch of VERSION"):
-        layouts.add()
 
 
 def test_damaged_words_never_raise(recorded: Any) -> None:

@@ -128,18 +128,18 @@ class Recovery:
             if name == "board_hang":
                 self._sim.do("inject", fault="board_reset")
             took_s = self._wait(time.monotonic(), lambda: self._state(fault.part) == "ok")
-            return Well(took_s, 0.0, self._why_not(fault.part, took_s))
+            return self._after(fault.part, took_s, 0.0)
         pid = self._pid(fault.part)
         if fault.how == "starved":
             _starve(pid)
             begun_s, before_s = time.monotonic(), self.waited_s(fault.part)
             took_s = self._wait(begun_s, lambda: self._well(fault.part, 0))
             starved_s = max(0.0, self.waited_s(fault.part) - before_s)
-            return Well(took_s, starved_s, self._why_not(fault.part, took_s))
+            return self._after(fault.part, took_s, starved_s)
         begun_s = time.monotonic()
         os.kill(pid, signal.SIGKILL if fault.how == "killed" else signal.SIGSTOP)
         took_s = self._wait(begun_s, lambda: self._well(fault.part, pid))
-        return Well(took_s, self.waited_s(fault.part), self._why_not(fault.part, took_s))
+        return self._after(fault.part, took_s, self.waited_s(fault.part))
 
     def waited_s(self, part: str) -> float:
         """How long its process has waited for a processor; the lidar's follows the daemon's."""
@@ -162,12 +162,12 @@ class Recovery:
         now = children(self._stack.pid("host")).get(part, 0)
         return now not in (0, not_pid) and self._state(part) == "ok"
 
-    def _why_not(self, part: str, took_s: float) -> str:
+    def _after(self, part: str, took_s: float, waited_s: float) -> Well:
         if took_s != float("inf"):
-            return ""
+            return Well(took_s, waited_s)
         with contextlib.suppress(OSError, ValueError):
-            return str(self._stack.health().get(part))
-        return "the host does not answer"
+            return Well(took_s, waited_s, str(self._stack.health().get(part)))
+        return Well(took_s, waited_s, "the host does not answer")
 
     def _state(self, part: str) -> str:
         return str(self._stack.health()[part]["state"])

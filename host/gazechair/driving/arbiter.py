@@ -169,7 +169,7 @@ class Arbiter:
     def receive(
         self, client: int, message: PageMessage, now_s: float, offered: bool = True
     ) -> Refusal | None:
-        """Act on one message; a refusal to tell its page. Of a mode not `offered` none is alive."""
+        """Act on one message; a refusal to tell its page. `offered`: so is the mode it asks for."""
         page = self._clients.get(client)
         if page is None:
             return Refusal("message", "not_owner", "this page is not connected any more")
