@@ -81,6 +81,20 @@ class Driver:
         self.release()
         self.rest()
 
+    def arm(self, tries: int, limit_s: float) -> int:
+        """Press until the page says that driving is on; the number of presses that did not do it.
+
+        The target switches driving off, too: it is never pressed while driving is on.
+        TimeoutError with the page's hint after `tries` presses of `limit_s` each.
+        """
+        for late in range(tries):
+            if self.data("state") != "armed":
+                self.click("arm")
+            with contextlib.suppress(TimeoutError):
+                self.wait(lambda: self.data("state") == "armed", limit_s, "armed")
+                return late
+        raise TimeoutError(f"not armed: {self.text('#hint')}")
+
     def wait(self, condition: Callable[[], bool], limit_s: float, what: str) -> float:
         """Wait for `condition`; returns the seconds it took. Raises TimeoutError naming `what`."""
         start_s = time.monotonic()

@@ -16,6 +16,7 @@ NEUTRAL = (WIPER_NEUTRAL, WIPER_NEUTRAL)
 _HOST_SILENT_MS = 100.0  # promise P2; the cable's last bytes are still in transit when it is pulled
 _SIM_STEP_MS = 5.0  # the simulator's own sampling of the wipers may add this
 _TRIES = 4
+_ARMED_S = 4.0
 # Reasons that appear when a PC stalls for a moment: the driver presses again, as a person would.
 # Each such press is counted in the figures.
 _STALLS = ("host_silent", "service_stalled", "needs_new_command", "command_expired", "stale_token")
@@ -47,7 +48,7 @@ class Check:
         ):
             try:
                 step()
-            except (TimeoutError, AssertionError) as error:
+            except (TimeoutError, AssertionError, RuntimeError) as error:
                 self._driver.screenshot(self._artefacts / f"failed-{step.__name__}.png")
                 raise CheckFailed(f"{step.__name__}: {error}") from error
         return self.figures
@@ -61,29 +62,27 @@ class Check:
 
     def arm(self) -> None:
         """Request driving until the board is armed."""
-        driver = self._driver
         start_s = time.monotonic()
-        for _ in range(_TRIES):
-            driver.click("arm")
-            try:
-                driver.wait(lambda: driver.data("state") == "armed", 4, "armed")
-                break
-            except TimeoutError:
-                self.figures["pressed_again"] += 1
-        assert driver.data("state") == "armed", f"not armed: {driver.text('#hint')}"
+        self.figures["pressed_again"] += self._driver.arm(_TRIES, _ARMED_S)
         self.figures.setdefault("arm_s", round(time.monotonic() - start_s, 2))
 
     def hold_forward_and_leave(self) -> None:
         """Hold Vooruit: the chair moves. Leave: the wipers are neutral at once."""
         self._mode("continuous")
         start = self._sim.truth()
-        self.hold("forward", lambda truth: truth["speed_m_s"] > 0.15, "the chair drives forward")
-        self._driver.screenshot(self._artefacts / "driving.png")
-        mark = self._sim.do("wiper_log", since=0)["last"]
-        released_s = time.monotonic()
-        self._driver.release()
-        self._driver.rest()
-        took_ms = self._neutral_ms(mark, released_s, 2, "neutral wipers after leaving")
+        for _ in range(_TRIES):
+            moves = "the chair drives forward"
+            self.hold("forward", lambda truth: truth["speed_m_s"] > 0.15, moves)
+            self._driver.screenshot(self._artefacts / "driving.png")
+            mark = self._sim.do("wiper_log", since=0)["last"]
+            released_s = time.monotonic()
+            self._driver.release()
+            self._driver.rest()
+            took_ms = self._neutral_ms(mark, released_s, 2, "neutral wipers after leaving")
+            if took_ms is not None:
+                break
+            self._again()  # a stall of this PC ended the press before it was left
+        assert took_ms is not None, "each press ended before it was left"
         self.figures["leave_to_neutral_ms"] = round(took_ms, 1)
         end = self._sim.wait(lambda t: t["speed_m_s"] == 0, 5, "the chair stands")
         self.figures["forward_m"] = round(_distance(start, end), 2)
@@ -132,6 +131,7 @@ class Check:
         pulled_s = time.monotonic()
         self._sim.do("pull_cable")
         took_ms = self._neutral_ms(mark, pulled_s, 3, "neutral without the cable")
+        assert took_ms is not None, "a stall of this PC ended the press before the cable was pulled"
         self.figures["cable_to_neutral_ms"] = round(took_ms, 1)
         limit_ms = _HOST_SILENT_MS + _SIM_STEP_MS
         self.figures["cable_within_promise"] = took_ms <= limit_ms
@@ -159,9 +159,25 @@ class Check:
     # -- small things
 
     def _mode(self, mode: str) -> None:
-        if self._driver.data("mode") != mode:
-            self._driver.click("mode")
-        self._driver.wait(lambda: self._driver.data("mode") == mode, 5, f"mode {mode}")
+        """Choose `mode`. Its target is shown while driving is on, which a stall of the PC ends."""
+        for _ in range(_TRIES):
+            try:
+                if self._driver.data("mode") != mode:
+                    self._driver.click("mode")
+                self._driver.wait(lambda: self._driver.data("mode") == mode, 5, f"mode {mode}")
+                return
+            except (TimeoutError, RuntimeError):
+                if not self._disarmed():
+                    raise
+            self._again()
+        raise AssertionError(f"driving was off again and again: no mode {mode}")
+
+    def _again(self) -> None:
+        """What a driver does after a stall of the PC: waits a moment, switches driving on."""
+        self.figures["pressed_again"] += 1
+        self._quiet()
+        if self._disarmed():
+            self.arm()
 
     def hold(self, target: str, condition: Callable[[dict[str, Any]], bool], what: str) -> None:
         """Hold a target until the simulator's truth meets `condition`."""
@@ -176,18 +192,17 @@ class Check:
                     raise
             self._driver.release()
             self._driver.rest()
-            self.figures["pressed_again"] += 1
-            self._quiet()
-            if self._disarmed():
-                self.arm()
+            self._again()
 
-    def _neutral_ms(self, mark: int, since_s: float, limit_s: float, what: str) -> float:
-        """Wait for neutral wipers; ms from `since_s` to the first neutral after `mark`."""
+    def _neutral_ms(self, mark: int, since_s: float, limit_s: float, what: str) -> float | None:
+        """Wait for neutral wipers; ms from `since_s` to the first neutral after `mark`.
+
+        None when they were neutral before `since_s`: then a stall of this PC had ended the press.
+        """
         self._sim.wait(lambda t: tuple(t["wipers"]) == NEUTRAL, limit_s, what)
         entries = self._sim.do("wiper_log", since=mark)["entries"]
-        times_s = [e[1] for e in entries if (e[2], e[3]) == NEUTRAL]
-        assert times_s, f"{what}: they were neutral before; a stall of this PC ended the press"
-        return 1000 * (float(times_s[0]) - since_s)
+        times_s = [float(e[1]) for e in entries if (e[2], e[3]) == NEUTRAL]
+        return 1000 * (times_s[0] - since_s) if times_s and times_s[0] >= since_s else None
 
     def _disarmed(self) -> bool:
         return self._driver.data("state") == "disarmed"

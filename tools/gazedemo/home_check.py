@@ -39,7 +39,7 @@ class HomeCheck:
         """Run the whole check; returns the figures. Raises CheckFailed."""
         try:
             self._find_itself()
-            self._arm()
+            self._driver.arm(_TRIES, _ARMED_S)
             self._go()
             self._judge()
         except (TimeoutError, AssertionError, RuntimeError) as error:
@@ -56,23 +56,12 @@ class HomeCheck:
         driver.wait(lambda: driver.data("more") == "true", _KNOWS_S, what)
         self.figures["found_itself_s"] = round(time.monotonic() - start_s, 1)
 
-    def _arm(self) -> None:
-        driver = self._driver
-        for _ in range(_TRIES):
-            driver.click("arm")
-            try:
-                driver.wait(lambda: driver.data("state") == "armed", _ARMED_S, "armed")
-                return
-            except TimeoutError:
-                pass
-        raise TimeoutError(f"not armed: {driver.text('#hint')}")
-
     def _find_tile(self) -> str:
         """Switch driving on until the goal's tile can be pressed; returns the tile."""
         end_s = time.monotonic() + _KNOWS_S
         while time.monotonic() < end_s:
             if self._driver.data("state") != "armed":
-                self._arm()  # a machine that stalls ends driving
+                self._driver.arm(_TRIES, _ARMED_S)  # a machine that stalls ends driving
             with contextlib.suppress(RuntimeError):  # driving has just ended: the tiles are gone
                 if tile := self._tile():
                     return tile

@@ -30,6 +30,8 @@ _CUTS, _QUICK_CUTS = 1000, 50
 def measure(quick: bool) -> Report:
     """See the module. `quick` takes some six minutes, else three hours."""
     report = Report("allday: a day of driving, and everything that can fail in it")
+    # As installed: a part that starts again finds its code compiled.
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     micropython = str(gazesetup.ensure_micropython().path)
     allday_replay.add(report)
     allday_power.add(report, _QUICK_CUTS if quick else _CUTS)

@@ -21,8 +21,10 @@ _HOLD_S = 0.25
 _REST_S = 0.35
 _ARM_S = 2.0
 _RETRY_S = 0.2
+_LOOK_S = 0.05
 _VERBS = ("forward", "forward", "left", "forward", "forward", "right")
-_FAR_M = 1.0  # from the start: put back there, which no real chair is between two presses
+_FAR_M = 3.0  # from the start: then it turns round, and drives back
+_AIMED_DEG, _TURN_S = 20.0, 4.0
 
 
 class Person:
@@ -77,17 +79,25 @@ class Person:
             if not driver.connected or self._stopping.is_set():
                 return
             driver.arm(_ARM_S)
-            truth = self._sim.truth()
-            if math.hypot(truth["x_m"], truth["y_m"]) > _FAR_M:
-                with contextlib.suppress(RuntimeError):
-                    self._sim.do("teleport", x_m=0, y_m=0, heading_deg=0)
-            driver.button["verb"] = verb
+            off_deg = self._off_deg()
+            driver.button["verb"] = verb if not off_deg else "left" if off_deg > 0.0 else "right"
             mark = self._sim.do("wiper_log", since=0)["last"]
             down_s = driver.press()
             self._stopping.wait(_HOLD_S)
+            while off_deg and self._off_deg() and time.monotonic() < down_s + _TURN_S:
+                self._stopping.wait(_LOOK_S)
             driver.release()
             self._stopping.wait(_REST_S)
             self._note(down_s, self._sim.do("wiper_log", since=mark)["entries"])
+
+    def _off_deg(self) -> float:
+        """How far it must turn to drive back, degrees, left positive; 0: it may drive on."""
+        truth = self._sim.truth()
+        x_m, y_m = truth["x_m"], truth["y_m"]
+        back_deg = math.degrees(math.atan2(-y_m, -x_m))
+        off_deg = math.remainder(back_deg - truth["heading_deg"], 360.0)
+        drives_on = math.hypot(x_m, y_m) < _FAR_M or abs(off_deg) < _AIMED_DEG
+        return 0.0 if drives_on else off_deg
 
     def _note(self, down_s: float, entries: list[list[Any]]) -> None:
         moved = (one[1] for one in entries if one[1] >= down_s and (one[2], one[3]) != NEUTRAL)
