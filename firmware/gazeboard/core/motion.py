@@ -273,10 +273,13 @@ class Motion:
             self.linear_permille = self.linear_permille * ms // ramp_ms
 
     # The heading is held while going forward, not backward: which way a chair turns then for the
-    # same joystick is not known. Without a heading the chair goes on unheld.
+    # same joystick is not known. Without a heading the chair goes on unheld; the sensor may count
+    # from another zero afterwards, so the heading then is the one to hold.
     @micropython.native
     def _keep_straight(self, i, faults):
-        if faults & codes.HEADING_FAULTS == 0:
+        if faults & codes.HEADING_FAULTS:
+            self._turn.keep(i.heading_q4)
+        else:
             self.turn_permille = self._held(i.heading_q4, i.rate_q4)
 
     # One open-loop pulse, at most TUNE_PULSE_MAX_MS long and tune_angle wide.
