@@ -144,7 +144,8 @@ class App:
             spent_us = board.ticks_diff(board.ticks_us(), start_us)
             if spent_us > o.tick_max_us:
                 o.tick_max_us = spent_us
-            ticks = (o.ticks + 1 + missed_ms) & 0x3FFFFFFF
+            # Another 1 + missed_ms, counted from where it wraps: any sum stays a small integer.
+            ticks = (o.ticks - 0x3FFFFFFF + missed_ms) & 0x3FFFFFFF
             telemetry.capture(ticks, core.motion.state, i.heading_q4)
             odd = emergency_open or button_pressed or missed_ms or late or not verified
             if relay_closed is not o.relay_closed:
