@@ -55,10 +55,9 @@ def test_p15_board_loses_its_power(enter: Callable[[Lockstep], None]) -> None:
     open_ms = chair.until(lambda: not chair.world.relay.closed, 50)
     if was_closed:
         measured(END_TO_END, "P15", "power of the board pulled: relay open", open_ms, RELAY_MS)
-    chair.world.pot.power_on()  # its wipers come back in the middle, which is not neutral
     chair.comes_to_rest()
     chair.run(500)
-    chair.board.power_on()
+    chair.board.power_on()  # the wipers come back in the middle, which is not neutral
     chair.cable.plug()
     chair.until(lambda: chair.board.app is not None, 500)
     assert chair.neutral()  # P1, before the first tick

@@ -18,8 +18,12 @@ def pot_bus(rig):
 
 
 def pot_misreads(rig):
-    # The write reaches nothing: the registers stay what they were.
+    # Both wipers in the middle, whatever is written: registers that take nothing.
     rig.bank[POT + at.SLOT_STYLE] = at.STYLE_REGISTERS
+    for k in range(256):
+        rig.bank[POT + REGS + k] = 0x80
+    for k in range(32):
+        rig.bank[POT + at.SLOT_RO + k] = 0xFF
 
 
 def test_p8_a_failing_wiper_write_ends_the_enable_line_within_4_ms_and_latches():

@@ -72,9 +72,36 @@ def test_a_stuck_wiper_acknowledges_and_reads_back_wrong():
     assert got[0] != 0xC8
     assert model.poll() == (0xAA, 0xAB)
     model.set_stuck(False)
+    assert model.poll() == (0xAA, 0xAB)
     i2c.writeto(0x2C, b"\x00\xc8")
     i2c.readfrom_into(0x2C, got)
     assert got[0] == 0xC8
+
+
+def test_a_stuck_wiper_reads_back_right_until_another_value_is_written():
+    """A read gives the wiper last selected, with data or without."""
+    bank = Bank.in_memory()
+    model, i2c = Pot(bank), BankI2C(bank.buffer, 0)
+    i2c.writeto(0x2C, b"\x00\xaa")
+    i2c.writeto(0x2C, b"\x80\xab")
+    model.set_stuck(True)
+    got = bytearray(1)
+    for words, value in (
+        (b"\x00\xaa", 0xAA),
+        (b"\x80\xab", 0xAB),
+        (b"\x80\xc8", 0xAB),
+        (b"\x80", 0xAB),
+        (b"\x00", 0xAA),
+    ):
+        i2c.writeto(0x2C, words)
+        for _ in range(2):
+            i2c.readfrom_into(0x2C, got)
+            assert got[0] == value
+    model.power_on()
+    assert model.poll() == (0x80, 0x80)
+    i2c.writeto(0x2C, b"\x80\xab")
+    i2c.readfrom_into(0x2C, got)
+    assert got[0] == 0x80
 
 
 def test_the_relay_closes_with_toggling_and_shows_it():

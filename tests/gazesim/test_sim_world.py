@@ -4,9 +4,11 @@ import struct
 
 import pytest
 
+from gazeboard.boards.bank_devices import BankI2C
 from gazelink import codes
 from gazesim.bank import Bank
 from gazesim.chair_rig import LinkedChair
+from gazesim.lockstep_teensy import BOOT_MS
 from gazesim.rooms import Person
 from gazesim.world import World
 
@@ -86,11 +88,37 @@ def test_the_firmware_sees_the_fault_that_was_injected(fault, bit):
     chair.press(codes.FORWARD if bit in (codes.WIPER, codes.EMERGENCY) else codes.LEFT)
     chair.run(400)
     chair.world.faults.inject(fault)
+    if fault == "wiper_stuck":
+        chair.release()  # it shows as soon as another value is written
     seen = 0
     for _ in range(40):
         chair.run(10)
         seen |= chair.app.safety.faults
     assert seen >> bit & 1, f"{seen:#x}"
+
+
+def test_power_that_comes_back_finds_the_devices_cold():
+    """Both hang on the board's 3.3 V: wipers in the middle, a sensor that starts for 400 ms."""
+    chair = LinkedChair()
+    chair.arm()
+    bus, one = BankI2C(chair.bank.buffer, 1), bytearray(1)
+    chair.board.power_off()
+    chair.run(1000)
+    with pytest.raises(OSError, match="19"):
+        bus.readfrom_mem_into(0x28, 0x00, one)
+    chair.board.power_on()
+    for ms in range(1, 450):
+        chair.one_ms()
+        if ms < BOOT_MS:
+            assert chair.wipers() == (0x80, 0x80)
+        elif ms < 400:
+            assert chair.neutral()  # before its first tick
+            with pytest.raises(OSError, match="19"):
+                bus.readfrom_mem_into(0x28, 0x00, one)
+    bus.readfrom_mem_into(0x28, 0x00, one)
+    assert one[0] == 0xA0
+    chair.release()
+    chair.arm()
 
 
 def drive(world, seconds):

@@ -36,6 +36,7 @@ _RESET_BIT = 0x20
 _TO_CONFIG_S = 0.019
 _FROM_CONFIG_S = 0.007
 _RESET_S = (0.650, 0.700)
+_START_UP_S = 0.400  # from power to CONFIG
 _GRAVITY = 9.80665
 # Written in CONFIG mode only: units, power, temperature source, axes, offsets.
 _CONFIG_ONLY = (*range(0x3B, 0x3D), 0x3E, *range(0x40, 0x43), *range(0x55, _END))
@@ -174,6 +175,16 @@ class Bno055:
         """Reset: answers nothing for 650..700 ms, then is in CONFIG with its default registers."""
         self._slot.set_nak(True)
         self._down_s = self._random.uniform(*_RESET_S)
+
+    def power_off(self) -> None:
+        """Its supply is gone: it answers nothing."""
+        self._slot.set_nak(True)
+        self._down_s = math.inf
+
+    def power_on(self) -> None:
+        """A cold start: answers nothing for 400 ms, then is as after a reset."""
+        self._slot.set_nak(True)
+        self._down_s = _START_UP_S
 
     def self_reset(self) -> None:
         """Fault: it silently falls back to CONFIG, with all its outputs zero."""

@@ -39,7 +39,7 @@ class ChairRig(Steps):
         self.bank = Bank.in_memory()
         self.world = World(self.bank, room, profile, seed, mounts=mounts)
         self.cable = UsbLine()
-        self.board = Teensy(self.bank, self.cable, start_us)
+        self.board = Teensy(self.world, self.cable, start_us)
         self.scanned = b""  # what the lidar sent in the last step
         self.quiet_ms = 0
         """Milliseconds since the enable line was last toggled."""

@@ -12,10 +12,10 @@ import gazeboard
 from gazeboard.boards import bank_layout as layout
 from gazeboard.boards import pins
 from gazeboard.io import bootlog
-from gazesim.bank import Bank
 from gazesim.lockstep import Clock, Files
 from gazesim.lockstep_devices import QuickBoard
 from gazesim.usb_line import BoardEnd, UsbLine
+from gazesim.world import World
 
 _MAIN = Path(gazeboard.__path__[0]) / "main.py"
 WATCHDOG_MS = 500  # as teensy40.py sets it
@@ -28,8 +28,9 @@ _ENABLE_AT = layout.PINS_AT + pins.ENABLE * layout.PIN_SIZE
 class Teensy:
     """One Teensy: `app` is its firmware, None while it is off, resetting or in the REPL."""
 
-    def __init__(self, bank: Bank, line: UsbLine, start_us: int = 0) -> None:
-        self.bank = bank
+    def __init__(self, world: World, line: UsbLine, start_us: int = 0) -> None:
+        self._world = world
+        self.bank = world.bank
         self.clock = Clock(start_us)
         self.files = Files()
         self.serial = BoardEnd(line)
@@ -76,13 +77,15 @@ class Teensy:
         self._boot_in_ms = BOOT_MS
 
     def power_off(self) -> None:
-        """Switch the power off."""
+        """Switch the power off, which the devices on its 3.3 V lose as well."""
         self._stop()
         self._powered = False
+        self._world.power_off()
 
     def power_on(self) -> None:
         """Switch the power on: a cold start."""
         self._powered = True
+        self._world.power_on()
         self.bank.power_on()
         self._boot_in_ms = BOOT_MS
 

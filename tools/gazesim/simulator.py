@@ -132,6 +132,16 @@ class Simulator:
                 (self._wiper_changes, now_s, *self.world.wipers, self.bank.tick_ms)
             )
 
+    def switch_off(self) -> None:
+        """Take the board's power away."""
+        self.board.kill()
+        self.world.power_off()
+
+    def switch_on(self) -> None:
+        """Give it back."""
+        self.world.power_on()
+        self.board.power_cycle()
+
     def _scene(self) -> tuple[Room, tuple[float, float, float]]:
         return self.world.room, self.world.pose
 
@@ -243,9 +253,9 @@ RIG_FAULTS = (
     ),
     Fault(
         "board_off",
-        "the board has no power",
-        lambda simulator: simulator.board.kill(),
-        lambda simulator: simulator.board.power_cycle(),
+        "the board has no power, nor have the devices on its 3.3 V",
+        lambda simulator: simulator.switch_off(),
+        lambda simulator: simulator.switch_on(),
     ),
     Fault("board_reset", "the board resets", lambda simulator: simulator.board.restart()),
     Fault(

@@ -103,6 +103,16 @@ class World:
         self.scans = [lidar.step(dt_s) for lidar in self.lidars]
         return self.scans[0]
 
+    def power_off(self) -> None:
+        """The board's power is gone, and with it that of the devices on its 3.3 V."""
+        self.pot.power_off()
+        self.imu.power_off()
+
+    def power_on(self) -> None:
+        """It is back: a cold start of both."""
+        self.pot.power_on()
+        self.imu.power_on()
+
     @property
     def pose(self) -> tuple[float, float, float]:
         """The chair's drive axle in the room: x m, y m, heading deg."""

@@ -95,9 +95,10 @@ class LinkProtocol:
         return int(self._decoder.corrupt)
 
     def opened(self, now_s: float) -> None:
-        """A port was (re)opened: forget half-received frames and begin a handshake."""
+        """A port was (re)opened: forget what came before and begin a handshake."""
         self._decoder = frame.Decoder()
         self._decoder.session = self._keys
+        self._forget_last_words()
         self._handshake(now_s)
 
     # Values to send
@@ -207,10 +208,13 @@ class LinkProtocol:
         # A board that sends its last message has no session; frozen messages still reach it.
         if not self._clears:
             return b""
-        self._clears = False
         values = (messages.MAINTENANCE_KEY, 0, self._last_words)
-        self._last_words = codes.NO_REASON
+        self._forget_last_words()
         return self._frame(now_s, messages.MAINTENANCE, values)
+
+    def _forget_last_words(self) -> None:
+        self._last_words = codes.NO_REASON
+        self._clears = False
 
     def _hello(self, now_s: float) -> bytes:
         values = (codes.ROLE_HOST, 0, frame.schema_hash(), self._session, 0, *VERSION, _NAME)
@@ -326,8 +330,7 @@ class LinkProtocol:
     def _limits_heard(self, fields: dict[str, int], now_s: float, events: list[Event]) -> None:
         # The session begins here, so that nothing is sent by any limits but this board's own.
         assert self._greeted is not None  # the frame is of this session
-        self._last_words = codes.NO_REASON
-        self._clears = False
+        self._forget_last_words()
         self._board = BoardId(*self._greeted, self._session, BoardLimits(**fields))
         self._keys.advance(frame.u16(self._decoder.buf, messages.STAMP_AT))
         self._stamp_ms = self._keys.clock_ms

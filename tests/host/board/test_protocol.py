@@ -219,6 +219,18 @@ def test_the_caretakers_clear_reaches_a_board_that_does_not_start(line: Any) -> 
     assert maintenance(line.protocol.poll(101.0)) == []  # once, until it says so again
 
 
+@pytest.mark.parametrize("pressed", [False, True], ids=["before", "in between"])
+def test_a_clear_is_for_the_port_on_which_the_board_spoke(line: Any, pressed: bool) -> None:
+    """A board that came back may start by now: a frame meant to clear opens nothing there."""
+    line.say(line.board.fault(codes.FAULT_REASON + codes.WATCHDOG_BOOTS, b"3 watchdog resets"))
+    if pressed:
+        line.protocol.order(codes.RESET_FAULTS, codes.CARETAKER, 100.1)
+    line.protocol.opened(100.2)
+    if not pressed:
+        line.protocol.order(codes.RESET_FAULTS, codes.CARETAKER, 100.3)
+    assert maintenance(line.protocol.poll(100.3)) == []
+
+
 def maintenance(data: bytes) -> list[bytes]:
     """The MAINTENANCE frames among what was sent."""
     decoder = frame.Decoder()
