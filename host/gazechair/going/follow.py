@@ -259,8 +259,7 @@ class Follower:
         if curve:
             turn = self._steering.curved(speed * curve, across, error)
         else:
-            off_m = -across if backward else across
-            turn = self._steering.straight(off_m, error, left_m, room_m, self._straight_m)
+            turn = self._steering.straight(across, error, left_m, room_m, self._straight_m)
         linear = self._numbers.linear_permille(-speed if backward else speed)
         return Stick(linear, turn if linear else 0)
 
@@ -376,7 +375,7 @@ class Follower:
 def _on_leg(
     a: np.ndarray, b: np.ndarray, pose: tuple[float, float, float]
 ) -> tuple[float, float, float]:
-    """Along, across (left positive) and the leg's length."""
+    """Along, across (left of the leg positive) and its length."""
     dx, dy = float(b[0] - a[0]), float(b[1] - a[1])
     length = math.hypot(dx, dy)
     if length < 1e-9:
