@@ -112,7 +112,7 @@ class Follower:
             self._speed = max(_LEAST_M_S, min(self._speed, abs(self._linear.speed)))
         self._turn.put_out(stick.turn_permille, PERIOD_S, rate_deg_s)
         self._spot.let_out(stick.turn_permille)
-        if stick.turn_permille and not self._last_stick.linear_permille:
+        if _on_spot(stick) and _on_spot(asked):
             self._let_deg_s = self._numbers.turned_deg_s(stick.turn_permille)
 
     def left_m(self, pose: Pose) -> float:
@@ -370,6 +370,10 @@ class Follower:
         if self._speed >= wanted:
             self._speed = max(wanted, self._speed - 2.0 * ACCELERATE_M_S2 * PERIOD_S)
         return self._speed if wanted > 0.0 else 0.0
+
+
+def _on_spot(stick: Stick) -> bool:
+    return bool(stick.turn_permille and not stick.linear_permille)
 
 
 def _on_leg(
