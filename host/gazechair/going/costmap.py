@@ -57,7 +57,7 @@ class Costmap:
         self._live = np.zeros(stands.shape, dtype=np.bool_)
         self.distances_m: Distances = self.static_m
         self.changes = 0
-        """Incremented by each change."""
+        """Incremented after each change: who reads it first, on another thread, misses none."""
         discs = discs_of(footprint.body)
         in_cells = discs[:, :2].astype(np.float32) / np.float32(cell_m)
         self._disc_cells = in_cells[:, 0], in_cells[:, 1], discs[:, 2].astype(np.float32)
@@ -131,11 +131,15 @@ class Costmap:
         if np.array_equal(live, self._live):
             return False
         self._live = live
-        self.changes += 1
         self._may_stand("live", standing_m(live, self.cell_m, self.low_m))
+        self.distances_m = self._with(live)
+        self.changes += 1
+        return True
+
+    def _with(self, live: BoolArray) -> Distances:
+        """Distances to what the map has and to the `live` cells."""
         if not live.any():
-            self.distances_m = self.static_m
-            return True
+            return self.static_m
         # Only near live cells can a distance be less than the map's.
         reach = int(np.ceil(FAR_M / self.cell_m)) + 1
         xs, ys = np.nonzero(live)
@@ -144,8 +148,7 @@ class Costmap:
         found = self.static_m.copy()
         own = distances(live[x0:x1, y0:y1], self.cell_m, FAR_M)
         np.minimum(found[x0:x1, y0:y1], own, out=found[x0:x1, y0:y1])
-        self.distances_m = found
-        return True
+        return found
 
     def clearance_m(
         self, x_m: FloatArray, y_m: FloatArray, heading_rad: FloatArray | float

@@ -112,7 +112,7 @@ class Follower:
             self._speed = max(_LEAST_M_S, min(self._speed, abs(self._linear.speed)))
         self._turn.put_out(stick.turn_permille, PERIOD_S, rate_deg_s)
         self._spot.let_out(stick.turn_permille)
-        if stick.turn_permille and not self._last_stick.linear_permille:
+        if _on_spot(stick) and _on_spot(asked):
             self._let_deg_s = self._numbers.turned_deg_s(stick.turn_permille)
 
     def left_m(self, pose: Pose) -> float:
@@ -259,8 +259,7 @@ class Follower:
         if curve:
             turn = self._steering.curved(speed * curve, across, error)
         else:
-            off_m = -across if backward else across
-            turn = self._steering.straight(off_m, error, left_m, room_m, self._straight_m)
+            turn = self._steering.straight(across, error, left_m, room_m, self._straight_m)
         linear = self._numbers.linear_permille(-speed if backward else speed)
         return Stick(linear, turn if linear else 0)
 
@@ -373,10 +372,14 @@ class Follower:
         return self._speed if wanted > 0.0 else 0.0
 
 
+def _on_spot(stick: Stick) -> bool:
+    return bool(stick.turn_permille and not stick.linear_permille)
+
+
 def _on_leg(
     a: np.ndarray, b: np.ndarray, pose: tuple[float, float, float]
 ) -> tuple[float, float, float]:
-    """Along, across (left positive) and the leg's length."""
+    """Along, across (left of the leg positive) and its length."""
     dx, dy = float(b[0] - a[0]), float(b[1] - a[1])
     length = math.hypot(dx, dy)
     if length < 1e-9:

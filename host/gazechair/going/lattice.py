@@ -62,7 +62,7 @@ class Lattice:
         self._shape: tuple[int, int] = (int(shape[0]), int(shape[1]))
         self._layer = int(shape.prod())
         self.headings_rad = _ANGLES + self.turned_rad
-        self._changes = -1
+        self._changes = costmap.changes
         self._least_m, self._turn_m = LOOSE_M, 0.0
         self._no_turns: list[tuple[float, float]] = []
         self._still = self._clearances(np.arange(self._layer))
@@ -91,7 +91,8 @@ class Lattice:
 
     def refresh(self) -> None:
         """Bring it up to date with the costmap."""
-        if self._changes == self._costmap.changes:
+        changes = self._costmap.changes  # before the distances: these may change meanwhile
+        if self._changes == changes:
             return
         differs = self._costmap.distances_m < self._costmap.static_m - 1e-6
         self._clear = self._still
@@ -106,6 +107,7 @@ class Lattice:
             self._clear = self._still.copy()
             self._clear[:, near] = self._clearances(np.flatnonzero(near))
         self._prepare()
+        self._changes = changes
 
     def _ahead(self, whole: NDArray[np.float32], way_m: float) -> NDArray[np.float32]:
         """Clearance at the place `way_m` ahead of each pose."""
@@ -144,7 +146,6 @@ class Lattice:
             self._prepare()
 
     def _prepare(self) -> None:
-        self._changes = self._costmap.changes
         whole, half = self._clear[::2], self._clear[1::2]
         least = self._least_m
         narrow = np.clip((_EASY_M - whole) / _EASY_M, 0.0, 1.2)

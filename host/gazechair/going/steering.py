@@ -45,8 +45,9 @@ class Steering:
     ) -> int:
         """Turn output, permille, along a leg.
 
-        `across`: metres left of the leg. `error`: its heading minus the chair's, rad. `left_m`:
-        what remains of it. `room_m`, `straight_m`: clearance along the path, and straight ahead.
+        `across`: metres left of the leg as it is driven, also backward. `error`: the chair's
+        heading on it minus the present one, rad. `left_m`: what remains of it. `room_m`,
+        `straight_m`: clearance along the path, and straight on.
         """
         fits = straight_m > _FITS_M and miss_m(across, error, left_m) < MISS_M
         if room_m < _TIGHT_M or self._unsteered_s > 0.0 or (room_m < _CREEPS_M and fits):

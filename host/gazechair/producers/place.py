@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from concurrent.futures import Future
 from dataclasses import replace
 
 import numpy as np
@@ -30,7 +31,7 @@ class PlaceProducer(Producer):
         self._track = MapTrack()
         self._ride = Ride(setup.thinker)
         self._map = ""
-        self._mission: Mission | None = None
+        self._mission: Future[Mission | None] = Future()
         self._goal: Pose = (0.0, 0.0, 0.0)
         self._begun_s = 0.0
 
@@ -39,24 +40,31 @@ class PlaceProducer(Producer):
         self._map = str(target["map"])
         x_m, y_m, heading_deg = (float(target[name]) for name in ("x", "y", "heading"))
         self._goal = x_m, y_m, math.radians(heading_deg)
-        self._mission = None
         self._begun_s = press.at_s
         self._ride.begin()
-        stored = self._store.get(self._map)
+        self._mission.cancel()
+        # Not within the step, which may take 20 s at most: a large map takes longer.
+        self._mission = self.setup.thinker.submit(self._made, self._map, press)
+
+    def _made(self, name: str, press: Press) -> Mission | None:
+        """The mission in that map; None: there is no such map."""
+        stored = self._store.get(name)
         if stored is None or stored.map is None:
-            return
+            return None
         home, footprint = stored.map, self.setup.footprint
         no_go = [np.array(area.corners_m) for area in home.drawn.no_go]
         grid = home.grid
         costmap = Costmap(grid.occupied, grid.free, grid.cell_m, grid.low_m, footprint, no_go)
         planner = Planner(costmap, press.may_reverse)
         numbers = ChairNumbers.of(press.settings)
-        self._mission = Mission(costmap, planner, numbers, footprint, self._ride.submit)
+        return Mission(costmap, planner, numbers, footprint, self._ride.submit)
 
     def step(self, sensed: Sensed, now_s: float) -> Said:
         self._ride.hear(sensed)
         self._track.take(sensed.estimates, sensed.where)
-        mission = self._mission
+        if not self._mission.done():
+            return Said((0, 0), "thinks")
+        mission = self._mission.result()
         if mission is None:
             return Said(None, "ended", MAP_GONE)
         pose = self._track.pose(self._map, now_s)

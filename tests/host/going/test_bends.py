@@ -88,11 +88,11 @@ class Driving:
         self.stick = self.put_out = STOP
         self.off_m = self.seconds = 0.0
 
-    def step(self, curves: bool = True) -> Stick:
+    def step(self, curves: bool = True, most_m_s: float = math.inf) -> Stick:
         chair = self.chair
         self.follower.moved(self.put_out, chair.speed_m_s, chair.yaw_rate_deg_s)
         pose = (chair.x_m, chair.y_m, math.radians(chair.heading_deg))
-        self.stick = self.follower.step(pose, math.inf, 0.5)
+        self.stick = self.follower.step(pose, most_m_s, 0.5)
         curved = self.stick.linear_permille and self.stick.turn_permille
         self.put_out = STOP if curved and not curves else self.stick
         for _ in range(round(PERIOD_S / 0.01)):
@@ -126,3 +126,18 @@ def test_where_the_board_lets_no_curve_through_it_turns_at_the_vertex() -> None:
         driving.step(curves=False)
     assert driving.follower.turns_on_spot
     assert math.dist((driving.chair.x_m, driving.chair.y_m), CORNER[1]) < 0.15
+
+
+def test_after_a_stop_for_somebody_a_bend_is_driven_as_before() -> None:
+    driving = Driving()
+    while driving.chair.x_m < 2.5:
+        driving.step()
+    driving.step(most_m_s=0.0)
+    driving.put_out = Stick(300, -76)  # the board's report is late; it held the heading
+    for _ in range(40):
+        driving.step(most_m_s=0.0)
+    assert driving.chair.speed_m_s == 0.0
+    while not driving.follower.arrived and driving.seconds < 40.0:
+        driving.step()
+    assert driving.follower.arrived
+    assert driving.off_m < 0.10

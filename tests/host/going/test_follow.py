@@ -168,3 +168,25 @@ def test_a_leg_that_has_just_begun_is_not_ended_early(x_m: float, ends: bool) ->
     follower = Follower(numbers())
     follower.take(Way(np.array([(0.0, 0.0), (0.28, 0.0), (0.1, 0.3)]), None), (0.0, 0.0, 0.0))
     assert (follower.early_turn_rad((x_m, 0.0, 0.0)) is not None) is ends
+
+
+@pytest.mark.parametrize("across_m", [0.03, -0.03])
+def test_backward_it_steers_towards_its_leg(across_m: float) -> None:
+    follower = Follower(numbers())
+    chair = Chair("3.1")
+    chair.place(0.0, across_m, 0.0)
+    chair.step(0.01, (0.0, 0.0))
+    way = Way(np.array([(0.0, 0.0), (-1.5, 0.0)]), None, backward=True)
+    follower.take(way, (0.0, across_m, 0.0))
+    stick, off_m = STOP, []
+    for _ in range(400):
+        follower.moved(stick, chair.speed_m_s, chair.yaw_rate_deg_s)
+        pose = (chair.x_m, chair.y_m, math.radians(chair.heading_deg))
+        stick = follower.step(pose, math.inf, WIDE_M)
+        for _ in range(5):
+            chair.step(0.01, (stick.linear_permille / 1000.0, stick.turn_permille / 1000.0))
+        off_m.append(abs(chair.y_m))
+    assert follower.arrived
+    assert chair.x_m == pytest.approx(-1.5, abs=0.1)
+    assert max(off_m) < 0.035
+    assert off_m[-1] < 0.015

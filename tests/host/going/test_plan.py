@@ -5,13 +5,16 @@ from __future__ import annotations
 import itertools
 import math
 import time
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from gazechair.base.footprint import Footprint
 from gazechair.going.costmap import Costmap
-from gazechair.going.lattice import Lattice
+from gazechair.going.distance_field import Distances, distances
+from gazechair.going.lattice import STRICT_M, Ints, Lattice
 from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, START_BLOCKED, NoWay, Planner, Pose, Way
 from gazechair.going.smooth import PASSES_M, Refused
 from goingrig import TWO_ROOMS, floor
@@ -212,3 +215,50 @@ def test_close_to_the_goal_it_does_not_turn_back_to_come_straight() -> None:
     assert isinstance(found, Way)
     assert found.length_m < 0.2
     assert found.cost_s < 60.0
+
+
+BEFORE_M, BEHIND_M = np.array(((2.0, 1.0), (2.0, 1.05))), np.array(((5.5, 2.0), (5.5, 2.05)))
+
+
+def free_behind(lattice: Lattice) -> int:
+    """Free poses at BEHIND_M, once the lattice is up to date."""
+    lattice.use(STRICT_M, 0.03, ())
+    lattice.refresh()
+    return len(lattice.near(*BEHIND_M[0], 0.0, 0.1, 4.0))
+
+
+def test_what_is_seen_while_the_lattice_is_computed_is_in_the_next_plan() -> None:
+    costmap = floor()
+    lattice = Lattice(costmap)
+    clearances = lattice._clearances
+
+    def meanwhile(places: Ints) -> NDArray[np.float32]:
+        found = clearances(places)
+        costmap.see(BEHIND_M, 1.1, (3.0, 2.0))
+        costmap.refresh(1.1)
+        return found
+
+    costmap.see(BEFORE_M, 1.0, (3.0, 2.0))
+    costmap.refresh(1.0)
+    lattice._clearances = meanwhile  # type: ignore[method-assign]
+    lattice.refresh()
+    lattice._clearances = clearances  # type: ignore[method-assign]
+    assert free_behind(lattice) == 0
+
+
+def test_a_plan_made_while_distances_are_computed_does_not_hide_them_from_the_next(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    costmap = floor()
+    lattice = Lattice(costmap)
+    assert free_behind(lattice)
+
+    def meanwhile(*of: Any) -> Distances:
+        lattice.refresh()
+        return distances(*of)
+
+    costmap.see(BEHIND_M, 1.0, (3.0, 2.0))
+    with monkeypatch.context() as patch:
+        patch.setattr("gazechair.going.costmap.distances", meanwhile)
+        costmap.refresh(1.0)
+    assert free_behind(lattice) == 0

@@ -1,0 +1,91 @@
+"""Kind "place": the map, however large, is prepared outside the steps, which take 20 s at most."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gazechair.base.footprint import Footprint
+from gazechair.going.plan import Planner
+from gazechair.producers import place
+from gazechair.producers.contract import Press, Sensed, Setup
+from gazechair.sensing.mapping.home_map import HomeMap
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazelink.settings_table import TABLE
+
+SETTINGS = {name: default for name, default, _, _ in TABLE}
+
+
+class Later(Executor):
+    """Computes when told to."""
+
+    def __init__(self) -> None:
+        self.todo: list[tuple[Future[Any], Callable[[], Any]]] = []
+
+    def submit(self, work: Any, /, *args: Any, **more: Any) -> Future[Any]:
+        made: Future[Any] = Future()
+        self.todo.append((made, lambda: work(*args, **more)))
+        return made
+
+    def compute(self) -> None:
+        for made, work in self.todo:
+            if made.set_running_or_notify_cancel():
+                made.set_result(work())
+        self.todo.clear()
+
+
+@pytest.fixture
+def thinker() -> Later:
+    return Later()
+
+
+@pytest.fixture
+def producer(tmp_path: Path, thinker: Later) -> place.PlaceProducer:
+    hits = np.zeros((100, 100), dtype=np.uint16)
+    hits[0] = 5
+    passes = np.where(hits, 0, 5).astype(np.uint16)
+    grid = OccupancyGrid(0.05, np.zeros(2), hits, passes)
+    HomeMap("home", grid, "2026-11-22T20:00:00Z").save(tmp_path / "a.map")
+    return place.PlaceProducer(Setup(Footprint(), tmp_path, thinker=thinker))
+
+
+def press(number: int, map_: str = "a") -> Press:
+    target = {"map": map_, "x": 2.0, "y": 2.0, "heading": 0.0}
+    return Press(number, target, SETTINGS, True, 10.0)
+
+
+def test_no_step_waits_for_the_map(
+    producer: place.PlaceProducer, thinker: Later, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[Planner] = []
+
+    def planner(*of: Any) -> Planner:
+        made.append(Planner(*of))
+        return made[-1]
+
+    monkeypatch.setattr(place, "Planner", planner)
+    producer.press(press(1))
+    for at_s in (10.0, 40.0):
+        said = producer.step(Sensed(), at_s)
+        assert (said.stick, said.state) == ((0, 0), "thinks")
+    assert not made
+    thinker.compute()
+    assert len(made) == 1
+    said = producer.step(Sensed(), 40.0)
+    assert (said.stick, said.reason) == (None, place.POSE_LOST)
+
+
+def test_another_press_does_not_wait_for_the_map_of_the_one_before(
+    producer: place.PlaceProducer, thinker: Later
+) -> None:
+    producer.press(press(1))
+    producer.press(press(2, "b"))
+    assert thinker.todo[0][0].cancelled()
+    thinker.compute()
+    said = producer.step(Sensed(), 10.0)
+    assert (said.stick, said.reason) == (None, place.MAP_GONE)
