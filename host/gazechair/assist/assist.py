@@ -21,7 +21,7 @@ _COAST_S = 0.42  # dead time and lag: the chair keeps turning for this long
 _DONE_DEG, _FINE_DEG = 0.4, 0.2
 _SPOT_DEG, _LEAST_SPOT_DEG = 8.0, 2.0  # above: turn on the spot; below: drive on straight
 _RESTS_DEG = 1.5  # at rest, a smaller error stays: the chair would swing to and fro
-_SPOT_S = 5.0  # time limit of a turn on the spot
+_SPOT_S = 5.0  # after this time, a turn on the spot of a chair that does not turn is given up
 _EASIER_S, _EASIER_DEG_S = 1.5, 0.5  # after this time its tolerance grows at this rate
 _RESTS_DEG_S = 1.0
 _DEADBAND = 60  # permille; a smaller output turns no chair
@@ -136,6 +136,9 @@ class Assist:
 
     def motion(self, motion: Motion) -> None:
         """The board's newest heading and output."""
+        if motion.heading_deg is None:  # the next heading may count from another zero
+            self._press = _Press(0, motion.time_s)
+            self._own.heading_lost()
         self._returns.motion(motion)
         self.permits.output(motion.time_s, motion.linear_permille or 0, motion.turn_permille or 0)
 
@@ -338,7 +341,7 @@ class Assist:
         return NOTHING
 
     def _turn_on_the_spot(self, heading: float, now_s: float, dt_s: float) -> Advice | None:
-        """Go on with the turn that was begun; None: there, or not permitted for too long."""
+        """Go on with the turn that was begun; None: there, or no progress for too long."""
         spot = self._press.spot
         assert spot is not None
         rate_deg_s = self._returns.rate_deg_s()
@@ -348,10 +351,15 @@ class Assist:
         spot.turned |= abs(rate_deg_s) >= _STICKS_DEG_S
         ends = spot.turned and abs(off_deg) <= _RESTS_DEG and abs(rate_deg_s) < _RESTS_DEG_S
         long_s = max(0.0, now_s - spot.begun_s - _EASIER_S)
+        over = now_s > spot.begun_s + _SPOT_S
+        if over and abs(rate_deg_s) < _STICKS_DEG_S:
+            self._press.spot = self._press.way = None  # nor the leg that the turn was made for
+            self._press.turned_s, self._gave_up_s = now_s, now_s + _GIVES_UP_S
+            return None
         if not ends and abs(error_deg) > _DONE_DEG + _EASIER_DEG_S * long_s:
             least = _LEAST_SPOT + round(_MORE_PERMILLE_S * self._press.sticks_s)
             turn = _output(error_deg, _SPOT_PERMILLE_DEG, least, max(least, _SPOT_PERMILLE))
-        elif abs(rate_deg_s) < _RESTS_DEG_S or now_s > spot.begun_s + _SPOT_S:
+        elif over or abs(rate_deg_s) < _RESTS_DEG_S:
             self._press.spot, self._press.turned_s = None, now_s
             return None
         if turn and not self.permits.both(0, turn):

@@ -38,6 +38,8 @@ class Advisor:
         self._assist = Assist(footprint, len(argument["lidars"]))
         self._word = Word()
         self._turned = 0  # side of a turn held since the last decision
+        self._heading_known = True  # by the newest motion
+        self._straight = 0  # press in which the board permits no turn: its heading was lost
 
     @property
     def held(self) -> bool:
@@ -53,14 +55,17 @@ class Advisor:
         if word.zone != self._word.zone:
             self._assist.permits.zone = zone
         self._word = word
+        self._no_turns_without_heading()
         self._turned = word.turns or self._turned
         self._assist.permits.clearance = word.clearance
 
     def take(self, datagram: bytes, now_s: float) -> None:
         """One datagram from the inbox."""
         said = inbox.unpack(datagram) if self._word.on else None
-        if isinstance(said, Motion) and said.time_s > now_s - _OLD_S:
+        if isinstance(said, Motion) and (said.heading_deg is None or said.time_s > now_s - _OLD_S):
             self._assist.motion(said)
+            self._heading_known = said.heading_deg is not None
+            self._no_turns_without_heading()
         elif isinstance(said, HalfTurn) and said.last_s > now_s - _OLD_S:
             piece = self._lidars.piece(said)
             if piece is not None:
@@ -73,11 +78,16 @@ class Advisor:
         if self._turned:  # even if the board ended it at once
             self._assist.turns_himself(self._turned, now_s)
         self._turned = word.turns
-        advice = self._assist.advise(word.press, now_s) if knows and word.press else None
+        steers = knows and word.press not in (0, self._straight)
+        advice = self._assist.advise(word.press, now_s) if steers else None
         if advice is None:
             return [knows, 0, 0, 0, False, now_s]
         linear, turn = advice.linear_permille, advice.turn_permille
         return [knows, word.press, linear, turn, advice.steers, now_s]
+
+    def _no_turns_without_heading(self) -> None:
+        if not self._heading_known and self._word.press:
+            self._straight = self._word.press
 
 
 def run(argument: Mapping[str, Any], out: RecordWriter) -> NoReturn:

@@ -33,10 +33,10 @@ class NearReturns:
         self._heard_s = -math.inf
 
     def motion(self, motion: Motion) -> None:
-        """The board's newest heading."""
+        """The board's newest heading. Without one, nothing counts that was seen by those before."""
         if motion.heading_deg is None:
-            self._times.clear()
-            self._headings.clear()
+            for kept in (self._times, self._headings, *self._halves):
+                kept.clear()
             return
         heading = motion.heading_deg
         if self._headings:

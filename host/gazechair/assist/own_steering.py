@@ -33,6 +33,10 @@ class OwnSteering:
             self._corrected_deg = self._left_deg(now_s) + abs(heading_deg - seen[1])
             self._at_s = now_s
 
+    def heading_lost(self) -> None:
+        """The next heading has nothing to do with those before."""
+        self._seen = None
+
     def help(self, now_s: float) -> float:
         """Share of the full help, 0..1: corrections reduce it, and are forgotten in time."""
         return 1.0 / (1.0 + self._left_deg(now_s) / _HALVES_DEG)

@@ -274,3 +274,54 @@ def test_nor_a_curve_to_a_way_beside(shut_s, begins):
         assist.permits.clearance = Clearance(0, codes.REAL, acquired_s, forward_mm=forward_mm)
     assist.advise(1, 1.1)
     assert (assist._curve(5.0) is not None) == begins
+
+
+def test_without_a_heading_nothing_is_kept_that_was_measured_from_its_zero():
+    assist = before_a_door(0.25)
+    assist.advise(1, 1.1)
+    assist.motion(Motion(1.1, None, 0, 0))
+    assert assist._press.number == 0
+    assist.motion(Motion(1.11, 90.0, 0, 0))  # the sensor was reset: another zero
+    assert assist.advise(1, 1.12) is None
+    assist.see(0, half(door_room(-0.2, 0.7), 1.15, 90.0))
+    assist.motion(Motion(1.2, 90.0, 0, 0))
+    assist.see(0, half(door_room(-0.2, 0.7), 1.2, -90.0))
+    assert assist.advise(1, 1.21).turn_permille > 0
+    assert assist._press.wish_deg == 90.0
+
+
+def test_a_heading_lost_in_a_turn_of_the_driver_is_no_correction():
+    assist = before_a_door(0.25)
+    assert assist.advise(1, 1.1).steers
+    for now_s, heading_deg in ((1.15, 0.0), (1.2, None), (1.25, 359.0)):
+        assist.motion(Motion(now_s, heading_deg, 0, 0))
+        assist.turns_himself(1, now_s)
+    assert assist._own.help(1.3) == 1.0
+
+
+def turning(assist, deg_s, until_s):
+    """Held for that long: what assist asks for, in steps of 0.05 s, from 1.1 s on."""
+    assist.advise(1, 1.09)
+    assist._press.spot = _Spot(70.0, 1.1)
+    asked = []
+    for k in range(round((until_s - 1.1) / 0.05)):
+        now_s = 1.1 + 0.05 * k
+        deg = deg_s * 0.05 * k
+        assist.motion(Motion(now_s, deg, 0, 0))
+        free = {"forward_mm": 1200, "left_q4_deg": 4000, "right_q4_deg": 4000}
+        assist.permits.clearance = Clearance(0, codes.REAL, now_s, **free)
+        assist.see(0, half(door_room(-0.45, 0.45), now_s, 90.0 if k % 2 else -90.0))
+        asked.append(assist.advise(1, now_s))
+    return asked
+
+
+def test_a_turn_on_the_spot_of_a_chair_that_cannot_turn_is_given_up():
+    assist = before_a_door(0.0)
+    asked = turning(assist, 0.0, 9.0)
+    assert asked[90].turn_permille == 600
+    assert all(one == STRAIGHT_ON for one in asked[102:])
+    assert assist._press.leg is None
+
+
+def test_a_slow_one_is_not():
+    assert turning(before_a_door(0.0), 4.0, 12.0)[-1].turn_permille > 0

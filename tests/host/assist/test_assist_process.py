@@ -138,6 +138,52 @@ def test_a_lidar_lost_or_blind_or_a_word_without_clearance_is_no_advice() -> Non
     assert advisor(press=9, clearance=None).say(10.0)[:2] == [False, 0]
 
 
+def moved(one: Advisor, headings_deg: list[float | None], at_s: float) -> None:
+    """Every 0.05 s from then on a heading, and half a turn of the lidar."""
+    for k, heading_deg in enumerate(headings_deg):
+        now_s = at_s + 0.05 * k
+        one.take(inbox.pack_motion(Motion(now_s, heading_deg, 1000, 0)), now_s)
+        one.take(half_turn(now_s, bool(k % 2)), now_s)
+
+
+def pressed(one: Advisor, press: int, at_s: float) -> None:
+    clearance = Clearance(0, codes.SIMULATED, at_s, forward_mm=700)
+    one.hear(packed(Word(True, press, 0, ZONE, clearance)))
+
+
+BEFORE = [359.0, 359.5, 0.5, 1.0]
+AFTER = [1.0] * 4
+
+
+def test_after_a_heading_was_lost_the_press_turns_no_more_and_the_next_one_does_not_turn_back() -> (
+    None
+):
+    one = advisor()
+    moved(one, BEFORE[:3], 10.0)
+    pressed(one, 9, 10.1)
+    assert one.say(10.1)[:3] == [True, 9, 1000]
+    moved(one, [1.0, None, *AFTER], 10.15)
+    # The board ends this press at the first turn; straight on it goes on.
+    assert one.say(10.4) == [True, 0, 0, 0, False, 10.4]
+    pressed(one, 10, 10.4)
+    assert one.say(10.4)[1:4] == [10, 1000, 0]
+
+
+def test_a_press_that_began_without_a_heading_turns_no_more_either() -> None:
+    one = advisor()
+    moved(one, [None], 10.05)
+    pressed(one, 9, 10.06)
+    moved(one, AFTER, 10.1)
+    assert one.say(10.25) == [True, 0, 0, 0, False, 10.25]
+
+
+def test_a_lost_heading_counts_however_late_it_is_read() -> None:
+    one = advisor(press=9)
+    one.take(inbox.pack_motion(Motion(9.0, None, 0, 0)), 10.0)
+    moved(one, AFTER, 10.05)
+    assert one.say(10.2)[:2] == [True, 0]
+
+
 def test_foreign_words_and_datagrams_change_nothing() -> None:
     one = advisor(press=9)
     for line in (b"", b"\xff" * 4000, b"[]", b'[true, 4, false, ["00"]]', b'{"on": false}'):
