@@ -47,6 +47,18 @@ class Machine:
             path.write_text(text)
             path.chmod(0o755)
 
+    def upgrade(self, name: str) -> None:
+        """Install version `name` after this one."""
+        postinst = self._folder / "postinst"
+        postinst.write_text(postinst.read_text().replace(self.version.name, name))
+        self.version = self.version.with_name(name)
+        self.install()
+
+    def back(self) -> subprocess.CompletedProcess[str]:
+        """Return to the version before."""
+        words = [self._folder / "usr/sbin/gazechair-version", "back"]
+        return subprocess.run(words, capture_output=True, text=True)
+
     def install(self) -> list[str]:
         """Run the installer; the stand-ins that it called, with their words."""
         self._called.write_text("")
@@ -79,3 +91,23 @@ def test_an_environment_of_a_python_that_is_gone_is_made_again(machine: Machine)
     assert f"python3 -m venv {machine.version}" in machine.install()
     assert subprocess.run([program, "--version"]).returncode == 0
     assert (machine.version / "complete").exists()
+
+
+def test_the_version_before_runs_again(machine: Machine) -> None:
+    machine.install()
+    first = machine.version
+    machine.upgrade("2.0")
+    assert machine.back().returncode == 0
+    assert (first.parent / "current").resolve() == first
+
+
+def test_a_version_before_that_does_not_start_is_refused(machine: Machine) -> None:
+    machine.install()
+    first = machine.version
+    machine.upgrade("2.0")
+    (first / "bin/gazechair").write_text("#!/bin/sh\nexit 1\n")
+    ended = machine.back()
+    assert ended.returncode == 2
+    assert "version 1.0" in ended.stderr
+    assert "does not start" in ended.stderr
+    assert (first.parent / "current").resolve() == machine.version

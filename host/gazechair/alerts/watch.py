@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 
+from gazechair.alerts.book import AGAIN_S
 from gazechair.alerts.reasons import (
     AT_ONCE_S,
     HELP_WANTED,
@@ -86,6 +87,8 @@ class Watch:
         for key in sorted(lasting - self._raised):
             if now_s - self._since_s[key] >= REASONS[key].lasts_s:
                 self._raised.add(key)
+                if now_s - self._gone_s.get(key, now_s) >= AGAIN_S:
+                    yield Change(key, False)  # another event: the answer was to the one before
                 detail = "; ".join(": ".join(part) for part in sorted(now.lost.items()))
                 yield Change(key, True, detail if REASONS[key].kind == SYSTEM else "")
         gone = {*open_keys} - lasting - _ENDED_BY_OTHERS

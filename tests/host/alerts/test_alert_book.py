@@ -210,6 +210,26 @@ def test_a_host_that_restarts_continues_where_it_was() -> None:
     assert again.book.open_keys() == {HELP_WANTED, "tilt"}
 
 
+def test_what_was_over_before_a_restart_does_not_return_with_its_old_date() -> None:
+    week_s = 7 * 24 * 3600.0
+    scene = Scene()
+    scene.raise_()
+    scene.wait(1)
+    scene.book.end(HELP_WANTED, scene.now_s)
+    again = Scene(FIRST, SECOND)
+    again.book.restore(scene.book.as_json(), again.now_s, again.now_s + 1e9 + week_s)
+    again.wait(10)
+    again.raise_()
+    again.wait(200)
+    before, now = again.book.as_json()
+    assert [(row["number"], row["state"], row["count"]) for row in (before, now)] == [
+        (1, "over", 1),
+        (2, "open", 1),
+    ]
+    assert now["at"] == 1000 + 1e9 + 10
+    assert again.routes() == [(10, "first"), (130, "second")]
+
+
 def test_old_alerts_go_and_open_ones_stay() -> None:
     scene = Scene()
     scene.raise_()

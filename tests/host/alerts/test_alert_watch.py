@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
 
-from gazechair.alerts.book import ACKNOWLEDGED, OPEN, OVER, Book
+from gazechair.alerts.book import ACKNOWLEDGED, AGAIN_S, OPEN, OVER, Book, Route
 from gazechair.alerts.reasons import HELP_WANTED, OVERRULED, PART, REASONS, STANDS
 from gazechair.alerts.watch import EVENT_S, GAVE_UP_S, MOVED_S, Situation, Watch
 
@@ -118,19 +119,31 @@ def test_what_odometry_measures_counts_whatever_the_board_puts_out(scene: Scene)
     assert [key for _, key, _ in scene.seen] == [STANDS]
 
 
-@pytest.mark.parametrize("acknowledged", [True, False])
-def test_an_event_stays_for_ten_minutes_and_a_later_one_calls_again(acknowledged: bool) -> None:
-    watch, book = Watch(STUCK_S), Book([])
-    moves = replace(QUIET, moving=True, problems={"motion_uncommanded"})
+MOVES = replace(QUIET, moving=True, problems={"motion_uncommanded"})
 
-    def see(situation: Situation, now_s: float) -> None:
+
+def watched(watch: Watch, book: Book) -> Callable[[Situation, float], list[str]]:
+    """Has both see a situation at a time; returns the routes that are used then."""
+
+    def see(situation: Situation, now_s: float) -> list[str]:
         for change in watch.look(situation, book.open_keys(), now_s):
             if change.begins:
                 book.raise_(change.key, now_s, now_s)
             else:
                 book.end(change.key, now_s)
+        due = book.due(now_s)
+        for alert, route in due:
+            book.result(alert.number, route.name, "", now_s)
+        return [route.name for _, route in due]
 
-    see(moves, 0.0)
+    return see
+
+
+@pytest.mark.parametrize("acknowledged", [True, False])
+def test_an_event_stays_for_ten_minutes_and_a_later_one_calls_again(acknowledged: bool) -> None:
+    book = Book([])
+    see = watched(Watch(STUCK_S), book)
+    see(MOVES, 0.0)
     see(QUIET, 1.0)
     if acknowledged:
         book.acknowledge(1, "Anna")
@@ -138,5 +151,31 @@ def test_an_event_stays_for_ten_minutes_and_a_later_one_calls_again(acknowledged
     state = ACKNOWLEDGED if acknowledged else OPEN
     assert [alert.state for alert in book.alerts()] == [state]
     see(QUIET, EVENT_S + 1.0)
-    see(moves, EVENT_S + 100.0)
+    see(MOVES, EVENT_S + 100.0)
     assert [(alert.state, alert.count) for alert in book.alerts()] == [(OVER, 1), (OPEN, 1)]
+
+
+def test_another_event_within_the_ten_minutes_calls_again_though_the_first_was_answered() -> None:
+    book = Book([Route("anna")])
+    see = watched(Watch(STUCK_S), book)
+    assert see(MOVES, 0.0) == ["anna"]
+    book.acknowledge(1, "Anna")
+    see(QUIET, 5.0)
+    assert see(QUIET, 299.0) == []
+    assert see(MOVES, 300.0) == ["anna"]
+    (alert,) = book.alerts()
+    assert (alert.state, alert.by, alert.count) == (OPEN, "", 2)
+
+
+def test_an_answer_holds_while_the_same_event_lasts_or_returns_within_a_minute() -> None:
+    book = Book([Route("anna")])
+    see = watched(Watch(STUCK_S), book)
+    assert see(MOVES, 0.0) == ["anna"]
+    book.acknowledge(1, "Anna")
+    times = [see(MOVES, float(at_s)) for at_s in range(1, 400)]
+    times.append(see(QUIET, 400.0))
+    times.append(see(MOVES, 399.0 + AGAIN_S))
+    see = watched(Watch(STUCK_S), book)  # the host begins again in the middle of it
+    times += [see(MOVES, 500.0), see(QUIET, 501.0), see(MOVES, 502.0)]
+    assert not any(times)
+    assert [alert.state for alert in book.alerts()] == [ACKNOWLEDGED]

@@ -43,6 +43,7 @@ class MemoryBoard(FakeBoardFiles):
         self.dies_removing = False  # the stored calibration; it is gone by then
         self.hello: Hello | None = Hello("teensy40", "", frame.schema_hash(), True, False, 1)
         self.comes_back = True
+        self.stops_waiting = 0  # at so many of the waits for the firmware the user types Ctrl-C
         self.refusals = 0  # to come; then it stores
         self.refusal: SettingsError = SettingRefused("refused", codes.SENSOR_NOT_CALIBRATED)
         self.maintenances = 0
@@ -72,6 +73,9 @@ class MemoryBoard(FakeBoardFiles):
 
     def wait_for_hello(self, path: str, limit_s: float) -> tuple[Hello | None, str]:
         self.stored_at_start.append(self.files.get(heading.STORED))
+        if self.stops_waiting:
+            self.stops_waiting -= 1
+            raise KeyboardInterrupt
         return (self.hello, "") if self.comes_back else (None, "it says nothing")
 
 
@@ -221,6 +225,22 @@ def test_an_end_while_the_older_one_is_removed_puts_it_back(board: MemoryBoard) 
         run(board)
     assert board.files[heading.STORED] == OLDER
     assert board.stored_at_start == [None, OLDER], "the reset firmware is waited for both times"
+
+
+def test_a_second_ctrl_c_while_the_older_one_is_put_back_is_said_with_what_was_lost(
+    board: MemoryBoard,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    board.files[heading.STORED] = OLDER
+    board.stops_waiting = 2
+    made = HeadingCalibration(lambda _: None, lambda path: board)
+    monkeypatch.setattr("gazechair.service.calibrate.HeadingCalibration", lambda say: made)
+    assert cli.main(["calibrate", "heading", "--port", "/dev/board", "--seconds", "60"]) == 2
+    assert heading.STORED not in board.files
+    said = capsys.readouterr().err
+    assert "calibration before could not be put back (stopped); repeat the calibration" in said
+    assert "keeps" not in said
 
 
 @pytest.mark.parametrize(

@@ -27,6 +27,7 @@ class MemoryBoard:
         self.connected = True
         self.full = False
         self.refuses_after: int | None = None
+        self.refusal: BaseException = SettingsError("set: the board does not answer")
         self.follows = True
         self.sets = 0
 
@@ -47,7 +48,7 @@ class MemoryBoard:
     def set_neutral(self, index: int, value: int) -> None:
         self.sets += 1
         if self.refuses_after is not None and self.sets > self.refuses_after:
-            raise SettingsError("set: the board does not answer")
+            raise self.refusal
         self.values[index] = value
 
     def save(self) -> None:
@@ -190,6 +191,19 @@ def test_a_board_that_went_away_is_said_with_what_to_do(board: MemoryBoard) -> N
     with pytest.raises(CalibrateError, match=r"could not be put back .*; switch the board off and"):
         run(board, "unplugged", "175", "176")
     assert board.saved is None
+
+
+def test_a_second_ctrl_c_while_the_counts_are_put_back_is_said_with_what_to_do(
+    board: MemoryBoard,
+) -> None:
+    def interrupt(word: int) -> None:
+        if word == 2:
+            raise KeyboardInterrupt
+
+    board.refuses_after, board.refusal = 1, KeyboardInterrupt()
+    with pytest.raises(CalibrateError, match=r"could not be put back \(stopped\); switch the board"):
+        run(board, "unplugged", "175", at=interrupt)
+    assert board.counts != STORED
 
 
 def test_an_unplugged_board_is_one_line(board: MemoryBoard) -> None:

@@ -204,9 +204,10 @@ class HeadingCalibration:
             self._enter_maintenance(path)
             self._at_board(path, lambda board: board.write(STORED, before))
             self._wait_for_firmware(path)
-        except (FlashError, CalibrateError) as error:
+        except (FlashError, CalibrateError, KeyboardInterrupt) as error:
+            why = str(error) or "stopped"
             raise CalibrateError(
-                f"nothing was stored, and the calibration before could not be put back ({error});"
+                f"nothing was stored, and the calibration before could not be put back ({why});"
                 " repeat the calibration"
             ) from None
         self._say("the calibration before is back")

@@ -175,11 +175,11 @@ class JoystickCalibration:
         try:
             for (name, _, _), count in zip(_CHANNELS, before, strict=True):
                 self._board.set_neutral(index_of(name), count)
-        except SettingsError as error:
+        except (SettingsError, KeyboardInterrupt) as error:
             raise CalibrateError(
                 "the neutral counts could not be put back ({error}); switch the board off and on,"
                 " it then starts with what it saved",
                 "neutral_lost",
-                error=str(error),
+                error=str(error) or "stopped",
             ) from None
         self._say(f"back at linear {before[0]}, turn {before[1]}")
