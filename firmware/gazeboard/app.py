@@ -262,6 +262,9 @@ class App:
         link.answer_setting(self.settings.get(index) if index < len(SETTINGS_TABLE) else 0, refused)
 
     def _save_settings(self):
+        refused = self.settings.store_refused()
+        if refused:
+            return refused
         try:
             self._board.store(SETTINGS_FILE, self.settings.text())
         except Exception:  # the flash refuses, or no memory

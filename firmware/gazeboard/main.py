@@ -13,8 +13,9 @@ try:
     from micropython import kbd_intr
 
     # The button at the chair pressed at power-on: the plain REPL, for a firmware that hangs below.
+    # SystemExit would be a soft reset, which starts this file again and again.
     if Pin("D5", Pin.IN, Pin.PULL_UP).value() == 0:
-        raise SystemExit
+        raise RuntimeError("button pressed at power-on: no firmware, MicroPython's REPL")
     # A host that is already talking sends byte 3 in every frame: no Ctrl-C, or it ends us here.
     kbd_intr(-1)
 except ImportError:

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from gazeboard.boards import bank_layout as layout
 from gazechair.service.flash import Flasher, FlashError, tree
 from gazechair.service.flash.repl import Repl
 from gazelink import codes, messages
 from gazesim.pty_port import PtyPort
-from liveboard import EmulatedLiveBoard, Flashed
+from liveboard import NEUTRAL, EmulatedLiveBoard, Flashed
 from livehost import STOP
 
 # By one process, which flashes its first board once for all of them.
@@ -262,6 +263,23 @@ def test_a_firmware_that_does_not_run_is_taken_back(
     emulated.host.hellos.clear()
     emulated.connect()
     assert emulated.host.hellos[-1]["schema_hash"] == before["schema_hash"]
+
+
+def test_the_button_at_power_on_gives_the_repl(emulated: EmulatedLiveBoard) -> None:
+    """For a firmware that hangs: `gazechair flash` then has a board without one."""
+    emulated.connect()
+    emulated.world.faults.inject("reset_button")
+    resets = emulated.bank.u32(layout.SOFT_RESETS_AT)
+    emulated.board.power_cycle()
+    emulated.host.talking = False
+    emulated.host.close()
+    emulated.until(lambda: emulated.bank.tick_ms > 500, "half a second")
+    assert emulated.bank.u32(layout.SOFT_RESETS_AT) == resets
+    emulated.world.faults.clear("reset_button")
+    emulated.host.raw(b"\rprint(6*7)\r")
+    emulated.until(lambda: b"\n42\r\n" in emulated.host.heard, "the REPL's answer")
+    assert emulated.bank.u32(layout.SOFT_RESETS_AT) == resets
+    assert emulated.real_wipers == NEUTRAL
 
 
 @pytest.mark.recorded

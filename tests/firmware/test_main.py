@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import runpy
+import sys
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import pytest
 
@@ -43,6 +45,22 @@ def test_three_resets_need_clearing(
     assert bool(ran) == runs
     assert bool(opened) != runs
     assert ("watchdog_boots" in rig.files.texts) != runs
+
+
+def test_the_button_at_power_on_gives_the_repl_before_any_firmware(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """An exception that MicroPython prints; SystemExit would be a soft reset, for ever."""
+    machine, micropython = mock.MagicMock(), mock.MagicMock()
+    machine.Pin.return_value.value.return_value = 0
+    monkeypatch.setitem(sys.modules, "machine", machine)
+    monkeypatch.setitem(sys.modules, "micropython", micropython)
+    monkeypatch.setitem(sys.modules, "gazeboard.app", None)  # to import it would fail
+    with pytest.raises(RuntimeError, match="button pressed at power-on"):
+        runpy.run_path(str(_MAIN))
+    writes = [call.args for call in machine.I2C.return_value.writeto.call_args_list]
+    assert writes == [(0x2C, b"\x00\xaa"), (0x2C, b"\x80\xaa")]  # neutral first (P1)
+    micropython.kbd_intr.assert_not_called()
 
 
 @pytest.mark.parametrize("text", ["", "9", "spoilt\n12345678\n"])

@@ -8,11 +8,16 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 import gazesetup
+from gazeboard.boards.bank_devices import BankI2C
 from gazelink import frame, messages
+from gazesim.bank import Bank
+from gazesim.simulator import RIG_FAULTS, Simulator
+from gazesim.world import World
 from patience import wait_until
 
 GENEROUS_S = 60.0
@@ -139,6 +144,28 @@ def test_a_board_without_power_and_with_it_again(simulator):
     simulator.do("clear", fault="board_off")
     wait_until(lambda: simulator.do("truth")["boot_count"] == boots + 1, "a boot")
     assert board_says_hello(simulator.ready["board"])
+
+
+def test_a_board_that_starts_finds_its_devices_cold():
+    """The potentiometer and the heading sensor hang on its 3.3 V."""
+    world = World(Bank.in_memory())
+    found = []
+
+    def power_cycle():
+        bus = BankI2C(world.bank.buffer, 1)
+        with pytest.raises(OSError, match="19"):
+            bus.readfrom_mem_into(0x28, 0x00, bytearray(1))
+        found.append(world.pot.poll())
+
+    simulator = SimpleNamespace(world=world)
+    simulator.board = SimpleNamespace(kill=lambda: None, power_cycle=power_cycle)
+    simulator.switch_off = lambda: Simulator.switch_off(simulator)
+    simulator.switch_on = lambda: Simulator.switch_on(simulator)
+    world.faults.add(simulator, RIG_FAULTS)
+    world.bank.slot(0, 0x2C).write(0, bytes((170, 170)))  # the board was running
+    world.faults.inject("board_off")
+    world.faults.clear("board_off")
+    assert found == [(0x80, 0x80)]
 
 
 def test_a_hanging_board_stands_still_and_goes_on(simulator):

@@ -78,7 +78,8 @@ CAUSES: dict[str, Callable[[LinkedChair], None]] = {
     **{
         name.replace("_", " "): _fault(name)
         for name in (
-            *("emergency", "tilt", "wiper_nak", "wiper_stuck", "wiper_bus_stuck", "imu_freeze"),
+            # No wiper_stuck: it shows when another value is written, so it ends no motion.
+            *("emergency", "tilt", "wiper_nak", "wiper_bus_stuck", "imu_freeze"),
             *("imu_nak", "imu_jump", "imu_error", "imu_self_reset", "imu_bus_stuck"),
         )
     },

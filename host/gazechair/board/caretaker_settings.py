@@ -71,6 +71,8 @@ class CaretakerSettings:
             state = self._link.state()
             if state is not None and state.state != codes.DISARMED:
                 raise SettingsRefused("setting_while_armed", "switch driving off first")
+            if state is not None and state.faults >> codes.CALIBRATION & 1:
+                raise SettingsRefused("setting_by_calibration", "calibrate the joystick first")
             changes += self._step(wishes)
             for index, value in changes:
                 self._ask(codes.SETTING_SET, index, value)

@@ -22,7 +22,7 @@ _REFUSALS = {
     codes.SETTING_OUT_OF_RANGE: "the value is outside the limits shown by gazechair settings",
     codes.SETTING_WHILE_ARMED: "driving is on; switch it off first (Rijden uit)",
     codes.SETTING_NOT_STORED: "the board could not write it to its flash; is it full?",
-    codes.SETTING_BY_CALIBRATION: "use gazechair calibrate joystick, with a meter",
+    codes.SETTING_BY_CALIBRATION: "set neutral first: gazechair calibrate joystick, with a meter",
     codes.SENSOR_NOT_CALIBRATED: "the sensor says it is not calibrated; move it gently every way",
 }
 

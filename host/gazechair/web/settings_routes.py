@@ -14,6 +14,7 @@ _STATUS = {
     "setting_unknown": 400,
     "setting_out_of_range": 400,
     "setting_while_armed": 409,
+    "setting_by_calibration": 409,
     "setting_not_stored": 507,
     "not_connected": 503,
 }

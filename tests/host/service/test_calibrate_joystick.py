@@ -109,6 +109,13 @@ def test_other_words_and_counts_outside_the_table_are_refused(
     assert "it stays 168" in said
 
 
+def test_counts_that_are_right_already_are_set_all_the_same(board: MemoryBoard) -> None:
+    """A board with damaged settings keeps none that was not."""
+    run(board, "unplugged", "ok", "ok", "save")
+    assert board.saved == STORED
+    assert board.sets == 2
+
+
 def test_stepping_ends_at_the_limits(board: MemoryBoard) -> None:
     said = run(board, "unplugged", "190", "+", "ok", "150", "-", "ok", "save")
     assert board.saved == (190, 150)

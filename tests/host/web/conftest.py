@@ -106,6 +106,7 @@ class FakeBoard:
     def __init__(self) -> None:
         self.connected = True
         self.armed = False
+        self.faults = 0
         self.values = [row[1] for row in TABLE]
         self.saved: list[int] = []
         self.refuse = 0
@@ -113,7 +114,8 @@ class FakeBoard:
     def state(self) -> BoardState | None:
         if not self.connected:
             return None
-        return BoardState(codes.ARMED if self.armed else 0, *[0] * 5, 0.0, 0, 0, 0, 0, 0, 0.0)
+        state = codes.ARMED if self.armed else 0
+        return BoardState(state, *[0] * 4, self.faults, 0.0, 0, 0, 0, 0, 0, 0.0)
 
     def setting(
         self, request: int, index: int = 0, value: int = 0, timeout_s: float = 1.0

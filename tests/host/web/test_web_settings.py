@@ -9,7 +9,7 @@ import pytest
 
 from gazechair.board.caretaker_settings import ALLOWED
 from gazelink import codes
-from gazelink.settings_table import index_of
+from gazelink.settings_table import TABLE, index_of
 
 LINEAR = index_of("linear_permille")
 
@@ -65,6 +65,14 @@ def test_while_driving_is_on_nothing_changes(caretaker: Any, board: Any) -> None
     assert (found, answer["reason"]) == (409, "setting_while_armed")
     assert board.values[LINEAR] == 600
     assert caretaker.get("/settings")[0] == 200
+
+
+def test_without_a_measured_neutral_nothing_changes(caretaker: Any, board: Any) -> None:
+    board.faults = 1 << codes.CALIBRATION
+    found, _, answer = caretaker.post("/settings", {"set": {"profile": 2}})
+    assert (found, answer["reason"]) == (409, "setting_by_calibration")
+    assert board.values[index_of("profile")] == TABLE[index_of("profile")][1]
+    assert board.saved == []
 
 
 def test_the_board_has_the_last_word(caretaker: Any, board: Any) -> None:
