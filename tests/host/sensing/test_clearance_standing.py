@@ -88,6 +88,23 @@ def test_table_legs_and_cupboards_are_neared_as_ever(wide_m: float) -> None:
     assert way_m == pytest.approx(2.0 - wide_m / 2 - 0.70, abs=0.03)
 
 
+BEHIND = Approach(ZONE.of(codes.DIR_BACKWARD))
+
+
+@pytest.mark.parametrize("aside_m", [0.0, 0.2])
+@pytest.mark.parametrize(("wide_m", "person"), [(1.2, False), (0.14, True)])
+def test_straight_behind_a_rear_lidar_a_thing_is_as_wide_as_elsewhere(
+    wide_m: float, person: bool, aside_m: float
+) -> None:
+    gap_m = 0.8 if person else 0.4
+    thing = box(-0.5 - gap_m - wide_m / 2, aside_m, wide_m, wide_m, 0.0, 1.8, "wood")
+    rear = (-0.42, 0.0)
+    points = points_of(hall(furniture=(thing,)), np.random.default_rng(1), origin_m=rear)
+    backward_m = reach_of().update(view_of(points, 0.0, rear))[codes.DIR_BACKWARD]
+    told_m = BEHIND.told_m(gap_m) if person else gap_m
+    assert backward_m == pytest.approx(told_m, abs=0.03)
+
+
 def test_what_has_not_moved_for_ten_seconds_before_a_standing_chair_is_furniture() -> None:
     stool = hall(furniture=(box(1.4, 0.0, 0.4, 0.4, 0.0, 0.5, "wood"),))
     reach = reach_of()

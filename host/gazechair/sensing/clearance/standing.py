@@ -77,16 +77,21 @@ def like_persons(seen: Surfaces) -> list[NDArray[np.int64]]:
     points_m = seen.points_m
     if len(points_m) < _LEAST_BEAMS:
         return []
+    # From each beam to the next, round the circle: an object may be straight behind the lidar.
     ranges_m, bearings_rad = seen.ranges_m, seen.bearings_rad
-    apart = np.abs(ranges_m[1:] - ranges_m[:-1]) > max(_APART_M, _APART_SIGMA * seen.noise_m)
-    apart |= bearings_rad[1:] - bearings_rad[:-1] > _APART_RAD
-    cuts = np.concatenate(((-1,), apart.nonzero()[0], (len(points_m) - 1,)))
-    firsts, ends = cuts[:-1] + 1, cuts[1:]
+    step_m = np.abs(np.concatenate((ranges_m[1:], ranges_m[:1])) - ranges_m)
+    apart = step_m > max(_APART_M, _APART_SIGMA * seen.noise_m)
+    apart[:-1] |= bearings_rad[1:] - bearings_rad[:-1] > _APART_RAD
+    apart[-1] |= bearings_rad[0] + 2.0 * np.pi - bearings_rad[-1] > _APART_RAD
+    ends = apart.nonzero()[0]
+    if not len(ends):
+        return []
+    firsts = np.concatenate((ends[-1:] + 1 - len(points_m), ends[:-1] + 1))
     across = points_m.take(ends, axis=0) - points_m.take(firsts, axis=0)
     wide_m = np.hypot(across[:, 0], across[:, 1])
     wide = (wide_m >= _WIDE_M[0]) & (wide_m <= _WIDE_M[1])
     found = (wide & (ends - firsts + 1 >= _LEAST_BEAMS)).nonzero()[0].tolist()
-    return [np.arange(firsts[one], ends[one] + 1) for one in found]
+    return [np.arange(firsts[one], ends[one] + 1) % len(points_m) for one in found]
 
 
 class Standing:
