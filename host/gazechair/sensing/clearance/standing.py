@@ -6,7 +6,7 @@ half a metre in front of a moving chair, recognition comes too late. So every fr
 as wide as a person is treated as one: the distance to it is cut to what the board needs in order to
 be slow enough. With the default settings that stops the chair some 0.7 m before it. An object that
 has not moved for ten seconds in front of a standing chair counts as furniture: the chair may creep
-up to it.
+up to it, until it has turned away from it.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ _CALM_S = 10.0
 _HIDDEN_S = 1.0  # this long a possible person may look like a part of a wall
 _SAME_M = 0.05
 _AWAY_M = 0.3  # farther away it is another one
+_AWAY_DEG = 10.0  # after a turn by this much as well
 _STANDS_M_S = 0.03
 _STANDS_DEG_S = 3.0
 
@@ -102,24 +103,29 @@ class Standing:
         """By the board's stopping distances; may be replaced at any time."""
         self._near_m = np.inf
         self._since_s = self._seen_s = 0.0
+        self._since_deg = 0.0
         self._furniture = False
 
-    def update(self, way_m: float, chair_stands: bool, walks: bool, at_s: float) -> float:
+    def update(
+        self, way_m: float, chair_stands: bool, walks: bool, turned_deg: float, at_s: float
+    ) -> float:
         """Clearance to report; inf for no limit.
 
         `way_m`: distance to the nearest possible person. `walks`: some object approaches.
+        `turned_deg`: how far the chair has turned since whenever.
         """
         approach = self.approach
+        turned = abs(turned_deg - self._since_deg) > _AWAY_DEG
         seen = way_m < self._near_m + _AWAY_M
         if seen:
             self._seen_s = at_s
         elif at_s - self._seen_s < _HIDDEN_S and not walks and (chair_stands or self._furniture):
             return approach.told_m(way_m)
         if self._furniture:
-            self._furniture = seen and not walks
-        if walks or not chair_stands or abs(way_m - self._near_m) > _SAME_M:
+            self._furniture = seen and not walks and not turned
+        if walks or turned or not chair_stands or abs(way_m - self._near_m) > _SAME_M:
             if not self._furniture:
-                self._near_m, self._since_s = way_m, at_s
+                self._near_m, self._since_s, self._since_deg = way_m, at_s, turned_deg
         elif at_s - self._since_s >= _CALM_S and way_m < approach.again_from_m + _SAME_M:
             self._furniture = True
         if self._furniture:
