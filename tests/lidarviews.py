@@ -1,4 +1,4 @@
-"""What a chair's front lidar sees of a room, without its device: points in the chair's frame."""
+"""What a chair's lidar sees of a room, without its device: points in the chair's frame."""
 
 from __future__ import annotations
 
@@ -26,16 +26,18 @@ def points_of(
     noise_m: float = NOISE_M,
     x_m: float = 0.0,
     heading_deg: float = 0.0,
+    origin_m: tuple[float, float] = ORIGIN,
 ) -> np.ndarray:
-    """One turn of the lidar; the chair stands at (x_m, 0)."""
+    """One turn of the lidar that sits at `origin_m`; the chair stands at (x_m, 0)."""
     heading = math.radians(heading_deg)
-    x, y = x_m + ORIGIN[0] * math.cos(heading), ORIGIN[0] * math.sin(heading)
+    c, s = math.cos(heading), math.sin(heading)
+    x, y = x_m + origin_m[0] * c - origin_m[1] * s, origin_m[0] * s + origin_m[1] * c
     ranges = room.cast(x, y, _ROUND + heading, _HEIGHT_M)
     ranges = ranges + chance.normal(0.0, noise_m, len(ranges))
     rays = np.column_stack((np.cos(_ROUND), np.sin(_ROUND))) * ranges[:, None]
-    return rays[np.isfinite(ranges)] + ORIGIN
+    return rays[np.isfinite(ranges)] + origin_m
 
 
-def view_of(points: np.ndarray, at_s: float) -> ChairView:
+def view_of(points: np.ndarray, at_s: float, origin_m: tuple[float, float] = ORIGIN) -> ChairView:
     """Those points as the lidar service publishes them, with nothing masked."""
-    return ChairView(points, _OPEN, ORIGIN, at_s, codes.SIMULATED)
+    return ChairView(points, _OPEN, origin_m, at_s, codes.SIMULATED)

@@ -35,8 +35,10 @@ class NearReturns:
     def motion(self, motion: Motion) -> None:
         """The board's newest heading. Without one, nothing counts that was seen by those before."""
         if motion.heading_deg is None:
-            for kept in (self._times, self._headings, *self._halves):
-                kept.clear()
+            self._times.clear()
+            self._headings.clear()
+            for halves in self._halves:
+                halves.clear()
             return
         heading = motion.heading_deg
         if self._headings:

@@ -13,7 +13,7 @@ import numpy as np
 from gazechair.base import health as states
 from gazechair.config.configuration import Config, FootprintConfig, LidarConfig
 from gazechair.config.rules import to_toml
-from gazechair.sensing.lidar.device import S2, LidarError, find_port, stale_backlog
+from gazechair.sensing.lidar.device import S2, LidarError, find_port
 from gazechair.sensing.lidar.mask import Learned, MaskError, learn
 from gazechair.sensing.lidar.reader import Reader
 from gazechair.sensing.lidar.scan import Arc, Pose, Scan
@@ -140,9 +140,6 @@ def _record(device: S2, mode: str, writer: ScanWriter, seconds: float | None) ->
     while seconds is None or time.monotonic() - start_s < seconds:
         data = device.read(_READ_S)
         now_s = time.monotonic()
-        if stale_backlog(data):
-            decoder = make_decoder(mode)
-            continue
         nodes = decoder.feed(data)
         if len(nodes):
             heard_s = now_s

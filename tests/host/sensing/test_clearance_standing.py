@@ -30,8 +30,15 @@ def reach_of() -> LidarReach:
     return reach
 
 
-def forward_m(reach: LidarReach, room: Room, at_s: float, noise_m: float = NOISE_M) -> float:
-    points = points_of(room, np.random.default_rng(round(1000 * at_s)), noise_m)
+def forward_m(
+    reach: LidarReach,
+    room: Room,
+    at_s: float,
+    noise_m: float = NOISE_M,
+    heading_deg: float = 0.0,
+) -> float:
+    chance = np.random.default_rng(round(1000 * at_s))
+    points = points_of(room, chance, noise_m, heading_deg=heading_deg)
     return reach.update(view_of(points, at_s))[codes.DIR_FORWARD]
 
 
@@ -88,12 +95,55 @@ def test_table_legs_and_cupboards_are_neared_as_ever(wide_m: float) -> None:
     assert way_m == pytest.approx(2.0 - wide_m / 2 - 0.70, abs=0.03)
 
 
+BEHIND = Approach(ZONE.of(codes.DIR_BACKWARD))
+
+
+@pytest.mark.parametrize("aside_m", [0.0, 0.2])
+@pytest.mark.parametrize(("wide_m", "person"), [(1.2, False), (0.14, True)])
+def test_straight_behind_a_rear_lidar_a_thing_is_as_wide_as_elsewhere(
+    wide_m: float, person: bool, aside_m: float
+) -> None:
+    gap_m = 0.8 if person else 0.4
+    thing = box(-0.5 - gap_m - wide_m / 2, aside_m, wide_m, wide_m, 0.0, 1.8, "wood")
+    rear = (-0.42, 0.0)
+    points = points_of(hall(furniture=(thing,)), np.random.default_rng(1), origin_m=rear)
+    backward_m = reach_of().update(view_of(points, 0.0, rear))[codes.DIR_BACKWARD]
+    told_m = BEHIND.told_m(gap_m) if person else gap_m
+    assert backward_m == pytest.approx(told_m, abs=0.03)
+
+
 def test_what_has_not_moved_for_ten_seconds_before_a_standing_chair_is_furniture() -> None:
     stool = hall(furniture=(box(1.4, 0.0, 0.4, 0.4, 0.0, 0.5, "wood"),))
     reach = reach_of()
     ways = [forward_m(reach, stool, LOOK_S * n) for n in range(round(11.0 / LOOK_S))]
     assert set(ways[: round(9.5 / LOOK_S)]) == {0.0}
     assert ways[-1] == pytest.approx(AHEAD.creep_way_m)
+
+
+@pytest.mark.parametrize("deg_s", [4.0, 24.0])
+def test_somebody_beside_a_stool_is_no_furniture_after_a_turn_towards_him(deg_s: float) -> None:
+    stool = box(1.4, 0.0, 0.4, 0.4, 0.0, 0.5, "wood")
+    beside = (1.4 * math.cos(math.radians(35.0)), 1.4 * math.sin(math.radians(35.0)))
+    room = hall(Person((beside,), radius_m=0.2), furniture=(stool,))
+    reach = reach_of()
+    waits = round(11.0 / LOOK_S)
+    for n in range(waits):
+        way_m = forward_m(reach, room, LOOK_S * n)
+    assert way_m == pytest.approx(AHEAD.creep_way_m)
+    turns = round(35.0 / deg_s / LOOK_S)
+    for n in range(turns + 60):
+        heading_deg = min(35.0, deg_s * LOOK_S * n)
+        way_m = forward_m(reach, room, LOOK_S * (waits + n), heading_deg=heading_deg)
+    assert way_m == 0.0
+
+
+def test_the_noise_of_a_standing_chairs_lidar_is_no_turn() -> None:
+    stool = hall(furniture=(box(1.4, 0.0, 0.4, 0.4, 0.0, 0.5, "wood"),))
+    reach = reach_of()
+    for n in range(round(30.0 / LOOK_S)):
+        forward_m(reach, stool, LOOK_S * n, 0.03)
+    assert reach._movers is not None
+    assert abs(reach._movers.turned_deg) < 3.0
 
 
 class Judged:
@@ -105,12 +155,17 @@ class Judged:
         self.at_s = 0.0
 
     def look(
-        self, way_m: float, for_s: float = LOOK_S, stands: bool = True, walks: bool = False
+        self,
+        way_m: float,
+        for_s: float = LOOK_S,
+        stands: bool = True,
+        walks: bool = False,
+        turned_deg: float = 0.0,
     ) -> float:
         end_s = self.at_s + for_s - 1e-9
         while self.at_s < end_s:
             self.at_s += LOOK_S
-            found = self.standing.update(way_m, stands, walks, self.at_s)
+            found = self.standing.update(way_m, stands, walks, turned_deg, self.at_s)
         return found
 
 
@@ -120,6 +175,7 @@ class Judged:
         {"way_m": 0.35, "stands": False},
         {"way_m": 0.35, "walks": True},
         {"way_m": 0.42},
+        {"way_m": 0.35, "turned_deg": 11.0},
     ],
 )
 def test_the_ten_seconds_begin_again_with(disturbed: dict) -> None:
@@ -162,7 +218,11 @@ def test_a_piece_of_wall_seen_through_a_door_is_nobody() -> None:
 
 
 def test_furniture_can_be_crept_up_to_until_it_walks_or_is_left() -> None:
-    for ends in ({"way_m": 0.2, "walks": True}, {"way_m": 0.70, "for_s": 1.1}):
+    for ends in (
+        {"way_m": 0.2, "walks": True},
+        {"way_m": 0.70, "for_s": 1.1},
+        {"way_m": 0.2, "turned_deg": -11.0},
+    ):
         judged = Judged()
         judged.look(0.35, 10.5)
         assert judged.look(0.30, 1.0, stands=False) == AHEAD.creep_way_m

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import fcntl
 import termios
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from gazechair.config.configuration import LidarConfig
 from gazechair.sensing.lidar import device as device_module
 from gazechair.sensing.lidar import reader as reader_module
-from gazechair.sensing.lidar.reader import Reader
+from gazechair.sensing.lidar.reader import Intake, Reader
 from gazechair.sensing.lidar.stream import ByteStream
 from gazelink import codes
 from lidarrig import LidarRig, wait_for
@@ -156,31 +158,36 @@ def test_an_error_of_a_library_is_told_and_tried_again(
     rig.wait_fresh()
 
 
-def test_after_a_backlog_it_goes_on_however_little_comes_first(
+def test_what_came_while_its_thread_stood_still_counts_as_old(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    gathered, next_ones = reader_module._gathered, ["backlog", "little"]
+    gathered, paused = reader_module.Intake.gathered, threading.Event()
+    seen_ahead_m: list[float] = []
 
-    def little_first(device: device_module.S2, stream: ByteStream) -> tuple[bytes, float]:
-        if next_ones == ["little"]:
-            next_ones.pop()
-            return bytes(10), time.monotonic()
-        return gathered(device, stream)
+    def slept(intake: Intake, stream: ByteStream) -> tuple[bytes, float]:
+        if paused.is_set():
+            paused.clear()
+            time.sleep(0.2)  # the kernel keeps what was measured meanwhile
+            rig.front_m, changed_s[0] = 1.5, time.monotonic()
+            time.sleep(0.8)
+        return gathered(intake, stream)
 
+    def note() -> None:
+        scan = rig.reader.scan
+        if scan is not None and scan.acquired_s > changed_s[0]:
+            ahead = np.abs(scan.angles_deg) < 8.0
+            seen_m = scan.distances_m[ahead]
+            seen_ahead_m.append(float(seen_m[seen_m > 0.0].max()))
+
+    changed_s = [float("inf")]
+    monkeypatch.setattr(reader_module.Intake, "gathered", slept)
+    rig.reader._renewed = note
     rig.reader.start()
     rig.wait_fresh()
-    time.sleep(reader_module._FIRST_S)  # since the device was opened
-    rig.told.clear()
-    with monkeypatch.context() as patch:
-        patch.setattr(reader_module, "_gathered", little_first)
-        patch.setattr(
-            reader_module,
-            "stale_backlog",
-            lambda _data: len(next_ones) == 2 and next_ones.pop(0) == "backlog",
-        )
-        rig.wait(lambda: not next_ones)
-        rig.wait_fresh()
-    assert set(rig.told) <= {("ok", "ok")}
+    paused.set()
+    rig.wait(lambda: len(seen_ahead_m) > 20)
+    assert max(seen_ahead_m) < 2.0
+    assert rig.reader.standing.state == "ok"
 
 
 def test_a_port_where_something_else_talks_is_refused_in_one_line(rig: Rig) -> None:
@@ -236,7 +243,8 @@ def gathered(
 ) -> tuple[int, float]:
     with monkeypatch.context() as patch:
         patch.setattr(reader_module, "time", device)
-        data, came_s = reader_module._gathered(device, stream or Wanting())  # type: ignore[arg-type]
+        intake = Intake(device)  # type: ignore[arg-type]
+        data, came_s = intake.gathered(stream or Wanting())  # type: ignore[arg-type]
     return len(data), came_s
 
 
@@ -280,3 +288,36 @@ def test_a_machine_that_stands_still_ends_the_gathering(monkeypatch: pytest.Monk
     assert 0 < gathered(device, monkeypatch)[0] < 1680
     assert device.now_s < 0.3
     assert gathered(Arriving(0.00125, stall_s=0.1), monkeypatch)[0] > 1680
+
+
+class Keeping(Arriving):
+    """Its kernel keeps the oldest 4095 unread bytes; 500 wait in the device, 2 ms away."""
+
+    def __init__(self) -> None:
+        super().__init__(0.00125)
+        self.slept_s, self._kept = 0.0, [4095, 500]
+
+    def read(self, timeout_s: float) -> bytes:
+        if not self._kept:
+            return super().read(timeout_s)
+        self.now_s += self.slept_s
+        self.slept_s = 0.002
+        if len(self._kept) == 1:
+            self._taken = round(self.now_s * 67_200)
+        return bytes(self._kept.pop(0))
+
+
+def test_after_a_pause_no_byte_counts_as_younger_than_it_is(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    device = Keeping()
+    with monkeypatch.context() as patch:
+        patch.setattr(reader_module, "time", device)
+        intake = Intake(device)  # type: ignore[arg-type]
+        device.slept_s = 1.0
+        data, came_s = intake.gathered(Flowing())  # type: ignore[arg-type]
+        oldest_s = came_s - len(data) / 67_200
+        assert oldest_s == pytest.approx(0.0, abs=0.002)
+        assert len(data) > 4595  # and all that waited, so that the next ones are new
+        _, came_s = intake.gathered(Wanting())  # type: ignore[arg-type]
+        assert came_s == pytest.approx(device.now_s, abs=0.005)

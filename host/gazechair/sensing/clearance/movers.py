@@ -57,6 +57,8 @@ class Movers:
         self.speed_m_s = 0.0
         """The chair's own forward speed and turn rate, as far as the views show them."""
         self.rate_deg_s = 0.0
+        self.turned_deg = 0.0
+        """By how much it has turned since the first view, by that rate."""
 
     def update(self, points_m: FloatArray, at_s: float) -> FloatArray:
         """(M, 2): the places that approaching objects reach until the chair has stopped.
@@ -70,12 +72,14 @@ class Movers:
     def _compare(self, points_m: FloatArray, at_s: float) -> FloatArray:
         """Approach speed of the object in each degree, m/s; 0 if it stands or recedes."""
         before = self._before(at_s)
+        newest_s = self._views[-1][0] if self._views else at_s
         self._views.append((at_s, points_m))
         if before is None:
             return np.zeros(_BINS)
         elapsed_s = at_s - before[0]
         now = self._ranges(points_m)
         gap, slant = self._align(before[1], now, elapsed_s)
+        self.turned_deg += self.rate_deg_s * (at_s - newest_s)
         if abs(self.rate_deg_s) > _TURNING_DEG_S:
             return np.zeros(_BINS)
         nearer = -gap / slant / elapsed_s

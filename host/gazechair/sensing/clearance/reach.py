@@ -108,7 +108,9 @@ class LidarReach:
         ways_m = [contacts[one].min(axis=0).tolist() for one in persons]
         for direction, standing in self._standing.items():
             way_m = min((ways[direction] for ways in ways_m), default=math.inf)
-            told_m = standing.update(way_m, still, bool(len(coming)), view.acquired_s)
+            told_m = standing.update(
+                way_m, still, bool(len(coming)), self._movers.turned_deg, view.acquired_s
+            )
             least[direction] = min(least[direction], told_m)
         if len(coming):
             contacts = self._sweeps.contacts(coming)

@@ -6,7 +6,7 @@ half a metre in front of a moving chair, recognition comes too late. So every fr
 as wide as a person is treated as one: the distance to it is cut to what the board needs in order to
 be slow enough. With the default settings that stops the chair some 0.7 m before it. An object that
 has not moved for ten seconds in front of a standing chair counts as furniture: the chair may creep
-up to it.
+up to it, until it has turned away from it.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ _CALM_S = 10.0
 _HIDDEN_S = 1.0  # this long a possible person may look like a part of a wall
 _SAME_M = 0.05
 _AWAY_M = 0.3  # farther away it is another one
+_AWAY_DEG = 10.0  # after a turn by this much as well
 _STANDS_M_S = 0.03
 _STANDS_DEG_S = 3.0
 
@@ -77,16 +78,21 @@ def like_persons(seen: Surfaces) -> list[NDArray[np.int64]]:
     points_m = seen.points_m
     if len(points_m) < _LEAST_BEAMS:
         return []
+    # From each beam to the next, round the circle: an object may be straight behind the lidar.
     ranges_m, bearings_rad = seen.ranges_m, seen.bearings_rad
-    apart = np.abs(ranges_m[1:] - ranges_m[:-1]) > max(_APART_M, _APART_SIGMA * seen.noise_m)
-    apart |= bearings_rad[1:] - bearings_rad[:-1] > _APART_RAD
-    cuts = np.concatenate(((-1,), apart.nonzero()[0], (len(points_m) - 1,)))
-    firsts, ends = cuts[:-1] + 1, cuts[1:]
+    step_m = np.abs(np.concatenate((ranges_m[1:], ranges_m[:1])) - ranges_m)
+    apart = step_m > max(_APART_M, _APART_SIGMA * seen.noise_m)
+    apart[:-1] |= bearings_rad[1:] - bearings_rad[:-1] > _APART_RAD
+    apart[-1] |= bearings_rad[0] + 2.0 * np.pi - bearings_rad[-1] > _APART_RAD
+    ends = apart.nonzero()[0]
+    if not len(ends):
+        return []
+    firsts = np.concatenate((ends[-1:] + 1 - len(points_m), ends[:-1] + 1))
     across = points_m.take(ends, axis=0) - points_m.take(firsts, axis=0)
     wide_m = np.hypot(across[:, 0], across[:, 1])
     wide = (wide_m >= _WIDE_M[0]) & (wide_m <= _WIDE_M[1])
     found = (wide & (ends - firsts + 1 >= _LEAST_BEAMS)).nonzero()[0].tolist()
-    return [np.arange(firsts[one], ends[one] + 1) for one in found]
+    return [np.arange(firsts[one], ends[one] + 1) % len(points_m) for one in found]
 
 
 class Standing:
@@ -97,24 +103,29 @@ class Standing:
         """By the board's stopping distances; may be replaced at any time."""
         self._near_m = np.inf
         self._since_s = self._seen_s = 0.0
+        self._since_deg = 0.0
         self._furniture = False
 
-    def update(self, way_m: float, chair_stands: bool, walks: bool, at_s: float) -> float:
+    def update(
+        self, way_m: float, chair_stands: bool, walks: bool, turned_deg: float, at_s: float
+    ) -> float:
         """Clearance to report; inf for no limit.
 
         `way_m`: distance to the nearest possible person. `walks`: some object approaches.
+        `turned_deg`: how far the chair has turned since whenever.
         """
         approach = self.approach
+        turned = abs(turned_deg - self._since_deg) > _AWAY_DEG
         seen = way_m < self._near_m + _AWAY_M
         if seen:
             self._seen_s = at_s
         elif at_s - self._seen_s < _HIDDEN_S and not walks and (chair_stands or self._furniture):
             return approach.told_m(way_m)
         if self._furniture:
-            self._furniture = seen and not walks
-        if walks or not chair_stands or abs(way_m - self._near_m) > _SAME_M:
+            self._furniture = seen and not walks and not turned
+        if walks or turned or not chair_stands or abs(way_m - self._near_m) > _SAME_M:
             if not self._furniture:
-                self._near_m, self._since_s = way_m, at_s
+                self._near_m, self._since_s, self._since_deg = way_m, at_s, turned_deg
         elif at_s - self._since_s >= _CALM_S and way_m < approach.again_from_m + _SAME_M:
             self._furniture = True
         if self._furniture:

@@ -18,7 +18,7 @@ import rplidar
 from rplidar import RPLidar, RPLidarException
 
 from gazechair.board.ports import listed
-from gazechair.sensing.lidar.dense import CAPSULE_SIZE, POINT_PERIOD_S, POINTS
+from gazechair.sensing.lidar.dense import CAPSULE_SIZE
 from gazechair.sensing.lidar.report import LOST, PROTECTION, SILENT
 
 BAUD = 1_000_000
@@ -28,8 +28,6 @@ SIMULATED_SERIAL = b"SIM"
 _MOTOR_RPM = 600
 _REPLY_S = 1.0
 _MAX_READ = 1 << 16
-# About half a second of either scan.
-_STALE_BYTES = int(0.5 / POINT_PERIOD_S) // POINTS * CAPSULE_SIZE
 
 # The library knows requests and replies by such a table; the dense scan takes a payload.
 _SCANS = {"standard": "normal", "dense": "dense"}
@@ -200,11 +198,6 @@ class S2:
                 f"(0x{MODEL_S2:02x}); connect an S2 or correct lidar.port"
             )
         return bytes.fromhex(info["serialnumber"])
-
-
-def stale_backlog(data: bytes) -> bool:
-    """True when so much came at once that its age is unknown (the reader slept)."""
-    return len(data) >= _STALE_BYTES
 
 
 def _in_use(port: str) -> str:

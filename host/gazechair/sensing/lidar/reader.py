@@ -12,7 +12,7 @@ from pathlib import Path
 from gazechair.base import health as states
 from gazechair.base.throttled_log import ThrottledLog
 from gazechair.config.configuration import LidarConfig
-from gazechair.sensing.lidar.device import S2, LidarError, find_port, stale_backlog
+from gazechair.sensing.lidar.device import S2, LidarError, find_port
 from gazechair.sensing.lidar.report import FROZEN, LOST, MIRROR, POWER, SILENT, STARTING
 from gazechair.sensing.lidar.scan import Placing, Scan
 from gazechair.sensing.lidar.scanfile import ScanFileError, ScanReader
@@ -25,6 +25,9 @@ _READ_S = 0.05
 # Longest wait for the end of a quarter turn (some 25 ms): one large piece is cheap to decode.
 _GATHER_S = 0.030
 _LOOK_S = 0.0005  # after its last byte is due: bytes arrive in chunks
+# A terminal keeps 4095 unread bytes; near that, its driver may stop taking more from the device.
+_KEPT_BYTES = 3900
+_SETTLE_S = 0.01  # until bytes that waited in the device and its driver have come as well
 _SILENT_S = 0.25  # without measurements: the scan no longer counts
 _GIVE_UP_S = 0.5  # without measurements: the device is reopened
 _FIRST_S = 5.0  # until the first measurements; the motor runs up meanwhile
@@ -129,19 +132,17 @@ class Reader:
         self.source = codes.SIMULATED if device.simulated else codes.REAL
         stream = ByteStream(self.config.mode, self.source, *self._taps)
         self.stream = stream
-        patience_s = time.monotonic() + _FIRST_S
+        intake = Intake(device)
+        heard_s, patience_s = None, time.monotonic() + _FIRST_S
         while not self._stopping.is_set():
-            data, came_s = _gathered(device, stream)
+            data, came_s = intake.gathered(stream)
             self.alive_s = now_s = time.monotonic()
-            if stale_backlog(data):
-                # Bytes of unknown age: discard everything, and begin with new data.
-                stream = ByteStream(self.config.mode, self.source, *self._taps)
-                self.stream = stream
-                patience_s = max(patience_s, now_s + _GIVE_UP_S)
-                continue
+            last_s = stream.last_s
             if stream.feed(data, came_s):
                 self._take(stream.scan())
-            self._judge(stream, port, now_s, patience_s)
+            if stream.last_s != last_s:
+                heard_s = now_s  # what came late is no silence
+            self._judge(stream.frozen, port, now_s, heard_s, patience_s)
 
     def _replay(self) -> None:
         """Play the file at its own speed, in a loop."""
@@ -174,37 +175,62 @@ class Reader:
         else:
             self._say(states.OK)
 
-    def _judge(self, stream: ByteStream, port: str, now_s: float, patience_s: float) -> None:
-        if stream.frozen:
+    def _judge(
+        self, frozen: bool, port: str, now_s: float, heard_s: float | None, patience_s: float
+    ) -> None:
+        if frozen:
             raise LidarError(f"the lidar at {port} repeats the same data; unplug it once", FROZEN)
-        if stream.last_s is None:
+        if heard_s is None:
             if now_s > patience_s:
                 raise LidarError(
                     f"the lidar at {port} sends no measurements; is its motor turning?", MIRROR
                 )
-        elif now_s - stream.last_s > _SILENT_S:
+        elif now_s - heard_s > _SILENT_S:
             text = f"the lidar at {port} sends nothing; check its plug and power supply"
-            if now_s - stream.last_s > _GIVE_UP_S:
+            if now_s - heard_s > _GIVE_UP_S:
                 raise LidarError(text, SILENT)
             if self.scan is not None:
                 self._say(states.LOST, SILENT, text)
 
 
-def _gathered(device: S2, stream: ByteStream) -> tuple[bytes, float]:
-    """The bytes until the quarter turn should be complete, and when the last ones arrived."""
-    came_s = time.monotonic()
-    end_s = came_s + _GATHER_S
-    if stream.last_s is not None:
-        came_s = stream.last_s
-    data, missing = b"", stream.wants
-    while missing > 0 or not data:
-        # A read costs as much as many small computations: none before data is due.
-        due_s = min(came_s + missing * stream.byte_s, end_s) + _LOOK_S
-        time.sleep(max(0.0, due_s - time.monotonic()))
-        more = device.read(max(0.0, end_s - time.monotonic()) if data else _READ_S)
-        if not more:
-            break
-        data += more
+class Intake:
+    """Reads a device's bytes, and dates them."""
+
+    def __init__(self, device: S2) -> None:
+        self._device = device
+        self._emptied_s = time.monotonic()  # then nothing older was left unread
+
+    def gathered(self, stream: ByteStream) -> tuple[bytes, float]:
+        """The bytes until the quarter turn should be complete, and when the last ones arrived."""
         came_s = time.monotonic()
-        missing = stream.wants - len(data) if came_s < end_s else 0
-    return data, came_s
+        end_s = came_s + _GATHER_S
+        if stream.last_s is not None:
+            came_s = stream.last_s
+        data, missing = b"", stream.wants
+        while missing > 0 or not data:
+            # A read costs as much as many small computations: none before data is due.
+            due_s = min(came_s + missing * stream.byte_s, end_s) + _LOOK_S
+            time.sleep(max(0.0, due_s - time.monotonic()))
+            asked_s = time.monotonic()
+            more = self._device.read(max(0.0, end_s - asked_s) if data else _READ_S)
+            now_s = time.monotonic()
+            if more and now_s - self._emptied_s > _KEPT_BYTES * stream.byte_s:
+                return self._late(data, more, now_s, stream.byte_s)
+            self._emptied_s = asked_s
+            if not more:
+                break
+            data += more
+            came_s = now_s
+            missing = stream.wants - len(data) if came_s < end_s else 0
+        return data, came_s
+
+    def _late(self, data: bytes, more: bytes, now_s: float, byte_s: float) -> tuple[bytes, float]:
+        """As gathered(), after a pause so long that bytes may have been lost: the kernel keeps the
+        oldest ones. All count from the beginning of the pause: none seems younger than it is."""
+        since_s, end_s = self._emptied_s, now_s + _SETTLE_S
+        data, count = data + more, len(more)
+        while self._emptied_s < end_s or len(more) >= _KEPT_BYTES:
+            self._emptied_s = time.monotonic()
+            more = self._device.read(_SETTLE_S / 4.0)
+            data, count = data + more, count + len(more)
+        return data, min(time.monotonic(), since_s + count * byte_s)
