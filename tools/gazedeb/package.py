@@ -123,7 +123,8 @@ def _wheels() -> Path:
     with tempfile.TemporaryDirectory(dir=kept.parent) as fetched:
         locked = [line for line in LOCKED.read_text().splitlines() if line]
         source = [line for line in locked if line.partition("==")[0] in _NO_WHEEL]
-        _pip("wheel", "--no-deps", "--wheel-dir", fetched, *source)
+        # PEP 517: the old way needs the package `wheel`, which a virtual environment lacks.
+        _pip("wheel", "--use-pep517", "--no-deps", "--wheel-dir", fetched, *source)
         for python in PYTHONS:
             platforms = [word for platform in _PLATFORMS for word in ("--platform", platform)]
             target = ["--python-version", python, *platforms, "--only-binary=:all:"]
