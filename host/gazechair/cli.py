@@ -59,7 +59,10 @@ def _parser() -> argparse.ArgumentParser:
     doctor.set_defaults(act=_doctor)
     for command in (run, doctor):
         command.add_argument(
-            "--config", type=Path, metavar="FILE", help="configuration file (default: none)"
+            "--config",
+            type=Path,
+            metavar="FILE",
+            help="configuration file (default: the one that $GAZECHAIR_CONFIG names, or none)",
         )
     pair = commands.add_parser("pair", help="let a tablet or phone in, list them, send one away")
     pair.add_argument(
@@ -252,6 +255,8 @@ def _bench(options: argparse.Namespace) -> int:
             bus.close()
     except BenchError as error:
         return refuse(str(error))
+    except (KeyboardInterrupt, EOFError):
+        return refuse("stopped")
     if options.json:
         print(bench.as_json())
     return 0 if good else 1

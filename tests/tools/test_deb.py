@@ -168,6 +168,9 @@ def test_it_installs_offline_serves_is_upgraded_and_goes_back(root: Root, debs: 
         took_s = time.monotonic() - start_s
         assert heard.recv(1000) == b"WATCHDOG=1"
         assert "caretaker" in root.run("gazechair", "pair", "--role", "caretaker")
+        # No board is plugged in: it ends with 1.
+        found = root.run("sh", "-c", "gazechair doctor || [ $? = 1 ]")
+        assert "configuration: /etc/gazechair/gazechair.toml" in found
     print(f"installed and serving after {took_s:.1f} s")
     assert took_s < INSTALLED_S
 

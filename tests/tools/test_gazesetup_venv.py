@@ -1,11 +1,14 @@
 """When the checkout's virtual environment is made, extended, kept and remade."""
 
 import json
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from gazesetup import venv
+from gazesetup import ROOT, venv
 
 
 class FakeCommands:
@@ -14,7 +17,7 @@ class FakeCommands:
     def __init__(self) -> None:
         self.made = 0
         self.installed: list[str] = []
-        self.fail = False
+        self.fail: BaseException | None = None
 
     def __call__(self, command: list[str | Path], **_: object) -> str:
         words = [str(word) for word in command]
@@ -24,8 +27,8 @@ class FakeCommands:
             python.parent.mkdir(parents=True)
             python.touch()
         else:
-            if self.fail:
-                raise venv.NotAvailable("pip ended with 1")
+            if self.fail is not None:
+                raise self.fail
             self.installed.append(words[-1].partition("[")[2].rstrip("]"))
         return ""
 
@@ -90,12 +93,59 @@ def test_a_cut_off_installation_is_not_taken_for_a_whole_one(
     root: Path, commands: FakeCommands
 ) -> None:
     """The stamp comes last."""
-    commands.fail = True
+    commands.fail = venv.NotAvailable("pip ended with 1")
     with pytest.raises(venv.NotAvailable):
         ensure(root, "sim")
-    commands.fail = False
+    commands.fail = None
     ensure(root, "sim")
     assert (commands.made, commands.installed) == (2, ["sim"])
+
+
+def test_more_extras_that_cannot_be_had_leave_the_venv_as_it_was(
+    root: Path, commands: FakeCommands
+) -> None:
+    """Without network, what worked goes on working."""
+    ensure(root, "sim")
+    commands.fail = venv.NotAvailable("pip ended with 1")
+    with pytest.raises(venv.NotAvailable):
+        ensure(root, "test")
+    ensure(root, "sim")
+    assert (commands.made, commands.installed) == (1, ["sim"])
+
+
+def test_an_interrupted_installation_of_more_extras_means_remaking(
+    root: Path, commands: FakeCommands
+) -> None:
+    """Nobody knows how far pip came."""
+    ensure(root, "sim")
+    commands.fail = KeyboardInterrupt()
+    with pytest.raises(KeyboardInterrupt):
+        ensure(root, "test")
+    commands.fail = None
+    ensure(root, "sim")
+    assert (commands.made, commands.installed) == (2, ["sim", "sim"])
+
+
+@pytest.mark.parametrize("command", ["demo", "test"])
+def test_a_folder_that_cannot_be_written_is_one_plain_line(tmp_path: Path, command: str) -> None:
+    """As after `sudo tools/demo`, or on a read-only disk."""
+    shutil.copytree(ROOT / "tools/gazesetup", tmp_path / "tools/gazesetup")
+    for name in (f"tools/{command}", "pyproject.toml", "setup.py"):
+        shutil.copy(ROOT / name, tmp_path / name)
+    (tmp_path / ".local/setup.lock").mkdir(parents=True)
+    words = [sys.executable, "-I", str(tmp_path / "tools" / command)]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
+    said = done.stdout + done.stderr
+    assert done.returncode == 2, said
+    assert said.count("\n") == 1
+    assert f"cannot write {tmp_path}/.local/setup.lock (Is a directory)" in said
+
+
+def test_what_a_set_up_as_root_left_is_named(root: Path, commands: FakeCommands) -> None:
+    ensure(root, "sim")
+    commands.fail = PermissionError(13, "Permission denied", "/somewhere")
+    with pytest.raises(venv.NotAvailable, match=r"cannot write /somewhere .*chown"):
+        ensure(root, "test")
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", "{}", json.dumps({"basis": 1, "extras": 2})])

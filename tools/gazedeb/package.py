@@ -25,8 +25,9 @@ from gazesetup import LOCAL, ROOT, NotAvailable, say
 PYTHONS = ("3.11", "3.12", "3.13")
 """Debian 12, Ubuntu 24.04, Debian 13."""
 _FILES = Path(__file__).resolve().parent / "files"
-_LOCKED = Path(__file__).resolve().parent / "locked.txt"
-_EXTRAS = "alerts,flash,qr,log,picture"
+LOCKED = Path(__file__).resolve().parent / "locked.txt"
+EXTRAS = ("alerts", "bench", "flash", "gamepad", "home", "log", "picture", "qr")
+"""Every one that the host uses on a chair, except oak, which docs/install.md says."""
 _PLATFORMS = ("manylinux_2_28_x86_64", "manylinux2014_x86_64", "manylinux_2_17_x86_64")
 _NO_WHEEL = ("rplidar-roboticia",)  # published only as source; pure Python
 _CONTROL = """\
@@ -113,16 +114,17 @@ def _configuration() -> str:
 
 def _wheels() -> Path:
     """A folder with the wheels of every pinned package for every Python; fetched once."""
-    key = hashlib.sha256(f"{_LOCKED.read_text()}{PYTHONS}{_PLATFORMS}".encode()).hexdigest()[:16]
+    key = hashlib.sha256(f"{LOCKED.read_text()}{PYTHONS}{_PLATFORMS}".encode()).hexdigest()[:16]
     kept = LOCAL / "deb" / key
     if kept.is_dir():
         return kept
     shutil.rmtree(kept.parent, ignore_errors=True)
     kept.parent.mkdir(parents=True)
     with tempfile.TemporaryDirectory(dir=kept.parent) as fetched:
-        locked = [line for line in _LOCKED.read_text().splitlines() if line]
+        locked = [line for line in LOCKED.read_text().splitlines() if line]
         source = [line for line in locked if line.partition("==")[0] in _NO_WHEEL]
-        _pip("wheel", "--no-deps", "--wheel-dir", fetched, *source)
+        # PEP 517: the old way needs the package `wheel`, which a virtual environment lacks.
+        _pip("wheel", "--use-pep517", "--no-deps", "--wheel-dir", fetched, *source)
         for python in PYTHONS:
             platforms = [word for platform in _PLATFORMS for word in ("--platform", platform)]
             target = ["--python-version", python, *platforms, "--only-binary=:all:"]
@@ -138,7 +140,7 @@ def _hashed(wheels: Path) -> str:
     hashes = defaultdict(list)
     for wheel in sorted(wheels.glob("*.whl")):
         name, version = wheel.name.split("-")[:2]
-        extras = f"[{_EXTRAS}]" if name == "gazechair" else ""
+        extras = f"[{','.join(EXTRAS)}]" if name == "gazechair" else ""
         digest = hashlib.sha256(wheel.read_bytes()).hexdigest()
         hashes[f"{name}{extras}=={version}"].append(f"--hash=sha256:{digest}")
     return "".join(f"{one} {' '.join(files)}\n" for one, files in hashes.items())

@@ -37,12 +37,20 @@ def ensure_venv(extras: Iterable[str] = (), *, root: Path = ROOT, local: Path = 
         installed = _installed(stamp, basis) if python.exists() else None
         if installed is not None and wanted <= installed:
             return python
+        had = None
         if installed is None:
             _make(venv, python, base)
         else:
+            had = stamp.read_text()
             stamp.unlink()
             wanted |= installed
-        _install(python, root, sorted(wanted))
+        try:
+            _install(python, root, sorted(wanted))
+        except NotAvailable:
+            # pip downloads everything before it changes anything: the venv is as it was.
+            if had is not None:
+                stamp.write_text(had)
+            raise
         stamp.write_text(json.dumps({"basis": basis, "extras": sorted(wanted)}))
         return python
 
@@ -73,15 +81,24 @@ def run_module(command: str, module: str, arguments: Sequence[str]) -> int:
 
 @contextmanager
 def locked(local: Path) -> Iterator[None]:
-    """Lock the set-up of this checkout, waiting for another set-up in progress."""
-    local.mkdir(parents=True, exist_ok=True)
-    with open(local / "setup.lock", "w") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            note("waiting for another set-up of this checkout to end")
-            fcntl.flock(file, fcntl.LOCK_EX)
-        yield
+    """Lock the set-up of this checkout, waiting for another set-up in progress.
+
+    Raises NotAvailable when `local` cannot be written, then or within.
+    """
+    try:
+        local.mkdir(parents=True, exist_ok=True)
+        with open(local / "setup.lock", "w") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                note("waiting for another set-up of this checkout to end")
+                fcntl.flock(file, fcntl.LOCK_EX)
+            yield
+    except OSError as error:
+        raise NotAvailable(
+            f"cannot write {error.filename or local} ({error.strerror}): make {local} yours"
+            f' (sudo chown -R "$USER" {local}), or copy the checkout to a disk that can be written'
+        ) from error
 
 
 def _basis(root: Path, base: interpreter.Interpreter) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
+import os
 import re
 import sys
 from dataclasses import dataclass, field
@@ -231,24 +232,33 @@ SECTIONS: dict[str, type[Any]] = {
     "alerts": AlertsConfig,
 }
 _ROUTE = "alerts.route"
+_VARIABLE = "GAZECHAIR_CONFIG"  # set by the Debian package's command
+
+
+def file_in_use(path: Path | None) -> Path | None:
+    """`path`, or when it is None the file that $GAZECHAIR_CONFIG names; None: the defaults."""
+    named = os.environ.get(_VARIABLE)
+    return Path(named) if path is None and named else path
 
 
 def load(path: Path | None) -> Config:
-    """The configuration in the file at `path`, or the defaults when it is None.
+    """The configuration in the `file_in_use`.
 
     Raises ConfigError, one line long: a missing file, broken TOML, an unknown key, a bad value.
     """
-    if path is None:
+    file = file_in_use(path)
+    if file is None:
         return Config()
     try:
-        content = path.read_text(encoding="utf-8")
+        content = file.read_text(encoding="utf-8")
     except OSError as error:
+        named = f"${_VARIABLE} names it; " if path is None else ""
         raise ConfigError(
-            f"{path}: cannot be read ({error.strerror}); give an existing file with --config"
+            f"{file}: cannot be read ({error.strerror}); {named}give an existing file with --config"
         ) from None
     except UnicodeDecodeError:
-        raise ConfigError(f"{path}: is not UTF-8 text; save it as UTF-8") from None
-    return parse(content, str(path))
+        raise ConfigError(f"{file}: is not UTF-8 text; save it as UTF-8") from None
+    return parse(content, str(file))
 
 
 def parse(content: str, name: str = "configuration") -> Config:

@@ -45,13 +45,14 @@ class Finding:
 
 
 def examine(config_path: Path | None) -> list[Finding]:
-    """All findings about this machine with the configuration at `config_path` (None: defaults)."""
+    """All findings about this machine with the configuration that load(config_path) reads."""
     findings = [*_python(), *_packages(), *_serial_ports()]
     try:
         config = configuration.load(config_path)
     except ConfigError as error:
         return [*findings, Finding(FAIL, "configuration", str(error), "correct that line")]
-    name = "all defaults" if config_path is None else str(config_path)
+    file = configuration.file_in_use(config_path)
+    name = "all defaults" if file is None else str(file)
     findings.append(Finding(OK, "configuration", name))
     return [
         *findings,

@@ -145,6 +145,32 @@ def test_missing_file_says_what_to_do(tmp_path: Path) -> None:
         configuration.load(tmp_path / "none.toml")
 
 
+def test_without_a_file_the_variable_names_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As the installed command sets it; a file that is given comes first."""
+    installed, given = tmp_path / "installed.toml", tmp_path / "given.toml"
+    installed.write_text("[web]\nport = 1234\n")
+    given.write_text("[web]\nport = 5678\n")
+    monkeypatch.setenv("GAZECHAIR_CONFIG", str(installed))
+    assert configuration.load(None).web.port == 1234
+    assert configuration.load(given).web.port == 5678
+    monkeypatch.setenv("GAZECHAIR_CONFIG", "")
+    assert configuration.load(None) == Config()
+
+
+def test_a_variable_that_names_no_file_is_refused_by_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gone = tmp_path / "gone.toml"
+    monkeypatch.setenv("GAZECHAIR_CONFIG", str(gone))
+    with pytest.raises(ConfigError, match=r"^[^\n]*gone\.toml.*\$GAZECHAIR_CONFIG names it"):
+        configuration.load(None)
+    with pytest.raises(ConfigError) as refusal:
+        configuration.load(gone)
+    assert "GAZECHAIR_CONFIG" not in str(refusal.value)
+
+
 def test_binary_file_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "chair.toml"
     file.write_bytes(b"\xff\xfe[web]")

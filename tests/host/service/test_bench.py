@@ -9,7 +9,9 @@ from typing import Any
 import pytest
 
 from gazeboard.boards.bank_devices import BankI2C
+from gazechair import cli
 from gazechair.service.bench import Bench, BenchError, imu, pot
+from gazechair.service.bench import bus as bench_bus
 from gazesim.bank import Bank
 from gazesim.bno055 import Bno055
 from gazesim.pot import Pot
@@ -72,11 +74,11 @@ def bus(monkeypatch: pytest.MonkeyPatch) -> SimulatedBus:
 
 
 class User:
-    """Reads every line, gives one answer."""
+    """Reads every line, gives one answer, then only presses Enter."""
 
     def __init__(self, answer: str = "") -> None:
         self.lines: list[str] = []
-        self.asked = 0
+        self.asked: list[str] = []
         self._answer = answer
 
     def say(self, line: str) -> None:
@@ -84,8 +86,8 @@ class User:
 
     def ask(self, question: str) -> str:
         assert "DB9" in question
-        self.asked += 1
-        return self._answer
+        self.asked.append(question)
+        return self._answer if len(self.asked) == 1 else ""
 
     @property
     def read(self) -> str:
@@ -117,6 +119,83 @@ def test_writes_nothing_unless_the_user_says_unplugged(bus: SimulatedBus, answer
     assert "sweep left out" in user.read
 
 
+class Meter(User):
+    """Notes both wipers whenever something is asked."""
+
+    def __init__(self, bus: SimulatedBus) -> None:
+        super().__init__("unplugged")
+        self.shown: list[tuple[int, int]] = []
+        self._bus = bus
+
+    def ask(self, question: str) -> str:
+        self.shown.append(self._bus.pot.poll())
+        return super().ask(question)
+
+
+def test_each_voltage_stays_until_the_user_has_measured_it(bus: SimulatedBus) -> None:
+    meter = Meter(bus)
+    good, _ = run(bus, meter)
+    assert good
+    assert meter.shown[1:] == [(85, 170), (170, 170), (254, 170), (170, 85), (170, 170), (170, 254)]
+    assert bus.pot.poll() == (pot.NEUTRAL, pot.NEUTRAL)
+    for question, volts, pin in zip(meter.asked[1:], "567567", "111222", strict=True):
+        assert f"must show {volts} V" in question
+        assert f"pin {pin} against" in question
+
+
+class Interrupts(Meter):
+    """Ends it at the nth measurement."""
+
+    def __init__(self, bus: SimulatedBus, at: int, how: BaseException) -> None:
+        super().__init__(bus)
+        self._at, self._how = at, how
+
+    def ask(self, question: str) -> str:
+        answer = super().ask(question)
+        if len(self.asked) == 1 + self._at:
+            raise self._how
+        return answer
+
+
+@pytest.mark.parametrize("how", [KeyboardInterrupt(), EOFError()])
+@pytest.mark.parametrize("at", [1, 3, 6])
+def test_back_to_neutral_when_the_user_ends_it_at_a_measurement(
+    bus: SimulatedBus, at: int, how: BaseException
+) -> None:
+    user = Interrupts(bus, at, how)
+    with pytest.raises(type(how)):
+        run(bus, user)
+    assert user.shown[-1] != (pot.NEUTRAL, pot.NEUTRAL)
+    assert bus.pot.poll() == (pot.NEUTRAL, pot.NEUTRAL)
+    assert "back to neutral" in user.read
+
+
+def test_ctrl_c_in_a_terminal_is_one_line(
+    bus: SimulatedBus, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    user = Interrupts(bus, 1, KeyboardInterrupt())
+    monkeypatch.setattr(bench_bus, "LinuxBus", lambda number: bus)
+    monkeypatch.setattr("builtins.input", user.ask)
+    monkeypatch.setattr("sys.stdin", SimpleNamespace(isatty=lambda: True))
+    assert cli.main(["bench", "--bus", "7"]) == 2
+    said = capsys.readouterr()
+    assert said.err == "gazechair: stopped\n"
+    assert "back to neutral" in said.out
+
+
+def test_a_firmware_that_writes_meanwhile_is_noticed(bus: SimulatedBus) -> None:
+    user = User("unplugged")
+
+    def ask(question: str) -> str:
+        if user.asked:
+            bus.write(0x2C, bytes((0x00, pot.NEUTRAL)))
+        return User.ask(user, question)
+
+    bench = Bench(bus, user.say, ask)
+    with pytest.raises(BenchError, match="something else moved the wiper linear from 85"):
+        bench.run(False)
+
+
 @pytest.mark.parametrize("scripted", [True, False])
 def test_sweeps_both_over_the_whole_range_and_back_to_neutral(
     bus: SimulatedBus, scripted: bool
@@ -124,14 +203,14 @@ def test_sweeps_both_over_the_whole_range_and_back_to_neutral(
     user = User("Unplugged ")
     good, findings = run(bus, user, unplugged=scripted)
     assert good
-    assert user.asked == (0 if scripted else 1)
+    assert len(user.asked) == (0 if scripted else 7)
     for instruction in (0x00, 0x80):
         counts = [count for at, count in bus.written if at == instruction]
         assert (min(counts), max(counts), counts[-1]) == (pot.LOWEST, pot.HIGHEST, pot.NEUTRAL)
     assert bus.pot.poll() == (pot.NEUTRAL, pot.NEUTRAL)
     assert findings["pot"]["neutral"]
     assert [each["wrong"] for each in findings["pot"]["sweep"]] == [[], []]
-    assert "measure it now" in user.read
+    assert ("measure it now" in user.read) == scripted
 
 
 @pytest.mark.parametrize("fails_after", [1, 5, 20, 30])

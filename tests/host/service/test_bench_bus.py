@@ -1,6 +1,8 @@
 """The Linux I2C bus: refusals in one plain line, and transfers as smbus2 requires them."""
 
 import errno
+import os
+import pwd
 from pathlib import Path
 from typing import Any
 
@@ -32,9 +34,13 @@ def test_a_bus_that_is_not_there_lists_those_that_are(
     assert "the buses here are 2, 10" in refusal(gone, tmp_path, monkeypatch)
 
 
-def test_no_permission_names_the_group(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_permission_names_group_and_user(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The one it runs as: under sudo, the package's command runs as the service's."""
+    monkeypatch.setenv("USER", "somebody-else")
     said = refusal(OSError(errno.EACCES, "Permission denied"), tmp_path, monkeypatch)
-    assert "usermod -aG i2c" in said
+    assert f"usermod -aG i2c {pwd.getpwuid(os.geteuid()).pw_name}`" in said
 
 
 def test_transfers_go_out_as_messages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

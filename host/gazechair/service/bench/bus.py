@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import errno
 import importlib
+import os
+import pwd
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -75,9 +77,10 @@ def _why(path: Path, devices: Path, error: OSError) -> str:
             else "run `sudo modprobe i2c-dev`, or plug in the I2C adapter"
         )
     if error.errno in (errno.EACCES, errno.EPERM):
+        user = pwd.getpwuid(os.geteuid()).pw_name  # not $USER: the installed command changes it
         return (
-            f"{path} is not permitted to this user;"
-            " run `sudo usermod -aG i2c $USER` and log in again"
+            f"{path} is not permitted to this user; run `sudo apt install i2c-tools`,"
+            f" `sudo usermod -aG i2c {user}`, and log in again"
         )
     return f"{path} cannot be opened ({error.strerror})"
 

@@ -14,7 +14,15 @@ from gazechair.service.bench.pot import Pot
 CONFIRMATION = "unplugged"
 QUESTION = (
     "The sweep moves both wipers from 5 V to 7 V: a chair on the DB9 would drive.\n"
+    "A Teensy on this bus must not run its firmware, which writes both wipers, too.\n"
     f"Pull the DB9 plug and type '{CONFIRMATION}'; anything else leaves the sweep out: "
+)
+_PINS = (1, 2)  # of the DB9, by wiper
+# (count, what the meter shows), as docs/wiring.md has it
+_METER = (
+    (pot.LOWEST, "5 V, never below 4.8 V"),
+    (pot.NEUTRAL, "6 V, about as pin 3 does"),
+    (pot.HIGHEST, "7 V, never above 7.2 V"),
 )
 
 
@@ -56,16 +64,22 @@ class Bench:
             raise BenchError(f"{_name(found)} stopped answering ({error}); check wiring") from None
         self.findings["pot"] = {"address": found.address, "wipers": wipers, "sweep": None}
         self._say(f"{_name(found)}: linear {wipers[0]}, turn {wipers[1]} (neutral {pot.NEUTRAL})")
-        if not db9_unplugged and self._ask(QUESTION).strip().lower() != CONFIRMATION:
+        if db9_unplugged:
+            return self._sweep(found, hold=False)
+        if self._ask(QUESTION).strip().lower() != CONFIRMATION:
             self._say("sweep left out: nobody said that the DB9 is unplugged")
             return True
-        return self._sweep(found)
+        return self._sweep(found, hold=True)
 
-    def _sweep(self, found: Pot) -> bool:
+    def _sweep(self, found: Pot, hold: bool) -> bool:
+        """`hold`: a person with a meter is there."""
         results = []
         try:
             for wiper in range(len(pot.WIPERS)):
                 results.append(found.sweep(wiper))
+            if hold and not any(result.wrong for result in results):
+                for wiper in range(len(pot.WIPERS)):
+                    self._hold(found, wiper)
         except OSError as error:
             raise BenchError(f"{_name(found)} stopped answering ({error}); check wiring") from None
         finally:  # whatever happened, Ctrl-C included
@@ -81,9 +95,24 @@ class Bench:
             self._say(f"sweep of {result.wiper}: {result.written} counts, {verdict}")
         self.findings["pot"]["sweep"] = [result.as_dict() for result in results]
         self.findings["pot"]["neutral"] = neutral
-        if neutral:
+        if neutral and not hold:
             self._say("a read-back proves the register, not the voltage: measure it now")
         return neutral and not any(result.wrong for result in results)
+
+    def _hold(self, found: Pot, wiper: int) -> None:
+        """Keep the wiper at each count of which the meter shows the voltage, until Enter."""
+        for count, meter in _METER:
+            found.write(wiper, count)
+            self._ask(
+                f"{pot.WIPERS[wiper]} stays at {count}: DB9 pin {_PINS[wiper]} against ground"
+                f" (pin 8) must show {meter}. Press Enter: "
+            )
+            if found.read(wiper) != count:
+                raise BenchError(
+                    f"something else moved the wiper {pot.WIPERS[wiper]} from {count}; stop the"
+                    " firmware on this bus (docs/wiring.md) and measure again"
+                )
+        found.write(wiper, pot.NEUTRAL)
 
     def _check_imu(self) -> bool:
         address = imu.find(self._bus)
