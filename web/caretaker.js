@@ -259,6 +259,9 @@ press("answer", () => {
 });
 for (const tab of TABS) press(`tab-${tab}`, () => openTab(tab));
 addEventListener("keydown", (event) => {
+  // A key that is held is one press of a button.
+  const again = event.repeat && event.key === "Enter" && event.target.closest?.("button");
+  if (again) event.preventDefault();
   if (event.key !== "Escape" && event.key !== " ") return;
   if (event.key === " " && event.target.closest?.("button, input, select")) return;
   event.preventDefault();
