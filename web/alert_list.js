@@ -2,6 +2,7 @@
 
 const JSON_TYPE = { "Content-Type": "application/json" };
 const RETRY_MS = 2000;
+/** The newest; open ones are shown whatever their age. */
 const MOST_SHOWN = 12;
 
 const element = (name, text, act) => {
@@ -72,7 +73,9 @@ export class AlertList {
       if (!known.has(`${alert.number} ${alert.count}`)) this.#notify(alert);
     }
     const list = document.createElement("ul");
-    list.append(...alerts.slice(-MOST_SHOWN).reverse().map((alert) => this.#row(alert)));
+    const newest = alerts.slice(-MOST_SHOWN);
+    const shown = alerts.filter((alert) => open.includes(alert) || newest.includes(alert));
+    list.append(...shown.reverse().map((alert) => this.#row(alert)));
     const label = (key) => this.#strings.label(key);
     const note = element("p", label(routes.length ? "alert_note" : "alert_no_route"));
     const test = element("button", label("alert_try"), () => this.test());

@@ -37,8 +37,11 @@ function row(strings, name, field, value, changed) {
       [control.min, control.max] = [field.low / scale, field.high / scale];
       control.step = (field.step ?? 1) / scale;
     } else if (control.type === "text") control.maxLength = field.longest ?? 40;
+    const shown = control.value;
     control.addEventListener("change", () => {
-      if (control.type === "checkbox") changed(control.checked);
+      // An emptied number, or none, is not 0.
+      if (control.type === "number" && control.value === "") control.value = shown;
+      else if (control.type === "checkbox") changed(control.checked);
       else changed(field.high ? Math.round(Number(control.value) * scale) : control.value.trim());
     });
   }

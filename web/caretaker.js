@@ -9,6 +9,7 @@ import { byId, setData, setText } from "./dom.js";
 import { Facts } from "./facts.js";
 import { Gamepads } from "./gamepad.js";
 import { Held } from "./held.js";
+import { WORDS_MS } from "./help.js";
 import { Joystick } from "./joystick.js";
 import { ObstacleLine } from "./line.js";
 import { Pairing } from "./pairing.js";
@@ -26,8 +27,6 @@ import { ClockWatch } from "./watch.js";
 
 const TICK_MS = 25;
 const RESET_HOLD_MS = 2000;
-/** A press this soon after a button's words changed means the old words. */
-const WORDS_MS = 500;
 const TABS = ["drive", "settings", "first", "maps", "modules", "pairing", "alarms"];
 
 const strings = await loadStrings(chosenLanguage(location.search, navigator.language), "care");
@@ -260,6 +259,9 @@ press("answer", () => {
 });
 for (const tab of TABS) press(`tab-${tab}`, () => openTab(tab));
 addEventListener("keydown", (event) => {
+  // A key that is held is one press of a button.
+  const again = event.repeat && event.key === "Enter" && event.target.closest?.("button");
+  if (again) event.preventDefault();
   if (event.key !== "Escape" && event.key !== " ") return;
   if (event.key === " " && event.target.closest?.("button, input, select")) return;
   event.preventDefault();

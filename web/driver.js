@@ -2,7 +2,7 @@
 
 import { byId, setData, setText } from "./dom.js";
 import { Facts } from "./facts.js";
-import { showHelp } from "./help.js";
+import { pressHelp, showHelp } from "./help.js";
 import { Hint } from "./hint.js";
 import { HitMap } from "./hit.js";
 import { listen } from "./input.js";
@@ -96,8 +96,7 @@ const acts = {
     if (!(await menu.show("main"))) notice("refused", "part_missing");
     else if (body.dataset.state === "disarmed") open("menu");
   },
-  help: () =>
-    socket.send("call", { on: !(state?.call || state?.coming) }) || notice("refused", "no_answer"),
+  help: () => pressHelp((on) => socket.send("call", { on }) || notice("refused", "no_answer")),
   back: () => body.dataset.view === "menu" && menu.back(),
 };
 for (let at = 1; at <= 5; at += 1) acts[`tile-${at}`] = () => menu.act(at);
@@ -134,7 +133,7 @@ const targets = new Targets({
 });
 
 const scan = new Scanning(targets, hits, {
-  moving: () => targets.holding || (state !== null && state.motion !== "stopped"),
+  moving: () => targets.holding || (state?.motion ?? "stopped") !== "stopped",
   used,
 });
 
@@ -196,8 +195,9 @@ function showState(news, now) {
   setData("relay", news.relay_checked ?? true);
   showHelp(news, strings);
   setText("arm-label", strings.label(shown === "disarmed" ? "arm" : "disarm"));
-  const left = Math.ceil(autoOff.leftMs(now) / 1000);
-  const soon = armed && autoOff.leftMs(now) <= COUNTDOWN_MS;
+  const leftMs = autoOff.leftMs(now);
+  const left = Math.ceil(leftMs / 1000);
+  const soon = armed && leftMs <= COUNTDOWN_MS;
   setText("arm-state", soon ? `${strings.label("off_in")} ${left} s` : strings.label(shown));
   facts.update(news, asked);
   line.update(news);

@@ -33,12 +33,13 @@ export class Facts {
 
   /** The worst ages of the last second: numbers that can be read. null: not known. */
   ages(linkMs, pictureMs, now) {
-    this.#worst.link = Math.max(this.#worst.link, linkMs ?? 0);
-    this.#worst.picture = Math.max(this.#worst.picture, pictureMs ?? 0);
+    const worst = this.#worst;
+    worst.link = Math.max(worst.link, linkMs ?? 0);
+    worst.picture = Math.max(worst.picture, pictureMs ?? 0);
     if (now - this.#shownMs < AGE_EVERY_MS) return;
     const word = (ms) => `${Math.round(ms / 10) * 10} ms`;
-    if (linkMs !== null) setText("link-age", word(this.#worst.link));
-    setText("picture-ms", pictureMs === null ? "–" : word(this.#worst.picture));
+    if (linkMs !== null) setText("link-age", word(worst.link));
+    setText("picture-ms", pictureMs === null ? "–" : word(worst.picture));
     this.#shownMs = now;
     this.#worst = { link: 0, picture: 0 };
   }

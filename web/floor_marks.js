@@ -66,7 +66,8 @@ export class FloorMarks {
       const row = made("label", place, label(key));
       const input = made("input", row);
       [input.type, input.min, input.max, input.inputMode] = ["number", 0, 600, "numeric"];
-      input.addEventListener("input", () => this.#typed());
+      input.addEventListener("input", () => input.value && this.#typed()); // none is not 0
+      input.addEventListener("change", () => this.#fill());
       return input;
     };
     const [ahead, aside] = [number("first_marks_ahead"), number("first_marks_aside")];
@@ -149,10 +150,14 @@ export class FloorMarks {
     const first = this.#marks.findIndex(({ at }) => !at);
     const last = first < 0 ? this.#marks.length - 1 : first;
     this.#now = Math.max(0, Math.min(to, last));
+    this.#fill();
+    this.#enlarge(1);
+  }
+
+  #fill() {
     for (const name of this.#sheet ? ["ahead", "aside", "side"] : []) {
       this.#parts[name].value = this.#mark[name];
     }
-    this.#enlarge(1);
   }
 
   #typed() {

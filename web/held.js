@@ -7,7 +7,7 @@ export class Held {
   #on;
   #element;
   #heartbeatMs = 50;
-  #source = null;
+  #source = null; // "pointer", or the key's place on the keyboard
   #againAt = 0;
 
   constructor(element, on) {
@@ -24,12 +24,15 @@ export class Held {
     element.addEventListener("keydown", (event) => {
       if (!isKey(event)) return;
       event.preventDefault();
-      if (!event.repeat) this.#begin("key");
+      if (!event.repeat && !event.metaKey) this.#begin(event.code);
     });
-    // The focus may move while the key is down: another element is then told of its release.
-    const letGo = () => this.#source === "key" && this.end();
+    const letGo = () => this.#source !== "pointer" && this.end();
     element.addEventListener("blur", letGo);
-    addEventListener("keyup", (event) => isKey(event) && letGo());
+    // The focus may move while the key is down: another element is then told of its release.
+    // By its place: what a key is called changes with other keys.
+    addEventListener("keyup", ({ code }) => code === this.#source && this.end());
+    // macOS reports no release while this key is down.
+    addEventListener("keydown", ({ key }) => key === "Meta" && letGo());
   }
 
   setHeartbeat(ms) {

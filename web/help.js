@@ -2,8 +2,14 @@
 
 import { byId, setData, setText } from "./dom.js";
 
+/** A press this soon after a button's words changed means the words before. */
+export const WORDS_MS = 500;
+let called = false; // as the button's words say
+let calledMs = -WORDS_MS; // since when
+
 /** Of the host's state: `call`, `coming`, `heard`. */
 export function showHelp({ call = false, coming = false, heard }, strings) {
+  if (called !== (call || coming)) [called, calledMs] = [!called, performance.now()];
   setData("call", call);
   setData("coming", coming);
   const button = byId("help");
@@ -12,3 +18,6 @@ export function showHelp({ call = false, coming = false, heard }, strings) {
   const hears = call && heard ? "help_waits" : heard ? "help_heard" : "help_unheard";
   setText("help-state", coming ? "" : strings.label(hears));
 }
+
+/** A press of it; `send(on)`: whether help is needed. A double tap is one press. */
+export const pressHelp = (send) => performance.now() - calledMs < WORDS_MS || send(!called);

@@ -82,19 +82,21 @@ export function listen(targets, hits, { shown, away, pressed }) {
     targets.release("click", stampOf(event));
   });
 
+  // A key is known by its place: what it is called changes with Shift and NumLock.
   // Enter is the key of the target that has the keyboard's focus, else of "Rijden aan".
   const named = (event) =>
     event.key === "Enter" ? (event.target.closest?.(".target")?.id ?? "arm") : KEYS[event.key];
   addEventListener("keydown", (event) => {
+    if (event.key === "Meta") return cancel(); // macOS reports no release while it is down
     const name = named(event);
     if (!name || event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey) return;
     event.preventDefault();
     if (event.repeat || !shown(name)) return;
-    targets.press(name, `key ${event.key}`, stampOf(event));
+    targets.press(name, `key ${event.code}`, stampOf(event));
   });
   addEventListener("keyup", (event) => {
     if (named(event)) event.preventDefault(); // else the browser adds its own click
-    targets.release(`key ${event.key}`, stampOf(event));
+    targets.release(`key ${event.code}`, stampOf(event));
   });
 
   addEventListener("blur", leave);

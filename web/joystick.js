@@ -28,7 +28,7 @@ export class Joystick {
   #heartbeatMs = 50;
   #pointer = null;
   #grab = null; // where the pad lay when it was grabbed: {x, y} of its middle, radius (px)
-  #keys = new Set();
+  #keys = new Map(); // of held keys: place on the keyboard, what it pushes
   #leaning = false;
   #now = null; // {linear, turn} while pressed
   #sendAt = 0;
@@ -114,22 +114,26 @@ export class Joystick {
   }
 
   #key(event, down) {
-    const held = this.#keys.has(event.key);
+    // macOS reports no release while this key is down.
+    if (down && event.key === "Meta" && this.#keys.size > 0) return this.end();
+    // By its place: what a key is called changes with Shift and NumLock.
+    const held = this.#keys.has(event.code);
     const typing = event.target.closest?.("input, select, textarea");
     const others = typing || event.ctrlKey || event.altKey || event.metaKey;
     // A held key stays the joystick's until it comes up, wherever the focus has gone meanwhile.
-    if (!KEYS[event.key] || (!held && (others || !down))) return;
+    if (!held && (!KEYS[event.key] || others || !down)) return;
     event.preventDefault();
     const busy = this.#pointer !== null || this.#leaning;
     if (down && (held || event.repeat || !this.enabled || busy)) return;
     const fresh = this.#now === null;
-    if (down) this.#keys.add(event.key);
-    else this.#keys.delete(event.key);
+    if (down) this.#keys.set(event.code, KEYS[event.key]);
+    else this.#keys.delete(event.code);
     if (this.#keys.size === 0) return this.end();
     let [linear, turn] = [0, 0];
-    for (const key of this.#keys) {
-      linear += KEYS[key][0];
-      turn += KEYS[key][1];
+    // Two keys for one direction (the keypad has one, too) push as one.
+    for (const [ahead, left] of new Set(this.#keys.values())) {
+      linear += ahead;
+      turn += left;
     }
     this.#show(-turn / 2, -linear / 2);
     this.#push({ linear: linear * KEY_PERMILLE, turn: turn * KEY_PERMILLE }, fresh);

@@ -16,8 +16,8 @@ export class Picture {
 
   constructor(canvas, onAge) {
     this.#onAge = onAge;
-    if (!canvas.transferControlToOffscreen) return;
-    const surface = canvas.transferControlToOffscreen();
+    const surface = canvas.transferControlToOffscreen?.();
+    if (!surface) return;
     const worker = new Worker("/static/picture_worker.js", { type: "module" });
     worker.onmessage = (event) => (this.#bornMs = performance.now() - event.data);
     worker.postMessage(surface, [surface]);

@@ -19,7 +19,7 @@ export class Profiles {
 
   /** The chosen profile: {id, name, dwell_ms, ...}. */
   get current() {
-    return this.all.find((profile) => profile.id === this.#table.chosen);
+    return this.all.find(({ id }) => id === this.#table.chosen);
   }
 
   get all() {

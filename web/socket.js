@@ -53,7 +53,7 @@ export class ControlSocket {
   }
 
   /** Sends {"k": kind, ...}; false when it was not, the number of a stop. Never queues. */
-  send(kind, fields = {}) {
+  send(kind, fields) {
     const held = !this.#alive || this.#wire.waiting > BACKLOG_BYTES;
     if (held && !ALWAYS.includes(kind)) return false;
     const sent = this.#wire.send(JSON.stringify({ k: kind, ...fields }));
@@ -61,12 +61,12 @@ export class ControlSocket {
   }
 
   /** A message that proves its time: by the host's clock and the ms passed since. */
-  sendFresh(kind, fields = {}) {
+  sendFresh(kind, fields) {
     const now = performance.now();
     this.#forget(now);
-    if (this.#tokens.length === 0) return false;
-    const { token, at } = this.#tokens[0];
-    return this.send(kind, { ...fields, token, since: Math.floor(now - at) });
+    const [best] = this.#tokens;
+    if (!best) return false;
+    return this.send(kind, { ...fields, token: best.token, since: Math.floor(now - best.at) });
   }
 
   tick(now) {
@@ -92,7 +92,7 @@ export class ControlSocket {
   #keep(token, at) {
     this.#forget(at);
     while (this.#tokens.length) {
-      const last = this.#tokens[this.#tokens.length - 1];
+      const last = this.#tokens.at(-1);
       if (token - at < last.token - last.at) break;
       this.#tokens.pop();
     }

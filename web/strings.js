@@ -47,19 +47,17 @@ export class Strings {
   /** A number in this language's format: "2,4" or "2.4". */
   number(value, digits) {
     const form = { minimumFractionDigits: digits, maximumFractionDigits: digits };
-    this.#numbers[digits] ??= new Intl.NumberFormat(this.language, form);
-    return this.#numbers[digits].format(value);
+    return (this.#numbers[digits] ??= new Intl.NumberFormat(this.language, form)).format(value);
   }
 
   /** Fills every element of the page that names a label, as its text or as its spoken name. */
   fill(title) {
     document.documentElement.lang = this.language;
     document.title = this.label(title);
-    for (const element of document.querySelectorAll("[data-label]")) {
-      element.textContent = this.label(element.dataset.label);
-    }
-    for (const element of document.querySelectorAll("[data-spoken]")) {
-      element.setAttribute("aria-label", this.label(element.dataset.spoken));
+    for (const element of document.querySelectorAll("[data-label],[data-spoken]")) {
+      const { label, spoken } = element.dataset;
+      if (label) element.textContent = this.label(label);
+      else element.ariaLabel = this.label(spoken);
     }
   }
 }

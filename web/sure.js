@@ -27,8 +27,6 @@ export function sureButton(text, question, act) {
     show(!sure);
     if (sure) act(button);
   });
-  // A key that is held is one press.
-  button.addEventListener("keydown", (event) => event.repeat && event.preventDefault());
   button.addEventListener("unsure", () => show(false));
   return button;
 }

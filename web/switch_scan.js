@@ -37,7 +37,7 @@ export class SwitchScan {
   #button = 0;
   #gaze = true;
   #off = true;
-  #closed = new Set(); // contacts: the key, and pointers by number
+  #closed = new Set(); // contacts: keys by place, and pointers by number
   #movesUntil = 0;
 
   constructor(targets, hits, on) {
@@ -123,9 +123,14 @@ export class SwitchScan {
   }
 
   #keyed(event, down) {
-    if (this.#off || event.key !== this.#key) return;
-    event.preventDefault();
-    if (!event.repeat) this.#contact("key", down, event.timeStamp);
+    if (this.#off) return;
+    // By its place: what a key is called changes with other keys.
+    if (event.key === this.#key || this.#closed.has(event.code)) {
+      event.preventDefault();
+      if (!event.repeat) this.#contact(event.code, down, event.timeStamp);
+    }
+    // macOS reports no release while this key is down.
+    if (down && (event.metaKey || event.key === "Meta")) this.cancel(performance.now());
   }
 
   #pointed(event) {

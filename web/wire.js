@@ -56,8 +56,7 @@ export class Wire {
   }
 
   #connect(now) {
-    const scheme = location.protocol === "https:" ? "wss:" : "ws:";
-    const socket = new WebSocket(`${scheme}//${location.host}${this.#path}`);
+    const socket = new WebSocket(location.origin.replace("http", "ws") + this.#path);
     socket.binaryType = "arraybuffer";
     this.#socket = socket;
     this.#sinceMs = now;
@@ -75,7 +74,7 @@ export class Wire {
     socket.onopen = socket.onmessage = socket.onclose = null;
     socket.close();
     this.#socket = null;
-    this.#retryAtMs = now + RETRIES_MS[Math.min(this.#failed, RETRIES_MS.length - 1)];
+    this.#retryAtMs = now + (RETRIES_MS[this.#failed] ?? RETRIES_MS.at(-1));
     this.#failed += 1;
     this.#on.closed?.(code);
   }

@@ -53,6 +53,18 @@ def test_it_is_acknowledged_by_a_press(caretaker, host):
     assert caretaker.data("alerts") == "false"
 
 
+def test_an_open_alert_is_shown_behind_any_number_of_newer_ones(caretaker, host):
+    later = [{**ALERT, "number": number, "state": "over"} for number in range(4, 18)]
+    answer = {"revision": 1, "routes": [], "alerts": [ALERT, *later]}
+    host.replies["GET /alerts"] = 200, answer
+    open_alerts(caretaker)
+    rows = caretaker.page.locator("#alerts li")
+    assert rows.count() == 13
+    rows.last.locator("button").click()
+    wait_until(lambda: host.posted, "the answer")
+    assert host.posted == [("/alerts", {"acknowledge": 3})]
+
+
 def test_an_answer_to_a_call_names_who_answers(caretaker, host):
     help_ = {**ALERT, "kind": "help", "key": "alert_help"}
     host.replies["GET /alerts"] = 200, {"revision": 1, "routes": [], "alerts": [help_]}

@@ -46,6 +46,20 @@ def test_a_refused_setting_says_why_and_shows_what_is_in_force(caretaker, host):
     assert caretaker.page.locator("[name=step_forward_ms]").input_value() == "2"
 
 
+def test_a_number_that_is_emptied_is_not_0(caretaker, host):
+    tab(caretaker, "settings", "#chair .row")
+    for name in ("leave_grace_ms", "step_forward_ms"):
+        field = caretaker.page.locator(f"[name={name}]")
+        shown = field.input_value()
+        change(caretaker, name, "")
+        assert field.input_value() == shown
+    caretaker.page.evaluate("fetch('/me').then((answer) => answer.text())")
+    assert host.posted == []
+    assert host.profiles.chosen()["leave_grace_ms"] == 200
+    change(caretaker, "leave_grace_ms", "0")
+    wait_until(lambda: host.profiles.chosen()["leave_grace_ms"] == 0, "a real 0")
+
+
 def test_what_is_typed_stays_when_the_host_answers(caretaker, host):
     tab(caretaker, "settings", "#profiles .row")
     caretaker.page.locator("[name=dwell_ms]").press_sequentially("7")

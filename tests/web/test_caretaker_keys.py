@@ -2,6 +2,8 @@
 
 import pytest
 
+from patience import wait_until
+
 pytestmark = pytest.mark.browser
 
 MODIFIERS = ["Control", "Alt", "Meta"]
@@ -15,6 +17,15 @@ def driving(caretaker):
     caretaker.advance(100)
     assert caretaker.heard("drive")[-1]["linear"] == 500
     return caretaker
+
+
+def keyed(driver, kind, key, code):
+    """A key event as a keyboard sends it whose keys are called otherwise while another is down."""
+    driver.page.evaluate(
+        "([kind, key, code]) => document.activeElement.dispatchEvent("
+        "new KeyboardEvent(kind, {key, code, bubbles: true, cancelable: true}))",
+        [kind, key, code],
+    )
 
 
 def released(driving):
@@ -41,6 +52,31 @@ def test_an_arrow_key_that_comes_up_with_another_key_down_stops(driving, modifie
     driving.page.keyboard.down(modifier)
     released(driving)
     driving.page.keyboard.up(modifier)
+
+
+def test_a_key_of_the_keypad_that_comes_up_as_a_digit_stops(caretaker):
+    caretaker.state(you=True, owner="caretaker", state="armed")
+    keyed(caretaker, "keydown", "ArrowUp", "Numpad8")
+    caretaker.page.keyboard.down("ArrowUp")  # two keys for one direction push as one
+    caretaker.page.keyboard.up("ArrowUp")
+    caretaker.advance(100)
+    assert {said["linear"] for said in caretaker.heard("drive")} == {500}
+    keyed(caretaker, "keyup", "8", "Numpad8")
+    assert caretaker.heard("drive", "stop")[-1] == {"k": "stop"}
+    caretaker.forget()
+    caretaker.advance(500)
+    assert caretaker.heard("drive") == []
+
+
+def test_cmd_ends_the_push_of_an_arrow_key(driving):
+    driving.page.keyboard.down("Meta")  # macOS reports no release from now on
+    assert driving.heard("drive", "stop")[-1] == {"k": "stop"}
+    driving.forget()
+    driving.page.keyboard.down("ArrowUp")  # the key repeats
+    driving.page.keyboard.up("Meta")
+    driving.page.keyboard.down("ArrowUp")
+    driving.advance(500)
+    assert driving.heard("drive") == []
 
 
 def test_an_arrow_key_over_the_slider_drives_nothing(caretaker):
@@ -110,6 +146,52 @@ def test_a_step_of_the_first_drive_held_by_a_key_ends_when_the_focus_goes(careta
     tabbed(caretaker.page)
     assert caretaker.heard("step")[-1] == {"k": "step", "held": False}
     ended(caretaker, "step")
+
+
+def test_a_button_held_by_space_is_released_by_a_space_of_another_name(caretaker):
+    caretaker.page.locator("#bypass").focus()
+    keyed(caretaker, "keydown", " ", "Space")
+    assert caretaker.heard("bypass")
+    keyed(caretaker, "keyup", "\u00a0", "Space")
+    ended(caretaker, "bypass")
+
+
+def test_cmd_releases_a_button_that_a_key_holds(caretaker):
+    held(caretaker, "#bypass", "bypass")
+    caretaker.page.keyboard.down("Meta")
+    ended(caretaker, "bypass")
+    caretaker.page.keyboard.up("Enter")
+    caretaker.page.keyboard.down("Enter")  # no release of this one would be reported
+    ended(caretaker, "bypass")
+
+
+# Buttons that act at a press
+
+
+@pytest.mark.parametrize(("button", "kind"), [("#answer", "call"), ("#take", "take")])
+def test_a_key_that_is_held_presses_a_button_once(caretaker, button, kind):
+    caretaker.state(call=True)
+    caretaker.page.locator(button).focus()
+    caretaker.page.keyboard.down("Enter")
+    caretaker.state(call=False, coming=True)
+    for _ in range(3):
+        caretaker.advance(600)
+        caretaker.page.keyboard.down("Enter")  # Playwright sends a repeat of a key that is down
+    assert len(caretaker.heard(kind)) == 1
+    caretaker.page.keyboard.up("Enter")
+    caretaker.page.keyboard.down("Enter")
+    assert len(caretaker.heard(kind)) == 2
+
+
+def test_a_key_that_is_held_makes_one_person(caretaker, host):
+    caretaker.page.locator("#tab-settings").click()
+    caretaker.page.locator("#profiles button").first.focus()
+    for _ in range(4):
+        caretaker.page.keyboard.down("Enter")
+        caretaker.advance(100)
+    wait_until(lambda: len(host.profiles.as_json()["profiles"]) > 1, "the new one")
+    caretaker.page.evaluate("fetch('/me').then((answer) => answer.text())")
+    assert len(host.profiles.as_json()["profiles"]) == 2
 
 
 def test_a_key_that_comes_up_over_its_button_releases_it(caretaker):

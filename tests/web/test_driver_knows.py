@@ -93,8 +93,19 @@ def test_help_says_who_hears_it_and_who_comes(driver, news, label, small, artefa
 
 def test_help_that_is_coming_is_no_longer_needed_by_the_same_button(driver):
     driver.state(**OFF, coming=True)
+    driver.advance(600)
     driver.page.locator("#help").click()
     assert driver.heard("call") == [{"k": "call", "on": False}]
+
+
+def test_a_double_tap_on_help_is_one_call(driver):
+    driver.page.locator("#help").click()
+    driver.state(call=True)
+    driver.page.locator("#help").click()
+    assert driver.heard("call") == [{"k": "call", "on": True}]
+    driver.advance(600)
+    driver.page.locator("#help").click()
+    assert driver.heard("call")[-1] == {"k": "call", "on": False}
 
 
 def test_a_caretaker_answers_and_then_is_there(page, host):

@@ -133,6 +133,38 @@ def test_an_arrow_key_drives_while_held(driver, key):
     assert last(driver)["k"] == "stop"
 
 
+def keyed(driver, kind, key, code):
+    """A key event as a keyboard sends it whose keys are called otherwise while another is down."""
+    driver.page.evaluate(
+        "([kind, key, code]) => document.body.dispatchEvent("
+        "new KeyboardEvent(kind, {key, code, bubbles: true, cancelable: true}))",
+        [kind, key, code],
+    )
+
+
+def test_a_key_of_the_keypad_that_comes_up_as_a_digit_stops(driver):
+    keyed(driver, "keydown", "ArrowUp", "Numpad8")
+    driver.advance(200)
+    assert last(driver)["verb"] == "forward"
+    keyed(driver, "keyup", "8", "Numpad8")
+    assert last(driver)["k"] == "stop"
+    driver.forget()
+    driver.advance(500)
+    assert driver.heard("cmd") == []
+
+
+def test_cmd_ends_what_a_key_holds(driver):
+    driver.page.keyboard.down("ArrowUp")
+    driver.advance(200)
+    driver.page.keyboard.down("Meta")  # macOS reports no release from now on
+    assert last(driver)["k"] == "stop"
+    driver.forget()
+    driver.page.keyboard.up("Meta")
+    driver.page.keyboard.down("ArrowUp")  # the key repeats
+    driver.advance(500)
+    assert driver.heard("cmd") == []
+
+
 def test_space_stops_and_enter_arms(driver):
     driver.page.keyboard.press(" ")
     assert last(driver)["k"] == "stop"

@@ -135,6 +135,23 @@ def test_key_repeats_are_no_press_and_the_scan_waits_meanwhile(scanner):
     assert scanner.said() == []
 
 
+@pytest.mark.parametrize("how", ["the release has another name", "Cmd goes down"])
+def test_a_switch_whose_release_cannot_be_recognised_drives_no_further(scanner, how):
+    scanner.choose(DIRECTIONS, ["forward"])
+    assert scanner.said()[-1][0] == "cmd"
+    if how == "Cmd goes down":
+        scanner.page.keyboard.down("Meta")
+    else:  # with Option or AltGr down
+        scanner.page.evaluate(
+            "dispatchEvent(new KeyboardEvent('keyup', {key: '\u00a0', code: 'Space'}))"
+        )
+        scanner.advance(75)
+    assert scanner.said()[-1] == ("stop", None, None)
+    scanner.forget()
+    scanner.advance(1000)
+    assert scanner.said() == []
+
+
 def test_a_switch_that_is_held_while_the_page_loads_chooses_nothing(scanner):
     scanner.down()
     scanner.open()
