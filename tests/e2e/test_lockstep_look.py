@@ -19,6 +19,11 @@ from promises import END_TO_END, measured
 
 SPOT = (1.5, 0.35)
 HALL = Room("hall", ((-3, -3, 5, -3), (5, -3, 5, 3), (5, 3, -3, 3), (-3, 3, -3, -3)))
+VAST = Room(
+    "vast", ((-14, -14, 14, -14), (14, -14, 14, 14), (14, 14, -14, 14), (-14, 14, -14, -14))
+)
+AROUND_SPOT = [[1.2, 0.05], [1.8, 0.05], [1.8, 0.65], [1.2, 0.65]]
+ACROSS = [[0.9, -3.0], [1.0, -3.0], [1.0, 3.0], [0.9, 3.0]]
 PATH_MS, PAGE_MS = 60, 20
 STEP_MS = 50
 PLAN_MS = 3000
@@ -29,9 +34,10 @@ class OnFloor(PictureChair):
     """Stands in a hall of 8 by 6 m, all of which its lidars see."""
 
     kind, tile = "look", "go-look"
+    room = HALL
 
     def __init__(self, folder: Path) -> None:
-        super().__init__(folder, Floor(), HALL)
+        super().__init__(folder, Floor(), self.room)
 
     def _targets(self) -> Callable[[], Mapping[str, Target]]:
         return lambda: spots("look", self.allowed, self.floor)
@@ -148,3 +154,46 @@ def test_what_cannot_be_gone_to_is_refused_with_its_reason(chair: OnFloor) -> No
     assert chair.host is not None
     assert chair.host.refusals[-1] == "no_answer"
     assert chair.harmless()
+
+
+@pytest.mark.parametrize("area", [AROUND_SPOT, ACROSS])
+def test_no_path_enters_a_no_go_area_of_the_map(chair: OnFloor, area: list[list[float]]) -> None:
+    chair.store.draw("home", "no_go", area)
+    assert chair.looks_there() in ("going_goal_blocked", "going_no_way")
+    chair.store.draw("home", "remove_no_go", 1)
+    assert chair.looks_there() == ""
+
+
+def test_an_area_that_is_drawn_ends_a_path_through_it_before_and_after_ga(chair: OnFloor) -> None:
+    assert chair.looks_there() == ""
+    chair.store.draw("home", "no_go", ACROSS)
+    chair.until(lambda: not chair.spot["mode"], 600)
+    assert chair.spot["reason"] == "going_changed"
+    chair.stays_still(300)
+    chair.store.draw("home", "remove_no_go", 1)
+    chair.goes()
+    chair.store.draw("home", "no_go", ACROSS)
+    chair.until(chair.neutral, 300 + PAGE_MS)
+    chair.run(PATH_MS)
+    assert chair.news["reason"] == "going_changed"
+    chair.stays_still(300)
+
+
+def test_areas_count_once_the_chair_knows_where_it_is(chair: OnFloor) -> None:
+    chair.store.draw("home", "no_go", ACROSS)
+    chair.located = False
+    chair.run(500)
+    assert chair.looks_there() == ""  # it does not know that an area is there
+    chair.located = True
+    chair.until(lambda: not chair.spot["mode"], 600)
+    assert chair.spot["reason"] == "going_changed"
+
+
+class InVastHall(OnFloor):
+    """No wall is near enough for the lidars' view to become a map."""
+
+    room = VAST
+
+
+def test_where_the_lidars_see_nothing_a_spot_is_refused(tmp_path: Path) -> None:
+    assert InVastHall(tmp_path).looks_there() == "look_unseen"

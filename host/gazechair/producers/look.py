@@ -1,7 +1,8 @@
 """Kind "look": drives the chair to a floor spot that was looked at in the picture.
 
-The lidars' view from the standing chair serves as the map, in odometry's frame. The path is planned
-before the press, so that the pages can show it.
+The lidars' view from the standing chair serves as the map, in odometry's frame, with the no-go
+areas of the stored map that the chair is known to be in. The path is planned before the press, so
+that the pages can show it.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from gazechair.base.footprint import FloatArray
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import Costmap
-from gazechair.going.look import costmap_of, goal, seen_from_here
+from gazechair.going.look import UNSEEN, costmap_of, goal, seen_from_here
 from gazechair.going.mission import Mission
 from gazechair.going.plan import NoWay, Planner, Pose, Way
 from gazechair.picture.floor import FloorCamera, NoSpot, gaze_px
@@ -29,16 +30,20 @@ from gazechair.producers.ride import POSE_LOST, Ride
 from gazechair.producers.standing import Standing
 from gazechair.producers.track import MapTrack, pose_of
 from gazechair.sensing.mapping.mapper import KeyScan
-from gazechair.sensing.mapping.poses import between, compose, to_frame
+from gazechair.sensing.mapping.places import Area
+from gazechair.sensing.mapping.poses import between, compose, from_frame, to_frame
+from gazechair.sensing.mapping.store import MapStore
 
 # Reasons, keys of the string tables.
 NO_PICTURE, NO_PLACE, NOT_NOW = "look_no_picture", "look_no_place", "look_not_now"
 UNSEEN_BEHIND, UNCALIBRATED = "look_unseen_behind", "camera_uncalibrated"
+CHANGED = "going_changed"
 _GAZE_DEG, _TABLET_M = 1.0, 0.29  # of one sample of a gaze, on a tablet that wide
 _DWELL = 0.5  # fraction of it left in the mean over a dwell
 _SCANS, _SCAN_S = 3, 0.09  # of a standing chair
 _CHOOSES_S = 4.0  # longest wait for a standing chair, scans and a picture
 _KEPT_S = 60.0  # see kind "line"
+_STORED_S = 0.25  # from one look at the stored map to the next
 
 
 class LookProducer(SpotProducer):
@@ -50,6 +55,9 @@ class LookProducer(SpotProducer):
         self._track = OdometryTrack()
         self._map_track = MapTrack()
         self._map = ""  # the map that the chair was last known to be in
+        self._store = MapStore(setup.maps)
+        self._stored_s = -math.inf
+        self._avoided: tuple[Area, ...] = ()  # by the path of `_found`
         self._ride = Ride(setup.thinker)
         self._ask: Ask | None = None
         self._camera: FloorCamera | None = None
@@ -94,6 +102,8 @@ class LookProducer(SpotProducer):
         old = since_s > _KEPT_S or newest is None or newest.track != self._track_of
         if old or self._standing.moved(self._track, now_s):
             return self._over(NOT_NOW)
+        if self._redrawn(now_s):
+            return self._over(CHANGED)
         return Said(None, "ready", "", self._shown(self._found[3].points_m, now_s))
 
     def press(self, press: Press) -> None:
@@ -114,6 +124,8 @@ class LookProducer(SpotProducer):
             return self._over(NOT_NOW)
         if newest is None or newest.track != self._track_of or not self._track.known(now_s):
             return self._over(POSE_LOST)
+        if self._redrawn(now_s):
+            return self._over(CHANGED)
         pose = pose_of(newest)
         at = float(pose[0]), float(pose[1]), float(pose[2])
         said = self._ride.step(mission, found[2], at, newest, now_s)
@@ -155,7 +167,7 @@ class LookProducer(SpotProducer):
         if len(self._scans) < _SCANS or not self._pictured or looked is None:
             self._refused = (NO_PLACE if self._pictured else NO_PICTURE) if late else ""
             return
-        self._plan(self._scans, looked)
+        self._plan(self._scans, looked, now_s)
 
     def _check(self, shot: Shot | None, since_s: float) -> None:
         """Check that a picture taken since the look has arrived, from the calibrated camera."""
@@ -180,10 +192,14 @@ class LookProducer(SpotProducer):
             KeyScan(pose, look.points_m, look.origins_m, float(pose[2]), time_s, 0.0)
         )
 
-    def _plan(self, scans: list[KeyScan], looked: FloatArray) -> None:
+    def _plan(self, scans: list[KeyScan], looked: FloatArray, now_s: float) -> None:
         footprint = self.setup.footprint
-        grid = seen_from_here(scans, footprint)
-        costmap = costmap_of(grid, footprint)
+        try:
+            grid = seen_from_here(scans, footprint)
+        except ValueError:  # nothing within reach
+            self._refused = UNSEEN
+            return
+        costmap = costmap_of(grid, footprint, self._no_go(now_s))
         x, y, heading = (float(one) for one in scans[-1].pose)
         seen_from = float(looked[0]), float(looked[1]), float(looked[2])
         there = goal(self._spot_m, seen_from, grid, costmap)
@@ -196,6 +212,31 @@ class LookProducer(SpotProducer):
             self._refused = way.reason
             return
         self._found = costmap, planner, there, way
+
+    def _no_go(self, now_s: float) -> list[FloatArray]:
+        """The no-go areas to avoid from now on, in odometry's frame."""
+        self._avoided = self._drawn(now_s) or ()
+        newest, in_map = self._map_track.newest, self._map_track.pose(self._map, now_s)
+        if newest is None or in_map is None:
+            return []
+        pose = pose_of(newest)
+        corners = (np.array(area.corners_m) for area in self._avoided)
+        return [to_frame(from_frame(one, in_map), pose) for one in corners]
+
+    def _drawn(self, now_s: float) -> tuple[Area, ...] | None:
+        """The areas of the map that the chair is in; None: it does not know where it is."""
+        if self._map_track.pose(self._map, now_s) is None:
+            return None
+        stored = self._store.get(self._map)
+        return () if stored is None or stored.map is None else stored.map.drawn.no_go
+
+    def _redrawn(self, now_s: float) -> bool:
+        """Whether the areas, as far as the chair knows, are not those that the path avoids."""
+        if now_s < self._stored_s + _STORED_S:
+            return False
+        self._stored_s = now_s
+        drawn = self._drawn(now_s)
+        return drawn is not None and drawn != self._avoided
 
     def _shown(self, way_m: FloatArray, now_s: float) -> dict[str, Any]:
         """The path over the picture, and in the map if the chair is in one."""

@@ -23,6 +23,7 @@ pytestmark = pytest.mark.xdist_group("mapping_localization")
 CHANCE = np.random.default_rng(8)
 HERE = np.array((2.0, 1.8, 0.7))
 STANDING = np.zeros(3)
+NOTHING = Look(np.zeros((0, 2)), np.zeros((0, 2)))
 SQUARE = Room("square", ((-2, -2, 2, -2), (2, -2, 2, 2), (2, 2, -2, 2), (-2, 2, -2, -2)))
 
 
@@ -307,5 +308,22 @@ def test_an_empty_map_is_refused_and_an_empty_look_is_nothing(grid: OccupancyGri
     zeros = np.zeros((5, 5), dtype=np.uint16)
     with pytest.raises(ValueError, match="nothing in the map"):
         Localization(OccupancyGrid(0.05, np.zeros(2), zeros, zeros))
-    nothing = Look(np.zeros((0, 2)), np.zeros((0, 2)))
-    assert Localization(grid).look(nothing, STANDING, 0.0) is None
+    assert Localization(grid).look(NOTHING, STANDING, 0.0) is None
+
+
+def test_with_nothing_in_range_odometry_moves_the_pose_for_two_seconds(grid: OccupancyGrid) -> None:
+    localization = Localization(grid)
+    localization.place(HERE, STANDING)
+    assert is_right(localization.look(look(flat(), HERE), STANDING, 0.0), HERE)
+    assert localization.sure
+    for number in range(1, 20):
+        moved = np.array((0.04 * number, 0.0, 0.0))
+        found = localization.look(NOTHING, moved, 0.1 * number)
+        assert is_right(found, compose(HERE, moved))
+        assert not localization.sure
+    there = compose(HERE, moved)
+    assert is_right(localization.look(look(flat(), there), moved, 2.0), there)  # seen again
+    assert localization.sure
+    for at_s in (2.5, 3.0, 3.5, 4.0):
+        assert localization.look(NOTHING, moved, at_s) is not None
+    assert localization.look(NOTHING, moved, 4.5) is None

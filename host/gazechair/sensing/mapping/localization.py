@@ -123,8 +123,9 @@ class Localization:
         """The location after this look; `odometry` (3,): the pose in odometry's frame."""
         self.searched = self.askew = False
         if not len(look.points_m):
-            return self.location
-        if self.location is not None:
+            if self.location is not None:
+                self._drift(odometry, time_s, self.location)
+        elif self.location is not None:
             self._follow(look, odometry, time_s, self.location.pose)
         elif self._remember(look, odometry, time_s):
             self._search(odometry)
@@ -293,6 +294,16 @@ class Localization:
                 # People who stand distort the static surfaces as well.
                 self.location = replace(still, pose=guess)
                 self._doubt_since_s = None
+
+    def _drift(self, odometry: FloatArray, time_s: float, location: Location) -> None:
+        """Nothing is in range: odometry alone, in doubt, and not for long."""
+        self._hold.move(self._odometry, odometry)
+        guess = compose(location.pose, between(self._odometry, odometry))
+        self.location = replace(location, pose=guess)
+        if self._doubt_since_s is None:
+            self._doubt_since_s = time_s
+        if time_s - self._doubt_since_s >= _LOST_S:
+            self.lose()
 
     def _fit(self, look: Look, guess: FloatArray, held: FloatArray) -> tuple[ndt.Fit, bool]:
         """The pose by this look, and whether the look alone determines it; else see Hold."""

@@ -177,7 +177,8 @@ def _cells(yaml: bytes, beside: Beside, where: str, plain: bool) -> RosCells:
         image = fields["image"].strip("\"'")
         cell_m = float(fields["resolution"])
         x_m, y_m, yaw_rad = (float(one) for one in fields["origin"].strip("[] ").split(","))
-        negate = fields.get("negate", "0") in ("1", "true")
+        negate = fields.get("negate", "0").lower() in ("1", "true")
+        raw = _is_raw(fields.get("mode", "trinary").strip("\"'").lower())
         occupied = float(fields.get("occupied_thresh", _OCCUPIED_THRESH))
         free = float(fields.get("free_thresh", _FREE_THRESH))
     except KeyError as error:
@@ -191,13 +192,38 @@ def _cells(yaml: bytes, beside: Beside, where: str, plain: bool) -> RosCells:
         raise _unread(image, error, "map_file_image") from None
     except ValueError as error:
         raise RosMapError("map_file_image", f"{where} can't be used: {error}") from None
-    taken = grey if negate else 1.0 - grey
+    if raw:
+        percent = np.rint(255.0 * grey)
+        taken = np.where(percent <= 100.0, percent / 100.0, np.nan)
+    else:
+        taken = grey if negate else 1.0 - grey
     return RosCells(cell_m, x_m, y_m, yaw_rad, taken > occupied, taken < free)
 
 
+def _is_raw(mode: str) -> bool:
+    """Whether grey values are percentages, above 100 unknown; else black is occupied.
+
+    `trinary` and `scale` differ between the thresholds alone: those cells are unknown here.
+    """
+    if mode not in ("trinary", "scale", "raw"):
+        raise ValueError(f"mode {mode!r} is not supported")
+    return mode == "raw"
+
+
 def _fields(text: str) -> dict[str, str]:
-    rows = (line.split("#")[0].partition(":") for line in text.splitlines())
-    return {key.strip(): value.strip() for key, _, value in rows if value.strip()}
+    """Values by key; lines "- x" below a key are joined by commas."""
+    found: dict[str, str] = {}
+    last = ""
+    for line in text.splitlines():
+        plain = line.split("#")[0].strip()
+        if plain.startswith("- "):
+            found[last] = ",".join(filter(None, (found.get(last), plain[2:].strip())))
+            continue
+        key, _, value = plain.partition(":")
+        last = key.strip() or last
+        if value.strip():
+            found[last] = value.strip()
+    return found
 
 
 def _pgm(data: bytes, plain: bool) -> NDArray[np.float64]:
