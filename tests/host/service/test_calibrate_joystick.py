@@ -201,7 +201,9 @@ def test_a_second_ctrl_c_while_the_counts_are_put_back_is_said_with_what_to_do(
             raise KeyboardInterrupt
 
     board.refuses_after, board.refusal = 1, KeyboardInterrupt()
-    with pytest.raises(CalibrateError, match=r"could not be put back \(stopped\); switch the board"):
+    with pytest.raises(
+        CalibrateError, match=r"could not be put back \(stopped\); switch the board"
+    ):
         run(board, "unplugged", "175", at=interrupt)
     assert board.counts != STORED
 
