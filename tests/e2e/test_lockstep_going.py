@@ -80,6 +80,7 @@ def ends(
 
 
 def test_its_process_fails_its_pose_is_lost_and_nobody_looks(chair: GoingChair) -> None:
+    assert chair.host is not None
     go(chair)
     chair.child_fails("hung")
     ends(chair, "P17", "the producer is stopped (SIGSTOP)", limits.AUTO_TTL_MS, "going_failed")
@@ -91,6 +92,7 @@ def test_its_process_fails_its_pose_is_lost_and_nobody_looks(chair: GoingChair) 
     chair.until(lambda: chair.tiles != {}, 600)
     chair.stays_still(100)
     assert chair.news["reason"] == "going_failed"
+    assert chair.host.look(chair.page.client)["auto"] == ["", chair.tiles["Keuken"]]
     go(chair)
     chair.located = False
     ends(chair, "P20", "the place is lost", POSE_LOST_MS, "going_pose_lost")

@@ -146,7 +146,7 @@ class Control:
             now_s = self._clock()
             if tile is None:
                 self._tiles.pop(mode, None)
-                self._arbiter.mode_says(mode, self._arbiter.mode_press[1], None, 0.0, now_s)
+                self._arbiter.mode_says(mode, self._arbiter.mode_press[1], None, 0.0, now_s, False)
             else:
                 self._tiles[mode] = tile
             self._arbiter.auto_modes = frozenset(m for m, t in self._tiles.items() if t.get("auto"))

@@ -193,14 +193,15 @@ class Person:
             self._touches += 1
         else:
             self._touches = 0
-        seen = bool(mine.legs) and not mine.contested
+        gone = mine not in tracks  # ended as a double, with the legs of its last scan
+        seen = bool(mine.legs) and not mine.contested and not gone
         jumped = seen and mine.off_m > _JUMP_M
         if self._touches >= _TOUCHES or jumped:
             self.state, self.track = State.UNSURE, None
             return None
         if seen:
             self._last = _Left.of(mine)
-        elif at_s - self._last.at_s > HIDDEN_S:
+        elif gone or at_s - self._last.at_s > HIDDEN_S:
             self.state, self.track = State.HIDDEN, None
             return mine
         return None

@@ -233,11 +233,14 @@ class ProducerService(InboxService):
         if target is None or (ride is not None and ride.number == world.press):
             return
         judge = producer.ModeProducer(self._port, world.mode, self._clock, auto=True)
-        settings = self._settings() or {}
+        settings = self._settings()
         self._ride = _Ride(
-            world.mode, world.press, target, judge, now_s, said_s=now_s, settings=settings
+            world.mode, world.press, target, judge, now_s, said_s=now_s, settings=settings or {}
         )
         self._word_s = float("-inf")
+        if settings is None:  # unknown since the last look: nothing can be planned
+            self._ride.ended_s, self._ride.reason = now_s, FAILED
+            self._port.mode_says(world.mode, world.press, None, now_s, False)
 
     def _end(self, ride: _Ride, now_s: float) -> None:
         ride.ended_s = now_s

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
-from followrig import Disc, Scene, legs
-from gazechair.following.person import State
+from followrig import SCAN_S, Disc, Scene, legs
+from gazechair.following.legs import Cluster
+from gazechair.following.person import Person, State
 from gazechair.following.request import STOP
+from gazechair.following.tracks import Track
 
 
 def test_chosen_by_standing_in_front() -> None:
@@ -95,6 +98,23 @@ def test_a_scan_without_the_person_costs_a_little_speed_only() -> None:
     assert scene.look([]).request == STOP
     after = scene.look(legs((1.85 + 0.06 * 21, 0.0), 0.06 * 21)).request.linear_m_s
     assert before - 0.06 < after <= before + 0.03
+
+
+def test_a_person_whose_track_ended_as_a_double_is_out_of_sight() -> None:
+    person = Person(0.65, needs_steps=False)
+    legs_of_it = [Cluster(1.85, side * 0.09, False, True) for side in (1.0, -1.0)]
+    track = Track(1, 1.85, 0.0, 0.0, looks=9, shapes=9, legs=legs_of_it)
+    person.choose(0.0, 0.0)
+    states = {}
+    for k in range(40):
+        at_s = k * SCAN_S
+        tracks = [track] if at_s < 1.0 else []  # a double ends with its legs, and is not told of
+        track.seen_s = min(at_s, 0.9)
+        person.look(tracks, [], np.zeros(3), at_s)
+        states[k] = person.state
+    assert states[9] is State.FOLLOWS
+    assert State.FOLLOWS not in [states[k] for k in range(14, 40)]
+    assert states[39] is State.LOST
 
 
 def _walks_behind_something(scene: Scene, hidden: int) -> float:

@@ -9,7 +9,7 @@ import pytest
 
 from gazechair.base.health import Health
 from gazechair.config.configuration import FootprintConfig, LidarConfig
-from gazechair.driving.world import World
+from gazechair.driving.world import Wish, World
 from gazechair.producers import exchange
 from gazechair.producers.contract import Said
 from gazechair.producers.places import Target
@@ -27,6 +27,9 @@ class Chair:
 
     def __init__(self, folder: Path) -> None:
         self.now_s = 100.0
+        self.settings: dict[str, int] | None = SETTINGS
+        self.ended: list[tuple[str, int]] = []
+        """Presses that were ended before their goal."""
         self._mode, self._press = "", 0
         self._services = {kind: self._service(kind, folder) for kind in KINDS}
         self._producers = Producers(tuple(self._services.values()))
@@ -40,13 +43,18 @@ class Chair:
             lambda: {f"to-{kind}": Target(kind, "star", {})},
             lambda: self.now_s,
         )
-        made.connect(self, lambda: SETTINGS, lambda: "")  # type: ignore[arg-type]
+        made.connect(self, lambda: self.settings, lambda: "")  # type: ignore[arg-type]
         made.look()
         made._on_data(exchange.pack(self.now_s, 0, Said(None)))
         return made
 
     def offer_mode(self, mode: str, tile: dict[str, Any] | None) -> None: ...
-    def mode_says(self, *_: Any) -> None: ...
+
+    def mode_says(
+        self, mode: str, number: int, wish: Wish, _till_s: float, reached: bool = True
+    ) -> None:
+        if wish is None and not reached:
+            self.ended.append((mode, number))
 
     def world(self) -> World:
         nothing = dict.fromkeys(SEES)
@@ -111,3 +119,17 @@ def test_an_arrival_is_told_after_an_older_end_and_another_motion_at_once(chair:
     assert chair.news == ("person", "drives", "")
     chair.ends("person", "arrived")
     assert chair.news == ("person", "arrived", "")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_press_while_the_boards_settings_are_unknown_ends_with_a_reason(
+    chair: Chair, kind: str
+) -> None:
+    chair.settings = None  # since the last look: its tile is still there
+    chair.goes(kind)
+    assert chair.news == (kind, "ended", "going_failed")
+    assert chair.ended == [(f"to-{kind}", 1)]
+    chair.settings = SETTINGS
+    chair.goes(kind)
+    assert chair.news == (kind, "drives", "")
+    assert len(chair.ended) == 1
