@@ -102,7 +102,9 @@ def test_everything_about_maps_has_words():
     sources = "".join(path.read_text("utf-8") for path in MAPPING.glob("*.py"))
     reasons = set(re.findall(r'"(map_\w+)"', sources)) | {"maps_stored"}
     reasons |= {f"map_{doubt}" for doubt in (making.BROKEN, making.FULL, making.SILENT)}
-    assert reasons - {"map_starting", "map_unknown", "map_lost"} == set(words["messages"])
+    assert reasons - {"map_starting", "map_unknown", "map_twins", "map_lost"} == set(
+        words["messages"]
+    )
 
 
 def test_every_tile_of_a_place_has_a_sign_that_the_page_draws():

@@ -164,6 +164,7 @@ REASONS: Mapping[str, Reason] = {
     # Maps of the home.
     "map_starting": Reason(NOTE, CARETAKER, DRIVES),
     "map_unknown": Reason(NOTE, CARETAKER, DRIVES),
+    "map_twins": Reason(_W, CARETAKER, DRIVES),
     "map_damaged": Reason(_W, CARETAKER, DRIVES),
     "map_lost": Reason(_W, CARETAKER, DRIVES),
     # Help with steering.

@@ -43,7 +43,7 @@ _DWELL = 0.5  # fraction of it left in the mean over a dwell
 _SCANS, _SCAN_S = 3, 0.09  # of a standing chair
 _CHOOSES_S = 4.0  # longest wait for a standing chair, scans and a picture
 _KEPT_S = 60.0  # see kind "line"
-_STORED_S = 0.25  # from one look at the stored map to the next
+_AREAS_S = 0.25  # from one look at the stored map to the next
 
 
 class LookProducer(SpotProducer):
@@ -56,7 +56,7 @@ class LookProducer(SpotProducer):
         self._map_track = MapTrack()
         self._map = ""  # the map that the chair was last known to be in
         self._store = MapStore(setup.maps)
-        self._stored_s = -math.inf
+        self._areas_s = -math.inf
         self._avoided: tuple[Area, ...] = ()  # by the path of `_found`
         self._ride = Ride(setup.thinker)
         self._ask: Ask | None = None
@@ -232,9 +232,9 @@ class LookProducer(SpotProducer):
 
     def _redrawn(self, now_s: float) -> bool:
         """Whether the areas, as far as the chair knows, are not those that the path avoids."""
-        if now_s < self._stored_s + _STORED_S:
+        if now_s < self._areas_s + _AREAS_S:
             return False
-        self._stored_s = now_s
+        self._areas_s = now_s
         drawn = self._drawn(now_s)
         return drawn is not None and drawn != self._avoided
 

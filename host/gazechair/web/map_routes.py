@@ -15,6 +15,7 @@ _STATUS = {
     "map_gone": 404,
     "map_name_taken": 409,
     "map_full": 409,
+    "map_known": 409,
     "map_damaged": 409,
     "map_no_update": 409,
     "map_older_damaged": 409,

@@ -15,6 +15,7 @@ from gazechair.sensing.mapping import home_map, ros_map
 from gazechair.sensing.mapping.home_map import HomeMap, MapError
 from gazechair.sensing.mapping.mapper import KeyScan
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.mapping.store import MapStore
 from gazesim.rooms import Person, box
 from homerig import flat, points, poses, scan
 
@@ -185,6 +186,37 @@ def test_the_commands(home: HomeMap, tmp_path: Path, capsys: pytest.CaptureFixtu
     assert main(["map", "back", str(path)]) == 2  # no drive has changed it
     assert main(["map", "show", str(tmp_path / "none")]) == 2
     assert "can't be read" in capsys.readouterr().err
+
+
+def test_a_map_imported_among_the_stored_ones_is_one_of_them(
+    home: HomeMap, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "maps"
+    folder.mkdir()
+    ros_map.write(home, tmp_path)
+    add = ["map", "import", str(tmp_path / "map.yaml")]
+    assert main([*add, str(folder / "my home.map")]) == 2
+    assert "1 to 40 letters" in capsys.readouterr().err
+    assert main([*add, str(folder / "home.zip")]) == 2
+    replace(other_home(), name="Ground").save(folder / "a.map")
+    assert main([*add, str(folder / "ground.map")]) == 0
+    store = MapStore(folder)
+    assert {(one.id, one.map.name) for one in store.all() if one.map is not None} == {
+        ("a", "Ground"),
+        ("ground", "ground 2"),
+    }
+    assert main([*add, str(folder / "again.map")]) == 2
+    assert "stored already: ground 2" in capsys.readouterr().err
+    for number in range(MapStore.MOST):
+        (folder / f"b{number}.map").write_bytes(b"")
+    assert main([*add, str(folder / "more.map")]) == 2
+    assert "at most 20 maps" in capsys.readouterr().err
+    assert not (folder / "more.map").exists()
+
+
+def other_home() -> HomeMap:
+    cells = np.full((40, 40), 5, dtype=np.uint16)
+    return HomeMap("other", OccupancyGrid(0.05, np.zeros(2), cells, cells))
 
 
 def test_of_a_drawn_plan_with_solid_walls_the_surfaces_are_the_map(tmp_path: Path) -> None:

@@ -57,8 +57,8 @@ def places(**fields: Any) -> bytes:
     return files(**{"places.json": json.dumps(EMPTY | fields).encode()})
 
 
-def home() -> HomeMap:
-    hits = np.zeros((40, 30), dtype=np.uint16)
+def home(shorter: int = 0) -> HomeMap:
+    hits = np.zeros((60 - shorter, 30), dtype=np.uint16)
     hits[0] = 5
     grid = OccupancyGrid(0.025, np.array((-1.5, 2.25)), hits, (7 * (hits == 0)).astype(np.uint16))
     drawn = Drawn().with_place({**BED, "number": None, "x": -1.0, "y": 2.5})
@@ -80,6 +80,33 @@ def test_a_map_of_another_program_is_named_by_its_yaml() -> None:
     assert found.grid.low_m.tolist() == [-1.0, -2.0]
     assert found.grid.occupied.T[::-1].tolist() == (GREY == 0).tolist()
     assert unpacked(places(name="\u202e" * 9)).name == "map"  # no name; map.yaml
+
+
+NEGATIVE = b"P5\n10 8\n255\n" + (254 - GREY).tobytes()
+PERCENT = b"P5\n10 8\n255\n" + np.where(GREY, 0, 100).astype(np.uint8).tobytes()
+VARIANTS = {
+    "scale": yaml(b"mode: scale"),
+    "raw": files(**{"map.yaml": YAML + b"mode: Raw\n", "map.pgm": PERCENT}),
+    "negate": files(**{"map.yaml": YAML + b"negate: True\n", "map.pgm": NEGATIVE}),
+    "block list": yaml(b"origin:\n- -1\n  # y\n- -2  # and the yaw\n- 0.0"),
+}
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_other_ways_to_write_the_same_map(name: str) -> None:
+    grid = unpacked(VARIANTS[name]).grid
+    assert grid.low_m.tolist() == [-1.0, -2.0]
+    assert grid.occupied.T[::-1].tolist() == (GREY == 0).tolist()
+    assert grid.free.T[::-1].tolist() == (GREY == 254).tolist()
+
+
+def test_percentages_above_100_are_unknown() -> None:
+    some = np.where(GREY, 0, 100).astype(np.uint8)
+    some[-1] = 101, 101, 101, 205, 205, 254, 255, 255, 50, 0
+    image = b"P5\n10 8\n255\n" + some.tobytes()
+    grid = unpacked(files(**{"map.yaml": YAML + b"mode: raw\n", "map.pgm": image})).grid
+    last = grid.free.T[0] | grid.occupied.T[0]
+    assert last.tolist() == [False] * 9 + [True]
 
 
 def bomb() -> bytes:
@@ -140,6 +167,9 @@ HOSTILE: dict[str, tuple[bytes | Callable[[], bytes], str]] = {
     "no text": (files(**{"map.yaml": b"\xff\xfe\x00"}), "map_file_yaml"),
     "no field": (files(**{"map.yaml": b"image: map.pgm"}), "map_file_yaml"),
     "no number": (yaml(b"resolution: 1e"), "map_file_yaml"),
+    "unknown mode": (yaml(b"mode: other"), "map_file_yaml"),
+    "two in a list": (yaml(b"origin:\n- 0\n- 0"), "map_file_yaml"),
+    "list of nothing": (files(**{"map.yaml": b"- 1\n- 2\n" + YAML[:14]}), "map_file_yaml"),
     "image elsewhere": (yaml(b"image: /etc/passwd"), "map_file_image"),
     "image above": (yaml(b"image: ../map.pgm"), "map_file_image"),
     "image itself": (yaml(b"image: map.yaml"), "map_file_image"),
@@ -209,14 +239,23 @@ def test_any_bytes_are_a_map_or_refused(data: st.DataObject) -> None:
 def test_a_map_is_added_under_a_name_of_its_own_and_at_most_20(tmp_path: Path) -> None:
     store = MapStore(tmp_path / "maps")
     desk = MapDesk(store, None)
-    for _ in range(MapStore.MOST):
-        assert store.get(desk.add(packed(home()))) is not None
+    for number in range(MapStore.MOST):
+        assert store.get(desk.add(packed(home(number)))) is not None
     names = sorted(one.map.name for one in store.all() if one.map is not None)
     assert len(set(names)) == MapStore.MOST
     assert {"Ons huis 🏠", "Ons huis 🏠 2", "Ons huis 🏠 20"} <= set(names)
     with pytest.raises(EditRefused) as refused:
-        desk.add(packed(home()))
+        desk.add(packed(home(MapStore.MOST)))
     assert refused.value.reason == "map_full"
+
+
+def test_a_stored_map_is_not_added_again(tmp_path: Path) -> None:
+    """Localization would find the chair in neither."""
+    home().save(tmp_path / "a.map")
+    with pytest.raises(EditRefused, match="Ons huis") as refused:
+        MapDesk(MapStore(tmp_path), None).add(packed(home()))
+    assert refused.value.reason == "map_known"
+    assert [one.name for one in tmp_path.iterdir()] == ["a.map"]
 
 
 def test_a_folder_that_takes_nothing_is_told(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import signal
@@ -87,6 +88,47 @@ def test_the_chair_is_found_in_its_map_and_in_no_other(found: Chair) -> None:
     times = sorted({newest["time_s"] for newest, *_ in pairs})
     assert len(times) > 5
     assert np.diff(times).max() < 0.2  # at least five poses a second
+
+
+def test_two_maps_of_the_same_rooms_are_told_and_end_no_known_pose(maker: Chair) -> None:
+    folder = maker.folder / "twins"
+    folder.mkdir()
+    for name in ("a", "c"):
+        (folder / f"{name}.map").write_bytes((maker.folder / "a.map").read_bytes())
+    chair = Chair(folder, HOME, HOME)
+    chair.go(FOUND_S)
+    assert chair.told.newest["fix"] is None
+    assert chair.told.newest["twins"]
+    kept = (folder / "a.map").read_bytes()
+    (folder / "a.map").unlink()
+    while chair.told.newest["fix"] is None:
+        assert chair.now_s < START_S + 3.0 * FOUND_S
+        chair.go(1.0)
+    assert not chair.told.newest["twins"]
+    # Lost where it was known, with its odometry unbroken: it knows which of them it is in.
+    (folder / "a.map").write_bytes(kept)
+    chair.go(1.5)
+    chair.worker._atlas.id = ""
+    chair.worker._atlas._forget_looks()
+    while chair.told.newest["fix"] is None:
+        assert chair.now_s < START_S + 4.0 * FOUND_S
+        chair.go(1.0)
+    assert chair.told.newest["fix"]["map"] == "c"
+
+
+def test_the_health_names_the_twins_once_the_pose_is_long_unknown(tmp_path: Path) -> None:
+    health = Health("map")
+    service = MappingService((), tmp_path, health)
+    told = {"state": "unknown", "making": None, "fix": None, "problem": "", "askew": False}
+    for passed_s, twins, reason in (
+        (0, True, "ok"),
+        (11, True, "map_twins"),
+        (0, False, "map_unknown"),
+    ):
+        if service._lost_s is not None:
+            service._lost_s -= passed_s
+        service._on_data(json.dumps({**told, "twins": twins}).encode())
+        assert health.reason == reason
 
 
 def test_drawn_on_made_anew_and_deleted_while_it_is_in_use(found: Chair) -> None:

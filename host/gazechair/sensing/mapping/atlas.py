@@ -1,8 +1,8 @@
 """Finds in which of the known maps the chair is, and where. No answer is better than a wrong one.
 
-A pose counts when it fits one map alone. Where the chair was known before and odometry went on
-without a break, a pose elsewhere needs stronger evidence: an unmapped room may look like a mapped
-one.
+A pose counts when it fits one map alone, or continues from where the chair was known before and
+odometry went on without a break. There, a pose elsewhere needs stronger evidence: an unmapped room
+may look like a mapped one.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from gazechair.sensing.odometry.doubts import TURNED
 _OFF_M, _OFF_SHARE, _OFF_RAD = 0.5, 0.05, math.radians(10.0)
 _ASKEW_M = 4.0  # to drive after a lidar seems turned: by then odometry knows better
 _ELSEWHERE_EXPLAINED, _ELSEWHERE_THROUGH = 0.8, 0.02
+_RIVALLED_S = 30.0  # after this long the map is unknown for other reasons
 
 
 @dataclass
@@ -52,6 +53,8 @@ class Atlas:
         self._odometry: FloatArray | None = None
         self._track = 0
         self._askew_m = 0.0  # still to be driven
+        self._look_s = 0.0
+        self._rivalled_s = -math.inf  # when another map fitted a pose as well
         self.id = ""
         self.searched = False
         """Whether the newest look was searched in whole maps."""
@@ -77,6 +80,11 @@ class Atlas:
         return self._askew_m > 0.0
 
     @property
+    def rivalled(self) -> bool:
+        """Whether it is not known where the chair is because two maps fit what is seen."""
+        return not self.id and self._look_s - self._rivalled_s < _RIVALLED_S
+
+    @property
     def sure(self) -> bool:
         """Whether the newest look alone supports the pose; see Localization.sure."""
         return bool(self.id) and self._sheets[self.id].localization.sure
@@ -85,6 +93,7 @@ class Atlas:
         """Use these maps from now on; an empty one is left out."""
         for id_ in [one for one in self._sheets if one not in grids]:
             del self._sheets[id_]
+            self._rivalled_s = -math.inf
         for id_, grid in grids.items():
             known = self._sheets.get(id_)
             if known is not None and known.grid.same_as(grid):
@@ -109,6 +118,7 @@ class Atlas:
             self.forget()  # carried, or odometry has started again
         self._advance(seen.odometry, track)
         at_s, self.searched = seen.estimate.time_s, False
+        self._look_s = at_s
         if self.askew or TURNED in seen.estimate.doubts:  # every pose would be turned by as much
             self.id = ""
             self._forget_looks()
@@ -122,12 +132,13 @@ class Atlas:
             self.id = ""
             self._forget_looks()
             return None
-        for id_, sheet in self._sheets.items():
+        last = self._last.id if self._last is not None else ""
+        for id_, sheet in sorted(self._sheets.items(), key=lambda one: one[0] != last):
             found = sheet.localization.look(seen.look, seen.odometry, at_s)
             self.searched = self.searched or sheet.localization.searched
             self._alive()
-            if found is not None:
-                return self._settle(id_, found, seen)
+            if found is not None and self._settles(id_, found, seen):
+                return found
         return None
 
     def place(self, id_: str, pose: FloatArray, odometry: FloatArray, track: int) -> None:
@@ -142,34 +153,40 @@ class Atlas:
     def forget(self) -> None:
         """Start again: discard all that was known."""
         self.id, self._last, self._odometry = "", None, None
+        self._rivalled_s = -math.inf
         for sheet in self._sheets.values():
             sheet.localization.forget()
 
-    def _settle(self, id_: str, found: Location, seen: Seen) -> Location | None:
-        rivals = (
+    def _settles(self, id_: str, found: Location, seen: Seen) -> bool:
+        if not self._continues(id_, found, seen.odometry):
+            if self._last is not None and not _is_strong(found):
+                self._forget_looks()
+                return False
+            if self._is_rivalled(id_):
+                # The others' looks are kept: the chair may be where it was last known.
+                self._sheets[id_].localization.lose()
+                self._rivalled_s = self._look_s
+                return False
+        self.id = id_
+        self._last = _Known(id_, found.pose, seen.odometry, seen.estimate.track)
+        return True
+
+    def _is_rivalled(self, id_: str) -> bool:
+        return any(
             self._sheets[id_].localization.is_rivalled_by(other.localization)
             for one, other in self._sheets.items()
             if one != id_
         )
-        if not self._expected(id_, found, seen.odometry) or any(rivals):
-            self._forget_looks()
-            return None
-        self.id = id_
-        self._last = _Known(id_, found.pose, seen.odometry, seen.estimate.track)
-        return found
 
-    def _expected(self, id_: str, found: Location, odometry: FloatArray) -> bool:
+    def _continues(self, id_: str, found: Location, odometry: FloatArray) -> bool:
+        """Whether the chair is where odometry expects it, in the map where it was last known."""
         last = self._last
-        if last is None:
-            return True
-        if last.id == id_:
-            guess = compose(last.pose, between(last.odometry, odometry))
-            off = between(guess, found.pose)
-            off_m = math.hypot(off[0], off[1])
-            if off_m < _OFF_M + _OFF_SHARE * last.driven_m and abs(off[2]) < _OFF_RAD:
-                return True
-        evidence = found.evidence
-        return evidence.explained >= _ELSEWHERE_EXPLAINED and evidence.through <= _ELSEWHERE_THROUGH
+        if last is None or last.id != id_:
+            return False
+        guess = compose(last.pose, between(last.odometry, odometry))
+        off = between(guess, found.pose)
+        off_m = math.hypot(off[0], off[1])
+        return bool(off_m < _OFF_M + _OFF_SHARE * last.driven_m and abs(off[2]) < _OFF_RAD)
 
     def _hand_over(self, before: Localization, after: Localization) -> None:
         """Keep the pose when the chair's map is replaced by a changed version."""
@@ -188,3 +205,8 @@ class Atlas:
     def _forget_looks(self) -> None:
         for sheet in self._sheets.values():
             sheet.localization.lose()
+
+
+def _is_strong(found: Location) -> bool:
+    evidence = found.evidence
+    return evidence.explained >= _ELSEWHERE_EXPLAINED and evidence.through <= _ELSEWHERE_THROUGH

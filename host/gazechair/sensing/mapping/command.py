@@ -74,10 +74,20 @@ def _export(options: argparse.Namespace) -> str:
 def _import(options: argparse.Namespace) -> str:
     from gazechair.sensing.mapping import ros_map
     from gazechair.sensing.mapping.home_map import MapError
+    from gazechair.sensing.mapping.places import EditRefused
+    from gazechair.sensing.mapping.store import FOLDER, MapStore
 
     if options.file.exists():
         raise MapError(f"{options.file} is there already; name another file, or remove it first")
-    ros_map.read(options.yaml, options.file.stem).save(options.file)
+    home = ros_map.read(options.yaml, options.file.stem)
+    folder: Path = options.file.parent.resolve()
+    try:
+        if folder.name == FOLDER:
+            MapStore(folder).add(home, options.file.name)
+        else:
+            home.save(options.file)
+    except EditRefused as error:
+        raise MapError(str(error)) from None
     return str(options.file)
 
 

@@ -6,6 +6,7 @@ trace, and a thin wall is kept. Where the chair itself stood, the floor is free.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -60,6 +61,13 @@ class OccupancyGrid:
             return True
         counts = np.array_equal(self.hits, other.hits) and np.array_equal(self.passes, other.passes)
         return counts and self.lies_as(other)
+
+    def is_copy_of(self, other: OccupancyGrid) -> bool:
+        """Whether the same floor is free in both, as in a grid and its export (see ros_map)."""
+        if self.hits.shape != other.hits.shape or not math.isclose(self.cell_m, other.cell_m):
+            return False
+        near = np.allclose(self.low_m, other.low_m, atol=0.1 * self.cell_m)
+        return near and np.array_equal(self.free, other.free)
 
     def occupied_m(self) -> FloatArray:
         """Centres (N, 2) of the occupied cells."""

@@ -24,6 +24,7 @@ from gazechair.sensing.odometry.odometry import Estimate
 
 LOST = "map_lost"
 NOWHERE = "map_unknown"
+TWINS = "map_twins"
 DAMAGED = "map_damaged"
 ASKEW = "lidar_turned"
 _LASTS_S = 10.0  # an unknown pose is reported after this
@@ -149,9 +150,9 @@ class MappingService(InboxService):
         self._fix = Fix(**fix) if fix is not None else None
         if fix is None:
             self.latest.clear()
-        self._judge(str(fields["problem"]), bool(fields["askew"]))
+        self._judge(str(fields["problem"]), bool(fields["askew"]), bool(fields["twins"]))
 
-    def _judge(self, problem: str, askew: bool) -> None:
+    def _judge(self, problem: str, askew: bool, twins: bool) -> None:
         now_s = time.monotonic()
         if self.state != UNKNOWN:
             self._lost_s = None
@@ -161,9 +162,11 @@ class MappingService(InboxService):
             self._health.set(states.DEGRADED, DAMAGED, problem)
         elif askew:
             self._health.set(states.DEGRADED, ASKEW, "the map has turned under the chair")
+        elif self._lost_s is not None and now_s - self._lost_s >= _LASTS_S and twins:
+            self._health.set(states.DEGRADED, TWINS, "two maps fit what it sees")
         elif self._lost_s is not None and now_s - self._lost_s >= _LASTS_S:
             self._health.set(states.DEGRADED, NOWHERE, "not in any of the maps, as far as it sees")
-        elif self._lost_s is None or self._health.reason != NOWHERE:
+        elif self._lost_s is None or self._health.reason not in (NOWHERE, TWINS):
             self._health.set(states.OK)
 
     def _on_facts(self, payload: bytes) -> None:

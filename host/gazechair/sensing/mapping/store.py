@@ -90,15 +90,25 @@ class MapStore:
             raise _full()
         return name
 
-    def add(self, home: HomeMap) -> str:
-        """Add a map, under its name or a similar free one; returns its id. Raises EditRefused."""
-        path = self.path_of_new()
+    def add(self, home: HomeMap, file: str = "") -> str:
+        """Add a map, under its name or a similar free one; returns its id. Raises EditRefused.
+
+        `file`: the name of its file; "": any.
+        """
+        path = self.folder / file if file else self.path_of_new()
+        if path.suffix != _SUFFIX or not _ID.fullmatch(path.stem):
+            line = f"{path}: name it A{_SUFFIX}; A has 1 to 40 letters a-z, digits, _ and -"
+            raise EditRefused("map_name", line)
         try:
             with self._locked():
-                others = [one.map for one in self._all()]
-                if len(others) >= self.MOST:
+                stored = self._all()
+                if len(stored) >= self.MOST:
                     raise _full()
-                name = free_name(home.name, [one.name for one in others if one is not None])
+                others = [one.map for one in stored if one.map is not None]
+                same = next((one for one in others if one.grid.is_copy_of(home.grid)), None)
+                if same is not None:
+                    raise EditRefused("map_known", f"this map is stored already: {same.name}")
+                name = free_name(home.name, [one.name for one in others])
                 replace(home, name=name).save(path)
         except (OSError, MapError) as error:
             raise EditRefused("map_not_stored", str(error)) from None

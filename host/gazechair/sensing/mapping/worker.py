@@ -162,6 +162,7 @@ class Worker:
         self._said_s = self._clock()
         said: dict[str, Any] = {"state": self._state(), "making": None, "problem": self._problem}
         said["askew"] = self._atlas.askew
+        said["twins"] = self._atlas.rivalled
         said["fix"] = self._found() if said["state"] == KNOWN else None
         if self._making is not None:
             said["making"] = self._making.as_json()
