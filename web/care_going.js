@@ -53,13 +53,16 @@ class CareGoing {
 
   async #open(id) {
     this.#map = id;
+    this.#view.clear();
     try {
       const answer = await fetch(`/maps/${id}`, { cache: "no-store" });
       if (!answer.ok) throw new Error(`the host answered ${answer.status}`);
-      this.#view.picture(`/maps/${id}.png`, (await answer.json()).picture);
+      const { picture } = await answer.json();
+      if (id !== this.#map) return; // another map meanwhile
+      if (!(await this.#view.picture(`/maps/${id}.png`, picture))) throw new Error("no picture");
     } catch (error) {
       console.warn(`map of the way: ${error.message}`);
-      this.#map = "";
+      if (id === this.#map) this.#map = "";
     }
   }
 }

@@ -11,7 +11,8 @@ const ARROW = 14;
 
 export class MapView {
   #canvas;
-  #image = new Image();
+  #image = null; // the picture, once loaded
+  #coming = null; // the newest picture asked for
   #place = null; // the picture's place in the map: cell_m, x, y, width, height
   #drawing = { places: [], no_go: [], home: null };
   #draft = { points: [], closed: false };
@@ -21,17 +22,30 @@ export class MapView {
   /** `tapped(x, y)`: metres in the map. */
   constructor(canvas, tapped) {
     this.#canvas = canvas;
-    this.#image.addEventListener("load", () => this.#draw());
     canvas.addEventListener("click", (event) => {
-      const point = this.#place && this.#metres(event);
+      const point = this.#image && this.#metres(event);
       if (point) tapped(...point);
     });
   }
 
-  /** Another picture; null: none. */
-  picture(url, place) {
-    this.#place = place;
-    if (url) this.#image.src = url;
+  /** Shows this picture once it has loaded, until then the one before; false: it did not load. */
+  async picture(url, place) {
+    const image = new Image();
+    this.#coming = image;
+    image.src = url;
+    const loaded = await image.decode().then(
+      () => true,
+      () => false,
+    );
+    if (!loaded || image !== this.#coming) return loaded;
+    [this.#image, this.#place] = [image, place];
+    this.#draw();
+    return true;
+  }
+
+  /** Shows nothing, for another map. */
+  clear() {
+    this.#image = this.#coming = null;
     this.#draw();
   }
 
@@ -87,7 +101,7 @@ export class MapView {
     if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
     const pen = canvas.getContext("2d");
     pen.clearRect(0, 0, canvas.width, canvas.height);
-    if (!this.#place || !this.#image.naturalWidth) return;
+    if (!this.#image) return;
     const { pixels, left, top, wide, high } = this.#scale();
     pen.imageSmoothingEnabled = false;
     pen.drawImage(this.#image, left, top, wide, high);

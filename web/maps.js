@@ -27,6 +27,7 @@ class Maps {
   #all = null; // the host's newest answer
   #chosen = ""; // map
   #details = null; // of the chosen map
+  #planless = false; // its plan did not load
   #tools;
   #files;
   #askedMs = -Infinity;
@@ -75,8 +76,10 @@ class Maps {
       // A request made meanwhile gets its own, newer answer.
       if (!answer || sent !== this.#sent) return;
       this.#show(answer, now);
-      const wanted = answer.wants === "know" && !this.#details && this.#usable;
-      if (wanted && !this.#asking) this.#load(); // what did not load
+      if (answer.wants !== "know") return;
+      // What did not load.
+      if (!this.#details && this.#usable && !this.#asking) this.#load();
+      else if (this.#details && this.#planless) this.#plan();
     });
   }
 
@@ -168,7 +171,7 @@ class Maps {
     if (rows !== this.#rows) this.#list(rows);
     this.#parts.choose.value = this.#chosen;
     if (making) {
-      if (was?.wants === "know") this.#view.picture("", null);
+      if (was?.wants === "know") this.#view.clear();
       this.#view.chair(answer.making);
       if (now - this.#pictureMs > PICTURE_MS) this.#grow(now);
     } else if (was && was.wants !== "know") this.#open(this.#chosen);
@@ -213,7 +216,8 @@ class Maps {
   async #grow(now) {
     this.#pictureMs = now;
     const answer = await this.#ask("/maps/growing", { cache: "no-store" });
-    if (answer?.picture) this.#view.picture(`/maps/growing.png?${Math.round(now)}`, answer.picture);
+    if (!answer?.picture || this.#all.wants === "know") return;
+    this.#view.picture(`/maps/growing.png?${Math.round(now)}`, answer.picture);
   }
 
   #choose(map) {
@@ -228,7 +232,7 @@ class Maps {
     this.#details = null;
     this.#tools.take("");
     if (this.#all?.wants !== "know") return;
-    this.#view.picture("", null);
+    this.#view.clear();
     this.#load();
   }
 
@@ -244,9 +248,16 @@ class Maps {
     this.#details = details;
     if (details) {
       this.#parts.name.value = details.name ?? "";
-      this.#view.picture(`/maps/${map}.png`, details.picture);
+      this.#plan();
     }
     this.#arrange();
+  }
+
+  async #plan() {
+    const details = this.#details;
+    this.#planless = false;
+    const loaded = await this.#view.picture(`/maps/${this.#chosen}.png`, details.picture);
+    this.#planless = !loaded && details === this.#details;
   }
 
   /** Shows the parts; while a map is being made, only those for that. */

@@ -33,16 +33,19 @@ link.onload = look; // now the canvas has its place
 
 async function open(id) {
   map = id;
+  view.clear();
   try {
     const answer = await fetch(`/maps/${id}`, { cache: "no-store" });
     if (!answer.ok) throw new Error(`the host answered ${answer.status}`);
     const { picture } = await answer.json();
+    if (id !== map) return; // another map meanwhile
     canvas.hidden = false;
     view.show(NOTHING, { points: [], closed: false });
-    view.picture(`/maps/${id}.png`, picture);
     look();
+    if (!(await view.picture(`/maps/${id}.png`, picture))) throw new Error("no picture");
   } catch (error) {
     console.warn(`small map: ${error.message}`);
+    if (id !== map) return;
     canvas.hidden = true;
     map = ""; // request it again
   }

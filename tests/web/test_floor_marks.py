@@ -170,7 +170,11 @@ def test_a_refusal_names_the_mark_which_can_be_moved(marking):
     marking.tap(0.75, 0.9)
     assert marking.page.locator(".worst").count() == 0
     marking.page.locator("#marking .floor").press("ArrowRight")
-    marking.page.locator("#marking input").nth(0).fill("131")
+    ahead = marking.page.locator("#marking input").nth(0)
+    ahead.fill("")  # none is not 0
+    ahead.blur()
+    assert marking.place() == (1.2, -0.3)
+    ahead.fill("131")
     marking.press("Uitrekenen")
     wait_until(lambda: len(marking.posted()) == 2, "the marks again")
     after = marking.posted()[1]

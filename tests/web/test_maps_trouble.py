@@ -128,6 +128,47 @@ def test_details_that_loaded_are_not_asked_for_again(maps):
     assert sum(url.endswith("/maps/a1") for url in asked) == 1
 
 
+# Pixels that the map's canvas shows.
+DRAWN = """
+() => {
+  const canvas = document.querySelector("#maps canvas");
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  return data.some(Boolean);
+}
+"""
+
+
+def test_no_plan_of_another_map_is_shown_while_a_maps_own_loads(maps):
+    held = []
+    maps.page.route("**/maps/b2.png", lambda route: held.append(route))
+    opened(maps)
+    maps.wait_until(lambda: maps.page.evaluate(DRAWN), "the plan")
+    maps.page.locator("#maps select").first.select_option("b2")
+    shown(maps, "Kantoor")
+    maps.wait_until(lambda: held, "the request")
+    assert not maps.page.evaluate(DRAWN)
+    maps.page.locator("#maps [data-tool=place]").click()
+    for _ in range(2):
+        maps.page.locator("#maps canvas").click()
+    assert maps.page.locator("#maps .form input").count() == 0  # nothing was placed
+    held[0].continue_()
+    maps.wait_until(lambda: maps.page.evaluate(DRAWN), "its plan")
+    maps.page.locator("#maps canvas").click()
+    assert "kijkt" in told(maps)
+
+
+def test_a_plan_that_did_not_load_is_asked_for_again(maps):
+    maps.page.route("**/maps/a1.png", lambda route: route.abort())
+    opened(maps)
+    name = maps.page.locator("#maps .rename input")
+    name.fill("Ons huis")
+    maps.advance(1200)
+    assert not maps.page.evaluate(DRAWN)
+    maps.page.unroute("**/maps/a1.png")
+    maps.wait_until(lambda: maps.advance(600) or maps.page.evaluate(DRAWN), "the plan")
+    assert name.input_value() == "Ons huis"
+
+
 def test_a_damaged_map_is_not_asked_for(maps):
     asked = []
     maps.page.on("request", lambda request: asked.append(request.url))
