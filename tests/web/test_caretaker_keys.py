@@ -57,15 +57,22 @@ def test_an_arrow_key_that_comes_up_with_another_key_down_stops(driving, modifie
 def test_a_key_of_the_keypad_that_comes_up_as_a_digit_stops(caretaker):
     caretaker.state(you=True, owner="caretaker", state="armed")
     keyed(caretaker, "keydown", "ArrowUp", "Numpad8")
-    caretaker.page.keyboard.down("ArrowUp")  # two keys for one direction push as one
-    caretaker.page.keyboard.up("ArrowUp")
     caretaker.advance(100)
-    assert {said["linear"] for said in caretaker.heard("drive")} == {500}
+    assert caretaker.heard("drive")[-1]["linear"] == 500
     keyed(caretaker, "keyup", "8", "Numpad8")
     assert caretaker.heard("drive", "stop")[-1] == {"k": "stop"}
     caretaker.forget()
     caretaker.advance(500)
     assert caretaker.heard("drive") == []
+
+
+def test_two_keys_for_one_direction_push_as_one(driving):
+    keyed(driving, "keydown", "ArrowUp", "Numpad8")
+    driving.advance(100)
+    keyed(driving, "keyup", "8", "Numpad8")
+    driving.advance(100)
+    assert {said["linear"] for said in driving.heard("drive")} == {500}
+    released(driving)
 
 
 def test_cmd_ends_the_push_of_an_arrow_key(driving):
