@@ -264,7 +264,7 @@ def test_help_is_asked_by_looking_and_taken_back(driver, artefact):
     driver.state(call=True)
     assert driver.text("#help-label") == "Hulp gevraagd"
     assert driver.page.locator("#help").get_attribute("aria-pressed") == "true"
-    driver.advance(25)
+    driver.advance(600)
     artefact("driver-help")
     choose(driver, "help")
     assert driver.heard("call")[-1] == {"k": "call", "on": False}
