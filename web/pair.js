@@ -71,6 +71,8 @@ async function pair() {
   byId("code").select();
 }
 
+// A key that is held would send the code once more after each refusal: there are few guesses.
+addEventListener("keydown", (event) => event.repeat && event.key === "Enter" && event.preventDefault());
 byId("form").addEventListener("submit", (event) => {
   event.preventDefault();
   pair();

@@ -67,6 +67,20 @@ def test_a_wrong_code_says_so_and_can_be_typed_again(newcomer, page, host, artef
     assert host.posted[-1] == ("/pair", {"code": "BBBB-BBBB"})
 
 
+def test_enter_that_is_held_is_one_guess(newcomer, page, host):
+    host.replies["POST /pair"] = 403, WRONG
+    newcomer.open()
+    page.keyboard.type("AAAA-AAAA")
+    page.keyboard.down("Enter")
+    newcomer.answer("error")
+    page.keyboard.down("Enter")  # its repetition
+    page.keyboard.up("Enter")
+    page.keyboard.type("BBBB-BBBB")
+    page.keyboard.press("Enter")
+    wait_until(lambda: ("/pair", {"code": "BBBB-BBBB"}) in host.posted, "the second code")
+    assert [words["code"] for _, words in host.posted] == ["AAAA-AAAA", "BBBB-BBBB"]
+
+
 def test_after_too_many_guesses_the_code_is_sent_when_the_wait_is_over(
     newcomer, page, host, artefact
 ):

@@ -161,10 +161,11 @@ class Book:
                     one.state, one.attempts, one.due_s = WAITING, 0, now_s
         # A person who asks again wants an answer again; a part that fails again is known.
         elif alert.state == OVER or (alert.state == ACKNOWLEDGED and alert.kind == HELP):
+            answered = alert.by != ""
             alert.state, alert.by, alert.ended_s = OPEN, "", _NEVER_S
             alert.sentence, alert.detail = sentence, detail
             for name, one in alert.deliveries.items():
-                if one.state == SENT:
+                if one.state == SENT or (one.state == WAITING and answered):
                     one.state, one.attempts = WAITING, 0
                     due_s = now_s + self._routes[name].after_s
                     one.due_s = max(due_s, one.tried_s + AGAIN_S)

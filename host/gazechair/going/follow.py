@@ -87,6 +87,11 @@ class Follower:
         """The present leg's index."""
         return self._at
 
+    @property
+    def backward(self) -> bool:
+        """Whether the present leg is driven backward."""
+        return self._way is not None and self._way.backward and self._at == 0
+
     def take(self, way: Way, pose: Pose) -> None:
         """Follow a new path from `pose`, without stopping if it leads straight ahead."""
         a, b = way.points_m[:2]
@@ -157,7 +162,6 @@ class Follower:
         if self._at >= len(points) - 1:
             return self._way.heading_rad
         a, b = points[self._at], points[self._at + 1]
-        backward = self._way.backward and self._at == 0
         if float(np.hypot(*(b - a))) < 0.03:
             return None
         along, _across, length = _on_leg(a, b, pose)
@@ -167,7 +171,7 @@ class Follower:
         heading = math.atan2(aim[1] - pose[1], aim[0] - pose[0])
         if length - along < 0.4:
             heading = math.atan2(b[1] - a[1], b[0] - a[0])
-        return heading + math.pi if backward else heading
+        return heading + math.pi if self.backward else heading
 
     def _turn_on_spot(self, pose: Pose, room_m: float) -> Stick:
         assert self._way is not None
@@ -214,7 +218,7 @@ class Follower:
     def _drive(self, pose: Pose, most_m_s: float, room_m: float) -> Stick:
         assert self._way is not None
         points = self._way.points_m
-        backward = self._way.backward and self._at == 0
+        backward = self.backward
         then, later_rad = self._then(pose)
         bend = self._way.bend(self._at + 1) if self._at + 1 != self._unbent else None
         a, b = points[self._at], points[self._at + 1]

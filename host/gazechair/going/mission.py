@@ -316,7 +316,8 @@ class Mission:
         clear = self.costmap.clearance_m(poses[:, 0], poses[:, 1], poses[:, 2])
         near = poses[:, 3] < _BESIDE_M + 0.3
         self._room_m = float(clear[near].min()) if near.any() else 0.0
-        onward = _STRAIGHT_M[:, None] * (math.cos(pose[2]), math.sin(pose[2])) + pose[:2]
+        way_m = -_STRAIGHT_M if self._follower.backward else _STRAIGHT_M
+        onward = way_m[:, None] * (math.cos(pose[2]), math.sin(pose[2])) + pose[:2]
         straight = self.costmap.clearance_m(onward[:, 0], onward[:, 1], pose[2])
         self._straight_m = float(straight.min())
         self._free_m = self._obstacles.people.free_m(poses[poses[:, 3] < 2.0], self.footprint)

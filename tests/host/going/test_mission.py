@@ -22,7 +22,7 @@ from gazechair.going.mission import (
     Planned,
 )
 from gazechair.going.people import People
-from gazechair.going.plan import GOAL_BLOCKED, NO_WAY
+from gazechair.going.plan import GOAL_BLOCKED, NO_WAY, Planner
 from goingrig import TWO_ROOMS, GoingChair, Person, drive_among, floor
 
 START, GOAL = (1.5, 2.0, 0.0), (6.5, 2.0, math.pi / 2)
@@ -41,6 +41,17 @@ def test_through_a_door_to_a_heading(chair: GoingChair) -> None:
     assert math.dist(chair.pose[:2], GOAL[:2]) < 0.1
     assert abs(math.degrees(chair.pose[2] - GOAL[2])) < 4.0
     assert chair.least_m > 0.02
+
+
+def test_backward_out_of_a_niche_the_room_behind_counts() -> None:
+    niche = ((1.0, 1.45, 2.9, 1.5), (1.0, 2.5, 2.9, 2.55), (2.85, 1.45, 2.9, 2.55))
+    chair = GoingChair(floor(niche), (1.7, 2.0, 0.0))
+    chair.mission.planner = Planner(chair.mission.costmap, may_reverse=True)
+    chair.mission.go((5.5, 2.0, 0.0))
+    while chair.asked.linear_permille >= 0:
+        chair.step()
+        assert chair.now_s < 4.0
+    assert chair.mission._straight_m > 0.05
 
 
 def test_another_goal_on_the_way(chair: GoingChair) -> None:
