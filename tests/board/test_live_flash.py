@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from gazechair.service.flash import Flasher, FlashError, tree
 from gazeboard.boards import bank_layout as layout
+from gazechair.service.flash import Flasher, FlashError, tree
 from gazechair.service.flash.repl import Repl
 from gazelink import codes, messages
 from gazesim.pty_port import PtyPort
