@@ -57,7 +57,7 @@ def test_the_service_tells_with_each_estimate_until_mapping_knows_no_more(tmp_pa
 
     def says(state: str, fix: Fix | None, askew: bool = False) -> None:
         said = {"state": state, "making": None, "problem": "", "fix": fix and asdict(fix)}
-        service._on_data(json.dumps({**said, "askew": askew}).encode())
+        service._on_data(json.dumps({**said, "askew": askew, "twins": False}).encode())
 
     says("known", replace(FIX, time_s=now_s - 0.1))
     service.estimate(estimate)
