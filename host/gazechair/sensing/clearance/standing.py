@@ -92,7 +92,9 @@ def like_persons(seen: Surfaces) -> list[NDArray[np.int64]]:
     wide_m = np.hypot(across[:, 0], across[:, 1])
     wide = (wide_m >= _WIDE_M[0]) & (wide_m <= _WIDE_M[1])
     found = (wide & (ends - firsts + 1 >= _LEAST_BEAMS)).nonzero()[0].tolist()
-    return [np.arange(firsts[one], ends[one] + 1) % len(points_m) for one in found]
+    objects = [np.arange(firsts[one], ends[one] + 1) % len(points_m) for one in found]
+    # The ends of walls all round the lidar are close together, too.
+    return [one for one in objects if (np.ptp(points_m[one], axis=0) <= _WIDE_M[1]).all()]
 
 
 class Standing:

@@ -139,7 +139,7 @@ def test_a_step_goes_as_far_in_another_profile(tmp_path: Path) -> None:
     store.keep("3.1", NUMBERS)
     store.keep("4.1", replace(NUMBERS, full_m_s=0.45))
     board = MemoryBoard()
-    board.state = lambda: SimpleNamespace(state=codes.DISARMED)  # type: ignore[assignment]
+    board.state = lambda: SimpleNamespace(state=codes.DISARMED, faults=0)  # type: ignore[assignment]
     settings = CaretakerSettings(board, ForwardStore(tmp_path).step_ms)  # type: ignore[arg-type]
     step = index_of("step_forward_ms")
     settings.change({"profile": 3})
