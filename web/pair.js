@@ -72,7 +72,9 @@ async function pair() {
 }
 
 // A key that is held would send the code once more after each refusal: there are few guesses.
-addEventListener("keydown", (event) => event.repeat && event.key === "Enter" && event.preventDefault());
+addEventListener("keydown", (event) => {
+  if (event.repeat && event.key === "Enter") event.preventDefault();
+});
 byId("form").addEventListener("submit", (event) => {
   event.preventDefault();
   pair();

@@ -60,12 +60,18 @@ def test_the_boards_writes_move_the_wipers_and_shut_down_drops_them():
     assert model.poll() == (0, 100)
 
 
-def test_a_stuck_wiper_acknowledges_and_reads_back_wrong():
+def stuck():
+    """A potentiometer whose wipers are stuck at 0xAA (linear) and 0xAB, and its bus."""
     bank = Bank.in_memory()
     model, i2c = Pot(bank), BankI2C(bank.buffer, 0)
     i2c.writeto(0x2C, b"\x00\xaa")
     i2c.writeto(0x2C, b"\x80\xab")
     model.set_stuck(True)
+    return model, i2c
+
+
+def test_a_stuck_wiper_acknowledges_and_reads_back_wrong():
+    model, i2c = stuck()
     got = bytearray(1)
     i2c.writeto(0x2C, b"\x00\xc8")
     i2c.readfrom_into(0x2C, got)
@@ -80,11 +86,7 @@ def test_a_stuck_wiper_acknowledges_and_reads_back_wrong():
 
 def test_a_stuck_wiper_reads_back_right_until_another_value_is_written():
     """A read gives the wiper last selected, with data or without."""
-    bank = Bank.in_memory()
-    model, i2c = Pot(bank), BankI2C(bank.buffer, 0)
-    i2c.writeto(0x2C, b"\x00\xaa")
-    i2c.writeto(0x2C, b"\x80\xab")
-    model.set_stuck(True)
+    model, i2c = stuck()
     got = bytearray(1)
     for words, value in (
         (b"\x00\xaa", 0xAA),

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import FloatArray, Footprint
-from gazechair.going.look import costmap_of, goal, seen_from_here
+from gazechair.going.costmap import costmap_of
+from gazechair.going.look import goal, seen_from_here
 from gazechair.going.mission import Mission
 from gazechair.going.plan import NoWay, Planner, Pose
 from gazechair.picture.floor import FARTHEST_M, FloorCamera, NoSpot, gaze_px

@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 
 from gazechair.base.footprint import Footprint
+from gazechair.going.costmap import costmap_of
 from gazechair.going.follow import STOP
 from gazechair.going.plan import Pose
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
 from gazelink.settings_table import PROFILES
-from gazemeasure.go_rig import Go, Outcome, costmap_of
+from gazemeasure.go_rig import Go, Outcome
 from gazemeasure.home_localization import mapped
 from gazemeasure.obstacles_attack import KINDS as PHYSICS
 from gazemeasure.obstacles_attack import AttackedChair
@@ -169,7 +170,7 @@ def poses(
 
     `doors`: two rooms side by side, whose door may be too narrow for the router's lattice.
     """
-    costmap = costmap_of(grid, (), Footprint())
+    costmap = costmap_of(grid, Footprint())
     router = Router(home)
     names = sorted(home.places)
     costs = router.costs_to(*home.places[names[0]])

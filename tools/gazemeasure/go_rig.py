@@ -21,7 +21,7 @@ from gazeboard.core.stopping import Stopping
 from gazechair.base.footprint import Footprint
 from gazechair.board.board_commands import Clearance
 from gazechair.going.chair_numbers import ChairNumbers
-from gazechair.going.costmap import Costmap
+from gazechair.going.costmap import Costmap, costmap_of
 from gazechair.going.follow import STOP, Stick
 from gazechair.going.mission import ARRIVED, BLOCKED, Located, Mission, Planned
 from gazechair.going.plan import Planner, Pose, Way
@@ -137,7 +137,7 @@ class Go:
         self._permitted = Stopping(settings, codes.DIR_FORWARD, False).auto
         footprint = Footprint()
         if costmap is None:
-            costmap = costmap_of(grid, no_go, footprint)
+            costmap = costmap_of(grid, footprint, no_go)
         self.mission = Mission(
             costmap, Planner(costmap, lidars == "two lidars"), self.numbers, footprint, self._submit
         )
@@ -389,11 +389,6 @@ class Go:
         outcome.arrived = outcome.said_arrived and near and not outcome.collisions
         outcome.plans = mission.plans
         return outcome
-
-
-def costmap_of(grid: OccupancyGrid, no_go: Any, footprint: Footprint) -> Costmap:
-    """The costmap of a map."""
-    return Costmap(grid.occupied, grid.free, grid.cell_m, grid.low_m, footprint, no_go)
 
 
 def _pose_of(where: Where) -> Pose:

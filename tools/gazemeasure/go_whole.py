@@ -17,12 +17,12 @@ import numpy as np
 
 from gazechair.base.footprint import Footprint
 from gazechair.going.chair_numbers import ChairNumbers
+from gazechair.going.costmap import costmap_of
 from gazechair.going.plan import Planner, Pose, Way
 from gazechair.sensing.mapping.home_map import HomeMap
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.places import Drawn
 from gazemeasure.go_ideal import Permitted, ideal_s
-from gazemeasure.go_rig import costmap_of
 from gazesim.homes import GLASS, Home
 from gazesim.located_chair import LocatedChair
 
@@ -155,7 +155,7 @@ class Judge:
         assert settings is not None
         numbers = ChairNumbers.of(settings)
         permitted = Permitted(self.chair.board.app.settings, numbers, trusted)
-        costmap = costmap_of(self.scene.grid, self._no_go, Footprint())
+        costmap = costmap_of(self.scene.grid, Footprint(), self._no_go)
         way = Planner(costmap, True).plan(self.scene.start, self.scene.goal, ())
         return ideal_s(way, self.scene.start, permitted) if isinstance(way, Way) else math.inf
 

@@ -16,6 +16,7 @@ from gazechair.base.footprint import BoolArray, FloatArray, Footprint, inside
 from gazechair.going.beams import looked_through
 from gazechair.going.distance_field import Distances, discs_of, distances
 from gazechair.going.standing import Ahead, standing_m
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
 
 FAR_M = 0.9  # the distance field ends here
 _SPECK_M = 0.06  # unknown cells this near to free ones are gaps between beams
@@ -192,3 +193,10 @@ class Costmap:
         x, y = int(cx[0]), int(cy[0])
         part = self._live[max(0, x - reach) : x + reach + 1, max(0, y - reach) : y + reach + 1]
         return bool(part.any())
+
+
+def costmap_of(
+    grid: OccupancyGrid, footprint: Footprint, no_go: Sequence[FloatArray] = ()
+) -> Costmap:
+    """Costmap of `grid` for the planner; `no_go`: polygons (N, 2) in its frame."""
+    return Costmap(grid.occupied, grid.free, grid.cell_m, grid.low_m, footprint, no_go)

@@ -46,13 +46,6 @@ def seen_from_here(scans: Sequence[KeyScan], footprint: Footprint) -> OccupancyG
     return replace(grid, passes=passes)
 
 
-def costmap_of(
-    grid: OccupancyGrid, footprint: Footprint, no_go: Sequence[FloatArray] = ()
-) -> Costmap:
-    """Costmap of `grid` for the planner; `no_go`: polygons (N, 2) in its frame."""
-    return Costmap(grid.occupied, grid.free, grid.cell_m, grid.low_m, footprint, no_go)
-
-
 def goal(
     spot_m: tuple[float, float], pose: Pose, grid: OccupancyGrid, costmap: Costmap
 ) -> Pose | NoWay:

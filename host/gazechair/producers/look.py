@@ -15,8 +15,8 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.going.chair_numbers import ChairNumbers
-from gazechair.going.costmap import Costmap
-from gazechair.going.look import UNSEEN, costmap_of, goal, seen_from_here
+from gazechair.going.costmap import Costmap, costmap_of
+from gazechair.going.look import UNSEEN, goal, seen_from_here
 from gazechair.going.mission import Mission
 from gazechair.going.plan import NoWay, Planner, Pose, Way
 from gazechair.picture.floor import FloorCamera, NoSpot, gaze_px

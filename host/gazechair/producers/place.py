@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from gazechair.going.chair_numbers import ChairNumbers
-from gazechair.going.costmap import Costmap
+from gazechair.going.costmap import costmap_of
 from gazechair.going.mission import Mission
 from gazechair.going.plan import Planner, Pose
 from gazechair.producers.contract import Press, Producer, Said, Sensed, Setup
@@ -53,8 +53,7 @@ class PlaceProducer(Producer):
             return None
         home, footprint = stored.map, self.setup.footprint
         no_go = [np.array(area.corners_m) for area in home.drawn.no_go]
-        grid = home.grid
-        costmap = Costmap(grid.occupied, grid.free, grid.cell_m, grid.low_m, footprint, no_go)
+        costmap = costmap_of(home.grid, footprint, no_go)
         planner = Planner(costmap, press.may_reverse)
         numbers = ChairNumbers.of(press.settings)
         return Mission(costmap, planner, numbers, footprint, self._ride.submit)

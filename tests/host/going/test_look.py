@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from gazechair.base.footprint import Footprint
-from gazechair.going.look import TOO_NEAR, UNSEEN, costmap_of, goal, seen_from_here
+from gazechair.going.costmap import costmap_of
+from gazechair.going.look import TOO_NEAR, UNSEEN, goal, seen_from_here
 from gazechair.going.plan import GOAL_BLOCKED, NoWay, Planner, Pose, Way
 from gazechair.sensing.mapping.mapper import KeyScan
 

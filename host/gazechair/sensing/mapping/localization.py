@@ -282,11 +282,8 @@ class Localization:
             if sure or self._hold.driven_m > _HELD_FOR_M:
                 self._hold = Hold(fitted.pose, odometry)
             return
-        # People distort a fit: use odometry alone until the pose is confirmed.
-        self.location = replace(location, pose=guess)
-        if self._doubt_since_s is None:
-            self._doubt_since_s = time_s
-        if time_s - self._doubt_since_s >= _LOST_S:
+        # People distort a fit.
+        if self._doubts(location, guess, time_s):
             still = None if contradicted else self._still_at(guess, odometry)
             if still is None:
                 self.lose()
@@ -299,11 +296,15 @@ class Localization:
         """Nothing is in range: odometry alone, in doubt, and not for long."""
         self._hold.move(self._odometry, odometry)
         guess = compose(location.pose, between(self._odometry, odometry))
+        if self._doubts(location, guess, time_s):
+            self.lose()
+
+    def _doubts(self, location: Location, guess: FloatArray, time_s: float) -> bool:
+        """Use odometry alone until the pose is confirmed; whether that has lasted too long."""
         self.location = replace(location, pose=guess)
         if self._doubt_since_s is None:
             self._doubt_since_s = time_s
-        if time_s - self._doubt_since_s >= _LOST_S:
-            self.lose()
+        return time_s - self._doubt_since_s >= _LOST_S
 
     def _fit(self, look: Look, guess: FloatArray, held: FloatArray) -> tuple[ndt.Fit, bool]:
         """The pose by this look, and whether the look alone determines it; else see Hold."""

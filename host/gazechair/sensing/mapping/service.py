@@ -162,10 +162,12 @@ class MappingService(InboxService):
             self._health.set(states.DEGRADED, DAMAGED, problem)
         elif askew:
             self._health.set(states.DEGRADED, ASKEW, "the map has turned under the chair")
-        elif self._lost_s is not None and now_s - self._lost_s >= _LASTS_S and twins:
-            self._health.set(states.DEGRADED, TWINS, "two maps fit what it sees")
         elif self._lost_s is not None and now_s - self._lost_s >= _LASTS_S:
-            self._health.set(states.DEGRADED, NOWHERE, "not in any of the maps, as far as it sees")
+            if twins:
+                self._health.set(states.DEGRADED, TWINS, "two maps fit what it sees")
+            else:
+                text = "not in any of the maps, as far as it sees"
+                self._health.set(states.DEGRADED, NOWHERE, text)
         elif self._lost_s is None or self._health.reason not in (NOWHERE, TWINS):
             self._health.set(states.OK)
 

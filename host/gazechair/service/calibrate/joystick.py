@@ -76,7 +76,7 @@ class JoystickCalibration:
             self._say(f"linear {self._counts[0]}, turn {self._counts[1]}: type 'save' to keep them")
             if self._answer("save") != "save":
                 raise CalibrateError("not saved; the counts are as before", "neutral_not_saved")
-            # The board saves a neutral only straight after both its counts.
+            # Straight before the save: whatever else was asked of the board meanwhile.
             for (name, _, _), count in zip(_CHANNELS, self._counts, strict=True):
                 self._board.set_neutral(index_of(name), count)
             self._board.save()
