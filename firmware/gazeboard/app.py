@@ -144,7 +144,8 @@ class App:
             spent_us = board.ticks_diff(board.ticks_us(), start_us)
             if spent_us > o.tick_max_us:
                 o.tick_max_us = spent_us
-            ticks = (o.ticks + 1 + missed_ms) & 0x3FFFFFFF
+            # Another 1 + missed_ms, counted from where it wraps: any sum stays a small integer.
+            ticks = (o.ticks - 0x3FFFFFFF + missed_ms) & 0x3FFFFFFF
             telemetry.capture(ticks, core.motion.state, i.heading_q4)
             odd = emergency_open or button_pressed or missed_ms or late or not verified
             if relay_closed is not o.relay_closed:
@@ -261,6 +262,9 @@ class App:
         link.answer_setting(self.settings.get(index) if index < len(SETTINGS_TABLE) else 0, refused)
 
     def _save_settings(self):
+        refused = self.settings.store_refused()
+        if refused:
+            return refused
         try:
             self._board.store(SETTINGS_FILE, self.settings.text())
         except Exception:  # the flash refuses, or no memory

@@ -74,7 +74,8 @@ SETTING_SAVE = 2
 SETTING_DEFAULTS = 3
 SETTING_SAVE_HEADING = 4  # store the heading sensor's calibration
 # Set one of the joystick's neutral counts, which plain set refuses. The board does not arm until a
-# save, and forgets the change when another session begins first.
+# save, and forgets the change when another session begins first. A new neutral, and any after the
+# stored settings were damaged, is saved only straight after both its counts were set.
 SETTING_SET_NEUTRAL = 5
 SETTING_REQUESTS = ("get", "set", "save", "defaults", "save_heading", "set_neutral")
 

@@ -74,7 +74,8 @@ MAINTENANCE = Message(
     "maintenance",
     BOTH,
     # up: key must be MAINTENANCE_KEY; to a board that sends its last message, the reason of a FAULT
-    # clears that fault. down: accepted 1, or 0 with the reason.
+    # clears that fault; a running board ignores one with a reason. down: accepted 1, or 0 with the
+    # reason.
     "key:I accepted:B reason:B",
     True,
 )

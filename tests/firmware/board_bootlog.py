@@ -157,3 +157,16 @@ def test_maintenance_opens_the_repl():
     for reason in (0, REASON + 1):
         said = framed(messages.MAINTENANCE, (KEY, 0, reason))
         assert last_words(said) == bootlog.OPENED
+
+
+def test_a_late_clear_leaves_a_running_board_running():
+    rig = Rig()
+    rig.run(100)
+    bad = rig.app.link.incoming.bad
+    rig.send(messages.MAINTENANCE, (KEY, 0, REASON))
+    rig.run(3)
+    assert not rig.app.link.maintenance
+    assert rig.app.link.incoming.bad == bad + 1
+    rig.send(messages.MAINTENANCE, (KEY, 0, codes.NO_REASON))
+    rig.run(3)
+    assert rig.app.link.maintenance

@@ -49,6 +49,15 @@ def test_p2_ms_without_ticks_are_in_a_commands_time_to_live():
     assert not core.moving()
 
 
+def test_p4_ms_without_ticks_are_in_a_steps_time():
+    core = Core()
+    core.drive(codes.FORWARD, codes.STEP)
+    core.clock.owes = True
+    core.clock.step = lambda elapsed_us: 3
+    ticks = core.until(lambda: stands(core), 2000)
+    assert ticks == core.settings.step_forward_ms // 4
+
+
 def test_no_age_runs_over():
     core = Core()
     core.drive()

@@ -305,6 +305,32 @@ def test_a_new_drive_keeps_its_own_heading():
         assert motion._turn.kept_q4 == 1300
 
 
+def test_a_heading_that_was_lost_is_held_as_it_is_when_it_comes_back():
+    for verb in (codes.FORWARD, codes.DRIVE):
+        for fault in range(len(codes.FAULTS)):
+            if (1 << fault) & codes.HEADING_FAULTS == 0:
+                continue
+            for pressed_before in (True, False):
+                motion, i = begun(verb, codes.CONTINUOUS, 300, 0)
+                motion._turn.held = 70
+                i.heading_q4 = 1000
+                if pressed_before:
+                    motion.step(i, 0, CAPS)
+                    motion.step(i, 0, CAPS)
+                    assert motion._turn.kept_q4 == 1000
+                i.heading_q4 = 1300
+                for _ in range(3):
+                    motion.step(i, 0, CAPS, 1 << fault)
+                    assert motion.turn_permille == 0
+                i.heading_q4 = 1400
+                motion.step(i, 0, CAPS, 1 << fault)
+                assert motion._turn.kept_q4 == 1400
+                i.heading_q4 = 1401
+                motion.step(i, 0, CAPS)
+                assert motion._turn.kept_q4 == 1400
+                assert motion.turn_permille == 70
+
+
 def test_no_other_motion_holds_the_heading():
     for verb, mode, linear, turn in (
         (codes.BACKWARD, codes.STEP, 100, 0),

@@ -45,6 +45,41 @@ def test_two_seconds_before_its_limit_a_turn_is_asked_once_to_settle():
         assert told == [700]
 
 
+def test_p4_ms_without_ticks_are_in_its_time():
+    for missed in (1, 3, 19):
+        for verb, mode, limit_ms in (
+            (codes.FORWARD, codes.STEP, 200),
+            (codes.BACKWARD, codes.STEP, 200),
+            (codes.LEFT, codes.STEP, 300),
+            (codes.FORWARD, codes.TUNE, 100),
+            (codes.RIGHT, codes.TUNE, 100),
+        ):
+            motion, i = begun(verb, mode, 250, 250)
+            i.pulse_ms = 100
+            motion.step(i, 0, CAPS, 0, None, 1000)  # before it began: not of its time
+            passed_ms = 0
+            while not motion.ended:
+                assert outputs(motion) != (0, 0)
+                motion.step(i, 0, CAPS, 0, None, missed)
+                passed_ms += 1 + missed
+            assert limit_ms <= passed_ms <= limit_ms + missed
+
+
+def test_a_turn_settles_once_also_when_its_moment_had_no_tick():
+    for missed in (1, 3, 19):
+        for early in range(missed + 2):
+            motion, i = begun(codes.LEFT, codes.STEP)
+            motion._settings.step_turn_limit_ms = 2700
+            for _ in range(699 - early):
+                motion.step(i, 0, CAPS)
+            assert motion._turn.settles == 0
+            motion.step(i, 0, CAPS, 0, None, missed)
+            assert motion._turn.settles == (early <= missed)
+            for _ in range(100):
+                motion.step(i, 0, CAPS)
+            assert motion._turn.settles == 1
+
+
 def test_a_turn_that_arrives_ends_without_a_reason():
     for verb in TURNS:
         motion, i = begun(verb, codes.STEP)

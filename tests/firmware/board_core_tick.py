@@ -124,7 +124,7 @@ def test_each_part_is_called_in_its_order_with_its_values():
         assert parts.told == [
             ("obstacles", INPUTS, 7, 8, armed, "agreed", "sluggish"),
             ("safety", INPUTS, 6, "closed", "open", "pressed", False),
-            ("motion", INPUTS, 6, (1, 2, 3, 4), 5, "arcs"),
+            ("motion", INPUTS, 6, (1, 2, 3, 4), 5, "arcs", 0),
             ("profile_check", INPUTS, 70, 80),
             ("obedience", INPUTS, 70, 80, armed),
         ]
@@ -193,6 +193,7 @@ def test_the_clock_is_asked_when_a_tick_is_late_or_time_is_owed():
         assert (("clock", elapsed_us) in parts.told) is asked
         assert (("missed", 3) in parts.told) is asked
         assert parts.missed_ms == tick.missed_ms == (3 if asked else 0)
+        assert [what[-1] for what in parts.told if what[0] == "motion"] == [tick.missed_ms]
         # Less than a millisecond is no time missed.
         parts.passed_ms = 0
         parts.told = []

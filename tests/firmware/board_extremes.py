@@ -2,13 +2,14 @@
 # that need no memory. On 32-bit MicroPython with the heap locked, as in the timer's interrupt.
 
 from boardtest import HAS_NATIVE, ON_MICROPYTHON
+from gazeboard.boards.bank_layout import SLOT_NAK_COUNT
 from gazeboard.core import limits
 from gazeboard.io.settings import Settings
 from gazeboard.turning.chair_model import ChairModel
 from gazeboard.turning.turn import turn_controller
 from gazelink import codes
 from gazelink.settings_table import TABLE
-from gazesim.board_rig import Rig
+from gazesim.board_rig import IMU, Rig
 from promiserig import fault
 
 if ON_MICROPYTHON:
@@ -108,6 +109,49 @@ def test_every_gyro_value_reaches_the_tick_within_what_products_can_bear():
         rig.rate_dps = raw / 16
         rig.run(21)
         assert rig.app.inbox.front.rate_q4 == max(-rate, min(rate, raw))
+
+
+def test_the_wrap_of_the_ticks_costs_no_memory():
+    for missed_us in (0, 5000):
+        rig = Rig()
+        rig.drive()
+        locked(rig)
+        rig.app.outbox.ticks = (1 << 30) - 100
+        rig.app.telemetry._due = (1 << 30) - 100
+        rig.run(98)
+        rig.clock.now_us += missed_us
+        rig.run(102)
+        assert not fault(rig, codes.TICK_EXCEPTION)
+        assert rig.app.outbox.ticks == 100 + missed_us // 1000
+
+
+# As the Teensy's, which takes what it is given for small integers.
+def strict(ticks_diff):
+    def diff(a, b):
+        assert 0 <= a < 1 << 30, a
+        assert 0 <= b < 1 << 30, b
+        return ticks_diff(a, b)
+
+    return diff
+
+
+def test_the_heading_sensors_times_wrap_with_the_clock():
+    for before_ms in (3, 25, 30, 150, 400, 405, 408):  # while it starts, and reads
+        for loses in (False, True):
+            rig = Rig()
+            rig.board._ms = (1 << 30) - before_ms
+            rig.app._imu._ticks_diff = strict(rig.board.ticks_diff)
+            for ms in range(before_ms + 100):
+                if loses and ms in (100, before_ms - 2, before_ms + 5):
+                    rig.bank[IMU + SLOT_NAK_COUNT] = 1
+                rig.one_ms()
+            rig.bank[IMU + SLOT_NAK_COUNT] = 0
+            rig.run(1500)
+            assert rig.board.ticks_ms() < 2000
+            samples = rig.app._imu.samples
+            rig.run(200)
+            assert rig.app._imu.samples == samples + 20
+            assert rig.app._imu.faults == 0
 
 
 class Watched(list):

@@ -8,6 +8,7 @@ from promiserig import ask
 LINEAR = index_of("neutral_linear_count")
 TURN = index_of("neutral_turn_count")
 PLAIN = index_of("creep_mm_s")
+PROFILE = index_of("profile")
 UNCALIBRATED = codes.FAULT_REASON + codes.CALIBRATION
 
 
@@ -20,6 +21,12 @@ def connected():
 def reason(rig):
     rig.run(30)
     return rig.state["arm_reason"]
+
+
+# As its calibration does at the end.
+def measured(rig, linear, turn):
+    assert ask(rig, codes.SETTING_SET_NEUTRAL, LINEAR, linear) == (linear, codes.NO_REASON)
+    assert ask(rig, codes.SETTING_SET_NEUTRAL, TURN, turn) == (turn, codes.NO_REASON)
 
 
 def test_plain_set_and_defaults_leave_the_neutral_alone():
@@ -52,7 +59,8 @@ def test_a_changed_neutral_does_not_arm_until_it_is_saved_and_proven_anew():
     assert ask(rig, codes.SETTING_SET, PLAIN, 121) == (121, codes.NO_REASON)
     assert reason(rig) == UNCALIBRATED
     assert ask(rig, codes.SETTING_GET, TURN)[0] == 174
-    ask(rig, codes.SETTING_SAVE)
+    measured(rig, 170, 174)
+    assert ask(rig, codes.SETTING_SAVE)[1] == codes.NO_REASON
     assert reason(rig) == codes.NO_REASON
     rig.boot()
     rig.run(1200)
@@ -98,7 +106,7 @@ def test_a_neutral_that_the_flash_refused_does_not_arm():
 
     store = rig.files.store
     rig.files.store = full
-    ask(rig, codes.SETTING_SET_NEUTRAL, LINEAR, 175)
+    measured(rig, 175, 170)
     assert ask(rig, codes.SETTING_SAVE)[1] == codes.SETTING_NOT_STORED
     rig.run(700)
     assert reason(rig) == UNCALIBRATED
@@ -108,18 +116,40 @@ def test_a_neutral_that_the_flash_refused_does_not_arm():
     assert reason(rig) == codes.NO_REASON
 
 
-def test_damaged_settings_need_a_save_whatever_else_is_asked():
+def test_a_save_by_someone_else_does_not_keep_what_is_being_measured():
+    rig = connected()
+    measured(rig, 175, 190)
+    ask(rig, codes.SETTING_SET, PROFILE, 2)
+    assert ask(rig, codes.SETTING_SAVE)[1] == codes.SETTING_BY_CALIBRATION
+    ask(rig, codes.SETTING_SET_NEUTRAL, TURN, 172)
+    assert ask(rig, codes.SETTING_SAVE)[1] == codes.SETTING_BY_CALIBRATION
+    assert reason(rig) == UNCALIBRATED
+    measured(rig, 175, 172)
+    assert ask(rig, codes.SETTING_SAVE)[1] == codes.NO_REASON
+    rig.boot()
+    rig.run(1200)
+    assert rig.wipers() == (175, 172)
+
+
+def test_damaged_settings_need_a_measured_neutral_whatever_else_is_asked():
     rig = connected()
     rig.files.texts["settings.json"] = "spoilt"
     rig.boot()
     rig.run(1200)
     ask(rig, codes.SETTING_DEFAULTS)
+    assert ask(rig, codes.SETTING_SET, PROFILE, 2)[1] == codes.NO_REASON
+    assert ask(rig, codes.SETTING_SAVE)[1] == codes.SETTING_BY_CALIBRATION
     assert reason(rig) == UNCALIBRATED
+    measured(rig, 178, 170)
     rig.keys.end()
     rig.say_hello(SESSION + 1)
     rig.run(700)
+    assert rig.neutral()
+    assert ask(rig, codes.SETTING_SAVE)[1] == codes.SETTING_BY_CALIBRATION
     assert reason(rig) == UNCALIBRATED
-    ask(rig, codes.SETTING_SAVE)
+    assert rig.files.texts["settings.json"] == "spoilt"
+    measured(rig, 170, 170)  # which may well be the chair's own
+    assert ask(rig, codes.SETTING_SAVE)[1] == codes.NO_REASON
     rig.run(700)
     assert reason(rig) == codes.NO_REASON
 

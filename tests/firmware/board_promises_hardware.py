@@ -155,6 +155,24 @@ def test_p1_an_exception_that_repeats_makes_neutral_in_its_own_tick_and_every_ot
     measured(CORE, "P1", "exception inside the tick: neutral", 1, 1)
 
 
+def test_p10_an_exception_that_passes_at_rest_leaves_a_board_that_arms_again():
+    rig = Rig()
+    rig.arm()
+    step = rig.app.obstacles.step
+
+    def broken(*_args):
+        raise ValueError("spoilt")
+
+    rig.app.obstacles.step = broken
+    rig.one_ms()
+    rig.app.obstacles.step = step
+    rig.run(200)
+    assert fault(rig, codes.TICK_EXCEPTION)
+    rig.give(codes.RESET_FAULTS, codes.CARETAKER)
+    rig.run(100)
+    rig.arm()
+
+
 def test_p1_an_exception_makes_neutral_on_a_channel_whose_other_one_fails():
     rig = Rig()
     rig.drive()

@@ -4,7 +4,7 @@ from gazeboard.boards import bank_layout as at
 from gazeboard.boards import pins
 from gazeboard.core import limits
 from gazelink import codes
-from gazesim.board_rig import IMU, REGS, Rig
+from gazesim.board_rig import IMU, NEUTRAL, REGS, Rig
 from promiserig import armed, stays_still_until_pressed_anew
 from promises import CORE, kept, measured
 
@@ -103,6 +103,69 @@ def test_p7_the_sensor_comes_back_by_itself():
         rig.until(lambda: rig.app.safety.faults == 0, 4000)
         rig.press(codes.LEFT)
         rig.until(lambda: not rig.neutral(), 60)
+
+
+# The sensor goes, and counts from another zero when it is back.
+def goes(rig):
+    nak(rig)
+
+
+def resets(rig):
+    self_reset(rig)
+
+
+def comes_back(rig):
+    rig.heading_q4 += 1440
+    rig.imu_alive = True
+    rig.bank[IMU + at.SLOT_NAK] = 0
+
+
+def stays_straight(rig, ms):
+    for _ in range(ms):
+        rig.one_ms()
+        linear, turn = rig.wipers()
+        assert turn == NEUTRAL, rig.why()
+        assert linear > NEUTRAL, rig.why()
+
+
+def test_p7_another_zero_of_the_heading_turns_no_motion_straight_ahead():
+    for verb in (codes.FORWARD, codes.DRIVE):
+        for mode in (codes.CONTINUOUS, codes.AUTO) if verb == codes.DRIVE else (codes.CONTINUOUS,):
+            for spoil, back in ((jump, None), (goes, comes_back), (resets, comes_back)):
+                for pressed_before in (True, False):
+                    rig = Rig()
+                    rig.arm()
+                    if pressed_before:
+                        straight(rig, verb, mode)
+                    spoil(rig)
+                    rig.run(200)
+                    assert rig.app.safety.faults & codes.HEADING_FAULTS
+                    if not pressed_before:
+                        straight(rig, verb, mode)
+                    if back is not None:
+                        back(rig)
+                    stays_straight(rig, 2500)
+                    assert rig.app.safety.faults == 0, rig.why()
+
+
+def straight(rig, verb, mode):
+    rig.press(verb, mode, 300)
+    rig.watched = mode == codes.AUTO
+    rig.run(60)
+    assert not rig.neutral(), rig.why()
+
+
+def test_a_heading_that_came_back_is_held_again():
+    for verb in (codes.FORWARD, codes.DRIVE):
+        rig = Rig()
+        rig.arm()
+        straight(rig, verb, codes.CONTINUOUS)
+        jump(rig)
+        stays_straight(rig, 1000)
+        assert rig.app.safety.faults == 0
+        rig.rate_dps = 10.0  # the floor turns it to the left
+        rig.run(500)
+        assert rig.wipers()[1] < NEUTRAL
 
 
 def test_p16_tilt_is_neutral_within_100_ms_with_the_reason():

@@ -67,12 +67,14 @@ def test_a_full_flash_is_reported():
     assert ask(rig, codes.SETTING_SAVE)[1] == codes.SETTING_NOT_STORED
 
 
-def test_damaged_settings_keep_the_board_disarmed_until_saved_again():
+def test_damaged_settings_keep_the_board_disarmed_until_calibrated_and_saved():
     rig = connected()
     rig.files.texts["settings.json"] = "spoilt"
     rig.boot()
     rig.run(1200)
     assert rig.state["arm_reason"] == codes.FAULT_REASON + codes.CALIBRATION
+    for name in ("neutral_linear_count", "neutral_turn_count"):
+        ask(rig, codes.SETTING_SET_NEUTRAL, index_of(name), 170)
     ask(rig, codes.SETTING_SAVE)
     rig.run(50)
     assert rig.state["arm_reason"] == codes.NO_REASON

@@ -129,6 +129,26 @@ def test_ages_are_kept_whatever_the_pace(pace: str, cause: str, wraps: bool) -> 
     kept(CORE, cause, "ticks of any pace")
 
 
+@pytest.mark.parametrize("verb", [codes.FORWARD, codes.LEFT])
+@pytest.mark.parametrize("pace", PACES)
+def test_p4_a_step_is_no_longer_whatever_the_pace(pace: str, verb: int) -> None:
+    rig = copy.deepcopy(driving(False))
+    rig.release()
+    rig.run(60)
+    rig.app.settings.step_forward_ms = rig.app.settings.step_turn_limit_ms = 1000
+    world = World(rig, PACES[pace]())
+    rig.press(verb, codes.STEP)
+    while rig.neutral() and world.now_us < 200_000:
+        world.step()  # where ticks are too rare it is disarmed before
+    began_us = world.ticked_us
+    world.longest_us = 0
+    while not rig.neutral():
+        world.step()
+    took_us = world.ticked_us - began_us
+    assert took_us <= 1_001_000 + max(0, world.longest_us - 1000), rig.why()
+    kept(CORE, "P4", "ticks of any pace")
+
+
 def moves_for_s(gaps: Iterator[int], seconds: float) -> bool:
     world = World(copy.deepcopy(driving(False)), gaps)
     for _ in range(int(seconds * 1e6 / QUANTUM_US)):

@@ -20,10 +20,13 @@ _SLICES = 30_000
 class _PC:
     """A PC that stalls at random, with the simulated world and the app that runs on the board."""
 
-    def __init__(self, seed: int, stall: float, world_stall: float) -> None:
+    def __init__(
+        self, seed: int, stall: float, world_stall: float, reading_stall: float = 0.0
+    ) -> None:
         self._chance = random.Random(seed)
         self._stall = stall
         self._world_stall = world_stall
+        self._reading_stall = reading_stall
         self._us = _START_US
         self._world_us = 0
         self._world_stands_us = 0
@@ -36,6 +39,9 @@ class _PC:
         self.elapsed_us: list[int] = []
 
     def _now_us(self) -> int:
+        """Just before it is read, too, the process may not be run."""
+        if self._chance.random() < self._reading_stall:
+            self._us += self._chance.randrange(200, 150_000)
         return self._us & 0x3FFFFFFF
 
     def pass_us(self, us: int) -> None:
@@ -71,15 +77,23 @@ class _PC:
 
 
 @pytest.mark.parametrize(
-    ("stall", "world_stall"),
-    [(0.0, 0.0), (0.01, 0.0), (0.0, 0.01), (0.01, 0.01), (0.2, 0.2)],
-    ids=["quiet", "it stalls", "the world stalls", "both", "both, often"],
+    ("stall", "world_stall", "reading_stall"),
+    [
+        (0.0, 0.0, 0.0),
+        (0.01, 0.0, 0.0),
+        (0.0, 0.01, 0.0),
+        (0.01, 0.01, 0.0),
+        (0.2, 0.2, 0.0),
+        (0.0, 0.0, 0.01),
+        (0.2, 0.2, 0.2),
+    ],
+    ids=["quiet", "it stalls", "the world", "both", "both, often", "at a reading", "everywhere"],
 )
 def test_a_stall_of_the_pc_is_no_late_tick(
-    stall: float, world_stall: float, monkeypatch: pytest.MonkeyPatch
+    stall: float, world_stall: float, reading_stall: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Time never goes back between two ticks, and no tick counts as stalled."""
-    pc = _PC(1, stall, world_stall)
+    pc = _PC(1, stall, world_stall, reading_stall)
     monkeypatch.setattr(virtual, "sleep_us", pc.pass_us)
     pc.board.run(pc)
     clock = TickClock()

@@ -13,9 +13,9 @@ from gazeprove.fuzz_host import View
 from gazeprove.fuzz_life import FOLLOWS, STAYS_CLOSED, STAYS_OPEN, Life, Script
 
 FILES = ("settings.json", "emergency", "watchdog_boots", "heading_offsets")
+NEUTRAL = ("neutral_linear_count", "neutral_turn_count")
 _TRIED = (
-    "neutral_linear_count",
-    "neutral_turn_count",
+    *NEUTRAL,
     "linear_permille",
     "turn_permille",
     "step_turn_permille",
@@ -310,6 +310,8 @@ def spoilt_files(life: Life) -> Script:
     life.boot(rng.choice((1, 3, 5)))
     yield rng.randrange(20, 300)
     yield from life.ready()
+    for name in NEUTRAL:
+        yield from life.setting(codes.SETTING_SET_NEUTRAL, NAMES.index(name), 170)
     yield from life.setting(codes.SETTING_SAVE)
 
 
@@ -355,6 +357,10 @@ def settings(life: Life) -> Script:
         if name.startswith("neutral") and rng.random() < 0.8:
             request = codes.SETTING_SET_NEUTRAL
         yield from life.setting(request, NAMES.index(name), value)
+    if rng.random() < 0.5:
+        for name in NEUTRAL:
+            value = rng.randrange(150, 191)
+            yield from life.setting(codes.SETTING_SET_NEUTRAL, NAMES.index(name), value)
     if rng.random() < 0.7:
         yield from life.setting(codes.SETTING_SAVE)
     elif rng.random() < 0.5:

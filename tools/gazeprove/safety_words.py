@@ -167,7 +167,7 @@ CLEARS = {
     "tilt": "3 degrees below the limit",
     "relay_open": "contact open, as required, for 500 ms with the enable line off",
     "relay_stuck": "contact open for 500 ms with the enable line off",
-    "calibration": "when settings are saved",
+    "calibration": "when the calibrated neutral is saved",
     "watchdog_boots": "by the caretaker, or 3 s at the chair's button, or power off and on; an hour"
     " without a reset clears the count",
     "simulated_source": "with obstacle data from a real lidar",

@@ -42,7 +42,8 @@ class VirtualBoard:
         self._clock_us = ticks_us
         self.ticks_diff = ticks_diff
         self._lost_us = 0
-        self._ticked_us = -1  # when the last tick began; below 0 until its first reading
+        self._ticked_us = 0  # when the last tick began
+        self._begins_us = -1  # the coming reading, which is a tick's first; below 0: read the clock
         self._ms = 0
         self._ms_at_us = self.ticks_us()
         self._lead_ms = 0
@@ -70,10 +71,11 @@ class VirtualBoard:
     # The board's time: the PC's, less the PC's stalls. A real timer would have continued to tick;
     # a PC that suspends the process is not firmware that hangs.
     def ticks_us(self):
-        now_us = (self._clock_us() - self._lost_us) & _TICKS_MASK
-        if self._ticked_us < 0:
-            self._ticked_us = now_us
-        return now_us
+        begins_us = self._begins_us
+        if begins_us >= 0:
+            self._begins_us = -1
+            return begins_us
+        return (self._clock_us() - self._lost_us) & _TICKS_MASK
 
     # Milliseconds counted from those, because their own wrap is not at a whole number of them.
     def ticks_ms(self):
@@ -103,7 +105,6 @@ class VirtualBoard:
 
     # One tick as the timer would: the tick's own clock goes into the bank, for the simulator.
     def tick(self, app):
-        self._ticked_us = -1
         app.tick()
         count_up(self._bank, at.TICK_MS_AT)
 
@@ -112,16 +113,21 @@ class VirtualBoard:
         due_us = self.ticks_us()
         running = True
         while running:  # an exception ends the process: the simulator starts it again, as a reset
-            behind_us = self.ticks_diff(self.ticks_us(), due_us)
+            now_us = self.ticks_us()
+            behind_us = self.ticks_diff(now_us, due_us)
             waiting = self._ahead_of_world()
             if behind_us > _CATCH_UP_US or (waiting and behind_us > 0):
                 if self._hung():
-                    due_us = self.ticks_us()
+                    due_us = now_us
                 else:
-                    due_us = self._lose(due_us)
-                behind_us = self.ticks_diff(self.ticks_us(), due_us)
+                    due_us = self._lose(due_us, now_us)
+                    if self.ticks_diff(now_us, due_us) > 0:
+                        now_us = due_us
+                behind_us = self.ticks_diff(now_us, due_us)
             if behind_us >= 0 and not waiting:
                 due_us = (due_us + _TICK_US) & _TICKS_MASK
+                # The tick begins at this reading: a stall from here on is lost in the next pass.
+                self._ticked_us = self._begins_us = now_us
                 self.tick(app)
                 self._lead_ms += 1
             running = app.service()
@@ -132,11 +138,11 @@ class VirtualBoard:
 
     # The PC's stall did not happen: the time is again when a tick was due, but a period after the
     # last one at least. A tick that began before it would count as a long stall.
-    def _lose(self, due_us):
+    def _lose(self, due_us, now_us):
         earliest_us = (self._ticked_us + _TICK_US) & _TICKS_MASK
         if self.ticks_diff(earliest_us, due_us) > 0:
             due_us = earliest_us
-        lost_us = self.ticks_diff(self.ticks_us(), due_us)
+        lost_us = self.ticks_diff(now_us, due_us)
         if lost_us > 0:
             self._lost_us = (self._lost_us + lost_us) & _TICKS_MASK
         return due_us

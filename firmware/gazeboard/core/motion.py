@@ -63,11 +63,12 @@ class Motion:
 
     # One tick of the permitted command `i`; `blocked` has a bit per direction, `caps` the most
     # output per direction, permille; `faults` are the safety core's; `arcs` is obstacles.Arcs, or
-    # None where nothing but the caps limits.
+    # None where nothing but the caps limits; missed_ms passed without a tick before this one.
     @micropython.native
-    def step(self, i, blocked, caps, faults=0, arcs=None):
+    def step(self, i, blocked, caps, faults=0, arcs=None, missed_ms=0):
         if i.edge != self._edge:
             self._begin(i)
+            missed_ms = 0  # before it began
         verb = i.verb
         mode = i.mode
         if verb == codes.DRIVE:
@@ -85,9 +86,9 @@ class Motion:
             if mode == codes.CONTINUOUS:
                 self._hold(verb)
             elif mode == codes.STEP:
-                self._step_on(i, verb)
+                self._step_on(i, verb, missed_ms)
             else:
-                self._pulse(i)
+                self._pulse(i, missed_ms)
             if self.state == codes.MOVING_FORWARD and mode != codes.TUNE:
                 self._keep_straight(i, faults)
             self._limit(i, verb, blocked, caps, arcs)
@@ -242,8 +243,8 @@ class Motion:
 
     # Time is counted in steps only: a held motion may last longer than a small integer can count.
     @micropython.native
-    def _step_on(self, i, verb):
-        elapsed_ms = self._elapsed_ms + 1
+    def _step_on(self, i, verb, missed_ms):
+        elapsed_ms = self._elapsed_ms + 1 + missed_ms
         self._elapsed_ms = elapsed_ms
         if verb == codes.FORWARD or verb == codes.BACKWARD:
             if elapsed_ms > self._settings.step_forward_ms:
@@ -254,7 +255,7 @@ class Motion:
             return
         turn = self._turn
         limit_ms = self._settings.step_turn_limit_ms
-        if elapsed_ms + _LAST_MOVE_MS == limit_ms:
+        if limit_ms <= elapsed_ms + _LAST_MOVE_MS <= limit_ms + missed_ms:
             turn.settle()
         self.turn_permille = self._turned(i.heading_q4, i.rate_q4, i.heading_count)
         if turn.arrived:
@@ -272,16 +273,19 @@ class Motion:
             self.linear_permille = self.linear_permille * ms // ramp_ms
 
     # The heading is held while going forward, not backward: which way a chair turns then for the
-    # same joystick is not known. Without a heading the chair goes on unheld.
+    # same joystick is not known. Without a heading the chair goes on unheld; the sensor may count
+    # from another zero afterwards, so the heading then is the one to hold.
     @micropython.native
     def _keep_straight(self, i, faults):
-        if faults & codes.HEADING_FAULTS == 0:
+        if faults & codes.HEADING_FAULTS:
+            self._turn.keep(i.heading_q4)
+        else:
             self.turn_permille = self._held(i.heading_q4, i.rate_q4)
 
     # One open-loop pulse, at most TUNE_PULSE_MAX_MS long and tune_angle wide.
     @micropython.native
-    def _pulse(self, i):
-        self._elapsed_ms += 1
+    def _pulse(self, i, missed_ms):
+        self._elapsed_ms += 1 + missed_ms
         if self._elapsed_ms > min(i.pulse_ms, limits.TUNE_PULSE_MAX_MS):
             self._end(codes.NO_REASON)
             return

@@ -58,7 +58,7 @@ class Tick:
             caps = obstacles.auto_caps
         safety.step(i, blocked, relay_closed, emergency_open, button_pressed, late)
         if safety.permitted:
-            motion.step(i, safety.blocked, caps, safety.faults, obstacles.arcs)
+            motion.step(i, safety.blocked, caps, safety.faults, obstacles.arcs, missed_ms)
             if motion.ended:
                 safety.finished(motion.end_reason)
         else:

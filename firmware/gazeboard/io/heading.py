@@ -64,9 +64,10 @@ class HeadingMonitor:
         good = self._check_frozen(same, dt_ms, armed or rate_q4 > 16 or rate_q4 < -16)
         good = self._check_stands(heading_q4, rate_q4, by_gyro_q4) and good
         predicted_q4 = (self.heading_q4 + by_gyro_q4) % HEADING_TURN_Q4_DEG
-        self._since_bad_ms += dt_ms
-        if self._since_bad_ms > _JUMP_WINDOW_MS:
-            self._bad = 0
+        if self._bad:
+            self._since_bad_ms += dt_ms
+            if self._since_bad_ms > _JUMP_WINDOW_MS:
+                self._bad = 0
         reference_q4 = predicted_q4
         if self.faults & _JUMP:
             # Jumped: judge the new readings among themselves.

@@ -35,6 +35,8 @@ _RETRY_MAX_MS = 1600
 _RETRY_READ_MS = 2  # a first lost read must not cost a sample's time
 _BUS_ERRORS = 4  # in a row: fault (32 ms)
 _GIVE_UP_ERRORS = 7  # in a row: start the sensor again
+_TICKS = 0x3FFFFFFF  # the clock wraps here; the Teensy's ticks_diff misreads what is beyond
+_HALF_TICKS = 0x20000000
 
 _PROBE = 0
 _CONFIGURE = 1
@@ -95,19 +97,19 @@ class Imu:
                 self._extra = False
                 self._look_aside(now_ms, armed)
             return False
-        self._due_ms = now_ms - late_ms % _SAMPLE_MS + _SAMPLE_MS if late_ms < 1000 else now_ms
+        self._due_in(now_ms, _SAMPLE_MS - late_ms % _SAMPLE_MS if late_ms < 1000 else 0)
         try:
             fresh = self._work(now_ms, armed)
             self._errors_in_row = 0
             if self._retried and fresh:
-                self._due_ms -= _RETRY_READ_MS  # the samples keep their times
+                self._due_in(self._due_ms, -_RETRY_READ_MS)  # the samples keep their times
             self._retried = False
         except OSError:
             fresh = False
             self._failed(now_ms, armed)
             if self._state == _RUN and not self._retried:
                 self._retried = True
-                self._due_ms = now_ms + _RETRY_READ_MS
+                self._due_in(now_ms, _RETRY_READ_MS)
         self.faults = self._monitor.faults
         return fresh
 
@@ -169,7 +171,11 @@ class Imu:
 
     def _next(self, now_ms, state, delay_ms):
         self._state = state
-        self._due_ms = now_ms + delay_ms
+        self._due_in(now_ms, delay_ms)
+
+    # Wrapped as the clock is, half of it off meanwhile: no sum leaves the small integers.
+    def _due_in(self, now_ms, delay_ms):
+        self._due_ms = (now_ms - _HALF_TICKS + delay_ms) & _TICKS ^ _HALF_TICKS
 
     def _write(self, register, value):
         self._two[0] = register
@@ -228,8 +234,7 @@ class Imu:
         if self._errors_in_row >= _BUS_ERRORS or self._state != _RUN:
             self._monitor.faults |= 1 << codes.HEADING_BUS
         if self._state != _RUN:
-            self._state = _PROBE
-            self._due_ms = now_ms + self._retry_ms
+            self._next(now_ms, _PROBE, self._retry_ms)
             self._retry_ms = min(_RETRY_MAX_MS, self._retry_ms * 2)
         elif self._errors_in_row >= _GIVE_UP_ERRORS:
             self._next(now_ms, _PROBE, _RETRY_MS)

@@ -11,6 +11,7 @@ from gazelink.native import micropython, ptr8
 ADDRESS = const(0x2C)
 _RDAC1 = const(0x00)  # linear
 _RDAC2 = const(0x80)  # turn
+_NOT_KNOWN = const(1001)  # no deflection: whatever comes next is another
 
 
 @micropython.viper
@@ -94,7 +95,7 @@ class Joystick:
 
     # Neutral on both, whatever else is broken: each write independent, no read, no calculation.
     def let_go(self):
-        self.neutral = False  # not read back
+        self._linear_permille = _NOT_KNOWN
         try:
             self._i2c.writeto(ADDRESS, self._let_go_linear)
         except Exception:

@@ -21,6 +21,7 @@ _SESSION = messages.HELLO.offsets["session"]
 _PERIOD = messages.TELEMETRY.offsets["state_period_ms"]
 _ON = messages.TRACE_REQUEST.offsets["on"]
 _KEY = messages.MAINTENANCE.offsets["key"]
+_CLEARS = messages.MAINTENANCE.offsets["reason"]
 
 
 class Link:
@@ -144,6 +145,10 @@ class Link:
             if buf[_KEY + k] != self.outgoing.maintenance_key[_KEY + k]:
                 self.incoming.refuse()
                 return
+        if buf[_CLEARS] != codes.NO_REASON:
+            # A caretaker's clear for a board that does not start, late: this one runs.
+            self.incoming.refuse()
+            return
         self.maintenance = self._safety.state == codes.DISARMED
         self.outgoing.answer_maintenance(self.maintenance)
 

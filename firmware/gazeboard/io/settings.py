@@ -10,20 +10,25 @@ from gazelink.settings_table import NAMES, TABLE, index_of, profile_row
 
 FILE = "settings.json"
 _NEUTRAL = (index_of("neutral_linear_count"), index_of("neutral_turn_count"))
+_BOTH = 3
 
 
 class Settings:
     # Attributes as named in the table. `calibrated` is False, and the board does not arm, while the
     # joystick's neutral differs from the stored one: it was changed, or the stored text was
-    # rejected (the defaults are then active, and `error` is the reason).
+    # rejected (the defaults are then active, and `error` is the reason). Such a neutral is stored
+    # only straight after both its counts were set: any other save would take a guess, or a count
+    # that is still being measured, for the chair's own.
 
     def __init__(self, text=None):
         self.error = ""
         self._set_all()
         if text is not None:
             self._load(text)
-        self._stored = None if self.error else self.neutral()
-        self.calibrated = not self.error
+        self._stored = self.neutral()  # and while that is not readable, the defaults
+        self._damaged = bool(self.error)
+        self._measured = 0  # bit per count of the neutral: set since anything else was
+        self.calibrated = not self._damaged
 
     def _set_all(self):
         for name, default, _low, _high in TABLE:
@@ -34,23 +39,35 @@ class Settings:
         neutral = self.neutral()
         self._set_all()
         self._put_neutral(neutral)
+        self._measured = 0
 
     def neutral(self):
         return (self.neutral_linear_count, self.neutral_turn_count)
 
     def _put_neutral(self, neutral):
         self.neutral_linear_count, self.neutral_turn_count = neutral
-        self.calibrated = neutral == self._stored
+        self._compare()
+
+    def _compare(self):
+        self.calibrated = not self._damaged and self.neutral() == self._stored
+
+    # NO_REASON, or why what is in force must not be written to flash.
+    def store_refused(self):
+        if self.calibrated or self._measured == _BOTH:
+            return codes.NO_REASON
+        return codes.SETTING_BY_CALIBRATION
 
     # What is in force has been written to flash.
     def stored(self):
         self._stored = self.neutral()
+        self._damaged = False
+        self._measured = 0
         self.calibrated = True
 
     # A neutral that was not stored is not kept for the next who connects.
     def drop_neutral(self):
-        if self._stored is not None:
-            self._put_neutral(self._stored)
+        self._put_neutral(self._stored)
+        self._measured = 0
 
     def get(self, index):
         return getattr(self, NAMES[index])
@@ -63,6 +80,7 @@ class Settings:
     def set(self, index, value):
         if index in _NEUTRAL:
             return codes.SETTING_BY_CALIBRATION
+        self._measured = 0
         return self._set(index, value)
 
     # The same of the joystick's neutral, and of nothing else.
@@ -70,7 +88,9 @@ class Settings:
         if index not in _NEUTRAL:
             return codes.SETTING_UNKNOWN
         refused = self._set(index, value)
-        self.calibrated = self.neutral() == self._stored
+        if refused == codes.NO_REASON:
+            self._measured |= 1 << _NEUTRAL.index(index)
+        self._compare()
         return refused
 
     def _set(self, index, value):
@@ -106,7 +126,6 @@ class Settings:
                 return
         for name in values:
             setattr(self, name, values[name])
-        self._stored = self.neutral()
 
     def _check(self, name, value):
         for row in TABLE:
