@@ -37,6 +37,9 @@ class _PC:
         self._bank = bank
         self._last_us = -1
         self.elapsed_us: list[int] = []
+        self._last_ms = 0
+        self.slept_ms = 0  # ticks since the milliseconds last changed
+        self.slept_most_ms = 0
 
     def _now_us(self) -> int:
         """Just before it is read, too, the process may not be run."""
@@ -63,11 +66,16 @@ class _PC:
         if self._last_us >= 0:
             self.elapsed_us.append(self.board.ticks_diff(now_us, self._last_us))
         self._last_us = now_us
+        self.slept_ms += 1
         self.pass_us(self._chance.randrange(50, 400))
 
     def service(self) -> bool:
         """A slice, which reads the clock as well."""
-        self.board.ticks_ms()
+        now_ms = self.board.ticks_ms()
+        self.slept_most_ms = max(self.slept_most_ms, self.slept_ms)
+        if now_ms != self._last_ms:
+            self._last_ms = now_ms
+            self.slept_ms = 0
         self.pass_us(self._chance.randrange(20, 900))
         self._left -= 1
         return self._left > 0
@@ -92,7 +100,7 @@ class _PC:
 def test_a_stall_of_the_pc_is_no_late_tick(
     stall: float, world_stall: float, reading_stall: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Time never goes back between two ticks, and no tick counts as stalled."""
+    """Time never goes back between two ticks, no tick counts as stalled, and milliseconds go on."""
     pc = _PC(1, stall, world_stall, reading_stall)
     monkeypatch.setattr(virtual, "sleep_us", pc.pass_us)
     pc.board.run(pc)
@@ -104,6 +112,31 @@ def test_a_stall_of_the_pc_is_no_late_tick(
     assert len(pc.elapsed_us) > 1000
     assert max(pc.elapsed_us) <= limits.TICK_STALLED_US
     assert missed_ms <= limits.TICK_STALLED_US // 1000
+    assert pc.slept_most_ms <= 5
+
+
+def test_a_stall_before_the_first_tick_does_not_stop_the_ticks(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Wherever the clock stands, and between whichever of its first readings."""
+    monkeypatch.setattr(virtual, "sleep_us", lambda us: None)
+    for stalls_at in range(1, 5):
+        for start_us in (100, (1 << 29) + 100_000_000, _START_US):
+            pc = _PC(1, 0.0, 0.0)
+            pc._us = start_us
+            pc._left = 30
+            pc.board._ms_at_us = start_us
+            readings = 0
+
+            def now_us(pc: _PC = pc, stalls_at: int = stalls_at) -> int:
+                nonlocal readings
+                readings += 1
+                pc._us += 6_000 if readings == stalls_at else 100
+                return pc._us & 0x3FFFFFFF
+
+            monkeypatch.setattr(pc.board, "_clock_us", now_us)
+            pc.board.run(pc)
+            assert len(pc.elapsed_us) > 1
 
 
 def test_a_hang_on_purpose_is_found_late(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -232,3 +232,13 @@ def test_nak_survives_a_reset():
         bench.read(0x00)
     bench.sensor.set_nak(False)
     assert bench.read(0x00) == b"\xa0"
+
+
+def test_a_sensor_that_is_down_does_not_reset_itself():
+    for goes_down in (Bno055.power_on, Bno055.reset):
+        bench = Bench()
+        goes_down(bench.sensor)
+        bench.run(100)
+        bench.sensor.self_reset()
+        bench.run(800)
+        assert bench.read(0x00) == b"\xa0"

@@ -146,6 +146,16 @@ def test_a_board_without_power_and_with_it_again(simulator):
     assert board_says_hello(simulator.ready["board"])
 
 
+def test_a_board_without_power_does_not_reset(simulator):
+    boots = simulator.do("truth")["boot_count"]
+    simulator.do("inject", fault="board_off")
+    simulator.do("inject", fault="board_reset")
+    assert not os.path.lexists(simulator.ready["board"])
+    assert simulator.do("truth")["boot_count"] == boots
+    simulator.do("clear", fault="board_off")
+    wait_until(lambda: simulator.do("truth")["boot_count"] == boots + 1, "a boot")
+
+
 def test_a_board_that_starts_finds_its_devices_cold():
     """The potentiometer and the heading sensor hang on its 3.3 V."""
     world = World(Bank.in_memory())

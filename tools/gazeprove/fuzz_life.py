@@ -176,7 +176,9 @@ class Life:
                 self.oracle.reported(stamp, fields)
             elif kind == messages.SETTING_REPLY.type_id:
                 self.replied += 1
-                self.oracle.rules.confirmed(fields)
+                wrong = self.oracle.rules.confirmed(fields)
+                if wrong:
+                    raise Violation("P1", wrong)
 
     # -- for episodes --------------------------------------------------------------------------
 

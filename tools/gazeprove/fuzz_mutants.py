@@ -195,6 +195,20 @@ PLANTED = (
         "return 0",
     ),
     Planted(
+        "time without ticks not counted in a step",
+        _MOTION,
+        "elapsed_ms = self._elapsed_ms + 1 + missed_ms",
+        "elapsed_ms = self._elapsed_ms + 1",
+        "other_pace",
+    ),
+    Planted(
+        "any save makes a neutral calibrated",
+        "firmware/gazeboard/io/settings.py",
+        "if self.calibrated or self._measured == _BOTH:",
+        "if True:",
+        "settings",
+    ),
+    Planted(
         "tilt of a dead sensor unknown for ever",
         "firmware/gazeboard/core/tilt.py",
         "            self.unknown = True",

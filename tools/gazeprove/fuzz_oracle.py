@@ -272,7 +272,7 @@ class Oracle(AutoFacts):
                 return cause
         if moved and mode != codes.CONTINUOUS and verb != codes.DRIVE:
             limit_ms = self._limit_ms(verb, mode, fields)
-            if now - self.step[1] > self.late(limit_ms + 1, now):
+            if now - self.step[1] > self.lasted(limit_ms + 1, now):
                 return f"P4: longer than {limit_ms} ms"
         return self._on_the_way(fields, now, at, linear, turn)
 

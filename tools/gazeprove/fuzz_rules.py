@@ -32,6 +32,10 @@ class Rules:
         self._stored: dict[str, int] = dict(_DEFAULTS)
         self._values = dict(_DEFAULTS)
         self.calibrated = True  # what is stored is not damaged
+        self._came_up = True  # nor was it when the board came up, or it was saved since
+        self._order = 0
+        self._asked_at: dict[tuple[int, int], int] = {}  # request and index: when
+        self._measured: dict[str, int] = {}  # counts of the neutral: when last asked for
         self.neutral: Counts = (170, 170)
         self.asked: list[Counts] = []  # neutrals that may be out while it is disarmed
         self._apply()
@@ -39,6 +43,8 @@ class Rules:
     def boot(self) -> None:
         """The board comes up with what is stored."""
         self._values = dict(self._stored)
+        self._came_up = self.calibrated
+        self._measured = {}
         self.asked = [(170, 170)]
         self._apply()
 
@@ -49,32 +55,44 @@ class Rules:
 
     def asked_for(self, fields: dict[str, Any]) -> None:
         """A request on its way: its neutral may be put out before its confirmation comes."""
-        if fields["request"] == codes.SETTING_SET_NEUTRAL and fields["index"] < len(NAMES):
+        request, index = fields["request"], fields["index"]
+        self._order += 1
+        self._asked_at[request, index] = self._order
+        if request == codes.SETTING_SET_NEUTRAL and index < len(NAMES):
+            self._measured[NAMES[index]] = self._order
             tried = dict(self._values)
-            tried[NAMES[fields["index"]]] = fields["value"]
+            tried[NAMES[index]] = fields["value"]
             self.asked.append((tried[_NEUTRAL[0]], tried[_NEUTRAL[1]]))
 
     def session(self) -> None:
         """Another session: a neutral that was not stored is forgotten."""
         self.asked.append(self.neutral)
+        self._measured = {}
         for name in _NEUTRAL:
             self._values[name] = self._stored[name]
         self._apply()
 
-    def confirmed(self, reply: dict[str, Any]) -> None:
-        """The board's answer to a request."""
+    def confirmed(self, reply: dict[str, Any]) -> str:
+        """The board's answer to a request; what was wrong with it, or ""."""
         request, index = reply["request"], reply["index"]
         if reply["refused"]:
-            return
+            return ""
+        if request in (codes.SETTING_SET, codes.SETTING_DEFAULTS):
+            asked = self._asked_at.get((request, index), 0)
+            self._measured = {name: at for name, at in self._measured.items() if at > asked}
         if request in (codes.SETTING_SET, codes.SETTING_SET_NEUTRAL):
             self._values[NAMES[index]] = reply["value"]
         elif request == codes.SETTING_DEFAULTS:
             kept = {name: self._values[name] for name in _NEUTRAL}
             self._values = {**_DEFAULTS, **kept}
         elif request == codes.SETTING_SAVE:
+            guessed = not (self._came_up and self.neutral_stored) and len(self._measured) < 2
             self._stored = dict(self._values)
-            self.calibrated = True
+            self.calibrated = self._came_up = True
+            if guessed:
+                return "saved a neutral that nobody had just set"
         self._apply()
+        return ""
 
     @property
     def neutral_stored(self) -> bool:

@@ -248,6 +248,12 @@ def exception(life: Life) -> Script:
 def other_pace(life: Life) -> Script:
     """Ticks come slower than every millisecond, for a while or for good."""
     rng = life.rng
+    if rng.random() < 0.2:  # a whole step
+        life.period_us = rng.choice((1006, 1030, 1045))
+        yield from life.drive(verb=rng.choice((codes.FORWARD, codes.BACKWARD)), mode=codes.STEP)
+        yield 2_100
+        life.period_us = 1000
+        return
     if rng.random() < 0.3:
         life.period_us = rng.choice((1030, 1200, 2000, 10_000))
         yield from life.ready()

@@ -187,8 +187,9 @@ class Bno055:
         self._down_s = _START_UP_S
 
     def self_reset(self) -> None:
-        """Fault: it silently falls back to CONFIG, with all its outputs zero."""
-        self._reset_registers()
+        """Fault: it silently falls back to CONFIG, with all its outputs zero, unless it is down."""
+        if self._down_s <= 0.0:
+            self._reset_registers()
 
     def set_nak(self, nak: bool) -> None:
         """Fault: answers no transfer."""

@@ -71,6 +71,7 @@ class Simulator:
         self.stopping = False
         self._wiper_log: deque[tuple[int, float, int, int, int]] = deque(maxlen=_WIPER_LOG)
         self._wiper_changes = 0
+        self._powered = True
 
     def _make_board(self, interpreter: str) -> BoardProcess | EmulatedBoard:
         common = (self.bank, self.folder / "bank", self.folder / "files", self.cable)
@@ -134,13 +135,20 @@ class Simulator:
 
     def switch_off(self) -> None:
         """Take the board's power away."""
+        self._powered = False
         self.board.kill()
         self.world.power_off()
 
     def switch_on(self) -> None:
         """Give it back."""
+        self._powered = True
         self.world.power_on()
         self.board.power_cycle()
+
+    def reset_board(self) -> None:
+        """Reset the board, if it has power."""
+        if self._powered:
+            self.board.restart()
 
     def _scene(self) -> tuple[Room, tuple[float, float, float]]:
         return self.world.room, self.world.pose
@@ -257,7 +265,7 @@ RIG_FAULTS = (
         lambda simulator: simulator.switch_off(),
         lambda simulator: simulator.switch_on(),
     ),
-    Fault("board_reset", "the board resets", lambda simulator: simulator.board.restart()),
+    Fault("board_reset", "the board resets", lambda simulator: simulator.reset_board()),
     Fault(
         "camera_off",
         "the camera refuses everybody",

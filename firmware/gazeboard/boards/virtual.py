@@ -111,6 +111,7 @@ class VirtualBoard:
     # A deadline loop. One thread: a tick never interrupts a service slice, it waits for its end.
     def run(self, app):
         due_us = self.ticks_us()
+        self._ticked_us = (due_us - _TICK_US) & _TICKS_MASK
         running = True
         while running:  # an exception ends the process: the simulator starts it again, as a reset
             now_us = self.ticks_us()
@@ -145,6 +146,9 @@ class VirtualBoard:
         lost_us = self.ticks_diff(now_us, due_us)
         if lost_us > 0:
             self._lost_us = (self._lost_us + lost_us) & _TICKS_MASK
+            if self.ticks_diff(due_us, self._ms_at_us) < 0:
+                # A slice has counted the stall: its milliseconds go on from here, not after it.
+                self._ms_at_us = due_us
         return due_us
 
     # Was the time just lost a hang, which the firmware must find late, and not a stall of the PC?

@@ -106,8 +106,9 @@ class Facts:
     def _neutral(self) -> dict[str, Any]:
         counts = self._settings(*NEUTRALS)
         defaults = [TABLE[index_of(name)][1] for name in NEUTRALS]
-        done = counts is not None and (counts != defaults or counts == self.record.get("neutral"))
-        return {"done": done, "counts": counts}
+        measured = counts != defaults or counts == self.record.get("neutral")
+        stored = self.state is not None and not self.state.faults >> codes.CALIBRATION & 1
+        return {"done": counts is not None and measured and stored, "counts": counts}
 
     def _heading(self) -> dict[str, Any]:
         status = 0 if self.stats is None else self.stats.counters["imu_status"]
