@@ -24,6 +24,7 @@ it stands. "Board" is the whole firmware with a scripted host and sensor; "End t
 the host, the cable, the same firmware, the simulated chair, room, lidar and heading sensor. Both
 run in virtual time: the figures are milliseconds of the board's own ticks, the worst of all tests,
 the same on every machine, but for up to 60 ms where a part beside the board speaks every 50 ms.
+A tick up to 0.5 % late is not counted as late: where all are, times are as much longer.
 "kept" marks a promise without a time limit."""
 
 FAULTS = """\
