@@ -38,6 +38,7 @@ class Chair:
         self.frozen_us = -1
         self.tilted_us = -1
         self.unfit_us = -1  # not in a mode that measures
+        self.fit_us = -1  # in one again
         self.jumped_us = -1
         self.turned_us = -1  # turning, all the time in one sense
         self._turns = 0
@@ -89,7 +90,9 @@ class Chair:
             if self.unfit_us < 0:
                 self.unfit_us = world.now_us
             return
-        self.unfit_us = -1
+        if self.unfit_us >= 0:
+            self.unfit_us = -1
+            self.fit_us = world.now_us
         registers[0x35] = 0x3C
         registers[0x39] = 5
         if self.frozen_us >= 0:

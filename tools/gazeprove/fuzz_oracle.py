@@ -20,6 +20,8 @@ _WAY_OF = {
     codes.RIGHT: _RIGHT,
 }
 _SPAN = 84
+# From its mode that measures to its first data, with a sample; until then the tilt is not known.
+_SENSOR_STARTS_US = 130 * MS
 _EXPLAINED = frozenset(("P5", "P6", "P7", "P16"))  # the reason is sent back
 
 
@@ -329,7 +331,10 @@ class Oracle(AutoFacts):
             return self.unseen_us > (150 * MS if self.steep else 5_000 * MS)
         if chair.tilted_us < 0:
             return False
-        return now - chair.tilted_us > self.late(100, now) + 10 * MS
+        since_us = chair.tilted_us
+        if chair.fit_us >= 0:
+            since_us = max(since_us, chair.fit_us + _SENSOR_STARTS_US)
+        return now - since_us > self.late(100, now) + 10 * MS
 
     def _senses(self) -> bool:
         chair = self.chair
