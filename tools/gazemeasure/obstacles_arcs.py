@@ -181,7 +181,7 @@ class ArcRun:
                     break
             if not self._pressed and self._rule is not None:
                 self._pause(watch)
-                if self._task.steady:
+                if self._task.steady or self.outcome.touched:
                     return self.outcome
         self.outcome.arrived = True
         if self._rule is None and self._task.steady:
@@ -202,6 +202,8 @@ class ArcRun:
             self._step()
             if watch is not None:
                 watch(self)
+            if self.outcome.touched:
+                return
 
     def _command(self, verb: int, linear: int = 0, turn: int = 0, press: bool = True) -> None:
         i = self._inputs
@@ -269,8 +271,10 @@ class ArcRun:
             self.outcome.least_m = gap_m
             self.least = (gap_m, chair.x_m, chair.y_m, chair.heading_deg, speed)
         if gap_m <= 0.0:
+            if not self.outcome.touched:
+                self.outcome.contact_m_s = speed
             self.outcome.touched = True
-            self.outcome.collided = speed > MOVING_M_S
+            self.outcome.collided |= speed > MOVING_M_S
 
 
 @dataclass(frozen=True)
@@ -283,7 +287,7 @@ class ArcTrial:
     attack: str = ""
     """Physics of obstacles_attack, or ""."""
     unseen_m_s: float = 0.0
-    """Speed at which it touched an object no lidar sees (creep); no collision of the rule."""
+    """Speed at which it touched an object no lidar sees; no collision of the rule."""
 
     @property
     def passable(self) -> bool:
@@ -321,4 +325,4 @@ def _unseen_m_s(run: ArcRun, points: tuple[tuple[float, float], ...], seed: int)
     if not (run.outcome.touched and points) or in_view(mounts, run.chair, points):
         return 0.0
     run.outcome.collided = False
-    return fastest(run.chair)
+    return run.outcome.contact_m_s
