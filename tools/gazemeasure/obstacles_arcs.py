@@ -287,7 +287,7 @@ class ArcTrial:
     attack: str = ""
     """Physics of obstacles_attack, or ""."""
     unseen_m_s: float = 0.0
-    """Speed at which it touched an object no lidar sees; no collision of the rule."""
+    """Speed at which it touched what no lidar sees of an object; no collision of the rule."""
 
     @property
     def passable(self) -> bool:
@@ -316,11 +316,12 @@ def attack_trial(seed: int, profile: str) -> ArcTrial:
     wanted = ArcTask(what.room, what.hand, bool(seed % 2))
     run = ArcRun(wanted, profile, seed, body=chair, one_lidar=seed % 8 == 7)
     ours = run()
-    return ArcTrial(profile, ours, None, what.kind, _unseen_m_s(run, what.points, seed))
+    unseen_m_s = _unseen_m_s(run, touched(what.room, run.chair), seed)
+    return ArcTrial(profile, ours, None, what.kind, unseen_m_s)
 
 
 def _unseen_m_s(run: ArcRun, points: tuple[tuple[float, float], ...], seed: int) -> float:
-    """Speed at which it touched an object no lidar sees, else 0; no collision of the rule."""
+    """Speed at which it touched these points, which no lidar sees, else 0; then no collision."""
     mounts = FRONT if seed % 8 == 7 else CORNERS
     if not (run.outcome.touched and points) or in_view(mounts, run.chair, points):
         return 0.0
