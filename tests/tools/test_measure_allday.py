@@ -6,16 +6,29 @@ import math
 import os
 import random
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from gazechair.driving.speed_cap_store import KeptCap
-from gazemeasure import allday_power, allday_replay, allday_service, allday_virtual
+from gazedemo.check import NEUTRAL
+from gazemeasure import (
+    allday_alerts,
+    allday_faults,
+    allday_kill,
+    allday_power,
+    allday_real,
+    allday_replay,
+    allday_service,
+    allday_virtual,
+)
 from gazemeasure.allday_chair import DayChair
-from gazemeasure.allday_faults import DAEMON, faults, shuffled
+from gazemeasure.allday_faults import DAEMON, Fault, Well, faults, shuffled
 from gazemeasure.growth import Holding, slope_per_hour
-from gazemeasure.report import Report
+from gazemeasure.report import Figure, Report
 from gazereplay.replay import replay
+from gazereplay.result import NoTrace, Result
 
 
 def test_a_slope_is_per_hour_and_a_peak_does_not_move_it() -> None:
@@ -74,7 +87,8 @@ def test_a_file_of_the_state_folder_is_old_or_new_wherever_the_power_goes(
     dice = random.Random(1)
     cuts = allday_power.cut_writing(store, 20, dice)
     assert (cuts.half, cuts.dead) == (0, [])
-    assert allday_power.cut_file(store, 20, dice).dead == []
+    cuts = allday_power.cut_file(store, 20, dice)
+    assert (cuts.half, cuts.dead) == (0, [])
     assert allday_power.unsynced(store) == 0
 
 
@@ -85,3 +99,108 @@ def test_a_file_that_is_half_written_or_replaced_too_soon_is_found(tmp_path: Pat
     careless = allday_power.Store("speed_cap", write, lambda at: KeptCap(at).read())
     assert allday_power.cut_writing(careless, 20, random.Random(1)).half > 0
     assert allday_power.unsynced(careless) > 0
+
+
+def test_each_version_of_a_state_file_reads_differently(tmp_path: Path) -> None:
+    for number, store in enumerate(allday_power.STORES):
+        found = []
+        for version in (1, 2):
+            store.write(tmp_path / str(number), version)
+            found.append(store.read(tmp_path / str(number)))
+        assert found[0] != found[1], store.file
+
+
+def test_a_truncated_file_that_reads_as_something_else_is_found() -> None:
+    def write(folder: Path, number: int) -> None:
+        (folder / "text").write_text("old" if number == 1 else "newer")
+
+    def read(folder: Path) -> str:
+        return (folder / "text").read_text() if (folder / "text").exists() else ""
+
+    careless = allday_power.Store("text", write, read)
+    assert allday_power.cut_file(careless, 20, random.Random(1)).half > 0
+
+
+def test_a_certificate_is_usable_wherever_the_power_goes() -> None:
+    assert allday_power.cut_certificate(9, random.Random(2)) == []
+
+
+def figures_of(report: Report) -> dict[str, Figure]:
+    return {figure.name.strip(): figure for figure in report.figures}
+
+
+def test_neutral_after_a_kill_must_have_been_measured() -> None:
+    for neutral_ms, ok, kept in (([90.0], True, 50.0), ([], False, 0.0)):
+        report = Report("")
+        allday_kill.add_rows(report, neutral_ms, [0.1, 0.2], [Well(4.0, 0.0)])
+        assert report.ok == ok
+        assert figures_of(report)["measured without a stall"].value == kept
+
+
+def test_a_daemon_and_its_lidars_wait_at_the_same_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    waited = {7: 3.0, 8: 2.0}
+    monkeypatch.setattr(allday_faults, "waited_s", lambda pid: waited.get(pid, 0.0))
+    monkeypatch.setattr(allday_faults, "children", lambda _pid: {"lidar": 8, "camera": 9})
+    assert allday_faults.daemon_waited_s(7) == 3.0
+    recovery: Any = allday_faults.Recovery.__new__(allday_faults.Recovery)
+    recovery._stack = SimpleNamespace(pid=lambda _name: 7)
+    assert recovery.waited_s(DAEMON) == 3.0
+    assert recovery.waited_s("lidar") == 2.0
+
+
+def test_a_camera_stands_still_for_longer_than_its_health_takes_to_say_so() -> None:
+    assert allday_faults._PLUGS["camera", "stands still"][1] > 3.0
+
+
+def test_a_press_that_never_reaches_the_wipers_falls_short() -> None:
+    calm: Any = SimpleNamespace(stalled=lambda *_: False)
+    stalled: Any = SimpleNamespace(stalled=lambda *_: True)
+    still, moved = [1, 5.0, *NEUTRAL], [2, 5.02, 200, 170]
+    assert allday_alerts._to_wipers_ms(5.0, [still, moved], calm) == pytest.approx([20.0])
+    assert allday_alerts._to_wipers_ms(5.0, [still], calm) == [math.inf]
+    assert allday_alerts._to_wipers_ms(5.0, [still], stalled) == []
+
+
+def test_restarts_are_due_to_faults_of_the_daemon() -> None:
+    for how, aborted, due in (("killed", 0, 1), ("stopped", 1, 1), ("starved", 0, 0)):
+        assert allday_real.restarts_due(Fault(DAEMON, how), aborted) == due
+    assert allday_real.restarts_due(Fault(DAEMON, "starved"), 2) == 1
+    assert allday_real.restarts_due(Fault("lidar", "killed"), 1) == 0
+
+
+@pytest.mark.parametrize(("lived_s", "lasts_s", "ok"), [
+    (1700.0, 1800.0, True), (300.0, 1800.0, False), (100.0, 160.0, True),
+])  # fmt: skip
+def test_a_whole_run_judges_growth(lived_s: float, lasts_s: float, ok: bool) -> None:
+    holding = Holding()
+    for second in range(0, round(lived_s) + 1, 10):
+        for points in (holding.memory_mb, holding.threads, holding.files):
+            points.append((float(second), 7.0))
+    person: Any = SimpleNamespace(to_wipers=list(holding.files), presses=1000)
+    report = Report("")
+    allday_real._add_growth(report, holding, 0.0, person, lasts_s)
+    assert report.ok == ok
+
+
+def test_replayed_drives_must_have_been_compared(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    logs = [tmp_path / "a", tmp_path / "b"]
+
+    def rows(result: Result | None) -> Report:
+        def replay(path: Path) -> Result:
+            if result is None or path == logs[1]:
+                raise NoTrace("none")
+            return result
+
+        monkeypatch.setattr(allday_real, "replay", replay)
+        report = Report("")
+        allday_real._add_replay(report, logs, 20.0)
+        return report
+
+    good = rows(Result(ticks=20_000, compared=2000, unchecked=100))
+    assert good.ok
+    assert figures_of(good)["files without a trace"].value == 1
+    assert not rows(Result(ticks=20_000, compared=0)).ok
+    assert not rows(Result(ticks=20_000, compared=2000, unchecked=5000)).ok
+    assert not rows(None).ok

@@ -3,15 +3,27 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from gazelink import codes
 from gazelink.settings_table import PROFILES, profile_row
-from gazemeasure.obstacles_arcs import ArcRun, ArcTask, Hold, arc_trial, attack_trial
+from gazemeasure.obstacles import _arcs
+from gazemeasure.obstacles_arcs import (
+    ArcRun,
+    ArcTask,
+    ArcTrial,
+    Hold,
+    _unseen_m_s,
+    arc_trial,
+    attack_trial,
+)
 from gazemeasure.obstacles_attack import KINDS, AttackedChair, attack, attacked_chair, in_view
 from gazemeasure.obstacles_eyes import CORNERS, FRONT
-from gazemeasure.obstacles_run import fastest
+from gazemeasure.obstacles_run import Outcome, fastest
+from gazemeasure.report import Report
 from gazemeasure.turn_board import settings_with
 from gazesim.chair import HALF_WIDTH_M
 from gazesim.rooms import Room, box
@@ -41,12 +53,69 @@ def test_p5_a_chair_that_drifts_does_not_scrape_along() -> None:
     assert not arc_trial(9915).ours.touched
 
 
-# 4047: backwards with one lidar in front, a post beside the rear wheel.
-def test_what_no_lidar_looks_at_is_crept_into() -> None:
-    trial = arc_trial(4047)
+# 4047: backwards with one lidar in front, a post beside the rear wheel. 151: the chair rolls out
+# after the rule has seen the far side of such a post.
+@pytest.mark.parametrize("seed", [4047, 151])
+def test_what_no_lidar_looks_at_is_crept_into(seed: int) -> None:
+    trial = arc_trial(seed)
     assert trial.ours.touched
     assert not trial.ours.collided
     assert 0.0 < trial.unseen_m_s < 0.35
+
+
+class Rolls:
+    """A chair that brakes by 0.3 m/s2."""
+
+    x_m = y_m = heading_deg = speed_m_s = yaw_rate_deg_s = 0.0
+
+    def place(self, x_m: float, y_m: float, heading_deg: float) -> None:
+        pass
+
+    def step(self, dt_s: float, stick: tuple[float, float]) -> None:
+        self.speed_m_s = 0.3 if any(stick) else max(0.0, self.speed_m_s - 0.3 * dt_s)
+        self.x_m += self.speed_m_s * dt_s
+
+
+class Late:
+    """A rule that ends the press 8 cm before the wall."""
+
+    caps, arcs, blocked = [1000] * 4, None, 0
+
+    def __init__(self, chair: Rolls) -> None:
+        self._chair = chair
+
+    def step(self, *_: Any) -> None:
+        self.blocked = 15 if self._chair.x_m > 0.3 else 0
+
+
+@pytest.mark.parametrize("steady", [True, False])
+def test_a_collision_while_the_chair_rolls_out_counts(steady: bool) -> None:
+    walls = (*hall(6.0), (1.03, -1.0, 1.03, 1.0))
+    room = Room("wall", walls, (), start=(0.0, 0.0, 0.0))
+    hold = Hold(2.5, codes.DRIVE, 1000, 0, True)
+    body = Rolls()
+    run: Any = ArcRun(ArcTask(room, (hold, hold), steady), "3.1", 1, body=body)
+    run._rule, run._obstacles = SimpleNamespace(look=lambda _: None), Late(body)
+    outcome = run()
+    assert outcome.stopped
+    assert outcome.collided
+    assert outcome.contact_m_s == pytest.approx(math.sqrt(0.3**2 - 2 * 0.3 * 0.08), abs=0.02)
+    if steady:
+        assert fastest(body) == pytest.approx(outcome.contact_m_s)
+    behind = ((-1.0, 0.0),)
+    assert _unseen_m_s(run, behind, 7) == outcome.contact_m_s
+
+
+def test_what_no_lidar_sees_is_touched_at_creep_only() -> None:
+    for m_s, kept in ((0.3, True), (0.6, False)):
+        report = Report("")
+        _arcs(report, [ArcTrial("3.1", Outcome(touched=True), None, unseen_m_s=m_s)])
+        assert report.ok == kept
+
+
+def hall(h: float) -> tuple[tuple[float, float, float, float], ...]:
+    """A hall's."""
+    return ((-h, -h, h, -h), (h, -h, h, h), (h, h, -h, h), (-h, h, -h, -h))
 
 
 def straight_beside(thing: str, linear: int, gap_m: float, even: str, side: int) -> ArcRun:
@@ -54,8 +123,7 @@ def straight_beside(thing: str, linear: int, gap_m: float, even: str, side: int)
     profile = "3.1"
     x = 0.6 if linear > 0 else 0.2
     y = side * (HALF_WIDTH_M + gap_m + 0.03)
-    h = 6.0
-    walls = ((-h, -h, h, -h), (h, -h, h, h), (h, h, -h, h), (-h, h, -h, -h))
+    walls = hall(6.0)
     if thing == "wall":
         y = side * (HALF_WIDTH_M + gap_m)
         room = Room("wall", (*walls, (-4.0, y, 4.0, y)), (), start=(0.0, 0.0, 0.0))

@@ -3,7 +3,8 @@
 import math
 from itertools import pairwise
 
-from gazemeasure.go_assist import BARE, HELPED, Run, cluttered, door
+from gazemeasure.go_assist import BARE, HELPED, Outcome, Run, add_rows, cluttered, door
+from gazemeasure.report import Report
 
 
 def test_a_door_beside_the_way_is_passed_with_assist_in_few_commands():
@@ -18,6 +19,18 @@ def test_without_the_rule_the_same_person_bumps_into_the_door():
     outcome = Run(door(5, 0.81), BARE, 5, "3.1")()
     assert outcome.contact
     assert not outcome.arrived
+
+
+def test_with_assist_the_chair_must_arrive():
+    def verdict(arrived):
+        bare, plain = [Outcome(contact=True)] * 10, [Outcome(commands=9)] * 10
+        report = Report("")
+        helped = [Outcome(arrived=n < arrived, commands=2) for n in range(10)]
+        add_rows(report, "doors", bare, plain, helped)
+        return report.ok
+
+    assert verdict(10)
+    assert not verdict(9)
 
 
 def test_a_cluttered_room_has_a_route_that_keeps_off_everything():

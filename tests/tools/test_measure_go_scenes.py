@@ -15,9 +15,10 @@ from gazechair.sensing.mapping.mapper import KeyScan
 from gazechair.sensing.mapping.occupancy_grid import occupancy_of
 from gazemeasure import go_foreign_maps
 from gazemeasure.go_missions import Job
-from gazemeasure.go_scenes import DOOR, PERSON, ROUND, Shut
-from gazemeasure.go_whole import Judge, Scene, drive
+from gazemeasure.go_scenes import DOOR, PERSON, ROUND, SHUT, Shut, _add
+from gazemeasure.go_whole import Driven, Judge, Scene, drive
 from gazemeasure.home_localization import look
+from gazemeasure.report import Report
 from gazesim import ros_map
 from gazesim.home_drive import FRONT, REAR
 from gazesim.homes import Home
@@ -75,7 +76,7 @@ class _Chair:
         self.world: Any = SimpleNamespace(pose=(0.0, 0.0, 0.0))
 
 
-def shut(kind: str) -> tuple[Any, Shut, Home]:
+def shut(kind: str, seed: int = 2) -> tuple[Any, Shut, Home]:
     """A mission on its way, and who shuts its way."""
     home = room()
     home.doors = (Door("door 0", (4.0, 1.0), (4.0, 2.0)), Door("door 1", (4.0, 2.2), (4.0, 3.1)))
@@ -84,10 +85,10 @@ def shut(kind: str) -> tuple[Any, Shut, Home]:
         chair=chair,
         pressed_ms=1,
         scene=SimpleNamespace(room=home, start=(1.3, 1.5, 0.0)),
-        driven=SimpleNamespace(silent_s=0.0),
+        driven=SimpleNamespace(silent_s=0.0, shut=False),
         moves=True,
     )
-    return judge, Shut(Job(kind, 3)), home
+    return judge, Shut(Job(kind, seed)), home
 
 
 def run(judge: Any, who: Shut, seconds: float, to_m: float) -> None:
@@ -99,6 +100,22 @@ def run(judge: Any, who: Shut, seconds: float, to_m: float) -> None:
         chair.x_m = min(to_m, chair.x_m + 0.02)
         chair.world.pose = (chair.x_m, 1.5, 0.0)
         who.act(judge)
+
+
+def test_every_way_is_shut_before_the_chair_is_too_near() -> None:
+    for seed in range(60):
+        judge, who, _ = shut(DOOR, seed)
+        run(judge, who, 10.0, 3.5)
+        assert judge.driven.shut, seed
+
+
+def test_ways_that_were_not_shut_or_not_explained_fall_short() -> None:
+    for kind in SHUT:
+        good = {"arrived": True, "took_s": 30.0, "ideal_s": 20.0, "least_m": 0.1, "shut": True}
+        for of, ok in (({}, True), ({"shut": False}, False), ({"silent_s": 12.0}, False)):
+            report = Report("")
+            _add(report, kind, [Driven(**good), Driven(**(good | of))])
+            assert report.ok == ok, (kind, of)
 
 
 def test_the_way_is_shut_on_the_way_and_opens_when_the_pages_were_told() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gazemeasure import carmen_log, home_alarms, home_maps, home_odometry
+from gazemeasure import carmen_log, home_alarms, home_maps, home_odometry, home_process
 from gazemeasure.home_drives import Job, drive
 from gazemeasure.home_maps import WALLS_M, Judged
 from gazemeasure.report import Report
@@ -41,6 +41,14 @@ def test_a_short_drive_is_judged_by_the_truth() -> None:
 @pytest.mark.parametrize("kind", [home_alarms.STUCK_IN, home_alarms.PUSHED_BY])
 def test_what_happens_to_the_chair_is_reported_within_half_a_second(kind: str) -> None:
     assert home_alarms.reported_after_s((kind, 1)) <= 0.5
+
+
+@pytest.mark.parametrize(("mb_an_hour", "ok"), [(20.0, True), (200.0, False)])
+def test_memory_is_judged_after_an_hour(mb_an_hour: float, ok: bool) -> None:
+    report = Report("home")
+    points = [(float(s), 100.0 + mb_an_hour * s / 3600.0) for s in range(120)]
+    home_process.add_memory(report, points)
+    assert report.ok is ok
 
 
 def test_a_room_that_is_twice_in_the_map_falls_short() -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from gazemeasure import lidar_damage, lidar_process
+from gazemeasure import lidar_damage, lidar_process, lidar_stream
+from gazemeasure.report import Report
 
 
 def test_damage_is_counted() -> None:
@@ -19,6 +20,28 @@ def test_damage_is_counted() -> None:
 
 def test_a_wrong_point_counts_for_one_pass_of_the_mirror() -> None:
     assert lidar_damage.longest_extension(60, seed=2)[0] == 1
+
+
+def test_only_bytes_that_the_port_lost_excuse_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    def figures(*runs: tuple[int, int]) -> Report:
+        left = list(runs)
+
+        def run(_seconds: float, _busy: bool) -> lidar_stream.Live:
+            restarts, lost = left.pop(0)
+            return lidar_stream.Live([4.0], 0, 0, 0, restarts, lost)
+
+        monkeypatch.setattr(lidar_stream, "_run", run)
+        report = Report("")
+        lidar_stream._live(report, 1.0)
+        return report
+
+    assert figures((0, 0), (0, 0)).ok
+    restarted = figures((1, 0), (0, 0), (0, 0))
+    assert not restarted.ok
+    lost = figures((1, 90), (0, 0), (0, 0))
+    assert lost.ok
+    rows = [one.value for one in lost.figures if one.name.startswith("  runs until")]
+    assert rows == [2, 1]
 
 
 def test_decoding_costs_something() -> None:

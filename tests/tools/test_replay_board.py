@@ -373,6 +373,14 @@ def test_a_log_that_does_not_tell_its_version_says_so(
     assert "does not tell its board's version" in capsys.readouterr().out
 
 
+def test_a_trace_without_reports_of_its_board_is_refused(recorded: Any, monkeypatch: Any) -> None:
+    lines = [line for line in of_trace(recorded(drive)) if line.topic != STATE]
+    assert play(lines).ticks > 100
+    monkeypatch.setattr("gazereplay.replay.of_trace", lambda _path: lines)
+    with pytest.raises(NoTrace, match="no decision to compare with"):
+        replay(recorded(drive))
+
+
 def test_damaged_words_never_raise(recorded: Any) -> None:
     """A byte of each frame in turn is another: found, or a gap, but no error."""
     lines = list(of_trace(recorded(restart)))

@@ -17,7 +17,7 @@ from gazelink import codes
 from gazelink.settings_table import TABLE
 from gazereplay import as_test, command, trace
 from gazereplay.recording import Recording
-from gazereplay.replay import replay
+from gazereplay.replay import of_trace, replay
 from gazereplay.result import NoTrace
 from gazesim.chair_rig import LinkedChair
 from gazesim.lockstep_page import Page
@@ -275,6 +275,19 @@ def test_a_cut_trace_is_played_up_to_the_cut(recorded: Any, tmp_path: Path) -> N
         assert 0 < result.ticks < replay(whole).ticks
 
 
+def test_a_drive_without_decisions_to_compare_with_is_refused(
+    recorded: Any, capsys: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = recorded(cable)
+    whole = of_trace(path)
+    lines = [line for line in whole if line.topic != trace.DECISION]
+    monkeypatch.setattr("gazereplay.replay.of_trace", lambda _path: lines)
+    with pytest.raises(NoTrace, match="no decision to compare with"):
+        replay(path)
+    assert command_line(["replay", str(path)]) == 2
+    assert "no decision to compare with" in capsys.readouterr().err
+
+
 def test_a_drive_of_an_older_version_is_replayed(
     recorded: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -298,5 +311,9 @@ def test_a_log_without_a_trace_is_refused(tmp_path: Path, capsys: Any) -> None:
     with pytest.raises(NoTrace):
         replay(path)
     assert command_line(["replay", str(path)]) == 2
+    assert "no trace" in capsys.readouterr().err
+    words = ["replay", str(path), "--view", str(tmp_path / "drive.svg")]
+    assert command_line(words) == 0
+    assert command_line([*words, "--as-test", "drive"]) == 2
     assert "no trace" in capsys.readouterr().err
     assert command_line(["replay", str(tmp_path / "none.mcap")]) == 2

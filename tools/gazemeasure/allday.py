@@ -45,8 +45,8 @@ def measure(quick: bool) -> Report:
     virtual_s = _QUICK_VIRTUAL_S if quick else allday_virtual.DAY_S
     allday_virtual.add(report, virtual_s)
     load = os.getloadavg()[0]
-    report.note("Well again: less the time in which the part's new process (a daemon's, and the")
-    report.note("lidar's after it) could run and others had the processors.")
+    report.note("Well again: less the time in which the part's new process (of a daemon's and its")
+    report.note("lidars', the one that waited longer) could run and others had the processors.")
     report.note(f"Times that overlap a stall of the machine of over {1000 * STALL_S:g} ms are")
     report.note(f"dropped where they would fall short; load of the machine at the end: {load:.1f}.")
     report.note("The Debian package: tests/tools/test_deb.py installs, upgrades and rolls it back.")

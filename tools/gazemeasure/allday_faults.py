@@ -21,7 +21,8 @@ _LOOK_S = 0.05
 _STARVED_S = 3.0
 _SLICE_S = 0.1
 _SHARE = 0.1  # share of the processor that a starved process gets
-_GONE_S = 1.0  # how long a plug is out or a camera dark
+_GONE_S = 1.0  # how long a plug is out, or a device refuses
+_STILL_S = 5.0  # how long a camera stands still: its health looks after 2 to 3 s
 
 DAEMON = "daemon"
 # The daemon's child processes, by module, and the part of /health that each is.
@@ -35,15 +36,15 @@ CHILDREN = {
     "gazechair.plugins.child": "input quiet0",
 }
 _WAYS = ("killed", "stopped", "starved")
-# What is not a process of the host: {(part, how): (simulator's fault, clear it)}.
+# What is not a process of the host: {(part, how): (simulator's fault, how long: 0 by itself)}.
 _PLUGS = {
-    ("board", "cable pulled"): ("cable_pulled", True),
-    ("board", "reset"): ("board_reset", False),
-    ("board", "hangs, then its watchdog resets it"): ("board_hang", True),
-    ("lidar", "unplugged"): ("lidar_unplugged", True),
-    ("lidar", "silent"): ("lidar_stall", True),
-    ("camera", "refuses"): ("camera_off", True),
-    ("camera", "stands still"): ("camera_stalled", True),
+    ("board", "cable pulled"): ("cable_pulled", _GONE_S),
+    ("board", "reset"): ("board_reset", 0.0),
+    ("board", "hangs, then its watchdog resets it"): ("board_hang", _GONE_S),
+    ("lidar", "unplugged"): ("lidar_unplugged", _GONE_S),
+    ("lidar", "silent"): ("lidar_stall", _GONE_S),
+    ("camera", "refuses"): ("camera_off", _GONE_S),
+    ("camera", "stands still"): ("camera_stalled", _STILL_S),
 }
 
 
@@ -86,6 +87,14 @@ def children(pid: int) -> dict[str, int]:
     return found
 
 
+def daemon_waited_s(pid: int) -> float:
+    """How long the daemon, or its lidars' process, has waited for a processor: the longer time.
+
+    Both may wait at once, so that their sum would count a second twice.
+    """
+    return max(waited_s(pid), waited_s(children(pid).get("lidar", 0)))
+
+
 @dataclass(frozen=True)
 class Well:
     """How soon a part recovered."""
@@ -120,10 +129,10 @@ class Recovery:
         That is the kill, the stop, the plug's return, or the end of starving.
         """
         if (fault.part, fault.how) in _PLUGS:
-            name, lasts = _PLUGS[fault.part, fault.how]
+            name, lasts_s = _PLUGS[fault.part, fault.how]
             self._sim.do("inject", fault=name)
-            if lasts:
-                time.sleep(_GONE_S)
+            if lasts_s:
+                time.sleep(lasts_s)
                 self._sim.do("clear", fault=name)
             if name == "board_hang":
                 self._sim.do("inject", fault="board_reset")
@@ -142,11 +151,9 @@ class Recovery:
         return self._after(fault.part, took_s, self.waited_s(fault.part))
 
     def waited_s(self, part: str) -> float:
-        """How long its process has waited for a processor; the lidar's follows the daemon's."""
-        processes = children(self._stack.pid("host"))
-        if part != DAEMON:
-            return waited_s(processes.get(part, 0))
-        return waited_s(self._stack.pid("host")) + waited_s(processes.get("lidar", 0))
+        """How long its process has waited for a processor."""
+        pid = self._stack.pid("host")
+        return daemon_waited_s(pid) if part == DAEMON else waited_s(children(pid).get(part, 0))
 
     def _pid(self, part: str) -> int:
         if part == DAEMON:

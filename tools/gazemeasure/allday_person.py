@@ -35,6 +35,7 @@ class Person:
         self._probe = probe
         self._cookie = stack.cookie("driver", "person")
         self._sim = SimControl(Path(stack.paths["control"]))
+        self.presses = 0
         self.moved_s: list[float] = []
         """Monotonic times at which the wipers followed a press."""
         self.to_wipers: list[tuple[float, float]] = []
@@ -100,6 +101,7 @@ class Person:
         return 0.0 if drives_on else off_deg
 
     def _note(self, down_s: float, entries: list[list[Any]]) -> None:
+        self.presses += 1
         moved = (one[1] for one in entries if one[1] >= down_s and (one[2], one[3]) != NEUTRAL)
         first_s = next(moved, None)
         if first_s is None:

@@ -6,13 +6,16 @@ import os
 import random
 import resource
 import signal
+import ssl
 import tempfile
 from bisect import bisect_right
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 from unittest import mock
+
+import numpy as np
 
 from gazechair.alerts.book import Book
 from gazechair.alerts.diary import FILE_NAME as DIARY
@@ -20,6 +23,7 @@ from gazechair.alerts.diary import Diary
 from gazechair.alerts.reasons import HELP_WANTED
 from gazechair.blackbox.reader import LogFile
 from gazechair.config.configuration import Config
+from gazechair.driving.messages import LOWEST_CAP_PERMILLE
 from gazechair.driving.speed_cap_store import FILE_NAME as SPEED_CAP
 from gazechair.driving.speed_cap_store import KeptCap
 from gazechair.first_drive.record import FILE_NAME as FIRST_DRIVE
@@ -28,11 +32,27 @@ from gazechair.people.pairing.store import FILE_NAME as PAIRED
 from gazechair.people.pairing.store import DeviceStore
 from gazechair.people.profiles import Profiles, house_fields
 from gazechair.people.profiles.store import FILE_NAME as PROFILES
+from gazechair.picture.floor import FloorCamera
+from gazechair.picture.floor_calibration import Calibration
+from gazechair.picture.floor_store import FILE_NAME as CAMERA_FLOOR
+from gazechair.picture.floor_store import FloorStore
+from gazechair.sensing.mapping.home_map import HomeMap
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.store import FOLDER as MAPS
+from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.upkeep import Ledger, load_ledger
+from gazechair.service.tune.forward import ForwardNumbers
+from gazechair.service.tune.forward_store import FILE_NAME as FORWARD
+from gazechair.service.tune.forward_store import ForwardStore
+from gazechair.web.certificate import Certificate
+from gazelink.settings_table import PROFILES as MOTION_PROFILES
 from gazemeasure.allday_chair import DayChair
 from gazemeasure.report import Report
 from gazereplay.recording import WALL_NS
 
 _SYNC_MS = 1000.0
+_MOST_CERTIFICATES = 100  # each takes three runs of openssl
+_GRID = OccupancyGrid(0.05, np.zeros(2), *np.indices((40, 30), dtype=np.uint16))
 
 
 @dataclass(frozen=True)
@@ -44,6 +64,8 @@ class Store:
     """Write the version of that number, 1 or 2."""
     read: Callable[[Path], Any]
     """The content that a newly started host finds."""
+    damaged: Any = None
+    """What a damaged file counts as, where that is not the same as none."""
 
 
 def _folder() -> tempfile.TemporaryDirectory[str]:
@@ -74,9 +96,39 @@ def _write_diary(folder: Path, number: int) -> None:
     Diary(folder).write(book.as_json())
 
 
+def _write_forward(folder: Path, number: int) -> None:
+    numbers = ForwardNumbers(0.5 + 0.1 * number, 0.1, 0.1, 0.2, 0.5, 0.5)
+    ForwardStore(folder).keep(MOTION_PROFILES[0], numbers)
+
+
+def _write_floor(folder: Path, number: int) -> None:
+    camera = FloorCamera(640, 480, 500.0, 1.0 + 0.1 * number, 0.5)
+    FloorStore(folder).keep(Calibration(camera, 0.01, 0.01))
+
+
+def _write_map(folder: Path, number: int) -> None:
+    HomeMap(f"Thuis {number}", _GRID).save(folder / MAPS / "a.map")
+
+
+def _read_map(folder: Path) -> str | None:
+    found = MapStore(folder / MAPS).get("a")
+    return found.map.name if found is not None and found.map is not None else None
+
+
+def _ledger(folder: Path) -> Path:
+    return folder / MAPS / "drives" / "a"
+
+
+def _write_ledger(folder: Path, number: int) -> None:
+    replace(Ledger.of(_GRID), drive_s=float(number)).save(_ledger(folder))
+
+
 STORES = (
     Store(
-        SPEED_CAP, lambda at, n: KeptCap(at).keep(lambda: 500 * n), lambda at: KeptCap(at).read()
+        SPEED_CAP,
+        lambda at, n: KeptCap(at).keep(lambda: 500 * n),
+        lambda at: KeptCap(at).read(),
+        LOWEST_CAP_PERMILLE,
     ),
     Store(PROFILES, _write_profile, lambda at: _profiles(at).chosen()["dwell_ms"]),
     Store(
@@ -86,10 +138,14 @@ STORES = (
     ),
     Store(
         FIRST_DRIVE,
-        lambda at, n: Record(at).keep("distance", n),
+        lambda at, n: Record(at).keep("distance", {"measured_mm": 500 * n, "seen_mm": 500}),
         lambda at: Record(at).get("distance"),
     ),
     Store(DIARY, _write_diary, lambda at: len(Diary(at).read())),
+    Store(FORWARD, _write_forward, lambda at: ForwardStore(at).step_ms(0, 600, 300)),
+    Store(CAMERA_FLOOR, _write_floor, lambda at: FloorStore(at).get()),
+    Store(f"{MAPS}/a.map", _write_map, _read_map),
+    Store(f"{MAPS}/drives/a", _write_ledger, lambda at: load_ledger(_ledger(at), _GRID).drive_s),
 )
 
 
@@ -146,16 +202,53 @@ def cut_file(store: Store, cuts: int, dice: random.Random) -> Cuts:
     found = Cuts()
     with _folder() as name:
         home = Path(name)
+        none = store.read(home)
         store.write(home, 1)
+        allowed = store.read(home), none, store.damaged
         content = (home / store.file).read_bytes()
         for _ in range(cuts):
             (home / store.file).write_bytes(content[: dice.randrange(len(content))])
             try:
-                store.read(home)
+                found.half += store.read(home) not in allowed
                 store.write(home, 2)
             except Exception as error:
                 found.dead.append(f"{store.file}: {error!r}")
     return found
+
+
+def cut_certificate(cuts: int, dice: random.Random) -> list[str]:
+    """Cuts of each file of tls/, or of their writing: why a host or tablet could not use it.
+
+    A damaged authority.crt stays: the tablets that trust it already go on.
+    """
+    failures = []
+    with _folder() as name:
+        home, names = Path(name), ["chair.local"]
+        folder = Certificate(home, names).authority.parent
+        whole = {path: path.read_bytes() for path in sorted(folder.iterdir())}
+        makes = Store("tls", lambda at, _: _make_certificate(at, names), lambda _: None)
+        for number in range(cuts):
+            for path, content in whole.items():
+                path.write_bytes(content)
+            path = dice.choice(list(whole))
+            cut = dice.randrange(len(whole[path]))
+            if number % 3:
+                (folder / "host.key").unlink()
+                _write_until(makes, home, cut, full=number % 3 == 1)
+            else:
+                path.write_bytes(whole[path][:cut])
+            try:
+                made = Certificate(home, names)
+                made.context()
+                if number % 3:
+                    ssl.create_default_context(cafile=str(made.authority))
+            except Exception as error:
+                failures.append(f"tls, {path.name}: {error!r}")
+    return failures
+
+
+def _make_certificate(folder: Path, names: list[str]) -> None:
+    Certificate(folder, names)
 
 
 def unsynced(store: Store) -> int:
@@ -178,7 +271,7 @@ def unsynced(store: Store) -> int:
         for at, act in enumerate(order):
             if act.startswith("replace "):
                 missed += f"sync {act.partition(' ')[2]}" not in order[:at]
-                missed += f"sync {name}" not in order[at:]
+                missed += f"sync {Path(name, store.file).parent}" not in order[at:]
         return missed + (not any(act.startswith("replace ") for act in order))
 
 
@@ -225,8 +318,14 @@ def add(report: Report, cuts: int) -> None:
     for store in STORES:
         writing, file = cut_writing(store, cuts, dice), cut_file(store, cuts, dice)
         dead = writing.dead + file.dead
-        report.add(f"power cut at {cuts} bytes of {store.file}: half", writing.half, "", 0)
+        half = writing.half + file.half
+        report.add(f"power cut at {cuts} bytes of {store.file}: half", half, "", 0)
         report.add("  a host would not start or write", len(dead), "", 0)
         report.add("  replaced before it is on the disk", unsynced(store), "", 0)
         for line in dead[:2]:
             report.note(line)
+    count = min(cuts, _MOST_CERTIFICATES)
+    failures = cut_certificate(count, dice)
+    report.add(f"power cut at {count} bytes of tls: not usable", len(failures), "", 0)
+    for line in failures[:2]:
+        report.note(line)

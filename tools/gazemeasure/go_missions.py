@@ -12,7 +12,6 @@ import numpy as np
 
 from gazechair.base.footprint import Footprint
 from gazechair.going.costmap import costmap_of
-from gazechair.going.follow import STOP
 from gazechair.going.plan import Pose
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
 from gazelink.settings_table import PROFILES
@@ -36,6 +35,8 @@ _TRIES = 150
 _AROUND_M = 0.10  # least gap all round for a turn on the spot where a mission begins or ends
 _FENCE_M = 3.0
 _LIMIT_S = 90.0  # and four times the ideal
+_ANOTHER_MS = 10_000
+_MOVES_M_S, _MOVES_DEG_S = 0.05, 2.0
 
 
 @dataclass(frozen=True)
@@ -113,17 +114,25 @@ def _result(job: Job, outcome: Outcome, after_s: float | None) -> Result:
 
 
 def _another(go: Go, goals: list[Pose]) -> float:
-    """Seconds from another goal during the drive to the first motion on the new way."""
+    """Seconds from another goal during the drive to true motion as the new way asks; inf: none."""
     go.mission.go(goals[2])
     go.press()
     go.run_ms(8000)
     go.mission.go(goals[1])
     old, begin_ms = go.mission.way, go.now_ms
-    while go.mission.way is old or go.stick == STOP:
+    while go.mission.way in (old, None) or not _obeys(go):
+        if go.ended or go.now_ms - begin_ms > _ANOTHER_MS:
+            return math.inf
         go.run_ms(10)  # it first continues on the old way
-        if go.now_ms - begin_ms > 10_000:
-            break
     return (go.now_ms - begin_ms) / 1000.0
+
+
+def _obeys(go: Go) -> bool:
+    """True if the chair truly moves as is now requested: along, or else turning."""
+    stick, chair = go.stick, go.chair
+    if stick.linear_permille:
+        return float(np.sign(stick.linear_permille)) * chair.speed_m_s > _MOVES_M_S
+    return float(np.sign(stick.turn_permille)) * chair.yaw_rate_deg_s > _MOVES_DEG_S
 
 
 @lru_cache(maxsize=2)

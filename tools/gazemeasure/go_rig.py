@@ -48,7 +48,7 @@ _LOOK_MS = 100
 _MISSION_MS = 50
 _PEOPLE_MS = 50
 _LATE_MS = 10
-_PLAN_MS = 300  # time that planning takes
+_PLAN_MS = 300  # time that planning takes at least
 _TTL_MS = 150
 _NOISE_M = 0.006
 _FULL = 1000
@@ -92,9 +92,9 @@ class Outcome:
 class _Later(Future[Planned]):
     """A plan that is known now, and ready in virtual time."""
 
-    def __init__(self, go: Go, found: Planned) -> None:
+    def __init__(self, go: Go, found: Planned, took_s: float) -> None:
         super().__init__()
-        self._go, self._ready_ms = go, go.now_ms + _PLAN_MS
+        self._go, self._ready_ms = go, go.now_ms + max(_PLAN_MS, 1000.0 * took_s)
         self.set_result(found)
 
     def done(self) -> bool:
@@ -299,11 +299,12 @@ class Go:
         self._account(stick)
 
     def _submit(self, job: Callable[[], Planned]) -> Future[Planned]:
-        """Plan at once; the result is ready _PLAN_MS later."""
+        """Plan at once; the result is ready _PLAN_MS later, or after the time that it took."""
         begin_s = time.process_time()
         found = job()
-        self.outcome.plan_s.append(time.process_time() - begin_s)
-        return _Later(self, found)
+        took_s = time.process_time() - begin_s
+        self.outcome.plan_s.append(took_s)
+        return _Later(self, found, took_s)
 
     def _may(self, trusted: bool) -> Permitted:
         return Permitted(self._settings, self.numbers, trusted)

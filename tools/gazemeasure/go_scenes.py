@@ -40,7 +40,7 @@ _RATIO, _SAID_S = 1.3, 10.0
 _QUICK = 2
 _ROOM_M = 1.5  # nothing is blocked nearer to the chair
 _LOOK_MS = 50
-_SHUTS_M = 0.5  # distance travelled before that, at least
+_SHUTS_M = 0.6  # distance travelled before that, at most
 _SHUT_S = 20.0  # until it opens, after the pages were told
 _WALL_X_M = 4.0
 _KEYS_M = 0.6  # from one key scan of a map to the next
@@ -109,7 +109,9 @@ def _add(report: Report, kind: str, done: list[Driven]) -> None:
     ratios = [one.ratio for one in done if one.arrived]
     if ratios and kind not in SHUT:
         report.add("  time by the ideal, median", percentile(ratios, 0.5), "", _RATIO)
-    if kind in (DOOR, PERSON):
+    if kind in SHUT:
+        shut = sum(one.shut for one in done)
+        report.add("  ways that were shut", shut, f"of {len(done)}", len(done), at_least=True)
         silent_s = max(one.silent_s for one in done)
         report.add("  stood there before its pages were told why, most", silent_s, "s", _SAID_S)
 
@@ -119,7 +121,7 @@ class Shut:
 
     def __init__(self, job: Job) -> None:
         self._kind = job.kind
-        self._after_m = _SHUTS_M + float(np.random.default_rng((job.seed, 5)).uniform(0.0, 0.8))
+        self._after_m = float(np.random.default_rng((job.seed, 5)).uniform(0.0, _SHUTS_M))
         self._shut = False
         self._silent_ms: int | None = None
         self._said_ms: int | None = None
@@ -135,6 +137,7 @@ class Shut:
             far_m = math.dist((x_m, y_m), _middle(room.doors[0]))
             if made_m > self._after_m and far_m > _ROOM_M and x_m < _WALL_X_M:
                 self._set(room, True)
+                judge.driven.shut = True
         if not self._shut:
             return
         said = bool(judge.chair.news["reason"])

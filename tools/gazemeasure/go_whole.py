@@ -61,6 +61,8 @@ class Driven:
     """The last state and reason that the pages received."""
     silent_s: float = 0.0
     """The longest time that it stood before a blocked way without a reason on the pages."""
+    shut: bool = False
+    """Its way was blocked during the drive."""
     cpu_s: float = 0.0
 
     @property

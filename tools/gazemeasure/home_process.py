@@ -13,7 +13,7 @@ from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.odometry import Motion
 from gazechair.sensing.odometry.points import Piece
 from gazechair.sensing.odometry.service import OdometryService
-from gazemeasure.growth import Holding, cpu_s
+from gazemeasure.growth import Holding, cpu_s, slope_per_hour
 from gazemeasure.report import Report
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, Drive
@@ -21,6 +21,7 @@ from gazesim.home_drive import FRONT, Drive
 _SECONDS, _SECONDS_QUICK = 120.0, 8.0
 _STARTS_S = 30.0
 _SHARE, _MOST_MB = 25.0, 200.0
+_WARM_S, _LOOK_S = 30.0, 1.0
 _HOME = 2
 
 
@@ -44,20 +45,33 @@ def measure(report: Report, quick: bool, per_turn: int) -> None:
         holding.look(service.pid, 0.0)
         heard.clear()
         begin_s = time.monotonic()
+        next_s = 0.0
         for event in events:
             at_s = event.time_s if isinstance(event, Motion) else event.times_s[-1]
             time.sleep(max(0.0, begin_s + at_s - time.monotonic()))
             _send(service, event, begin_s)
+            if time.monotonic() - begin_s > next_s:
+                holding.look(service.pid, time.monotonic() - begin_s)
+                next_s += _LOOK_S
         passed_s = time.monotonic() - begin_s
         core = 100.0 * (cpu_s(service.pid) - before_s) / passed_s
         report.add("odometry's process, a dense lidar: share of a core", core, "%", _SHARE)
         holding.look(service.pid, passed_s)
-        (_, before_mb), (_, after_mb) = holding.memory_mb
-        report.add("  memory", after_mb, "MB", _MOST_MB)
-        report.add(f"  grown in {passed_s:.0f} s", after_mb - before_mb, "MB")
+        add_memory(report, holding.memory_mb)
         report.add("  estimates a second", len(heard) / passed_s, "")
     finally:
         service.stop()
+
+
+def add_memory(report: Report, memory_mb: list[tuple[float, float]]) -> None:
+    """Add the memory, and what it becomes in an hour if it goes on growing as once it was warm."""
+    (begin_s, before_mb), (end_s, after_mb) = memory_mb[0], memory_mb[-1]
+    report.add("  memory", after_mb, "MB", _MOST_MB)
+    report.add(f"  grown in {end_s - begin_s:.0f} s", after_mb - before_mb, "MB")
+    warm = [point for point in memory_mb if point[0] >= _WARM_S]
+    if warm:  # not in a quick run
+        hour_mb = after_mb + slope_per_hour(warm) * (1.0 - end_s / 3600.0)
+        report.add(f"  after an hour, at the slope since {_WARM_S:g} s", hour_mb, "MB", _MOST_MB)
 
 
 def _send(service: OdometryService, event: Motion | Piece, later_s: float) -> None:

@@ -6,7 +6,7 @@ import json
 import tempfile
 import threading
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from queue import SimpleQueue
 
@@ -63,6 +63,7 @@ def _live(report: Report, seconds: float) -> None:
     for name, one in (("calm", calm), ("busy thread beside", busy)):
         report.add(f"turns missing, {name}", one.missing, "", 0.0)
         report.add(f"resyncs and restarts, {name}", one.resyncs + one.restarts, "", 0.0)
+        report.add("  runs until the port lost nothing", one.attempts, f"of {_ATTEMPTS}")
     report.note(
         f"(evaluated: from the port to the report, without the clearance; {calm.dropped} of "
         f"{calm.dropped + len(calm.latencies_ms)} turns left out, as the machine stood still)"
@@ -80,13 +81,14 @@ class Live:
     restarts: int
     overflowed: int
     """Bytes that the port's driver lost."""
+    attempts: int = 1
 
 
 def _undisturbed(seconds: float, busy: bool) -> Live:
-    """A run without machine stalls long enough to lose bytes or the lidar."""
-    for _ in range(_ATTEMPTS):
-        live = _run(seconds, busy)
-        if not live.restarts and not live.overflowed:
+    """A run in which the port's driver lost nothing because the machine stalled."""
+    for attempt in range(1, _ATTEMPTS + 1):
+        live = replace(_run(seconds, busy), attempts=attempt)
+        if not live.overflowed:
             break
     return live
 

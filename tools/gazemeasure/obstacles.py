@@ -33,6 +33,7 @@ _DOORS, _DOORS_QUICK = 200, 6
 _WALLS, _WALLS_QUICK = 40, 4
 _FIRMWARE, _FIRMWARE_QUICK = 200, 3
 _FALSE_SIDE_M = 0.05
+_UNSEEN_M_S = 0.35  # both axes at their creep (docs/obstacles.md)
 _DOOR_NOISE_M = 0.03
 _DOOR_RAYS = 3200
 _BEYOND_M, _BEYOND_DEG = 0.9, 40.0
@@ -71,7 +72,7 @@ def measure(quick: bool) -> Report:
         _passed(report, "wall 0.15 m beside", walls)
         count = _FIRMWARE_QUICK if quick else _FIRMWARE
         whole = list(pool.map(firmware_run, range(count)))
-    report.add("whole firmware: runs", count, "", count, at_least=True)
+    report.add("whole firmware: runs", count, "")
     report.add("whole firmware: collisions", sum(one.collided for one in whole), "", 0)
     wire_figures(report, quick)
     stream_figures(report, quick)
@@ -139,7 +140,7 @@ def along_wall(seed: int) -> Outcome:
 
 
 def _static(report: Report, trials: Sequence[Trial]) -> None:
-    report.add("runs past things that stand", len(trials), "", len(trials), at_least=True)
+    report.add("runs past things that stand", len(trials), "")
     collisions = sum(one.ours.collided for one in trials)
     report.add("collisions", collisions, "", 0)
     report.add("  first prototype", sum(one.prototype.collided for one in trials), "")
@@ -189,14 +190,14 @@ def _people(report: Report, trials: Sequence[Trial]) -> None:
 
 
 def _arcs(report: Report, trials: Sequence[ArcTrial]) -> None:
-    report.add("arcs: driving and turning at once", len(trials), "", len(trials), at_least=True)
+    report.add("arcs: driving and turning at once", len(trials), "")
     report.add("arcs: collisions", sum(one.ours.collided for one in trials), "", 0)
     attacks = [one for one in trials if one.attack]
     report.add("  of these attacks: things inside the arc, other physics", len(attacks), "")
     report.add("  collisions in attacks", sum(one.ours.collided for one in attacks), "", 0)
     unseen = [one.unseen_m_s for one in trials if one.unseen_m_s]
     report.add("  touched where the one lidar never looks", len(unseen), "")
-    report.add("    fastest part of the chair then", max(unseen, default=0.0), "m/s")
+    report.add("    fastest part of the chair then", max(unseen, default=0.0), "m/s", _UNSEEN_M_S)
     alone = [one.free for one in trials if one.free is not None]
     report.add("  the same hand without the rule", sum(one.collided for one in alone), "")
     passable = [one.ours for one in trials if one.passable]

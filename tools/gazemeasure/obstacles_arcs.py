@@ -181,7 +181,7 @@ class ArcRun:
                     break
             if not self._pressed and self._rule is not None:
                 self._pause(watch)
-                if self._task.steady:
+                if self._task.steady or self.outcome.touched:
                     return self.outcome
         self.outcome.arrived = True
         if self._rule is None and self._task.steady:
@@ -202,6 +202,8 @@ class ArcRun:
             self._step()
             if watch is not None:
                 watch(self)
+            if self.outcome.touched:
+                return
 
     def _command(self, verb: int, linear: int = 0, turn: int = 0, press: bool = True) -> None:
         i = self._inputs
@@ -269,8 +271,10 @@ class ArcRun:
             self.outcome.least_m = gap_m
             self.least = (gap_m, chair.x_m, chair.y_m, chair.heading_deg, speed)
         if gap_m <= 0.0:
+            if not self.outcome.touched:
+                self.outcome.contact_m_s = speed
             self.outcome.touched = True
-            self.outcome.collided = speed > MOVING_M_S
+            self.outcome.collided |= speed > MOVING_M_S
 
 
 @dataclass(frozen=True)
@@ -283,7 +287,7 @@ class ArcTrial:
     attack: str = ""
     """Physics of obstacles_attack, or ""."""
     unseen_m_s: float = 0.0
-    """Speed at which it touched an object no lidar sees (creep); no collision of the rule."""
+    """Speed at which it touched what no lidar sees of an object; no collision of the rule."""
 
     @property
     def passable(self) -> bool:
@@ -312,13 +316,14 @@ def attack_trial(seed: int, profile: str) -> ArcTrial:
     wanted = ArcTask(what.room, what.hand, bool(seed % 2))
     run = ArcRun(wanted, profile, seed, body=chair, one_lidar=seed % 8 == 7)
     ours = run()
-    return ArcTrial(profile, ours, None, what.kind, _unseen_m_s(run, what.points, seed))
+    unseen_m_s = _unseen_m_s(run, touched(what.room, run.chair), seed)
+    return ArcTrial(profile, ours, None, what.kind, unseen_m_s)
 
 
 def _unseen_m_s(run: ArcRun, points: tuple[tuple[float, float], ...], seed: int) -> float:
-    """Speed at which it touched an object no lidar sees, else 0; no collision of the rule."""
+    """Speed at which it touched these points, which no lidar sees, else 0; then no collision."""
     mounts = FRONT if seed % 8 == 7 else CORNERS
     if not (run.outcome.touched and points) or in_view(mounts, run.chair, points):
         return 0.0
     run.outcome.collided = False
-    return fastest(run.chair)
+    return run.outcome.contact_m_s

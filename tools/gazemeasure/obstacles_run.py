@@ -47,6 +47,8 @@ class Outcome:
     """Contact while any part of the chair moves faster than 0.05 m/s."""
     touched: bool = False
     """Contact at all."""
+    contact_m_s: float = 0.0
+    """Speed of the fastest part at the first contact."""
     stopped: bool = False
     """The rule ended a press."""
     arrived: bool = False

@@ -306,6 +306,8 @@ class _Bench:
         entries = self._sim.do("wiper_log", since=mark)["entries"]
         first = next((e[1] for e in entries if e[1] >= down_s and (e[2], e[3]) != NEUTRAL), None)
         last = next((e[1] for e in entries if e[1] >= up_s and (e[2], e[3]) == NEUTRAL), None)
+        if first is None and not self._probe.stalled(down_s, up_s):
+            moved.append(float("inf"))
         if first is None or last is None or first > up_s:
             return
         for into, begin_s, end_s in ((moved, down_s, first), (rested, up_s, last)):

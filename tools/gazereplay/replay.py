@@ -68,7 +68,7 @@ class Player:
                 return
             self._tick += 1
             result.ticks += 1
-            result.compared += 1
+            result.compared += bool(self._decided)
             result.armed += now["state"] == codes.ARMED
 
 
@@ -88,7 +88,7 @@ def kept_layout(path: Path) -> list[str]:
 
 
 def replay(path: Path) -> Result:
-    """Replay the log at `path`. Raises NoTrace when it has no trace."""
+    """Replay the log at `path`. Raises NoTrace when it has no trace, or none to compare with."""
     player: Player | BoardPlayer = BoardPlayer(kept_layout(path))
     for line in of_trace(path):
         if line.topic in trace.DEFINITIONS and isinstance(player, BoardPlayer):
@@ -98,4 +98,7 @@ def replay(path: Path) -> Result:
             break
     if not player.result.lives:
         raise NoTrace("it has no trace of the board's ticks; see docs/log.md, Replay")
-    return player.result
+    result = player.result
+    if not result.compared and result.difference is None:
+        raise NoTrace("its trace has no decision to compare with")
+    return result
