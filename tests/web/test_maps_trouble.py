@@ -144,10 +144,8 @@ def test_the_map_of_an_auto_motion_that_does_not_come_is_asked_for_every_2_s(car
     asked = []
     page.on("request", lambda request: asked.append(request.url))
     goal = {"map": "a1", "x": 3.0, "y": 1.0, "heading": 0.0}
-    host.state["going"] = {
-        **{"kind": "place", "mode": "to-1", "name": "Bed", "state": "drives", "reason": ""},
-        "goal": goal,
-    }
+    drives = {"kind": "place", "mode": "to-1", "name": "Bed", "state": "drives", "reason": ""}
+    host.state["going"] = {**drives, "goal": goal}
 
     def times() -> int:
         return sum(url.endswith("/maps/a1") for url in asked)
