@@ -1,7 +1,7 @@
 """The outline that plans keep clear: the body, grown where a margin is wider than the default one.
 
-All limits of clearance in this package were tuned with the default margins, which they contain.
-Where the configured ones are wider, the board keeps as much more clear.
+All limits of clearance in this package contain the default margins. Where the configured ones are
+wider, the board keeps as much more clear.
 """
 
 from __future__ import annotations
