@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from gazechair.base.footprint import FloatArray, Footprint
+from gazechair.base.footprint import FloatArray, Footprint, Margins
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import Costmap
 from gazechair.going.follow import STOP, Stick
@@ -30,6 +30,7 @@ def floor(
     size_m: tuple[float, float] = (8.0, 4.0),
     unseen: Sequence[Box] = (),
     no_go: Sequence[FloatArray] = (),
+    margins: Margins | None = None,
 ) -> Costmap:
     """A walled room of `size_m` with boxes in it."""
     nx, ny = (round(one / CELL_M) for one in size_m)
@@ -41,7 +42,7 @@ def floor(
             i0, j0, i1, j1 = (round(one / CELL_M) for one in (x0, y0, x1, y1))
             into[i0:i1, j0:j1] = value
     free &= ~occupied
-    return Costmap(occupied, free, CELL_M, np.zeros(2), Footprint(), no_go)
+    return Costmap(occupied, free, CELL_M, np.zeros(2), Footprint(margins=margins), no_go)
 
 
 def numbers(profile: int = 2) -> ChairNumbers:

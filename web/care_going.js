@@ -1,9 +1,8 @@
 // An auto motion on the caretaker's page: goal, path, why it stands; a pause.
 
 import { ARRIVED, goingWords } from "./going.js";
+import { MapPicture } from "./map_picture.js";
 import { MapView } from "./map_view.js";
-
-const NOTHING = { places: [], no_go: [], home: null };
 
 /** The part, in `root`. `on` receives pause(), tone(shape). Throws when its texts do not load. */
 export async function careGoing(root, strings, on) {
@@ -18,7 +17,7 @@ class CareGoing {
   #canvas = document.createElement("canvas");
   #pause = document.createElement("button");
   #view;
-  #map = "";
+  #picture;
   #state = "";
 
   constructor(root, words, on) {
@@ -32,7 +31,7 @@ class CareGoing {
     this.#box.append(this.#line, this.#canvas, this.#pause);
     root.prepend(this.#box);
     this.#view = new MapView(this.#canvas, () => {});
-    this.#view.show(NOTHING, { points: [], closed: false });
+    this.#picture = new MapPicture(this.#view);
   }
 
   /** Takes `going` and `where` of the host's state. */
@@ -46,23 +45,8 @@ class CareGoing {
     const before = this.#state;
     this.#state = going.state;
     if (going.state === "arrived" && before && before !== "arrived") this.#on.tone(ARRIVED);
-    if (going.goal?.map && going.goal.map !== this.#map) this.#open(going.goal.map);
+    if (going.goal?.map) this.#picture.show(going.goal.map);
     this.#view.way(going);
-    this.#view.chair(where?.map === this.#map ? where : null);
-  }
-
-  async #open(id) {
-    this.#map = id;
-    this.#view.clear();
-    try {
-      const answer = await fetch(`/maps/${id}`, { cache: "no-store" });
-      if (!answer.ok) throw new Error(`the host answered ${answer.status}`);
-      const { picture } = await answer.json();
-      if (id !== this.#map) return; // another map meanwhile
-      if (!(await this.#view.picture(`/maps/${id}.png`, picture))) throw new Error("no picture");
-    } catch (error) {
-      console.warn(`map of the way: ${error.message}`);
-      if (id === this.#map) this.#map = "";
-    }
+    this.#view.chair(where?.map === this.#picture.map ? where : null);
   }
 }

@@ -42,7 +42,7 @@ class GoingWords {
   says({ kind, state, reason, name }) {
     const { text, do: advice } = this.#message(kind, reason, `going_${state}`);
     const cut = [...String(name)].slice(0, NAME).join("");
-    return { text: text.replace("{name}", ISOLATE + cut + END_ISOLATE), do: advice };
+    return { text: text.replace("{name}", () => ISOLATE + cut + END_ISOLATE), do: advice };
   }
 
   /** {text, do} for choosing a spot for a tile, or for the chosen one. */

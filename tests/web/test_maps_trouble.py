@@ -18,6 +18,15 @@ BOTH = {
     "maps": [ROW, OTHER],
 }
 
+# Pixels that the map's canvas shows.
+DRAWN = """
+() => {
+  const canvas = document.querySelector("#maps canvas");
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  return data.some(Boolean);
+}
+"""
+
 
 @pytest.fixture
 def maps(caretaker):
@@ -128,14 +137,30 @@ def test_details_that_loaded_are_not_asked_for_again(maps):
     assert sum(url.endswith("/maps/a1") for url in asked) == 1
 
 
-# Pixels that the map's canvas shows.
-DRAWN = """
-() => {
-  const canvas = document.querySelector("#maps canvas");
-  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
-  return data.some(Boolean);
-}
-"""
+def test_the_map_of_an_auto_motion_that_does_not_come_is_asked_for_every_2_s(caretaker):
+    host, page = caretaker.host, caretaker.page
+    host.replies["GET /maps/a1"] = (500, {"reason": "no_answer"})
+    host.pictures["a1"] = PICTURE.png
+    asked = []
+    page.on("request", lambda request: asked.append(request.url))
+    goal = {"map": "a1", "x": 3.0, "y": 1.0, "heading": 0.0}
+    drives = {"kind": "place", "mode": "to-1", "name": "Bed", "state": "drives", "reason": ""}
+    host.state["going"] = {**drives, "goal": goal}
+
+    def times() -> int:
+        return sum(url.endswith("/maps/a1") for url in asked)
+
+    caretaker.wait_until(lambda: caretaker.advance(100) or times() == 1, "the first question")
+    caretaker.advance(1500)
+    assert times() == 1
+    caretaker.advance(700)
+    caretaker.wait_until(lambda: times() == 2, "the second question")
+    host.replies["GET /maps/a1"] = (200, DETAILS)
+    drawn = DRAWN.replace("#maps canvas", "#going-map")
+    caretaker.wait_until(lambda: caretaker.advance(100) or page.evaluate(drawn), "the map")
+    asked.clear()
+    caretaker.advance(3000)
+    assert times() == 0
 
 
 def test_no_plan_of_another_map_is_shown_while_a_maps_own_loads(maps):

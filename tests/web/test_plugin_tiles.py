@@ -238,3 +238,13 @@ def test_who_is_followed_has_a_tile_and_sentences_of_its_own(ride):
     assert "Wacht tot er iemand voor de stoel stilstaat." in ride.text("#status")
     ride.state(going={**told, "state": "ended", "reason": "going_stopped"})
     assert "Gestopt met volgen." in ride.text("#status")
+
+
+def test_a_places_name_is_shown_as_its_people_wrote_it(ride):
+    row = {"kind": "place", "name": "to-1", "sign": "bed", **WELL}
+    tiled(ride, AHEAD, {**row, "names": {"nl": "$& of $1", "en": "$& of $1"}})
+    more(ride)
+    told = {"kind": "place", "mode": "to-1", "name": "$& of $1", "goal": {}}
+    ride.state(going={**told, "state": "thinks", "reason": ""})
+    assert "$& of $1" in ride.text("#status")
+    assert "{name}" not in ride.text("#status")

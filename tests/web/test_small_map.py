@@ -112,7 +112,7 @@ def test_a_map_that_does_not_come_is_asked_for_again(driver):
         driver.state(where=WHERE)
         driver.run_for(500)
 
-    driver.wait_until(lambda: look() or any("small map" in text for text in failed), "the failure")
+    driver.wait_until(lambda: look() or any("map a1" in text for text in failed), "the failure")
     assert not small.is_visible()
     host.replies["GET /maps/a1"] = (200, DETAILS)
     driver.wait_until(lambda: look() or small.is_visible(), "the small map")

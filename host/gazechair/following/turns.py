@@ -21,7 +21,7 @@ from gazechair.sensing.odometry.points import Piece
 _SAME_S = 1e-4
 _TURN_S, _SOON_S = 0.1, 0.09  # length of a turn; least time between two results
 _NEAREST_M = 0.15
-_KEPT = 64  # pieces, for a caller that comes seldom
+_KEPT_S = 5.0  # pieces without their estimates, for a caller that comes seldom
 
 
 @dataclass(frozen=True)
@@ -37,8 +37,8 @@ class Turns:
     """Feed it the pieces that odometry gets, then odometry's estimates."""
 
     def __init__(self) -> None:
-        self._waiting: deque[Piece] = deque(maxlen=_KEPT)
-        self._parts: deque[tuple[Piece, Estimate]] = deque(maxlen=_KEPT)
+        self._waiting: deque[Piece] = deque()
+        self._parts: deque[tuple[Piece, Estimate]] = deque()
         self._told_s = -math.inf
         self._origin_m: tuple[float, float] | None = None
 
@@ -50,6 +50,8 @@ class Turns:
             self._parts.clear()
         if piece.origin_m == self._origin_m:
             self._waiting.append(piece)
+        while self._waiting and self._waiting[0].middle_s < piece.middle_s - _KEPT_S:
+            self._waiting.popleft()
 
     def estimate(self, estimate: Estimate) -> Turn | None:
         """Take an estimate; returns the last whole turn, 10 times a second, else None."""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from gazechair.base.footprint import BoolArray, FloatArray, Footprint, inside
 from gazechair.going.beams import looked_through
 from gazechair.going.distance_field import Distances, discs_of, distances
+from gazechair.going.outline import outline, wider
 from gazechair.going.standing import Ahead, standing_m
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
 
@@ -59,10 +60,13 @@ class Costmap:
         self.distances_m: Distances = self.static_m
         self.changes = 0
         """Incremented after each change: who reads it first, on another thread, misses none."""
-        discs = discs_of(footprint.body)
+        parts = outline(footprint)
+        discs = np.concatenate([discs_of(part) for part in parts])
         in_cells = discs[:, :2].astype(np.float32) / np.float32(cell_m)
         self._disc_cells = in_cells[:, 0], in_cells[:, 1], discs[:, 2].astype(np.float32)
-        self.reach_m = float(np.hypot(footprint.body[:, 0], footprint.body[:, 1]).max())
+        self.reach_m = float(np.hypot(*np.concatenate(parts).T).max())
+        self.wider_m = max(wider(footprint.margins).widths_m)
+        """The most by which a margin is wider than the default one."""
 
     def suspect(self, points_m: FloatArray) -> None:
         """Replace the points, in the map's frame, that may be persons as seen now."""

@@ -14,6 +14,7 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray, Footprint
 from gazechair.going.costmap import Costmap
+from gazechair.going.outline import own_place
 from gazechair.going.plan import GOAL_BLOCKED, NoWay, Pose
 from gazechair.sensing.mapping.mapper import KeyScan
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
@@ -40,7 +41,7 @@ def seen_from_here(scans: Sequence[KeyScan], footprint: Footprint) -> OccupancyG
     x, y, heading = scans[-1].pose
     off = (cells + 0.5) * grid.cell_m + grid.low_m - (x, y)
     c, s = math.cos(heading), math.sin(heading)
-    under = cells[footprint.contains(off @ np.array(((c, -s), (s, c))))]
+    under = cells[own_place(footprint).contains(off @ np.array(((c, -s), (s, c))))]
     passes = grid.passes.copy()
     passes[under[:, 0], under[:, 1]] = len(scans)
     return replace(grid, passes=passes)

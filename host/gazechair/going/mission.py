@@ -29,7 +29,7 @@ from gazechair.going.stuck import Overruled, Stuck
 
 # States.
 IDLE, PLANNING, DRIVING, WAITING, BLOCKED = "idle", "planning", "driving", "waiting", "blocked"
-ARRIVED, LOST, PAUSED = "arrived", "lost", "paused"
+ARRIVED, LOST = "arrived", "lost"
 # Reasons, keys of the string tables; the planner's are others.
 PERSON, OBSTACLE, POSE_LOST = "going_person", "going_obstacle", "going_pose_lost"
 
@@ -123,22 +123,6 @@ class Mission:
         self._outdated = self._pending is not None
         self._ask_plan(drives_on=self.state == DRIVING)
 
-    def pause(self) -> None:
-        """Stand until `resume`."""
-        if self.state not in (IDLE, ARRIVED):
-            self.state, self.reason = PAUSED, ""
-
-    def resume(self) -> None:
-        """Continue with a new plan."""
-        if self.state == PAUSED:
-            self._stuck = Stuck()
-            self._ask_plan()
-
-    def stop(self) -> None:
-        """The mission is over."""
-        self.state, self.reason, self.goal, self.way = IDLE, "", None, None
-        self._follower.drop()
-
     @property
     def turns_on_spot(self) -> bool:
         """Whether it turns on the spot now."""
@@ -192,7 +176,7 @@ class Mission:
 
     def _step(self, now_s: float, put_out: Stick) -> Stick:
         at = self._located
-        if self.goal is None or self.state in (PAUSED, ARRIVED):
+        if self.goal is None or self.state == ARRIVED:
             return STOP
         if at is None or now_s - at.time_s > POSE_OLD_S:
             self.state, self.reason = LOST, POSE_LOST

@@ -9,6 +9,7 @@ import numpy as np
 from gazechair.base.footprint import FloatArray, Footprint
 from gazechair.going.costmap import Costmap
 from gazechair.going.maybe_persons import maybe_persons_m
+from gazechair.going.outline import own_place
 from gazechair.going.people import People
 from gazechair.going.plan import Pose
 from gazechair.sensing.mapping.poses import to_frame
@@ -21,14 +22,14 @@ class ObstacleLayer:
     """What one chair sees around it, in one map."""
 
     def __init__(self, costmap: Costmap, footprint: Footprint) -> None:
-        self._costmap, self._footprint = costmap, footprint
+        self._costmap, self._own_place = costmap, own_place(footprint)
         self.people = People()
         self._points_m = self._origins_m = np.zeros((0, 2))
         self._pose = np.zeros(3)
 
     def scan(self, points_m: FloatArray, origins_m: FloatArray, at_s: float, pose: Pose) -> None:
         """Take in one lidar rotation, of a chair whose pose is known; see Mission.scan."""
-        others = ~self._footprint.contains(points_m)
+        others = ~self._own_place.contains(points_m)
         self._points_m, self._origins_m = points_m[others], origins_m[others]
         self._pose = np.array(pose)
         in_map = to_frame(self._points_m, self._pose)

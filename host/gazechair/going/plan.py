@@ -177,7 +177,14 @@ class Planner:
             points.append(_ahead((goal[0], goal[1], heading), -leg_in_m))
         points.append(np.array(goal[:2]))
         way = self._eased(points, (start[2], heading), best[2], leg_in_m)
-        return NoWay(NO_WAY) if way.clearance_m < LEAST_M - 0.02 else way
+        return NoWay(NO_WAY) if way.clearance_m < self._least_m(start) else way
+
+    def _least_m(self, start: Pose) -> float:
+        """Least clearance of a smoothed path; less for a chair that stands within a wide margin."""
+        least_m = LEAST_M - 0.02
+        here_m = float(self._costmap.clearance_m(*(np.array([one]) for one in start))[0])
+        within = least_m - self._costmap.wider_m <= here_m < least_m
+        return here_m - float(self._costmap.cell_m) if within else least_m
 
     def _eased(self, points: list[FloatArray], rads: Headings, leg_m: float, in_m: float) -> Way:
         """Smoothed; if not easy, also tried without what the lattice prices only roughly.
@@ -254,7 +261,7 @@ class Planner:
         """Lattice poses to begin at, the straight leg to them (negative backward), its seconds."""
         found = []
         clear = self._costmap.clearance_m(*(np.array([one]) for one in start))[0]
-        if clear < -0.15:
+        if clear < -0.15 - self._costmap.wider_m:
             return []
         least = min(LEAST_M, float(clear) - 0.01)
         here = np.array(start[:2])

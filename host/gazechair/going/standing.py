@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from gazechair.base.footprint import BoolArray, FloatArray, Footprint
+from gazechair.going.outline import outline
 
 STOPS_M = 0.75
 """Distance before such a thing at which the board stops the chair."""
@@ -49,9 +50,9 @@ class Ahead:
     """Tells whether such a thing is ahead of a chair with a given footprint."""
 
     def __init__(self, footprint: Footprint) -> None:
-        body = footprint.body
-        self._front_m, self._rear_m = float(body[:, 0].max()), float(-body[:, 0].min())
-        self.half_m = float(np.abs(body[:, 1]).max()) + _BESIDE_M
+        ends = np.concatenate(outline(footprint))
+        self._front_m, self._rear_m = float(ends[:, 0].max()), float(-ends[:, 0].min())
+        self.half_m = float(np.abs(ends[:, 1]).max()) + _BESIDE_M
 
     @property
     def reach_m(self) -> tuple[float, float]:

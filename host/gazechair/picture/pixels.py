@@ -1,4 +1,4 @@
-"""Decodes a JPEG to pixels of a given width, with Pillow, if it is installed."""
+"""Decodes a JPEG to pixels of a given size, with Pillow, if it is installed."""
 
 from __future__ import annotations
 
@@ -23,11 +23,10 @@ def size_px(jpeg: bytes) -> tuple[int, int] | None:
     return int(picture.width), int(picture.height)
 
 
-def pixels(jpeg: bytes, width_px: int) -> NDArray[np.uint8] | None:
-    """(height, width, 3), red, green, blue; None: the picture cannot be decoded."""
+def pixels(jpeg: bytes, size: tuple[int, int]) -> NDArray[np.uint8] | None:
+    """(height, width, 3), red, green, blue, for a width and height; None: cannot be decoded."""
     try:
         picture: Any = Image.open(io.BytesIO(jpeg), formats=("JPEG",))
-        size = (width_px, max(1, round(width_px * picture.height / picture.width)))
         picture.draft("RGB", (2 * size[0], 2 * size[1]))  # decodes only what is needed
         picture = picture.convert("RGB").resize(size, Image.Resampling.BOX)
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):

@@ -12,13 +12,13 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.following.line import GONE_S, LineFollower, State
-from gazechair.following.line_view import NOT_SEEN
+from gazechair.following.line_view import NOT_SEEN, Picture
 from gazechair.following.request import STOP, Request
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.picture.floor import FloorCamera
 from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import Shot
-from gazechair.picture.pixels import pixels
+from gazechair.picture.pixels import pixels, size_px
 from gazechair.producers.contract import STEP_S, Ask, Press, Said, Sensed, Setup, SpotProducer
 from gazechair.producers.odometry_track import OdometryTrack
 from gazechair.producers.over_picture import over_picture
@@ -125,7 +125,9 @@ class LineProducer(SpotProducer):
         looked, stands = self._track.pose(ask.at_s), self._track.stands
         new = shot if shot is not None and shot.acquired_s >= ask.at_s and stands else None
         pose = None if new is None else self._track.pose(new.acquired_s)
-        picture = None if new is None else pixels(new.jpeg, WIDTH_PX)
+        picture = None if new is None else self._pixels(new)
+        if self._refused:
+            return
         if new is None or pose is None or picture is None or looked is None:
             self._refused = (NO_PICTURE if stands else NOT_NOW) if late else ""
             return
@@ -159,10 +161,22 @@ class LineProducer(SpotProducer):
         elif now_s - self._placed_s > GONE_S:
             return NO_PLACE
         if shot is not None and now_s - shot.acquired_s <= _OLD_S:
-            pose, picture = self._track.pose(shot.acquired_s), pixels(shot.jpeg, WIDTH_PX)
+            pose, picture = self._track.pose(shot.acquired_s), self._pixels(shot)
+            if self._refused:
+                return self._refused
             if pose is not None and picture is not None:
                 follower.look(picture, pose, shot.acquired_s)
         return ""
+
+    def _pixels(self, shot: Shot) -> Picture | None:
+        """As the camera that was calibrated; None: not decodable, or refused as another one's."""
+        camera, size = self._camera, size_px(shot.jpeg)
+        if camera is None or size is None:
+            return None
+        if not camera.same_shape(size):
+            self._refused = UNCALIBRATED
+            return None
+        return pixels(shot.jpeg, (camera.width_px, camera.height_px))
 
     def _shown(self, pose: FloatArray | None) -> dict[str, list[list[float]]]:
         """The line as drawn over the picture."""

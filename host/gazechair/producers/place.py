@@ -4,22 +4,33 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import Future
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gazechair.going.chair_numbers import ChairNumbers
-from gazechair.going.costmap import costmap_of
+from gazechair.going.costmap import Costmap, costmap_of
 from gazechair.going.mission import Mission
 from gazechair.going.plan import Planner, Pose
 from gazechair.producers.contract import Press, Producer, Said, Sensed, Setup
 from gazechair.producers.ride import POSE_LOST, Ride
 from gazechair.producers.track import MapTrack
-from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.home_map import HomeMap
+from gazechair.sensing.mapping.store import MapStore, Stored
 
 MAP_GONE = "going_map_gone"
 _WHERE_S = 1.5  # longest wait for the first pose after the press
 _MOST_POINTS = 40  # of a path that is shown
+
+
+@dataclass(frozen=True)
+class _Model:
+    """A map as the planner needs it, which takes seconds to compute."""
+
+    stored: Stored
+    may_reverse: bool
+    costmap: Costmap
+    planner: Planner
 
 
 class PlaceProducer(Producer):
@@ -32,6 +43,7 @@ class PlaceProducer(Producer):
         self._ride = Ride(setup.thinker)
         self._map = ""
         self._mission: Future[Mission | None] = Future()
+        self._model: _Model | None = None  # of the newest mission; used by the thinker only
         self._goal: Pose = (0.0, 0.0, 0.0)
         self._begun_s = 0.0
 
@@ -51,12 +63,18 @@ class PlaceProducer(Producer):
         stored = self._store.get(name)
         if stored is None or stored.map is None:
             return None
-        home, footprint = stored.map, self.setup.footprint
+        model = self._model
+        if model is None or model.stored is not stored or model.may_reverse != press.may_reverse:
+            model = self._model = self._modelled(stored, stored.map, press.may_reverse)
+        # A new mission: what the board refused, and who walks, are found out again. What the lidars
+        # saw in the last seconds stays in the costmap, also where none of them looks now.
+        numbers, footprint = ChairNumbers.of(press.settings), self.setup.footprint
+        return Mission(model.costmap, model.planner, numbers, footprint, self._ride.submit)
+
+    def _modelled(self, stored: Stored, home: HomeMap, may_reverse: bool) -> _Model:
         no_go = [np.array(area.corners_m) for area in home.drawn.no_go]
-        costmap = costmap_of(home.grid, footprint, no_go)
-        planner = Planner(costmap, press.may_reverse)
-        numbers = ChairNumbers.of(press.settings)
-        return Mission(costmap, planner, numbers, footprint, self._ride.submit)
+        costmap = costmap_of(home.grid, self.setup.footprint, no_go)
+        return _Model(stored, may_reverse, costmap, Planner(costmap, may_reverse))
 
     def step(self, sensed: Sensed, now_s: float) -> Said:
         self._ride.hear(sensed)

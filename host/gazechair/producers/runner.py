@@ -28,7 +28,7 @@ _LATE_S = 0.1  # after a value, before it reports that it thinks
 _BORN_S = 0.05  # a value is born at the end of its step, at most this long after its beginning
 _HANGS_S = 20.0  # a longer step counts as hanging
 _OLD_S = 0.5  # older data in the inbox is useless
-_KEPT = 64
+_KEPT_S = 4.0  # before a press: longer than following a person looks back
 _IDLE = Said(None)
 _STANDS = (0, 0)
 
@@ -69,9 +69,7 @@ class Runner:
         self._step_of, self._step_s = 0, 0.0
         self._value_s = float("-inf")  # the birth of the newest value of this press
         self._shown = _IDLE
-        self._pieces: deque[Piece] = deque(maxlen=_KEPT)
-        self._estimates: deque[Estimate] = deque(maxlen=_KEPT)
-        self._motions: deque[Motion] = deque(maxlen=_KEPT)
+        self._heard: deque[tuple[float, Piece | Estimate | Motion]] = deque()
         self._where: Whereabouts | None = None
         self._word_s = self._said_s = float("-inf")
 
@@ -92,13 +90,16 @@ class Runner:
         if isinstance(said, HalfTurn):
             piece = self._lidars.piece(said) if said.last_s > now_s - _OLD_S else None
             if piece is not None:
-                self._pieces.append(piece)
-        elif isinstance(said, Estimate):
-            self._estimates.append(said)
-        elif isinstance(said, Motion):
-            self._motions.append(said)
+                self._keep(piece, now_s)
+        elif isinstance(said, (Estimate, Motion)):
+            self._keep(said, now_s)
         elif isinstance(said, Whereabouts):
             self._where = said
+
+    def _keep(self, said: Piece | Estimate | Motion, now_s: float) -> None:
+        self._heard.append((now_s, said))
+        while self._heard[0][0] < now_s - _KEPT_S:
+            self._heard.popleft()
 
     def tick(self, now_s: float) -> None:
         """Send what is due now. Raises what the kind raises, RuntimeError when it hangs."""
@@ -129,11 +130,17 @@ class Runner:
             self._say(now_s, 0, self._answer if over else _IDLE, self._answered if over else 0)
 
     def _sensed(self) -> Sensed:
-        heard = list(self._pieces), list(self._estimates), list(self._motions)
-        for kept in (self._pieces, self._estimates, self._motions):
-            kept.clear()
-        where, self._where = self._where, None
-        return Sensed(*heard, where, self._picture())
+        sensed = Sensed(where=self._where, picture=self._picture())
+        self._where = None
+        for _, one in self._heard:
+            if isinstance(one, Piece):
+                sensed.pieces.append(one)
+            elif isinstance(one, Estimate):
+                sensed.estimates.append(one)
+            else:
+                sensed.motions.append(one)
+        self._heard.clear()
+        return sensed
 
     def _begin_waiting(self, ask: Ask, now_s: float) -> None:
         kind, sensed = self._producer, self._sensed()

@@ -206,13 +206,14 @@ class ProducerService(InboxService):
         ride = self._ride
         return float("-inf") if ride is None else ride.begun_s
 
-    def _offer(self) -> None:
+    def _offer(self, stopped: bool = False) -> None:
+        """`stopped`: a motion whose mode goes was stopped; else its target has changed."""
         wanted = self._choices() if self._lives else {}
         for mode, target in list(self._offered.items()):
             if wanted.get(mode) != target:
                 del self._offered[mode]
                 if self.rides and self._ride is not None and self._ride.mode == mode:
-                    self._ride.removed = True
+                    self._ride.removed = not stopped
                 self._port.offer_mode(mode, None)
         for mode, target in wanted.items():
             if mode not in self._offered:

@@ -44,13 +44,13 @@ class SpotService(ProducerService):
                 self._ask, self._tile = {"number": self._number, **rest}, tile
             return True
 
-    def forget(self) -> None:
-        """Discard the spot; a press for it ends."""
+    def forget(self, stopped: bool = True) -> None:
+        """Discard the spot; a press for it ends: stopped, or because it no longer works."""
         with self._lock:
             if self._ask is not None:
                 self._ask = self._answer = None
                 self._word_s = float("-inf")
-                self._offer()
+                self._offer(stopped)
 
     def spot(self) -> dict[str, Any] | None:
         """For the pages: the spot, its result, and the mode that can be pressed."""
@@ -80,7 +80,7 @@ class SpotService(ProducerService):
 
     def renew(self, lidars: tuple[LidarConfig, ...]) -> None:
         """As InboxService.renew: also starts a new process."""
-        self.forget()
+        self.forget(stopped=False)
         super().renew(lidars)
 
     @property
@@ -96,7 +96,9 @@ class SpotService(ProducerService):
         return {self._mode: Target(target.name, target.icon, more, target.english)}
 
     def _follow(self, world: World, now_s: float) -> None:
-        if self._ask is not None and (not world.armed or self._tile not in self._shown):
+        if self._tile not in self._shown:
+            self.forget(stopped=False)
+        elif not world.armed:
             self.forget()
         super()._follow(world, now_s)
 

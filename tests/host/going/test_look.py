@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from gazechair.base.footprint import Footprint
+from gazechair.base.footprint import Footprint, Margins
 from gazechair.going.costmap import costmap_of
 from gazechair.going.look import TOO_NEAR, UNSEEN, goal, seen_from_here
 from gazechair.going.plan import GOAL_BLOCKED, NoWay, Planner, Pose, Way
@@ -48,6 +48,21 @@ def test_a_free_spot_is_a_goal_that_faces_along_the_way(seen) -> None:  # type: 
     assert found[:2] == pytest.approx((POSE[0] + 2 * c + 0.5 * s, POSE[1] + 2 * s - 0.5 * c))
     along = POSE[2] + math.atan2(-0.5, 2.0)
     assert found[2] == pytest.approx(math.remainder(along, 2.0 * math.pi))
+
+
+@pytest.mark.parametrize(("front_m", "turned"), [(0.05, False), (0.3, True)])
+def test_before_a_wall_the_front_margin_stays_free(seen, front_m: float, turned: bool) -> None:  # type: ignore[no-untyped-def]
+    """0.8 m before it the body fits along, with 15 cm before its front."""
+    footprint = Footprint(margins=Margins(front_m=front_m))
+    found = goal((3.2, 0.0), POSE, seen[0], costmap_of(seen[0], footprint))
+    assert not isinstance(found, NoWay)
+    assert (abs(math.remainder(found[2] - POSE[2], 2.0 * math.pi)) > 0.3) == turned
+
+
+def test_what_is_within_a_wide_margin_is_not_the_floor_under_the_chair(seen) -> None:  # type: ignore[no-untyped-def]
+    footprint = Footprint(margins=Margins(front_m=3.5))  # up to beyond the wall
+    grid = seen_from_here([_scan(), _scan()], footprint)
+    assert (grid.occupied == seen[0].occupied).all()
 
 
 def test_the_planner_finds_the_way_there_without_a_map(seen) -> None:  # type: ignore[no-untyped-def]

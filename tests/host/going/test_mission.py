@@ -14,9 +14,7 @@ from gazechair.going.follow import ACCELERATE_M_S2, PERIOD_S, STOP, Pose, Stick
 from gazechair.going.mission import (
     ARRIVED,
     BLOCKED,
-    IDLE,
     LOST,
-    PAUSED,
     POSE_LOST,
     WAITING,
     Planned,
@@ -85,15 +83,6 @@ def end_of_way(chair: GoingChair) -> Callable[[Pose, float, float, float], Stick
     return shorter
 
 
-def test_pause_and_resume(chair: GoingChair) -> None:
-    chair.run(8.0)
-    chair.mission.pause()
-    assert all(chair.step() == STOP for _ in range(20))
-    assert chair.mission.state == PAUSED
-    chair.mission.resume()
-    assert chair.run(90.0) == ARRIVED
-
-
 def test_it_drives_on_until_the_new_way_is_known(chair: GoingChair) -> None:
     chair.run(8.0)
     jobs: list[tuple[Callable[[], Planned], Future[Planned]]] = []
@@ -127,13 +116,6 @@ def test_where_nothing_is_let_out_it_asks_a_third_of_the_time(chair: GoingChair)
         chair.step()
         asked += chair.asked != STOP
     assert 10 < asked < 80
-
-
-def test_stop_ends_it(chair: GoingChair) -> None:
-    chair.run(8.0)
-    chair.mission.stop()
-    assert chair.step() == STOP
-    assert chair.mission.state == IDLE
 
 
 def test_a_lost_pose_is_said_within_half_a_second_and_nothing_moves(chair: GoingChair) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from gazechair.base.footprint import Footprint
+from gazechair.base.footprint import Footprint, Margins
 from gazechair.going.costmap import Costmap
 from gazechair.going.obstacle_layer import ObstacleLayer
 from goingrig import TWO_ROOMS, Person, floor, scan_of
@@ -37,6 +37,14 @@ def test_who_walks_is_in_no_plan_and_who_stands_is(costmap: Costmap) -> None:
         look(around, costmap, 0.1 * k, [walks, stands])
     assert around.walker_within(*walks, 0.3)
     assert clear_m(costmap, walks) > 0.1
+    assert clear_m(costmap, stands) < 0.0
+
+
+def test_what_stands_within_a_wide_margin_is_no_part_of_the_chair(costmap: Costmap) -> None:
+    footprint = Footprint(margins=Margins(front_m=0.3))
+    around, stands = ObstacleLayer(costmap, footprint), (2.5, 2.0)  # 0.2 m before its front
+    for k in range(5):
+        look(around, costmap, 0.1 * k, [stands])
     assert clear_m(costmap, stands) < 0.0
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from gazechair.base.footprint import Footprint
+from gazechair.base.footprint import Footprint, Margins
 from gazechair.going.costmap import Costmap
 from gazechair.going.distance_field import Distances, distances
 from gazechair.going.lattice import STRICT_M, Ints, Lattice
@@ -44,6 +44,27 @@ def test_through_a_door_of_85_centimetres(turned: float) -> None:
     found = planned(narrow, start)
     assert isinstance(found, Way)
     assert found.clearance_m > 0.0
+
+
+@pytest.mark.parametrize(("side_m", "through_y_m"), [(0.02, (1.55, 2.45)), (0.08, (3.3, 4.5))])
+def test_a_wider_side_margin_takes_the_wider_of_two_doors(
+    side_m: float, through_y_m: tuple[float, float]
+) -> None:
+    """The near one leaves 7 cm at each side: enough for the default margin only."""
+    doors = ((3.95, 0.0, 4.05, 1.55), (3.95, 2.45, 4.05, 3.3), (3.95, 4.5, 4.05, 5.0))
+    margins = Margins(side_m=side_m)
+    found = planned(doors, goal=(6.5, 2.0, 0.0), size_m=(8.0, 5.0), margins=margins)
+    assert isinstance(found, Way)
+    x_m, y_m = found.points_m.T
+    low_m, high_m = through_y_m
+    assert low_m < float(np.interp(4.0, x_m, y_m)) < high_m
+
+
+def test_a_wall_within_a_wide_front_margin_is_no_reason_not_to_back_off() -> None:
+    start, goal = (7.15, 2.0, 0.0), (2.0, 2.0, math.pi)  # its front is 15 cm before the wall
+    found = planned((), start, goal, reverse=True, margins=Margins(front_m=0.3))
+    assert isinstance(found, Way)
+    assert found.backward
 
 
 def test_a_door_as_wide_as_the_chair_is_none() -> None:

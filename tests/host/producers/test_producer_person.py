@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gazechair.base.footprint import Footprint
+from gazechair.config.configuration import LidarConfig
+from gazechair.producers import exchange
 from gazechair.producers.contract import Press, Said, Sensed, Setup
 from gazechair.producers.person import OLD_S, SIGHT_LOST, UNSEEN, PersonProducer
-from gazechair.sensing.odometry.odometry import Estimate
+from gazechair.producers.runner import Runner
+from gazechair.sensing.odometry.child import Lidars
+from gazechair.sensing.odometry.inbox import HalfTurn
+from gazechair.sensing.odometry.odometry import Estimate, Motion
 from gazechair.sensing.odometry.points import Piece
 from gazelink.settings_table import TABLE, profile_row
 from gazesim import rays
+from gazesim.producer_chair import Inline
 
 _LIDAR_M, _HALL_M, _HALF_S = 0.5, 6.0, 0.05
 _SETTINGS = {row[0]: row[1] for row in TABLE}
@@ -54,14 +61,18 @@ class Chair:
         sure = (0.0, 0.0, 0.1, 0.02, 1.0, ())
         return piece, Estimate(piece.middle_s, *(0.0,) * 6, *sure, self.track)
 
+    def later(self, walk_m_s: float = 0.0) -> None:
+        """Half a turn later."""
+        self.now_s += _HALF_S
+        if self.person is not None:
+            self.person += walk_m_s * _HALF_S
+            self._way += abs(walk_m_s) * _HALF_S
+
     def runs(self, seconds: float, walk_m_s: float = 0.0, asked: bool = True) -> list[Said]:
         """Run; returns the output of each step."""
         found, kept = [], Sensed()
         for number in range(round(seconds / _HALF_S)):
-            self.now_s += _HALF_S
-            if self.person is not None:
-                self.person += walk_m_s * _HALF_S
-                self._way += abs(walk_m_s) * _HALF_S
+            self.later(walk_m_s)
             piece, estimate = self.half(number)
             kept.pieces.append(piece)
             kept.estimates.append(estimate)
@@ -117,6 +128,51 @@ def test_who_came_before_the_press_need_not_come_again(chair: Chair) -> None:
     chair.press()
     chair.producer.step(heard, chair.now_s)
     assert chair.runs(0.5)[-1].state == "drives"
+
+
+class _Pressed:
+    """The producer in its runner, with a lidar behind the chair, too; `states`: of its reports."""
+
+    def __init__(self, chair: Chair) -> None:
+        self._chair = chair
+        self.states: list[str] = []
+        self._press = 0
+        mounts = (_LIDAR_M, 0.0), (-_LIDAR_M, 180.0)
+        rows = [LidarConfig(x_m=x_m, heading_deg=heading) for x_m, heading in mounts]
+        lidars = Lidars(tuple(rows))
+        self._runner = Runner(chair.producer, lidars, self, Inline(), lambda: chair.now_s)
+
+    def data(self, payload: bytes) -> None:
+        """What it reports."""
+        self.states.append(exchange.unpack(payload).state)
+
+    def runs(self, seconds: float, walk_m_s: float = 0.0, press: int = 0) -> None:
+        """Run, pressed if `press`."""
+        chair = self._chair
+        for number in range(round(seconds / _HALF_S)):
+            chair.later(walk_m_s)
+            piece, estimate = chair.half(number)
+            for lidar, before_s in ((1, 0.02), (0, 0.0)):
+                first_s, last_s = (float(piece.times_s[k]) - before_s for k in (0, -1))
+                seen = piece.directions_deg, piece.distances_m
+                self._runner.heard(HalfTurn(lidar, *seen, first_s, last_s), chair.now_s)
+                at_s = piece.middle_s - before_s
+                self._runner.heard(replace(estimate, time_s=at_s), chair.now_s)
+            for late_s in (0.04, 0.02, 0.0):
+                self._runner.heard(Motion(chair.now_s - late_s, None, 0, 0), chair.now_s)
+            more = {"target": {}, "settings": _SETTINGS, "may_reverse": True}
+            self._runner.word({"at_s": chair.now_s, "press": press, **more})
+            self._runner.tick(chair.now_s)
+
+
+def test_with_two_lidars_who_stands_there_at_the_press_is_followed_at_once(chair: Chair) -> None:
+    """What both have seen in the seconds before the press counts, the person's steps too."""
+    chair.person = 2.55
+    pressed = _Pressed(chair)
+    pressed.runs(1.4, -0.5)
+    pressed.runs(1.8)
+    pressed.runs(0.5, press=1)
+    assert pressed.states[-1] == "drives"
 
 
 def test_with_an_output_limit_in_the_deadband_it_asks_for_no_motion_along(chair: Chair) -> None:

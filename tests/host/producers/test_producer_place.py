@@ -16,6 +16,7 @@ from gazechair.producers import place
 from gazechair.producers.contract import Press, Sensed, Setup
 from gazechair.sensing.mapping.home_map import HomeMap
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.store import MapStore
 from gazelink.settings_table import TABLE
 
 SETTINGS = {name: default for name, default, _, _ in TABLE}
@@ -54,21 +55,27 @@ def producer(tmp_path: Path, thinker: Later) -> place.PlaceProducer:
     return place.PlaceProducer(Setup(Footprint(), tmp_path, thinker=thinker))
 
 
-def press(number: int, map_: str = "a") -> Press:
+def press(number: int, map_: str = "a", may_reverse: bool = True) -> Press:
     target = {"map": map_, "x": 2.0, "y": 2.0, "heading": 0.0}
-    return Press(number, target, SETTINGS, True, 10.0)
+    return Press(number, target, SETTINGS, may_reverse, 10.0)
+
+
+@pytest.fixture
+def made(monkeypatch: pytest.MonkeyPatch) -> list[Planner]:
+    """The planners that were made."""
+    found: list[Planner] = []
+
+    def planner(*of: Any) -> Planner:
+        found.append(Planner(*of))
+        return found[-1]
+
+    monkeypatch.setattr(place, "Planner", planner)
+    return found
 
 
 def test_no_step_waits_for_the_map(
-    producer: place.PlaceProducer, thinker: Later, monkeypatch: pytest.MonkeyPatch
+    producer: place.PlaceProducer, thinker: Later, made: list[Planner]
 ) -> None:
-    made: list[Planner] = []
-
-    def planner(*of: Any) -> Planner:
-        made.append(Planner(*of))
-        return made[-1]
-
-    monkeypatch.setattr(place, "Planner", planner)
     producer.press(press(1))
     for at_s in (10.0, 40.0):
         said = producer.step(Sensed(), at_s)
@@ -89,3 +96,31 @@ def test_another_press_does_not_wait_for_the_map_of_the_one_before(
     thinker.compute()
     said = producer.step(Sensed(), 10.0)
     assert (said.stick, said.reason) == (None, place.MAP_GONE)
+
+
+def test_another_press_in_the_same_map_does_not_prepare_it_again(
+    producer: place.PlaceProducer, thinker: Later, made: list[Planner], tmp_path: Path
+) -> None:
+    """Another place, *Verder*: what was seen of the map's surroundings stays, too."""
+    missions = []
+    for number in (1, 2):
+        producer.press(press(number))
+        thinker.compute()
+        missions.append(producer._mission.result())
+    first, second = missions
+    assert first is not None
+    assert second is not None
+    assert first is not second
+    assert first.costmap is second.costmap
+    assert len(made) == 1
+    producer.press(press(3, may_reverse=False))
+    thinker.compute()
+    assert len(made) == 2
+    area = [[1.0, 1.0], [2.0, 1.0], [2.0, 2.0]]
+    MapStore(tmp_path).draw("a", "no_go", area)
+    producer.press(press(4, may_reverse=False))
+    thinker.compute()
+    assert len(made) == 3
+    mission = producer._mission.result()
+    assert mission is not None
+    assert mission.costmap is not second.costmap
