@@ -161,14 +161,17 @@ class Book:
                     one.state, one.attempts, one.due_s = WAITING, 0, now_s
         # A person who asks again wants an answer again; a part that fails again is known.
         elif alert.state == OVER or (alert.state == ACKNOWLEDGED and alert.kind == HELP):
-            answered = alert.by != ""
+            # A call is acknowledged first and gets the name later; one that is over keeps the name.
+            answered = alert.state == ACKNOWLEDGED or alert.by != ""
             alert.state, alert.by, alert.ended_s = OPEN, "", _NEVER_S
             alert.sentence, alert.detail = sentence, detail
             for name, one in alert.deliveries.items():
+                due_s = now_s + self._routes[name].after_s
                 if one.state == SENT or (one.state == WAITING and answered):
                     one.state, one.attempts = WAITING, 0
-                    due_s = now_s + self._routes[name].after_s
                     one.due_s = max(due_s, one.tried_s + AGAIN_S)
+                elif one.state == FAILED and answered:
+                    one.due_s = max(due_s, one.due_s)  # it reached nobody: retried as before
         return alert
 
     def end(self, key: str, now_s: float) -> None:

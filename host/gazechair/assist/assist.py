@@ -39,6 +39,7 @@ _LEG_STOPS_M = 0.24  # a leg also ends this near an obstacle: the board would so
 _FORGETS_S = 4.0  # time constant from where the driver pointed to the present heading
 # What is not permitted for this long is given up for a while. A driver lets go after a second.
 _STUCK_S, _GIVES_UP_S = 0.8, 3.0
+_ANOTHER_S = 10.0  # not advised for so long, it is another press: their numbers return after 255
 # After a turn that the board refused, forward points aside: by how much, how soon, how long.
 _REFUSED_DEG, _REFUSED_S, _REFUSED_FORGETS_S = 25.0, 5.0, 15.0
 _OPENS_S = 0.5  # after a block ahead, until the board lets a standing chair begin
@@ -179,7 +180,7 @@ class Assist:
         if points is None or heading is None or not self.permits.seen:
             self._press = _Press(0, now_s)
             return None
-        if press != self._press.number:
+        if press != self._press.number or now_s - self._press.last_s > _ANOTHER_S:
             aside_deg = self._aside_deg(now_s)
             forgets_s = _REFUSED_FORGETS_S if aside_deg else _FORGETS_S
             self._press = _Press(press, now_s, heading + aside_deg, forgets_s)

@@ -55,6 +55,8 @@ class Advisor:
         if word.zone != self._word.zone:
             self._assist.permits.zone = zone
         self._word = word
+        if word.turns or word.press not in (0, self._straight):
+            self._straight = 0  # that press is over, and another one will have its number
         self._no_turns_without_heading()
         self._turned = word.turns or self._turned
         self._assist.permits.clearance = word.clearance

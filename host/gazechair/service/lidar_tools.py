@@ -15,14 +15,13 @@ from gazechair.config.configuration import Config, FootprintConfig, LidarConfig
 from gazechair.config.rules import to_toml
 from gazechair.sensing.lidar.device import S2, LidarError, find_port
 from gazechair.sensing.lidar.mask import Learned, MaskError, learn
-from gazechair.sensing.lidar.reader import Reader
+from gazechair.sensing.lidar.reader import Intake, Reader
 from gazechair.sensing.lidar.scan import Arc, Pose, Scan
 from gazechair.sensing.lidar.scanfile import ScanFileError, ScanWriter
-from gazechair.sensing.lidar.stream import PERIODS_S, make_decoder
+from gazechair.sensing.lidar.stream import PERIODS_S, ByteStream
+from gazelink import codes
 
 _PATIENCE_S = 15.0
-_READ_S = 0.25
-_PIECE_S = 0.025
 _SILENT_S = 2.0
 
 Say = Callable[[str], None]
@@ -135,18 +134,18 @@ def record(config: Config, name: str | None, path: Path, seconds: float | None, 
 
 
 def _record(device: S2, mode: str, writer: ScanWriter, seconds: float | None) -> None:
-    decoder = make_decoder(mode)
     heard_s = start_s = time.monotonic()
+    source = codes.SIMULATED if device.simulated else codes.REAL
+    stream = ByteStream(mode, source, lambda nodes, at_s, _: writer.add(at_s - start_s, nodes))
+    intake = Intake(device)
     while seconds is None or time.monotonic() - start_s < seconds:
-        data = device.read(_READ_S)
+        last_s = stream.last_s
+        stream.feed(*intake.gathered(stream))
         now_s = time.monotonic()
-        nodes = decoder.feed(data)
-        if len(nodes):
+        if stream.last_s != last_s:
             heard_s = now_s
-            writer.add(now_s - start_s, nodes)
         elif now_s - heard_s > _SILENT_S:
             raise LidarCommandError("the lidar fell silent; what came before is recorded")
-        time.sleep(_PIECE_S)
 
 
 def _chosen(lidars: list[LidarConfig], name: str | None) -> LidarConfig:

@@ -111,17 +111,27 @@ def test_a_person_who_asks_again_after_an_answer_is_heard_again_and_a_part_is_kn
     assert [key for *_, key in scene.sent] == ["lidar_lost", HELP_WANTED, HELP_WANTED]
 
 
-def test_who_asks_again_after_an_answer_gives_the_next_route_its_whole_time_again() -> None:
+@pytest.mark.parametrize("by", ["Anna", ""])
+@pytest.mark.parametrize("second_fails", [False, True])
+def test_who_asks_again_after_an_answer_gives_the_next_route_its_whole_time_again(
+    second_fails: bool, by: str
+) -> None:
     scene = Scene(FIRST, SECOND)
     scene.raise_()
     scene.wait(10)
-    scene.book.acknowledge(1, "Anna")
+    if second_fails:
+        scene.wait(110)
+        scene.problem = "no network"
+        scene.wait(1)
+    scene.problem = ""
+    assert scene.book.acknowledge(1, by)
     scene.wait(290)
+    scene.sent.clear()
     scene.raise_()
     scene.wait(119)
-    assert [route for _, route in scene.routes()] == ["first"] * 2
+    assert [route for _, route in scene.routes()] == ["first"]
     scene.wait(2)
-    assert [route for _, route in scene.routes()] == ["first"] * 2 + ["second"]
+    assert [route for _, route in scene.routes()] == ["first", "second"]
 
 
 def test_what_returns_later_is_another_alert() -> None:

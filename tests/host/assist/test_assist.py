@@ -325,3 +325,14 @@ def test_a_turn_on_the_spot_of_a_chair_that_cannot_turn_is_given_up():
 
 def test_a_slow_one_is_not():
     assert turning(before_a_door(0.0), 4.0, 12.0)[-1].turn_permille > 0
+
+
+def test_a_press_with_the_number_of_one_long_ago_does_not_point_where_that_one_did():
+    assist = before_a_door(0.0)
+    assist.advise(9, 1.1)
+    for k in range(20):
+        assist.motion(Motion(59.9 + 0.01 * k, 90.0, 0, 0))
+    assist.see(0, half(door_room(-0.45, 0.45), 60.04, 90.0))
+    assist.see(0, half(door_room(-0.45, 0.45), 60.09, -90.0))
+    assist.advise(9, 60.1)
+    assert assist._press.wish_deg == 90.0

@@ -177,6 +177,22 @@ def test_a_press_that_began_without_a_heading_turns_no_more_either() -> None:
     assert one.say(10.25) == [True, 0, 0, 0, False, 10.25]
 
 
+@pytest.mark.parametrize("between", [{"press": 10}, {"turns": 1}])
+def test_the_number_of_a_press_that_had_lost_its_heading_serves_again(
+    between: dict[str, int],
+) -> None:
+    one = advisor(press=9)
+    moved(one, [None, *AFTER], 10.05)
+    pressed(one, 0, 10.25)  # not renewed for a moment: it may be the same press still
+    pressed(one, 9, 10.25)
+    assert one.say(10.25)[:2] == [True, 0]
+    clearance = Clearance(0, codes.SIMULATED, 10.25, forward_mm=700)
+    one.hear(packed(Word(on=True, zone=ZONE, clearance=clearance, **between)))  # type: ignore[arg-type]
+    pressed(one, 0, 10.25)
+    pressed(one, 9, 10.25)  # 255 presses later
+    assert one.say(10.25)[1] == 9
+
+
 def test_a_lost_heading_counts_however_late_it_is_read() -> None:
     one = advisor(press=9)
     one.take(inbox.pack_motion(Motion(9.0, None, 0, 0)), 10.0)

@@ -15,9 +15,12 @@ import pytest
 from gazechair.config.configuration import LidarConfig
 from gazechair.sensing.lidar import device as device_module
 from gazechair.sensing.lidar import reader as reader_module
+from gazechair.sensing.lidar.nodes import Nodes
 from gazechair.sensing.lidar.reader import Intake, Reader
-from gazechair.sensing.lidar.stream import ByteStream
+from gazechair.sensing.lidar.stream import PERIODS_S, ByteStream
+from gazechair.service import lidar_tools
 from gazelink import codes
+from gazesim.s2 import S2
 from lidarrig import LidarRig, wait_for
 
 
@@ -321,3 +324,35 @@ def test_after_a_pause_no_byte_counts_as_younger_than_it_is(
         assert len(data) > 4595  # and all that waited, so that the next ones are new
         _, came_s = intake.gathered(Wanting())  # type: ignore[arg-type]
         assert came_s == pytest.approx(device.now_s, abs=0.005)
+
+
+class Scanning(Keeping):
+    """The same with a dense scan. It writes down what is recorded."""
+
+    simulated = True
+
+    def __init__(self) -> None:
+        super().__init__()
+        lidar = S2(lambda angles: np.full(len(angles), 3.0))
+        lidar.receive(b"\xa5\x82\x05\x01\x00\x00\x00\x00\x23")
+        self._data = lidar.step(2.0)
+        self.written: list[tuple[float, int]] = []
+
+    def read(self, timeout_s: float) -> bytes:
+        count = len(super().read(timeout_s))
+        data, self._data = self._data[:count], self._data[count:]
+        return data
+
+    def add(self, time_s: float, nodes: Nodes) -> None:
+        self.written.append((time_s, len(nodes)))
+
+
+def test_nor_does_what_is_recorded_after_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    device = Scanning()
+    for module in (reader_module, lidar_tools):
+        monkeypatch.setattr(module, "time", device)
+    device.slept_s = 1.0
+    lidar_tools._record(device, "dense", device, 1.5)  # type: ignore[arg-type]
+    (first_s, count), *rest = device.written
+    assert first_s - count * PERIODS_S["dense"] == pytest.approx(0.0, abs=0.005)
+    assert rest[-1][0] == pytest.approx(1.5, abs=0.03)

@@ -1,11 +1,23 @@
-"""Several maps: after reading each, the process sends a sign of life."""
+"""Several maps: each that is read is a sign of life; after a lift ride the old one is forgotten."""
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from gazechair.sensing.mapping.atlas import Atlas
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.localization import Location
+from gazechair.sensing.mapping.looks import Seen
+from gazechair.sensing.mapping.map_match import Look
+from gazechair.sensing.mapping.mapper import KeyScan
+from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.odometry.odometry import Estimate
+from gazesim.rooms import Room
+from homerig import flat, points, poses, scan
+
+CHANCE = np.random.default_rng(8)
+HERE = np.array((2.0, 1.8, 0.7))
+CABIN = Room("cabin", ((1, 1, 3, 1), (3, 1, 3, 2.6), (3, 2.6, 1, 2.6), (1, 2.6, 1, 1)))
 
 
 def grid(wall: int) -> OccupancyGrid:
@@ -25,3 +37,37 @@ def test_each_map_that_is_read_is_a_sign_of_life_also_when_the_chairs_own_is_gon
     atlas.know({"b": grid(7), "c": grid(8)})
     assert told[3:] == [("", False)] * 2
     assert atlas.ids == ["b", "c"]
+
+
+def floor() -> OccupancyGrid:
+    keys = []
+    for pose in list(poses(((2.0, 4.0), (2.0, 1.8), (2.0, 4.0), (5.0, 4.0))))[::2]:
+        seen = points(*scan(flat(), pose, CHANCE))
+        keys.append(KeyScan(pose, seen, np.zeros_like(seen), 0.0, 0.0, 0.0))
+    return occupancy_of(keys)
+
+
+def look(atlas: Atlas, room: Room, at_s: float) -> Location | None:
+    """Look at `room` from HERE, at rest."""
+    seen = points(*scan(room, HERE, CHANCE))
+    estimate = Estimate(at_s, *(0.0,) * 10, 1.0, (), 0)
+    return atlas.look(Seen(Look(seen, np.zeros_like(seen)), np.zeros(3), estimate))
+
+
+@pytest.mark.parametrize(("opens_s", "id_"), [(4.0, "b"), (60.0, "")])
+def test_which_of_two_like_floors_it_is_on_is_not_known_after_a_lift_ride(
+    opens_s: float, id_: str
+) -> None:
+    atlas, grid = Atlas(), floor()
+    atlas.know({"a": grid, "b": grid})
+    look(atlas, flat(), -0.5)
+    atlas.place("b", HERE, np.zeros(3), 0)
+    assert look(atlas, flat(), 0.0) is not None
+    for at_s in (0.5, 2.6, *np.arange(10.0, opens_s, 10.0)):
+        lost = look(atlas, CABIN, at_s) is None
+    assert lost
+    for number in range(16):
+        look(atlas, flat(), opens_s + 0.5 * number)
+        if atlas.id or atlas.rivalled:
+            break
+    assert (atlas.id, atlas.rivalled) == (id_, not id_)

@@ -1,8 +1,8 @@
 """Finds in which of the known maps the chair is, and where. No answer is better than a wrong one.
 
-A pose counts when it fits one map alone, or continues from where the chair was known before and
-odometry went on without a break. There, a pose elsewhere needs stronger evidence: an unmapped room
-may look like a mapped one.
+A pose counts when it fits one map alone, or continues from where the chair was known moments before
+and odometry went on without a break. There, a pose elsewhere needs stronger evidence: an unmapped
+room may look like a mapped one.
 """
 
 from __future__ import annotations
@@ -22,6 +22,9 @@ from gazechair.sensing.odometry.doubts import TURNED
 _OFF_M, _OFF_SHARE, _OFF_RAD = 0.5, 0.05, math.radians(10.0)
 _ASKEW_M = 4.0  # to drive after a lidar seems turned: by then odometry knows better
 _ELSEWHERE_EXPLAINED, _ELSEWHERE_THROUGH = 0.8, 0.02
+# Known so recently, the chair is still in the same map: to another floor a lift takes longer, from
+# door to door. To find a pose again takes 3 s.
+_RECENT_S = 8.0
 _RIVALLED_S = 30.0  # after this long the map is unknown for other reasons
 
 
@@ -38,7 +41,7 @@ class _Known:
     id: str
     pose: FloatArray
     odometry: FloatArray
-    track: int
+    time_s: float
     driven_m: float = 0.0
 
 
@@ -126,7 +129,7 @@ class Atlas:
         if self.id:
             location = self._sheets[self.id].localization.look(seen.look, seen.odometry, at_s)
             if location is not None:
-                self._last = _Known(self.id, location.pose, seen.odometry, track)
+                self._last = _Known(self.id, location.pose, seen.odometry, at_s)
                 return location
             self._askew_m = _ASKEW_M if self._sheets[self.id].localization.askew else 0.0
             self.id = ""
@@ -147,7 +150,7 @@ class Atlas:
         if id_ in self._sheets:
             self._sheets[id_].localization.place(pose, odometry)
             self.id, self._odometry, self._track = id_, odometry, track
-            self._last = _Known(id_, pose, odometry, track)
+            self._last = _Known(id_, pose, odometry, self._look_s)
             self._askew_m = 0.0
 
     def forget(self) -> None:
@@ -158,17 +161,18 @@ class Atlas:
             sheet.localization.forget()
 
     def _settles(self, id_: str, found: Location, seen: Seen) -> bool:
-        if not self._continues(id_, found, seen.odometry):
-            if self._last is not None and not _is_strong(found):
-                self._forget_looks()
-                return False
-            if self._is_rivalled(id_):
-                # The others' looks are kept: the chair may be where it was last known.
-                self._sheets[id_].localization.lose()
-                self._rivalled_s = self._look_s
-                return False
+        last, continues = self._last, self._continues(id_, found, seen.odometry)
+        if last is not None and not continues and not _is_strong(found):
+            self._forget_looks()
+            return False
+        recent = last is not None and self._look_s - last.time_s < _RECENT_S
+        if not (continues and recent) and self._is_rivalled(id_):
+            # The others' looks are kept: the chair may be where it was last known.
+            self._sheets[id_].localization.lose()
+            self._rivalled_s = self._look_s
+            return False
         self.id = id_
-        self._last = _Known(id_, found.pose, seen.odometry, seen.estimate.track)
+        self._last = _Known(id_, found.pose, seen.odometry, self._look_s)
         return True
 
     def _is_rivalled(self, id_: str) -> bool:

@@ -1,0 +1,110 @@
+"""The demo's own check: what it forgives as a stall of this PC, and what it does not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gazedemo.check import NEUTRAL, Check, CheckFailed
+
+MOVING = (200, 170)
+
+
+class Demo:
+    """Its stack, simulator, page and driver, all ideal but for the attributes."""
+
+    def __init__(self) -> None:
+        self.moves_by_itself = False
+        self.says_it_is_gone = True
+        self.stalled = range(0)  # which holds do not begin: the PC disarms the chair
+        self.ended = 0  # which pull of the cable comes after the press has ended
+        self.held = self.pulled = 0
+        self.page = self
+        self._armed = True
+        self._wipers = NEUTRAL
+
+    def control(self) -> Demo:
+        return self
+
+    def health(self) -> dict[str, Any]:
+        return {"board": {"state": "ok"}}
+
+    # The simulator.
+
+    def do(self, what: str, **_more: Any) -> dict[str, Any]:
+        if what == "pull_cable":
+            self.pulled += 1
+            self._armed, self._wipers = False, NEUTRAL
+        elif what == "plug_cable" and self.moves_by_itself:
+            self._wipers = MOVING
+        at_s = 0.0 if self.pulled == self.ended else 1e9
+        return {"last": 0, "entries": [(1, at_s, *NEUTRAL)]}
+
+    def wipers(self) -> tuple[int, int]:
+        return self._wipers
+
+    def wait(self, condition: Callable[..., bool], _limit_s: float, what: str) -> Any:
+        if "drives" in what:
+            self.held += 1
+            if self.held in self.stalled:
+                self._armed = False
+                raise TimeoutError(what)
+            self._wipers = MOVING
+        if what == "the page says that the board is gone":
+            if not self.says_it_is_gone:
+                raise TimeoutError(what)
+            return 0.1
+        return {}
+
+    # The driver and the page.
+
+    def data(self, name: str) -> str:
+        assert name == "state"
+        return "armed" if self._armed else "disarmed"
+
+    def arm(self, _tries: int, _limit_s: float) -> int:
+        self._armed = True
+        return 0
+
+    def release(self) -> None:
+        self._wipers = NEUTRAL
+
+    def evaluate(self, _what: str) -> str:
+        return ""
+
+    def ignore(self, *_any: object) -> None:
+        pass
+
+    press = rest = screenshot = wait_for_timeout = ignore
+
+
+def pulls_the_cable(demo: Demo) -> None:
+    check = Check(demo, demo, Path())  # type: ignore[arg-type]
+    check._do(check.pull_the_cable_and_plug_it_in, 4)
+
+
+def test_a_chair_that_moves_by_itself_is_no_stall_of_this_pc() -> None:
+    demo = Demo()
+    demo.moves_by_itself = True
+    with pytest.raises(CheckFailed, match="moved by itself"):
+        pulls_the_cable(demo)
+    assert demo.pulled == 1
+
+
+def test_nor_is_a_page_that_does_not_say_that_the_board_is_gone() -> None:
+    demo = Demo()
+    demo.says_it_is_gone = False
+    with pytest.raises(CheckFailed, match="the board is gone"):
+        pulls_the_cable(demo)
+    assert demo.pulled == 1
+
+
+def test_a_stall_before_the_cable_is_pulled_is_forgiven() -> None:
+    demo = Demo()
+    demo.ended = 1
+    demo.stalled = range(2, 6)  # all of the second try
+    pulls_the_cable(demo)
+    assert (demo.pulled, demo.held) == (2, 7)
