@@ -35,6 +35,8 @@ class Maps {
   #asking = 0; // unanswered requests
   #sent = 0; // requests and files sent
   #rows = "";
+  #opened = null; // map
+  #loaded = ""; // the row with which the details were asked for
 
   constructor(root, words) {
     this.#words = words;
@@ -77,8 +79,9 @@ class Maps {
       if (!answer || sent !== this.#sent) return;
       this.#show(answer, now);
       if (answer.wants !== "know") return;
-      // What did not load.
-      if (!this.#details && this.#usable && !this.#asking) this.#load();
+      // What did not load, or was changed by somebody else.
+      if (this.#asking) return;
+      if (this.#details ? this.#row !== this.#loaded : this.#usable) this.#load();
       else if (this.#details && this.#planless) this.#plan();
     });
   }
@@ -189,7 +192,8 @@ class Maps {
     this.#parts.choose.replaceChildren(...options);
     const there = maps.some(({ map }) => map === this.#chosen);
     const first = where?.map ?? maps[0]?.map ?? "";
-    this.#open(there ? this.#chosen : first);
+    const map = there ? this.#chosen : first;
+    if (map !== this.#opened) this.#open(map); // else a started drawing would be lost
   }
 
   /** The state in one line; the last answer stays until something is done. */
@@ -229,6 +233,7 @@ class Maps {
 
   #open(map) {
     this.#choose(map);
+    this.#opened = map;
     this.#details = null;
     this.#tools.take("");
     if (this.#all?.wants !== "know") return;
@@ -241,13 +246,21 @@ class Maps {
     return this.#all.maps.some((one) => one.map === map && one.problem !== "map_damaged");
   }
 
+  /** What the host says of the chosen map without being asked; changes with its details. */
+  get #row() {
+    return JSON.stringify(this.#all.maps.find(({ map }) => map === this.#chosen));
+  }
+
   async #load() {
-    const map = this.#chosen;
+    const [map, row] = [this.#chosen, this.#row];
     const details = this.#usable ? await this.#ask(`/maps/${map}`, { cache: "no-store" }) : null;
     if (map !== this.#chosen || this.#all.wants !== "know") return;
+    const named = this.#details?.name;
     this.#details = details;
+    this.#loaded = row;
+    if (!this.#usable) this.#view.clear();
     if (details) {
-      this.#parts.name.value = details.name ?? "";
+      if (details.name !== named) this.#parts.name.value = details.name ?? "";
       this.#plan();
     }
     this.#arrange();

@@ -236,3 +236,32 @@ def test_a_map_that_was_made_before_the_page_was_opened_is_no_news(maps):
     failed = {"reason": "map_empty", "detail": "", "map": ""}
     maps.host.replies["GET /maps"] = (200, {**BOTH, "ended": failed})
     maps.wait_until(lambda: maps.advance(600) or "te weinig" in told(maps), "the result")
+
+
+def test_a_started_drawing_survives_what_others_do_to_the_maps(maps):
+    opened(maps)
+    maps.wait_until(lambda: maps.page.evaluate(DRAWN), "the plan")
+    maps.page.locator("#maps [data-tool=place]").click()
+    for at in (100, 140):
+        maps.page.locator("#maps canvas").click(position={"x": at, "y": 100})
+    maps.page.locator("#maps .form input").fill("Bed")
+    renamed = {**BOTH, "maps": [ROW, {**OTHER, "name": "Werk"}]}
+    maps.host.replies["GET /maps"] = (200, renamed)
+    options = maps.page.locator("#maps select").first
+    maps.wait_until(lambda: maps.advance(600) or "Werk" in options.inner_text(), "the name")
+    assert maps.page.locator("#maps .form input").input_value() == "Bed"
+
+
+def test_what_others_draw_is_shown(maps):
+    opened(maps)
+    place = {"number": 1, "name": "Bed", "icon": "bed", "x": 1.0, "y": 1.0, "heading": 0}
+    details = maps.host.replies["GET /maps/a1"][1]
+    maps.host.replies["GET /maps/a1"] = (200, {**details, "places": [place]})
+    items = maps.page.locator("#maps li")
+    maps.advance(3000)
+    assert items.count() == 0
+    maps.host.replies["GET /maps"] = (200, {**BOTH, "maps": [{**ROW, "drawn": 2}, OTHER]})
+    name = maps.page.locator("#maps .rename input")
+    name.fill("Ons huis")
+    maps.wait_until(lambda: maps.advance(600) or items.count() == 1, "the place")
+    assert name.input_value() == "Ons huis"

@@ -260,9 +260,10 @@ class Drive:
             self._note()
             if step % round(_HEAR_S / STEP_S) == 0:
                 yield self._motion()
-            for lidar, offset in zip(self.lidars, offsets, strict=True):
+            for number, offset in enumerate(offsets):
                 if step > half and (step - offset) % half == 0:
-                    yield self._piece(lidar, (step - offset) // half % 2)
+                    piece = self._piece(self.lidars[number], (step - offset) // half % 2)
+                    yield replace(piece, lidar=number)
 
     def truth(self, time_s: float) -> Truth:
         """The truth at a time of the last second, interpolated."""

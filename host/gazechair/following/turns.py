@@ -40,15 +40,15 @@ class Turns:
         self._waiting: deque[Piece] = deque()
         self._parts: deque[tuple[Piece, Estimate]] = deque()
         self._told_s = -math.inf
-        self._origin_m: tuple[float, float] | None = None
+        self._foremost: Piece | None = None
 
     def piece(self, piece: Piece) -> None:
         """A piece of a turn, whose estimate is still to come."""
-        if self._origin_m is None or piece.origin_m[0] > self._origin_m[0]:
-            self._origin_m = piece.origin_m
+        if self._foremost is None or piece.origin_m[0] > self._foremost.origin_m[0]:
+            self._foremost = piece
             self._waiting.clear()
             self._parts.clear()
-        if piece.origin_m == self._origin_m:
+        if piece.lidar == self._foremost.lidar:
             self._waiting.append(piece)
         while self._waiting and self._waiting[0].middle_s < piece.middle_s - _KEPT_S:
             self._waiting.popleft()

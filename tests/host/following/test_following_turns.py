@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -108,10 +109,18 @@ def test_what_is_masked_costs_no_turn() -> None:
 def test_only_the_foremost_lidar_counts() -> None:
     turns = Turns()
     half = _half(0, _REAR)
-    rear = Piece(half.directions_deg, half.distances_m, half.times_s + 0.01, _REAR, 500)
+    rear = replace(half, times_s=half.times_s + 0.01, lidar=1)
     turns.piece(rear)
     turns.piece(_half(0))
     turns.piece(rear)
     assert turns.estimate(_estimate(rear.middle_s)) is None
     for turn in _turns(turns, range(1, 4)):
         assert turn.scan.origin_m == _FRONT
+
+
+def test_of_two_lidars_at_one_place_one_counts() -> None:
+    turns = Turns()
+    other = replace(_half(0), times_s=_half(0).times_s + 0.01, lidar=1)
+    turns.piece(_half(0))
+    turns.piece(other)
+    assert turns.estimate(_estimate(other.middle_s)) is None

@@ -191,9 +191,9 @@ HOSTILE: dict[str, tuple[bytes | Callable[[], bytes], str]] = {
     "far origin": (yaml(b"origin: [500000, 0, 0]"), "map_file_cells"),
     "turned": (yaml(b"origin: [0, 0, 0.5]"), "map_file_cells"),
     "nan turn": (yaml(b"origin: [0, 0, nan]"), "map_file_cells"),
-    "no walls": (yaml(b"occupied_thresh: nan"), "map_file_cells"),
+    "no walls": (yaml(b"occupied_thresh: 2"), "map_file_cells"),
     "a photo": (files(**{"map.pgm": IMAGE[:-48] + bytes(48)}), "map_file_cells"),
-    "all walls": (yaml(b"occupied_thresh: -1"), "map_file_cells"),
+    "all walls": (yaml(b"occupied_thresh: -1\nfree_thresh: -1"), "map_file_cells"),
     "deep places": (files(**{"places.json": DEEP}), "map_file_places"),
     "list": (files(**{"places.json": b"[1]"}), "map_file_places"),
     "place outside": (places(places=[{**BED, "x": 40.0}]), "map_file_places"),
@@ -263,3 +263,20 @@ def test_a_folder_that_takes_nothing_is_told(tmp_path: Path) -> None:
     with pytest.raises(EditRefused) as refused:
         MapDesk(MapStore(tmp_path / "file" / "maps"), None).add(packed(home()))
     assert refused.value.reason == "map_not_stored"
+
+
+def test_the_grey_of_the_unknown_is_no_floor_whatever_the_threshold() -> None:
+    grey = GREY.copy()
+    grey[4:] = 205  # 0.196, below the `free_thresh` that nav2 writes
+    image = b"P5\n10 8\n255\n" + grey.tobytes()
+    yaml = YAML + b"mode: trinary\noccupied_thresh: 0.65\nfree_thresh: 0.25\n"
+    grid = unpacked(files(**{"map.yaml": yaml, "map.pgm": image})).grid
+    assert grid.free.sum() == (grey == 254).sum()
+    scaled = unpacked(files(**{"map.yaml": yaml.replace(b"trinary", b"scale"), "map.pgm": image}))
+    assert scaled.grid.free.sum() == (grey != 0).sum()
+
+
+def test_thresholds_that_overlap_are_refused() -> None:
+    overlap = YAML + b"occupied_thresh: 0.2\nfree_thresh: 0.3\n"
+    with pytest.raises(RosMapError, match="is above occupied_thresh"):
+        unpacked(files(**{"map.yaml": overlap}))

@@ -16,6 +16,7 @@ from gazechair.base.health import Health
 from gazechair.config.configuration import LidarConfig
 from gazechair.sensing.mapping.desk import MapDesk
 from gazechair.sensing.mapping.home_map import HomeMap, load
+from gazechair.sensing.mapping.making import Making
 from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.places import EditRefused
 from gazechair.sensing.mapping.poses import between, compose
@@ -175,6 +176,29 @@ def test_without_anything_seen_nothing_is_stored_and_it_says_so(tmp_path: Path) 
     HomeMap("b", grid()).save(tmp_path / "b.map")
     again.word("save", path=str(tmp_path / "b.map"), name="b")
     assert again.told.ended[1] == {"n": 2, "reason": "", "detail": "", "map": "b"}
+
+
+def test_a_map_is_stored_by_the_rules_of_the_store(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chair = Chair(tmp_path, HOME, HOME)
+    monkeypatch.setattr(Making, "finished", lambda _, name: HomeMap(name, grid()))
+    other = np.full((50, 40), 5, dtype=np.uint16)
+    for number in range(MapStore.MOST):  # somebody imports while it is finished
+        HomeMap("a", OccupancyGrid(0.05, np.zeros(2), other, other)).save(
+            tmp_path / f"b{number}.map"
+        )
+    chair.word("make")
+    chair.word("save", path=str(tmp_path / "a.map"), name="a")
+    chair.until(lambda: bool(chair.told.ended))
+    assert chair.told.ended[0]["reason"] == "map_full"
+    assert not (tmp_path / "a.map").exists()
+    for number in range(1, MapStore.MOST):
+        (tmp_path / f"b{number}.map").unlink()
+    chair.word("save", path=str(tmp_path / "a.map"), name="a")  # what was collected is still there
+    chair.until(lambda: len(chair.told.ended) > 1)
+    assert chair.told.ended[1]["reason"] == ""
+    assert load(tmp_path / "a.map").name == "a 2"
 
 
 def grid() -> OccupancyGrid:

@@ -62,6 +62,8 @@ def test_what_is_drawn_is_stored_and_read_back(store: MapStore, tmp_path: Path) 
         "places": [{**BED, "number": 1, "name": "My bed", "heading": 270.0}],
         "no_go": [{"number": 1, "corners": SQUARE}],
         "home": {"x": 1.0, "y": 1.0, "heading": 0.0},
+        "last_place": 2,
+        "last_area": 0,
     }
     before = home_map.load(tmp_path / "a.before")
     assert (before.name, before.drawn) == ("home", found.drawn)
@@ -352,3 +354,29 @@ def test_another_process_that_changes_maps_is_waited_for(store: MapStore, tmp_pa
         other.stdin.close()
         thread.join(20.0)
     assert store.get("a").map.name == "mine"  # type: ignore[union-attr]
+
+
+def test_a_late_request_does_not_remove_what_another_person_drew(store: MapStore) -> None:
+    for act, value, remove in (("place", BED, "remove_place"), ("no_go", SQUARE, "remove_no_go")):
+        store.draw("a", act, value)
+        store.draw("a", remove, 1)
+        fresh = MapStore(store.folder)
+        fresh.draw("a", act, value)
+        assert refused(fresh.draw, "a", remove, 1) == "map_gone"
+        fresh.draw("a", remove, 2)
+
+
+def test_a_row_shows_that_something_was_drawn(store: MapStore) -> None:
+    desk = MapDesk(store, None)
+    rows = [desk.as_json()["maps"]]
+    store.draw("a", "place", BED)
+    rows.append(desk.as_json()["maps"])
+    store.draw("a", "remove_place", 1)
+    rows.append(desk.as_json()["maps"])
+    assert rows[0][0] != rows[1][0] != rows[2][0] != rows[0][0]
+    assert rows[0][1] == rows[1][1] == rows[2][1]
+
+
+@pytest.mark.parametrize("id_", ["where", "growing"])
+def test_a_map_whose_address_is_another_pages_is_refused(store: MapStore, id_: str) -> None:
+    assert refused(store.add, home("c"), f"{id_}.map") == "map_name"

@@ -18,7 +18,7 @@ from gazechair.sensing.odometry.mounting import Mounting, Stand
 from gazechair.sensing.odometry.odometry import Estimate
 from homerig import flat, points, poses, scan
 
-FRONT, REAR = (0.5, 0.0), (-0.4, 0.0)
+FRONT, REAR = 0, 1
 STANDS = Stand(0.0, FRONT, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.95, True)
 STEP_S = 0.05
 

@@ -106,3 +106,13 @@ def test_without_a_camera_or_a_picture_it_says_so(
     assert run(home, marks()) == 2
     assert "no JPEG" in capsys.readouterr().err
     assert run(home, marks(), "--height", "40") == 2
+
+
+def test_a_result_that_cannot_be_stored_is_one_line(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (home / "state").write_text("a file where the folder should be")
+    assert run(home, marks()) == 2
+    said = capsys.readouterr().err.strip()
+    assert "it was not stored" in said
+    assert len(said.splitlines()) == 1

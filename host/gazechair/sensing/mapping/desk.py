@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+import zlib
 from typing import Any
 
 from gazechair.sensing.mapping import packed_map
@@ -151,5 +152,6 @@ class MapDesk:
             "floor_m2": stored.floor_m2,
             "updates": self._store.updates(stored.id),
             "updated": home.updated if home is not None else "",
+            "drawn": zlib.crc32(repr(home.drawn).encode()) if home is not None else 0,
             "problem": problem if home is not None else "map_damaged",
         }

@@ -67,6 +67,9 @@ class Drawn:
     places: tuple[Place, ...] = ()
     no_go: tuple[Area, ...] = ()
     home: Spot | None = None
+    last_place: int = 0
+    last_area: int = 0
+    """Highest numbers that were removed. None is used again: a request may come late."""
 
     def as_json(self) -> dict[str, Any]:
         """Plain JSON values."""
@@ -80,6 +83,8 @@ class Drawn:
                 for one in self.no_go
             ],
             "home": None if self.home is None else _spot(self.home),
+            "last_place": self.last_place,
+            "last_area": self.last_area,
         }
 
     @property
@@ -102,13 +107,14 @@ class Drawn:
             raise EditRefused("map_name_taken", f"there is a place {name} already")
         if len(others) >= MOST_PLACES:
             raise EditRefused("map_full", f"a map has at most {MOST_PLACES} places")
-        kept = number if number is not None else _next(self.places)
+        kept = number if number is not None else _next(self.places, self.last_place)
         place = Place(kept, name, icon, spot_of(fields))
         return replace(self, places=(*others, place))
 
     def without_place(self, number: Any) -> Drawn:
         """Without that place. Raises EditRefused."""
-        return replace(self, places=_without(self.places, number))
+        places = _without(self.places, number)
+        return replace(self, places=places, last_place=max(number, self.last_place))
 
     def with_area(self, corners: Any) -> Drawn:
         """With one more no-go area. Raises EditRefused."""
@@ -118,14 +124,17 @@ class Drawn:
             raise EditRefused("map_area", f"an area has 3 to {_MOST_CORNERS} corners")
         if not all(isinstance(one, list) and len(one) == 2 for one in corners):
             raise EditRefused("map_area", "a corner is [x, y]")
-        area = Area(_next(self.no_go), tuple((_metres(x), _metres(y)) for x, y in corners))
+        area = Area(
+            _next(self.no_go, self.last_area), tuple((_metres(x), _metres(y)) for x, y in corners)
+        )
         if _size_m2(area.corners_m) < _LEAST_AREA_M2:
             raise EditRefused("map_area", "the area has no extent")
         return replace(self, no_go=(*self.no_go, area))
 
     def without_area(self, number: Any) -> Drawn:
         """Without that area. Raises EditRefused."""
-        return replace(self, no_go=_without(self.no_go, number))
+        no_go = _without(self.no_go, number)
+        return replace(self, no_go=no_go, last_area=max(number, self.last_area))
 
     def with_home(self, fields: Any) -> Drawn:
         """With another home spot; `fields` None: without one. Raises EditRefused."""
@@ -147,7 +156,8 @@ def drawn_of(fields: Any) -> Drawn:
     for number, row in _numbered(fields["places"]):
         place = drawn.with_place({**row, "number": None}).places[-1]
         drawn = replace(drawn, places=(*drawn.places, replace(place, number=number)))
-    return drawn
+    last_place, last_area = (_last(fields.get(key, 0)) for key in ("last_place", "last_area"))
+    return replace(drawn, last_place=last_place, last_area=last_area)
 
 
 def name_of(text: Any) -> str:
@@ -202,9 +212,15 @@ def _number(value: Any) -> float:
     return float(value)
 
 
-def _next(rows: tuple[Place, ...] | tuple[Area, ...]) -> int:
+def _last(value: Any) -> int:
+    if type(value) is not int or not 0 <= value <= _MOST_READ_NUMBER:
+        raise EditRefused("map_wish", "numbers are whole and positive")
+    return value
+
+
+def _next(rows: tuple[Place, ...] | tuple[Area, ...], last: int) -> int:
     taken = [one.number for one in rows]
-    number = max(taken, default=0) + 1
+    number = max(last, *taken, 0) + 1
     return number if number <= _MOST_NUMBER else _unused(taken)
 
 

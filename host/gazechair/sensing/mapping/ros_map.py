@@ -99,7 +99,7 @@ def home_of(yaml: bytes, beside: Beside, where: str, name: str, most_cells: int)
     floor = found.free & ~found.occupied
     if not 0 < found.occupied.sum() <= floor.sum():
         raise RosMapError("map_file_cells", f"{where}: it has no walls, or less floor than walls")
-    hits, passes = (one * np.uint16(_SURE) for one in (_surfaces(found), found.free))
+    hits, passes = (one * np.uint16(_SURE) for one in (_surfaces(found), floor))
     grid = OccupancyGrid(found.cell_m, np.array((found.x_m, found.y_m)), hits, passes)
     home = HomeMap(name, grid, drawn=_drawn(beside, where))
     if not home.holds(home.drawn):
@@ -178,9 +178,11 @@ def _cells(yaml: bytes, beside: Beside, where: str, plain: bool) -> RosCells:
         cell_m = float(fields["resolution"])
         x_m, y_m, yaw_rad = (float(one) for one in fields["origin"].strip("[] ").split(","))
         negate = fields.get("negate", "0").lower() in ("1", "true")
-        raw = _is_raw(fields.get("mode", "trinary").strip("\"'").lower())
+        mode = _mode(fields.get("mode", "trinary").strip("\"'").lower())
         occupied = float(fields.get("occupied_thresh", _OCCUPIED_THRESH))
         free = float(fields.get("free_thresh", _FREE_THRESH))
+        if not free <= occupied:
+            raise ValueError(f"free_thresh {free:g} is above occupied_thresh {occupied:g}")
     except KeyError as error:
         line = f"{where} has no field {error.args[0]!r}"
         raise RosMapError("map_file_yaml", line) from None
@@ -192,22 +194,24 @@ def _cells(yaml: bytes, beside: Beside, where: str, plain: bool) -> RosCells:
         raise _unread(image, error, "map_file_image") from None
     except ValueError as error:
         raise RosMapError("map_file_image", f"{where} can't be used: {error}") from None
-    if raw:
+    if mode == "raw":
         percent = np.rint(255.0 * grey)
         taken = np.where(percent <= 100.0, percent / 100.0, np.nan)
     else:
         taken = grey if negate else 1.0 - grey
+    if mode == "trinary" and not negate:  # below the saver's own `free_thresh` of 0.25
+        taken[grey == _UNKNOWN / 255.0] = np.nan
     return RosCells(cell_m, x_m, y_m, yaw_rad, taken > occupied, taken < free)
 
 
-def _is_raw(mode: str) -> bool:
-    """Whether grey values are percentages, above 100 unknown; else black is occupied.
+def _mode(mode: str) -> str:
+    """Checked. In `raw` grey values are percentages, above 100 unknown; else black is occupied.
 
     `trinary` and `scale` differ between the thresholds alone: those cells are unknown here.
     """
     if mode not in ("trinary", "scale", "raw"):
         raise ValueError(f"mode {mode!r} is not supported")
-    return mode == "raw"
+    return mode
 
 
 def _fields(text: str) -> dict[str, str]:

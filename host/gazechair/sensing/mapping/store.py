@@ -31,6 +31,7 @@ _DAMAGED = ".damaged"
 _OLDER, _DRIVES = "older", "drives"
 _MOST_OLDER = 5
 _ID = re.compile(r"[A-Za-z0-9_-]{1,40}")
+_TAKEN_IDS = "where", "growing"  # addresses of something else: see web/map_routes.py
 
 _Facts = tuple[int, int, int]
 
@@ -99,6 +100,8 @@ class MapStore:
         if path.suffix != _SUFFIX or not _ID.fullmatch(path.stem):
             line = f"{path}: name it A{_SUFFIX}; A has 1 to 40 letters a-z, digits, _ and -"
             raise EditRefused("map_name", line)
+        if path.stem in _TAKEN_IDS:
+            raise EditRefused("map_name", f"{path}: it can't be shown under this name; use another")
         try:
             with self._locked():
                 stored = self._all()

@@ -14,18 +14,18 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from gazechair.sensing.mapping.atlas import Atlas
-from gazechair.sensing.mapping.home_map import MapError
 from gazechair.sensing.mapping.keeping import Keeping
 from gazechair.sensing.mapping.looks import Looks, Seen
 from gazechair.sensing.mapping.making import SILENT, Making
 from gazechair.sensing.mapping.picture import sketched
+from gazechair.sensing.mapping.places import EditRefused
 from gazechair.sensing.mapping.store import MapStore
 from gazechair.sensing.odometry.child import Lidars
 from gazechair.sensing.odometry.inbox import HalfTurn
 from gazechair.sensing.odometry.odometry import Estimate
 
 # Reasons after which saving can be retried: the collected key scans are kept.
-AGAIN = ("map_not_stored", "map_empty")
+AGAIN = ("map_not_stored", "map_full", "map_empty")
 
 # States.
 NO_MAPS, UNKNOWN, KNOWN, MAKING, SAVING = "no_maps", "unknown", "known", "making", "saving"
@@ -220,9 +220,9 @@ class Worker:
             def work() -> None:
                 reason = detail = ""
                 try:
-                    making.finished(name).save(path)
-                except MapError as error:
-                    reason, detail = "map_not_stored", str(error)
+                    self._store.add(making.finished(name), path.name)
+                except EditRefused as error:
+                    reason, detail = error.reason, str(error)
                 except ValueError as error:
                     reason, detail = "map_empty", str(error)
                 except Exception as error:

@@ -58,6 +58,7 @@ class Lidars:
             np.linspace(half.first_s, half.last_s, count)[kept],
             (pose.x_m, pose.y_m),
             round(_TURN_S * (count - 1) / (half.last_s - half.first_s)),
+            half.lidar,
         )
 
 

@@ -39,8 +39,8 @@ class Stand:
     """Data of one piece: the chair's pose by odometry, and the heading by the piece."""
 
     time_s: float
-    lidar: tuple[float, float]
-    """Its position on the chair, which identifies the lidar."""
+    lidar: int
+    """See Piece."""
     x_m: float
     y_m: float
     heading_rad: float
@@ -70,7 +70,7 @@ class Mounting:
         self._before: Stand | None = None  # where the newest step began
         self._ahead_m = self._aside_m = 0.0
         self._slope_deg: float | None = None  # of the window before, since a suspicion
-        self._errors: dict[tuple[float, float], tuple[float, float]] = {}  # deg, when
+        self._errors: dict[int, tuple[float, float]] = {}  # deg, when
         self._off_since_s: float | None = None
         self._to_turn_deg = 0.0  # still
         self._turned_deg = 0.0  # in all

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
-from gazechair.sensing.odometry.doubts import DIFFERS, LOST, Doubts, Outputs, Seen, is_corridor
+from gazechair.sensing.odometry.doubts import DIFFERS, LOST, Doubts, Seen, is_corridor
 from gazechair.sensing.odometry.headings import Breaks, beyond, rate_rad_s
 from gazechair.sensing.odometry.local_map import LocalMap, layers_of
 from gazechair.sensing.odometry.match import (
@@ -31,9 +31,10 @@ from gazechair.sensing.odometry.match import (
     fit,
 )
 from gazechair.sensing.odometry.mounting import Mounting, Stand
-from gazechair.sensing.odometry.obedience import CHANGED_S, DEAD_S, Obedience
+from gazechair.sensing.odometry.obedience import Obedience
 from gazechair.sensing.odometry.points import Piece, seen_points
 from gazechair.sensing.odometry.repeated import repeats
+from gazechair.sensing.odometry.reports import OLD_S, Reports
 from gazechair.sensing.odometry.turned_piece import TurnedPiece
 
 _HEADING_ERROR_RAD = math.radians(0.1)
@@ -44,10 +45,9 @@ _DIFFERS_RAD_S = math.radians(20.0)
 _ERROR_S, _FOLLOWED_S, _MATCHED = 0.3, 1.0, 0.5
 _FULL_M_S, _FULL_SIGMA_M_S = 0.5, 0.25
 _SIDEWAYS_M_S, _SIDEWAYS_S = 0.05, 0.3  # sideways slip of a chair, and its duration
-_KEPT_S = 3.0  # of motion
-_OLD_S = 0.3  # a heading
 _SILENT_S = 0.2  # a lidar
-_STARTS_S = 0.6  # time that the chair takes to start
+_GAP_S = 0.7  # in the scans: for longer, the last speed and the command do not tell the way
+_STOOD_M_S = 0.03
 _STANDS_S = 0.3  # the motion within this time shows whether it stands
 _DRIFT_M2_PER_M = 0.006**2
 
@@ -100,8 +100,7 @@ class Odometry:
 
     def __init__(self, track: int = 0) -> None:
         """`track`: number of its first track."""
-        self._motions: deque[Motion] = deque()
-        self._turned_deg = 0.0
+        self._reports = Reports()
         self._map = LocalMap(0.10)
         self._coarse = LocalMap(0.25)
         self._state: FloatArray = np.zeros(STATES)
@@ -116,7 +115,7 @@ class Odometry:
         self._places: deque[tuple[float, float, float]] = deque()
         self._error_rad = self._followed_rad = 0.0  # recent error of the heading
         self._differs = False  # the heading counts less then
-        self._heard_s: dict[tuple[float, float], float] = {}  # by the lidar's place
+        self._heard_s: dict[int, float] = {}  # by lidar
         self._time_s: float | None = None
         self._heading_rad = 0.0  # of the sensor, at the newest piece, not wrapped
         self._breaks = Breaks()
@@ -125,18 +124,12 @@ class Odometry:
 
     def motion(self, motion: Motion) -> None:
         """Take in the board's report."""
-        if motion.heading_deg is not None:  # full turns are counted
-            off = motion.heading_deg - self._turned_deg
-            self._turned_deg += (off + 180.0) % 360.0 - 180.0
-            motion = replace(motion, heading_deg=self._turned_deg)
-        self._motions.append(motion)
-        while self._motions[0].time_s < motion.time_s - _KEPT_S:
-            self._motions.popleft()
+        self._reports.motion(motion)
 
     def piece(self, piece: Piece) -> Estimate | None:
         """The estimate at the middle of the piece; None: the piece is unusable."""
         at_s = piece.middle_s
-        times, headings = self._headings()
+        times, headings = self._reports.headings()
         if self._time_s is not None and at_s <= self._time_s:
             return None
         onward = beyond(times, headings)
@@ -146,7 +139,7 @@ class Odometry:
             if len(times)
             else np.zeros(len(piece.times_s))
         )
-        known = len(times) > 0 and at_s - times[-1] < _OLD_S
+        known = len(times) > 0 and at_s - times[-1] < OLD_S
         is_back, steady = self._breaks.judge(at_s, known)
         if self._time_s is None:
             self._heading_rad, self._time_s = heading, at_s
@@ -154,6 +147,7 @@ class Odometry:
         elif is_back:  # the lidars have followed what it turned by meanwhile
             self._state[OFFSET] += self._heading_rad - heading
             self._heading_rad = heading
+        self._judge_gap(at_s, heading)
         state, covariance = self._predict(at_s, heading, steady)
         points, normals = seen_points(piece, turned, state[FORWARD], state[SIDEWAYS])
         found = fit(self._coarse, self._map, points, normals, state, covariance, heading)
@@ -169,7 +163,7 @@ class Odometry:
         self._cross_check(found, dt_s, steady)
         self._state, self._covariance = found.state, found.covariance
         self._time_s, self._heading_rad = at_s, heading
-        self._heard_s[piece.origin_m] = at_s
+        self._heard_s[piece.lidar] = at_s
         self._remember(points, normals, at_s, found)
         seen = Seen(
             at_s,
@@ -182,11 +176,11 @@ class Odometry:
             float(self._state[SIDEWAYS]),
             yaw,
             self._got_on(at_s),
-            self._outputs(at_s),
+            self._reports.outputs(at_s),
             float(self._state[FULL]) - 2.0 * math.sqrt(self._covariance[FULL, FULL]),
             math.degrees(self._error_rad + self._followed_rad),
-            max(0.0, self._newest_s(at_s) - min(self._heard_s.values()) - _SILENT_S),
-            self._is_turned(piece.origin_m, found, yaw, steady, old_or_turned),
+            max(0.0, self._reports.newest_s(at_s) - min(self._heard_s.values()) - _SILENT_S),
+            self._is_turned(piece.lidar, found, yaw, steady, old_or_turned),
         )
         doubts = self._doubts.judge(seen)
         self._differs = DIFFERS in doubts
@@ -195,12 +189,8 @@ class Odometry:
             self._begin_afresh()
         return estimate
 
-    def _newest_s(self, at_s: float) -> float:
-        """The newest time known from any input: scans may come late."""
-        return max(at_s, self._motions[-1].time_s) if self._motions else at_s
-
     def _is_turned(
-        self, lidar: tuple[float, float], found: Fit, yaw: float, known: bool, old_or_turned: bool
+        self, lidar: int, found: Fit, yaw: float, known: bool, old_or_turned: bool
     ) -> bool:
         assert self._time_s is not None
         state = found.state
@@ -227,7 +217,7 @@ class Odometry:
         before = self._state
         angle = self._heading_rad + before[OFFSET]
         moved_m = float((found.state[:2] - before[:2]) @ (math.cos(angle), math.sin(angle)))
-        gap = [m.linear_permille for m in self._motions if self._time_s < m.time_s <= at_s]
+        gap = self._reports.linear(self._time_s, at_s)
         return repeats(at_s - self._time_s, float(before[FORWARD]), moved_m, gap)
 
     def _cross_check(self, found: Fit, dt_s: float, steady: bool) -> None:
@@ -249,6 +239,18 @@ class Odometry:
             values, vectors = np.linalg.eigh(growth)
             self._drift += (vectors * np.maximum(values, 0.0)) @ vectors.T
 
+    def _judge_gap(self, at_s: float, heading: float) -> None:
+        """Start another track after a long gap in the scans, unless the chair stood in it."""
+        assert self._time_s is not None
+        if at_s - self._time_s <= _GAP_S:
+            return
+        stands = abs(self._state[FORWARD]) < _STOOD_M_S
+        if stands and self._reports.stood(self._time_s, at_s, heading - self._heading_rad):
+            self._state[[FORWARD, SIDEWAYS]] = 0.0
+            return
+        self._begin_afresh()
+        self._time_s, self._heading_rad = at_s, heading
+
     def _begin_afresh(self) -> None:
         """Start another track: nothing that is seen is known, as after being carried."""
         self._track += 1
@@ -269,28 +271,6 @@ class Odometry:
         passed_s = max(at_s - begin_s, _STANDS_S)
         return math.hypot(self._state[X] - x, self._state[Y] - y) / passed_s
 
-    def _outputs(self, at_s: float) -> Outputs | None:
-        recent = [m for m in self._motions if m.time_s <= at_s]
-        found = [
-            (m.time_s, m.linear_permille, m.turn_permille)
-            for m in recent
-            if m.linear_permille is not None and m.turn_permille is not None
-        ]
-        if not found or len(found) < len(recent) or found[0][0] > at_s - _STARTS_S:
-            return None
-        newest = [row for row in found if row[0] >= at_s - _STARTS_S] or [(at_s, 0, 0)]
-        drive, turn = [row[1] for row in newest], [row[2] for row in newest]
-        return Outputs(
-            max(min(drive), -max(drive), 0),
-            max(min(turn), -max(turn), 0),
-            at_s - max((row[0] for row in found if row[1] or row[2]), default=found[0][0]),
-        )
-
-    def _headings(self) -> tuple[FloatArray, FloatArray]:
-        known = [(m.time_s, m.heading_deg) for m in self._motions if m.heading_deg is not None]
-        rows = np.array(known, dtype=np.float64).reshape(-1, 2)
-        return rows[:, 0], np.radians(rows[:, 1])
-
     def _predict(
         self, at_s: float, heading: float, heading_known: bool
     ) -> tuple[FloatArray, FloatArray]:
@@ -306,7 +286,7 @@ class Odometry:
         state[X] += (c * forward - s * sideways) * dt
         state[Y] += (s * forward + c * sideways) * dt
         state[SIDEWAYS] *= fades
-        command, changing = self._command(at_s)
+        command, changing = self._reports.command(at_s)
         speed = self._obedience.predict(
             float(forward),
             float(before[FULL]),
@@ -341,15 +321,6 @@ class Odometry:
         covariance[Y, Y] += 1e-8
         covariance[OFFSET, OFFSET] += 1e-10
         return state, covariance
-
-    def _command(self, at_s: float) -> tuple[float | None, bool]:
-        """The command that the motors follow at that time, -1..1, and whether it changed lately."""
-        recent = [m for m in self._motions if m.time_s >= at_s - DEAD_S - CHANGED_S]
-        acts = [m.linear_permille for m in recent if m.time_s <= at_s - DEAD_S]
-        if not acts or acts[-1] is None:
-            return None, True
-        outputs = [m.linear_permille or 0 for m in recent]
-        return acts[-1] / 1000.0, max(outputs) - min(outputs) > 50
 
     def _remember(self, points: FloatArray, normals: FloatArray, at_s: float, found: Fit) -> None:
         x, y = float(self._state[X]), float(self._state[Y])

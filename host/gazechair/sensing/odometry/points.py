@@ -22,6 +22,7 @@ class Piece:
 
     `directions_deg`: in the chair's frame, left positive. `distances_m`: 0 = no return.
     `origin_m`: the lidar's position. `times_s`: monotonic. `per_turn`: measurements in a turn.
+    `lidar`: its index in the configuration.
     """
 
     directions_deg: FloatArray
@@ -29,6 +30,7 @@ class Piece:
     times_s: FloatArray
     origin_m: tuple[float, float]
     per_turn: int
+    lidar: int = 0
 
     @property
     def middle_s(self) -> float:

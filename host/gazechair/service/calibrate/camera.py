@@ -59,7 +59,10 @@ def store(config: Config, picture: Path, marks: Path, eye: ByEye, say: Say) -> N
     if not CAN_DECODE:
         raise CalibrateError("Pillow is not installed; run `pip install 'gazechair[picture]'`")
     found = from_marks(_size(picture), eye, _marks(marks))
-    _store(config).keep(found)
+    try:
+        _store(config).keep(found)
+    except OSError as error:
+        raise CalibrateError(f"it was not stored ({error})") from None
     say(f"stored: {_words(found)}")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -152,6 +153,40 @@ def test_a_step_goes_as_far_in_another_profile(tmp_path: Path) -> None:
     assert board.values[step] == 1000
     (tmp_path / "forward.json").write_text('{"3.1": 5}')
     assert store.step_ms(2, 600, 300) is None
+
+
+@pytest.mark.parametrize("damaged", ["5", '{"full_m_s": "x"}', '{"other": 1}'])
+def test_a_damaged_profile_costs_no_other_its_numbers(tmp_path: Path, damaged: str) -> None:
+    store, file = ForwardStore(tmp_path), tmp_path / "forward.json"
+    store.keep("3.1", NUMBERS)
+    good = store.step_ms(2, 600, 300)
+    file.write_text(f'{file.read_text()[:-1]}, "4.1": {damaged}}}')
+    assert store.step_ms(2, 600, 300) == good
+    assert store.step_ms(3, 600, 300) is None
+    store.keep("2.1", NUMBERS)
+    assert store.step_ms(2, 600, 300) == good
+    assert json.loads(file.read_text())["4.1"] == json.loads(damaged)
+
+
+def test_numbers_that_cannot_be_read_are_not_erased(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store, file = ForwardStore(tmp_path), tmp_path / "forward.json"
+    store.keep("3.1", NUMBERS)
+    with monkeypatch.context() as broken:
+        broken.setattr(Path, "read_bytes", _unreadable)
+        assert store.step_ms(2, 600, 300) is None
+        with pytest.raises(PermissionError):
+            store.keep("4.1", NUMBERS)
+    assert list(json.loads(file.read_text())) == ["3.1"]
+    file.write_text("no JSON")
+    store.keep("4.1", NUMBERS)
+    assert list(json.loads(file.read_text())) == ["4.1"]
+    assert (tmp_path / "forward.damaged").read_text() == "no JSON"
+
+
+def _unreadable(_: Path) -> bytes:
+    raise PermissionError("no")
 
 
 def test_odometry_tunes_a_profile() -> None:

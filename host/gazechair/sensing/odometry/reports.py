@@ -1,0 +1,94 @@
+"""The board's newest reports: headings, outputs, and whether the chair stood for sure."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gazechair.base.footprint import FloatArray
+from gazechair.sensing.odometry.doubts import Outputs
+from gazechair.sensing.odometry.obedience import CHANGED_S, DEAD_S
+
+if TYPE_CHECKING:
+    from gazechair.sensing.odometry.odometry import Motion
+
+OLD_S = 0.3  # a heading, and one report without another
+_KEPT_S = 3.0  # of motion
+_STARTS_S = 0.6  # time that the chair takes to start
+_STOOD_S = 10.0  # for longer nobody vouches: it may have been pushed
+_TURNED_RAD = math.radians(1.0)  # who pushes it hardly pushes it so straight
+
+
+class Reports:
+    """Feed it `motion` in the order of time."""
+
+    def __init__(self) -> None:
+        self._motions: deque[Motion] = deque()
+        self._turned_deg = 0.0
+        self._ran_s = -math.inf  # newest output, or end of a time without reports
+
+    def motion(self, motion: Motion) -> None:
+        """Take in the board's report."""
+        if motion.heading_deg is not None:  # full turns are counted
+            off = motion.heading_deg - self._turned_deg
+            self._turned_deg += (off + 180.0) % 360.0 - 180.0
+            motion = replace(motion, heading_deg=self._turned_deg)
+        rests = motion.linear_permille == 0 and motion.turn_permille == 0
+        if not rests or motion.time_s - self.newest_s(-math.inf) > OLD_S:
+            self._ran_s = motion.time_s
+        self._motions.append(motion)
+        while self._motions[0].time_s < motion.time_s - _KEPT_S:
+            self._motions.popleft()
+
+    def newest_s(self, at_s: float) -> float:
+        """The newest time known, at least `at_s`: scans may come late."""
+        return max(at_s, self._motions[-1].time_s) if self._motions else at_s
+
+    def headings(self) -> tuple[FloatArray, FloatArray]:
+        """Times, and the headings then in radians, full turns counted."""
+        known = [(m.time_s, m.heading_deg) for m in self._motions if m.heading_deg is not None]
+        rows = np.array(known, dtype=np.float64).reshape(-1, 2)
+        return rows[:, 0], np.radians(rows[:, 1])
+
+    def stood(self, since_s: float, at_s: float, turned_rad: float) -> bool:
+        """Whether a chair that stood at `since_s` has stood until `at_s`, for some seconds at most.
+
+        Nothing was put out and, by the sensor, it has not turned (`turned_rad`) as when pushed.
+        """
+        rests = self._ran_s < since_s - _STARTS_S and self.newest_s(at_s) > at_s - OLD_S
+        return rests and at_s - since_s < _STOOD_S and abs(turned_rad) < _TURNED_RAD
+
+    def linear(self, since_s: float, at_s: float) -> list[int | None]:
+        """The linear outputs between two times, permille."""
+        return [m.linear_permille for m in self._motions if since_s < m.time_s <= at_s]
+
+    def outputs(self, at_s: float) -> Outputs | None:
+        """What it has put out; None: not known."""
+        recent = [m for m in self._motions if m.time_s <= at_s]
+        found = [
+            (m.time_s, m.linear_permille, m.turn_permille)
+            for m in recent
+            if m.linear_permille is not None and m.turn_permille is not None
+        ]
+        if not found or len(found) < len(recent) or found[0][0] > at_s - _STARTS_S:
+            return None
+        newest = [row for row in found if row[0] >= at_s - _STARTS_S] or [(at_s, 0, 0)]
+        drive, turn = [row[1] for row in newest], [row[2] for row in newest]
+        return Outputs(
+            max(min(drive), -max(drive), 0),
+            max(min(turn), -max(turn), 0),
+            at_s - max((row[0] for row in found if row[1] or row[2]), default=found[0][0]),
+        )
+
+    def command(self, at_s: float) -> tuple[float | None, bool]:
+        """The command that the motors follow at that time, -1..1, and whether it changed lately."""
+        recent = [m for m in self._motions if m.time_s >= at_s - DEAD_S - CHANGED_S]
+        acts = [m.linear_permille for m in recent if m.time_s <= at_s - DEAD_S]
+        if not acts or acts[-1] is None:
+            return None, True
+        outputs = [m.linear_permille or 0 for m in recent]
+        return acts[-1] / 1000.0, max(outputs) - min(outputs) > 50
