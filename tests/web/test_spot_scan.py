@@ -154,7 +154,7 @@ def test_one_by_one_and_with_an_old_picture(page, host):
 
 
 def test_driving_stays_on_until_every_choice_was_lit(page, host):
-    scanner = chooses(opened(page, host, scan="single", scan_ms=1500, auto_off_s=10))
+    scanner = chooses(opened(page, host, scan="single", scan_ms=800, auto_off_s=10))
     scanner.wait_for(f"column-{SWITCHED[0] - 1}")
     scanner.press()
     assert scanner.heard("disarm") == []
