@@ -8,10 +8,15 @@ export class AutoRide {
   mode = "";
   over = "";
   #saidAt = -Infinity;
+  #last = ""; // where the pointer was
 
   /** `watch()`: somebody looks. */
   constructor(watch) {
-    addEventListener("pointermove", () => {
+    addEventListener("pointermove", (event) => {
+      // The browser repeats a pointer that stands still: that does not prove that anyone looks.
+      const place = `${event.clientX} ${event.clientY}`;
+      if (event.defaultPrevented || place === this.#last) return;
+      this.#last = place;
       const now = performance.now();
       if (!this.mode || document.hidden || now - this.#saidAt < WATCH_MS) return;
       this.#saidAt = now;

@@ -26,7 +26,8 @@ export class Banner {
     const steady = kind === "override" || kind === "taken" ? `${kind} ${words}` : "none";
     if (steady === this.#steady) return;
     this.#steady = steady;
-    if (steady === "none" && kind !== "none") this.#untilMs = now; // driving is off: hide it
+    // Driving is off: hide it.
+    if (steady === "none" && kind !== "none") this.#untilMs = now;
     if (kind === "taken") {
       const text = this.#strings.label("taken_text");
       this.#render(kind, this.#strings.label(words), words, { text, do: "" });
@@ -53,7 +54,8 @@ export class Banner {
   }
 
   #render(kind, title, key, words) {
-    if (this.#shown === `${kind} ${title} ${key}`) return; // a refusal comes once per command
+    // A refusal comes once per command.
+    if (this.#shown === `${kind} ${title} ${key}`) return;
     this.#shown = `${kind} ${title} ${key}`;
     this.#element.dataset.kind = kind;
     this.#element.dataset.key = key;

@@ -1,4 +1,5 @@
-// An auto motion on the caretaker's page: goal, path, why it stands; a pause.
+// An auto motion on the caretaker's page: goal, path, why it stands; a pause. It comes last, and
+// keeps its place: nothing moves under a finger.
 
 import { ARRIVED, goingWords } from "./going.js";
 import { MapPicture } from "./map_picture.js";
@@ -27,21 +28,24 @@ class CareGoing {
     this.#canvas.setAttribute("aria-hidden", "true");
     this.#pause.type = "button";
     this.#pause.textContent = words.label("going_pause");
-    this.#pause.addEventListener("click", () => on.pause());
+    // At the touch itself: while another finger is down, no click follows.
+    for (const kind of ["pointerdown", "click"]) {
+      this.#pause.addEventListener(kind, () => on.pause());
+    }
     this.#box.append(this.#line, this.#canvas, this.#pause);
-    root.prepend(this.#box);
+    root.append(this.#box);
     this.#view = new MapView(this.#canvas, () => {});
     this.#picture = new MapPicture(this.#view);
   }
 
   /** Takes `going` and `where` of the host's state. */
   update(going, where, rides) {
-    this.#box.hidden = !going;
+    this.#box.classList.toggle("shown", Boolean(going));
+    this.#pause.classList.toggle("shown", rides);
     if (!going) return;
     const { text, do: advice } = this.#words.says(going);
     const line = [text, rides ? this.#words.left(going) : advice].filter(Boolean).join(" ");
     if (this.#line.textContent !== line) this.#line.textContent = line;
-    this.#pause.hidden = !rides;
     const before = this.#state;
     this.#state = going.state;
     if (going.state === "arrived" && before && before !== "arrived") this.#on.tone(ARRIVED);

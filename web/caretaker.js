@@ -60,6 +60,7 @@ const pairing = new Pairing(byId("invite"), byId("devices"), strings, refuse);
 let state = null; // the host's newest state
 let latched = []; // messages that only a reset clears
 let edge = 0;
+let youMs = -WORDS_MS; // since when this page drives, or does not
 let comingMs = null; // since when the state says that a caretaker is coming
 let heartbeatMs = 50;
 let first = null; // the first drive, once opened
@@ -113,7 +114,7 @@ const reset = new Held(byId("reset"), {
   held() {
     if (resetSince === null || performance.now() - resetSince < RESET_HOLD_MS) return;
     resetSince = null;
-    socket.send("reset");
+    socket.sendFresh("reset");
   },
   end: () => (resetSince = null),
 });
@@ -128,6 +129,8 @@ const receivers = {
     for (const part of [joystick, bypass, watching, first]) part?.setHeartbeat(heartbeatMs);
   },
   state(news, now) {
+    if (news.you !== (state?.you ?? false)) youMs = now;
+    if (news.message !== state?.message) reset.end(); // it means what was shown
     state = news;
     setData("state", news.state);
     setData("you", news.you);
@@ -149,8 +152,8 @@ const receivers = {
     setText("take", strings.label(news.you ? "care_release" : "care_take"));
     setText("pad-word", ready ? "" : strings.label(news.you ? "arming" : "care_pad_off"));
     cap.update(news.cap_permille);
-    byId("watch").hidden = !news.auto?.[0];
-    if (byId("watch").hidden) watching.end();
+    setData("rides", Boolean(news.auto?.[0]));
+    if (!news.auto?.[0]) watching.end();
     if (news.going) going ??= openGoing();
     going?.update?.(news.going, news.where, Boolean(news.auto?.[0]));
     const left = Math.ceil(news.bypass_ms / 1000);
@@ -244,11 +247,13 @@ function stop(kind = "stop") {
   endAll();
   if (kind === "stop") stopSeen.asked(sent, performance.now());
 }
-// At the touch itself: a stop does not wait for the finger to lift.
-byId("stop").addEventListener("pointerdown", () => stop());
-press("stop", () => stop());
-press("emergency", () => stop("emergency"));
+// At the touch itself: while another finger is down, no click follows.
+for (const kind of ["stop", "emergency"]) {
+  byId(kind).addEventListener("pointerdown", () => stop(kind));
+  press(kind, () => stop(kind));
+}
 press("take", () => {
+  if (performance.now() - youMs < WORDS_MS) return; // it means the words before
   if (state?.you) socket.send("release");
   else socket.sendFresh("take");
 });

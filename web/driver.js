@@ -2,7 +2,7 @@
 
 import { byId, setData, setText } from "./dom.js";
 import { Facts } from "./facts.js";
-import { pressHelp, showHelp } from "./help.js";
+import { pressHelp, showHelp, WORDS_MS } from "./help.js";
 import { Hint } from "./hint.js";
 import { HitMap } from "./hit.js";
 import { listen } from "./input.js";
@@ -23,8 +23,6 @@ import { Eyes, LateMenu, Plugins, Scanning, showLate } from "./wanted.js";
 import { AutoOff, ClockWatch } from "./watch.js";
 
 const TICK_MS = 25;
-/** The label of "Rijden uit" counts down the last seconds before driving goes off by itself. */
-const COUNTDOWN_MS = 5000;
 /** After this many clicks without movement: gaze control that only clicks, so a click is a step. */
 const CLICKS_MEAN_STEPS = 2;
 /** The mode that follows each one; "more": the page of modes, if there is one. */
@@ -77,13 +75,13 @@ let state = null; // the host's newest state
 let asked = null; // the active verb
 let clicksAlone = 0;
 let driving = false; // for the start tone
+let armWordsMs = -WORDS_MS; // since when "Rijden aan" or "Rijden uit" says so
 
 const acts = {
-  arm() {
-    if (practice.on) {
-      practice.arm();
-      return showState(state, performance.now());
-    }
+  arm(since) {
+    // It means the words before.
+    if (since < armWordsMs || performance.now() - armWordsMs < WORDS_MS) return;
+    if (practice.on) return [practice.arm(), showState(state, performance.now())];
     if (state?.state !== "disarmed") return socket.send("disarm");
     hint.asked(performance.now());
     socket.sendFresh("arm");
@@ -119,9 +117,10 @@ const targets = new Targets({
     else if (!plugins.part?.auto(asked) && (state?.you ?? true)) socket.send("stop");
     ended();
   },
-  act: (name) => [plugins.part?.act(name), acts[name]?.()],
+  act: (name, since) => [plugins.part?.act(name), acts[name]?.(since)],
   unable: () => notice("refused", "mode_unable"),
-  tap() {
+  tap(target) {
+    if (plugins.part?.auto(target)) return; // needs no holding
     if (clicksAlone < CLICKS_MEAN_STEPS) return notice("tap_title", "tap");
     setMode("step");
     notice("clicks_title", "clicks");
@@ -135,6 +134,7 @@ const targets = new Targets({
 const scan = new Scanning(targets, hits, {
   moving: () => targets.holding || (state?.motion ?? "stopped") !== "stopped",
   used,
+  needs: (ms) => autoOff.scans(ms),
 });
 
 const plugins = new Plugins(strings, {
@@ -186,8 +186,11 @@ function showState(news, now) {
   const shown = practice.on ? (armed ? "armed" : "disarmed") : news.state;
   targets.setArmed(armed, now);
   if (!armed || targets.holding || news.auto?.[0]) autoOff.used(now);
+  if (practice.on && news.you) socket.send("disarm"); // armed while practice began
   if (body.dataset.state !== shown) {
     if (shown === "armed") tones.play("armed");
+    if (armed && /menu|eyes/.test(body.dataset.view)) open("drive");
+    if ([shown, body.dataset.state].includes("disarmed")) armWordsMs = now;
     setData("state", shown);
     measure();
   }
@@ -195,10 +198,8 @@ function showState(news, now) {
   setData("relay", news.relay_checked ?? true);
   showHelp(news, strings);
   setText("arm-label", strings.label(shown === "disarmed" ? "arm" : "disarm"));
-  const leftMs = autoOff.leftMs(now);
-  const left = Math.ceil(leftMs / 1000);
-  const soon = armed && leftMs <= COUNTDOWN_MS;
-  setText("arm-state", soon ? `${strings.label("off_in")} ${left} s` : strings.label(shown));
+  const left = armed && autoOff.countdown(now);
+  setText("arm-state", left ? `${strings.label("off_in")} ${left} s` : strings.label(shown));
   facts.update(news, asked);
   line.update(news);
   tell(now);

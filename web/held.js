@@ -7,7 +7,7 @@ export class Held {
   #on;
   #element;
   #heartbeatMs = 50;
-  #source = null; // "pointer", or the key's place on the keyboard
+  #source = null; // the pointer's number, or the key's place on the keyboard
   #againAt = 0;
 
   constructor(element, on) {
@@ -16,17 +16,21 @@ export class Held {
     element.addEventListener("pointerdown", (event) => {
       if (event.button !== 0) return;
       element.setPointerCapture(event.pointerId);
-      this.#begin("pointer");
+      this.#begin(event.pointerId);
     });
     for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
-      element.addEventListener(end, () => this.#source === "pointer" && this.end());
+      element.addEventListener(end, ({ pointerId }) => this.#source === pointerId && this.end());
     }
+    // While another button of the mouse is down, a move tells that this one came up.
+    element.addEventListener("pointermove", ({ pointerId, buttons }) => {
+      if (this.#source === pointerId && (buttons & 1) === 0) this.end();
+    });
     element.addEventListener("keydown", (event) => {
       if (!isKey(event)) return;
       event.preventDefault();
       if (!event.repeat && !event.metaKey) this.#begin(event.code);
     });
-    const letGo = () => this.#source !== "pointer" && this.end();
+    const letGo = () => typeof this.#source === "string" && this.end();
     element.addEventListener("blur", letGo);
     // The focus may move while the key is down: another element is then told of its release.
     // By its place: what a key is called changes with other keys.

@@ -25,7 +25,8 @@ export class HitMap {
     this.#areas.clear();
     for (const element of elements) {
       const { left, top, right, bottom, width } = element.getBoundingClientRect();
-      if (width === 0) continue; // not shown, as Achteruit by default
+      // Not shown, as Achteruit by default.
+      if (width === 0) continue;
       const margin = element.classList.contains("drive") ? innerHeight * VERTICAL_MARGIN : 0;
       const area = { left, right, top: top - margin, bottom: bottom + margin };
       this.#areas.set(element.id, { area, sticky: grown(area, growth) });

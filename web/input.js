@@ -53,8 +53,11 @@ export function listen(targets, hits, { shown, away, pressed }) {
 
   addEventListener("pointermove", (event) => {
     const at = stampOf(event);
-    if (event.defaultPrevented) return; // a driver who scans without gaze: looking does nothing
-    if (event.buttons !== 0) return targets.drag(find(event), source(event), at);
+    // A driver who scans without gaze: looking does nothing.
+    if (event.defaultPrevented) return;
+    // While another button of the mouse is down, a move tells that the left one came up.
+    if (!(event.buttons & 1)) targets.release(source(event), at);
+    if (event.buttons) return targets.drag(find(event), source(event), at);
     // The browser repeats a pointer that stands still: that does not prove that anyone looks.
     if (event.clientX === last.x && event.clientY === last.y) return;
     last = { x: event.clientX, y: event.clientY };
@@ -62,7 +65,8 @@ export function listen(targets, hits, { shown, away, pressed }) {
     targets.hover(find(event), at);
   });
   addEventListener("pointerdown", (event) => {
-    if (event.button !== 0 || event.defaultPrevented) return; // prevented: it was the switch
+    // Prevented: it was the switch.
+    if (event.button !== 0 || event.defaultPrevented) return;
     const at = stampOf(event);
     // Ensures that we get the release when the pointer leaves the window with the button down.
     document.body.setPointerCapture(event.pointerId);
@@ -87,7 +91,8 @@ export function listen(targets, hits, { shown, away, pressed }) {
   const named = (event) =>
     event.key === "Enter" ? (event.target.closest?.(".target")?.id ?? "arm") : KEYS[event.key];
   addEventListener("keydown", (event) => {
-    if (event.key === "Meta") return cancel(); // macOS reports no release while it is down
+    // macOS reports no release while it is down.
+    if (event.key === "Meta") return cancel();
     const name = named(event);
     if (!name || event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey) return;
     event.preventDefault();
@@ -95,7 +100,8 @@ export function listen(targets, hits, { shown, away, pressed }) {
     targets.press(name, `key ${event.code}`, stampOf(event));
   });
   addEventListener("keyup", (event) => {
-    if (named(event)) event.preventDefault(); // else the browser adds its own click
+    // The browser would add its own click.
+    if (named(event)) event.preventDefault();
     targets.release(`key ${event.code}`, stampOf(event));
   });
 
@@ -104,6 +110,7 @@ export function listen(targets, hits, { shown, away, pressed }) {
   document.addEventListener("freeze", leave);
   document.addEventListener("visibilitychange", () => document.hidden && leave());
   document.documentElement.addEventListener("pointerleave", (event) => {
-    if (event.pointerType !== "touch") cancel(); // a lifted finger "leaves" too: that is a release
+    // A lifted finger "leaves" too: that is a release.
+    if (event.pointerType !== "touch") cancel();
   });
 }

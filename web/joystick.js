@@ -101,7 +101,8 @@ export class Joystick {
 
   #move(event) {
     if (event.pointerId !== this.#pointer) return;
-    if (event.buttons === 0) this.end(); // the release went elsewhere
+    // The release went elsewhere, or another button of the mouse is still down.
+    if ((event.buttons & 1) === 0) this.end();
     else this.#place(event, false);
   }
 

@@ -61,19 +61,22 @@ export class Pick {
   open(row) {
     this.#row = row;
     this.#dwell = null;
-    this.#on.ride("spot", { tile: row.name, at: null });
+    this.#say(null);
     this.#on.open(VIEW);
   }
 
   act(name) {
-    if (name === BACK) return this.#close();
+    if (name === BACK && this.#row) {
+      this.#say(null);
+      return this.#close();
+    }
     const spot = this.#bars.choose(name);
     if (spot) this.#choose(...spot);
   }
 
   /** Takes the host's state, the mode that drives and the ended one; true: `mode` changed. */
   update({ spot, going, state, you }, rides, over, words) {
-    if (this.#row && (state !== "armed" || !you)) this.#close();
+    if (state !== "armed" || !you) this.#close();
     const mine = this.#row && spot?.tile === this.#row.name;
     this.#spot = mine ? spot : null;
     this.#going = going ?? null;
@@ -108,9 +111,13 @@ export class Pick {
     return { ...told, level, key: "spot", said };
   }
 
+  /** The chosen spot for the tile, fractions of the picture; null: none. */
+  #say(at) {
+    this.#on.ride("spot", { tile: this.#row.name, at });
+  }
+
   #close() {
     if (!this.#row) return;
-    this.#on.ride("spot", { tile: this.#row.name, at: null });
     this.#row = this.#dwell = null;
     this.#enlarge(null);
     this.#bars.show(null);
@@ -207,7 +214,7 @@ export class Pick {
     const { left, top, width, height } = this.#box();
     const share = (value) => Math.min(1, Math.max(0, Number(value.toFixed(4))));
     const at = [share((x - left) / width), share((y - top) / height)];
-    this.#on.ride("spot", { tile: this.#row.name, at });
+    this.#say(at);
     this.#draw();
   }
 

@@ -11,7 +11,8 @@ const STALE_MS = 500;
  */
 export class Picture {
   #onAge;
-  #bornMs = null; // when the picture shown was taken, on this page's clock
+  /** When the picture shown was taken, on this page's clock. */
+  #bornMs = null;
   #state = "none";
 
   constructor(canvas, onAge) {

@@ -2,7 +2,8 @@
 
 import { Wire } from "./wire.js";
 
-const HEADER_BYTES = 8; // u32 LE sequence, u32 LE age in ms when sent
+// u32 LE sequence, u32 LE age in ms when sent.
+const HEADER_BYTES = 8;
 const SILENCE_MS = 5000;
 const TICK_MS = 100;
 
@@ -28,7 +29,8 @@ async function receive(data) {
   } catch (error) {
     console.warn(`picture ${sequence} is not a readable JPEG: ${error.message}`);
   }
-  wire.send(String(sequence)); // for a bad picture too, else the next one would never come
+  // For a bad picture too, else the next one would never come.
+  wire.send(String(sequence));
 }
 
 async function draw(jpeg) {

@@ -114,6 +114,11 @@ export class Scan {
     this.#restart(at);
   }
 
+  /** The time that lights everything once, with one more step to press at the last one, ms. */
+  get roundMs() {
+    return (this.#list().length + 1) * this.#stepMs;
+  }
+
   /** Advances the time; call it often (every 25 ms). */
   tick(now) {
     if (this.#openAt !== null && now - this.#openAt >= this.#debounceMs) {

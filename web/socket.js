@@ -11,7 +11,7 @@ const SILENCE_MS = 2000;
 const BACKLOG_BYTES = 512;
 
 /** Messages that are always sent, whatever is queued before them. */
-const ALWAYS = ["stop", "disarm", "emergency"];
+const ALWAYS = ["stop", "disarm", "emergency", "release"];
 const REVOKED = 4001;
 const PAIR = "/pair";
 
@@ -27,12 +27,14 @@ export class ControlSocket {
   #on;
   /** A token older than this proves nothing to the host; set by the host. */
   #tokenMs = 0;
-  #tokens = []; // {token, at}: recent ones that were delayed less than all later ones
+  /** {token, at}: recent tokens that were delayed less than all later ones. */
+  #tokens = [];
   #heardMs = 0;
   #beatAtMs = 0;
   #alive = false;
   #welcomed = false;
-  #stops = 0; // that this connection has sent
+  /** Stops that this connection has sent. */
+  #stops = 0;
 
   constructor(on) {
     this.#on = on;

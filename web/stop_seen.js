@@ -10,7 +10,8 @@ const SEEN_MS = 3000;
 /** The state of the button: "none", "asked", "seen" or "late", on its data-seen. */
 export class StopSeen {
   #strings;
-  #count = Infinity; // number of the stop in question; Infinity: nobody will confirm one
+  /** Number of the stop in question; Infinity: nobody will confirm one. */
+  #count = Infinity;
   #sinceMs = 0;
   #state = "none";
 

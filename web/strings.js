@@ -22,7 +22,8 @@ export function message(element, title, { text, do: advice }) {
 /** One language's words. */
 export class Strings {
   #table;
-  #numbers = []; // one form per number of digits
+  /** One form per number of digits. */
+  #numbers = [];
   /** Two letters. */
   language;
 

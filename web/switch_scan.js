@@ -26,7 +26,7 @@ const STEP_BEGINS_MS = 700;
  * A person's switch (a key or a button) chooses among the page's targets.
  *
  * `on` tells moving(), whether the chair moves or this page makes it, and receives used() for
- * every press that counts.
+ * every press that counts, and needs(ms), the time that lights every choice.
  */
 export class SwitchScan {
   #targets;
@@ -93,6 +93,7 @@ export class SwitchScan {
     if (this.#off) return;
     this.#look(now);
     this.#scan.tick(now);
+    this.#on.needs(this.#scan.roundMs);
   }
 
   /** What may be chosen now, and whether the chair moves. */

@@ -8,8 +8,9 @@ import { STEP_REPEAT_MS, TAP_MS } from "./intent_times.js";
  *
  * All times are ms of one monotonic clock. `on` receives:
  * drive(verb, mode, edge) for every command to send, stop(asked) where `asked` means that somebody
- * looked at Stop or pressed it, act(name) for a button, tap() when a press was too short to drive,
- * unable() for a refused press, view(dwelling, holding, dwellMs) when either name changed.
+ * looked at Stop or pressed it, act(name, since) for a button, `since` when its press or dwell
+ * began, tap(verb) when a press was too short to drive, unable() for a refused press,
+ * view(dwelling, holding, dwellMs) when either name changed.
  */
 export class Targets {
   mode = "continuous";
@@ -48,12 +49,12 @@ export class Targets {
   }
 
   /** Takes the times of a person's profile (ms). */
-  configure({ dwell_ms, steer_dwell_ms, button_dwell_ms, leave_grace_ms, pointer_stale_ms }) {
-    this.#dwellMs = dwell_ms;
-    this.#steerMs = steer_dwell_ms;
-    this.#buttonMs = button_dwell_ms;
-    this.#graceMs = leave_grace_ms;
-    this.#staleMs = pointer_stale_ms;
+  configure(mine) {
+    this.#dwellMs = mine.dwell_ms;
+    this.#steerMs = mine.steer_dwell_ms;
+    this.#buttonMs = mine.button_dwell_ms;
+    this.#graceMs = mine.leave_grace_ms;
+    this.#staleMs = mine.pointer_stale_ms;
     this.#fresh();
   }
 
@@ -109,12 +110,12 @@ export class Targets {
     const pressed = this.#pressed;
     if (pressed?.source === source) {
       this.#pressed = null;
-      this.#act(pressed.target);
+      this.#act(pressed.target, pressed.since);
     }
     const hold = this.#hold;
     if (hold?.source === source) {
       this.#letGo(at);
-      if (hold.mode === "continuous" && at - hold.since < TAP_MS) this.#on.tap();
+      if (hold.mode === "continuous" && at - hold.since < TAP_MS) this.#on.tap(hold.target);
     }
     this.#show();
   }
@@ -212,12 +213,12 @@ export class Targets {
   #finishDwell(now) {
     const dwell = this.#dwell;
     if (!dwell || dwell.leftAt !== null || now - dwell.movedAt >= this.#freshMs) return;
-    if (now - dwell.since >= dwell.ms) this.#activate(dwell.target, "gaze", now);
+    if (now - dwell.since >= dwell.ms) this.#activate(dwell.target, "gaze", now, dwell.since);
   }
 
-  #activate(target, source, at) {
+  #activate(target, source, at, since) {
     this.#dwell = null;
-    if (!isDrive(target)) return this.#act(target);
+    if (!isDrive(target)) return this.#act(target, since);
     if (this.unable.includes(target)) return this.#on.unable();
     const mode = isPlugin(target) ? "continuous" : this.mode;
     const edge = (this.#edge += 1);
@@ -226,9 +227,9 @@ export class Targets {
     this.#on.drive(target, mode, edge);
   }
 
-  #act(name) {
+  #act(name, since) {
     this.#spent = name;
-    this.#on.act(name);
+    this.#on.act(name, since);
   }
 
   #gazeOver(now) {

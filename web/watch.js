@@ -3,8 +3,8 @@
 /** The page stood still, or a clock jumped, by more than this: the tablet slept. */
 const JUMP_MS = 1000;
 
-/** Scan times that light every target once, with a margin. */
-const SCAN_STEPS = 9;
+/** The last seconds before driving goes off by itself are counted down. */
+const COUNTDOWN_S = 5;
 
 /** Detects gaps in the page's time, by its own clock and by the time of day. */
 export class ClockWatch {
@@ -23,19 +23,32 @@ export class ClockWatch {
 export class AutoOff {
   #limitMs = 15_000;
   #usedMs = 0;
+  #scanMs = 0;
 
-  /** Takes a person's own time; with scanning, at least the time to light every target. */
-  configure({ auto_off_s, scan, scan_ms }) {
-    this.#limitMs = Math.max(auto_off_s * 1000, scan === "off" ? 0 : SCAN_STEPS * scan_ms);
+  /** Takes a person's own time. */
+  configure({ auto_off_s }) {
+    this.#limitMs = auto_off_s * 1000;
   }
 
   /** Driving is used now, or is off. */
   used(now) {
     this.#usedMs = now;
+    this.#scanMs = 0;
+  }
+
+  /** Scanning needs this long to light every choice: driving stays on at least as long. */
+  scans(ms) {
+    this.#scanMs = Math.max(this.#scanMs, ms);
   }
 
   /** Time left, ms; 0 or less: switch off. */
   leftMs(now) {
-    return this.#limitMs - (now - this.#usedMs);
+    return Math.max(this.#limitMs, this.#scanMs) - (now - this.#usedMs);
+  }
+
+  /** The last seconds, to be shown; 0 before them. */
+  countdown(now) {
+    const left = Math.ceil(this.leftMs(now) / 1000);
+    return left <= COUNTDOWN_S ? left : 0;
   }
 }

@@ -18,8 +18,10 @@ export class Wire {
   #silenceMs;
   #on;
   #socket = null;
-  #sinceMs = 0; // start of the attempt, then the last message
-  #failed = 0; // attempts since the last message
+  /** Start of the attempt, then the last message. */
+  #sinceMs = 0;
+  /** Attempts since the last message. */
+  #failed = 0;
   #retryAtMs = 0;
 
   constructor(path, silenceMs, on) {

@@ -118,6 +118,7 @@ def clear_latched(chair: Lockstep) -> None:
         assert chair.host is not None
         chair.until(chair.connected, 2000)
         caretaker = chair.host.control.connect("caretaker")
-        assert chair.host.control.receive(caretaker, {"k": "reset"}) == []
+        control = chair.host.control
+        assert control.receive(caretaker, {"k": "reset", "token": control.token()}) == []
         chair.until(lambda: not chair.fault(codes.EMERGENCY), 100)
         chair.host.control.disconnect(caretaker)

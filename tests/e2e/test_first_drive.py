@@ -174,7 +174,7 @@ def test_it_refuses_with_the_reason() -> None:
     rig.driver.say(k="emergency")
     rig.run(300)
     assert rig.hold("turn") == "emergency"
-    rig.caretaker.say(k="reset")
+    rig.caretaker.reset()
     rig.run(1500)
     rig.driver.arm()
     rig.until(rig.armed, 1500)

@@ -28,7 +28,8 @@ def note_relay(chair: Lockstep, promise: str, cause: str, limit_ms: int = RELAY_
 def reset_by_caretaker(chair: Lockstep, bit: int) -> None:
     assert chair.host is not None
     caretaker = chair.host.control.connect("caretaker")
-    assert chair.host.control.receive(caretaker, {"k": "reset"}) == []
+    control = chair.host.control
+    assert control.receive(caretaker, {"k": "reset", "token": control.token()}) == []
     chair.until(lambda: not chair.fault(bit), 100)
     chair.host.control.disconnect(caretaker)
 
@@ -205,7 +206,7 @@ def test_p11_emergency(
     chair.stays_still(1000)
     chair.page.release()
     chair.page.arm()
-    chair.page.say(k="reset")
+    chair.page.reset()
     chair.stays_still(500)
     assert chair.fault(codes.EMERGENCY)
     assert not chair.armed()

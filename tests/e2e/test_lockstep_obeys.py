@@ -27,7 +27,8 @@ def trips(chair: Lockstep, cause: str) -> None:
     assert chair.fault(codes.DISOBEYS)
     assert chair.host is not None
     caretaker = chair.host.control.connect("caretaker")
-    assert chair.host.control.receive(caretaker, {"k": "reset"}) == []
+    control = chair.host.control
+    assert control.receive(caretaker, {"k": "reset", "token": control.token()}) == []
     chair.until(lambda: not chair.fault(codes.DISOBEYS), 100)
     chair.arm()
 

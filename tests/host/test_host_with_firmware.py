@@ -225,13 +225,15 @@ def test_an_emergency_is_latched_and_the_driver_cannot_reset_it(driving: Chain) 
     driving.say(k="emergency")
     assert driving.until(driving.neutral, 3) <= 3
     driving.run(500)
-    driving.say(k="reset")
+    driving.say(k="reset", token=driving.control.token())
     driving.run(500)
     seen = driving.look()
     assert (seen["arm_reason"], seen["message"]) == ("emergency", "emergency")
     assert "not_allowed" in driving.refusals
     caretaker = driving.control.connect("caretaker")
-    assert driving.control.receive(caretaker, {"k": "reset"}) == []
+    assert (
+        driving.control.receive(caretaker, {"k": "reset", "token": driving.control.token()}) == []
+    )
     driving.let_go()
     driving.run(1000)
     assert driving.look()["arm_reason"] == "none"

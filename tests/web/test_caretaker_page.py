@@ -53,7 +53,7 @@ def test_stop_by_key(caretaker, key):
 
 def test_emergency_at_once_and_reset_by_holding_two_seconds(caretaker):
     caretaker.page.locator("#emergency").click()
-    assert caretaker.heard("emergency") == [{"k": "emergency"}]
+    assert caretaker.heard("emergency")[0] == {"k": "emergency"}
     assert not caretaker.page.locator("#reset").is_visible()
     caretaker.state(level="error", message="emergency", state="disarmed")
     caretaker.page.locator("#reset").scroll_into_view_if_needed()
@@ -65,7 +65,7 @@ def test_emergency_at_once_and_reset_by_holding_two_seconds(caretaker):
     caretaker.advance(200)
     caretaker.page.mouse.up()
     caretaker.advance(3000)
-    assert caretaker.heard("reset") == [{"k": "reset"}]
+    assert [set(message) for message in caretaker.heard("reset")] == [{"k", "token", "since"}]
 
 
 def test_take_over_and_hand_back(caretaker):
@@ -74,8 +74,37 @@ def test_take_over_and_hand_back(caretaker):
     assert [set(message) for message in caretaker.heard("take")] == [{"k", "token", "since"}]
     caretaker.state(you=True, owner="caretaker")
     assert caretaker.text("#take") == "Teruggeven"
+    caretaker.advance(500)
     caretaker.page.locator("#take").click()
     assert caretaker.heard("release") == [{"k": "release"}]
+
+
+def test_a_double_tap_on_teruggeven_takes_nothing_over(driving):
+    driving.advance(500)
+    driving.page.locator("#take").click()
+    driving.state(you=False, owner="nobody", state="disarmed")
+    driving.advance(200)
+    driving.page.locator("#take").click()
+    assert driving.heard("release", "take") == [{"k": "release"}]
+
+
+def test_a_reset_that_is_held_ends_when_something_else_is_shown(caretaker):
+    caretaker.state(level="error", message="wiper", state="disarmed")
+    caretaker.page.locator("#reset").scroll_into_view_if_needed()
+    caretaker.page.mouse.move(*caretaker.spot("reset"))
+    caretaker.page.mouse.down()
+    caretaker.advance(1500)
+    caretaker.state(message="emergency")
+    caretaker.advance(3000)
+    caretaker.page.mouse.up()
+    assert caretaker.heard("reset") == []
+
+
+def test_a_phone_put_away_gives_back_over_a_link_that_only_seems_lost(driving):
+    driving.run_for(600)
+    assert driving.data("link") == "lost"
+    driving.page.evaluate("dispatchEvent(new Event('blur'))")
+    assert driving.heard("release") == [{"k": "release"}]
 
 
 def test_the_joystick_drives_in_proportion_while_touched_and_springs_back(driving):

@@ -6,6 +6,9 @@ import pytest
 
 pytestmark = pytest.mark.browser
 
+OFF = {"state": "disarmed", "you": False, "owner": "nobody"}
+ON = {"state": "armed", "you": True, "owner": "driver"}
+
 KEYS = {"ArrowUp": "forward", "ArrowLeft": "left", "ArrowRight": "right"}
 
 
@@ -169,6 +172,7 @@ def test_space_stops_and_enter_arms(driver):
     driver.page.keyboard.press(" ")
     assert last(driver)["k"] == "stop"
     driver.state(state="disarmed")
+    driver.advance(500)
     driver.page.keyboard.press("Enter")
     assert [set(message) for message in driver.heard("arm")] == [{"k", "token", "since"}]
 
@@ -209,9 +213,55 @@ def test_arming_by_dwell_by_click_and_back(driver):
     assert len(driver.heard("arm")) == 1
     driver.state(state="armed", you=True, owner="driver")
     assert driver.text("#arm-label") == "Rijden uit"
+    driver.advance(500)
     driver.page.mouse.down()
     driver.page.mouse.up()
     assert len(driver.heard("disarm")) == 1
+
+
+def test_a_double_tap_on_rijden_uit_is_one_and_so_is_one_on_rijden_aan(driver):
+    for label, news in (("disarm", OFF), ("arm", ON)):
+        driver.advance(500)
+        driver.forget()
+        driver.page.locator("#arm").click()
+        driver.state(**news)
+        driver.advance(200)
+        driver.page.locator("#arm").click()
+        assert {m["k"] for m in driver.heard("arm", "disarm")} == {label}
+        assert len(driver.heard("arm", "disarm")) == 1
+
+
+@pytest.mark.parametrize("by", ["gaze", "press"])
+def test_what_began_before_driving_went_off_does_not_switch_it_on(driver, by):
+    driver.advance(500, look="arm")
+    if by == "press":
+        driver.page.mouse.down()
+    driver.state(**OFF)
+    driver.advance(1500, look="arm")
+    if by == "press":
+        driver.page.mouse.up()
+    assert driver.heard("arm", "disarm") == []
+    driver.advance(300, look=(0.5, 0.66))
+    driver.advance(1100, look="arm")
+    assert len(driver.heard("arm")) == 1
+
+
+def test_the_left_button_is_released_while_another_one_is_down(driver):
+    mouse = driver.page.mouse
+    mouse.move(*driver.spot("forward"))
+    mouse.down()
+    mouse.down(button="right")
+    driver.advance(300)
+    driver.forget()
+    mouse.up()
+    driver.advance(100)
+    assert driver.heard("stop") == [{"k": "stop"}]
+    driver.forget()
+    driver.advance(500)
+    assert driver.heard("cmd") == []
+    mouse.move(*driver.spot("stop"))  # with that one down
+    assert driver.heard("stop") == [{"k": "stop"}]
+    mouse.up(button="right")
 
 
 def test_gaze_commands_nothing_while_disarmed_or_when_another_drives(driver):
@@ -236,6 +286,7 @@ def test_assistive_clicks_without_a_pointer_work(driver):
     driver.page.evaluate("document.getElementById('stop').click()")
     assert last(driver)["k"] == "stop"
     driver.state(state="disarmed")
+    driver.advance(500)
     driver.page.evaluate("document.getElementById('arm').click()")
     assert len(driver.heard("arm")) == 1
 

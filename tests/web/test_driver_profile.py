@@ -219,11 +219,36 @@ def test_practice_moves_nothing_and_counts(menu, host, artefact):
     menu.state(override="obstacle_left")
     artefact("driver-practising")
     menu.page.keyboard.press("Enter")
+    menu.advance(500)
     choose(menu, "menu")
     choose(menu, "tile-1")
     assert menu.data("practice") == "false"
     menu.page.keyboard.press("Enter")
     assert len(menu.heard("arm")) == 1
+
+
+def test_a_chair_that_becomes_armed_while_practice_begins_goes_off(menu):
+    choose(menu, "tile-1")
+    menu.state(state="armed", you=False, owner="caretaker")
+    menu.advance(300)
+    assert menu.heard("disarm") == []  # another page's driving
+    menu.state(state="arming", you=True, owner="driver")  # this page had asked
+    assert menu.heard("disarm")
+    menu.state(**OFF)
+    menu.forget()
+    menu.advance(500)
+    assert menu.heard("disarm") == []
+
+
+@pytest.mark.parametrize("view", ["menu", "eyes"])
+def test_a_chair_that_becomes_armed_closes_the_menu_and_the_eye_test(menu, view):
+    if view == "eyes":
+        choose(menu, "tile-2")
+    assert menu.data("view") == view
+    menu.state(state="armed", you=True, owner="driver")
+    assert menu.data("view") == "drive"
+    menu.hover("forward")
+    assert menu.heard("cmd")
 
 
 def test_the_eye_test_measures_and_proposes(menu, host, artefact):
@@ -319,6 +344,7 @@ def test_a_mouse_that_moves_stays_continuous(driver):
 def test_targets_are_reached_and_pressed_by_tab_and_enter(driver):
     driver.page.keyboard.press("Tab")
     assert driver.page.evaluate("document.activeElement.id") == "arm"
+    driver.advance(500)
     driver.page.keyboard.press("Enter")
     assert len(driver.heard("disarm")) == 1
     driver.page.keyboard.press("Tab")

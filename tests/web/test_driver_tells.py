@@ -66,6 +66,7 @@ def test_an_unknown_reason_of_a_newer_board_is_shown_by_name(driver):
 def test_a_refused_arming_says_why(driver):
     driver.state(state="disarmed", you=False, owner="nobody", arm_reason="obstacle_data_old")
     assert "obstakelsensor" in driver.text("#hint")
+    driver.advance(500)
     driver.page.keyboard.press("Enter")
     driver.advance(500)
     assert banner(driver)[0] == "none"
@@ -81,7 +82,9 @@ def test_a_refused_arming_says_why(driver):
 def test_an_arming_that_succeeds_says_nothing(driver):
     driver.state(state="disarmed", you=False, owner="nobody")
     assert "Klaar om te rijden" in driver.text("#hint")
+    driver.advance(500)
     driver.page.keyboard.press("Enter")
+    assert driver.heard("arm")
     driver.state(state="arming")
     driver.advance(200)
     driver.state(state="armed", you=True, owner="driver")

@@ -123,6 +123,33 @@ def test_a_second_finger_on_stop_ends_the_grab(driving, fingers):
     assert said(driving) is None
 
 
+def test_a_second_finger_on_the_emergency_stop_counts(driving, fingers):
+    fingers.touch(1, *place(driving, 0, 0.5))
+    assert said(driving)
+    driving.forget()
+    fingers.touch(2, *driving.spot("emergency"))
+    fingers.lift(2)
+    assert driving.heard("emergency")
+    assert said(driving) is None
+
+
+def test_a_second_finger_pauses_a_ride_that_the_first_one_watches(driving, fingers):
+    going = {"mode": "go", "kind": "place", "name": "Bed", "state": "drives", "goal": {}}
+    driving.state(auto=["go", ""], going={**going, "reason": ""}, you=False, owner="driver")
+    pause = "#going button"
+    driving.wait_until(lambda: driving.page.locator(pause).count(), "its part")
+    driving.state()
+    driving.page.locator("#going").scroll_into_view_if_needed()
+    fingers.touch(1, *driving.spot("watch"))
+    driving.advance(200)
+    assert driving.heard("watch")
+    driving.forget()
+    box = driving.page.locator(pause).bounding_box()
+    fingers.touch(2, box["x"] + 9, box["y"] + 9)
+    fingers.lift(2)
+    assert driving.heard("stop")
+
+
 def test_a_touch_taken_away_by_the_system_stops(driving, fingers):
     fingers.touch(1, *place(driving, 0, 0.5))
     driving.advance(100)
@@ -190,3 +217,26 @@ def test_a_release_that_nobody_told_ends_the_grab_at_the_next_move(driving):
     )
     assert driving.heard("drive", "stop")[-1] == {"k": "stop"}
     assert said(driving) is None
+
+
+def test_the_left_button_comes_up_while_another_one_is_down(driving):
+    mouse = driving.page.mouse
+    mouse.move(*place(driving, 0, 0.5))
+    mouse.down()
+    mouse.down(button="right")
+    assert said(driving)
+    mouse.up()
+    assert driving.heard("drive", "stop")[-1] == {"k": "stop"}
+    assert said(driving) is None
+    mouse.up(button="right")
+    driving.page.evaluate("document.getElementById('bypass').scrollIntoView({block: 'center'})")
+    mouse.move(*driving.spot("bypass"))
+    mouse.down()
+    mouse.down(button="right")
+    driving.advance(100)
+    mouse.up()
+    assert driving.heard("bypass")[-1] == {"k": "bypass", "held": False}
+    driving.forget()
+    driving.advance(200)
+    assert driving.heard("bypass") == []
+    mouse.up(button="right")

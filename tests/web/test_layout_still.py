@@ -35,6 +35,8 @@ PLUGINS = [
     [],
     [FAR, AHEAD],
 ]
+GOING = {"mode": "home", "kind": "place", "name": "W" * 20, "state": "drives", "reason": ""}
+GOING |= {"goal": {}, "left_m": 12.3}
 # The host's messages, one after the other; every step is a real one.
 NEWS = [
     OFF,
@@ -64,6 +66,12 @@ NEWS = [
     {"override": "obstacle_forward"},
     {"override": LONGEST[-3]},
     {"override": "none"},
+    {"auto": ["home", ""], "going": GOING},
+    {"going": {**GOING, "state": "blocked", "reason": LONGEST[-1], "left_m": 2.1}},
+    {"auto": ["", "home"], "going": {**GOING, "state": "ended", "reason": "going_stopped"}},
+    {"auto": ["", ""], "going": None},
+    {"auto": ["home", ""], "going": GOING},
+    {"auto": ["", ""], "going": None},
     OTHERS,
     {"override": "obstacle_left"},
     {"override": "none", "call": True},
@@ -178,6 +186,7 @@ def test_nothing_on_the_drivers_page_moves(page, host, language):
     page.locator("#back").click()
     page.locator("#tile-1").click()
     life.look("practice")
+    person.advance(500)
     page.locator("#arm").click()
     page.keyboard.press("ArrowUp")
     person.advance(100)

@@ -158,6 +158,7 @@ def test_driving_off_ends_an_enlarged_picture(driver):
     driver.state(state="disarmed", you=False, owner="nobody")
     assert not enlarged(driver)
     assert driver.data("view") == "drive"
+    assert driver.heard("spot") == []  # the host would refuse it: nobody drives
 
 
 def test_what_is_shown_starts_by_its_tile_and_by_nothing_else(driver):

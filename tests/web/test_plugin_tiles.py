@@ -201,6 +201,7 @@ def test_practice_counts_it_and_sends_nothing(ride):
     ride.state(**OFF)
     ride.page.locator("#menu").click()
     ride.page.locator("#tile-1").click()
+    ride.advance(500)
     ride.page.locator("#arm").click()
     begin(ride, "plugin-0", "mouse")
     ride.advance(300)
@@ -248,3 +249,31 @@ def test_a_places_name_is_shown_as_its_people_wrote_it(ride):
     ride.state(going={**told, "state": "thinks", "reason": ""})
     assert "$& of $1" in ride.text("#status")
     assert "{name}" not in ride.text("#status")
+
+
+def auto_ride(person):
+    """The tile is that of an auto mode, and the chair is armed."""
+    tiled(person, {**AHEAD, "auto": True})
+    person.state(state="armed", you=True, owner="driver")
+
+
+def test_a_pointer_that_stands_still_watches_nothing(ride):
+    auto_ride(ride)
+    ride.state(auto=["ahead", ""])
+    ride.forget()
+    for _ in range(8):
+        ride.page.evaluate(
+            "dispatchEvent(new PointerEvent('pointermove', {clientX: 700, clientY: 500}))"
+        )
+        ride.advance(300)
+    assert len(ride.heard("watch")) == 1
+
+
+def test_a_short_press_of_a_tile_that_nobody_holds_is_no_tap(ride):
+    auto_ride(ride)
+    for _ in range(3):
+        ride.advance(2000)
+        ride.page.mouse.click(*ride.spot("plugin-0"))
+    assert len({m["edge"] for m in ride.heard("mode")}) == 3
+    assert ride.data("mode") == "continuous"
+    assert not ride.page.locator("#banner").is_visible()

@@ -153,6 +153,27 @@ def test_one_by_one_and_with_an_old_picture(page, host):
     assert scanner.page.evaluate(BARS) == []
 
 
+def test_driving_stays_on_until_every_choice_was_lit(page, host):
+    scanner = chooses(opened(page, host, scan="single", scan_ms=800, auto_off_s=10))
+    scanner.wait_for(f"column-{SWITCHED[0] - 1}")
+    scanner.press()
+    assert scanner.heard("disarm") == []
+    scanner.wait_for(f"cell-{SWITCHED[0] - 1}-{SWITCHED[1] - 1}")
+    assert scanner.heard("disarm") == []
+    for _ in range(40):
+        scanner.advance(1000)
+    assert scanner.heard("disarm")
+
+
+def test_a_pointer_does_not_watch_for_a_driver_who_scans_without_gaze(choosing):
+    choosing.state(auto=[MODE, ""], going={"mode": MODE, "kind": "look", "state": "drives"})
+    choosing.forget()
+    for at in range(20):
+        choosing.look((0.3 + at / 50, 0.5))
+        choosing.run_for(50)
+    assert choosing.heard("watch") == []
+
+
 def test_who_scans_and_looks_chooses_by_one_dwell(page, host):
     scanner = chooses(opened(page, host))
     scanner.advance(1300, look=(0.5, 0.5))

@@ -84,6 +84,12 @@ def _write_profile(folder: Path, number: int) -> None:
     _profiles(folder).change({"save": {"id": "1", "dwell_ms": 500 + 100 * number}}, True)
 
 
+def _keep_cap(folder: Path, number: int) -> None:
+    kept = KeptCap(folder)
+    kept.keep(500 * number)
+    kept.write()
+
+
 def _pair(folder: Path, number: int) -> None:
     DeviceStore(folder).add("driver", f"tablet {number}", 1)
 
@@ -124,12 +130,7 @@ def _write_ledger(folder: Path, number: int) -> None:
 
 
 STORES = (
-    Store(
-        SPEED_CAP,
-        lambda at, n: KeptCap(at).keep(lambda: 500 * n),
-        lambda at: KeptCap(at).read(),
-        LOWEST_CAP_PERMILLE,
-    ),
+    Store(SPEED_CAP, _keep_cap, lambda at: KeptCap(at).read(), LOWEST_CAP_PERMILLE),
     Store(PROFILES, _write_profile, lambda at: _profiles(at).chosen()["dwell_ms"]),
     Store(
         PAIRED,

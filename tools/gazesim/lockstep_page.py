@@ -104,6 +104,10 @@ class Page:
         """Take over from the present owner."""
         self._send_fresh(k="take")
 
+    def reset(self) -> None:
+        """Clear the latched faults."""
+        self._send_fresh(k="reset")
+
     def press(self, verb: str, mode: str = "continuous") -> None:
         """Press a button and keep it pressed."""
         self.edge += 1

@@ -29,6 +29,7 @@ from gazechair.driving.messages import (
     Drive,
     HoldBypass,
     PageMessage,
+    Reset,
     Take,
     UseMode,
     Watch,
@@ -58,7 +59,7 @@ class Arbiter:
         self.help = HelpCall()
         self.stopped_s = 0.0
         """When anyone last sent a stop of any kind."""
-        self._stopped_by = 0
+        self._stopped_by, self._emergency_s = 0, 0.0
         self.freshness = Freshness(first_token)
         self._bypass = Presses(last_edge)
         self._clients: dict[int, Client] = {}
@@ -187,7 +188,7 @@ class Arbiter:
                 self._press.watch(page.role, self.freshness.proven_s(message.proof, now_s))
             return None
         if isinstance(message, Arm):
-            return self._arm(client, page, message, now_s)
+            return self._own(client, page, message, now_s)
         if isinstance(message, Call):
             return self.help.receive(page.role, message, now_s)
         if message in (STOP, DISARM, EMERGENCY):
@@ -201,7 +202,7 @@ class Arbiter:
         elif message is EMERGENCY:
             self._press.drop()
             self._order(codes.EMERGENCY_STOP, client)
-            self._owner = None
+            self._owner, self._emergency_s = None, now_s
         elif message is RELEASE:
             if client == self._owner:
                 self._disarm(client)
@@ -214,19 +215,27 @@ class Arbiter:
     ) -> Refusal | None:
         # Only the caretaker may do this.
         if page.role != codes.CARETAKER:
-            what = {Take: "take", Cap: "cap", HoldBypass: "bypass"}.get(type(message), "message")
+            names = {Take: "take", Reset: "reset", Cap: "cap", HoldBypass: "bypass"}
             detail = "only the caretaker may; faults also clear by a 3 s press at the chair"
-            return Refusal(what, "not_allowed", detail)
+            return Refusal(names.get(type(message), "message"), "not_allowed", detail)
         if isinstance(message, Take):
-            return self._take(client, page, message, now_s)
+            return self._own(client, page, message, now_s)
+        if isinstance(message, Reset):
+            return self._reset(client, message, now_s)
         if isinstance(message, Cap):
             self.cap_permille = message.permille
         elif isinstance(message, HoldBypass):
             return self._hold_bypass(client, page, message, now_s)
         elif message is END_BYPASS:
             self._bypass.release(client)
-        else:
-            self._order(codes.RESET_FAULTS, client)
+        return None
+
+    def _reset(self, client: int, wish: Reset, now_s: float) -> Refusal | None:
+        sent_s = self.freshness.moment(wish.proof, now_s)
+        # An emergency stop outlasts every reset that was sent before it.
+        if sent_s is None or sent_s < self._emergency_s:
+            return Refusal("reset", "stale_token", "the reset was too long on its way")
+        self._order(codes.RESET_FAULTS, client)
         return None
 
     def board(
@@ -348,23 +357,14 @@ class Arbiter:
         page.told.add(reason)
         return Refusal(what, reason, f"press {edge} does not move the chair: {reason}")
 
-    def _arm(self, client: int, page: Client, wish: Arm, now_s: float) -> Refusal | None:
+    def _own(self, client: int, page: Client, wish: Arm | Take, now_s: float) -> Refusal | None:
+        what = "arm" if isinstance(wish, Arm) else "take"
         if page.beside:
-            return Refusal("arm", "not_allowed", "an input drives beside its person's page")
+            return Refusal(what, "not_allowed", "an input drives beside its person's page")
         if not self.freshness.fresh(wish.proof, now_s):
-            return Refusal("arm", "stale_token", "the wish to drive was too long on its way")
-        if self._owner not in (None, client):
-            return Refusal("arm", "not_owner", "another page drives; it must stop driving first")
-        return self._own("arm", client, page, now_s)
-
-    def _take(self, client: int, page: Client, wish: Take, now_s: float) -> Refusal | None:
-        if page.beside:
-            return Refusal("take", "not_allowed", "an input drives beside its person's page")
-        if not self.freshness.fresh(wish.proof, now_s):
-            return Refusal("take", "stale_token", "the wish to take over was too long on its way")
-        return self._own("take", client, page, now_s)
-
-    def _own(self, what: str, client: int, page: Client, now_s: float) -> Refusal | None:
+            return Refusal(what, "stale_token", "the wish to drive was too long on its way")
+        if what == "arm" and self._owner not in (None, client):
+            return Refusal(what, "not_owner", "another page drives; it must stop driving first")
         # Armed, the board hands over: it stops, and waits for the new owner's own press.
         self._heard(client, page, now_s, None)
         if self._session == 0:

@@ -64,6 +64,13 @@ class Take:
 
 
 @dataclass(frozen=True)
+class Reset:
+    """Clear the latched faults."""
+
+    proof: int
+
+
+@dataclass(frozen=True)
 class Beat:
     """A page's heartbeat. Never an intent to move."""
 
@@ -112,15 +119,14 @@ class Plain:
 STOP = Plain("stop")
 DISARM = Plain("disarm")
 EMERGENCY = Plain("emergency")
-RESET = Plain("reset")
 RELEASE = Plain("release")
 END_BYPASS = Plain("bypass")
-_PLAIN = {plain.kind: plain for plain in (STOP, DISARM, EMERGENCY, RESET, RELEASE)}
+_PLAIN = {plain.kind: plain for plain in (STOP, DISARM, EMERGENCY, RELEASE)}
 # Only an input sends this: its person let go. A page sends stop.
 LET_GO = Plain("let_go")
-_OTHERS = ("cmd", "drive", "mode", "arm", "take", "hb", "cap", "call", "bypass", "watch")
+_OTHERS = ("cmd", "drive", "mode", "arm", "take", "reset", "hb", "cap", "call", "bypass", "watch")
 
-PageMessage = Drive | UseMode | Arm | Take | Beat | Watch | Cap | Call | HoldBypass | Plain
+PageMessage = Drive | UseMode | Arm | Take | Reset | Beat | Watch | Cap | Call | HoldBypass | Plain
 
 
 def parse(message: dict[str, Any]) -> PageMessage:
@@ -136,6 +142,8 @@ def parse(message: dict[str, Any]) -> PageMessage:
         return Arm(_proof(message))
     if kind == "take":
         return Take(_proof(message))
+    if kind == "reset":
+        return Reset(_proof(message))
     if kind == "cmd":
         return Drive(
             _VERBS[_choice(message, "verb", tuple(_VERBS))],

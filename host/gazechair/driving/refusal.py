@@ -10,7 +10,7 @@ class Refusal:
     """Why a message was not followed."""
 
     what: str
-    """ "cmd", "drive", "arm", "take", "bypass", "cap", "call", "spot" or "message"."""
+    """ "cmd", "drive", "arm", "take", "reset", "bypass", "cap", "call", "spot" or "message"."""
     reason: str
     """A key of the string tables."""
     detail: str

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from gazechair.driving.messages import DISARM, EMERGENCY, RESET, STOP, Arm
+from gazechair.driving.messages import DISARM, EMERGENCY, STOP, Arm, Reset
 from gazelink import codes
 
 ARM_ORDER = (codes.ARM, codes.DRIVER)
@@ -112,13 +112,31 @@ def test_emergency_and_disarm_are_ordered_for_anyone(scene: Any) -> None:
 
 
 def test_only_the_caretaker_resets_faults(scene: Any) -> None:
-    refusal = scene.say(RESET)
+    refusal = scene.say(Reset(scene.token()))
     assert refusal is not None
-    assert refusal.reason == "not_allowed"
+    assert (refusal.what, refusal.reason) == ("reset", "not_allowed")
     assert "3 s" in refusal.detail
     assert scene.arbiter.take_orders() == []
     caretaker = scene.arbiter.connect("caretaker", scene.now_s)
-    assert scene.say(RESET, caretaker) is None
+    assert scene.say(Reset(scene.token()), caretaker) is None
+    assert scene.arbiter.take_orders() == [(codes.RESET_FAULTS, codes.CARETAKER)]
+
+
+def test_a_reset_sent_before_an_emergency_stop_does_not_clear_it(scene: Any) -> None:
+    caretaker = scene.arbiter.connect("caretaker", scene.now_s)
+    other = scene.arbiter.connect("driver", scene.now_s)
+    sent, late = Reset(scene.token()), Reset(scene.token() - 300)
+    scene.now_s += 0.1
+    scene.say(EMERGENCY, other)
+    scene.arbiter.take_orders()
+    for reset in (sent, late):
+        refusal = scene.say(reset, caretaker)
+        assert refusal is not None
+        assert (refusal.what, refusal.reason) == ("reset", "stale_token")
+    assert scene.arbiter.take_orders() == []
+    scene.now_s += 0.1
+    assert scene.say(sent, caretaker) is not None
+    assert scene.say(Reset(scene.token()), caretaker) is None
     assert scene.arbiter.take_orders() == [(codes.RESET_FAULTS, codes.CARETAKER)]
 
 

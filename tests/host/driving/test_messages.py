@@ -12,7 +12,6 @@ from gazechair.driving.messages import (
     EMERGENCY,
     END_BYPASS,
     RELEASE,
-    RESET,
     STOP,
     Arm,
     BadMessage,
@@ -21,6 +20,7 @@ from gazechair.driving.messages import (
     Cap,
     Drive,
     HoldBypass,
+    Reset,
     Take,
     parse,
 )
@@ -56,7 +56,7 @@ CMD = {"k": "cmd", "verb": "left", "mode": "step", "edge": 3, "token": 17}
         ({"k": "stop"}, STOP),
         ({"k": "disarm"}, DISARM),
         ({"k": "emergency"}, EMERGENCY),
-        ({"k": "reset"}, RESET),
+        ({"k": "reset", "token": 17, "since": 2}, Reset(19)),
     ],
 )
 def test_good_messages(message: dict[str, Any], meaning: object) -> None:
@@ -97,6 +97,7 @@ def test_good_messages(message: dict[str, Any], meaning: object) -> None:
         ({**PASS, "held": 1}, 'bypass: "held" must be true or false'),
         ({**PASS, "edge": 0}, '"edge"'),
         ({"k": "arm"}, 'arm: "token"'),
+        ({"k": "reset"}, 'reset: "token"'),
         ({"k": "hb", "token": "x"}, 'hb: "token"'),
     ],
 )
