@@ -13,6 +13,7 @@ from urllib.parse import unquote, urlsplit
 from gazechair.alerts.reasons import KINDS
 
 MISSING = "no broker is told: pip install 'gazechair[alerts]'"
+NO_ADDRESS = "alerts.mqtt is no address of a broker"
 HEARTBEAT_S = 30.0
 EXPIRES_S = 90  # Home Assistant calls the chair unavailable then
 HOST_SILENT_S = 15.0  # a host that is silent for longer counts as dead
@@ -72,12 +73,7 @@ class Broker:
         from paho.mqtt import client as paho
         from paho.mqtt.enums import CallbackAPIVersion
 
-        where = urlsplit(url)
         client = paho.Client(CallbackAPIVersion.VERSION2, client_id=f"gazechair-{self._node}")
-        if where.username:
-            client.username_pw_set(unquote(where.username), unquote(where.password or ""))
-        if where.scheme == "mqtts":
-            client.tls_set()
         client.will_set(_topic(self._node, "availability"), "offline", qos=1, retain=True)
         client.on_connect = self._on_connect
         client.on_disconnect = self._on_disconnect
@@ -87,10 +83,15 @@ class Broker:
         self._client = client
         self.problem = "not connected yet"
         try:
+            where = urlsplit(url)
+            if where.username:
+                client.username_pw_set(unquote(where.username), unquote(where.password or ""))
+            if where.scheme == "mqtts":
+                client.tls_set()
             port = where.port or (8883 if where.scheme == "mqtts" else 1883)
             client.connect_async(where.hostname or "", port, _KEEPALIVE_S)
-        except ValueError as error:
-            self.problem = f"alerts.mqtt: {error}"
+        except ValueError:  # its text may contain the password
+            self.problem = NO_ADDRESS
             return
         client.loop_start()
 

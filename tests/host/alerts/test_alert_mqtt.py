@@ -187,6 +187,14 @@ def test_without_the_package_the_reason_says_what_to_install(
     assert broker.problem == mqtt.MISSING
 
 
+@pytest.mark.parametrize("rest", ["chair:hu[sh@host", "chair:hush", "chair:hush\uff0fhush@host"])
+def test_an_address_that_does_not_split_is_a_problem_without_its_password(rest: str) -> None:
+    broker = Broker()
+    broker.tell(f"mqtt://{rest}", "x", QUIET, 0.0)
+    broker.tick(0.0)
+    assert broker.problem == mqtt.NO_ADDRESS
+
+
 def test_every_entity_expires_by_itself_and_is_of_one_device() -> None:
     entities = discovery("thuis", battery=True).values()
     assert len({entity["unique_id"] for entity in entities}) == len(entities) == 4
