@@ -77,7 +77,7 @@ class Host:
         self.parts = HealthRegistry(chair.now_s)
         for name in ("board", "lidar", "camera"):
             self.parts.part(name).set(OK)
-        config = Config()
+        config, kept_cap = Config(), KeptCap(folder)
         self.alerts = Alerts(
             config, folder, self.parts, chair.now_s, lambda: WALL_NS / 1e9 + chair.now_s()
         )
@@ -88,9 +88,10 @@ class Host:
                 self.parts,
                 clock=chair.now_s,
                 profiles=Profiles(folder, house_fields(config)),
-                kept_cap=KeptCap(folder),
+                kept_cap=kept_cap,
                 alerts=self.alerts,
             )
+        self._kept_cap = kept_cap
         self.alerts.watch(self.control)
         self.driver = Page(self, "driver")
         self.caretaker = Page(self, "caretaker")
@@ -110,6 +111,7 @@ class Host:
             self.alerts.look()
         if now_ms % _KEEP_MS == 0:
             self.alerts.keep()
+            self._kept_cap.write()
         self.driver.one_ms(now_ms)
         self.caretaker.one_ms(now_ms)
 

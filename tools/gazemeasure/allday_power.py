@@ -62,6 +62,12 @@ def _write_profile(folder: Path, number: int) -> None:
     _profiles(folder).change({"save": {"id": "1", "dwell_ms": 500 + 100 * number}}, True)
 
 
+def _keep_cap(folder: Path, number: int) -> None:
+    kept = KeptCap(folder)
+    kept.keep(500 * number)
+    kept.write()
+
+
 def _pair(folder: Path, number: int) -> None:
     DeviceStore(folder).add("driver", f"tablet {number}", 1)
 
@@ -75,9 +81,7 @@ def _write_diary(folder: Path, number: int) -> None:
 
 
 STORES = (
-    Store(
-        SPEED_CAP, lambda at, n: KeptCap(at).keep(lambda: 500 * n), lambda at: KeptCap(at).read()
-    ),
+    Store(SPEED_CAP, _keep_cap, lambda at: KeptCap(at).read()),
     Store(PROFILES, _write_profile, lambda at: _profiles(at).chosen()["dwell_ms"]),
     Store(
         PAIRED,

@@ -82,17 +82,19 @@ class Control:
         """CLOCK_MONOTONIC seconds at which its thread last ran."""
 
     def start(self) -> None:
-        """Start the thread that calls tick()."""
+        """Start the thread that calls tick(), and that of the speed cap's file."""
         self.alive_s = time.monotonic()
         self._thread.start()
+        self._kept_cap.start()
 
     def stop(self) -> None:
-        """Stop the chair, disarm it, and end the thread. The link must still be running."""
+        """Stop the chair, disarm it, and end the threads. The link must still be running."""
         self._stopping.set()
         if self._thread.is_alive():
             self._thread.join(5.0)
         self._link.command(STOP_COMMAND)
         self._link.order(codes.DISARM, codes.NOBODY)
+        self._kept_cap.stop()
 
     # For the other parts
 
@@ -133,11 +135,9 @@ class Control:
             refusal = self._arbiter.receive(client, meaning, now_s, offered)
             if meaning is STOP and not self._arbiter.beside(client):
                 self._stop_seen.said(client, now_s)
-            cap_permille = self._arbiter.cap_permille
+            if self._arbiter.cap_permille != was_permille:
+                self._kept_cap.keep(self._arbiter.cap_permille)
             self._tell_board()
-        if cap_permille != was_permille:
-            # The disk may be slow: hold no lock.
-            self._kept_cap.keep(lambda: self._arbiter.cap_permille)
         return refusal
 
     def offer_mode(self, mode: str, tile: Message | None) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable
 from pathlib import Path
 
 from gazechair.base.state_folder import replace_file
@@ -12,17 +11,33 @@ from gazechair.driving.messages import LOWEST_CAP_PERMILLE
 
 FILE_NAME = "speed_cap"
 _NONE = 1000
+_LAST_WRITE_S = 2.0
 
 log = logging.getLogger(__name__)
 
 
 class KeptCap:
-    """One number in a file of the state folder."""
+    """One number in a file of the state folder; its thread writes it, as the disk may be slow."""
 
     def __init__(self, folder: Path | None) -> None:
         """None: kept in memory only."""
-        self._writing = threading.Lock()
         self._path = None if folder is None else folder / FILE_NAME
+        self._lock = threading.Lock()
+        self._newest: int | None = None  # to be written
+        self._wanted = threading.Event()
+        self._stopping = False
+        self._thread = threading.Thread(target=self._run, name="speed-cap", daemon=True)
+
+    def start(self) -> None:
+        """Start the thread that writes."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Write what is not written yet, and end the thread; not later than after 2 s."""
+        self._stopping = True
+        self._wanted.set()
+        if self._thread.is_alive():
+            self._thread.join(_LAST_WRITE_S)
 
     def read(self) -> int:
         """The cap in permille; 1000 (none) before the first.
@@ -40,12 +55,27 @@ class KeptCap:
             return LOWEST_CAP_PERMILLE
         return max(LOWEST_CAP_PERMILLE, min(permille, _NONE))
 
-    def keep(self, newest: Callable[[], int]) -> None:
-        """Write what `newest` returns; a failed write is logged, and the cap is active anyway."""
-        if self._path is None:
+    def keep(self, permille: int) -> None:
+        """Have this cap written soon, instead of one that is not written yet. Returns at once."""
+        with self._lock:
+            self._newest = permille
+        self._wanted.set()
+
+    def write(self) -> None:
+        """Write the newest cap; a failed write is logged, and the cap is active anyway."""
+        with self._lock:
+            permille, self._newest = self._newest, None
+        if self._path is None or permille is None:
             return
         try:
-            with self._writing:  # of two changes, the last one is stored
-                replace_file(self._path, f"{newest()}\n".encode())
+            replace_file(self._path, f"{permille}\n".encode())
         except OSError as error:
             log.error("%s: %s; the speed cap ends with this host", self._path, error.strerror)
+
+    def _run(self) -> None:
+        stopping = False
+        while not stopping:
+            self._wanted.wait()
+            self._wanted.clear()
+            stopping = self._stopping  # before the last write, so that it misses nothing
+            self.write()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 
 from gazechair.base.health import HealthRegistry
 from gazechair.config.configuration import Config
+from gazechair.driving import speed_cap_store
 from gazechair.driving.control import Control
 from gazechair.driving.speed_cap_store import KeptCap
 
@@ -33,13 +35,43 @@ def cap_of(control: Control) -> int:
 
 
 def test_a_cap_set_by_a_caretaker_holds_after_a_restart(tmp_path: Path) -> None:
-    control = host(tmp_path / "state")
-    assert cap_of(control) == 1000
-    caretaker = control.connect("caretaker")
-    assert control.receive(caretaker, {"k": "cap", "permille": 300}) == []
-    assert cap_of(host(tmp_path / "state")) == 300
-    control.receive(caretaker, {"k": "cap", "permille": 1000})
+    for before, permille in ((1000, 300), (300, 500), (500, 1000)):
+        control = host(tmp_path / "state")
+        assert cap_of(control) == before
+        control.start()
+        caretaker = control.connect("caretaker")
+        for wish in (400, permille):
+            assert control.receive(caretaker, {"k": "cap", "permille": wish}) == []
+        control.stop()
     assert cap_of(host(tmp_path / "state")) == 1000
+
+
+def test_a_disk_that_hangs_does_not_delay_a_stop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hangs, gate = threading.Event(), threading.Event()
+
+    def hang(*_: object) -> None:
+        hangs.set()
+        assert gate.wait(60)
+
+    monkeypatch.setattr(speed_cap_store, "replace_file", hang)
+    control = host(tmp_path)
+    control.start()
+    caretaker = control.connect("caretaker")
+
+    def say() -> None:
+        control.receive(caretaker, {"k": "cap", "permille": 300})
+        control.receive(caretaker, {"k": "stop"})
+
+    page = threading.Thread(target=say, daemon=True)
+    page.start()
+    assert hangs.wait(60)
+    page.join(10)
+    assert not page.is_alive()
+    assert control.stopped_s() > 0
+    gate.set()
+    control.stop()
 
 
 def test_a_refused_cap_changes_nothing(tmp_path: Path) -> None:
@@ -61,8 +93,10 @@ def test_a_disk_that_takes_nothing_does_not_undo_the_cap(
     (tmp_path / "file").write_text("")
     control = host(None)
     control._kept_cap = KeptCap(tmp_path / "file")
+    control.start()
     caretaker = control.connect("caretaker")
     with caplog.at_level(logging.ERROR):
         control.receive(caretaker, {"k": "cap", "permille": 300})
+        control.stop()
     assert cap_of(control) == 300
     assert "the speed cap ends with this host" in caplog.text

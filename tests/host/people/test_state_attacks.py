@@ -31,12 +31,18 @@ def profiles(folder: Path) -> Profiles:
     return Profiles(folder, house_fields(Config()))
 
 
+def keep_cap(folder: Path, permille: int) -> None:
+    kept = KeptCap(folder)
+    kept.keep(permille)
+    kept.write()
+
+
 @pytest.mark.parametrize("damage", DAMAGE)
 def test_a_damaged_file_is_no_reason_not_to_start(tmp_path: Path, damage: str, desk: Any) -> None:
     state = tmp_path / "state"
     desk.join()
     profiles(state).change({"save": {"id": "1", "dwell_ms": 700}}, True)
-    KeptCap(state).keep(lambda: 500)
+    keep_cap(state, 500)
     for name in ("paired.jsonl", "profiles.json", "speed_cap"):
         DAMAGE[damage](state / name)
     again = type(desk)(state)
@@ -45,7 +51,7 @@ def test_a_damaged_file_is_no_reason_not_to_start(tmp_path: Path, damage: str, d
     assert found.change({"save": {"id": "1", "dwell_ms": 800}}, True)
     assert profiles(state).chosen()["dwell_ms"] == 800
     assert KeptCap(state).read() in (50, 1000)
-    KeptCap(state).keep(lambda: 300)
+    keep_cap(state, 300)
     assert KeptCap(state).read() == 300
 
 
@@ -104,16 +110,14 @@ def test_a_disk_that_hangs_at_a_profile_does_not_hold_up_who_reads_it(
 def test_of_two_who_set_the_speed_cap_the_last_one_s_is_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    cap = [500]
     kept = KeptCap(tmp_path)
+    kept.start()
     disk = Hanging(monkeypatch)
-    first = disk.during(lambda: kept.keep(lambda: cap[0]))
-    cap[0] = 300
-    second = threading.Thread(target=lambda: kept.keep(lambda: cap[0]), daemon=True)
-    second.start()
+    disk.during(lambda: kept.keep(500)).join(60)
+    for permille in (400, 300):
+        kept.keep(permille)  # while the disk hangs
     disk.gate.set()
-    first.join(60)
-    second.join(60)
+    kept.stop()
     assert kept.read() == 300
 
 
