@@ -15,7 +15,7 @@ FILE_NAME = "speed_cap"
 PART = "speed_cap"  # of the host's health
 NOT_STORED = "setting_not_stored"
 _NONE = 1000
-_AGAIN_S = 10.0
+_WRITE_AGAIN_S = 10.0
 _LAST_WRITE_S = 2.0
 
 log = logging.getLogger(__name__)
@@ -87,7 +87,7 @@ class KeptCap:
     def _run(self) -> None:
         stopping = False
         while not stopping:
-            self._wanted.wait(None if self._newest is None else _AGAIN_S)
+            self._wanted.wait(None if self._newest is None else _WRITE_AGAIN_S)
             self._wanted.clear()
             stopping = self._stopping  # before the last write, so that it misses nothing
             self.write()

@@ -124,7 +124,7 @@ def test_a_cap_that_is_not_stored_is_told_to_the_caretaker_and_tried_again(
             raise OSError(errno.ENOSPC, "No space left on device")
         replace_file(path, content)
 
-    monkeypatch.setattr(speed_cap_store, "_AGAIN_S", 0.05)
+    monkeypatch.setattr(speed_cap_store, "_WRITE_AGAIN_S", 0.05)
     monkeypatch.setattr(speed_cap_store, "replace_file", write)
     control = host(tmp_path)
     control.start()
