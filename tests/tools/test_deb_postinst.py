@@ -17,6 +17,8 @@ STAND_INS = {
     "usermod": "true",
     "install": 'for last; do :; done; mkdir -p "$last"',
     "sync": "true",
+    "systemctl": "true",
+    "udevadm": "true",
     "touch": '/bin/touch "$1"',
     "python3": 'mkdir -p "$3/bin"; for name in python gazechair; do\n'
     'printf "#!/bin/sh\\n" >"$3/bin/$name"; chmod +x "$3/bin/$name"; done',
@@ -29,6 +31,7 @@ class Machine:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._called = folder / "called"
+        self._env = {**os.environ, "PATH": f"{folder}/stand-ins:/usr/bin:/bin"}
         self.version = folder / "opt/gazechair/1.0"
         stand_ins = folder / "stand-ins"
         stand_ins.mkdir()
@@ -54,15 +57,23 @@ class Machine:
         self.version = self.version.with_name(name)
         self.install()
 
-    def back(self) -> subprocess.CompletedProcess[str]:
-        """Return to the version before."""
-        words = [self._folder / "usr/sbin/gazechair-version", "back"]
-        return subprocess.run(words, capture_output=True, text=True)
+    def change(self, *words: str) -> subprocess.CompletedProcess[str]:
+        """Run gazechair-version with these words."""
+        command = [self._folder / "usr/sbin/gazechair-version", *words]
+        return subprocess.run(command, capture_output=True, text=True, env=self._env)
+
+    def with_systemd(self) -> None:
+        """Run as a service from now on."""
+        (self._folder / "run/systemd/system").mkdir(parents=True)
+
+    def restarts(self) -> int:
+        """How often the service was restarted since the last installation began."""
+        return self._called.read_text().count("systemctl restart gazechair.service")
 
     def install(self) -> list[str]:
         """Run the installer; the stand-ins that it called, with their words."""
         self._called.write_text("")
-        env = {**os.environ, "PATH": f"{self._folder}/stand-ins:/usr/bin:/bin"}
+        env = {**self._env, "DPKG_MAINTSCRIPT_NAME": "postinst"}
         subprocess.run([self._folder / "postinst", "configure"], env=env, check=True)
         return self._called.read_text().splitlines()
 
@@ -97,8 +108,29 @@ def test_the_version_before_runs_again(machine: Machine) -> None:
     machine.install()
     first = machine.version
     machine.upgrade("2.0")
-    assert machine.back().returncode == 0
+    assert machine.change("back").returncode == 0
     assert (first.parent / "current").resolve() == first
+
+
+@pytest.mark.parametrize("words", [("back",), ("use", "1.0")])
+def test_the_service_restarts_with_the_version_that_is_told(
+    machine: Machine, words: tuple[str, ...]
+) -> None:
+    machine.with_systemd()
+    machine.install()
+    machine.upgrade("2.0")
+    assert machine.restarts() == 1  # at the installer's end, when systemd knows the new unit
+    said = machine.change(*words)
+    assert said.stdout == "gazechair runs version 1.0 now\n"
+    assert machine.restarts() == 2
+
+
+@pytest.mark.parametrize("name", ["current", "before", "3.0"])
+def test_what_is_no_version_is_refused(machine: Machine, name: str) -> None:
+    machine.install()
+    machine.upgrade("2.0")
+    assert machine.change("use", name).returncode == 2
+    assert (machine.version.parent / "current").resolve() == machine.version
 
 
 def test_a_version_before_that_does_not_start_is_refused(machine: Machine) -> None:
@@ -106,7 +138,7 @@ def test_a_version_before_that_does_not_start_is_refused(machine: Machine) -> No
     first = machine.version
     machine.upgrade("2.0")
     (first / "bin/gazechair").write_text("#!/bin/sh\nexit 1\n")
-    ended = machine.back()
+    ended = machine.change("back")
     assert ended.returncode == 2
     assert "version 1.0" in ended.stderr
     assert "does not start" in ended.stderr

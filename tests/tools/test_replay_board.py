@@ -203,6 +203,16 @@ def test_a_chair_whose_casters_turn_it_further_is_replayed_and_kept(tmp_path: Pa
         assert result.armed > 1000
 
 
+@pytest.mark.parametrize(
+    "exported", ['{"topic": "/health"}\n{"topic": "/tf"}\n', '[{"topic": "/tf"}]', "{}", "\udcff"]
+)
+def test_another_json_beside_a_log_changes_nothing(recorded: Any, exported: str) -> None:
+    path = recorded(drive)
+    result = replay(path)
+    path.with_suffix(".json").write_text(exported, errors="surrogateescape")
+    assert replay(path) == result
+
+
 def test_a_test_kept_again_under_its_own_name_is_the_same(recorded: Any, tmp_path: Path) -> None:
     kept = as_test.keep(recorded(drive), "drive", tmp_path)
     files = {file: file.read_bytes() for file in tmp_path.iterdir()}

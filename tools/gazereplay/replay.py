@@ -82,9 +82,12 @@ def of_trace(path: Path) -> Iterator[Line]:
 
 def kept_layout(path: Path) -> list[str]:
     """The names of the snapshots' words that as_test stored with a drive; [] for other logs."""
-    beside = path.with_suffix(".json")
-    names: list[str] = json.loads(beside.read_text()) if beside.exists() else []
-    return names
+    try:
+        names = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):  # none, or something else of that name: an exported log
+        return []
+    strings = isinstance(names, list) and all(isinstance(name, str) for name in names)
+    return names if strings else []
 
 
 def replay(path: Path) -> Result:

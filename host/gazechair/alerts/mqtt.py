@@ -6,6 +6,7 @@ One thread calls everything here, except paho's callbacks, which only record wha
 from __future__ import annotations
 
 import json
+import time
 from importlib.util import find_spec
 from typing import Any
 from urllib.parse import unquote, urlsplit
@@ -13,10 +14,12 @@ from urllib.parse import unquote, urlsplit
 from gazechair.alerts.reasons import KINDS
 
 MISSING = "no broker is told: pip install 'gazechair[alerts]'"
+NO_ADDRESS = "alerts.mqtt is no address of a broker"
 HEARTBEAT_S = 30.0
 EXPIRES_S = 90  # Home Assistant calls the chair unavailable then
 HOST_SILENT_S = 15.0  # a host that is silent for longer counts as dead
 _KEEPALIVE_S = 20
+_ANSWER_S = 5.0
 _MOST_QUEUED = 100  # for a broker that accepts a connection and then never answers
 OK = "ok"
 BATTERY = "battery"  # of the state; a computer without one leaves it out
@@ -72,12 +75,7 @@ class Broker:
         from paho.mqtt import client as paho
         from paho.mqtt.enums import CallbackAPIVersion
 
-        where = urlsplit(url)
         client = paho.Client(CallbackAPIVersion.VERSION2, client_id=f"gazechair-{self._node}")
-        if where.username:
-            client.username_pw_set(unquote(where.username), unquote(where.password or ""))
-        if where.scheme == "mqtts":
-            client.tls_set()
         client.will_set(_topic(self._node, "availability"), "offline", qos=1, retain=True)
         client.on_connect = self._on_connect
         client.on_disconnect = self._on_disconnect
@@ -87,10 +85,9 @@ class Broker:
         self._client = client
         self.problem = "not connected yet"
         try:
-            port = where.port or (8883 if where.scheme == "mqtts" else 1883)
-            client.connect_async(where.hostname or "", port, _KEEPALIVE_S)
-        except ValueError as error:
-            self.problem = f"alerts.mqtt: {error}"
+            client.connect_async(*_target(client, url), _KEEPALIVE_S)
+        except ValueError:  # its text may contain the password
+            self.problem = NO_ADDRESS
             return
         client.loop_start()
 
@@ -107,6 +104,43 @@ class Broker:
     def _on_connect_fail(self, _client: Any, _data: Any) -> None:
         self._connected = False
         self.problem = "the broker does not answer"
+
+
+def _target(client: Any, url: str) -> tuple[str, int]:
+    """The broker's host and port; the client gets the password. Raises ValueError."""
+    where = urlsplit(url)
+    if where.username:
+        client.username_pw_set(unquote(where.username), unquote(where.password or ""))
+    if where.scheme == "mqtts":
+        client.tls_set()
+    return where.hostname or "", where.port or (8883 if where.scheme == "mqtts" else 1883)
+
+
+def try_broker(url: str) -> str:
+    """Connect once, beside a host that runs; why the broker refuses, "" when it does not."""
+    if find_spec("paho") is None:
+        return MISSING
+    from paho.mqtt import client as paho
+    from paho.mqtt.enums import CallbackAPIVersion
+
+    client: Any = paho.Client(CallbackAPIVersion.VERSION2)  # with an id of its own
+    answers: list[str] = []
+
+    def on_connect(_client: Any, _data: Any, _flags: Any, reason: Any, _more: Any) -> None:
+        answers.append(str(reason) if reason.is_failure else "")
+
+    client.on_connect = on_connect
+    try:
+        client.connect(*_target(client, url), _KEEPALIVE_S)
+        end_s = time.monotonic() + _ANSWER_S
+        while not answers and time.monotonic() < end_s:
+            client.loop(0.1)
+    except ValueError:
+        return NO_ADDRESS
+    except OSError as error:
+        return f"the broker does not answer: {error.strerror or error}"
+    client.disconnect()
+    return answers[0] if answers else "the broker does not answer"
 
 
 def _topic(node: str, what: str) -> str:

@@ -174,7 +174,7 @@ class Alerts:
         situation = self._chair.situation()
         person = self._chair.person()
         now_s = self._clock()
-        if now_s - self._told_s >= _TELL_S:
+        if self._broker and now_s - self._told_s >= _TELL_S:
             self._charge = self._battery()
         with self._lock:
             for change in self._watch.look(situation, self._book.open_keys(), now_s):

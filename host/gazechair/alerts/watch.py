@@ -114,8 +114,8 @@ class Watch:
             self._tried_s = now_s
             if self._stuck_since_s is None:
                 self._stuck_since_s = now_s
+            if now_s - self._stuck_since_s >= self._stuck_s:
+                self._stuck_since_s = now_s  # raise again if it lasts
+                yield Change(OVERRULED, True)
         elif now_s - self._tried_s > GAVE_UP_S:
             self._stuck_since_s = None
-        if self._stuck_since_s is not None and now_s - self._stuck_since_s >= self._stuck_s:
-            self._stuck_since_s = now_s  # raise again if it lasts
-            yield Change(OVERRULED, True)

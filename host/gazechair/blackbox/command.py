@@ -89,8 +89,12 @@ def _list(options: argparse.Namespace) -> None:
     total = 0
     for path in files(folder):
         file = LogFile(path)
-        length_s = file.length_s()
-        size = path.stat().st_size
+        try:
+            length_s = file.length_s()
+            size = path.stat().st_size
+        except OSError as error:
+            print(f"{path.name}  {error.strerror}")
+            continue
         total += size
         end = "" if file.whole else "  not finished"
         print(f"{path.name}  {length_s:7.0f} s  {size / 1e6:8.1f} MB{end}")

@@ -70,7 +70,7 @@ class LogFile:
         with self.path.open("rb") as file:
             try:
                 summary = make_reader(file).get_summary()
-            except _DAMAGED:
+            except (*_DAMAGED, OSError):  # OSError: too short for an end; lines() reads it anyway
                 summary = None
             if summary is not None and summary.statistics is not None:
                 self.whole = True

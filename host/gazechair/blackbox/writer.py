@@ -16,6 +16,7 @@ from typing import Any, BinaryIO
 from mcap.records import Schema
 from mcap_ros2.writer import Writer
 
+from gazechair.base.clock import EARLIEST_S, is_set
 from gazechair.base.state_folder import set_aside
 from gazechair.blackbox import ros, topics
 
@@ -26,9 +27,7 @@ _MOST_FILES = 2000  # a daemon that restarts again and again makes many small on
 _CLOCK_S = 2.0  # a wall clock that was set by more begins another file
 _CLOCK_EACH_NS = 60 * 10**9  # at most this often, even if the clock is set all the time
 _GAP_S = 7 * 86400.0  # between two files; a longer one may be the clock that jumped
-_EARLIEST_S = 1_767_225_600.0  # 2026: an earlier clock has not been set
 _LATEST_NS = (1 << 31) * 10**9 - 1  # of a stamp of ROS 2: in 2038
-_SYNCHRONIZED = Path("/run/systemd/timesync/synchronized")
 _KEPT_FREE = 100 << 20  # bytes of the disk left free
 
 log = logging.getLogger(__name__)
@@ -57,7 +56,7 @@ def ages_s(times_s: Sequence[float], now_s: float, trusted: bool) -> list[float]
     for at_s in reversed(times_s):
         gap_s, next_s = next_s - at_s, at_s
         age_s += gap_s if 0 <= gap_s <= _GAP_S else 0.0
-        plain = trusted and _EARLIEST_S <= at_s <= now_s
+        plain = trusted and EARLIEST_S <= at_s <= now_s
         ages.append(now_s - at_s if plain else age_s)
     return ages[::-1]
 
@@ -81,7 +80,7 @@ class LogWriter:
         wall_ns: Callable[[], int] = time.time_ns,
         monotonic_ns: Callable[[], int] = time.monotonic_ns,
         free_bytes: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
-        clock_is_right: Callable[[], bool] = _SYNCHRONIZED.exists,
+        clock_is_right: Callable[[], bool] = is_set,
     ) -> None:
         """`max_bytes`: of all files together; `keep_s`: maximum age of a file, see ages_s."""
         self._folder = folder

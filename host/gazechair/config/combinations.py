@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from gazechair.base.footprint import why_not
+from gazechair.config.rules import is_host
 
 if TYPE_CHECKING:
     from gazechair.config.configuration import Config, LidarConfig
@@ -39,7 +40,7 @@ def broken(config: Config) -> Iterator[Broken]:
     reason = why_not(config.footprint.corners_m)
     if reason:
         yield Broken("footprint", "corners_m", f"must {reason}")
-    if not re.fullmatch(r"[A-Za-z0-9.:-]{0,253}", config.web.name):
+    if config.web.name and not is_host(config.web.name):
         yield Broken("web", "name", "must be a host name or an address")
     if config.web.insecure_http and config.web.tls:
         yield Broken("web", "insecure_http", "contradicts tls = true; leave one of them out")

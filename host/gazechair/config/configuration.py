@@ -101,7 +101,7 @@ class CameraConfig:
 class WebConfig:
     """The server of the driver's page."""
 
-    host: str = _setting("127.0.0.1", text(), "address to listen on; 0.0.0.0 = every network")
+    host: str = _setting("127.0.0.1", rules.host(), "address to listen on; 0.0.0.0 = every network")
     port: int = _setting(8080, integer(0, 65535), "TCP port; 0 = any free one")
     name: str = _setting(
         "", text(), 'name or address by which tablets reach this host; "" = its network address'
@@ -177,8 +177,8 @@ class AlertsConfig:
     )
     mqtt: str = _setting(
         rules.Secret(""),
-        rules.address("mqtt|mqtts"),
-        "broker that Home Assistant uses (extra), mqtt://user:password@host; secret",
+        rules.broker(),
+        "broker that Home Assistant uses (extra); mqtts:// encrypts; secret",
     )
 
 

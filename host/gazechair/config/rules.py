@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
+import ipaddress
 import json
 import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
+from urllib.parse import urlsplit
 
 from gazechair.base.languages import languages
 
 Arc = tuple[float, float]
+
+_UNREPEATED = "the value is not repeated here"
 
 
 class Secret(str):
@@ -56,18 +61,70 @@ def text() -> Kind:
     return _kind("a text", accept)
 
 
-def address(schemes: str = r"\w+") -> Kind:
+def address() -> Kind:
     """An address as scheme://...; it may contain a password, so a refusal does not repeat it."""
+    describe = "an address as service://..."
 
     def check(value: Any) -> Secret:
-        whole = rf"((?:{schemes})://\S+)?"
+        whole = r"(\w+://\S+)?"
         if not isinstance(value, str) or not value.isprintable() or not re.fullmatch(whole, value):
-            raise Refused(f"must be {describe}; the value is not repeated here")
+            raise Refused(f"must be {describe}; {_UNREPEATED}")
         return Secret(value)
 
-    names = "service" if schemes == r"\w+" else schemes.partition("|")[0]
-    describe = f"an address as {names}://..."
     return Kind(describe, check)
+
+
+def broker() -> Kind:
+    """The address of an MQTT broker, "" for none; secret, as `address`."""
+    describe = "an address as mqtt://user:password@host:port"
+    hint = "with [ ] / ? # in user and password percent-encoded (# is %23)"
+    name = r"\[[^\s\[\]]*\]|[^\s/?#\[\]@:]*"
+    whole = rf"mqtts?://(?:[^\s/?#\[\]]*@)?({name})(?::([0-9]{{0,9}}))?/?"
+
+    def check(value: Any) -> Secret:
+        if value == "":
+            return Secret(value)
+        found = re.fullmatch(whole, value) if isinstance(value, str) else None
+        if found is None or not _splits(value):
+            raise Refused(f"must be {describe}, {hint}; {_UNREPEATED}")
+        written, port = found.groups()
+        bare = written.strip("[]")
+        if not is_host(bare) or (written != bare) != (":" in bare):
+            raise Refused(f"must name a host or an address after mqtt://; {_UNREPEATED}")
+        if port is not None and not 1 <= int(port or 0) <= 65535:
+            raise Refused(f"must have a port 1..65535, or none; {_UNREPEATED}")
+        return Secret(value)
+
+    return Kind(describe, check)
+
+
+def _splits(value: str) -> bool:
+    # Python refuses signs that normalize to one of : / ? # @, and its error repeats the password.
+    try:
+        urlsplit(value)
+    except ValueError:
+        return False
+    return value.isprintable()
+
+
+def is_host(name: str) -> bool:
+    """True for an IP address, or a host name of at most 253 characters."""
+    with contextlib.suppress(ValueError):
+        return bool(ipaddress.ip_address(name))
+    if len(name) > 253 or re.fullmatch(r"[\d.]*", name):
+        return False
+    return re.fullmatch(r"([A-Za-z0-9_-]{1,63}\.)*[A-Za-z0-9_-]{1,63}\.?", name) is not None
+
+
+def host() -> Kind:
+    """An address or a name of a host."""
+
+    def accept(value: Any) -> str:
+        if not isinstance(value, str) or not is_host(value):
+            raise ValueError
+        return value
+
+    return _kind("an address as 192.168.1.5, or a host name", accept)
 
 
 def word() -> Kind:

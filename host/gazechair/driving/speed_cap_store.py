@@ -6,11 +6,16 @@ import logging
 import threading
 from pathlib import Path
 
+from gazechair.base import health as states
+from gazechair.base.health import Health
 from gazechair.base.state_folder import replace_file
 from gazechair.driving.messages import LOWEST_CAP_PERMILLE
 
 FILE_NAME = "speed_cap"
+PART = "speed_cap"  # of the host's health
+NOT_STORED = "setting_not_stored"
 _NONE = 1000
+_WRITE_AGAIN_S = 10.0
 _LAST_WRITE_S = 2.0
 
 log = logging.getLogger(__name__)
@@ -19,9 +24,11 @@ log = logging.getLogger(__name__)
 class KeptCap:
     """One number in a file of the state folder; its thread writes it, as the disk may be slow."""
 
-    def __init__(self, folder: Path | None) -> None:
-        """None: kept in memory only."""
+    def __init__(self, folder: Path | None, health: Health | None = None) -> None:
+        """`folder` None: kept in memory only; `health`: degraded while the cap is not stored."""
         self._path = None if folder is None else folder / FILE_NAME
+        self._health = health or Health(PART)
+        self._health.set(states.OK)
         self._lock = threading.Lock()
         self._newest: int | None = None  # to be written
         self._wanted = threading.Event()
@@ -62,7 +69,7 @@ class KeptCap:
         self._wanted.set()
 
     def write(self) -> None:
-        """Write the newest cap; a failed write is logged, and the cap is active anyway."""
+        """Write the newest cap; one that cannot be stored is active anyway, and is tried again."""
         with self._lock:
             permille, self._newest = self._newest, None
         if self._path is None or permille is None:
@@ -70,12 +77,17 @@ class KeptCap:
         try:
             replace_file(self._path, f"{permille}\n".encode())
         except OSError as error:
-            log.error("%s: %s; the speed cap ends with this host", self._path, error.strerror)
+            with self._lock:
+                self._newest = permille if self._newest is None else self._newest
+            detail = f"{self._path}: {error.strerror}; the speed cap ends with this host"
+            self._health.set(states.DEGRADED, NOT_STORED, detail)
+        else:
+            self._health.set(states.OK)
 
     def _run(self) -> None:
         stopping = False
         while not stopping:
-            self._wanted.wait()
+            self._wanted.wait(None if self._newest is None else _WRITE_AGAIN_S)
             self._wanted.clear()
             stopping = self._stopping  # before the last write, so that it misses nothing
             self.write()

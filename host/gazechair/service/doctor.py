@@ -12,6 +12,8 @@ from dataclasses import asdict, dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
+from gazechair.alerts.mqtt import MISSING as BROKER_MISSING
+from gazechair.alerts.mqtt import try_broker
 from gazechair.base import health as h
 from gazechair.base.languages import advice
 from gazechair.board import ports
@@ -148,6 +150,15 @@ def _alerts(config: Config) -> Iterator[Finding]:
         yield Finding(FAIL, "alerts", "nobody is called", "pip install 'gazechair[alerts]'")
     else:
         yield Finding(OK, "alerts", names, "try them: gazechair alert test")
+    if config.alerts.mqtt:
+        yield _broker(try_broker(config.alerts.mqtt))
+
+
+def _broker(problem: str) -> Finding:
+    if not problem:
+        return Finding(OK, "mqtt", "the broker answers")
+    do = "" if problem == BROKER_MISSING else "check the broker and alerts.mqtt: docs/alerts.md"
+    return Finding(FAIL, "mqtt", problem, do)
 
 
 def _tools() -> Iterator[Finding]:

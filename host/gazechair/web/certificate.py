@@ -2,7 +2,7 @@
 
 It is kept in the state folder. A local authority signs it, and the authority's key is then deleted:
 a tablet that trusts this authority trusts this one certificate, and nobody can ever make another.
-Both are valid for 820 days, the longest that iOS accepts.
+Both are valid for 820 days; iOS accepts 825. Their dates never come from a clock that nobody set.
 """
 
 from __future__ import annotations
@@ -13,11 +13,15 @@ import os
 import shutil
 import ssl
 import subprocess
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from gazechair.base.clock import EARLIEST_S, is_set
+
 DAYS = 820
-_RENEW_S = 14 * 86_400
+_DAY_S = 86_400
+_RENEW_S = 14 * _DAY_S
 _LIMIT_S = 30.0
 _AUTHORITY = "authority.crt"
 _CERTIFICATE = "host.crt"
@@ -34,12 +38,20 @@ class CertificateError(Exception):
 class Certificate:
     """The certificate in `folder`/tls; created if there is none or it expires soon."""
 
-    def __init__(self, folder: Path, names: Sequence[str]) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        names: Sequence[str],
+        wall: Callable[[], float] = time.time,
+        clock_is_right: Callable[[], bool] = is_set,
+    ) -> None:
         """`names`: host names and addresses by which pages reach this host. Raises
         CertificateError."""
         self._folder = folder / "tls"
-        if not self._usable():
-            _make(self._folder, names)
+        now_s = wall()
+        trusted = clock_is_right() and now_s >= EARLIEST_S
+        if not self._usable() or self._over(now_s, trusted):
+            _make(self._folder, names, _begin_s(now_s, trusted))
             log.warning("new certificate: tablets and phones must trust the new %s", self.authority)
         else:
             named = (self._folder / _NAMES).read_text(errors="replace")
@@ -78,29 +90,66 @@ class Certificate:
         except CertificateError as error:
             log.error("%s", error)
             return False
-        path = str(self._folder / _CERTIFICATE)
-        return _openssl(["x509", "-in", path, "-noout", "-checkend", str(_RENEW_S)]) is None
+        words = ["verify", "-no_check_time", "-CAfile", _AUTHORITY, _CERTIFICATE]
+        signed = self._ask(words)
+        if signed is not None and signed.returncode != 0:
+            log.error("%s: %s did not sign %s", self._folder, _AUTHORITY, _CERTIFICATE)
+            return False
+        return True
+
+    def _over(self, now_s: float, trusted: bool) -> bool:
+        found = self._ask(["x509", "-in", _CERTIFICATE, "-noout", "-startdate", "-enddate"])
+        if found is None or found.returncode != 0:
+            return False
+        dates = [line.partition("=")[2] for line in found.stdout.splitlines()]
+        begin_s, end_s = map(ssl.cert_time_to_seconds, dates)
+        if begin_s <= now_s < end_s - _RENEW_S:
+            return False
+        if not trusted:
+            log.warning(
+                "the certificate is valid from %s to %s, by a clock that nobody set", *dates
+            )
+        return trusted
+
+    def _ask(self, words: list[str]) -> subprocess.CompletedProcess[str] | None:
+        # None: no answer, which is no reason to replace a certificate that tablets trust.
+        try:
+            return _openssl(self._folder, words)
+        except CertificateError as error:
+            log.warning("the certificate is not checked: %s", error)
+            return None
 
 
-def _make(folder: Path, names: Sequence[str]) -> None:
+def _begin_s(now_s: float, trusted: bool) -> float:
+    """When a certificate made now begins, by a clock that may be wrong in either direction.
+
+    Of a clock that nobody set, only that the fixed dates are over is believed: they serve nobody.
+    """
+    over = now_s > EARLIEST_S + DAYS * _DAY_S - _RENEW_S
+    return (
+        now_s - _DAY_S if trusted or over else EARLIEST_S
+    )  # a day: the tablet's clock may be late
+
+
+def _make(folder: Path, names: Sequence[str], begin_s: float) -> None:
     # In a separate folder that gets its final name once it is complete.
     fresh = folder.with_name("tls.new")
     shutil.rmtree(fresh, ignore_errors=True)
     try:
         fresh.mkdir(mode=0o700, parents=True)
         (fresh / _NAMES).write_text("\n".join(names) + "\n")
-        (fresh / "extensions.txt").write_text(
-            "basicConstraints=critical,CA:FALSE\n"
-            "keyUsage=critical,digitalSignature\n"
-            "extendedKeyUsage=serverAuth\n"
-            f"subjectAltName={','.join(_alternative(name) for name in names)}\n"
-        )
-        for words in _steps(fresh, names[0]):
-            failure = _openssl(words)
-            if failure is not None:
-                raise CertificateError(failure)
-        for name in ("authority.key", "authority.srl", "host.csr", "extensions.txt"):
-            (fresh / name).unlink(missing_ok=True)
+        alternatives = ",".join(_alternative(name) for name in names)
+        (fresh / _SIGNING).write_text(_SIGNING_TEXT.format(names=alternatives))
+        (fresh / _INDEX).touch()
+        for words in _steps(names[0], begin_s):
+            done = _openssl(fresh, words)
+            if done.returncode != 0:
+                last = (done.stderr.strip().splitlines() or ["?"])[-1]
+                raise CertificateError(f"openssl {words[0]} failed: {last}")
+        kept = (_AUTHORITY, _CERTIFICATE, _KEY, _NAMES)
+        for path in fresh.iterdir():
+            if path.name not in kept:
+                path.unlink()
         (fresh / _KEY).chmod(0o600)
         os.sync()  # a power cut must not leave names without content
         shutil.rmtree(folder, ignore_errors=True)
@@ -109,22 +158,60 @@ def _make(folder: Path, names: Sequence[str]) -> None:
         raise CertificateError(f"{fresh}: {error.strerror}; is it writable?") from None
 
 
-def _steps(at: Path, name: str) -> list[list[str]]:
-    curve = ["-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-sha256"]
-    days = ["-days", str(DAYS)]
-    authority = ["-subj", f"/CN=gazechair on {name[:40]}", *days]
-    authority += ["-addext", "basicConstraints=critical,CA:TRUE,pathlen:0"]
-    authority += ["-addext", "keyUsage=critical,keyCertSign"]
-    keys = ["-keyout", str(at / "authority.key"), "-out", str(at / _AUTHORITY)]
-    request = ["-keyout", str(at / _KEY), "-out", str(at / "host.csr"), "-subj", f"/CN={name[:60]}"]
-    sign = ["-in", str(at / "host.csr"), "-out", str(at / _CERTIFICATE), *days, "-sha256"]
-    sign += ["-CA", str(at / _AUTHORITY), "-CAkey", str(at / "authority.key"), "-CAcreateserial"]
-    sign += ["-extfile", str(at / "extensions.txt")]
+# `openssl ca` is the one command of every OpenSSL that takes dates.
+_SIGNING = "signing.cnf"
+_INDEX = "index.txt"
+_SIGNING_TEXT = f"""
+[ca]
+default_ca = own
+[own]
+database = {_INDEX}
+new_certs_dir = .
+rand_serial = yes
+default_md = sha256
+unique_subject = no
+policy = own_policy
+[own_policy]
+commonName = supplied
+[authority]
+basicConstraints = critical,CA:TRUE,pathlen:0
+keyUsage = critical,keyCertSign
+subjectKeyIdentifier = hash
+[host]
+basicConstraints = critical,CA:FALSE
+keyUsage = critical,digitalSignature
+extendedKeyUsage = serverAuth
+subjectKeyIdentifier = hash
+authorityKeyIdentifier = keyid
+subjectAltName = {{names}}
+"""
+
+
+def _steps(name: str, begin_s: float) -> list[list[str]]:
+    request = ["req", "-new", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1"]
+    request += ["-nodes", "-sha256"]
+    begin, end = (_date(at_s) for at_s in (begin_s, begin_s + DAYS * _DAY_S))
+    sign = ["ca", "-batch", "-notext", "-config", _SIGNING, "-keyfile", "authority.key"]
+    sign += ["-startdate", begin, "-enddate", end]
     return [
-        ["req", "-x509", *curve, *authority, *keys],
-        ["req", "-new", *curve, *request],
-        ["x509", "-req", *sign],
+        [
+            *(*request, "-subj", f"/CN=gazechair on {name[:40]}"),
+            *("-keyout", "authority.key", "-out", "authority.csr"),
+        ],
+        [*request, "-subj", f"/CN={name[:60]}", "-keyout", _KEY, "-out", "host.csr"],
+        [
+            *(*sign, "-selfsign", "-extensions", "authority"),
+            *("-in", "authority.csr", "-out", _AUTHORITY),
+        ],
+        [
+            *(*sign, "-cert", _AUTHORITY, "-extensions", "host"),
+            *("-in", "host.csr", "-out", _CERTIFICATE),
+        ],
     ]
+
+
+def _date(at_s: float) -> str:
+    return time.strftime("%Y%m%d%H%M%SZ", time.gmtime(at_s))
 
 
 def _alternative(name: str) -> str:
@@ -134,16 +221,19 @@ def _alternative(name: str) -> str:
         return f"DNS:{name}"
 
 
-def _openssl(words: list[str]) -> str | None:
-    # None on success, else one line.
+def _openssl(folder: Path, words: list[str]) -> subprocess.CompletedProcess[str]:
     try:
-        done = subprocess.run(
-            ["openssl", *words], capture_output=True, text=True, timeout=_LIMIT_S, check=False
+        return subprocess.run(
+            ["openssl", *words],
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            timeout=_LIMIT_S,
+            check=False,
         )
-    except FileNotFoundError:
-        return "encryption needs the command openssl; install it (apt install openssl)"
+    except OSError:
+        raise CertificateError(
+            "encryption needs the command openssl; install it (apt install openssl)"
+        ) from None
     except subprocess.TimeoutExpired:
-        return f"openssl {words[0]} did not end within {_LIMIT_S:.0f} s"
-    if done.returncode == 0:
-        return None
-    return f"openssl {words[0]} failed: {(done.stderr.strip().splitlines() or ['?'])[-1]}"
+        raise CertificateError(f"openssl {words[0]} did not end within {_LIMIT_S:.0f} s") from None

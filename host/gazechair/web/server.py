@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 import socket
 import threading
@@ -33,7 +34,7 @@ from gazechair.web.certificate import Certificate, CertificateError
 from gazechair.web.control_sockets import ControlHub
 from gazechair.web.guard import DEVICE, Guard
 from gazechair.web.handler import SETTLE, Server
-from gazechair.web.names import certificate_names, own_names, shown_host
+from gazechair.web.names import certificate_names, network_addresses, own_names, shown_host
 from gazechair.web.picture_sockets import VideoHub
 from gazechair.web.sockets import LIBRARY_OPTIONS, WebSocket
 from gazechair.web.turns import Turns
@@ -99,15 +100,13 @@ class WebServer:
         """Listen. Raises WebError when the address is taken, files or a certificate are missing."""
         web = self._config.web
         self._certificate = None
+        # Before the certificate, which names this address for years.
+        listener = _listen(web.host, web.port)
         try:
             app = self._application()
             if self._tls:
                 self._certificate = Certificate(self._folder, certificate_names(web))
             context = self._certificate.context() if self._certificate else None
-        except (FileNotFoundError, CertificateError) as error:
-            raise WebError(str(error)) from error
-        listener = _listen(web.host, web.port)
-        try:
             names = own_names(web.host, web.name)
             strangers = Turns()
             guarded = Guard(
@@ -120,6 +119,8 @@ class WebServer:
                 strangers,
             )
             self._server = Server(listener, guarded, strangers, context)
+        except (FileNotFoundError, CertificateError) as error:
+            raise WebError(str(error)) from error
         finally:
             listener.close()  # the server works on its own duplicate
         self._thread = threading.Thread(
@@ -224,9 +225,19 @@ def _listen(host: str, port: int) -> socket.socket:
         except OSError:
             listener.close()
             raise
-    except OSError as error:
+    except (OSError, UnicodeError) as error:
+        reason = getattr(error, "strerror", None) or "no address"
         raise WebError(
-            f"can't serve the page at {host}:{port} ({error.strerror}); "
-            "end the other program there, or choose another web.port"
+            f"can't serve the page at {host}:{port} ({reason}); {_advice(error)}"
         ) from error
     return listener
+
+
+def _advice(error: OSError | UnicodeError) -> str:
+    number = None if isinstance(error, socket.gaierror) else getattr(error, "errno", None)
+    if number == errno.EADDRINUSE:
+        return "end the other program there, or choose another web.port"
+    if number == errno.EACCES:
+        return "choose a web.port of 1024 or more"
+    addresses = ", ".join(("127.0.0.1", *network_addresses()))
+    return f"web.host must be an address of this machine ({addresses}), or 0.0.0.0 for all of them"

@@ -19,6 +19,9 @@ from gazechair.alerts import mqtt
 from gazechair.alerts.mqtt import EXPIRES_S, HEARTBEAT_S, HOST_SILENT_S, Broker, discovery
 from gazechair.alerts.sender import Sender
 from gazechair.base.health import DEGRADED, OK, Health
+from gazechair.config import configuration
+from gazechair.service import doctor
+from gazechair.service.doctor import Finding
 
 PATIENCE_S = 60.0
 QUIET = {"help": "OFF", "state": "ok", "last_alert": ""}
@@ -135,6 +138,40 @@ def test_a_wrong_password_or_no_broker_is_a_reason_without_the_secret(port: int)
             sender.stop()
 
 
+def found(tmp_path: Path, address: str) -> Finding:
+    """What the doctor finds about this broker."""
+    file = tmp_path / "chair.toml"
+    file.write_text(f'[alerts]\nmqtt = "mqtt://{address}"\n')
+    findings = doctor._alerts(configuration.load(file))
+    (finding,) = (one for one in findings if one.what == "mqtt")
+    return finding
+
+
+def test_the_doctor_asks_the_broker_beside_a_host_that_runs(port: int, tmp_path: Path) -> None:
+    broker = Broker()
+    url = f"chair:hush-hush@127.0.0.1:{port}"
+    broker.tell(f"mqtt://{url}", "x", QUIET, 0.0)
+    until(lambda: broker._connected)
+    assert found(tmp_path, url) == Finding(doctor.OK, "mqtt", "the broker answers")
+    assert broker._connected
+    broker._client.disconnect()
+    broker._client.loop_stop()
+
+
+def test_the_doctor_finds_a_broker_that_refuses_is_not_there_or_has_no_package(
+    port: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    refused = found(tmp_path, f"chair:wrong-one@127.0.0.1:{port}")
+    gone = found(tmp_path, "chair:wrong-one@127.0.0.1:1")
+    monkeypatch.setattr(mqtt, "find_spec", lambda _: None)
+    missing = found(tmp_path, "host")
+    assert [one.level for one in (refused, gone, missing)] == [doctor.FAIL] * 3
+    assert refused.found == "Not authorized"
+    assert gone.found == "the broker does not answer: Connection refused"
+    assert (missing.found, missing.do) == (mqtt.MISSING, "")
+    assert "wrong-one" not in str((refused, gone))
+
+
 class Paper:
     """A client that only records."""
 
@@ -185,6 +222,14 @@ def test_without_the_package_the_reason_says_what_to_install(
     broker.tell("mqtt://x", "x", QUIET, 0.0)
     broker.tick(0.0)
     assert broker.problem == mqtt.MISSING
+
+
+@pytest.mark.parametrize("rest", ["chair:hu[sh@host", "chair:hush", "chair:hush\uff0fhush@host"])
+def test_an_address_that_does_not_split_is_a_problem_without_its_password(rest: str) -> None:
+    broker = Broker()
+    broker.tell(f"mqtt://{rest}", "x", QUIET, 0.0)
+    broker.tick(0.0)
+    assert broker.problem == mqtt.NO_ADDRESS
 
 
 def test_every_entity_expires_by_itself_and_is_of_one_device() -> None:

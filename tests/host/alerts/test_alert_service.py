@@ -191,6 +191,14 @@ def test_the_threads_keep_the_diary(tmp_path: Path) -> None:
     assert (row["key"], row["by"]) == ("alert_test", "Anna")
 
 
+def test_without_a_broker_nobody_reads_the_battery(rig: Rig) -> None:
+    def battery() -> int:
+        raise AssertionError
+
+    rig.alerts._battery = battery
+    rig.wait(20)
+
+
 def test_the_broker_is_told_what_changes_and_again_each_few_seconds(
     rig: Rig, tmp_path: Path
 ) -> None:

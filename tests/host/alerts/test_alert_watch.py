@@ -18,8 +18,8 @@ STUCK_S = 60.0
 class Scene:
     """A watch that looks five times a second; each change is noted with its second."""
 
-    def __init__(self, help_wanted: bool = False) -> None:
-        self.watch = Watch(STUCK_S, help_wanted)
+    def __init__(self, help_wanted: bool = False, stuck_s: float = STUCK_S) -> None:
+        self.watch = Watch(stuck_s, help_wanted)
         self.now_s = 0.0
         self.open: set[str] = {HELP_WANTED} if help_wanted else set()
         self.seen: list[tuple[float, str, bool]] = []
@@ -103,6 +103,14 @@ def test_a_chair_that_moves_in_between_or_a_driver_who_waits_is_not_stuck(scene:
     scene.see(replace(QUIET, press=100, overruled=True), GAVE_UP_S + 60.0)
     tries(scene, 5, 10.0, 101)
     assert scene.seen == []
+
+
+def test_one_attempt_is_never_stuck_however_short_the_time() -> None:
+    scene = Scene(stuck_s=10.0)
+    tries(scene, 1, GAVE_UP_S + 60.0)
+    assert scene.seen == []
+    tries(scene, 2, 11.0, 2)
+    assert [(key, begins) for _, key, begins in scene.seen] == [(OVERRULED, True)]
 
 
 def test_what_odometry_measures_counts_whatever_the_board_puts_out(scene: Scene) -> None:

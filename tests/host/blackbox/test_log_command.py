@@ -38,6 +38,19 @@ def test_list(config: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert lines[2].endswith("MB")
 
 
+def test_a_file_that_cannot_be_read_hides_no_other(
+    config: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = Path(config[1]).parent / "state" / "log"
+    (folder / "000005_2026-09-21T13-13-20.mcap").write_bytes(b"\x89MCAP0\r\n" + bytes(12))
+    (folder / "000006_2026-09-21T14-12-20.mcap").symlink_to(folder / "deleted")
+    assert cli.main(["log", "list", *config]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line[:6] for line in lines[:4]] == ["000005", "000006", "000007", "000008"]
+    assert lines[0].endswith("not finished")
+    assert lines[1].endswith("No such file or directory")
+
+
 def test_show_says_what_happened_once(
     config: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:

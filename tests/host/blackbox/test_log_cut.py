@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import time
 from bisect import bisect_right
 from itertools import pairwise
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from gazechair.blackbox.reader import LogFile
+from gazechair.blackbox.writer import LogWriter
 from gazereplay.recording import WALL_NS
 from recordedchair import RecordedChair
 
@@ -36,6 +38,19 @@ def test_cut_at_random_bytes(drive: RecordedChair, recorded: Path, tmp_path: Pat
         synced_ms = synced[bisect_right(sizes, cut) - 1][1]
         assert read >= bisect_right(times, synced_ms), f"cut at byte {cut}"
         assert read <= bisect_right(times, synced_ms + 1000)
+
+
+def test_a_short_file_cut_at_every_byte_has_a_length(tmp_path: Path) -> None:
+    writer = LogWriter(tmp_path / "log", 10**9, 10**9)
+    writer.write("health", time.monotonic_ns(), [("board", "ok", "ok", "")])
+    path = writer.path
+    assert path is not None
+    writer.close()
+    whole = path.read_bytes()
+    for cut in range(len(whole)):
+        path.write_bytes(whole[:cut])
+        file = LogFile(path)
+        assert (file.length_s(), file.whole) == (0.0, False), f"cut at byte {cut}"
 
 
 def test_syncs_are_a_second_apart(drive: RecordedChair) -> None:

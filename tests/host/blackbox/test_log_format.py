@@ -23,6 +23,7 @@ from gazechair.blackbox.reader import LogFile
 from gazechair.sensing.lidar.scan import Pose
 from gazechair.sensing.odometry.odometry import Estimate
 from gazelink import codes, messages
+from gazereplay import board_trace, trace
 
 BEAMS_MM = range(1000, 1719)
 
@@ -184,12 +185,8 @@ def test_the_document_names_every_topic() -> None:
         if message not in ros.UNRECORDED:
             way = "host" if message.direction == messages.UP else "board"
             assert f"/{way}/{message.name}" in named
-    assert {
-        "/scan/NAME",
-        "/tf_static",
-        "/health",
-        "/latency",
-        "/picture",
-        "/rosout",
-        "/board/output",
-    } <= named
+    code = Path(topics.__file__).read_text()
+    assert set(re.findall(r'"(/\w+/)\{', code)) == {"/host/", "/board/", "/scan/"}
+    plain = set(re.findall(r'"(/\w+(?:/\w+)*)"', code))
+    assert {"/tf", "/tf_static", "/odometry/doubts", "/board/output"} < plain
+    assert ({"/scan/NAME"} | plain | {*trace.DEFINITIONS, *board_trace.TOPICS}) - named == set()

@@ -108,7 +108,12 @@ REFUSED = [
     ("[[board]]\n", 1, "write it as [board]"),
     ('[board]\nport = "a\\nb"', 2, "must be a text"),
     ("[alerts]\nstuck_s = 9", 2, "10..3600"),
-    ('[alerts]\nmqtt = "http://x"', 2, "alerts.mqtt must be an address as mqtt://..."),
+    ('[alerts]\nmqtt = "http://x"', 2, "alerts.mqtt must be an address as mqtt://user:password@h"),
+    ('[web]\nhost = "192.168..5"', 2, "web.host must be an address as 192.168.1.5, or a host name"),
+    ('[web]\nhost = "192.168.5"', 2, "web.host must be an address"),
+    ('[web]\nhost = ""', 2, "web.host must be an address"),
+    (f'[web]\nhost = "{"a" * 64}.local"', 2, "web.host must be an address"),
+    ('[web]\nname = "chair..local"', 2, "must be a host name or an address"),
     (ROUTE + "[alerts]\nstuck_s = 9", 5, "10..3600"),
     ('[[alerts.route]]\nname = "zus"', 1, "alerts.route.url must be an address of Apprise"),
     (ROUTE + ROUTE, 5, "the name of another route"),
@@ -195,6 +200,50 @@ def test_other_machines_come_in_encrypted_or_by_saying_so(lines: str, encrypted:
 @pytest.mark.parametrize("host", ["localhost", "127.0.0.1", "127.1.2.3", "::1"])
 def test_loopback_needs_no_permission(host: str) -> None:
     assert configuration.parse(f'[web]\nhost = "{host}"').web.host == host
+
+
+ENCODE = r"percent-encoded \(# is %23\)"
+
+
+@pytest.mark.parametrize(
+    ("rest", "says"),
+    [
+        ("chair:hu[shh@host", ENCODE),
+        ("chair:hu]shh@host", ENCODE),
+        ("chair:hu/shh@host", ENCODE),
+        ("chair:hu#shh@host", ENCODE),
+        ("chair:hu?shh@host", ENCODE),
+        ("chair:hu shh@host", ENCODE),
+        ("chair:hush\uff0fhush@host", ENCODE),  # becomes a / when Python splits it
+        ("chair:hush", "an address as mqtt"),
+        ("hush:x@host:0", r"port 1\.\.65535"),
+        ("hush:x@host:65536", r"port 1\.\.65535"),
+        ("hush:x@host:", r"port 1\.\.65535"),
+        ("hush:x@", "must name a host"),
+        ("hush:x@192.168..5", "must name a host"),
+        ("hush:x@[host]", "must"),
+    ],
+)
+def test_a_broker_that_cannot_be_reached_is_refused_without_its_password(
+    rest: str, says: str
+) -> None:
+    with pytest.raises(
+        ConfigError, match=rf"^f:2: alerts\.mqtt .*{says}.* not repeated"
+    ) as refusal:
+        configuration.parse(f'[alerts]\nmqtt = "mqtt://{rest}"\n', "f")
+    assert "hu" not in str(refusal.value).replace("must", "")
+
+
+@pytest.mark.parametrize(
+    "rest",
+    ["host", "mqtt_broker:1883/", "chair:hu%23sh@h.local", "a:b@c:d@[fe80::1]:1", "chair@10.0.0.2"],
+)
+def test_an_address_of_a_broker(rest: str) -> None:
+    for scheme in ("mqtt", "mqtts"):
+        read = configuration.parse(f'[alerts]\nmqtt = "{scheme}://{rest}"\n')
+        assert read.alerts.mqtt == f"{scheme}://{rest}"
+        assert f"//{rest}" not in repr(read)
+    assert configuration.parse('[alerts]\nmqtt = ""\n').alerts.mqtt == ""
 
 
 def test_routes_of_alerts_have_a_table_each_and_their_address_is_secret() -> None:

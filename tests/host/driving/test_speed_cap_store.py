@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 import threading
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from gazechair.base.health import HealthRegistry
+from gazechair.base.health import OK, HealthRegistry
+from gazechair.base.state_folder import replace_file
 from gazechair.config.configuration import Config
 from gazechair.driving import speed_cap_store
 from gazechair.driving.control import Control
@@ -26,8 +30,16 @@ class NoBoard:
 def host(folder: Path | None) -> Control:
     parts = HealthRegistry()
     for name in ("board", "lidar", "camera"):
-        parts.part(name)
-    return Control(Config(), NoBoard(), parts, kept_cap=KeptCap(folder))
+        parts.part(name).set(OK)
+    kept = KeptCap(folder, parts.part(speed_cap_store.PART))
+    return Control(Config(), NoBoard(), parts, kept_cap=kept)
+
+
+def until(true: Callable[[], bool]) -> None:
+    end_s = time.monotonic() + 60
+    while not true():
+        assert time.monotonic() < end_s
+        time.sleep(0.02)
 
 
 def cap_of(control: Control) -> int:
@@ -95,8 +107,51 @@ def test_a_disk_that_takes_nothing_does_not_undo_the_cap(
     control._kept_cap = KeptCap(tmp_path / "file")
     control.start()
     caretaker = control.connect("caretaker")
-    with caplog.at_level(logging.ERROR):
+    with caplog.at_level(logging.WARNING):
         control.receive(caretaker, {"k": "cap", "permille": 300})
         control.stop()
     assert cap_of(control) == 300
     assert "the speed cap ends with this host" in caplog.text
+
+
+def test_a_cap_that_is_not_stored_is_told_to_the_caretaker_and_tried_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    full = [True]
+
+    def write(path: Path, content: bytes) -> None:
+        if full[0]:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        replace_file(path, content)
+
+    monkeypatch.setattr(speed_cap_store, "_WRITE_AGAIN_S", 0.05)
+    monkeypatch.setattr(speed_cap_store, "replace_file", write)
+    control = host(tmp_path)
+    control.start()
+    pages = [control.connect(role) for role in ("caretaker", "driver")]
+
+    def shown() -> list[str]:
+        control.update()
+        return [str(control.snapshot(page)["message"]) for page in pages]
+
+    control.receive(pages[0], {"k": "cap", "permille": 300})
+    until(lambda: shown() == ["setting_not_stored", "ok"])
+    assert cap_of(control) == 300
+    full[0] = False
+    until(lambda: shown() == ["ok", "ok"])
+    assert cap_of(host(tmp_path)) == 300
+    control.stop()
+
+
+def test_a_newer_cap_replaces_one_that_could_not_be_stored(tmp_path: Path) -> None:
+    (tmp_path / "state").write_text("")
+    kept = KeptCap(tmp_path / "state")
+    kept.keep(300)
+    kept.write()
+    kept.keep(400)
+    (tmp_path / "state").unlink()
+    kept.write()
+    assert kept.read() == 400
+    (tmp_path / "state" / "speed_cap").unlink()
+    kept.write()
+    assert kept.read() == 1000  # nothing is left to be written

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import logging
+import ssl
+import subprocess
 from pathlib import Path
 
 import pytest
 
+from gazechair.base.clock import EARLIEST_S
 from gazechair.config.configuration import WebConfig
 from gazechair.web import certificate
 from gazechair.web.certificate import Certificate, CertificateError
@@ -41,18 +44,109 @@ def test_a_new_name_is_said_and_changes_nothing(
     assert (folder / "tls" / "host.crt").read_bytes() == before
 
 
-def test_one_that_ends_soon_is_made_anew(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+def dates(folder: Path, name: str = "host.crt") -> tuple[float, float]:
+    """From when to when it is valid."""
+    words = ["openssl", "x509", "-in", folder / "tls" / name, "-noout", "-startdate", "-enddate"]
+    lines = subprocess.run(words, capture_output=True, text=True, check=True).stdout.splitlines()
+    begin_s, end_s = (ssl.cert_time_to_seconds(line.partition("=")[2]) for line in lines)
+    return begin_s, end_s
+
+
+def at(folder: Path, now_s: float, trusted: bool) -> bytes:
+    """The certificate after a start at that time of day."""
+    Certificate(folder, NAMES, lambda: now_s, lambda: trusted)
+    return (folder / "tls" / "host.crt").read_bytes()
+
+
+DAY_S = 86_400
+NOW_S = EARLIEST_S + 300 * DAY_S
+LASTS_S = certificate.DAYS * DAY_S
+LONG_AGO_S, FAR_AHEAD_S = 1e9, NOW_S + 400 * DAY_S
+
+
+def test_its_dates_are_of_a_clock_that_was_set_or_fixed(tmp_path: Path) -> None:
+    for folder, now_s, trusted, begin_s in (
+        ("set", NOW_S, True, NOW_S - DAY_S),
+        ("behind", LONG_AGO_S, False, EARLIEST_S),
+        ("said to be set", LONG_AGO_S, True, EARLIEST_S),
+        ("ahead", FAR_AHEAD_S, False, EARLIEST_S),
+        ("fixed dates are over", NOW_S + LASTS_S, False, NOW_S + LASTS_S - DAY_S),
+    ):
+        at(tmp_path / folder, now_s, trusted)
+        for name in ("host.crt", "authority.crt"):
+            assert dates(tmp_path / folder, name) == (begin_s, begin_s + LASTS_S), folder
+
+
+def test_one_that_ends_soon_is_made_anew_by_a_clock_that_was_set(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(certificate, "DAYS", 10)
-    Certificate(tmp_path, NAMES)
-    before = (tmp_path / "tls" / "host.crt").read_bytes()
-    monkeypatch.setattr(certificate, "DAYS", 820)
+    before = at(tmp_path, NOW_S, True)
+    caplog.clear()
+    soon_s = dates(tmp_path)[1] - 13 * DAY_S
     with caplog.at_level(logging.WARNING):
-        Certificate(tmp_path, NAMES)
-    assert (tmp_path / "tls" / "host.crt").read_bytes() != before
+        assert at(tmp_path, soon_s, False) == at(tmp_path, LONG_AGO_S, True) == before
+        assert "by a clock that nobody set" in caplog.text
+        assert "must trust" not in caplog.text
+        assert at(tmp_path, soon_s, True) != before
     assert "must trust" in caplog.text
     assert list((tmp_path / "tls").glob("authority.key")) == []
+
+
+def test_one_that_begins_later_is_made_anew(tmp_path: Path) -> None:
+    before = at(tmp_path, FAR_AHEAD_S, True)
+    assert at(tmp_path, NOW_S, True) != before
+
+
+@pytest.mark.parametrize("error", [FileNotFoundError(), PermissionError(), None])
+def test_one_that_cannot_be_checked_is_kept(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, error: OSError | None
+) -> None:
+    before = (folder / "tls" / "host.crt").read_bytes()
+
+    def fails(*_: object, **__: object) -> None:
+        raise error or subprocess.TimeoutExpired("openssl", 30)
+
+    monkeypatch.setattr(certificate.subprocess, "run", fails)
+    assert at(folder, 4 * NOW_S, True) == before
+
+
+def test_an_authority_that_is_damaged_or_another_s_is_noticed(tmp_path: Path) -> None:
+    before = at(tmp_path, NOW_S, True)
+    authority = tmp_path / "tls" / "authority.crt"
+    authority.write_bytes(b"\xff" * 100)
+    again = at(tmp_path, NOW_S, True)
+    assert again != before
+    at(tmp_path / "other", NOW_S, True)
+    authority.write_bytes((tmp_path / "other" / "tls" / "authority.crt").read_bytes())
+    assert at(tmp_path, NOW_S, True) != again
+
+
+def test_one_of_before_is_kept(tmp_path: Path) -> None:
+    """As earlier versions made it: by another command, with one more extension."""
+    at(tmp_path, NOW_S, True)
+    tls = tmp_path / "tls"
+    curve = ["-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes"]
+    request = ["req", *curve]
+    authority = [
+        "-x509",
+        "-subj",
+        "/CN=gazechair on chair",
+        "-days",
+        "820",
+        "-keyout",
+        "a.key",
+        "-out",
+        "authority.crt",
+    ]
+    sign = ["-CA", "authority.crt", "-CAkey", "a.key", "-CAcreateserial", "-days", "820"]
+    for words in (
+        [*request, *authority, "-addext", "keyUsage=critical,keyCertSign"],
+        [*request, "-new", "-subj", "/CN=chair", "-keyout", "host.key", "-out", "h.csr"],
+        ["x509", "-req", "-in", "h.csr", "-out", "host.crt", *sign],
+    ):
+        subprocess.run(["openssl", *words], cwd=tls, check=True, capture_output=True)
+    before = (tls / "host.crt").read_bytes()
+    assert at(tmp_path, sum(dates(tmp_path)) / 2, True) == before
 
 
 def test_half_a_certificate_is_made_whole(tmp_path: Path) -> None:

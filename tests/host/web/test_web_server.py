@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import gzip
 import json
+import socket
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -104,30 +107,50 @@ def test_the_health_of_all_parts_is_shown(get: Any) -> None:
     assert json.loads(get("/health")[2]) == {"board": {"state": "ok"}}
 
 
+@pytest.fixture
+def other(
+    port: Any, desk: Any, board: Any, alerts: Any, steps: Any, maps: Any, tmp_path: Path
+) -> Callable[[WebConfig], WebServer]:
+    """Makes another server, with `tmp_path` as its state folder."""
+
+    def make(web: WebConfig) -> WebServer:
+        settings = CaretakerSettings(board)
+        return WebServer(Config(web=web), port, None, desk, tmp_path, settings, alerts, steps, maps)
+
+    return make
+
+
 def test_a_taken_port_is_one_plain_line(
-    server: WebServer,
-    port: Any,
-    desk: Any,
-    board: Any,
-    alerts: Any,
-    steps: Any,
-    maps: Any,
-    tmp_path: Path,
+    server: WebServer, other: Callable[[WebConfig], WebServer]
 ) -> None:
-    second = WebServer(
-        Config(web=WebConfig(port=server.port)),
-        port,
-        None,
-        desk,
-        tmp_path,
-        CaretakerSettings(board),
-        alerts,
-        steps,
-        maps,
-    )
+    second = other(WebConfig(port=server.port))
     with pytest.raises(WebError, match=r"can't serve the page at .*choose another web\.port"):
         second.start()
     second.stop()
+
+
+@pytest.mark.parametrize("host", ["192.0.2.77", "none.invalid", "192.168..5"])
+def test_an_address_of_another_machine_is_said_to_be_one_and_named_by_no_certificate(
+    other: Callable[[WebConfig], WebServer], host: str, tmp_path: Path
+) -> None:
+    server = other(WebConfig(host=host, port=0))
+    with pytest.raises(WebError, match=r"must be an address of this machine \(127\.0\.0\.1"):
+        server.start()
+    server.stop()
+    assert not (tmp_path / "tls").exists()
+
+
+def test_a_port_that_only_root_may_use_says_so(
+    other: Callable[[WebConfig], WebServer], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(socket.socket, "bind", refuse)
+    with pytest.raises(
+        WebError, match=r"\(Permission denied\); choose a web\.port of 1024 or more"
+    ):
+        other(WebConfig(port=80)).start()
 
 
 @pytest.mark.parametrize("path", ["/ws/control", "/ws/video"])

@@ -1,0 +1,34 @@
+"""docs/privacy.md lists all that is stored: each file that a module of the host keeps."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from gazechair.people.pairing.local import LOCK_NAME, SOCKET_NAME
+from gazechair.sensing.mapping.store import FOLDER as MAPS
+
+ROOT = Path(__file__).parents[2]
+HOST = ROOT / "host" / "gazechair"
+MAPPING = HOST / "sensing" / "mapping"
+
+
+def listed() -> set[str]:
+    """What the table's second column names."""
+    text = (ROOT / "docs" / "privacy.md").read_text("utf-8")
+    rows = [line.split("|")[2] for line in text.splitlines() if line.startswith("|")]
+    return set(re.findall(r"`([^`]+)`", " ".join(rows)))
+
+
+def test_every_file_of_the_state_folder_is_listed() -> None:
+    folders = {"log/", "tls/", f"{MAPS}/", f"{MAPS}/older/", f"{MAPS}/drives/"}
+    found = folders | {LOCK_NAME, SOCKET_NAME}
+    for path in HOST.rglob("*.py"):
+        text = path.read_text("utf-8")
+        names = re.findall(r'^FILE_NAME = "(.+)"', text, re.MULTILINE)
+        found |= set(names)
+        # A module that writes a file names it so, else this test would not know of it.
+        if re.search(r"\breplace_file\(", text) and path.name != "state_folder.py":
+            assert names or path.is_relative_to(MAPPING), path
+    assert len(found) >= 14
+    assert found - listed() == set()
