@@ -29,6 +29,9 @@ def broken(config: Config) -> Iterator[Broken]:
     if config.camera.kind == "http" and not re.match(r"https?://[^/\s]+", config.camera.url):
         reason = 'must be the address of the stream when kind is "http", as http://host:port/path'
         yield Broken("camera", "url" if config.camera.url else "kind", reason)
+    if re.match(r"https?://[^/?#]*@", config.camera.url):
+        reason = "must not contain user:password@; the host does not log in to a camera"
+        yield Broken("camera", "url", reason)
     yield from _lidars(config.lidar)
     for at, route in enumerate(config.routes):
         if not route.url:

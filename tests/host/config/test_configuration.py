@@ -89,6 +89,7 @@ REFUSED = [
     ("[footprint]\nfront_margin_m = nan", 2, "0.0..0.5"),
     ('[camera]\nkind = "http"', 2, "camera.kind must be the address"),
     ('[camera]\nkind = "http"\nurl = "ftp://x/"', 3, "camera.url must be the address"),
+    ('[camera]\nkind = "http"\nurl = "http://a:b@x/"', 3, "camera.url must not contain user"),
     ('[lidar]\nkind = "replay"', 2, "lidar.kind must be the file"),
     ('[lidar]\nname = "a b"', 2, "letters, digits"),
     ("[lidar]\nmask = [[0, 1], [5]]", 2, "a list of arcs"),

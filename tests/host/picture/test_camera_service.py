@@ -154,8 +154,9 @@ def test_something_else_than_a_stream_is_said(source: Source) -> None:
 
 
 def test_a_wrong_path_is_said(source: Source) -> None:
-    watched = Watched(source.url + "/other")
+    watched = Watched(source.url + "/other?pwd=S3cret")
     watched.wait(lambda: "refuses: 404" in watched.health.detail)
+    assert "S3cret" not in watched.health.detail
     watched.service.stop()
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import http.client
+import re
 import time
 import urllib.error
 import urllib.request
@@ -27,6 +28,11 @@ def acquired_s(part: Part, arrived_s: float) -> float:
     return stamp_s if arrived_s - _OLDEST_STAMP_S < stamp_s <= arrived_s else arrived_s
 
 
+def _shown(url: str) -> str:
+    """The camera's host and port: path and query may hold a password."""
+    return re.sub(r"^(https?://[^/?#]*).*", r"\1", url, flags=re.DOTALL)
+
+
 def connect(url: str) -> tuple[Any, bytes]:
     """Open the stream; the response and its boundary. Raises CameraError within some 3 s."""
     # No proxy: the camera is on our own network, whatever the environment sets.
@@ -34,17 +40,20 @@ def connect(url: str) -> tuple[Any, bytes]:
     try:
         response = opener.open(url, timeout=_TIMEOUT_S)
     except urllib.error.HTTPError as error:
-        raise CameraError(f"the camera at {url} refuses: {error.code} {error.reason}") from error
+        raise CameraError(
+            f"the camera at {_shown(url)} refuses: {error.code} {error.reason}"
+        ) from error
     except (OSError, http.client.HTTPException, ValueError) as error:
         reason = getattr(error, "reason", error)
         raise CameraError(
-            f"the camera at {url} does not answer ({reason}); check its power and camera.url"
+            f"the camera at {_shown(url)} does not answer ({reason});"
+            " check its power and camera.url"
         ) from error
     try:
         return response, boundary_of(response.headers.get("Content-Type", ""))
     except NotMjpeg as error:
         response.close()
-        raise CameraError(f"the camera at {url} {error}") from error
+        raise CameraError(f"the camera at {_shown(url)} {error}") from error
 
 
 def read(url: str, newest: Latest[Frame]) -> None:
@@ -58,14 +67,14 @@ def read(url: str, newest: Latest[Frame]) -> None:
                 data = response.read1(1 << 16)
                 parts = parser.feed(data)
             except NotMjpeg as error:
-                raise CameraError(f"the camera at {url} {error}") from error
+                raise CameraError(f"the camera at {_shown(url)} {error}") from error
             except (OSError, http.client.HTTPException) as error:
-                raise CameraError(f"the camera at {url} fell silent: {error}") from error
+                raise CameraError(f"the camera at {_shown(url)} fell silent: {error}") from error
             if not data:
-                raise CameraError(f"the camera at {url} ended its stream")
+                raise CameraError(f"the camera at {_shown(url)} ended its stream")
             now_s = time.monotonic()
             if parts:
                 good_s = now_s
                 newest.put(Frame(parts[-1].jpeg, acquired_s(parts[-1], now_s)))
             elif now_s - good_s > _TIMEOUT_S:
-                raise CameraError(f"the camera at {url} sends no whole JPEG picture")
+                raise CameraError(f"the camera at {_shown(url)} sends no whole JPEG picture")
