@@ -70,7 +70,7 @@ export class Eyes {
     const loaded = this.#test ? null : await tryPart("eyes");
     if (loaded) this.#test ??= new loaded.EyeTest(left, this.#on.judged);
     if (!this.#test) {
-      this.#on.open("menu");
+      if (document.body.dataset.view === "eyes") this.#on.open("menu");
       return this.#on.lacking();
     }
     if (document.body.dataset.view === "eyes") this.#test.open(performance.now());

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from gazechair.driving.speed_cap_store import KeptCap
+from gazechair.web import certificate
 from gazedemo.check import NEUTRAL
 from gazemeasure import (
     allday_alerts,
@@ -123,6 +124,14 @@ def test_a_truncated_file_that_reads_as_something_else_is_found() -> None:
 
 def test_a_certificate_is_usable_wherever_the_power_goes() -> None:
     assert allday_power.cut_certificate(9, random.Random(2)) == []
+
+
+def test_a_certificate_whose_authority_is_damaged_falls_short(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(certificate.Certificate, "_ask", lambda *_: None)
+    failures = allday_power.cut_certificate(30, random.Random(2))
+    assert any(failure.startswith("tls, authority.crt") for failure in failures)
 
 
 def figures_of(report: Report) -> dict[str, Figure]:

@@ -70,12 +70,18 @@ def test_time_new_motion_and_comfort_are_bounded() -> None:
         assert report.ok == ok
 
 
+def way() -> Way:
+    """Equal ways are different ones."""
+    return Way(np.zeros((3, 2)), None)
+
+
 class Retargeted:
     """A chair with a new way after 300 ms, which then waits 400 ms before it obeys."""
 
     def __init__(self, ends_ms: float = math.inf, obeys: bool = True) -> None:
         self.now_ms = 0
-        self.mission: Any = SimpleNamespace(way="old", go=self._go)
+        self.mission: Any = SimpleNamespace(way=way(), go=self._go)
+        self._new = way()
         self.chair: Any = SimpleNamespace(speed_m_s=0.3, yaw_rate_deg_s=0.0)
         self.stick, self.ended = Stick(500, 0), False
         self._ends_ms, self._obeys = ends_ms, obeys
@@ -91,7 +97,7 @@ class Retargeted:
         self.now_ms += ms
         since_ms = self.now_ms - self._begin_ms
         if self._begin_ms and since_ms >= 300:
-            self.mission.way, self.stick = "new", Stick(0, -400)
+            self.mission.way, self.stick = self._new, Stick(0, -400)
         if self._begin_ms and since_ms >= 700 and self._obeys:
             self.chair.yaw_rate_deg_s = -8.0
         self.ended = self._begin_ms > 0 and since_ms >= self._ends_ms

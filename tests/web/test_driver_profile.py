@@ -53,7 +53,7 @@ def test_the_menu_keeps_stop_and_has_seven_targets_at_most(menu, artefact):
 
 
 def test_nothing_drives_from_the_menu(menu):
-    menu.state(state="armed", you=True, owner="driver")
+    menu.state(state="armed", you=False, owner="caretaker")
     menu.forget()
     for place in ("tile-1", "tile-2", "tile-4", (0.5, 0.2), (0.1, 0.45), (0.9, 0.45)):
         menu.advance(500, look=place)
@@ -272,6 +272,19 @@ def test_the_eye_test_measures_and_proposes(menu, host, artefact):
     wait_until(lambda: host.posted, "the profile")
     saved = host.profiles.chosen()
     assert (saved["dwell_ms"], saved["leave_grace_ms"]) == (550, 400)
+
+
+def test_an_eye_test_that_does_not_load_opens_no_menu_over_an_armed_chair(menu):
+    waiting = []
+    menu.page.route("**/eyes.js*", lambda route: waiting.append(route))
+    choose(menu, "tile-2")
+    assert menu.data("view") == "eyes"
+    menu.wait_until(lambda: waiting, "its request")
+    menu.state(state="armed", you=True, owner="driver")
+    assert menu.data("view") == "drive"
+    waiting[0].abort()
+    menu.run_for(200)
+    assert menu.data("view") == "drive"
 
 
 def test_the_eye_test_without_eyes_says_so(menu):

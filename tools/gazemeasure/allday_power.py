@@ -218,10 +218,7 @@ def cut_file(store: Store, cuts: int, dice: random.Random) -> Cuts:
 
 
 def cut_certificate(cuts: int, dice: random.Random) -> list[str]:
-    """Cuts of each file of tls/, or of their writing: why a host or tablet could not use it.
-
-    A damaged authority.crt stays: the tablets that trust it already go on.
-    """
+    """Cuts of each file of tls/, or of their writing: why a host or tablet could not use it."""
     failures = []
     with _folder() as name:
         home, names = Path(name), ["chair.local"]
@@ -241,8 +238,7 @@ def cut_certificate(cuts: int, dice: random.Random) -> list[str]:
             try:
                 made = Certificate(home, names)
                 made.context()
-                if number % 3:
-                    ssl.create_default_context(cafile=str(made.authority))
+                ssl.create_default_context(cafile=str(made.authority))
             except Exception as error:
                 failures.append(f"tls, {path.name}: {error!r}")
     return failures

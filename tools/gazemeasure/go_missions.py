@@ -120,7 +120,7 @@ def _another(go: Go, goals: list[Pose]) -> float:
     go.run_ms(8000)
     go.mission.go(goals[1])
     old, begin_ms = go.mission.way, go.now_ms
-    while go.mission.way in (old, None) or not _obeys(go):
+    while go.mission.way is old or go.mission.way is None or not _obeys(go):
         if go.ended or go.now_ms - begin_ms > _ANOTHER_MS:
             return math.inf
         go.run_ms(10)  # it first continues on the old way

@@ -24,14 +24,17 @@ class Broken:
     at: int = 0
 
 
+_STREAM = r"https?://(\[[^\s/?#\[\]@]+\]|[^\s/?#\[\]@:]+)(:[0-9]{1,5})?([/?#]\S*)?"
+
+
 def broken(config: Config) -> Iterator[Broken]:
     """Every rule that `config` breaks."""
-    if config.camera.kind == "http" and not re.match(r"https?://[^/\s]+", config.camera.url):
-        reason = 'must be the address of the stream when kind is "http", as http://host:port/path'
+    if config.camera.kind == "http" and not re.fullmatch(_STREAM, config.camera.url):
+        reason = (
+            'must be the address of the stream when kind is "http", as http://host:port/path'
+            " without spaces and without user:password@"
+        )
         yield Broken("camera", "url" if config.camera.url else "kind", reason)
-    if re.match(r"https?://[^/?#]*@", config.camera.url):
-        reason = "must not contain user:password@; the host does not log in to a camera"
-        yield Broken("camera", "url", reason)
     yield from _lidars(config.lidar)
     for at, route in enumerate(config.routes):
         if not route.url:

@@ -108,9 +108,9 @@ def _splits(value: str) -> bool:
 
 
 def is_host(name: str) -> bool:
-    """True for an IP address, or a host name of at most 253 characters."""
+    """True for an IP address without a zone, or a host name of at most 253 characters."""
     with contextlib.suppress(ValueError):
-        return bool(ipaddress.ip_address(name))
+        return bool(ipaddress.ip_address(name)) and "%" not in name
     if len(name) > 253 or re.fullmatch(r"[\d.]*", name):
         return False
     return re.fullmatch(r"([A-Za-z0-9_-]{1,63}\.)*[A-Za-z0-9_-]{1,63}\.?", name) is not None

@@ -65,6 +65,7 @@ class PlaceProducer(Producer):
             return None
         model = self._model
         if model is None or model.stored is not stored or model.may_reverse != press.may_reverse:
+            model = self._model = None  # a large one is not kept while the next is computed
             model = self._model = self._modelled(stored, stored.map, press.may_reverse)
         # A new mission: what the board refused, and who walks, are found out again. What the lidars
         # saw in the last seconds stays in the costmap, also where none of them looks now.

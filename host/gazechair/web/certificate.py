@@ -2,7 +2,8 @@
 
 It is kept in the state folder. A local authority signs it, and the authority's key is then deleted:
 a tablet that trusts this authority trusts this one certificate, and nobody can ever make another.
-Both are valid for 820 days; iOS accepts 825. Their dates never come from a clock that nobody set.
+Both are valid for 820 days; iOS accepts 825. A clock that nobody set and that is far off gives no
+dates, and renews nothing.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from gazechair.base.clock import EARLIEST_S, is_set
 DAYS = 820
 _DAY_S = 86_400
 _RENEW_S = 14 * _DAY_S
+_BELIEVED_S = 366 * _DAY_S  # after the end, of a clock that nobody set
 _LIMIT_S = 30.0
 _AUTHORITY = "authority.crt"
 _CERTIFICATE = "host.crt"
@@ -105,11 +107,14 @@ class Certificate:
         begin_s, end_s = map(ssl.cert_time_to_seconds, dates)
         if begin_s <= now_s < end_s - _RENEW_S:
             return False
-        if not trusted:
+        # A computer that is switched on each day may start before any network sets its clock, which
+        # then has its own battery. One without says long ago, or anything.
+        believed = trusted or begin_s <= now_s < end_s + _BELIEVED_S
+        if not believed:
             log.warning(
                 "the certificate is valid from %s to %s, by a clock that nobody set", *dates
             )
-        return trusted
+        return believed
 
     def _ask(self, words: list[str]) -> subprocess.CompletedProcess[str] | None:
         # None: no answer, which is no reason to replace a certificate that tablets trust.

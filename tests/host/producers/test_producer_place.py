@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from pathlib import Path
@@ -124,3 +126,25 @@ def test_another_press_in_the_same_map_does_not_prepare_it_again(
     mission = producer._mission.result()
     assert mission is not None
     assert mission.costmap is not second.costmap
+
+
+def test_a_large_map_is_not_kept_while_another_is_prepared(
+    producer: place.PlaceProducer, thinker: Later, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    producer.press(press(1))
+    thinker.compute()
+    mission = producer._mission.result()
+    assert mission is not None
+    before, costmap_of = weakref.ref(mission.costmap), place.costmap_of
+    del mission
+    alive: list[bool] = []
+
+    def noting(*given: Any) -> Any:
+        gc.collect()
+        alive.append(before() is not None)
+        return costmap_of(*given)
+
+    monkeypatch.setattr(place, "costmap_of", noting)
+    producer.press(press(2, may_reverse=False))
+    thinker.compute()
+    assert alive == [False]

@@ -30,11 +30,16 @@ def go_on(_: Drive) -> None:
 
 
 def gap(
-    seconds: float, before: Act, at_s: float, within: Act, after_s: float = 0.2
+    seconds: float,
+    before: Act,
+    at_s: float,
+    within: Act,
+    after_s: float = 0.2,
+    reported: Callable[[Motion], Motion | None] = lambda motion: motion,
 ) -> list[tuple[Estimate, Truth]]:
     """Estimates with the truth; no scans for `seconds` from `at_s` on.
 
-    `before`: at 3 s; `within`: as the gap begins.
+    `before`: at 3 s; `within`: as the gap begins; `reported`: what the board says from then on.
     """
     drive = Drive(home_plans.home(5), 5, (FRONT,), per_turn=200)
     odometry, acts, found = Odometry(), [(3.0, before), (at_s, within)], []
@@ -42,7 +47,9 @@ def gap(
         if acts and drive.time_s >= acts[0][0]:
             acts.pop(0)[1](drive)
         if isinstance(event, Motion):
-            odometry.motion(event)
+            motion = reported(event) if drive.time_s >= at_s else event
+            if motion is not None:
+                odometry.motion(motion)
         elif not at_s <= drive.time_s < at_s + seconds:
             estimate = odometry.piece(event)
             if estimate is not None:
@@ -75,6 +82,17 @@ def test_who_may_have_been_pushed_meanwhile_begins_another_track(
     seconds: float, within: Act
 ) -> None:
     assert gap(seconds, stop, 5.0, within)[-1][0].track == 1
+
+
+@pytest.mark.parametrize(
+    "reported",
+    [lambda _: None, lambda motion: replace(motion, heading_deg=None)],
+    ids=["the board is silent", "no heading"],
+)
+def test_nobody_vouches_for_a_chair_whose_board_or_heading_was_lost_too(
+    reported: Callable[[Motion], Motion | None],
+) -> None:
+    assert gap(4.0, stop, 5.0, push, reported=reported)[-1][0].track == 1
 
 
 def test_a_chair_that_drives_on_is_followed_again() -> None:

@@ -77,18 +77,20 @@ def test_its_dates_are_of_a_clock_that_was_set_or_fixed(tmp_path: Path) -> None:
             assert dates(tmp_path / folder, name) == (begin_s, begin_s + LASTS_S), folder
 
 
-def test_one_that_ends_soon_is_made_anew_by_a_clock_that_was_set(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
+@pytest.mark.parametrize("trusted", [True, False], ids=["set", "of a computer just switched on"])
+def test_one_that_ends_soon_is_made_anew_but_not_by_a_clock_that_is_far_off(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, trusted: bool
 ) -> None:
     before = at(tmp_path, NOW_S, True)
     caplog.clear()
     soon_s = dates(tmp_path)[1] - 13 * DAY_S
     with caplog.at_level(logging.WARNING):
-        assert at(tmp_path, soon_s, False) == at(tmp_path, LONG_AGO_S, True) == before
+        assert at(tmp_path, FAR_AHEAD_S, False) == at(tmp_path, LONG_AGO_S, True) == before
         assert "by a clock that nobody set" in caplog.text
         assert "must trust" not in caplog.text
-        assert at(tmp_path, soon_s, True) != before
+        assert at(tmp_path, soon_s, trusted) != before
     assert "must trust" in caplog.text
+    assert dates(tmp_path) == (soon_s - DAY_S, soon_s - DAY_S + LASTS_S)
     assert list((tmp_path / "tls").glob("authority.key")) == []
 
 

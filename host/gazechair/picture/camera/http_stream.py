@@ -44,7 +44,7 @@ def connect(url: str) -> tuple[Any, bytes]:
             f"the camera at {_shown(url)} refuses: {error.code} {error.reason}"
         ) from error
     except (OSError, http.client.HTTPException, ValueError) as error:
-        reason = getattr(error, "reason", error)
+        reason = getattr(error, "reason", error) if isinstance(error, OSError) else "no address"
         raise CameraError(
             f"the camera at {_shown(url)} does not answer ({reason});"
             " check its power and camera.url"

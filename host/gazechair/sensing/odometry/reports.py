@@ -38,6 +38,7 @@ class Reports:
             self._turned_deg += (off + 180.0) % 360.0 - 180.0
             motion = replace(motion, heading_deg=self._turned_deg)
         rests = motion.linear_permille == 0 and motion.turn_permille == 0
+        rests = rests and motion.heading_deg is not None  # else nobody knows if it is turned
         if not rests or motion.time_s - self.newest_s(-math.inf) > OLD_S:
             self._ran_s = motion.time_s
         self._motions.append(motion)
@@ -59,7 +60,7 @@ class Reports:
 
         Nothing was put out and, by the sensor, it has not turned (`turned_rad`) as when pushed.
         """
-        rests = self._ran_s < since_s - _STARTS_S and self.newest_s(at_s) > at_s - OLD_S
+        rests = self._ran_s < since_s - _STARTS_S and self.newest_s(-math.inf) > at_s - OLD_S
         return rests and at_s - since_s < _STOOD_S and abs(turned_rad) < _TURNED_RAD
 
     def linear(self, since_s: float, at_s: float) -> list[int | None]:
