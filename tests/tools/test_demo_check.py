@@ -86,18 +86,15 @@ def pulls_the_cable(demo: Demo) -> None:
     check._do(check.pull_the_cable_and_plug_it_in, 4)
 
 
-def test_a_chair_that_moves_by_itself_is_no_stall_of_this_pc() -> None:
+@pytest.mark.parametrize(
+    ("what", "value", "reason"),
+    [("moves_by_itself", True, "moved by itself"), ("says_it_is_gone", False, "the board is gone")],
+    ids=["a chair that moves by itself", "a page that does not say that the board is gone"],
+)
+def test_what_is_no_stall_of_this_pc(what: str, value: bool, reason: str) -> None:
     demo = Demo()
-    demo.moves_by_itself = True
-    with pytest.raises(CheckFailed, match="moved by itself"):
-        pulls_the_cable(demo)
-    assert demo.pulled == 1
-
-
-def test_nor_is_a_page_that_does_not_say_that_the_board_is_gone() -> None:
-    demo = Demo()
-    demo.says_it_is_gone = False
-    with pytest.raises(CheckFailed, match="the board is gone"):
+    setattr(demo, what, value)
+    with pytest.raises(CheckFailed, match=reason):
         pulls_the_cable(demo)
     assert demo.pulled == 1
 

@@ -131,9 +131,9 @@ def _begin_s(now_s: float, trusted: bool) -> float:
     Of a clock that nobody set, only that the fixed dates are over is believed: they serve nobody.
     """
     over = now_s > EARLIEST_S + DAYS * _DAY_S - _RENEW_S
-    return (
-        now_s - _DAY_S if trusted or over else EARLIEST_S
-    )  # a day: the tablet's clock may be late
+    if not (trusted or over):
+        return EARLIEST_S
+    return now_s - _DAY_S  # the tablet's clock may be late
 
 
 def _make(folder: Path, names: Sequence[str], begin_s: float) -> None:
