@@ -8,12 +8,12 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from gazechair.base.footprint import FloatArray, Footprint, Margins
+from gazechair.base.poses import to_frame
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import Costmap
 from gazechair.going.follow import STOP, Stick
 from gazechair.going.mission import Located, Mission
 from gazechair.going.plan import Planner, Pose
-from gazechair.sensing.mapping.poses import to_frame
 from gazelink.settings_table import TABLE
 from gazesim.chair import Chair
 

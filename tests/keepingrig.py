@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from gazechair.sensing.mapping.home_map import HomeMap
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.keeping import APART_S, Keeping
-from gazechair.sensing.mapping.localization import Location
-from gazechair.sensing.mapping.looks import Seen
-from gazechair.sensing.mapping.map_match import Evidence, Look
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.locating.localization import Location
+from gazechair.sensing.mapping.locating.looks import Seen
+from gazechair.sensing.mapping.locating.map_match import Evidence, Look
+from gazechair.sensing.mapping.stored.home_map import HomeMap
+from gazechair.sensing.mapping.stored.store import MapStore
 from gazechair.sensing.mapping.upkeep import load_ledger
 from gazechair.sensing.odometry.odometry import Estimate
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from gazechair.sensing.mapping.home_map import HomeMap
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.picture import drawn
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.stored.home_map import HomeMap
+from gazechair.sensing.mapping.stored.picture import drawn
 
 CELLS = np.full((80, 60), 5, dtype=np.uint16)
 CELLS[0] = 0

@@ -43,7 +43,7 @@ from gazechair.producers.spots import spots
 from gazechair.sensing.lidar import LidarService
 from gazechair.sensing.mapping.desk import MapDesk
 from gazechair.sensing.mapping.service import MappingService
-from gazechair.sensing.mapping.store import FOLDER, MapStore
+from gazechair.sensing.mapping.stored.store import FOLDER, MapStore
 from gazechair.sensing.odometry.feed import Feed
 from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.service import OdometryService

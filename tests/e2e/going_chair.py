@@ -12,10 +12,10 @@ import numpy as np
 
 from gazechair.base import health as states
 from gazechair.base.supervisor import Status
-from gazechair.sensing.mapping.home_map import HomeMap
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.places import Drawn
-from gazechair.sensing.mapping.whereabouts import Whereabouts
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
+from gazechair.sensing.mapping.stored.home_map import HomeMap
+from gazechair.sensing.mapping.stored.places import Drawn
 from gazechair.sensing.odometry.inbox import HalfTurn
 from gazechair.sensing.odometry.odometry import Estimate
 from gazesim.producer_chair import ProducerChair

@@ -15,7 +15,7 @@ from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import PictureReader, PictureSlot, Shot
 from gazechair.producers.spot_port import SpotPort
 from gazechair.producers.spot_service import SpotService
-from gazechair.sensing.mapping.places import Drawn
+from gazechair.sensing.mapping.stored.places import Drawn
 from gazesim.floor_view import Eye, Floor, FloorView
 from gazesim.producer_chair import LIDARS, Service, Targets
 from gazesim.rooms import Room

@@ -9,7 +9,7 @@ import pytest
 
 from e2e.going_chair import GoingChair
 from gazeboard.core import limits
-from gazechair.sensing.mapping.places import Drawn
+from gazechair.sensing.mapping.stored.places import Drawn
 from gazesim.lockstep_page import Page
 from promises import END_TO_END, measured
 

@@ -13,7 +13,7 @@ from e2e.going_chair import GoingChair
 from gazeboard.core import limits
 from gazechair.producers.people import people
 from gazechair.producers.places import Target
-from gazechair.sensing.mapping.places import Drawn
+from gazechair.sensing.mapping.stored.places import Drawn
 from gazesim.gaits import PLAIN, Actor
 from gazesim.rooms import Person
 

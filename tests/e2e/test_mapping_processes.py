@@ -11,8 +11,8 @@ import pytest
 
 from gazechair.base.health import Health
 from gazechair.config.configuration import LidarConfig
+from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
 from gazechair.sensing.mapping.service import MappingService
-from gazechair.sensing.mapping.whereabouts import Whereabouts
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.feed import Feed
 from gazechair.sensing.odometry.inbox import HalfTurn

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping.home_map import MapError
+from gazechair.sensing.mapping.stored.home_map import MapError
 from gazechair.sensing.odometry.odometry import Motion
 from gazesim import home_plans, home_routes, rays, ros_map
 from gazesim.home_drive import FRONT, Drive

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from gazechair.people.pairing.local import LOCK_NAME, SOCKET_NAME
-from gazechair.sensing.mapping.store import FOLDER as MAPS
+from gazechair.sensing.mapping.stored.store import FOLDER as MAPS
 
 ROOT = Path(__file__).parents[2]
 HOST = ROOT / "host" / "gazechair"

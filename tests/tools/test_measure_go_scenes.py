@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from gazechair.sensing.mapping import ros_map as product_maps
-from gazechair.sensing.mapping.mapper import KeyScan
-from gazechair.sensing.mapping.occupancy_grid import occupancy_of
+from gazechair.sensing.mapping.building.mapper import KeyScan
+from gazechair.sensing.mapping.building.occupancy_grid import occupancy_of
+from gazechair.sensing.mapping.stored import ros_map as product_maps
 from gazemeasure import go_foreign_maps
 from gazemeasure.go_missions import Job
 from gazemeasure.go_scenes import DOOR, PERSON, ROUND, SHUT, Shut, _add

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping import ros_map
+from gazechair.sensing.mapping.stored import ros_map
 from gazechair.sensing.odometry.odometry import Motion
 from gazemeasure import home_faults, home_foreign
 from gazemeasure.home_faults import BUMPED, GONE, LATE, NOTHING, Drove

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping.localization import Localization, Location
-from gazechair.sensing.mapping.map_match import Evidence
-from gazechair.sensing.mapping.poses import to_frame
+from gazechair.base.poses import to_frame
+from gazechair.sensing.mapping.locating.localization import Localization, Location
+from gazechair.sensing.mapping.locating.map_match import Evidence
 from gazemeasure import home_localization
 from gazemeasure.home_localization import Counted
 from gazemeasure.report import Report

@@ -4,9 +4,9 @@ import re
 
 import pytest
 
-from gazechair.sensing.mapping.home_map import HomeMap
-from gazechair.sensing.mapping.packed_map import unpacked
-from gazechair.sensing.mapping.ros_map import files_of
+from gazechair.sensing.mapping.stored.home_map import HomeMap
+from gazechair.sensing.mapping.stored.packed_map import unpacked
+from gazechair.sensing.mapping.stored.ros_map import files_of
 from layoutshift import WATCH, take
 from mapanswers import DETAILS, GRID, PICTURE, ROW, WHERE
 from patience import wait_until

@@ -17,7 +17,8 @@ from gazechair.plugins.child import LOST, RAISED, SETTING, STARTING
 from gazechair.plugins.found import GROUPS
 from gazechair.plugins.service import MISSING
 from gazechair.producers import people, spots
-from gazechair.sensing.mapping import making, places
+from gazechair.sensing.mapping import making
+from gazechair.sensing.mapping.stored import places
 from gazechair.web.minify import lean
 from gazelink import codes
 

@@ -6,7 +6,7 @@ import json
 import urllib.request
 from pathlib import Path
 
-from gazechair.sensing.mapping.store import FOLDER
+from gazechair.sensing.mapping.stored.store import FOLDER
 from gazedemo.stack import Stack, StackError
 from gazesim import plans, room_map
 

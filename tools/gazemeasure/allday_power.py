@@ -36,10 +36,10 @@ from gazechair.picture.floor import FloorCamera
 from gazechair.picture.floor_calibration import Calibration
 from gazechair.picture.floor_store import FILE_NAME as CAMERA_FLOOR
 from gazechair.picture.floor_store import FloorStore
-from gazechair.sensing.mapping.home_map import HomeMap
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.store import FOLDER as MAPS
-from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.stored.home_map import HomeMap
+from gazechair.sensing.mapping.stored.store import FOLDER as MAPS
+from gazechair.sensing.mapping.stored.store import MapStore
 from gazechair.sensing.mapping.upkeep import Ledger, load_ledger
 from gazechair.service.tune.forward import ForwardNumbers
 from gazechair.service.tune.forward_store import FILE_NAME as FORWARD

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.sensing.mapping.poses import between
+from gazechair.base.poses import between
 
 Array = NDArray[np.float64]
 

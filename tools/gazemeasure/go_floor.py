@@ -20,7 +20,7 @@ from gazechair.going.mission import Mission
 from gazechair.going.plan import NoWay, Planner, Pose
 from gazechair.picture.floor import FARTHEST_M, FloorCamera, NoSpot, gaze_px
 from gazechair.sensing.lidar.scan import to_chair
-from gazechair.sensing.mapping.mapper import KeyScan
+from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazelink.settings_table import PROFILES
 from gazemeasure.go_line import calibrated, random_eye
 from gazemeasure.go_rig import Go

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.sensing.mapping.mapper import KeyScan
-from gazechair.sensing.mapping.occupancy_grid import occupancy_of
+from gazechair.sensing.mapping.building.mapper import KeyScan
+from gazechair.sensing.mapping.building.occupancy_grid import occupancy_of
 from gazemeasure import carmen_log
 
 Grey = NDArray[np.uint8]

@@ -13,7 +13,7 @@ import numpy as np
 from gazechair.base.footprint import Footprint
 from gazechair.going.costmap import costmap_of
 from gazechair.going.plan import Pose
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazelink.settings_table import PROFILES
 from gazemeasure.go_rig import Go, Outcome
 from gazemeasure.home_localization import mapped

@@ -20,7 +20,7 @@ from gazechair.following.follower import Followed, PersonFollower
 from gazechair.following.legs import Scan
 from gazechair.following.person import State
 from gazechair.following.request import STOP, Request
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazemeasure.go_person_walk import STEP_S, Walk
 from gazemeasure.home_localization import mapped
 from gazemeasure.report import Report, percentile

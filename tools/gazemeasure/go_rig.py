@@ -28,7 +28,7 @@ from gazechair.going.plan import Planner, Pose, Way
 from gazechair.sensing.clearance.evaluate import Evaluator
 from gazechair.sensing.lidar.blind import Blindness
 from gazechair.sensing.lidar.scan import to_chair
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazelink import codes
 from gazelink.settings_table import PROFILES, TABLE
 from gazemeasure.go_board import BoardCore, HalfTurnEye

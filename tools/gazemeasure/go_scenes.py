@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from gazechair.sensing.mapping import ros_map as product_maps
-from gazechair.sensing.mapping.mapper import KeyScan
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.mapping.building.mapper import KeyScan
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.mapping.stored import ros_map as product_maps
 from gazelink.settings_table import PROFILES
 from gazemeasure import carmen_log, go_foreign_maps, go_missions, go_record
 from gazemeasure.go_missions import Job

@@ -19,9 +19,9 @@ from gazechair.base.footprint import Footprint
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import costmap_of
 from gazechair.going.plan import Planner, Pose, Way
-from gazechair.sensing.mapping.home_map import HomeMap
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.places import Drawn
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.stored.home_map import HomeMap
+from gazechair.sensing.mapping.stored.places import Drawn
 from gazemeasure.go_ideal import Permitted, ideal_s
 from gazesim.homes import GLASS, Home
 from gazesim.located_chair import LocatedChair

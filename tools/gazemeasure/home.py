@@ -13,7 +13,7 @@ from multiprocessing import get_context
 import numpy as np
 
 from gazechair.sensing.lidar.dense import CapsuleDecoder
-from gazechair.sensing.mapping.pose_graph import MissingPackageError
+from gazechair.sensing.mapping.building.pose_graph import MissingPackageError
 from gazechair.sensing.odometry.odometry import Motion, Odometry
 from gazemeasure import (
     home_alarms,

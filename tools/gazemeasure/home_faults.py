@@ -14,9 +14,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gazechair.sensing.mapping.atlas import Atlas
-from gazechair.sensing.mapping.looks import Looks
-from gazechair.sensing.mapping.poses import between
+from gazechair.base.poses import between
+from gazechair.sensing.mapping.locating.atlas import Atlas
+from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.odometry import doubts
 from gazechair.sensing.odometry.odometry import Motion, Odometry
 from gazechair.sensing.odometry.points import Piece

@@ -18,12 +18,12 @@ from pathlib import Path
 
 import numpy as np
 
-from gazechair.sensing.mapping import ros_map
-from gazechair.sensing.mapping.home_map import HomeMap
-from gazechair.sensing.mapping.localization import Localization
-from gazechair.sensing.mapping.mapper import KeyScan
-from gazechair.sensing.mapping.mirrors import without_mirrored
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.mapping.building.mapper import KeyScan
+from gazechair.sensing.mapping.building.mirrors import without_mirrored
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.mapping.locating.localization import Localization
+from gazechair.sensing.mapping.stored import ros_map
+from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazemeasure import carmen_log
 from gazemeasure.home_localization import Counted, key_scans, somewhere, turning
 from gazemeasure.report import Report

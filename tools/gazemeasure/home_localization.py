@@ -16,11 +16,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gazechair.sensing.mapping.localization import Localization, Location
-from gazechair.sensing.mapping.map_match import Look
-from gazechair.sensing.mapping.mapper import KeyScan
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
-from gazechair.sensing.mapping.poses import between, compose, to_frame
+from gazechair.base.poses import between, compose, to_frame
+from gazechair.sensing.mapping.building.mapper import KeyScan
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.mapping.locating.localization import Localization, Location
+from gazechair.sensing.mapping.locating.map_match import Look
 from gazemeasure.report import Report, percentile
 from gazesim import home_plans, rays
 from gazesim.home_drive import FRONT, LIDAR_HEIGHT_M, REAR, Mounted

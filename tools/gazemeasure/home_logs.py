@@ -11,12 +11,12 @@ from collections import deque
 import numpy as np
 
 import gazesetup
-from gazechair.sensing.mapping import ndt
-from gazechair.sensing.mapping.correlative_search import Candidate, search
-from gazechair.sensing.mapping.likelihood_field import LikelihoodField
-from gazechair.sensing.mapping.loops import RANGE_M
-from gazechair.sensing.mapping.mapper import STEP_SIGMA_M, Mapper
-from gazechair.sensing.mapping.poses import between, compose, to_frame
+from gazechair.base.poses import between, compose, to_frame
+from gazechair.sensing.mapping.building.loops import RANGE_M
+from gazechair.sensing.mapping.building.mapper import STEP_SIGMA_M, Mapper
+from gazechair.sensing.mapping.matching import ndt
+from gazechair.sensing.mapping.matching.correlative_search import Candidate, search
+from gazechair.sensing.mapping.matching.likelihood_field import LikelihoodField
 from gazemeasure import carmen_log, icp_slam
 from gazemeasure.carmen_log import Array, Frame
 from gazemeasure.report import Report

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.sensing.mapping.home_map import HomeMap
-from gazechair.sensing.mapping.looks import Looks
+from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.mapping.making import Making
+from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.odometry.odometry import Estimate
 from gazechair.sensing.odometry.points import Piece
 from gazemeasure.report import Report

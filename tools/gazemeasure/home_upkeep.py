@@ -15,14 +15,14 @@ from pathlib import Path
 
 import numpy as np
 
-from gazechair.sensing.mapping.atlas import Atlas
-from gazechair.sensing.mapping.home_map import HomeMap
+from gazechair.base.poses import between, compose
+from gazechair.sensing.mapping.building.mapper import KeyScan
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
 from gazechair.sensing.mapping.keeping import APART_S, Keeping
-from gazechair.sensing.mapping.looks import Seen
-from gazechair.sensing.mapping.mapper import KeyScan
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
-from gazechair.sensing.mapping.poses import between, compose
-from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.locating.atlas import Atlas
+from gazechair.sensing.mapping.locating.looks import Seen
+from gazechair.sensing.mapping.stored.home_map import HomeMap
+from gazechair.sensing.mapping.stored.store import MapStore
 from gazechair.sensing.odometry.odometry import Estimate
 from gazemeasure.home_localization import is_right, look
 from gazemeasure.home_maps import WALLS_M, surfaces_off_m

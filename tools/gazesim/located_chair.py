@@ -19,8 +19,8 @@ import numpy as np
 from gazechair.base.health import Health
 from gazechair.board.state import BoardState
 from gazechair.producers.places import Places
-from gazechair.sensing.mapping.home_map import HomeMap
 from gazechair.sensing.mapping.service import MappingService
+from gazechair.sensing.mapping.stored.home_map import HomeMap
 from gazechair.sensing.mapping.worker import Worker
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.child import Lidars

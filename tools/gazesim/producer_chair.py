@@ -24,9 +24,9 @@ from gazechair.producers.kinds import build
 from gazechair.producers.places import Places, Target
 from gazechair.producers.runner import Runner
 from gazechair.producers.service import ProducerService, child_setup
-from gazechair.sensing.mapping.home_map import HomeMap
-from gazechair.sensing.mapping.store import MapStore
-from gazechair.sensing.mapping.whereabouts import unpack
+from gazechair.sensing.mapping.locating.whereabouts import unpack
+from gazechair.sensing.mapping.stored.home_map import HomeMap
+from gazechair.sensing.mapping.stored.store import MapStore
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.child import Lidars
 from gazechair.sensing.odometry.half_turns import HalfTurns

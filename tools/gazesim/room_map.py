@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from gazechair.sensing.mapping.home_map import HomeMap
-from gazechair.sensing.mapping.mapper import KeyScan
-from gazechair.sensing.mapping.occupancy_grid import occupancy_of
-from gazechair.sensing.mapping.places import Drawn
+from gazechair.sensing.mapping.building.mapper import KeyScan
+from gazechair.sensing.mapping.building.occupancy_grid import occupancy_of
+from gazechair.sensing.mapping.stored.home_map import HomeMap
+from gazechair.sensing.mapping.stored.places import Drawn
 from gazesim.rooms import Array, Room
 from gazesim.world import LIDAR_HEIGHT_M, TWO
 

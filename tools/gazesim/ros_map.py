@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.sensing.mapping.home_map import MapError
-from gazechair.sensing.mapping.ros_map import cells
+from gazechair.sensing.mapping.stored.home_map import MapError
+from gazechair.sensing.mapping.stored.ros_map import cells
 from gazesim.home_routes import Router
 from gazesim.homes import Home
 

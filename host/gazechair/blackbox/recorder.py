@@ -22,7 +22,7 @@ from gazechair.blackbox.ring import Ring
 from gazechair.config.configuration import LidarConfig, LogConfig
 from gazechair.picture.camera import Frame
 from gazechair.picture.reducer import LEVELS, Reducer
-from gazechair.sensing.mapping.whereabouts import Whereabouts
+from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
 from gazechair.sensing.odometry.odometry import Estimate
 
 LOST = "log_lost"

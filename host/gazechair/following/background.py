@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.base.footprint import BoolArray, FloatArray
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 
 _CELL_M = 0.05
 _CELLS = 256  # along each side of the window round the chair

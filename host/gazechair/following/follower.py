@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import DEFAULT_CORNERS, FloatArray
+from gazechair.base.poses import to_frame
 from gazechair.following.background import Background
 from gazechair.following.legs import Scan, clusters
 from gazechair.following.person import Person, State
 from gazechair.following.request import Request
 from gazechair.following.tracks import Tracks
 from gazechair.following.trail import Trail
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.poses import to_frame
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 
 _FRONT_M = max(x for x, _ in DEFAULT_CORNERS)
 _LONGEST_S = 0.2  # between two scans: a longer gap does not permit a larger change

@@ -12,11 +12,11 @@ from enum import Enum
 import numpy as np
 
 from gazechair.base.footprint import DEFAULT_CORNERS, FloatArray
+from gazechair.base.poses import to_frame
 from gazechair.following.line_trace import trace
 from gazechair.following.line_view import FAR_M, NOT_SEEN, LineColour, Picture, PlanMaker, chosen
 from gazechair.following.request import STOP, Request
 from gazechair.picture.floor import FloorCamera
-from gazechair.sensing.mapping.poses import to_frame
 
 CAP_M_S = 0.35
 LOST_S = 0.3

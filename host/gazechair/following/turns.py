@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
+from gazechair.base.poses import from_frame, to_frame
 from gazechair.following.legs import Scan
-from gazechair.sensing.mapping.poses import from_frame, to_frame
 from gazechair.sensing.odometry.odometry import Estimate
 from gazechair.sensing.odometry.points import Piece
 

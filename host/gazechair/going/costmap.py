@@ -17,7 +17,7 @@ from gazechair.going.beams import looked_through
 from gazechair.going.distance_field import Distances, discs_of, distances
 from gazechair.going.outline import outline, wider
 from gazechair.going.standing import Ahead, standing_m
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 
 FAR_M = 0.9  # the distance field ends here
 _SPECK_M = 0.06  # unknown cells this near to free ones are gaps between beams

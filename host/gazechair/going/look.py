@@ -16,8 +16,8 @@ from gazechair.base.footprint import FloatArray, Footprint
 from gazechair.going.costmap import Costmap
 from gazechair.going.outline import own_place
 from gazechair.going.plan import GOAL_BLOCKED, NoWay, Pose
-from gazechair.sensing.mapping.mapper import KeyScan
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.mapping.building.mapper import KeyScan
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
 
 NEAREST_M = 0.3
 """A spot nearer to the drive axle is refused."""

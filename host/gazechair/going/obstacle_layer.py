@@ -7,12 +7,12 @@ import math
 import numpy as np
 
 from gazechair.base.footprint import FloatArray, Footprint
+from gazechair.base.poses import to_frame
 from gazechair.going.costmap import Costmap
 from gazechair.going.maybe_persons import maybe_persons_m
 from gazechair.going.outline import own_place
 from gazechair.going.people import People
 from gazechair.going.plan import Pose
-from gazechair.sensing.mapping.poses import to_frame
 
 _WALKER_M = 0.45
 """All returns within this distance of a walking person count as theirs."""

@@ -15,7 +15,7 @@ from typing import Any
 
 from gazechair.base.footprint import Footprint
 from gazechair.picture.newest import Shot
-from gazechair.sensing.mapping.whereabouts import Whereabouts
+from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
 from gazechair.sensing.odometry.odometry import Estimate, Motion
 from gazechair.sensing.odometry.points import Piece
 

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
+from gazechair.base.poses import from_frame, to_frame
 from gazechair.following.line import GONE_S, LineFollower, State
 from gazechair.following.line_view import NOT_SEEN, Picture
 from gazechair.following.request import STOP, Request
@@ -20,10 +21,9 @@ from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import Shot
 from gazechair.picture.pixels import pixels, size_px
 from gazechair.producers.contract import STEP_S, Ask, Press, Said, Sensed, Setup, SpotProducer
+from gazechair.producers.moved_by_others import Standing
 from gazechair.producers.odometry_track import OdometryTrack
 from gazechair.producers.over_picture import over_picture
-from gazechair.producers.standing import Standing
-from gazechair.sensing.mapping.poses import from_frame, to_frame
 
 # Reasons, keys of the string tables.
 NO_PICTURE, NO_PLACE, UNSEEN_BEHIND = "line_no_picture", "line_no_place", "line_unseen_behind"

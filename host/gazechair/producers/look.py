@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
+from gazechair.base.poses import between, compose, from_frame, to_frame
 from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.costmap import Costmap, costmap_of
 from gazechair.going.look import UNSEEN, goal, seen_from_here
@@ -24,15 +25,14 @@ from gazechair.picture.floor_store import FloorStore
 from gazechair.picture.newest import Shot
 from gazechair.picture.pixels import size_px
 from gazechair.producers.contract import Ask, Press, Said, Sensed, Setup, SpotProducer
+from gazechair.producers.moved_by_others import Standing
 from gazechair.producers.odometry_track import OdometryTrack
 from gazechair.producers.over_picture import over_picture, spot_over_picture
 from gazechair.producers.ride import POSE_LOST, Ride
-from gazechair.producers.standing import Standing
 from gazechair.producers.track import MapTrack, pose_of
-from gazechair.sensing.mapping.mapper import KeyScan
-from gazechair.sensing.mapping.places import Area
-from gazechair.sensing.mapping.poses import between, compose, from_frame, to_frame
-from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.building.mapper import KeyScan
+from gazechair.sensing.mapping.stored.places import Area
+from gazechair.sensing.mapping.stored.store import MapStore
 
 # Reasons, keys of the string tables.
 NO_PICTURE, NO_PLACE, NOT_NOW = "look_no_picture", "look_no_place", "look_not_now"

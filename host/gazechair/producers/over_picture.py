@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
+from gazechair.base.poses import from_frame
 from gazechair.picture.floor import FloorCamera
-from gazechair.sensing.mapping.poses import from_frame
 
 _MOST_POINTS = 24
 _STEP_M = 0.08

@@ -15,8 +15,8 @@ from gazechair.going.plan import Planner, Pose
 from gazechair.producers.contract import Press, Producer, Said, Sensed, Setup
 from gazechair.producers.ride import POSE_LOST, Ride
 from gazechair.producers.track import MapTrack
-from gazechair.sensing.mapping.home_map import HomeMap
-from gazechair.sensing.mapping.store import MapStore, Stored
+from gazechair.sensing.mapping.stored.home_map import HomeMap
+from gazechair.sensing.mapping.stored.store import MapStore, Stored
 
 MAP_GONE = "going_map_gone"
 _WHERE_S = 1.5  # longest wait for the first pose after the press

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from gazechair.base.latest_value import Clock
-from gazechair.sensing.mapping.places import Place
-from gazechair.sensing.mapping.store import MapStore, Stored
+from gazechair.sensing.mapping.stored.places import Place
+from gazechair.sensing.mapping.stored.store import MapStore, Stored
 
 _PREFIX = "to"
 _KEPT_S = 20.0  # the tiles of a map stay this long after the chair's pose in it is lost
@@ -26,7 +26,7 @@ class Target:
     name: str
     """Its name for people."""
     icon: str
-    """A sign that the page draws: one of mapping.places.ICONS, or the producer's own."""
+    """A sign that the page draws: one of stored.places.ICONS, or the producer's own."""
     more: Mapping[str, Any]
     """Data for its producer; a change here ends a motion to it."""
     english: str = ""

@@ -19,7 +19,7 @@ from gazechair.going.mission import (
 )
 from gazechair.going.plan import Pose
 from gazechair.producers.contract import Said, Sensed
-from gazechair.sensing.mapping.looks import Looks
+from gazechair.sensing.mapping.locating.looks import Looks
 from gazechair.sensing.odometry.odometry import Estimate, Motion
 
 POSE_LOST = "going_pose_lost"

@@ -16,7 +16,7 @@ from gazechair.base.latest_value import Clock
 from gazechair.picture.newest import Shot
 from gazechair.producers.contract import Ask, Press, Producer, Said, Sensed, SpotProducer
 from gazechair.producers.exchange import WORD_OLD_S, pack
-from gazechair.sensing.mapping.whereabouts import Whereabouts
+from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
 from gazechair.sensing.odometry.child import Lidars
 from gazechair.sensing.odometry.inbox import HalfTurn
 from gazechair.sensing.odometry.odometry import Estimate, Motion

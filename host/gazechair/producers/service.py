@@ -22,7 +22,7 @@ from gazechair.plugins.child import LOST
 from gazechair.plugins.exchange import RECORDS_PER_S
 from gazechair.producers import exchange
 from gazechair.producers.places import Target
-from gazechair.sensing.mapping.whereabouts import Whereabouts, pack
+from gazechair.sensing.mapping.locating.whereabouts import Whereabouts, pack
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.inbox_service import InboxService
 from gazechair.sensing.odometry.odometry import Estimate

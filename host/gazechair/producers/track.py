@@ -9,8 +9,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
-from gazechair.sensing.mapping.poses import between, compose
-from gazechair.sensing.mapping.whereabouts import Whereabouts
+from gazechair.base.poses import between, compose
+from gazechair.sensing.mapping.locating.whereabouts import Whereabouts
 from gazechair.sensing.odometry import doubts
 from gazechair.sensing.odometry.odometry import Estimate
 

@@ -11,7 +11,7 @@ import re
 from dataclasses import dataclass
 from urllib.parse import unquote_to_bytes
 
-from gazechair.sensing.mapping.packed_map import MOST_BYTES
+from gazechair.sensing.mapping.stored.packed_map import MOST_BYTES
 
 MOST_HEAD_BYTES = 16_384
 MOST_BODY_BYTES = 1_024

@@ -7,8 +7,8 @@ from typing import Any, Protocol
 
 from flask import Flask, Response, request
 
-from gazechair.sensing.mapping.picture import Picture
-from gazechair.sensing.mapping.places import EditRefused
+from gazechair.sensing.mapping.stored.picture import Picture
+from gazechair.sensing.mapping.stored.places import EditRefused
 from gazechair.web.answers import BadRequest, answer, body, file_of, refuse, unless_caretaker
 
 _STATUS = {

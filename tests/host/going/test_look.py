@@ -11,7 +11,7 @@ from gazechair.base.footprint import Footprint, Margins
 from gazechair.going.costmap import costmap_of
 from gazechair.going.look import TOO_NEAR, UNSEEN, goal, seen_from_here
 from gazechair.going.plan import GOAL_BLOCKED, NoWay, Planner, Pose, Way
-from gazechair.sensing.mapping.mapper import KeyScan
+from gazechair.sensing.mapping.building.mapper import KeyScan
 
 POSE: Pose = (5.0, -2.0, 1.1)
 

@@ -16,9 +16,9 @@ from gazechair.base.footprint import Footprint
 from gazechair.going.plan import Planner
 from gazechair.producers import place
 from gazechair.producers.contract import Press, Sensed, Setup
-from gazechair.sensing.mapping.home_map import HomeMap
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.stored.home_map import HomeMap
+from gazechair.sensing.mapping.stored.store import MapStore
 from gazelink.settings_table import TABLE
 
 SETTINGS = {name: default for name, default, _, _ in TABLE}

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping.atlas import Atlas
-from gazechair.sensing.mapping.localization import Location
-from gazechair.sensing.mapping.looks import Seen
-from gazechair.sensing.mapping.map_match import Look
-from gazechair.sensing.mapping.mapper import KeyScan
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.mapping.building.mapper import KeyScan
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.mapping.locating.atlas import Atlas
+from gazechair.sensing.mapping.locating.localization import Location
+from gazechair.sensing.mapping.locating.looks import Seen
+from gazechair.sensing.mapping.locating.map_match import Look
 from gazechair.sensing.odometry.odometry import Estimate
 from gazesim.rooms import Room
 from homerig import flat, points, poses, scan

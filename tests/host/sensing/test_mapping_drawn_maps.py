@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping import ros_map
-from gazechair.sensing.mapping.localization import Localization
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.poses import between, compose
+from gazechair.base.poses import between, compose
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.locating.localization import Localization
+from gazechair.sensing.mapping.stored import ros_map
 from gazemeasure import go_foreign_maps
 from gazemeasure.home_localization import look
 from gazesim import ros_map as ros_home

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping import ndt
-from gazechair.sensing.mapping.faces import faces_of
+from gazechair.sensing.mapping.matching import ndt
+from gazechair.sensing.mapping.matching.faces import faces_of
 
 _CELL_M = 0.04
 

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from gazechair.cli import main
-from gazechair.sensing.mapping import home_map, ros_map
-from gazechair.sensing.mapping.home_map import HomeMap, MapError
-from gazechair.sensing.mapping.mapper import KeyScan
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
-from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.building.mapper import KeyScan
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.mapping.stored import home_map, ros_map
+from gazechair.sensing.mapping.stored.home_map import HomeMap, MapError
+from gazechair.sensing.mapping.stored.store import MapStore
 from gazesim.rooms import Person, box
 from homerig import flat, points, poses, scan
 

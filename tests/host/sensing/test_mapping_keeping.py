@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from gazechair.sensing.mapping import keeping
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.keeping import APART_S
-from gazechair.sensing.mapping.looks import Seen
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.locating.looks import Seen
+from gazechair.sensing.mapping.stored.store import MapStore
 from keepingrig import AHEAD, LOCATION, Drives, estimate
 from maprig import made
 

@@ -15,12 +15,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping import home_map, keeping
-from gazechair.sensing.mapping.home_map import load
+from gazechair.sensing.mapping import keeping
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.keeping import APART_S
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.places import EditRefused
-from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.stored import home_map
+from gazechair.sensing.mapping.stored.home_map import load
+from gazechair.sensing.mapping.stored.places import EditRefused
+from gazechair.sensing.mapping.stored.store import MapStore
 from keepingrig import Drives, home
 
 DAY_S = 86_400.0

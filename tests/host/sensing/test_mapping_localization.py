@@ -8,12 +8,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping.localization import Localization, Location
-from gazechair.sensing.mapping.map_match import Look, MapMatch
-from gazechair.sensing.mapping.mapper import KeyScan
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
-from gazechair.sensing.mapping.poses import between, compose
-from gazechair.sensing.mapping.recent_looks import RecentLooks
+from gazechair.base.poses import between, compose
+from gazechair.sensing.mapping.building.mapper import KeyScan
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.mapping.locating.localization import Localization, Location
+from gazechair.sensing.mapping.locating.map_match import Look, MapMatch
+from gazechair.sensing.mapping.locating.recent_looks import RecentLooks
 from gazesim.rooms import Person, Room, Solid, box
 from homerig import flat, points, poses, scan
 

@@ -8,11 +8,11 @@ import sys
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping import pose_graph
-from gazechair.sensing.mapping.loops import agreeing
-from gazechair.sensing.mapping.mapper import Mapper
-from gazechair.sensing.mapping.pose_graph import Edge, MissingPackageError, optimized
-from gazechair.sensing.mapping.poses import between, compose
+from gazechair.base.poses import between, compose
+from gazechair.sensing.mapping.building import pose_graph
+from gazechair.sensing.mapping.building.loops import agreeing
+from gazechair.sensing.mapping.building.mapper import Mapper
+from gazechair.sensing.mapping.building.pose_graph import Edge, MissingPackageError, optimized
 from homerig import flat, points, poses, scan
 
 # What it is made of takes longer than the tests: one process makes it.

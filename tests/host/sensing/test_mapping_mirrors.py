@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping.mapper import KeyScan
-from gazechair.sensing.mapping.mirrors import found, without_mirrored
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.mapping.building.mapper import KeyScan
+from gazechair.sensing.mapping.building.mirrors import found, without_mirrored
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
 from gazemeasure.home_localization import look, somewhere
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, REAR

@@ -16,14 +16,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gazechair.sensing.mapping import packed_map
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.desk import MapDesk
-from gazechair.sensing.mapping.home_map import HomeMap
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.packed_map import packed, unpacked
-from gazechair.sensing.mapping.places import Drawn, EditRefused
-from gazechair.sensing.mapping.ros_map import RosMapError
-from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.stored import packed_map
+from gazechair.sensing.mapping.stored.home_map import HomeMap
+from gazechair.sensing.mapping.stored.packed_map import packed, unpacked
+from gazechair.sensing.mapping.stored.places import Drawn, EditRefused
+from gazechair.sensing.mapping.stored.ros_map import RosMapError
+from gazechair.sensing.mapping.stored.store import MapStore
 
 YAML = b"image: map.pgm\nresolution: 0.05\norigin: [-1, -2, 0]\n"
 GREY = np.full((8, 10), 254, dtype=np.uint8)

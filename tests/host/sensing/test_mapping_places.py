@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from gazechair.producers.places import Places
-from gazechair.sensing.mapping import home_map
-from gazechair.sensing.mapping.home_map import HomeMap
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.places import Drawn, EditRefused, drawn_of
-from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.stored import home_map
+from gazechair.sensing.mapping.stored.home_map import HomeMap
+from gazechair.sensing.mapping.stored.places import Drawn, EditRefused, drawn_of
+from gazechair.sensing.mapping.stored.store import MapStore
 
 BED = {"name": "Bed", "icon": "bed", "x": 1.0, "y": 0.5, "heading": 90.0}
 DESK = {**BED, "name": "Desk", "icon": "desk"}

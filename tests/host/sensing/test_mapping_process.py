@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 
 from gazechair.base.health import Health
+from gazechair.base.poses import between, compose
 from gazechair.config.configuration import LidarConfig
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.desk import MapDesk
-from gazechair.sensing.mapping.home_map import HomeMap, load
 from gazechair.sensing.mapping.making import Making
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.places import EditRefused
-from gazechair.sensing.mapping.poses import between, compose
 from gazechair.sensing.mapping.service import MappingService
-from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.stored.home_map import HomeMap, load
+from gazechair.sensing.mapping.stored.places import EditRefused
+from gazechair.sensing.mapping.stored.store import MapStore
 from gazechair.sensing.odometry.odometry import Estimate
 from maprig import START_S, Chair, made
 from patience import wait_until

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping.recent_looks import RecentLooks, Settled
+from gazechair.sensing.mapping.locating.recent_looks import RecentLooks, Settled
 
 ANGLES = np.radians(np.arange(-80.0, 80.0, 0.5))
 WALL_M = 3.0  # ahead, across

@@ -9,10 +9,10 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping import ndt
-from gazechair.sensing.mapping.correlative_search import search
-from gazechair.sensing.mapping.likelihood_field import LikelihoodField
-from gazechair.sensing.mapping.poses import between, compose, from_frame, to_frame, wrapped
+from gazechair.base.poses import between, compose, from_frame, to_frame, wrapped
+from gazechair.sensing.mapping.matching import ndt
+from gazechair.sensing.mapping.matching.correlative_search import search
+from gazechair.sensing.mapping.matching.likelihood_field import LikelihoodField
 from homerig import flat, points, scan
 
 CHANCE = np.random.default_rng(3)

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping import home_map
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.desk import MapDesk
-from gazechair.sensing.mapping.home_map import HomeMap
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.places import EditRefused, name_of
-from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.stored import home_map
+from gazechair.sensing.mapping.stored.home_map import HomeMap
+from gazechair.sensing.mapping.stored.places import EditRefused, name_of
+from gazechair.sensing.mapping.stored.store import MapStore
 from patience import wait_until
 
 BED = {"name": "Bed", "icon": "bed", "x": 1.0, "y": 0.5, "heading": -90.0}
@@ -191,7 +191,7 @@ def test_two_who_edit_at_once_lose_nothing(store: MapStore) -> None:
 SAVES = """
 import sys
 from pathlib import Path
-from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.stored.store import MapStore
 store = MapStore(Path(sys.argv[1]))
 number = 0
 while True:

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping import ndt
-from gazechair.sensing.mapping.uncertainty import Unsteady, disagreement, sigmas_of
+from gazechair.sensing.mapping.locating.uncertainty import Unsteady, disagreement, sigmas_of
+from gazechair.sensing.mapping.matching import ndt
 
 ORIGIN = np.zeros(2)
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping.map_match import Look
-from gazechair.sensing.mapping.mapper import KeyScan
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.mapping.building.mapper import KeyScan
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.mapping.locating.map_match import Look
 from gazechair.sensing.mapping.upkeep import GONE_AFTER, NEW_AFTER, Ledger, Upkeep, load_ledger
 from gazesim.rooms import Person, Room, box
 from homerig import flat, points, poses, scan

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from gazechair.base.health import Health
+from gazechair.sensing.mapping.locating.whereabouts import CONFIRMED_S, Fix, Whereabouts, onward
 from gazechair.sensing.mapping.service import MappingService
-from gazechair.sensing.mapping.whereabouts import CONFIRMED_S, Fix, Whereabouts, onward
 from gazechair.sensing.odometry.odometry import Estimate
 
 # In odometry's frame at (1, 2) looking along its y; in the map at (10, 0) looking along its x.

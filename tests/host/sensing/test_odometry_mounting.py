@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping.atlas import Atlas
-from gazechair.sensing.mapping.localization import Localization
-from gazechair.sensing.mapping.looks import Seen
-from gazechair.sensing.mapping.map_match import Look
-from gazechair.sensing.mapping.mapper import KeyScan
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.mapping.building.mapper import KeyScan
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
+from gazechair.sensing.mapping.locating.atlas import Atlas
+from gazechair.sensing.mapping.locating.localization import Localization
+from gazechair.sensing.mapping.locating.looks import Seen
+from gazechair.sensing.mapping.locating.map_match import Look
 from gazechair.sensing.odometry.mounting import Mounting, Stand
 from gazechair.sensing.odometry.odometry import Estimate
 from homerig import flat, points, poses, scan

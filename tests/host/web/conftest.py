@@ -24,10 +24,10 @@ from gazechair.board.state import BoardState
 from gazechair.config.configuration import Config, WebConfig
 from gazechair.people.pairing import Paired, PairingDesk
 from gazechair.picture.camera import Frame
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.desk import MapDesk
-from gazechair.sensing.mapping.home_map import HomeMap
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.stored.home_map import HomeMap
+from gazechair.sensing.mapping.stored.store import MapStore
 from gazechair.web import WebServer, control_sockets, files, page_client
 from gazechair.web.places import Place
 from gazelink import codes

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gazechair.sensing.mapping import ros_map
-from gazechair.sensing.mapping.home_map import load
-from gazechair.sensing.mapping.packed_map import MOST_BYTES
-from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.stored import ros_map
+from gazechair.sensing.mapping.stored.home_map import load
+from gazechair.sensing.mapping.stored.packed_map import MOST_BYTES
+from gazechair.sensing.mapping.stored.store import MapStore
 from gazechair.web import handler
 from patience import PATIENCE_S
 

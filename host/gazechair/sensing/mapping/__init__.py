@@ -1,1 +1,1 @@
-"""Map of the home: built from one drive, stored, searched for the chair's pose."""
+"""Map of the home in the daemon: made, kept current, used for the pose; its rooms do each."""

@@ -35,7 +35,7 @@ def add(commands: Any) -> None:
 
 def _act(act: Any, options: argparse.Namespace) -> int:
     # Imported late: `gazechair config` works with the standard library alone.
-    from gazechair.sensing.mapping.home_map import MapError
+    from gazechair.sensing.mapping.stored.home_map import MapError
 
     try:
         print(act(options))
@@ -47,8 +47,8 @@ def _act(act: Any, options: argparse.Namespace) -> int:
 
 def _show(options: argparse.Namespace) -> str:
     from gazechair.base.state_folder import replace_file
-    from gazechair.sensing.mapping.home_map import MapError, load
-    from gazechair.sensing.mapping.picture import svg
+    from gazechair.sensing.mapping.stored.home_map import MapError, load
+    from gazechair.sensing.mapping.stored.picture import svg
 
     home = load(options.file)
     output: Path = options.output or options.file.with_suffix(".svg")
@@ -65,17 +65,17 @@ def _show(options: argparse.Namespace) -> str:
 
 
 def _export(options: argparse.Namespace) -> str:
-    from gazechair.sensing.mapping import ros_map
-    from gazechair.sensing.mapping.home_map import load
+    from gazechair.sensing.mapping.stored import ros_map
+    from gazechair.sensing.mapping.stored.home_map import load
 
     return str(ros_map.write(load(options.file), options.folder))
 
 
 def _import(options: argparse.Namespace) -> str:
-    from gazechair.sensing.mapping import ros_map
-    from gazechair.sensing.mapping.home_map import MapError
-    from gazechair.sensing.mapping.places import EditRefused
-    from gazechair.sensing.mapping.store import FOLDER, MapStore
+    from gazechair.sensing.mapping.stored import ros_map
+    from gazechair.sensing.mapping.stored.home_map import MapError
+    from gazechair.sensing.mapping.stored.places import EditRefused
+    from gazechair.sensing.mapping.stored.store import FOLDER, MapStore
 
     if options.file.exists():
         raise MapError(f"{options.file} is there already; name another file, or remove it first")
@@ -92,9 +92,9 @@ def _import(options: argparse.Namespace) -> str:
 
 
 def _back(options: argparse.Namespace) -> str:
-    from gazechair.sensing.mapping.home_map import MapError
-    from gazechair.sensing.mapping.places import EditRefused
-    from gazechair.sensing.mapping.store import MapStore
+    from gazechair.sensing.mapping.stored.home_map import MapError
+    from gazechair.sensing.mapping.stored.places import EditRefused
+    from gazechair.sensing.mapping.stored.store import MapStore
 
     file: Path = options.file
     try:

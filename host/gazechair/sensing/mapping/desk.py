@@ -7,12 +7,12 @@ import time
 import zlib
 from typing import Any
 
-from gazechair.sensing.mapping import packed_map
-from gazechair.sensing.mapping.picture import Picture, drawn
-from gazechair.sensing.mapping.places import EditRefused
-from gazechair.sensing.mapping.ros_map import RosMapError
 from gazechair.sensing.mapping.service import MappingService
-from gazechair.sensing.mapping.store import ACTS, MapStore, Stored
+from gazechair.sensing.mapping.stored import packed_map
+from gazechair.sensing.mapping.stored.picture import Picture, drawn
+from gazechair.sensing.mapping.stored.places import EditRefused
+from gazechair.sensing.mapping.stored.ros_map import RosMapError
+from gazechair.sensing.mapping.stored.store import ACTS, MapStore, Stored
 
 _OLD_S = 1.0  # a pose
 

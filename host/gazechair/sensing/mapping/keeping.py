@@ -14,12 +14,12 @@ from collections.abc import Callable
 from datetime import datetime, timezone
 
 from gazechair.base.footprint import FloatArray
-from gazechair.sensing.mapping.localization import Location
-from gazechair.sensing.mapping.looks import Seen
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.places import EditRefused
-from gazechair.sensing.mapping.poses import between
-from gazechair.sensing.mapping.store import MapStore
+from gazechair.base.poses import between
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.locating.localization import Location
+from gazechair.sensing.mapping.locating.looks import Seen
+from gazechair.sensing.mapping.stored.places import EditRefused
+from gazechair.sensing.mapping.stored.store import MapStore
 from gazechair.sensing.mapping.upkeep import Upkeep, load_ledger
 
 DRIVE_S, APART_S = 1800.0, 7200.0

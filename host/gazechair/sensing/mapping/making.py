@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
-from gazechair.sensing.mapping.home_map import HomeMap
-from gazechair.sensing.mapping.looks import Looks
-from gazechair.sensing.mapping.mapper import KEY_M, KEY_RAD, STEP_SIGMA_M, KeyScan, Mapper
-from gazechair.sensing.mapping.mirrors import without_mirrored
-from gazechair.sensing.mapping.occupancy_grid import occupancy_of
-from gazechair.sensing.mapping.poses import between, compose, rotation
+from gazechair.base.poses import between, compose, rotation
+from gazechair.sensing.mapping.building.mapper import KEY_M, KEY_RAD, STEP_SIGMA_M, KeyScan, Mapper
+from gazechair.sensing.mapping.building.mirrors import without_mirrored
+from gazechair.sensing.mapping.building.occupancy_grid import occupancy_of
+from gazechair.sensing.mapping.locating.looks import Looks
+from gazechair.sensing.mapping.stored.home_map import HomeMap
 
 BROKEN = "broken"  # carried, or odometry started again: later scans do not fit
 FULL = "full"

@@ -15,8 +15,8 @@ from gazechair.base.health import Health
 from gazechair.base.latest_value import Latest
 from gazechair.base.supervisor import Status
 from gazechair.config.configuration import LidarConfig
-from gazechair.sensing.mapping.picture import Picture
-from gazechair.sensing.mapping.whereabouts import Fix, Whereabouts, onward
+from gazechair.sensing.mapping.locating.whereabouts import Fix, Whereabouts, onward
+from gazechair.sensing.mapping.stored.picture import Picture
 from gazechair.sensing.mapping.worker import AGAIN, UNKNOWN
 from gazechair.sensing.odometry import inbox
 from gazechair.sensing.odometry.inbox_service import InboxService

@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 
 from gazechair.base.footprint import BoolArray, FloatArray
 from gazechair.base.state_folder import replace_file
-from gazechair.sensing.mapping.map_match import Look
-from gazechair.sensing.mapping.occupancy_grid import (
+from gazechair.sensing.mapping.building.occupancy_grid import (
     Counts,
     OccupancyGrid,
     along_beams,
     through_middle,
 )
+from gazechair.sensing.mapping.locating.map_match import Look
 
 Drives = NDArray[np.uint8]
 

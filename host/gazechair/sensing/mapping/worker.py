@@ -13,13 +13,13 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Protocol
 
-from gazechair.sensing.mapping.atlas import Atlas
 from gazechair.sensing.mapping.keeping import Keeping
-from gazechair.sensing.mapping.looks import Looks, Seen
+from gazechair.sensing.mapping.locating.atlas import Atlas
+from gazechair.sensing.mapping.locating.looks import Looks, Seen
 from gazechair.sensing.mapping.making import SILENT, Making
-from gazechair.sensing.mapping.picture import sketched
-from gazechair.sensing.mapping.places import EditRefused
-from gazechair.sensing.mapping.store import MapStore
+from gazechair.sensing.mapping.stored.picture import sketched
+from gazechair.sensing.mapping.stored.places import EditRefused
+from gazechair.sensing.mapping.stored.store import MapStore
 from gazechair.sensing.odometry.child import Lidars
 from gazechair.sensing.odometry.inbox import HalfTurn
 from gazechair.sensing.odometry.odometry import Estimate

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
-from gazechair.sensing.mapping.likelihood_field import Ints, LikelihoodField
+from gazechair.sensing.mapping.matching.likelihood_field import Ints, LikelihoodField
 
 _LOOKUPS_AT_ONCE = 60_000  # what fits into a processor's cache
 _DEPTH_FIRST = 24  # blocks followed down first, so that there is a score to beat

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.base.footprint import BoolArray, FloatArray
-from gazechair.sensing.mapping import ndt
-from gazechair.sensing.mapping.ndt import NdtGrid
-from gazechair.sensing.mapping.occupancy_grid import CELL_M
-from gazechair.sensing.mapping.poses import between, compose, rotation
+from gazechair.base.poses import between, compose, rotation
+from gazechair.sensing.mapping.building.occupancy_grid import CELL_M
+from gazechair.sensing.mapping.matching import ndt
+from gazechair.sensing.mapping.matching.ndt import NdtGrid
 
 # A pose is accepted below the first deviation, and given up above the second: twice these are
 # 0.1 m and a little more.

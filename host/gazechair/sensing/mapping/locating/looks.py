@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
-from gazechair.sensing.mapping.map_match import Look, together
-from gazechair.sensing.mapping.poses import between
+from gazechair.base.poses import between
+from gazechair.sensing.mapping.locating.map_match import Look, together
 from gazechair.sensing.odometry.odometry import Estimate
 from gazechair.sensing.odometry.points import Piece, seen_points
 

@@ -13,14 +13,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
-from gazechair.sensing.mapping import ndt
-from gazechair.sensing.mapping.correlative_search import search
-from gazechair.sensing.mapping.hold import Hold
-from gazechair.sensing.mapping.map_match import Agreement, Evidence, Look, MapMatch
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.poses import between, compose, from_frame
-from gazechair.sensing.mapping.recent_looks import CELL_M, RecentLooks, Settled
-from gazechair.sensing.mapping.uncertainty import FOUND_M, KEPT_M, Unsteady, disagreement, sigmas_of
+from gazechair.base.poses import between, compose, from_frame
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.locating.hold import Hold
+from gazechair.sensing.mapping.locating.map_match import Agreement, Evidence, Look, MapMatch
+from gazechair.sensing.mapping.locating.recent_looks import CELL_M, RecentLooks, Settled
+from gazechair.sensing.mapping.locating.uncertainty import (
+    FOUND_M,
+    KEPT_M,
+    Unsteady,
+    disagreement,
+    sigmas_of,
+)
+from gazechair.sensing.mapping.matching import ndt
+from gazechair.sensing.mapping.matching.correlative_search import search
 
 # Search.
 _HEADINGS_RAD = np.radians(np.arange(0.0, 360.0, 1.5))

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.base.state_folder import replace_file
-from gazechair.sensing.mapping.home_map import DAMAGE, MOST_CELLS, HomeMap, MapError
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.places import FARTHEST_M, Drawn, drawn_of
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.stored.home_map import DAMAGE, MOST_CELLS, HomeMap, MapError
+from gazechair.sensing.mapping.stored.places import FARTHEST_M, Drawn, drawn_of
 
 PLACES = "places.json"
 _OCCUPIED, _FREE, _UNKNOWN = 0, 254, 205  # grey values of the map server's mode `trinary`

@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
-from gazechair.sensing.mapping.poses import between, compose
+from gazechair.base.poses import between, compose
 from gazechair.sensing.odometry.odometry import Estimate
 
 CONFIRMED_S = 1.0  # a fix counts for this long; mapping looks ten times a second

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.base.footprint import BoolArray, FloatArray
-from gazechair.sensing.mapping.mapper import KeyScan
-from gazechair.sensing.mapping.poses import to_frame
+from gazechair.base.poses import to_frame
+from gazechair.sensing.mapping.building.mapper import KeyScan
 
 Counts = NDArray[np.uint16]
 

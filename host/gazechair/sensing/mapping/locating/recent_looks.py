@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import BoolArray, FloatArray
-from gazechair.sensing.mapping.likelihood_field import Ints
+from gazechair.sensing.mapping.matching.likelihood_field import Ints
 
 CELL_M = 0.05
 _LOOKS = 20  # kept

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
-from gazechair.sensing.mapping.loops import RANGE_M, agree, agreeing, match
-from gazechair.sensing.mapping.pose_graph import Edge, optimized
-from gazechair.sensing.mapping.poses import between, compose, from_frame, to_frame
+from gazechair.base.poses import between, compose, from_frame, to_frame
+from gazechair.sensing.mapping.building.loops import RANGE_M, agree, agreeing, match
+from gazechair.sensing.mapping.building.pose_graph import Edge, optimized
 
 KEY_M = 0.3
 KEY_RAD = math.radians(20.0)

@@ -17,8 +17,8 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.base.state_folder import replace_file
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.places import Drawn, EditRefused, drawn_of
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.stored.places import Drawn, EditRefused, drawn_of
 
 _MAGIC = b"gazechair-map 2\n"
 _FIRST_MAGIC = b"gazechair-map 1\n"

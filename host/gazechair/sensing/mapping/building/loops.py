@@ -8,11 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
-from gazechair.sensing.mapping import ndt
-from gazechair.sensing.mapping.correlative_search import search
-from gazechair.sensing.mapping.likelihood_field import LikelihoodField
-from gazechair.sensing.mapping.pose_graph import Edge
-from gazechair.sensing.mapping.poses import between, compose, rotation
+from gazechair.base.poses import between, compose, rotation
+from gazechair.sensing.mapping.building.pose_graph import Edge
+from gazechair.sensing.mapping.matching import ndt
+from gazechair.sensing.mapping.matching.correlative_search import search
+from gazechair.sensing.mapping.matching.likelihood_field import LikelihoodField
 
 RANGE_M = 15.0  # points farther away than this are left out
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import FloatArray
-from gazechair.sensing.mapping.poses import between
+from gazechair.base.poses import between
 
 _SIGMAS = np.array((0.005, 0.005, math.radians(0.1)))
 _SHARES = 0.01, 0.003  # m a m, rad a rad

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gazechair.base.footprint import BoolArray, FloatArray
-from gazechair.sensing.mapping.mapper import KeyScan
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.poses import to_frame
+from gazechair.base.poses import to_frame
+from gazechair.sensing.mapping.building.mapper import KeyScan
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 
 _MOST_BEAMS = 60_000  # looked at
 _LINE_M = 0.025  # from one line to the next

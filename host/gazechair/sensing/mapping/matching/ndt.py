@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.base.footprint import BoolArray, FloatArray
-from gazechair.sensing.mapping.faces import sides_of
-from gazechair.sensing.mapping.poses import rotation
+from gazechair.base.poses import rotation
+from gazechair.sensing.mapping.matching.faces import sides_of
 
 _CELL_M = 0.10
 _LEAST_POINTS = 4

@@ -16,12 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazechair.base.footprint import BoolArray, FloatArray
-from gazechair.sensing.mapping.faces import faces_of
-from gazechair.sensing.mapping.likelihood_field import LikelihoodField
-from gazechair.sensing.mapping.ndt import NdtGrid
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.poses import from_frame, to_frame
-from gazechair.sensing.mapping.recent_looks import CELL_M, Settled
+from gazechair.base.poses import from_frame, to_frame
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.locating.recent_looks import CELL_M, Settled
+from gazechair.sensing.mapping.matching.faces import faces_of
+from gazechair.sensing.mapping.matching.likelihood_field import LikelihoodField
+from gazechair.sensing.mapping.matching.ndt import NdtGrid
 
 _COARSE_M, _COARSE_SIGMA_M, _LEVELS = 0.10, 0.12, 5
 _FINE_M, _NEAR_M = 0.05, 0.10  # a beam that ends this near a known surface is explained

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gazechair.base.footprint import BoolArray, FloatArray
-from gazechair.sensing.mapping.home_map import HomeMap
-from gazechair.sensing.mapping.mapper import KeyScan
-from gazechair.sensing.mapping.poses import to_frame
+from gazechair.base.poses import to_frame
+from gazechair.sensing.mapping.building.mapper import KeyScan
+from gazechair.sensing.mapping.stored.home_map import HomeMap
 
 _PIXELS_PER_M = 40.0
 _STYLE = (

@@ -14,10 +14,10 @@ import zlib
 from collections.abc import Mapping
 from pathlib import PurePosixPath
 
-from gazechair.sensing.mapping import ros_map
-from gazechair.sensing.mapping.home_map import HomeMap
-from gazechair.sensing.mapping.places import EditRefused, name_of
-from gazechair.sensing.mapping.ros_map import PLACES, RosMapError
+from gazechair.sensing.mapping.stored import ros_map
+from gazechair.sensing.mapping.stored.home_map import HomeMap
+from gazechair.sensing.mapping.stored.places import EditRefused, name_of
+from gazechair.sensing.mapping.stored.ros_map import PLACES, RosMapError
 
 MOST_BYTES = 5_000_000  # of the zip file; an image of MOST_CELLS fits in without being compressed
 MOST_CELLS = 4 << 20

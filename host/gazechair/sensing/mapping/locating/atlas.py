@@ -12,10 +12,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from gazechair.base.footprint import FloatArray
-from gazechair.sensing.mapping.localization import Localization, Location
-from gazechair.sensing.mapping.looks import Seen
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.poses import between, compose
+from gazechair.base.poses import between, compose
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.locating.localization import Localization, Location
+from gazechair.sensing.mapping.locating.looks import Seen
 from gazechair.sensing.odometry.doubts import TURNED
 
 # Error of odometry since the pose was last known, plus a share of the distance driven.

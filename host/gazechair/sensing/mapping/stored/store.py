@@ -20,9 +20,15 @@ from pathlib import Path
 from typing import Any
 
 from gazechair.base.state_folder import set_aside
-from gazechair.sensing.mapping.home_map import HomeMap, MapError, NewerMapError, load
-from gazechair.sensing.mapping.occupancy_grid import OccupancyGrid
-from gazechair.sensing.mapping.places import Drawn, EditRefused, free_name, name_of, same_name
+from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
+from gazechair.sensing.mapping.stored.home_map import HomeMap, MapError, NewerMapError, load
+from gazechair.sensing.mapping.stored.places import (
+    Drawn,
+    EditRefused,
+    free_name,
+    name_of,
+    same_name,
+)
 
 FOLDER = "maps"  # in the state folder
 _SUFFIX, _BEFORE = ".map", ".before"

@@ -1,0 +1,1 @@
+"""A map from the key scans of one drive."""

@@ -1,0 +1,1 @@
+"""The chair's pose in a known map."""

@@ -1,0 +1,1 @@
+"""How well a scan fits what was seen before."""
