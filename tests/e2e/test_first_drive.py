@@ -18,7 +18,7 @@ from gazechair.service.tune.procedure import PULSES
 from gazechair.service.tune.recording import Recording
 from gazelink import codes
 from gazelink.settings_table import PROFILES
-from gazemeasure.turn_tuning import truth
+from gazemeasure.turn.tuning import truth
 from gazesim.floor_view import Eye, Floor, FloorView
 from gazesim.profiles import undisturbed
 

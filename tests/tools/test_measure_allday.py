@@ -14,18 +14,11 @@ import pytest
 from gazechair.driving.speed_cap_store import KeptCap
 from gazechair.web import certificate
 from gazedemo.check import NEUTRAL
-from gazemeasure import (
-    allday_alerts,
-    allday_faults,
-    allday_kill,
-    allday_power,
-    allday_real,
-    allday_replay,
-    allday_service,
-    allday_virtual,
-)
-from gazemeasure.allday_chair import DayChair
-from gazemeasure.allday_faults import DAEMON, Fault, Well, faults, shuffled
+from gazemeasure.allday import alerts, kill, power, real, service, virtual
+from gazemeasure.allday import faults as allday_faults
+from gazemeasure.allday import replay as allday_replay
+from gazemeasure.allday.chair import DayChair
+from gazemeasure.allday.faults import DAEMON, Fault, Well, faults, shuffled
 from gazemeasure.growth import Holding, slope_per_hour
 from gazemeasure.report import Figure, Report
 from gazereplay.replay import replay
@@ -57,16 +50,16 @@ def test_every_part_fails_in_every_way_before_one_does_again() -> None:
 
 
 def test_the_unit_file_is_what_systemd_does() -> None:
-    assert allday_service.setting_s("RestartSec") == 0.1
-    assert allday_service.setting_s("WatchdogSec") == 2.0
+    assert service.setting_s("RestartSec") == 0.1
+    assert service.setting_s("WatchdogSec") == 2.0
     with pytest.raises(KeyError):
-        allday_service.setting_s("NoSuchSetting")
+        service.setting_s("NoSuchSetting")
 
 
 def test_some_seconds_of_a_day() -> None:
     report = Report("")
-    day = allday_virtual.live(allday_virtual.Life(3.0, seed=14, fault_each=1))
-    allday_virtual.add_rows(report, [day], 3.0)
+    day = virtual.live(virtual.Life(3.0, seed=14, fault_each=1))
+    virtual.add_rows(report, [day], 3.0)
     figures = {figure.name.strip(): figure.value for figure in report.figures}
     assert figures["faults while driving"] >= 1
     assert figures["not driving again by arm and press"] == 0, report.table()
@@ -81,29 +74,29 @@ def test_a_drive_is_replayed_equal(tmp_path: Path) -> None:
     assert result.armed > 300
 
 
-@pytest.mark.parametrize("store", allday_power.STORES, ids=lambda store: str(store.file))
+@pytest.mark.parametrize("store", power.STORES, ids=lambda store: str(store.file))
 def test_a_file_of_the_state_folder_is_old_or_new_wherever_the_power_goes(
-    store: allday_power.Store,
+    store: power.Store,
 ) -> None:
     dice = random.Random(1)
-    cuts = allday_power.cut_writing(store, 20, dice)
+    cuts = power.cut_writing(store, 20, dice)
     assert (cuts.half, cuts.dead) == (0, [])
-    cuts = allday_power.cut_file(store, 20, dice)
+    cuts = power.cut_file(store, 20, dice)
     assert (cuts.half, cuts.dead) == (0, [])
-    assert allday_power.unsynced(store) == 0
+    assert power.unsynced(store) == 0
 
 
 def test_a_file_that_is_half_written_or_replaced_too_soon_is_found(tmp_path: Path) -> None:
     def write(folder: Path, number: int) -> None:
         (folder / "speed_cap").write_text(f"{number * 111}\n")
 
-    careless = allday_power.Store("speed_cap", write, lambda at: KeptCap(at).read())
-    assert allday_power.cut_writing(careless, 20, random.Random(1)).half > 0
-    assert allday_power.unsynced(careless) > 0
+    careless = power.Store("speed_cap", write, lambda at: KeptCap(at).read())
+    assert power.cut_writing(careless, 20, random.Random(1)).half > 0
+    assert power.unsynced(careless) > 0
 
 
 def test_each_version_of_a_state_file_reads_differently(tmp_path: Path) -> None:
-    for number, store in enumerate(allday_power.STORES):
+    for number, store in enumerate(power.STORES):
         found = []
         for version in (1, 2):
             store.write(tmp_path / str(number), version)
@@ -118,19 +111,19 @@ def test_a_truncated_file_that_reads_as_something_else_is_found() -> None:
     def read(folder: Path) -> str:
         return (folder / "text").read_text() if (folder / "text").exists() else ""
 
-    careless = allday_power.Store("text", write, read)
-    assert allday_power.cut_file(careless, 20, random.Random(1)).half > 0
+    careless = power.Store("text", write, read)
+    assert power.cut_file(careless, 20, random.Random(1)).half > 0
 
 
 def test_a_certificate_is_usable_wherever_the_power_goes() -> None:
-    assert allday_power.cut_certificate(9, random.Random(2)) == []
+    assert power.cut_certificate(9, random.Random(2)) == []
 
 
 def test_a_certificate_whose_authority_is_damaged_falls_short(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(certificate.Certificate, "_ask", lambda *_: None)
-    failures = allday_power.cut_certificate(30, random.Random(2))
+    failures = power.cut_certificate(30, random.Random(2))
     assert any(failure.startswith("tls, authority.crt") for failure in failures)
 
 
@@ -141,7 +134,7 @@ def figures_of(report: Report) -> dict[str, Figure]:
 def test_neutral_after_a_kill_must_have_been_measured() -> None:
     for neutral_ms, ok, kept in (([90.0], True, 50.0), ([], False, 0.0)):
         report = Report("")
-        allday_kill.add_rows(report, neutral_ms, [0.1, 0.2], [Well(4.0, 0.0)])
+        kill.add_rows(report, neutral_ms, [0.1, 0.2], [Well(4.0, 0.0)])
         assert report.ok == ok
         assert figures_of(report)["measured without a stall"].value == kept
 
@@ -165,16 +158,16 @@ def test_a_press_that_never_reaches_the_wipers_falls_short() -> None:
     calm: Any = SimpleNamespace(stalled=lambda *_: False)
     stalled: Any = SimpleNamespace(stalled=lambda *_: True)
     still, moved = [1, 5.0, *NEUTRAL], [2, 5.02, 200, 170]
-    assert allday_alerts._to_wipers_ms(5.0, [still, moved], calm) == pytest.approx([20.0])
-    assert allday_alerts._to_wipers_ms(5.0, [still], calm) == [math.inf]
-    assert allday_alerts._to_wipers_ms(5.0, [still], stalled) == []
+    assert alerts._to_wipers_ms(5.0, [still, moved], calm) == pytest.approx([20.0])
+    assert alerts._to_wipers_ms(5.0, [still], calm) == [math.inf]
+    assert alerts._to_wipers_ms(5.0, [still], stalled) == []
 
 
 def test_restarts_are_due_to_faults_of_the_daemon() -> None:
     for how, aborted, due in (("killed", 0, 1), ("stopped", 1, 1), ("starved", 0, 0)):
-        assert allday_real.restarts_due(Fault(DAEMON, how), aborted) == due
-    assert allday_real.restarts_due(Fault(DAEMON, "starved"), 2) == 1
-    assert allday_real.restarts_due(Fault("lidar", "killed"), 1) == 0
+        assert real.restarts_due(Fault(DAEMON, how), aborted) == due
+    assert real.restarts_due(Fault(DAEMON, "starved"), 2) == 1
+    assert real.restarts_due(Fault("lidar", "killed"), 1) == 0
 
 
 @pytest.mark.parametrize(("lived_s", "lasts_s", "ok"), [
@@ -187,7 +180,7 @@ def test_a_whole_run_judges_growth(lived_s: float, lasts_s: float, ok: bool) -> 
             points.append((float(second), 7.0))
     person: Any = SimpleNamespace(to_wipers=list(holding.files), presses=1000)
     report = Report("")
-    allday_real._add_growth(report, holding, 0.0, person, lasts_s)
+    real._add_growth(report, holding, 0.0, person, lasts_s)
     assert report.ok == ok
 
 
@@ -202,9 +195,9 @@ def test_replayed_drives_must_have_been_compared(
                 raise NoTrace("none")
             return result
 
-        monkeypatch.setattr(allday_real, "replay", replay)
+        monkeypatch.setattr(real, "replay", replay)
         report = Report("")
-        allday_real._add_replay(report, logs, 20.0)
+        real._add_replay(report, logs, 20.0)
         return report
 
     good = rows(Result(ticks=20_000, compared=2000, unchecked=100))

@@ -10,8 +10,7 @@ import pytest
 
 from gazelink import codes
 from gazelink.settings_table import PROFILES, profile_row
-from gazemeasure.obstacles import _arcs
-from gazemeasure.obstacles_arcs import (
+from gazemeasure.obstacles.arcs import (
     ArcRun,
     ArcTask,
     ArcTrial,
@@ -20,11 +19,12 @@ from gazemeasure.obstacles_arcs import (
     arc_trial,
     attack_trial,
 )
-from gazemeasure.obstacles_attack import KINDS, AttackedChair, attack, attacked_chair, in_view
-from gazemeasure.obstacles_eyes import CORNERS, FRONT
-from gazemeasure.obstacles_run import Outcome, fastest
+from gazemeasure.obstacles.attack import KINDS, AttackedChair, attack, attacked_chair, in_view
+from gazemeasure.obstacles.benchmark import _arcs
+from gazemeasure.obstacles.eyes import CORNERS, FRONT
+from gazemeasure.obstacles.run import Outcome, fastest
 from gazemeasure.report import Report
-from gazemeasure.turn_board import settings_with
+from gazemeasure.turn.board import settings_with
 from gazesim.chair import HALF_WIDTH_M
 from gazesim.rooms import Room, box
 

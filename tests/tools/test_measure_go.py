@@ -14,9 +14,9 @@ import pytest
 from gazechair.going.chair_numbers import CAP_M_S
 from gazechair.going.follow import STOP, Stick
 from gazechair.going.plan import Way
-from gazemeasure.go import add_comfort, add_kind
-from gazemeasure.go_ideal import Permitted, ideal_s
-from gazemeasure.go_missions import (
+from gazemeasure.go.benchmark import add_comfort, add_kind
+from gazemeasure.go.ideal import Permitted, ideal_s
+from gazemeasure.go.missions import (
     ANOTHER,
     DOORS,
     KINDS,
@@ -28,9 +28,9 @@ from gazemeasure.go_missions import (
     _another,
     mission,
 )
-from gazemeasure.go_rig import Go
+from gazemeasure.go.rig import Go
 from gazemeasure.report import Report
-from gazemeasure.turn_board import settings_with
+from gazemeasure.turn.board import settings_with
 from goingrig import numbers
 
 

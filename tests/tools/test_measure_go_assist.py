@@ -3,7 +3,7 @@
 import math
 from itertools import pairwise
 
-from gazemeasure.go_assist import BARE, HELPED, Outcome, Run, add_rows, cluttered, door
+from gazemeasure.go.assist import BARE, HELPED, Outcome, Run, add_rows, cluttered, door
 from gazemeasure.report import Report
 
 

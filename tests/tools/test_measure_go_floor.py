@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gazemeasure.go_floor import MAGNIFIED, NOISE, SWITCH, off_m
-from gazemeasure.go_line import calibrated, random_eye
+from gazemeasure.go.floor import MAGNIFIED, NOISE, SWITCH, off_m
+from gazemeasure.go.line import calibrated, random_eye
 
 
 def test_spots_are_found_within_the_limit() -> None:

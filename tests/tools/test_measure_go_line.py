@@ -8,8 +8,8 @@ import pytest
 
 from gazechair.following import line
 from gazechair.following.line import State
-from gazemeasure import go_line
-from gazemeasure.go_line import Driven, Job, add_drives, add_lost, drive
+from gazemeasure.go import line as go_line
+from gazemeasure.go.line import Driven, Job, add_drives, add_lost, drive
 from gazemeasure.report import Report
 
 GOOD = Driven("", 1, State.ENDED, 1.0, 0.02, 1.0, 0.05, 0.0, 0.0, 0.3, 0.0)

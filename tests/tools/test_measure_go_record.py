@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from gazemeasure import go_record
+from gazemeasure.go import record as go_record
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,11 @@ import numpy as np
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.occupancy_grid import occupancy_of
 from gazechair.sensing.mapping.stored import ros_map as product_maps
-from gazemeasure import go_foreign_maps
-from gazemeasure.go_missions import Job
-from gazemeasure.go_scenes import DOOR, PERSON, ROUND, SHUT, Shut, _add
-from gazemeasure.go_whole import Driven, Judge, Scene, drive
-from gazemeasure.home_localization import look
+from gazemeasure.go import foreign_maps
+from gazemeasure.go.missions import Job
+from gazemeasure.go.scenes import DOOR, PERSON, ROUND, SHUT, Shut, _add
+from gazemeasure.go.whole import Driven, Judge, Scene, drive
+from gazemeasure.home.localization import look
 from gazemeasure.report import Report
 from gazesim import ros_map
 from gazesim.home_drive import FRONT, REAR
@@ -57,9 +57,9 @@ def test_the_whole_chair_finds_itself_and_the_truth_judges_what_it_says() -> Non
 
 
 def test_maps_of_other_styles_are_homes_and_maps(tmp_path: Path) -> None:
-    home = ros_map.load(go_foreign_maps.drawn_by_hand(tmp_path, noisy=False))
+    home = ros_map.load(foreign_maps.drawn_by_hand(tmp_path, noisy=False))
     assert len(home.places) >= 4
-    grid = product_maps.read(go_foreign_maps.drawn_by_hand(tmp_path, noisy=True), "x").grid
+    grid = product_maps.read(foreign_maps.drawn_by_hand(tmp_path, noisy=True), "x").grid
     slanted_m, column_m, floor_m = (4.7, 3.8), (8.4, 3.36), (2.0, 2.0)
     for at, solid in ((slanted_m, True), (column_m, True), (floor_m, False)):
         near = np.hypot(*(grid.occupied_m() - at).T).min() < 0.12

@@ -5,9 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gazemeasure import carmen_log, home_alarms, home_maps, home_odometry, home_process
-from gazemeasure.home_drives import Job, drive
-from gazemeasure.home_maps import WALLS_M, Judged
+from gazemeasure import carmen_log
+from gazemeasure.home import alarms, odometry
+from gazemeasure.home import maps as home_maps
+from gazemeasure.home import process as home_process
+from gazemeasure.home.drives import Job, drive
+from gazemeasure.home.maps import WALLS_M, Judged
 from gazemeasure.report import Report
 
 
@@ -16,13 +19,13 @@ def test_a_public_log_without_wheel_encoders() -> None:
         frames = carmen_log.read(carmen_log.FR079)[:600]
     except carmen_log.NoDataError as error:
         pytest.skip(str(error))
-    assert home_odometry.rmse_m(frames, 1)[0] < 0.15
+    assert odometry.rmse_m(frames, 1)[0] < 0.15
 
 
 def test_an_absent_log_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GAZECHAIR_DATA", "/nowhere")
     report = Report("home")
-    home_odometry.measure(report, True, lambda one, seeds: [one(seed) for seed in seeds])
+    odometry.measure(report, True, lambda one, seeds: [one(seed) for seed in seeds])
     assert not report.figures
     assert "/nowhere" in report.notes[0]
 
@@ -38,9 +41,9 @@ def test_a_short_drive_is_judged_by_the_truth() -> None:
     assert np.percentile(np.abs(found.speed_m_s), 90) < 0.05
 
 
-@pytest.mark.parametrize("kind", [home_alarms.STUCK_IN, home_alarms.PUSHED_BY])
+@pytest.mark.parametrize("kind", [alarms.STUCK_IN, alarms.PUSHED_BY])
 def test_what_happens_to_the_chair_is_reported_within_half_a_second(kind: str) -> None:
-    assert home_alarms.reported_after_s((kind, 1)) <= 0.5
+    assert alarms.reported_after_s((kind, 1)) <= 0.5
 
 
 @pytest.mark.parametrize(("mb_an_hour", "ok"), [(20.0, True), (200.0, False)])

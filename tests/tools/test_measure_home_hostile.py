@@ -10,10 +10,10 @@ import pytest
 
 from gazechair.sensing.mapping.stored import ros_map
 from gazechair.sensing.odometry.odometry import Motion
-from gazemeasure import home_faults, home_foreign
-from gazemeasure.home_faults import BUMPED, GONE, LATE, NOTHING, Drove
-from gazemeasure.home_localization import Counted
-from gazemeasure.home_maps import surfaces_off_m
+from gazemeasure.home import faults, foreign
+from gazemeasure.home.faults import BUMPED, GONE, LATE, NOTHING, Drove
+from gazemeasure.home.localization import Counted
+from gazemeasure.home.maps import surfaces_off_m
 from gazemeasure.report import Report
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, REAR, Drive
@@ -23,7 +23,7 @@ from gazesim.homes import GLASS, MIRROR
 def test_every_room_gets_a_mirror_or_a_pane() -> None:
     home = home_plans.home(2)
     before = len(home.furniture)
-    home = home_foreign.with_mirrors(home, np.random.default_rng(1))
+    home = foreign.with_mirrors(home, np.random.default_rng(1))
     more = [one.material for one in home.furniture[before:]]
     assert more.count(MIRROR) >= len(home.places) // 2
     assert more.count(GLASS) >= len(home.places) // 2
@@ -31,9 +31,9 @@ def test_every_room_gets_a_mirror_or_a_pane() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_map_by_another_is_its_plan_but_for_the_noise(seed: int, tmp_path: Path) -> None:
-    home = home_foreign.plan(seed)
+    home = foreign.plan(seed)
     cell_m = (0.10, 0.05, 0.02)[seed]
-    path = home_foreign.as_ros_map(home, cell_m, tmp_path, np.random.default_rng(seed))
+    path = foreign.as_ros_map(home, cell_m, tmp_path, np.random.default_rng(seed))
     grid = ros_map.read(path, "plan").grid
     assert grid.cell_m == cell_m
     off_m = surfaces_off_m(grid.occupied_m(), np.array(home.walls))
@@ -51,13 +51,13 @@ def arrived(kind: str, seconds: float) -> list[tuple[float, float, float]]:
             driven.time_s - event.times_s[-1],
             float(event.directions_deg[len(event.times_s) // 2]),
         )
-        for event in home_faults._events(driven, kind, seconds)
+        for event in faults._events(driven, kind, seconds)
         if not isinstance(event, Motion)
     ]
 
 
 def test_lidars_are_lost_late_and_bumped(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(home_faults, "_BEGINS_S", 0.5)
+    monkeypatch.setattr(faults, "_BEGINS_S", 0.5)
     plain, late, gone, bumped = (arrived(kind, 1.1) for kind in (NOTHING, LATE, GONE, BUMPED))
     assert max(age_s for _, age_s, _ in plain) < 0.05
     assert late[-1][1] == pytest.approx(0.3, abs=0.02)
@@ -79,7 +79,7 @@ def test_a_fault_that_is_not_noticed_and_a_wrong_place_fall_short() -> None:
         (found(noticed_s=math.inf), False),
     ):
         report = Report("home")
-        home_faults.measure(report, True, lambda _, jobs, one=one: [one for _ in jobs])  # type: ignore[misc]
+        faults.measure(report, True, lambda _, jobs, one=one: [one for _ in jobs])  # type: ignore[misc]
         assert report.ok is ok
 
 
@@ -88,10 +88,10 @@ def test_a_wrong_place_among_mirrors_falls_short() -> None:
 
         def one(which: str = which) -> Counted:
             done = Counted()
-            for kind in home_foreign._SEEDS:
+            for kind in foreign._SEEDS:
                 getattr(done, which)[kind] = 1
             return done
 
         report = Report("home")
-        home_foreign.measure(report, True, lambda _, jobs: [one() for _ in jobs])
+        foreign.measure(report, True, lambda _, jobs: [one() for _ in jobs])
         assert report.ok is ok

@@ -10,8 +10,8 @@ import pytest
 from gazechair.base.poses import to_frame
 from gazechair.sensing.mapping.locating.localization import Localization, Location
 from gazechair.sensing.mapping.locating.map_match import Evidence
-from gazemeasure import home_localization
-from gazemeasure.home_localization import Counted
+from gazemeasure.home import localization as home_localization
+from gazemeasure.home.localization import Counted
 from gazemeasure.report import Report
 from gazesim import home_plans
 

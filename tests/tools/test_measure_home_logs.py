@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import gazesetup
-from gazemeasure import carmen_log, home_logs
+from gazemeasure import carmen_log
 from gazemeasure.carmen_log import Frame, NoDataError
+from gazemeasure.home import logs
 from gazemeasure.report import Report
 
 
@@ -24,7 +25,7 @@ def test_the_intel_key_frames_own_poses_score_as_published() -> None:
     frames = frames_of(carmen_log.INTEL)
     assert len(frames) == 910
     reference = np.array([frame.reference for frame in frames])
-    errors_m = carmen_log.intel_relations_m(home_logs.times_of(frames), reference)
+    errors_m = carmen_log.intel_relations_m(logs.times_of(frames), reference)
     assert (errors_m.mean(), errors_m.std()) == pytest.approx((0.126, 0.118), abs=0.001)
 
 
@@ -39,9 +40,9 @@ def test_a_track_that_is_only_moved_and_turned_has_no_error() -> None:
 
 def test_the_first_minutes_of_fr079_become_a_map() -> None:
     frames = frames_of(carmen_log.FR079)[:400]
-    mapper, taken = home_logs.map_fr079(frames)
+    mapper, taken = logs.map_fr079(frames)
     reference = np.array([frames[number].reference[:2] for number in taken])
-    poses = home_logs.poses_of(mapper)
+    poses = logs.poses_of(mapper)
     assert carmen_log.position_rmse_m(poses[:, :2], reference) < 0.1
 
 
@@ -50,7 +51,7 @@ def test_without_the_logs_the_report_says_so(
 ) -> None:
     monkeypatch.setenv("GAZECHAIR_DATA", str(tmp_path))
     report = Report("home")
-    home_logs.measure(report, quick=True)
+    logs.measure(report, quick=True)
     assert "not measured" in report.notes[0]
 
 
@@ -62,5 +63,5 @@ def test_a_rival_that_cannot_be_had_is_a_note_and_no_row(monkeypatch: pytest.Mon
     report = Report("home")
     nothing = np.zeros((0, 2))
     frames = [Frame(float(at), nothing, np.zeros(180), np.zeros(3)) for at in range(2)]
-    home_logs._add_rival(report, frames, 0.1)
+    logs._add_rival(report, frames, 0.1)
     assert (report.figures, report.notes) == ([], ["icp-slam not measured: icp-slam is missing"])

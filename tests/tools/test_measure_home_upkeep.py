@@ -8,17 +8,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gazemeasure import home_upkeep
-from gazemeasure.home_maps import WALLS_M
-from gazemeasure.home_upkeep import Kept
+from gazemeasure.home import upkeep
+from gazemeasure.home.maps import WALLS_M
+from gazemeasure.home.upkeep import Kept
 from gazemeasure.report import Report
 
 
 def test_moved_furniture_is_taken_over_and_a_crowd_leaves_nothing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(home_upkeep, "_PIECES", 1)
-    kept = home_upkeep.kept(1, 4)
+    monkeypatch.setattr(upkeep, "_PIECES", 1)
+    kept = upkeep.kept(1, 4)
     assert kept.early == 0
     assert kept.nothing == 0
     assert kept.wrong == 0
@@ -33,7 +33,7 @@ def is_ok(**changed: object) -> bool:
     fields = {"new": 50, "old": 80, "left": 10, "nothing": 0, "early": 0, "wrong": 0, **changed}
     kept = Kept(**{"added_off_m": fine, "off_m": fine, **fields})  # type: ignore[arg-type]
     report = Report("home")
-    home_upkeep.measure(report, True, lambda *_: [kept])
+    upkeep.measure(report, True, lambda *_: [kept])
     return report.ok
 
 

@@ -4,35 +4,36 @@ from __future__ import annotations
 
 import pytest
 
-from gazemeasure import lidar_damage, lidar_process, lidar_stream
+from gazemeasure.lidar import damage, stream
+from gazemeasure.lidar import process as lidar_process
 from gazemeasure.report import Report
 
 
 def test_damage_is_counted() -> None:
-    clean = lidar_damage.count_undetected(20_000, 0.0, 0.0, seed=3)
+    clean = damage.count_undetected(20_000, 0.0, 0.0, seed=3)
     assert (clean.undetected, clean.reported_share) == (0, 0.0)
     assert clean.decoded == pytest.approx(clean.sent, abs=4)
-    lossy = lidar_damage.count_undetected(20_000, 0.001, 0.0, seed=3)
+    lossy = damage.count_undetected(20_000, 0.001, 0.0, seed=3)
     assert lossy.undetected <= 1
     assert lossy.reported_share == pytest.approx(0.08, abs=0.01)
     assert 0.9 < lossy.decoded / lossy.sent < 0.93
 
 
 def test_a_wrong_point_counts_for_one_pass_of_the_mirror() -> None:
-    assert lidar_damage.longest_extension(60, seed=2)[0] == 1
+    assert damage.longest_extension(60, seed=2)[0] == 1
 
 
 def test_only_bytes_that_the_port_lost_excuse_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
     def figures(*runs: tuple[int, int]) -> Report:
         left = list(runs)
 
-        def run(_seconds: float, _busy: bool) -> lidar_stream.Live:
+        def run(_seconds: float, _busy: bool) -> stream.Live:
             restarts, lost = left.pop(0)
-            return lidar_stream.Live([4.0], 0, 0, 0, restarts, lost)
+            return stream.Live([4.0], 0, 0, 0, restarts, lost)
 
-        monkeypatch.setattr(lidar_stream, "_run", run)
+        monkeypatch.setattr(stream, "_run", run)
         report = Report("")
-        lidar_stream._live(report, 1.0)
+        stream._live(report, 1.0)
         return report
 
     assert figures((0, 0), (0, 0)).ok
@@ -45,7 +46,7 @@ def test_only_bytes_that_the_port_lost_excuse_a_run(monkeypatch: pytest.MonkeyPa
 
 
 def test_decoding_costs_something() -> None:
-    assert all(share > 0.0 for share in lidar_damage.decode_share(0.5))
+    assert all(share > 0.0 for share in damage.decode_share(0.5))
 
 
 def test_the_process_evaluates_and_costs_something() -> None:

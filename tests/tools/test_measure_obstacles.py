@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from gazelink import codes
-from gazemeasure.obstacles import Trial, along_wall, through_door, trial
-from gazemeasure.obstacles_firmware import firmware_run
-from gazemeasure.obstacles_run import NONE, OURS, PROTOTYPE, Run
+from gazemeasure.obstacles.benchmark import Trial, along_wall, through_door, trial
+from gazemeasure.obstacles.firmware import firmware_run
+from gazemeasure.obstacles.run import NONE, OURS, PROTOTYPE, Run
 from gazesim.random_rooms import Task, Walker, door_task, wall_task
 from gazesim.rooms import Room, box
 

@@ -8,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gazemeasure import turn_jobs, turn_stops
-from gazemeasure.turn_bound import bounds
-from gazemeasure.turn_cases import grid, monte_carlo
-from gazemeasure.turn_jobs import DEFAULTS, TUNED, Job
-from gazemeasure.turn_judge import Turn, judge
-from gazemeasure.turn_model import Case, Model, Switches, outcome
+from gazemeasure.turn import jobs
+from gazemeasure.turn import stops as turn_stops
+from gazemeasure.turn.bound import bounds
+from gazemeasure.turn.cases import grid, monte_carlo
+from gazemeasure.turn.jobs import DEFAULTS, TUNED, Job
+from gazemeasure.turn.judge import Turn, judge
+from gazemeasure.turn.model import Case, Model, Switches, outcome
 from gazesim.chair import Chair
 from gazesim.profiles import Parameters, random_chair, undisturbed
 
@@ -132,15 +133,15 @@ def test_leaving_the_band_after_settling_is_seen() -> None:
 
 def test_tuned_turns_land_and_defaults_stop() -> None:
     drawn = grid()[22]
-    tuned = turn_jobs.run(Job(TUNED, drawn))
+    tuned = jobs.run(Job(TUNED, drawn))
     assert tuned.refused == ""
     assert tuned.verdict.settled_s < 3.0
-    assert turn_jobs.run(Job(DEFAULTS, monte_carlo(3)[2])).verdict.stands
+    assert jobs.run(Job(DEFAULTS, monte_carlo(3)[2])).verdict.stands
 
 
 def test_jobs_repeat_exactly() -> None:
     drawn = monte_carlo(5)[4]
-    assert turn_jobs.run(Job(TUNED, drawn)) == turn_jobs.run(Job(TUNED, drawn))
+    assert jobs.run(Job(TUNED, drawn)) == jobs.run(Job(TUNED, drawn))
 
 
 def test_stop_paths_find_what_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,11 +6,11 @@ import pytest
 
 from gazechair.service.bench.pot import LOWEST
 from gazechair.service.tune.procedure import PULSES
-from gazemeasure import turn_tuning
-from gazemeasure.turn_cases import Drawn
-from gazemeasure.turn_jobs import TUNED, Job, run, tune
-from gazemeasure.turn_model import Case
-from gazemeasure.turn_tuning import truth
+from gazemeasure.turn import tuning
+from gazemeasure.turn.cases import Drawn
+from gazemeasure.turn.jobs import TUNED, Job, run, tune
+from gazemeasure.turn.model import Case
+from gazemeasure.turn.tuning import truth
 from gazesim.pot import deflection
 from gazesim.profiles import undisturbed
 
@@ -48,7 +48,7 @@ def test_pulses_that_begin_later_to_one_side_make_it_no_slower(
 ) -> None:
     """Left at the end of a sample's time, right at its beginning: as luck may have it."""
     waits_ms = [9 if permille > 0 else 1 for permille, _ in PULSES]
-    monkeypatch.setattr(turn_tuning, "waits_ms", lambda seed: iter(waits_ms))
+    monkeypatch.setattr(tuning, "waits_ms", lambda seed: iter(waits_ms))
     drawn = Drawn("4.1", Case(undisturbed("4.1"), -90.0, seed=5))
     left_dps, right_dps = shown(drawn)
     found = tune(drawn)

@@ -3,7 +3,7 @@
 import pytest
 
 from fakehost import picture
-from gazemeasure.go_floor import SWITCHED
+from gazemeasure.go.floor import SWITCHED
 from pagelooks import OVERFLOWING
 from patience import wait_until
 from pluginrows import WELL, offer

@@ -18,7 +18,7 @@ from gazechair.base.languages import web_folder
 from gazechair.people.profiles import fields
 from gazedemo.browser import OPTIONS
 from gazelink import codes
-from gazemeasure.obstacles_firmware import SeeingChair
+from gazemeasure.obstacles.firmware import SeeingChair
 from gazemeasure.report import Report
 from gazemeasure.scanning_person import Gazer, Person, Switcher, Way
 from gazesim import chair as twin

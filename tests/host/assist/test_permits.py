@@ -13,7 +13,7 @@ from gazechair.board.board_commands import Clearance
 from gazechair.sensing.clearance.standing import Approach
 from gazelink import arcs, codes
 from gazelink.zone import CREEP, FULL
-from gazemeasure.turn_board import settings_with
+from gazemeasure.turn.board import settings_with
 from gazesim.zone import zone_of
 
 STEP_S = 0.016

@@ -11,8 +11,8 @@ from gazechair.going.bends import RATE_RAD_S, Bend, bend_at
 from gazechair.going.follow import PERIOD_S, STOP, Follower, Stick
 from gazechair.going.plan import Planner, Way
 from gazechair.going.smooth import Refused
-from gazemeasure.obstacles_attack import KINDS, AttackedChair
-from gazemeasure.turn_board import settings_with
+from gazemeasure.obstacles.attack import KINDS, AttackedChair
+from gazemeasure.turn.board import settings_with
 from gazesim.chair import Chair
 from goingrig import Box, floor, numbers
 

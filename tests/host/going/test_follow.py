@@ -9,8 +9,8 @@ import pytest
 
 from gazechair.going.follow import STOP, Follower, Stick
 from gazechair.going.plan import Way
-from gazemeasure.obstacles_attack import KINDS, AttackedChair
-from gazemeasure.turn_board import settings_with
+from gazemeasure.obstacles.attack import KINDS, AttackedChair
+from gazemeasure.turn.board import settings_with
 from gazesim.chair import Chair
 from goingrig import numbers
 

@@ -11,8 +11,8 @@ from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.follow import PERIOD_S
 from gazechair.going.spot_turn import SpotTurn
 from gazelink.settings_table import PROFILES, TABLE
-from gazemeasure.obstacles_attack import KINDS, AttackedChair
-from gazemeasure.turn_board import settings_with
+from gazemeasure.obstacles.attack import KINDS, AttackedChair
+from gazemeasure.turn.board import settings_with
 from gazesim.chair import Chair
 
 CAP = 469  # of an auto motion, until the board trusts the profile

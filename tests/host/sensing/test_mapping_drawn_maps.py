@@ -11,8 +11,8 @@ from gazechair.base.poses import between, compose
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.locating.localization import Localization
 from gazechair.sensing.mapping.stored import ros_map
-from gazemeasure import go_foreign_maps
-from gazemeasure.home_localization import look
+from gazemeasure.go import foreign_maps
+from gazemeasure.home.localization import look
 from gazesim import ros_map as ros_home
 from gazesim.homes import Home
 
@@ -26,8 +26,8 @@ STEP_M, TURN_RAD = 0.10, math.radians(8.0)
 def drawn(tmp_path_factory: pytest.TempPathFactory) -> tuple[Home, OccupancyGrid]:
     """The plan itself, and the map of it."""
     clean, frayed = (tmp_path_factory.mktemp(name) for name in ("clean", "frayed"))
-    home = ros_home.load(go_foreign_maps.drawn_by_hand(clean, noisy=False))
-    path = go_foreign_maps.drawn_by_hand(frayed, noisy=True)
+    home = ros_home.load(foreign_maps.drawn_by_hand(clean, noisy=False))
+    path = foreign_maps.drawn_by_hand(frayed, noisy=True)
     return home, ros_map.read(path, "plan").grid
 
 

@@ -8,7 +8,7 @@ import pytest
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.mirrors import found, without_mirrored
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
-from gazemeasure.home_localization import look, somewhere
+from gazemeasure.home.localization import look, somewhere
 from gazesim import home_plans
 from gazesim.home_drive import FRONT, REAR
 from gazesim.homes import MIRROR, Home

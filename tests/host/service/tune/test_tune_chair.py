@@ -11,7 +11,7 @@ from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.recording import Recording
 from gazechair.service.tune.runner import Runner
 from gazelink import codes
-from gazemeasure.turn_tuning import truth
+from gazemeasure.turn.tuning import truth
 from tunerig import TuneRig
 
 NEUTRAL = 170

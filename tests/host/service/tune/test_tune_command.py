@@ -15,8 +15,8 @@ from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
 from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.recording import Recording
 from gazelink.settings_table import PROFILES, TABLE, index_of
-from gazemeasure.turn_board import settings_with
-from gazemeasure.turn_tuning import record
+from gazemeasure.turn.board import settings_with
+from gazemeasure.turn.tuning import record
 from gazesim.chair import Chair
 from gazesim.imu_model import Imu, ImuErrors
 from gazesim.profiles import undisturbed

@@ -22,7 +22,7 @@ from gazechair.service.tune.forward_store import ForwardStore
 from gazechair.service.tune.numbers import TurnNumbers
 from gazelink import codes
 from gazelink.settings_table import TABLE, index_of
-from gazemeasure import home_forward
+from gazemeasure.home import forward
 from measuredchair import Measured
 from tunerig import TuneRig
 
@@ -47,16 +47,16 @@ def test_the_board_drives_the_chair_and_it_is_found_as_it_is() -> None:
         speed = true.positive * (share - true.deadband) / (1.0 - true.deadband)
         assert found.speed_m_s(share) == pytest.approx(speed, rel=0.04)
     rows = straight_rows(found, "4.1", USUAL, TurnNumbers.default("4.1"))
-    step_m = home_forward._driven_m(
-        home_forward._rested("4.1", 1), step_shares(600, 300, rows["step_forward_ms"])
+    step_m = forward._driven_m(
+        forward._rested("4.1", 1), step_shares(600, 300, rows["step_forward_ms"])
     )
     assert step_m == pytest.approx(0.5, abs=0.03)
     for share in (0.3, 0.6, 1.0):  # of the stopping distance, the board's and the chair's
-        chair = home_forward._rested("4.1", 1)
-        home_forward._driven_m(chair, [share] * 400)
+        chair = forward._rested("4.1", 1)
+        forward._driven_m(chair, [share] * 400)
         speed = chair.speed_m_s
         assumed_m = speed * 0.49 + speed**2 / (2.0 * rows["p4_1_brake_mm_s2"] / 1000.0)
-        assert assumed_m >= home_forward._driven_m(chair, [0.0] * 300)
+        assert assumed_m >= forward._driven_m(chair, [0.0] * 300)
 
 
 @pytest.mark.parametrize(("doubt", "reason"), [(CORRIDOR, "do not tell"), (STUCK, "does not move")])
@@ -190,6 +190,6 @@ def _unreadable(_: Path) -> bytes:
 
 
 def test_odometry_tunes_a_profile() -> None:
-    off_m, assumed = home_forward.judged(("3.1", 0))
+    off_m, assumed = forward.judged(("3.1", 0))
     assert off_m <= 0.05
     assert assumed >= 1.0

@@ -13,10 +13,10 @@ from gazechair.service.tune.judge import judge
 from gazechair.service.tune.model import Pulses, angle_deg
 from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.recording import Recording
-from gazemeasure.turn_board import settings_with
-from gazemeasure.turn_cases import monte_carlo
-from gazemeasure.turn_jobs import tune
-from gazemeasure.turn_tuning import record, truth
+from gazemeasure.turn.board import settings_with
+from gazemeasure.turn.cases import monte_carlo
+from gazemeasure.turn.jobs import tune
+from gazemeasure.turn.tuning import record, truth
 from gazesim.chair import Chair
 from gazesim.imu_model import Imu, ImuErrors
 from gazesim.profiles import PROFILES, random_chair, undisturbed

@@ -1,0 +1,1 @@
+"""A day of driving: faults, alerts, power cuts, replays."""

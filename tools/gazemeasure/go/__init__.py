@@ -1,0 +1,1 @@
+"""Auto drives: to places, to spots, along lines, behind people, and help through doors."""

@@ -1,0 +1,1 @@
+"""Odometry, maps and localization."""

@@ -1,0 +1,1 @@
+"""A lidar's bytes and process, for the other benchmarks."""

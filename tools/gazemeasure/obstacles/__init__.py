@@ -1,0 +1,1 @@
+"""Obstacles and people before a driven chair."""

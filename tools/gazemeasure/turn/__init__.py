@@ -1,0 +1,1 @@
+"""Turns: ours and other controllers."""
