@@ -25,8 +25,8 @@ _NO_HOST = (codes.HOST_SILENT, codes.OBSTACLE_DATA_OLD)
 
 
 def ask(config: Config) -> dict[str, HealthState]:
-    """{part: its health after a while} of board, lidar and camera, and of each of the board's faults
-    ("board fault NAME"). Nothing is armed or moved.
+    """{part: its health after a while} of board, lidar, camera, and the board's faults ("board
+    fault NAME"). Nothing is armed or moved.
 
     Takes up to 8 s when a part does not answer; a part used by a running daemon reports that.
     """
