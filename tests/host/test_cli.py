@@ -10,15 +10,19 @@ import subprocess
 import sys
 import urllib.request
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from gazechair import cli
 from gazechair.base.health import HealthState
 from gazechair.config import configuration
+from gazechair.people.pairing import PairingDesk
+from gazechair.people.pairing.local import LocalDoor
 from gazechair.service import doctor, doctor_devices
 from gazechair.service.doctor import FAIL, OK, WARN, Finding
 from gazedemo.pairing import cookie
+from gazelink import codes
 
 PATIENCE_S = 60
 
@@ -132,6 +136,33 @@ def test_a_missing_board_fails(
     (board,) = [row for row in rows if row["what"] == "board"]
     assert board["level"] == FAIL
     assert "plug it in" in board["found"]
+
+
+def test_the_boards_faults_are_findings(cable: Any, tmp_path: Path) -> None:
+    bits = (codes.RELAY_STUCK, codes.HEADING_BUS, codes.HOST_SILENT, codes.OBSTACLE_DATA_OLD)
+    cable.state = {"faults": sum(1 << bit for bit in bits)}
+    file = tmp_path / "chair.toml"
+    file.write_text(f'[board]\nport = "{cable.path}"\n')
+    faults = [one for one in doctor.examine(file) if one.what.startswith("board fault")]
+    stuck = "The safety relay does not open. Switch the chair off and ask for help."
+    assert faults[1:] == [Finding(FAIL, "board fault relay_stuck", stuck)]
+    assert (faults[0].level, faults[0].what) == (WARN, "board fault heading_bus")
+
+
+def test_a_daemon_that_runs_is_to_be_stopped_first(
+    devices: dict[str, HealthState], tmp_path: Path
+) -> None:
+    file = tmp_path / "chair.toml"
+    file.write_text(f'[web]\nstate_folder = "{tmp_path}"\n')
+    assert "gazechair run" not in {one.what for one in doctor.examine(file)}
+    door = LocalDoor(PairingDesk(tmp_path), tmp_path, str)
+    door.start()
+    try:
+        finding = found(doctor.examine(file), "gazechair run")
+    finally:
+        door.stop()
+    assert finding.level == WARN
+    assert "sudo systemctl stop gazechair" in finding.do
 
 
 def test_a_bad_configuration_is_a_finding(devices: dict[str, HealthState], tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import pytest
 from gazechair import first_drive
 from gazechair.base import supervisor
 from gazechair.base.health import STATES
+from gazechair.base.languages import languages
 from gazechair.board import caretaker_settings
 from gazechair.first_drive.facts import STEPS
 from gazechair.people.profiles import fields
@@ -27,7 +28,7 @@ FIRST_DRIVE = Path(first_drive.__file__).parent
 MAP_PARTS = ("maps.js", "map_tools.js", "map_files.js")
 MAPPING = Path(making.__file__).parent
 WEB = Path(__file__).parents[2] / "web"
-LANGUAGES = ("nl", "en")
+LANGUAGES = languages()
 HOST_KEYS = ["ok", "board_lost", "board_starting", "board_busy", "wrong_port", "version_differs"]
 HOST_KEYS += ["lidar_lost", "lidar_view", "lidar_starting", "camera_lost", "page_silent"]
 HOST_KEYS += ["lidar_silent", "lidar_frozen", "lidar_protection", "lidar_power", "lidar_mirror"]
@@ -84,13 +85,21 @@ def test_what_only_the_caretaker_reads_is_as_short(language):
         assert 0 < len(message["do"]) <= 80, key
 
 
+def test_every_language_has_every_file():
+    parts = [path.name[2:] for path in WEB.glob("strings/nl*.json")]
+    named = {language + part for language in LANGUAGES for part in parts}
+    assert {path.name for path in WEB.glob("strings/*")} == named
+
+
 @pytest.mark.parametrize("name", sorted(path.stem[2:] for path in WEB.glob("strings/nl*.json")))
-def test_both_languages_have_the_same_keys(name):
-    dutch, english = (table(language + name) for language in LANGUAGES)
-    dutch.pop("told", None)  # in English from the host itself
-    assert {kind: list(words) for kind, words in dutch.items()} == {
-        kind: list(words) for kind, words in english.items()
-    }
+def test_all_languages_have_the_same_keys(name):
+    def keys(language):
+        words = table(language + name)
+        words.pop("told", None)  # in English from the host itself
+        return {kind: list(texts) for kind, texts in words.items()}
+
+    for language in LANGUAGES:
+        assert keys(language) == keys("en"), language
 
 
 def test_everything_about_maps_has_words():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.metadata
 import json
 import os
@@ -16,9 +17,11 @@ from gazechair.alerts.mqtt import MISSING as BROKER_MISSING
 from gazechair.alerts.mqtt import try_broker
 from gazechair.base import health as h
 from gazechair.base.languages import advice
+from gazechair.base.state_folder import state_folder
 from gazechair.board import ports
 from gazechair.config import configuration
 from gazechair.config.configuration import Config, ConfigError
+from gazechair.people.pairing.local import AlreadyRunning, no_daemon
 from gazechair.plugins.describe import examine as examine_plugin
 from gazechair.service import doctor_devices
 
@@ -58,6 +61,7 @@ def examine(config_path: Path | None) -> list[Finding]:
     findings.append(Finding(OK, "configuration", name))
     return [
         *findings,
+        *_daemon(config),
         *_devices(config),
         *_plugins(config),
         *_log(config),
@@ -106,6 +110,17 @@ def _serial_ports() -> Iterator[Finding]:
             yield Finding(OK, port.path, what)
         else:
             yield Finding(FAIL, port.path, f"{what}, not permitted to this user", ports.PERMIT)
+
+
+def _daemon(config: Config) -> Iterator[Finding]:
+    # Another user's folder cannot be read: then its daemon is not found.
+    with contextlib.suppress(OSError):
+        try:
+            with no_daemon(state_folder(config.web.state_folder)):
+                pass
+        except AlreadyRunning:
+            do = "stop it first (sudo systemctl stop gazechair), and run the doctor again"
+            yield Finding(WARN, "gazechair run", "runs, and has board, lidars and camera", do)
 
 
 def _devices(config: Config) -> Iterator[Finding]:
