@@ -135,8 +135,8 @@ class Hold:
         self.out = 0
         self.asked = []
 
-    def update(self, error_q4, rate_q4, dt_ms):
-        self.asked.append((error_q4, rate_q4, dt_ms))
+    def update(self, error_q4, rate_q4):
+        self.asked.append((error_q4, rate_q4))
         return self.out
 
 

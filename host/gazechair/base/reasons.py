@@ -5,6 +5,7 @@ The sentences are in web/strings/, under the same keys; docs/when-it-fails.md sh
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -58,6 +59,8 @@ PARTS: Mapping[str, Part] = {
     "log": Part(3.0, _MAY, caretaker_only=True),
     "alerts": Part(3.0, _NOTES),  # the pages show its deliveries
     PLUGIN: Part(1.0, _NOTES),  # the pages show each with its own health
+    # A file, which cannot fall silent; a caretaker sets it.
+    "speed_cap": Part(math.inf, {DEGRADED: codes.WARNING}, caretaker_only=True),
 }
 
 

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 from gazechair.base.health import HealthState
-from gazechair.base.reasons import DEGRADED, NOTE, PARTS, REASONS, Part
+from gazechair.base.reasons import NOTE, PARTS, REASONS
 from gazechair.board.state import BoardState
-from gazechair.driving.speed_cap_store import PART as SPEED_CAP
 from gazelink import codes
 
 LEVELS = {0: "ok", codes.WARNING: "warning", codes.ERROR: "error"}
 
-# The speed cap's file is no source that can fall silent, as PARTS are; a caretaker sets it.
-_SHOWN = {**PARTS, SPEED_CAP: Part(math.inf, {DEGRADED: codes.WARNING}, caretaker_only=True)}
-
 # {(part, health state): severity}
 _PARTS = {
     (name, state): severity
-    for name, part in _SHOWN.items()
+    for name, part in PARTS.items()
     for state, severity in part.severity.items()
 }
 
@@ -64,7 +59,7 @@ def of_board(state: BoardState) -> list[Problem]:
 def of_parts(parts: dict[str, HealthState]) -> list[Problem]:
     """The problems that follow from the parts' health."""
     return [
-        Problem(part.reason, _PARTS[name, part.state], _SHOWN[name].caretaker_only)
+        Problem(part.reason, _PARTS[name, part.state], PARTS[name].caretaker_only)
         for name, part in parts.items()
         if (name, part.state) in _PARTS
         and (part.reason not in REASONS or REASONS[part.reason].severity > NOTE)
