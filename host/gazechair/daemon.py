@@ -22,6 +22,7 @@ from gazechair.board.link import BoardLink
 from gazechair.board.zone import BoardZone
 from gazechair.config.configuration import Config, LidarConfig, is_loopback, uses_tls
 from gazechair.driving.control import Control
+from gazechair.driving.error_handler import FIRST_DRIVE
 from gazechair.driving.speed_cap_store import PART as SPEED_CAP
 from gazechair.driving.speed_cap_store import KeptCap
 from gazechair.first_drive.floor_marks import FloorMarks
@@ -70,7 +71,7 @@ class Daemon:
         self._running = False
         self.parts = HealthRegistry(on_change=self._changed)
         folder = state_folder(config.web.state_folder)
-        record = Record(folder)
+        record = Record(folder, self.parts.part(FIRST_DRIVE))
         lidars = record.masked(config.lidar)
         self._log = BlackBox(
             config.log,

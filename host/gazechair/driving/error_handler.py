@@ -14,8 +14,12 @@ from gazelink import codes
 
 LEVELS = {0: "ok", codes.WARNING: "warning", codes.ERROR: "error"}
 
-# The speed cap's file is no source that can fall silent, as PARTS are; a caretaker sets it.
-_SHOWN = {**PARTS, SPEED_CAP: Part(math.inf, {DEGRADED: codes.WARNING}, caretaker_only=True)}
+FIRST_DRIVE = "first_drive"
+"""Part of the host's health: the file with the results of the first drive."""
+
+# Files of what caretakers do: no sources that can fall silent, as PARTS are.
+_FILE = Part(math.inf, {DEGRADED: codes.WARNING}, caretaker_only=True)
+_SHOWN = {**PARTS, SPEED_CAP: _FILE, FIRST_DRIVE: _FILE}
 
 # {(part, health state): severity}
 _PARTS = {
