@@ -6,9 +6,6 @@ import { Held } from "./held.js";
 
 const JSON_TYPE = { "Content-Type": "application/json" };
 const POLL_MS = 500;
-/** Each line of the procedure that matches counts as one pulse. */
-const PULSE = /%, /;
-const STRAIGHT = "  straight on";
 /** Steps that move the chair: only while their button is held. */
 const MOVES = ["relay", "tune", "turn"];
 /** Steps that only inform. */
@@ -250,16 +247,14 @@ class FirstDrive {
     this.#marks.update(row, text, ended && { ...ended.fields });
   }
 
-  #told(step, runs, refused, { asks, lines, ended }) {
+  #told(step, runs, refused, { asks, pulses, straight, ended }) {
     const label = (key, fields) => this.#words.label(key, fields);
     if (runs) {
       if (asks === "linear" || asks === "turn") {
         return label(asks === "turn" ? "first_turn_pin" : "first_linear");
       }
-      const straight = lines.filter((line) => line.startsWith(STRAIGHT)).length;
       if (straight > 0) return label("first_straight", { n: straight });
-      const n = lines.filter((line) => PULSE.test(line)).length;
-      return n > 0 ? label("first_pulses", { n }) : label("first_running");
+      return pulses > 0 ? label("first_pulses", { n: pulses }) : label("first_running");
     }
     const last = ended?.step === step ? ended : null;
     if (last && !last.ok) {

@@ -27,6 +27,7 @@ from gazechair.driving.speed_cap_store import KeptCap
 from gazechair.first_drive.floor_marks import FloorMarks
 from gazechair.first_drive.guide import Guide
 from gazechair.first_drive.port import FirstDrivePort
+from gazechair.first_drive.record import PART as FIRST_DRIVE
 from gazechair.first_drive.record import Record
 from gazechair.people.profiles import Profiles, house_fields
 from gazechair.picture.camera import CameraService
@@ -70,7 +71,7 @@ class Daemon:
         self._running = False
         self.parts = HealthRegistry(on_change=self._changed)
         folder = state_folder(config.web.state_folder)
-        record = Record(folder)
+        record = Record(folder, self.parts.part(FIRST_DRIVE))
         lidars = record.masked(config.lidar)
         self._log = BlackBox(
             config.log,

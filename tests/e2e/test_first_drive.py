@@ -12,6 +12,7 @@ from firstdriverig import AHEAD_MM, EYE, FirstDriveRig, marks
 from gazechair.first_drive.facts import STEPS
 from gazechair.picture.floor_store import FloorStore
 from gazechair.service.tune import command
+from gazechair.service.tune.forward_runner import PRESSES
 from gazechair.service.tune.identify import Fit
 from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.procedure import PULSES
@@ -95,6 +96,9 @@ def test_a_fresh_board_is_led_to_a_driving_chair(
     assert rig.hold("relay") == "", rig.guide.status()["run"]
     assert not rig.armed()
     assert rig.hold("tune") == "", rig.guide.status()["run"]
+    run = rig.guide.status()["run"]
+    assert run["pulses"] >= len(PULSES)
+    assert run["straight"] == len(PRESSES)
     assert not rig.armed()
     assert rig.caretaker.shown["tuned"] is True
     # Straight on, too: what is found is this chair's speed, which is no textbook's.

@@ -108,7 +108,8 @@ def test_run_serves_without_any_device_and_ends_cleanly(tmp_path: Path, number: 
         )
         with urllib.request.urlopen(request, timeout=PATIENCE_S) as answer:
             health = json.load(answer)
-        assert set(health) == {"board", "lidar", "camera", "log", "host", "speed_cap"}
+        stores = {"speed_cap", "first_drive"}
+        assert set(health) == {"board", "lidar", "camera", "log", "host", *stores}
         process.send_signal(number)
         assert process.wait(PATIENCE_S) == 0
     finally:

@@ -125,12 +125,15 @@ def test_the_service_restarts_with_the_version_that_is_told(
     assert machine.restarts() == 2
 
 
-@pytest.mark.parametrize("name", ["current", "before", "3.0"])
+@pytest.mark.parametrize(
+    "name", ["current", "before", "3.0", "current/", "before/", "1.0/", "2.0/.", "", "."]
+)
 def test_what_is_no_version_is_refused(machine: Machine, name: str) -> None:
     machine.install()
     machine.upgrade("2.0")
+    before = {path.name: path.resolve() for path in machine.version.parent.iterdir()}
     assert machine.change("use", name).returncode == 2
-    assert (machine.version.parent / "current").resolve() == machine.version
+    assert {path.name: path.resolve() for path in machine.version.parent.iterdir()} == before
 
 
 def test_a_version_before_that_does_not_start_is_refused(machine: Machine) -> None:

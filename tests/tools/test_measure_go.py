@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gazechair.going.chair_numbers import CAP_M_S
 from gazechair.going.follow import STOP, Stick
 from gazechair.going.plan import Way
 from gazemeasure.go.benchmark import add_comfort, add_kind
@@ -136,7 +135,7 @@ def test_a_plan_is_ready_when_planning_would_be() -> None:
 def test_the_ideal_is_the_way_at_the_permitted_speed_and_its_turns() -> None:
     full = {"profile": 2, "linear_permille": 1000, "turn_permille": 1000}
     permitted = Permitted(settings_with(full), numbers(), False)
-    assert 0.15 < permitted.m_s <= CAP_M_S
+    assert 0.15 < permitted.m_s <= numbers().cap_m_s
     assert 15.0 < permitted.deg_s < numbers().left_deg_s
     straight = Way(np.array(((0.0, 0.0), (3.5, 0.0))), None)
     way_s = 3.5 / permitted.m_s

@@ -141,7 +141,7 @@ def test_a_button_held_by_a_key_is_released_when_the_focus_goes(caretaker, kind,
 
 def test_a_step_of_the_first_drive_held_by_a_key_ends_when_the_focus_goes(caretaker):
     row = {"step": "tune", "done": False, "refused": "", "profile": "3.1"}
-    run = {"step": "", "lines": [], "asks": "", "ended": None}
+    run = {"step": "", "lines": [], "pulses": 0, "straight": 0, "asks": "", "ended": None}
     caretaker.host.replies["GET /first-drive"] = (200, {"steps": [row], "run": run})
     caretaker.page.locator("#tab-settings").click()
     caretaker.page.locator("#tab-first").click()

@@ -7,7 +7,7 @@ from patience import wait_until
 
 pytestmark = pytest.mark.browser
 
-RUN = {"step": "", "lines": [], "asks": "", "ended": None}
+RUN = {"step": "", "lines": [], "pulses": 0, "straight": 0, "asks": "", "ended": None}
 ROWS = [
     {"step": "versions", "done": True, "refused": "", "host": "0.2.0", "board": "teensy 0.2.0"},
     {"step": "mask", "done": False, "refused": "lidar_lost", "arcs": [[[123.0, -123.0]]]},
@@ -78,8 +78,10 @@ def test_a_caretaker_is_led_from_step_to_step(caretaker):
     assert all("token" in m for m in held)
     page.evaluate(WATCH)
     take(page)  # opening a step moved the others
-    now(step="tune", lines=["Tuning", "  left, 60 %, 0.30 s", "  right, 60 %, 0.41 s"])
+    now(step="tune", pulses=2)
     assert said("told").startswith("2 van 10")
+    now(step="tune", pulses=10, straight=1)
+    assert said("told").startswith("Rechtuit: 1 van 3")
     page.mouse.up()
     caretaker.run_for(50)
     assert caretaker.heard("step")[-1]["held"] is False

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.browser
 EYE = Eye(640, 480, field_deg=68.0, height_m=1.21, down_deg=27.0, left_deg=2.0, forward_m=0.25)
 ROW = {"step": "camera", "done": False, "refused": "", "size": [640, 480]}
 ROW |= {"found": None, "lines": []}
-IDLE = {"step": "", "lines": [], "asks": "", "ended": None}
+IDLE = {"step": "", "lines": [], "pulses": 0, "straight": 0, "asks": "", "ended": None}
 FAILED = {"step": "camera", "ok": False, "reason": "first_failed", "detail": "the marks"}
 FAILED |= {"told": "floor_residual", "fields": {"mark": 2, "cm": 14.2}}
 KNOWN = {"residual_mm": 12, "fits": True}

@@ -109,7 +109,7 @@ def test_everything_about_maps_has_words():
     built |= {f"maps_{tool}{end}" for tool in ("place", "no_go", "home") for end in ("", "_tap")}
     named = set(re.findall(r'"(maps_\w+)"', code)) - {"maps_stored"}
     assert set(words["labels"]) == named | built | {"map_damaged"}
-    sources = "".join(path.read_text("utf-8") for path in MAPPING.glob("*.py"))
+    sources = "".join(path.read_text("utf-8") for path in MAPPING.rglob("*.py"))
     reasons = set(re.findall(r'"(map_\w+)"', sources)) | {"maps_stored"}
     reasons |= {f"map_{doubt}" for doubt in (making.BROKEN, making.FULL, making.SILENT)}
     assert reasons - {"map_starting", "map_unknown", "map_twins", "map_lost"} == set(

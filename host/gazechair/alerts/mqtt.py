@@ -6,6 +6,8 @@ One thread calls everything here, except paho's callbacks, which only record wha
 from __future__ import annotations
 
 import json
+import ssl
+import sys
 import time
 from importlib.util import find_spec
 from typing import Any
@@ -20,6 +22,7 @@ EXPIRES_S = 90  # Home Assistant calls the chair unavailable then
 HOST_SILENT_S = 15.0  # a host that is silent for longer counts as dead
 _KEEPALIVE_S = 20
 _ANSWER_S = 5.0
+_NOT_YET = "not connected yet"
 _MOST_QUEUED = 100  # for a broker that accepts a connection and then never answers
 OK = "ok"
 BATTERY = "battery"  # of the state; a computer without one leaves it out
@@ -83,7 +86,7 @@ class Broker:
         client.reconnect_delay_set(1, 30)
         client.max_queued_messages_set(_MOST_QUEUED)
         self._client = client
-        self.problem = "not connected yet"
+        self.problem = _NOT_YET
         try:
             client.connect_async(*_target(client, url), _KEEPALIVE_S)
         except ValueError:  # its text may contain the password
@@ -99,11 +102,21 @@ class Broker:
         self, _client: Any, _data: Any, _flags: Any, reason: Any, _more: Any
     ) -> None:
         self._connected = False
-        self.problem = self.problem or f"the broker is gone: {reason}"
+        if self.problem in ("", _NOT_YET):  # else the broker has refused the connection
+            self.problem = f"the broker is gone: {reason}"
 
     def _on_connect_fail(self, _client: Any, _data: Any) -> None:
         self._connected = False
-        self.problem = "the broker does not answer"
+        self.problem = _unanswered(sys.exc_info()[1])  # paho calls this while handling it
+
+
+def _unanswered(why: object) -> str:
+    """One line for people: why there is no connection. It contains no password."""
+    if isinstance(why, ssl.SSLCertVerificationError):
+        return f"certificate verify failed: {why.verify_message}"
+    if isinstance(why, OSError):
+        why = why.strerror or why
+    return f"the broker does not answer: {why}" if why else "the broker does not answer"
 
 
 def _target(client: Any, url: str) -> tuple[str, int]:
@@ -132,15 +145,15 @@ def try_broker(url: str) -> str:
     client.on_connect = on_connect
     try:
         client.connect(*_target(client, url), _KEEPALIVE_S)
-        end_s = time.monotonic() + _ANSWER_S
-        while not answers and time.monotonic() < end_s:
-            client.loop(0.1)
+        end_s, ended = time.monotonic() + _ANSWER_S, 0
+        while not (answers or ended) and time.monotonic() < end_s:
+            ended = client.loop(0.1)
+    except OSError as error:  # first: an untrusted certificate is a ValueError, too
+        return _unanswered(error)
     except ValueError:
         return NO_ADDRESS
-    except OSError as error:
-        return f"the broker does not answer: {error.strerror or error}"
     client.disconnect()
-    return answers[0] if answers else "the broker does not answer"
+    return answers[0] if answers else _unanswered(ended and paho.error_string(ended))
 
 
 def _topic(node: str, what: str) -> str:

@@ -44,6 +44,7 @@ class Part:
 _MUST = {STARTING: codes.WARNING, DEGRADED: codes.WARNING, LOST: codes.ERROR}
 _NOTES: Mapping[str, int] = {}
 _MAY = {DEGRADED: codes.WARNING, LOST: codes.WARNING}
+_FILE = Part(math.inf, {DEGRADED: codes.WARNING}, caretaker_only=True)
 
 PLUGIN = "plugin"
 
@@ -59,8 +60,9 @@ PARTS: Mapping[str, Part] = {
     "log": Part(3.0, _MAY, caretaker_only=True),
     "alerts": Part(3.0, _NOTES),  # the pages show its deliveries
     PLUGIN: Part(1.0, _NOTES),  # the pages show each with its own health
-    # A file, which cannot fall silent; a caretaker sets it.
-    "speed_cap": Part(math.inf, {DEGRADED: codes.WARNING}, caretaker_only=True),
+    # Files of what caretakers do, which cannot fall silent.
+    "speed_cap": _FILE,
+    "first_drive": _FILE,
 }
 
 

@@ -21,7 +21,7 @@ from gazechair.driving.driver_port import Message
 from gazechair.driving.messages import MAX_SINCE_MS, STOP, BadMessage, PageMessage, UseMode, parse
 from gazechair.driving.needs import Calls, Link
 from gazechair.driving.refusal import Refusal
-from gazechair.driving.shown_state import board_key, board_words, bypass_ms
+from gazechair.driving.shown_state import board_words, bypass_ms
 from gazechair.driving.speed_cap_store import KeptCap
 from gazechair.driving.stop_seen import StopSeen
 from gazechair.driving.untuned import StepTurns, slowed
@@ -254,32 +254,20 @@ class Control:
         with self._lock:
             now_s = self._clock()
             state = self._link.state()
-            parts = self._parts.states()
             verdict = self._verdicts[self._arbiter.role(client) == "driver"]
             return {
                 "k": "state",
                 "token": self._arbiter.freshness.token(now_s),
-                **board_words(state),
+                **self._facts(state, now_s),
                 **shown(self._clearance, now_s, self._clearance_old_s()),
                 "level": verdict.level,
                 "message": verdict.message,
-                **{name: parts[name].state for name in ("board", "lidar", "camera")},
-                "owner": codes.OWNERS[self._arbiter.owner_code],
                 "you": self._arbiter.owner == client,
-                "auto": [self._arbiter.auto, self._arbiter.auto_over],
                 "edge": self._arbiter.page_edge(client),
                 "heading_deg": state.heading_deg if state and state.heading_known else None,
                 "output_permille": [state.linear_permille, state.turn_permille] if state else None,
-                "cap_permille": self._arbiter.cap_permille,
-                "call": self._arbiter.help.on,
-                "coming": self._arbiter.help.coming(now_s),
-                "heard": self._heard(now_s),
-                "alerts": self._alerts.revision if self._alerts else 0,
                 "stops": self._stop_seen.seen(client),
-                "profile": self._profiles.revision,
                 "bypass_ms": bypass_ms(self._arbiter.bypass, self._link.stats()),
-                "simulated": self._simulated(),
-                "turned": self._step_turns.told,
             }
 
     def token(self) -> int:
@@ -332,33 +320,43 @@ class Control:
     def _refresh(self, now_s: float) -> None:
         state = self._hear_board(now_s)
         self._tell_board()
-        parts = self._parts.states()
         problems = self._problems(state, now_s)
         told = [problem for problem in problems if not problem.caretaker_only]
         self._verdicts = self._errors[0].fold(problems, now_s), self._errors[1].fold(told, now_s)
         shown = (
-            *board_key(state),
+            self._facts(state, now_s),
+            # Sources of what each page is told of its own, and of `welcome`.
             self._verdicts,
-            *(part.state for part in parts.values()),
             self._arbiter.owner,
-            self._arbiter.cap_permille,
-            self._arbiter.help.on,
-            self._arbiter.help.coming(now_s),
-            self._heard(now_s),
-            self._alerts.revision if self._alerts else 0,
+            None if state is None else state.edge,
             self._stop_seen.all_seen(),
-            self._step_turns.told,
-            self._profiles.revision,
             self._arbiter.bypass is None,
-            (self._arbiter.auto, self._arbiter.auto_over),
-            self._simulated(),
             self._limits,
             tuple(self._tiles),
+            tuple(part.state for part in self._parts.states().values()),
         )
         if shown != self._shown:
             self._shown = shown
             self._version += 1
             self._lock.notify_all()
+
+    def _facts(self, state: BoardState | None, now_s: float) -> Message:
+        """Part of a snapshot that is the same for all pages, and that they get once it changes."""
+        parts, help_call = self._parts.states(), self._arbiter.help
+        return {
+            **board_words(state),
+            **{name: parts[name].state for name in ("board", "lidar", "camera")},
+            "owner": codes.OWNERS[self._arbiter.owner_code],
+            "auto": [self._arbiter.auto, self._arbiter.auto_over],
+            "cap_permille": self._arbiter.cap_permille,
+            "call": help_call.on,
+            "coming": help_call.coming(now_s),
+            "heard": self._heard(now_s),
+            "alerts": self._alerts.revision if self._alerts else 0,
+            "profile": self._profiles.revision,
+            "simulated": self._simulated(),
+            "turned": self._step_turns.told,
+        }
 
     def _heard(self, now_s: float) -> bool:
         reached = self._alerts is not None and self._alerts.reaches_somebody()

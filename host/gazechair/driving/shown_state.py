@@ -35,19 +35,3 @@ def board_words(state: BoardState | None) -> dict[str, Any]:
 def bypass_ms(bypass: Bypass | None, stats: BoardStats | None) -> int:
     """Remaining ms of `bypass`: the board counts it down and sends it once a second."""
     return 0 if bypass is None or stats is None else stats.counters["bypass_ms"]
-
-
-def board_key(state: BoardState | None) -> tuple[int, ...]:
-    """Everything of the state that a page shows, except values that change all the time."""
-    if state is None:
-        return ()
-    return (
-        state.state,
-        state.motion,
-        state.override,
-        state.arm_reason,
-        state.decisions,
-        state.edge,
-        state.relay_checked,
-        state.tuned is False,
-    )

@@ -108,6 +108,7 @@ class Guide:
         self._lock = threading.Lock()
         self._step = ""  # that runs
         self._lines: deque[str] = deque(maxlen=_MOST_LINES)
+        self._pulses = self._straights = 0  # that tuning has begun
         self._ended: dict[str, Any] | None = None
         self._answers: deque[tuple[str, str]] = deque(maxlen=_MOST_LINES)  # question, answer
         self._joystick: JoystickCalibration | None = None
@@ -161,7 +162,14 @@ class Guide:
         if self._drove and not self._record.get("drove"):
             self._record.keep("drove", True)
         asks = self._joystick.asks if self._joystick is not None else ""
-        run = {"step": self._step, "lines": list(self._lines), "asks": asks, "ended": self._ended}
+        run = {
+            "step": self._step,
+            "lines": list(self._lines),
+            "pulses": self._pulses,
+            "straight": self._straights,
+            "asks": asks,
+            "ended": self._ended,
+        }
         return {"steps": self._facts().rows(), "run": run}
 
     def begin(self, step: str, value: Any = None) -> None:
@@ -186,6 +194,7 @@ class Guide:
         self._ended = None
         self._given_up = False
         self._lines.clear()
+        self._pulses = self._straights = 0
         self._answers.clear()
         return lambda: self._run(step, value)
 
@@ -340,7 +349,7 @@ class Guide:
         def record(believed: TurnNumbers, neutral_count: int) -> Sequence[Recording]:
             self._looked = True
             self._wait(HEARD_S)
-            return Runner(self._hands()).run(believed, neutral_count)
+            return Runner(self._hands(), self._pulse_begins).run(believed, neutral_count)
 
         straight = None if self._measured is None else partial(self._straight, self._measured)
         board, say = BoardSettings(self._link), self._lines.append
@@ -352,7 +361,13 @@ class Guide:
             if self._clock() > end_s or self._aborted():
                 break  # the attempt reports what blocks it
             self._wait(_POLL_S)
-        return ForwardRunner(self._hands(), measured).run()
+        return ForwardRunner(self._hands(), measured, self._straight_begins).run()
+
+    def _pulse_begins(self) -> None:
+        self._pulses += 1
+
+    def _straight_begins(self) -> None:
+        self._straights += 1
 
     def _turn(self, _: Any) -> None:
         state = self._link.state()

@@ -13,12 +13,16 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+from gazechair.base import health as states
+from gazechair.base.health import Health
 from gazechair.base.state_folder import replace_file
 from gazechair.config.configuration import LidarConfig
 from gazechair.config.rules import Arc, arcs
+from gazechair.driving.speed_cap_store import NOT_STORED
 from gazechair.sensing.lidar.mask import MOST_DEG
 
 FILE_NAME = "first_drive.json"
+PART = "first_drive"  # of the host's health
 
 _ARCS = arcs(MOST_DEG)  # as the configuration's
 
@@ -28,8 +32,10 @@ log = logging.getLogger(__name__)
 class Record:
     """{step: result}. A file that cannot be read counts as empty, and is logged."""
 
-    def __init__(self, folder: Path | None) -> None:
-        """None: kept in memory only."""
+    def __init__(self, folder: Path | None, health: Health | None = None) -> None:
+        """`folder` None: kept in memory only; `health`: degraded while results are not stored."""
+        self._health = health or Health(PART)
+        self._health.set(states.OK)
         self._path = None if folder is None else folder / FILE_NAME
         self._found: dict[str, Any] = {}
         if self._path is not None and self._path.exists():
@@ -44,14 +50,17 @@ class Record:
         return self._found.get(step)
 
     def keep(self, step: str, found: Any) -> None:
-        """Store it; a failed write is logged, and the result lasts until the host ends."""
+        """Store it; without a write that works the result lasts until the host ends."""
         self._found = {**self._found, step: found}
         if self._path is None:
             return
         try:
             replace_file(self._path, json.dumps(self._found, indent=1).encode())
         except OSError as error:
-            log.error("%s: %s; what was found ends with this host", self._path, error.strerror)
+            detail = f"{self._path}: {error.strerror}; what was found ends with this host"
+            self._health.set(states.DEGRADED, NOT_STORED, detail)
+        else:
+            self._health.set(states.OK)
 
     def masked(self, lidars: tuple[LidarConfig, ...]) -> tuple[LidarConfig, ...]:
         """`lidars` with the masks learned on the phone, where the configuration has not changed

@@ -15,10 +15,9 @@ from gazechair.base.footprint import DEFAULT_CORNERS, FloatArray
 from gazechair.base.poses import to_frame
 from gazechair.following.line_trace import trace
 from gazechair.following.line_view import FAR_M, NOT_SEEN, LineColour, Picture, PlanMaker, chosen
-from gazechair.following.request import STOP, Request
+from gazechair.following.request import CAP_M_S, STOP, Request
 from gazechair.picture.floor import FloorCamera
 
-CAP_M_S = 0.35
 LOST_S = 0.3
 """After this long without a picture, or without the line where it should be: stop."""
 GONE_S = 1.0

@@ -9,9 +9,8 @@ from __future__ import annotations
 import math
 
 from gazechair.base.footprint import FloatArray
-from gazechair.following.request import STOP, Request
+from gazechair.following.request import CAP_M_S, STOP, Request
 
-CAP_M_S = 0.35
 KEEP_M, NEAR_M = 1.2, 1.0
 ACCELERATE_M_S2, BRAKE_M_S2 = 0.3, 0.5
 """Limits of the request's change; a person who is near, lost or unsure ends it at once."""

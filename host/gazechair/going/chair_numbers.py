@@ -9,8 +9,6 @@ from dataclasses import dataclass
 
 from gazelink.settings_table import profile_row
 
-CAP_M_S = 0.35
-"""Highest speed at which the chair drives by itself."""
 SPOT_DEG_S = 30.0
 _RAMP_M_S2 = 0.6  # of the chair's own controller, estimated
 _STEP_S = 0.02
@@ -34,6 +32,8 @@ class ChairNumbers:
     linear_most: int
     """Highest output that the settings allow, permille; `turn_most` likewise."""
     turn_most: int
+    cap_m_s: float
+    """Highest speed at which the board lets the chair drive by itself."""
 
     @classmethod
     def of(cls, settings: Mapping[str, int]) -> ChairNumbers:
@@ -56,13 +56,14 @@ class ChairNumbers:
             row("breakaway_q4_dps") / 16.0,
             settings["linear_permille"],
             settings["turn_permille"],
+            settings["auto_mm_s"] / 1000.0,
         )
 
     @property
     def most_m_s(self) -> float:
         """Highest speed, m/s, at which it drives by itself; 0 if the limit is in the deadband."""
         share = (self.linear_most / 1000.0 - self.deadband) / (1.0 - self.deadband)
-        return max(0.0, min(CAP_M_S, share * self.forward_m_s))
+        return max(0.0, min(self.cap_m_s, share * self.forward_m_s))
 
     @property
     def most_deg_s(self) -> float:

@@ -3,11 +3,13 @@
 It is kept in the state folder. A local authority signs it, and the authority's key is then deleted:
 a tablet that trusts this authority trusts this one certificate, and nobody can ever make another.
 Both are valid for 820 days; iOS accepts 825. A clock that nobody set and that is far off gives no
-dates, and renews nothing.
+dates, and renews nothing. One that was ahead unnoticed is: a certificate with dates of a clock that
+nobody set is replaced at a start before they begin.
 """
 
 from __future__ import annotations
 
+import contextlib
 import ipaddress
 import logging
 import os
@@ -29,12 +31,18 @@ _AUTHORITY = "authority.crt"
 _CERTIFICATE = "host.crt"
 _KEY = "host.key"
 _NAMES = "names.txt"
+_FILES = (_AUTHORITY, _CERTIFICATE, _KEY, _NAMES)
+_UNSURE = "clock_not_set"  # exists until a clock that was set confirms the dates
 
 log = logging.getLogger(__name__)
 
 
 class CertificateError(Exception):
-    """Raised when no certificate can be made: one line with the cause and what to do."""
+    """Raised when there is no usable certificate: one line with the cause and what to do."""
+
+
+class _DamagedError(CertificateError):
+    """Raised when the files can be read but are no certificate and its key."""
 
 
 class Certificate:
@@ -53,7 +61,7 @@ class Certificate:
         now_s = wall()
         trusted = clock_is_right() and now_s >= EARLIEST_S
         if not self._usable() or self._over(now_s, trusted):
-            _make(self._folder, names, _begin_s(now_s, trusted))
+            _make(self._folder, names, _begin_s(now_s, trusted), trusted)
             log.warning("new certificate: tablets and phones must trust the new %s", self.authority)
         else:
             named = (self._folder / _NAMES).read_text(errors="replace")
@@ -77,19 +85,24 @@ class Certificate:
         context.set_alpn_protocols(["http/1.1"])
         try:
             context.load_cert_chain(self._folder / _CERTIFICATE, self._folder / _KEY)
-        except (OSError, ssl.SSLError) as error:
-            raise CertificateError(
+        except ssl.SSLError as error:
+            raise _DamagedError(
                 f"the certificate in {self._folder} is damaged ({error}); remove that folder"
             ) from None
+        except OSError as error:
+            raise self._unreadable(error) from None
         return context
 
     def _usable(self) -> bool:
-        files = (_AUTHORITY, _CERTIFICATE, _KEY, _NAMES)
-        if not all((self._folder / name).is_file() for name in files):
-            return False
         try:
+            for name in _FILES:
+                (self._folder / name).read_bytes()
             self.context()
-        except CertificateError as error:
+        except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
+            return False
+        except OSError as error:
+            raise self._unreadable(error) from None
+        except _DamagedError as error:
             log.error("%s", error)
             return False
         words = ["verify", "-no_check_time", "-CAfile", _AUTHORITY, _CERTIFICATE]
@@ -99,17 +112,30 @@ class Certificate:
             return False
         return True
 
+    def _unreadable(self, error: OSError) -> CertificateError:
+        # No reason to replace a certificate that tablets trust.
+        return CertificateError(
+            f"the certificate in {self._folder} cannot be read ({error.strerror});"
+            " make it readable, or remove that folder"
+        )
+
     def _over(self, now_s: float, trusted: bool) -> bool:
         found = self._ask(["x509", "-in", _CERTIFICATE, "-noout", "-startdate", "-enddate"])
         if found is None or found.returncode != 0:
             return False
         dates = [line.partition("=")[2] for line in found.stdout.splitlines()]
         begin_s, end_s = map(ssl.cert_time_to_seconds, dates)
+        unsure = self._folder / _UNSURE
         if begin_s <= now_s < end_s - _RENEW_S:
+            if trusted:
+                with contextlib.suppress(OSError):
+                    unsure.unlink(missing_ok=True)
             return False
         # A computer that is switched on each day may start before any network sets its clock, which
-        # then has its own battery. One without says long ago, or anything.
-        believed = trusted or begin_s <= now_s < end_s + _BELIEVED_S
+        # then has its own battery. One without says long ago, or anything. Of two clocks that
+        # nobody set, the earlier is believed.
+        earliest_s = EARLIEST_S if unsure.exists() else begin_s
+        believed = trusted or earliest_s <= now_s < end_s + _BELIEVED_S
         if not believed:
             log.warning(
                 "the certificate is valid from %s to %s, by a clock that nobody set", *dates
@@ -136,7 +162,7 @@ def _begin_s(now_s: float, trusted: bool) -> float:
     return now_s - _DAY_S  # the tablet's clock may be late
 
 
-def _make(folder: Path, names: Sequence[str], begin_s: float) -> None:
+def _make(folder: Path, names: Sequence[str], begin_s: float, trusted: bool) -> None:
     # In a separate folder that gets its final name once it is complete.
     fresh = folder.with_name("tls.new")
     shutil.rmtree(fresh, ignore_errors=True)
@@ -151,10 +177,11 @@ def _make(folder: Path, names: Sequence[str], begin_s: float) -> None:
             if done.returncode != 0:
                 last = (done.stderr.strip().splitlines() or ["?"])[-1]
                 raise CertificateError(f"openssl {words[0]} failed: {last}")
-        kept = (_AUTHORITY, _CERTIFICATE, _KEY, _NAMES)
         for path in fresh.iterdir():
-            if path.name not in kept:
+            if path.name not in _FILES:
                 path.unlink()
+        if not trusted:
+            (fresh / _UNSURE).write_text("made by a clock that nobody had set\n")
         (fresh / _KEY).chmod(0o600)
         os.sync()  # a power cut must not leave names without content
         shutil.rmtree(folder, ignore_errors=True)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import queue
 import socket
+import ssl
 import subprocess
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -170,6 +173,76 @@ def test_the_doctor_finds_a_broker_that_refuses_is_not_there_or_has_no_package(
     assert gone.found == "the broker does not answer: Connection refused"
     assert (missing.found, missing.do) == (mqtt.MISSING, "")
     assert "wrong-one" not in str((refused, gone))
+
+
+@contextlib.contextmanager
+def serving(meet: Callable[[socket.socket], object]) -> Iterator[int]:
+    """A server that does `meet` with each connection, and then closes it; its port."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def serve() -> None:
+            while True:
+                try:
+                    connection, _ = server.accept()
+                except OSError:
+                    return
+                with connection, contextlib.suppress(OSError):
+                    meet(connection)
+
+        threading.Thread(target=serve, daemon=True).start()
+        yield server.getsockname()[1]
+        server.shutdown(socket.SHUT_RDWR)
+
+
+@pytest.fixture
+def encrypted(tmp_path: Path) -> Iterator[str]:
+    """The address of a broker with a certificate that nobody signed."""
+    words = ["req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes"]
+    files = ["-subj", "/CN=localhost", "-keyout", "key", "-out", "crt"]
+    subprocess.run(["openssl", *words, *files], cwd=tmp_path, check=True, capture_output=True)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(tmp_path / "crt", tmp_path / "key")
+
+    def meet(connection: socket.socket) -> None:
+        context.wrap_socket(connection, server_side=True).close()
+
+    with serving(meet) as port:
+        yield f"mqtts://chair:hush-hush@localhost:{port}"
+
+
+UNTRUSTED = "certificate verify failed: self-signed certificate"
+
+
+def test_the_doctor_tells_a_certificate_that_is_not_trusted(encrypted: str) -> None:
+    assert mqtt.try_broker(encrypted).replace("self signed", "self-signed") == UNTRUSTED
+
+
+def test_the_host_tells_a_certificate_that_is_not_trusted(encrypted: str) -> None:
+    broker = Broker()
+    broker.tell(encrypted, "x", QUIET, 0.0)
+    until(lambda: broker.problem.replace("self signed", "self-signed") == UNTRUSTED)
+    broker._client.disconnect()
+    broker._client.loop_stop()
+
+
+def test_a_broker_that_closes_before_it_answers_is_told_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(mqtt, "_ANSWER_S", PATIENCE_S)
+    with serving(lambda connection: connection.recv(1000)) as port:
+        began_s = time.monotonic()
+        problem = mqtt.try_broker(f"mqtt://chair:hush-hush@127.0.0.1:{port}")
+        assert time.monotonic() - began_s < PATIENCE_S / 2
+    assert problem == "the broker does not answer: The connection was lost."
+
+
+def test_the_host_tells_a_broker_that_closes_before_it_answers() -> None:
+    broker = Broker()
+    with serving(lambda connection: connection.recv(1000)) as port:
+        broker.tell(f"mqtt://127.0.0.1:{port}", "x", QUIET, 0.0)
+        until(lambda: broker.problem.startswith("the broker is gone"))
+    broker._client.disconnect()
+    broker._client.loop_stop()
 
 
 class Paper:

@@ -13,6 +13,7 @@ from gazechair.board.state import BoardId
 from gazechair.config.configuration import Config
 from gazechair.driving.control import Control
 from gazelink import codes
+from gazelink.settings_table import profile_row
 from gazesim.board_limits import LIMITS
 
 
@@ -238,6 +239,15 @@ def test_versions_change_with_what_is_shown_but_not_with_the_output(rig: Rig) ->
     after = rig.control.wait_change(0, version)
     assert after != version
     assert rig.look()["override"] == "obstacle_left"
+
+
+@pytest.mark.parametrize("tuned", [0, 1])
+def test_a_profile_that_becomes_known_is_shown_at_once(rig: Rig, tuned: int) -> None:
+    assert rig.look()["tuned"] is None
+    version = rig.control.wait_change(0, -1)
+    rig.board(settings={"profile": 2, profile_row(2, "tuned"): tuned})
+    assert rig.look()["tuned"] is bool(tuned)
+    assert rig.control.wait_change(0, version) != version
 
 
 def test_a_waiting_server_is_woken(rig: Rig) -> None:

@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from gazechair.base.health import HealthRegistry
 from gazechair.config.configuration import LidarConfig
-from gazechair.first_drive.record import FILE_NAME, Record, fitted_as
+from gazechair.driving import error_handler
+from gazechair.first_drive.record import FILE_NAME, PART, Record, fitted_as
 
 LIDAR = LidarConfig(kind="s2", name="front", x_m=0.5)
 MASK = {"front": {"fitted": fitted_as(LIDAR), "mask": [[120.0, -120.0]]}}
@@ -52,11 +54,23 @@ def test_a_damaged_mask_does_not_count(tmp_path: Path) -> None:
     assert record.masked((LIDAR,)) == (LIDAR,)
 
 
-def test_a_full_disk_keeps_it_until_the_end(tmp_path: Path) -> None:
+def test_a_full_disk_keeps_it_until_the_end_and_the_caretaker_is_told(tmp_path: Path) -> None:
     (tmp_path / "state").write_text("in the way")
-    record = Record(tmp_path / "state")
+    parts = HealthRegistry()
+    record = Record(tmp_path / "state", parts.part(PART))
+
+    def shown() -> list[tuple[str, bool]]:
+        problems = error_handler.of_parts(parts.states())
+        return [(problem.key, problem.caretaker_only) for problem in problems]
+
+    assert shown() == []
     record.keep("relay", True)
     assert record.get("relay") is True
+    assert shown() == [("setting_not_stored", True)]
+    (tmp_path / "state").unlink()
+    record.keep("drove", True)
+    assert shown() == []
+    assert Record(tmp_path / "state").get("relay") is True
 
 
 @pytest.mark.parametrize(

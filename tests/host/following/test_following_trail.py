@@ -7,14 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from gazechair.following.trail import (
-    ACCELERATE_M_S2,
-    BRAKE_M_S2,
-    CAP_M_S,
-    KEEP_M,
-    Request,
-    Trail,
-)
+from gazechair.following.request import CAP_M_S, Request
+from gazechair.following.trail import ACCELERATE_M_S2, BRAKE_M_S2, KEEP_M, Trail
 
 _FRONT_M, _STEP_S = 0.65, 0.1
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -13,7 +14,8 @@ import pytest
 
 from gazechair.base.health import Health
 from gazechair.config.configuration import CameraConfig
-from gazechair.picture.camera import CameraService
+from gazechair.picture.camera import CameraService, http_stream
+from gazechair.picture.camera.errors import CameraError
 
 LONG_S = 60.0
 
@@ -168,6 +170,29 @@ def test_nobody_there_is_said(source: Source) -> None:
     watched.wait(lambda: "does not answer" in watched.health.detail)
     assert "camera.url" in watched.health.detail
     watched.service.stop()
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [b"RTSP/1.0 400 Bad Request\r\n\r\n", b"HTTP/1.1 " + b"x" * 70_000 + b"\r\n\r\n"],
+    ids=["RTSP", "endless"],
+)
+def test_what_is_no_web_server_is_said(answer: bytes) -> None:
+    def serve() -> None:
+        connection, _ = server.accept()
+        with connection:
+            connection.recv(1 << 16)
+            connection.sendall(answer)
+
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        thread = threading.Thread(target=serve, daemon=True)
+        thread.start()
+        at = f"http://127.0.0.1:{server.getsockname()[1]}"
+        with pytest.raises(CameraError) as caught:
+            http_stream.connect(f"{at}/stream?pwd=S3cret")
+        thread.join(LONG_S)
+    text = f"the camera at {at} answers, but not as a web server (HTTP); check camera.url"
+    assert str(caught.value) == text
 
 
 def test_no_camera_is_no_fault() -> None:

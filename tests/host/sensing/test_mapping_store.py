@@ -144,6 +144,16 @@ def test_a_file_that_cannot_be_used_is_told_and_the_one_before_serves(
     assert refused(desk.details, "a") == "map_damaged"
     store.delete("a")
     assert [one.id for one in store.all()] == ["b"]
+    assert [one.name for one in tmp_path.iterdir() if one.is_file()] == ["b.map"]
+
+
+def test_a_map_is_deleted_with_all_that_was_damaged_of_it(store: MapStore, tmp_path: Path) -> None:
+    for name in ("a.damaged", "a.damaged1", "b.damaged"):
+        (tmp_path / name).write_bytes(b"a home")
+    (tmp_path / "a.damaged2").mkdir()
+    store.delete("a")
+    left = sorted(one.name for one in tmp_path.iterdir())
+    assert left == ["a.damaged2", "b.damaged", "b.map"]
 
 
 def test_a_file_of_a_newer_version_is_left_alone(store: MapStore, tmp_path: Path) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import logging
+import os
 import ssl
 import subprocess
 from pathlib import Path
@@ -99,6 +101,31 @@ def test_one_that_begins_later_is_made_anew(tmp_path: Path) -> None:
     assert at(tmp_path, NOW_S, True) != before
 
 
+YEARS_AHEAD_S = EARLIEST_S + 1500 * DAY_S
+
+
+def test_one_by_a_clock_that_was_years_ahead_is_made_anew_without_a_network(
+    tmp_path: Path,
+) -> None:
+    ahead = at(tmp_path, YEARS_AHEAD_S, False)
+    assert dates(tmp_path)[0] > NOW_S
+    assert at(tmp_path, LONG_AGO_S, False) == ahead  # says nothing
+    healed = at(tmp_path, NOW_S, False)
+    assert healed != ahead
+    begin_s, end_s = dates(tmp_path)
+    assert begin_s <= NOW_S < end_s
+    for now_s in (NOW_S + DAY_S, YEARS_AHEAD_S, LONG_AGO_S):
+        assert at(tmp_path, now_s, False) == healed
+
+
+def test_dates_that_a_set_clock_has_confirmed_are_kept_from_one_that_is_behind(
+    tmp_path: Path,
+) -> None:
+    made = at(tmp_path, YEARS_AHEAD_S, False)
+    assert at(tmp_path, YEARS_AHEAD_S + DAY_S, True) == made
+    assert at(tmp_path, NOW_S, False) == made
+
+
 @pytest.mark.parametrize("error", [FileNotFoundError(), PermissionError(), None])
 def test_one_that_cannot_be_checked_is_kept(
     folder: Path, monkeypatch: pytest.MonkeyPatch, error: OSError | None
@@ -173,6 +200,49 @@ def test_a_damaged_one_is_made_anew_at_the_next_start(
         (tmp_path / "tls" / name).write_bytes(b"\xff" * 100)
         assert Certificate(tmp_path, NAMES).context()
     assert "must trust" in caplog.text
+
+
+@pytest.mark.parametrize("name", ["host.key", "host.crt", "authority.crt", "names.txt"])
+@pytest.mark.parametrize("error", [errno.EACCES, errno.EIO], ids=["denied", "disk"])
+def test_one_that_cannot_be_read_ends_the_start_and_is_kept(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, name: str, error: int
+) -> None:
+    tls = folder / "tls"
+    before = {path: path.read_bytes() for path in tls.iterdir()}
+    load, read = ssl.SSLContext.load_cert_chain, Path.read_bytes
+
+    def fails(*files: object) -> None:
+        if tls / name in files:
+            raise OSError(error, os.strerror(error))
+
+    def loads(context: ssl.SSLContext, certificate: Path, key: Path) -> None:
+        fails(certificate, key)
+        load(context, certificate, key)
+
+    def reads(path: Path) -> bytes:
+        fails(path)
+        return read(path)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(ssl.SSLContext, "load_cert_chain", loads)
+        patch.setattr(Path, "read_bytes", reads)
+        with pytest.raises(CertificateError, match=r"cannot be read \(.*\); make it readable"):
+            Certificate(folder, NAMES)
+    assert {path: path.read_bytes() for path in tls.iterdir()} == before
+
+
+def test_a_key_that_the_server_may_not_load_is_kept(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = (folder / "tls" / "host.crt").read_bytes()
+
+    def denied(*_: object) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(ssl.SSLContext, "load_cert_chain", denied)
+    with pytest.raises(CertificateError, match="cannot be read"):
+        Certificate(folder, NAMES)
+    assert (folder / "tls" / "host.crt").read_bytes() == before
 
 
 def test_without_openssl_it_says_what_to_install(

@@ -11,7 +11,7 @@ import math
 from typing import Any
 
 from gazeboard.core.stopping import Stopping
-from gazechair.going.chair_numbers import CAP_M_S, ChairNumbers
+from gazechair.going.chair_numbers import ChairNumbers
 from gazechair.going.plan import Pose, Way
 from gazelink import codes
 
@@ -26,7 +26,7 @@ class Permitted:
             self._share(Stopping(settings, direction, trusted).auto)
             for direction in (codes.DIR_FORWARD, codes.DIR_LEFT, codes.DIR_RIGHT)
         )
-        self.m_s = min(CAP_M_S, forward * numbers.forward_m_s)
+        self.m_s = min(numbers.cap_m_s, forward * numbers.forward_m_s)
         self.deg_s = max(left * numbers.left_deg_s, right * numbers.right_deg_s)
 
     def _share(self, permille: int) -> float:

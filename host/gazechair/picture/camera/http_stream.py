@@ -33,6 +33,16 @@ def _shown(url: str) -> str:
     return re.sub(r"^(https?://[^/?#]*).*", r"\1", url, flags=re.DOTALL)
 
 
+def _why(error: Exception) -> str:
+    if isinstance(error, OSError):
+        reason = getattr(error, "reason", error)
+    elif isinstance(error, ValueError | http.client.InvalidURL):
+        reason = "no address"
+    else:
+        return "answers, but not as a web server (HTTP); check camera.url"
+    return f"does not answer ({reason}); check its power and camera.url"
+
+
 def connect(url: str) -> tuple[Any, bytes]:
     """Open the stream; the response and its boundary. Raises CameraError within some 3 s."""
     # No proxy: the camera is on our own network, whatever the environment sets.
@@ -44,11 +54,7 @@ def connect(url: str) -> tuple[Any, bytes]:
             f"the camera at {_shown(url)} refuses: {error.code} {error.reason}"
         ) from error
     except (OSError, http.client.HTTPException, ValueError) as error:
-        reason = getattr(error, "reason", error) if isinstance(error, OSError) else "no address"
-        raise CameraError(
-            f"the camera at {_shown(url)} does not answer ({reason});"
-            " check its power and camera.url"
-        ) from error
+        raise CameraError(f"the camera at {_shown(url)} {_why(error)}") from error
     try:
         return response, boundary_of(response.headers.get("Content-Type", ""))
     except NotMjpeg as error:

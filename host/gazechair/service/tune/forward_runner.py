@@ -27,10 +27,13 @@ Measured = Callable[[], Entry[Estimate] | None]
 class ForwardRunner(ArmedSession):
     """One run."""
 
-    def __init__(self, hands: Hands, measured: Measured) -> None:
-        """`measured`: odometry's newest estimate."""
+    def __init__(
+        self, hands: Hands, measured: Measured, begins: Callable[[], None] = lambda: None
+    ) -> None:
+        """`measured`: odometry's newest estimate; `begins` is called as each press begins."""
         super().__init__(hands)
         self._measured = measured
+        self._begins = begins
         self._outputs: list[tuple[float, float]] = []
         self._places: list[tuple[float, float, float]] = []
         self._version = 0
@@ -47,6 +50,7 @@ class ForwardRunner(ArmedSession):
             for cap_permille, seconds in PRESSES:
                 begin_s = self._clock() - 0.5
                 self._say(f"  straight on at {cap_permille / 10:.0f} % for {seconds:.1f} s")
+                self._begins()
                 press = Command(
                     codes.FORWARD,
                     codes.CONTINUOUS,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from gazechair.board.board_commands import STOP_COMMAND, Command
 from gazechair.board.state import BoardState
 from gazechair.service.tune.armed_session import ArmedSession, Hands
@@ -14,8 +16,10 @@ from gazelink import codes
 class Runner(ArmedSession):
     """One run."""
 
-    def __init__(self, hands: Hands) -> None:
+    def __init__(self, hands: Hands, begins: Callable[[], None] = lambda: None) -> None:
+        """`begins` is called as each pulse begins."""
         super().__init__(hands)
+        self._begins = begins
         self._before: BoardState | None = None
         self._ms = 0
         self._heading_deg = 0.0
@@ -40,6 +44,7 @@ class Runner(ArmedSession):
                 command = STOP_COMMAND if held is None else self._press(held)
                 if held is not None:
                     self._say(f"  {_words(held)}")
+                    self._begins()
             if held is not None:
                 command = self._held(command)
             self._link.command(command)

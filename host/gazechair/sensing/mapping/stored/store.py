@@ -140,12 +140,14 @@ class MapStore:
         self._change(id_, drawn)
 
     def delete(self, id_: str) -> None:
-        """Delete a map with its earlier version. Raises EditRefused."""
+        """Delete a map with its earlier and its damaged versions. Raises EditRefused."""
         if self.get(id_) is None:
             raise _gone(id_)
         with self._locked():
             try:
                 paths = [self.ledger_path(id_), *self._of_older(id_)]
+                damaged = self.folder.glob(f"{id_}{_DAMAGED}*")
+                paths += [one for one in damaged if one.is_file()]
                 paths += [self.folder / (id_ + suffix) for suffix in (_BEFORE, _SUFFIX)]
                 for path in paths:
                     path.unlink(missing_ok=True)
