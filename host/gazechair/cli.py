@@ -21,7 +21,8 @@ from gazechair.blackbox import command as log_command
 from gazechair.config import configuration
 from gazechair.config.configuration import ConfigError
 from gazechair.sensing.mapping import command as map_command
-from gazechair.service import hotspot, lidar_cli
+from gazechair.service import hotspot
+from gazechair.service.commands import lidar
 from gazelink.settings_table import PROFILES
 
 _SWITCH_S = 0.001  # 0.005 by default
@@ -130,7 +131,7 @@ def _parser() -> argparse.ArgumentParser:
     tune.add_argument("--config", type=Path, metavar="FILE", help="configuration file")
     tune.add_argument("--dry-run", action="store_true", help="only show what it finds")
     tune.set_defaults(act=_tune)
-    lidar_cli.add(commands)
+    lidar.add(commands)
     hotspot.add(commands)
     log_command.add(commands)
     alert_command.add(commands)
