@@ -7,8 +7,8 @@ from collections.abc import Callable
 from gazechair.board.board_commands import Command
 from gazechair.board.state import BoardState, BoardStats
 from gazechair.driving.untuned import TURN_PERMILLE
+from gazechair.service.tune import TuneError
 from gazechair.service.tune.armed_session import ArmedSession, Hands
-from gazechair.service.tune.errors import TuneError
 from gazelink import codes
 
 _RELAY_S = 3.0  # the board reports its relay once a second

@@ -15,6 +15,7 @@ from werkzeug.exceptions import HTTPException
 
 from gazechair.base.latest_value import Latest
 from gazechair.base.throttled_log import ThrottledLog
+from gazechair.base.told import ToldError
 from gazechair.board.caretaker_settings import CaretakerSettings
 from gazechair.config.configuration import Config, is_loopback, uses_tls
 from gazechair.driving.driver_port import DriverPort
@@ -46,7 +47,7 @@ log = logging.getLogger(__name__)
 complaints = ThrottledLog(log)
 
 
-class WebError(Exception):
+class WebError(ToldError):
     """Raised when the server can't start; one plain line: what, where, what to do."""
 
 

@@ -23,8 +23,8 @@ from gazechair.sensing.odometry.feed import Feed
 from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.service import OdometryService
 from gazechair.service.board_settings import BoardSettings, wait_for_board
+from gazechair.service.tune import TuneError
 from gazechair.service.tune.armed_session import Hands
-from gazechair.service.tune.errors import TuneError
 from gazechair.service.tune.forward import ForwardRecording
 from gazechair.service.tune.forward_runner import ForwardRunner
 from gazechair.service.tune.forward_store import ForwardStore

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from gazechair.service.board_settings import SettingsError
-from gazechair.service.tune import tuning
-from gazechair.service.tune.errors import StoppedError, TuneError
+from gazechair.service.tune import StoppedError, TuneError, tuning
 from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
 from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.recording import Recording
