@@ -71,7 +71,16 @@ class Daemon:
         self.parts = HealthRegistry(on_change=self._changed)
         folder = state_folder(config.web.state_folder)
         record = Record(folder)
+        profiles = Profiles(folder, house_fields(config))
         lidars = record.masked(config.lidar)
+        feed = self._sense(folder, lidars, profiles)
+        self._connect(lidars, feed)
+        self._drive(folder, profiles)
+        self._serve(folder, profiles, record)
+
+    def _sense(self, folder: Path, lidars: tuple[LidarConfig, ...], profiles: Profiles) -> Feed:
+        """What works on measurements: log, odometry, map, auto motions, assist; their inboxes."""
+        config = self._config
         self._log = BlackBox(
             config.log,
             folder / "log",
@@ -86,7 +95,6 @@ class Daemon:
         self._mapping = MappingService(fitted, maps, self.parts.part("map")) if wanted else None
         store = MapStore(maps)
         self._maps = MapDesk(store, self._mapping)
-        profiles = Profiles(folder, house_fields(config))
         self._pictures = PictureSlot()
         self._producers = Producers(self._driving_itself(fitted, store, profiles, folder))
         self._assist = AssistService(
@@ -95,8 +103,6 @@ class Daemon:
             lambda: self.parts.part("assist"),
             lambda: bool(fitted and profiles.chosen()["assist"]),
         )
-        fed = (self._odometry, self._mapping, self._assist, *self._producers.services)
-        feed = Feed(part.inbox_fd for part in fed if part)
         if self._odometry is not None and self._mapping is not None:
             self._odometry.subscribe(self._log.motion)
             self._mapping.subscribe(self._log.pose)
@@ -104,6 +110,12 @@ class Daemon:
                 self._odometry.subscribe(service.estimate)
                 self._mapping.subscribe(service.where)
             self._odometry.subscribe(self._mapping.estimate)  # last: each place is an estimate's
+        fed = (self._odometry, self._mapping, self._assist, *self._producers.services)
+        return Feed(part.inbox_fd for part in fed if part)
+
+    def _connect(self, lidars: tuple[LidarConfig, ...], feed: Feed) -> None:
+        """The devices: board, lidars, camera."""
+        config = self._config
         self.link = BoardLink(
             ports.finder(config.board.port, ports.BOARD),
             self.parts.part("board"),
@@ -123,6 +135,10 @@ class Daemon:
         )
         self._camera = CameraService(config.camera, self.parts.part("camera"))
         self._camera.subscribe(self._pictures.put)
+
+    def _drive(self, folder: Path, profiles: Profiles) -> None:
+        """What leads to a command for the board: pages' requests, plug-ins, auto motions."""
+        config = self._config
         self._alerts = Alerts(config, folder, self.parts)
         self.control = Control(
             config,
@@ -136,9 +152,13 @@ class Daemon:
         )
         self._machine = Machine(self.parts.part("host"), self.control.take_late_s)
         self._plugins = Plugins(config.plugins, self.control, self.parts)
-        odometry, forward = self._odometry, ForwardStore(folder)
         self._producers.connect(self.control, self.link)
         self.control.show_plugins(lambda: [*self._plugins.rows(), *self._producers.rows()])
+
+    def _serve(self, folder: Path, profiles: Profiles, record: Record) -> None:
+        """What people's devices reach: the pages, the first drive."""
+        config = self._config
+        odometry, forward = self._odometry, ForwardStore(folder)
         self._guide = Guide(
             *(config, self.link, self.parts, self.control, profiles, record, self._remask),
             measured=None if odometry is None else odometry.latest.entry,
