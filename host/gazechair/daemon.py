@@ -23,7 +23,7 @@ from gazechair.board.zone import BoardZone
 from gazechair.config.configuration import Config, LidarConfig, is_loopback, uses_tls
 from gazechair.driving.control import Control
 from gazechair.driving.speed_cap_store import PART as SPEED_CAP
-from gazechair.driving.speed_cap_store import KeptCap
+from gazechair.driving.speed_cap_store import SpeedCapStore
 from gazechair.first_drive.floor_marks import FloorMarks
 from gazechair.first_drive.guide import Guide
 from gazechair.first_drive.port import FirstDrivePort
@@ -146,7 +146,7 @@ class Daemon:
             self.parts,
             self._camera.latest().age_s,
             profiles=profiles,
-            kept_cap=KeptCap(folder, self.parts.part(SPEED_CAP)),
+            speed_cap=SpeedCapStore(folder, self.parts.part(SPEED_CAP)),
             alerts=self._alerts,
             steer=self._assist.steer,
         )
