@@ -49,7 +49,7 @@ from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.service import OdometryService
 from gazechair.sensing.odometry.shown import shown
 from gazechair.service.tune.forward_store import ForwardStore
-from gazechair.web.access import FrontDoor
+from gazechair.web.access import Access
 
 _LAST_WORDS_S = 0.06  # three repeats of stop and disarm
 _STANDS_S = 2.0
@@ -167,7 +167,7 @@ class Daemon:
             if config.camera.kind == "off"
             else FloorMarks(FloorStore(folder), self._newest_jpeg),
         )
-        self._web = FrontDoor(
+        self._access = Access(
             config,
             SpotPort(
                 FirstDrivePort(self.control, self._guide, self._facts),
@@ -184,7 +184,7 @@ class Daemon:
     @property
     def url(self) -> str:
         """Where the pages are, as other devices reach them."""
-        return self._web.url
+        return self._access.url
 
     @property
     def alive(self) -> bool:
@@ -193,7 +193,7 @@ class Daemon:
 
     def invitation(self) -> str:
         """How to pair the driver's device while there is none, for the terminal; else ""."""
-        return self._web.invitation()
+        return self._access.invitation()
 
     def start(self) -> None:
         """Start every part. Raises gazechair.web.WebError when the page cannot be served.
@@ -205,7 +205,7 @@ class Daemon:
         if not is_loopback(web.host) and not uses_tls(web):
             log.warning("insecure_http: anyone on this network can listen, and steal a pairing")
         try:
-            self._web.start()
+            self._access.start()
         except Exception:
             self.stop()
             raise
@@ -233,7 +233,7 @@ class Daemon:
         if not self._running:
             return
         self._running = False
-        self._web.stop()
+        self._access.stop()
         self._guide.stop()
         self._plugins.stop()
         self._producers.stop()
