@@ -110,11 +110,11 @@ class Control:
 
     def proof(self, born_s: float) -> int:
         """The proof for the time `born_s` in a message to act()."""
-        return self._arbiter.freshness.token(born_s)
+        return self._arbiter.tokens.token(born_s)
 
     def proven_s(self, proof: int) -> float | None:
         """The time that the proof of a page's message stands for; None: too long ago."""
-        return self._arbiter.freshness.moment(proof, self._clock())
+        return self._arbiter.tokens.moment(proof, self._clock())
 
     def press_number(self) -> int:
         """The board's number for a press of the host's own."""
@@ -258,7 +258,7 @@ class Control:
             verdict = self._verdicts[self._arbiter.role(client) == "driver"]
             return {
                 "k": "state",
-                "token": self._arbiter.freshness.token(now_s),
+                "token": self._arbiter.tokens.token(now_s),
                 **board_words(state),
                 **shown(self._clearance, now_s, self._clearance_old_s()),
                 "level": verdict.level,
@@ -284,7 +284,7 @@ class Control:
 
     def token(self) -> int:
         with self._lock:
-            return self._arbiter.freshness.token(self._clock())
+            return self._arbiter.tokens.token(self._clock())
 
     def wait_change(self, timeout_s: float, last_version: int) -> int:
         with self._lock:
