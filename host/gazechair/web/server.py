@@ -44,7 +44,7 @@ _CONTROL = "/ws/control"
 _PICTURE = "/ws/video"
 
 log = logging.getLogger(__name__)
-complaints = ThrottledLog(log)
+throttled = ThrottledLog(log)
 
 
 class WebError(ToldError):
@@ -184,7 +184,7 @@ class WebServer:
 
         @app.errorhandler(Exception)
         def broken(_: Exception) -> Response:
-            complaints.warn("error in an answer", exc_info=True)
+            throttled.warn("error in an answer", exc_info=True)
             return refuse(500, "bad_message", "an error of the host; its log tells more")
 
         @sock.route(_CONTROL)  # type: ignore[untyped-decorator]
