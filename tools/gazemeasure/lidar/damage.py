@@ -131,7 +131,7 @@ def longest_extension(turns: int, seed: int) -> tuple[int, int]:
 
 def _passes(quarters: int) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Per degree: how often the mirror has passed it; and True if the mirror is not near it."""
-    raw_deg = -(np.arange(BINS) - BINS / 2 + 0.5) % 360.0
+    raw_deg = -(np.arange(BINS, dtype=np.float64) - BINS / 2 + 0.5) % 360.0
     behind_deg = 90.0 * (quarters % 4) - raw_deg
     passes = quarters // 4 + (behind_deg > 0.0)
     return passes.astype(np.int64), np.abs(half_turn_deg(behind_deg)) > _AT_MIRROR_DEG
