@@ -21,7 +21,7 @@ from wsproto.utilities import LocalProtocolError
 
 import gazesetup
 from gazechair.people.profiles import ProfileRefused, Profiles, fields
-from gazechair.web.minify import lean
+from gazechair.web.minify import minified
 from gazelink import codes
 from patience import PATIENCE_S, wait_until
 
@@ -143,7 +143,7 @@ class FakeHost:
             text = (WEB / name).read_text("utf-8")
             kind = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
             suffix = Path(name).suffix
-            return Response(lean(text, suffix), mimetype=kind[suffix])
+            return Response(minified(text, suffix), mimetype=kind[suffix])
 
         @app.get("/profiles")
         def profiles() -> Response:

@@ -1,1 +1,1 @@
-# The pages of gazechair as plain files; lets Python find them when installed as package gazeweb.
+# The pages: HTML, CSS, ES modules, texts; a package (gazeweb) once installed.

@@ -23,7 +23,7 @@ from gazechair.board.zone import BoardZone
 from gazechair.config.configuration import Config, LidarConfig, is_loopback, uses_tls
 from gazechair.driving.control import Control
 from gazechair.driving.speed_cap_store import PART as SPEED_CAP
-from gazechair.driving.speed_cap_store import KeptCap
+from gazechair.driving.speed_cap_store import SpeedCapStore
 from gazechair.first_drive.floor_marks import FloorMarks
 from gazechair.first_drive.guide import Guide
 from gazechair.first_drive.port import FirstDrivePort
@@ -50,7 +50,7 @@ from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.service import OdometryService
 from gazechair.sensing.odometry.shown import shown
 from gazechair.service.tune.forward_store import ForwardStore
-from gazechair.web.access import FrontDoor
+from gazechair.web.access import Access
 
 _LAST_WORDS_S = 0.06  # three repeats of stop and disarm
 _STANDS_S = 2.0
@@ -72,7 +72,16 @@ class Daemon:
         self.parts = HealthRegistry(on_change=self._changed)
         folder = state_folder(config.web.state_folder)
         record = Record(folder, self.parts.part(FIRST_DRIVE))
+        profiles = Profiles(folder, house_fields(config))
         lidars = record.masked(config.lidar)
+        feed = self._sense(folder, lidars, profiles)
+        self._connect(lidars, feed)
+        self._drive(folder, profiles)
+        self._serve(folder, profiles, record)
+
+    def _sense(self, folder: Path, lidars: tuple[LidarConfig, ...], profiles: Profiles) -> Feed:
+        """What works on measurements: log, odometry, map, auto motions, assist; their inboxes."""
+        config = self._config
         self._log = BlackBox(
             config.log,
             folder / "log",
@@ -87,7 +96,6 @@ class Daemon:
         self._mapping = MappingService(fitted, maps, self.parts.part("map")) if wanted else None
         store = MapStore(maps)
         self._maps = MapDesk(store, self._mapping)
-        profiles = Profiles(folder, house_fields(config))
         self._pictures = PictureSlot()
         self._producers = Producers(self._driving_itself(fitted, store, profiles, folder))
         self._assist = AssistService(
@@ -96,8 +104,6 @@ class Daemon:
             lambda: self.parts.part("assist"),
             lambda: bool(fitted and profiles.chosen()["assist"]),
         )
-        fed = (self._odometry, self._mapping, self._assist, *self._producers.services)
-        feed = Feed(part.inbox_fd for part in fed if part)
         if self._odometry is not None and self._mapping is not None:
             self._odometry.subscribe(self._log.motion)
             self._mapping.subscribe(self._log.pose)
@@ -105,6 +111,12 @@ class Daemon:
                 self._odometry.subscribe(service.estimate)
                 self._mapping.subscribe(service.where)
             self._odometry.subscribe(self._mapping.estimate)  # last: each place is an estimate's
+        fed = (self._odometry, self._mapping, self._assist, *self._producers.services)
+        return Feed(part.inbox_fd for part in fed if part)
+
+    def _connect(self, lidars: tuple[LidarConfig, ...], feed: Feed) -> None:
+        """The devices: board, lidars, camera."""
+        config = self._config
         self.link = BoardLink(
             ports.finder(config.board.port, ports.BOARD),
             self.parts.part("board"),
@@ -124,6 +136,10 @@ class Daemon:
         )
         self._camera = CameraService(config.camera, self.parts.part("camera"))
         self._camera.subscribe(self._pictures.put)
+
+    def _drive(self, folder: Path, profiles: Profiles) -> None:
+        """What leads to a command for the board: pages' requests, plug-ins, auto motions."""
+        config = self._config
         self._alerts = Alerts(config, folder, self.parts)
         self.control = Control(
             config,
@@ -131,15 +147,19 @@ class Daemon:
             self.parts,
             self._camera.latest().age_s,
             profiles=profiles,
-            kept_cap=KeptCap(folder, self.parts.part(SPEED_CAP)),
+            speed_cap=SpeedCapStore(folder, self.parts.part(SPEED_CAP)),
             alerts=self._alerts,
             steer=self._assist.steer,
         )
         self._machine = Machine(self.parts.part("host"), self.control.take_late_s)
         self._plugins = Plugins(config.plugins, self.control, self.parts)
-        odometry, forward = self._odometry, ForwardStore(folder)
         self._producers.connect(self.control, self.link)
         self.control.show_plugins(lambda: [*self._plugins.rows(), *self._producers.rows()])
+
+    def _serve(self, folder: Path, profiles: Profiles, record: Record) -> None:
+        """What people's devices reach: the pages, the first drive."""
+        config = self._config
+        odometry, forward = self._odometry, ForwardStore(folder)
         self._guide = Guide(
             *(config, self.link, self.parts, self.control, profiles, record, self._remask),
             measured=None if odometry is None else odometry.latest.entry,
@@ -148,7 +168,7 @@ class Daemon:
             if config.camera.kind == "off"
             else FloorMarks(FloorStore(folder), self._newest_jpeg),
         )
-        self._web = FrontDoor(
+        self._access = Access(
             config,
             SpotPort(
                 FirstDrivePort(self.control, self._guide, self._facts),
@@ -165,7 +185,7 @@ class Daemon:
     @property
     def url(self) -> str:
         """Where the pages are, as other devices reach them."""
-        return self._web.url
+        return self._access.url
 
     @property
     def alive(self) -> bool:
@@ -174,7 +194,7 @@ class Daemon:
 
     def invitation(self) -> str:
         """How to pair the driver's device while there is none, for the terminal; else ""."""
-        return self._web.invitation()
+        return self._access.invitation()
 
     def start(self) -> None:
         """Start every part. Raises gazechair.web.WebError when the page cannot be served.
@@ -186,7 +206,7 @@ class Daemon:
         if not is_loopback(web.host) and not uses_tls(web):
             log.warning("insecure_http: anyone on this network can listen, and steal a pairing")
         try:
-            self._web.start()
+            self._access.start()
         except Exception:
             self.stop()
             raise
@@ -214,7 +234,7 @@ class Daemon:
         if not self._running:
             return
         self._running = False
-        self._web.stop()
+        self._access.stop()
         self._guide.stop()
         self._plugins.stop()
         self._producers.stop()

@@ -11,7 +11,7 @@ import pytest
 from firstdriverig import AHEAD_MM, EYE, FirstDriveRig, marks
 from gazechair.first_drive.facts import STEPS
 from gazechair.picture.floor_store import FloorStore
-from gazechair.service.tune import command
+from gazechair.service.tune import tuning
 from gazechair.service.tune.forward_runner import PRESSES
 from gazechair.service.tune.identify import Fit
 from gazechair.service.tune.numbers import TurnNumbers
@@ -55,7 +55,7 @@ def found(recordings: Sequence[Recording], believed: TurnNumbers) -> Fit:
 def test_the_turns_are_tuned_where_nothing_measures_straight_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(command, "identify", found)
+    monkeypatch.setattr(tuning, "identify", found)
     rig = FirstDriveRig(tmp_path)
     rig.ready()
     rig.knows_place = False
@@ -70,7 +70,7 @@ def test_the_turns_are_tuned_where_nothing_measures_straight_on(
 def test_a_fresh_board_is_led_to_a_driving_chair(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(command, "identify", found)
+    monkeypatch.setattr(tuning, "identify", found)
     rig = FirstDriveRig(tmp_path)
     rig.ready()
     assert list(rig.rows()) == list(STEPS)

@@ -7,7 +7,7 @@ import re
 import pytest
 
 from gazehouse import __main__ as command
-from gazehouse import failure_pictures, failures, hazards, numbers
+from gazehouse import failure_pictures, failures, hazards, numbers, rooms
 from gazeprove.safety_words import PROMISES
 
 # What bounds the settings table and what only tests hold against the rest: no module reads it.
@@ -38,6 +38,26 @@ def test_a_comment_beside_or_above_is_the_meaning() -> None:
     found = {limit.name: limit.meaning for limit in numbers.limits()}
     assert found["HOST_SILENT_MS"] == "P2 neutral"
     assert found["OUTERMOST_MM"].startswith("a turn's creep")
+    assert found["MARGIN_MS"].startswith("a promise counts from the event")
+
+
+def test_a_string_below_or_a_comment_of_a_script_is_the_meaning() -> None:
+    host = {(n.file.name, n.name): n.meaning for n in numbers.host_timings()}
+    assert host["chair_numbers.py", "CAP_M_S"].startswith("Highest speed at which")
+    assert host["bends.py", "MOST_M"].startswith("Shortest and longest tangent")
+    pages = {(n.file.name, n.name): n.meaning for n in numbers.page_timings()}
+    assert pages["socket.js", "LOST_MS"].startswith("No message from the host for this long")
+    assert pages["socket.js", "BEAT_MS"] == ""
+
+
+def test_a_test_counts_for_the_module_that_it_loads_only() -> None:
+    tests = numbers.Tests("tests/**/*.py")
+    found = {(n.file.name, n.name): n for n in numbers.host_timings()}
+    named = {file.name for file in tests.of_number(found["child.py", "LIMIT_S"])}
+    assert named <= {"test_alert_routes.py"}
+    assert "test_lidar_tools.py" in {
+        file.name for file in tests.of_number(found["lidar_tools.py", "_PATIENCE_S"])
+    }
 
 
 def test_every_failure_is_proven_by_tests_there_are_and_each_name_is_one_test() -> None:
@@ -73,3 +93,11 @@ def test_every_path_in_the_architecture_exists() -> None:
         paths = re.findall(r"`([\w/.-]+(?:\.\w+|/\w+))`", row.split("|")[2])
         assert paths or "entry point" in row, row
         assert [path for path in paths if "/" in path and not (numbers.ROOT / path).exists()] == []
+
+
+def test_every_package_says_in_a_sentence_what_belongs_in_it() -> None:
+    found = dict(rooms.rooms())
+    assert len(found) > 50
+    assert {
+        folder for folder, what in found.items() if not (len(what) > 20 and what[-1] == ".")
+    } == set()

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from gazechair.driving.speed_cap_store import KeptCap
+from gazechair.driving.speed_cap_store import SpeedCapStore
 from gazechair.web import certificate
 from gazedemo.check import NEUTRAL
 from gazemeasure.allday import alerts, kill, power, real, service, virtual
@@ -90,7 +90,7 @@ def test_a_file_that_is_half_written_or_replaced_too_soon_is_found(tmp_path: Pat
     def write(folder: Path, number: int) -> None:
         (folder / "speed_cap").write_text(f"{number * 111}\n")
 
-    careless = power.Store("speed_cap", write, lambda at: KeptCap(at).read())
+    careless = power.Store("speed_cap", write, lambda at: SpeedCapStore(at).read())
     assert power.cut_writing(careless, 20, random.Random(1)).half > 0
     assert power.unsynced(careless) > 0
 

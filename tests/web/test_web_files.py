@@ -20,7 +20,7 @@ from gazechair.plugins.service import MISSING
 from gazechair.producers import people, spots
 from gazechair.sensing.mapping import making
 from gazechair.sensing.mapping.stored import places
-from gazechair.web.minify import lean
+from gazechair.web.minify import minified
 from gazelink import codes
 
 SUPERVISOR = Path(supervisor.__file__)
@@ -207,7 +207,7 @@ def files_of(page: str) -> set[Path]:
 
 def test_the_drivers_page_weighs_less_than_80_kb():
     def weight(path: Path) -> int:
-        return len(lean(path.read_text("utf-8"), path.suffix).encode())
+        return len(minified(path.read_text("utf-8"), path.suffix).encode())
 
     heaviest = max(weight(WEB / "strings" / f"{language}.json") for language in LANGUAGES)
     assert sum(map(weight, files_of("index.html"))) + heaviest < 80_000
@@ -217,7 +217,7 @@ def test_the_drivers_page_weighs_less_than_80_kb():
 def test_comments_and_indentation_can_be_left_out(path):
     """The rules that gazechair.web.minify relies on: only comments go, line numbers stay."""
     text = path.read_text("utf-8")
-    slim = lean(text, path.suffix)
+    slim = minified(text, path.suffix)
     assert path.suffix != ".js" or slim.count("\n") == text.count("\n")
     comments = r"/\*.*?\*/|<!--.*?-->|^\s*//.*?$"
     plain = re.sub(comments, "", text, flags=re.S | re.M)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import sys
 
-from gazehouse import drawing, failures, hazards, numbers
+from gazehouse import drawing, failures, hazards, numbers, rooms
 from gazesetup import ROOT
 
 PAGES = {
     numbers.DOCUMENT: numbers.render,
     drawing.DOCUMENT: drawing.render,
+    rooms.DOCUMENT: rooms.render,
     failures.DOCUMENT: failures.render,
     hazards.DOCUMENT: hazards.render,
 }

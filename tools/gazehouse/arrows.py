@@ -72,12 +72,13 @@ def modules(root: Path = ROOT) -> dict[str, Path]:
 def imports(known: Mapping[str, Path]) -> dict[str, frozenset[str]]:
     """Which of the known modules each of them imports, at any place where it runs."""
     return {
-        name: frozenset(_imported(ast.parse(file.read_text()), known)) - {name}
+        name: frozenset(imported(ast.parse(file.read_text()), known)) - {name}
         for name, file in known.items()
     }
 
 
-def _imported(tree: ast.AST, known: Mapping[str, Path]) -> Iterator[str]:
+def imported(tree: ast.AST, known: Mapping[str, Path]) -> Iterator[str]:
+    """The known modules that a file imports, at any place where it runs."""
     for node in _running(tree):
         if isinstance(node, ast.ImportFrom) and node.module:
             for alias in node.names:

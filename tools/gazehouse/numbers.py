@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from gazehouse import arrows
 from gazelink.settings_table import PROFILE_ROWS, PROFILES, TABLE
 from gazesetup import ROOT
 
@@ -53,20 +54,41 @@ def page_timings() -> list[Number]:
     """The same in the pages' scripts."""
     found = []
     for file in sorted((ROOT / "web").glob("*.js")):
-        for line in file.read_text().splitlines():
+        lines = file.read_text().splitlines()
+        for at, line in enumerate(lines):
             if match := _SCRIPT.match(line):
-                found.append(Number(match[1], match[2], match[3] or "", file))
+                found.append(Number(match[1], match[2], match[3] or _jsdoc(lines, at), file))
     return found
 
 
 def _named(file: Path, pattern: re.Pattern[str]) -> Iterator[Number]:
     lines = file.read_text().splitlines()
-    for node in ast.parse("\n".join(lines)).body:
-        if not isinstance(node, ast.Assign) or not isinstance(node.targets[0], ast.Name):
+    body = ast.parse("\n".join(lines)).body
+    for node, below in zip(body, [*body[1:], None], strict=True):
+        if not isinstance(node, ast.Assign):
             continue
-        name, value = node.targets[0].id, _value(node.value)
-        if value and pattern.fullmatch(name):
-            yield Number(name, value, _comment(lines, node.lineno - 1), file)
+        for name, number in _assigned(node):
+            if (value := _value(number)) and pattern.fullmatch(name):
+                meaning = _comment(lines, node.lineno - 1, name, _text(below))
+                yield Number(name, value, meaning, file)
+
+
+def _assigned(node: ast.Assign) -> Iterator[tuple[str, ast.expr]]:
+    """Names with what each gets, also of `A, B = 1, 2`."""
+    target, value = node.targets[0], node.value
+    if isinstance(target, ast.Name):
+        yield target.id, value
+    elif isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
+        for one, part in zip(target.elts, value.elts, strict=False):  # `A, B = *both,`
+            if isinstance(one, ast.Name):
+                yield one.id, part
+
+
+def _text(node: ast.stmt | None) -> str:
+    """The string that stands alone as a statement; "" for anything else."""
+    if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+        return " ".join(str(node.value.value).split())
+    return ""
 
 
 def _value(node: ast.expr) -> str:
@@ -78,15 +100,31 @@ def _value(node: ast.expr) -> str:
     return ast.unparse(node) if all(isinstance(part, inside) for part in ast.walk(node)) else ""
 
 
-def _comment(lines: list[str], at: int) -> str:
-    """The comment on a line, or the comment block directly above it."""
+def _comment(lines: list[str], at: int, name: str, below: str) -> str:
+    """The comment on a line, the string below it, or the comment block directly above it.
+
+    In a block about several the part of one begins with its name: `MARGIN: ...`.
+    """
     if " # " in lines[at] or "  #" in lines[at]:
         return lines[at].partition("#")[2].strip()
+    if below:
+        return below
     block: list[str] = []
     while at > 0 and lines[at - 1].startswith("#"):
         at -= 1
         block.insert(0, lines[at].lstrip("# "))
-    return " ".join(block)
+    text = " ".join(block)
+    return text.partition(f"{name.partition('_')[0]}: ")[2] or text
+
+
+def _jsdoc(lines: list[str], at: int) -> str:
+    """The comment `/** ... */` directly above a line; "" for none."""
+    end = at
+    while at > 0 and lines[end - 1].endswith("*/"):
+        at -= 1
+        if lines[at].startswith("/**"):
+            return " ".join(" ".join(line.strip("/* ") for line in lines[at:end]).split())
+    return ""
 
 
 class Mentions:
@@ -100,6 +138,34 @@ class Mentions:
         """The files that name it, except those."""
         skipped = set(without)
         return [f for f, words in self._words.items() if word in words and f not in skipped]
+
+
+class Tests(Mentions):
+    """Which tests name a number: in its sense only if they load its file, too."""
+
+    def __init__(self, *patterns: str) -> None:
+        super().__init__(*patterns)
+        known = arrows.modules()
+        self._module = {file: name for name, file in known.items()}
+        self._loads = {file: _loaded(file.read_text(), known) for file in self._words}
+
+    def of_number(self, number: Number) -> list[Path]:
+        """The tests that name it and load its module, its package or its script."""
+        module = self._module.get(number.file, number.file.name)
+        either = {module, module.rpartition(".")[0]}
+        return [f for f in self.of(number.name) if self._loads[f] & either]
+
+
+def _loaded(text: str, known: Mapping[str, Path]) -> set[str]:
+    """The modules that a test imports or patches by name, and the scripts that it names."""
+    tree = ast.parse(text)
+    strings = {
+        node.value
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    }
+    patched = {string.rpartition(".")[0] for string in strings} & known.keys()
+    return {*arrows.imported(tree, known), *patched, *re.findall(r"\w+\.js\b", text)}
 
 
 def render() -> str:
@@ -153,9 +219,20 @@ def render() -> str:
             of_profiles,
         )
     )
-    parts += ["## Timings and sizes of the host", _of_files(host_timings(), tests)]
-    parts += ["## Timings of the pages", _of_files(page_timings(), Mentions("tests/web/*.py"))]
+    parts += _sections()
     return "\n\n".join(parts) + "\n"
+
+
+def _sections() -> Iterator[str]:
+    """The host's numbers and the pages'."""
+    tests = Tests("tests/**/*.py")
+    host = host_timings()
+    yield "## Timings and sizes of the host"
+    yield _of_files([number for number in host if number.name[0] != "_"], tests)
+    yield "Private to their modules:"
+    yield _of_files([number for number in host if number.name[0] == "_"], tests)
+    yield "## Timings of the pages"
+    yield _of_files(page_timings(), Tests("tests/web/*.py"))
 
 
 def _setting(
@@ -174,9 +251,9 @@ def _setting(
     )
 
 
-def _of_files(numbers: list[Number], tests: Mentions) -> str:
+def _of_files(numbers: list[Number], tests: Tests) -> str:
     rows = [
-        (f"`{n.name}`", n.value, n.meaning, f"`{_short(n.file)}`", _links(tests.of(n.name)))
+        (f"`{n.name}`", n.value, n.meaning, f"`{_short(n.file)}`", _links(tests.of_number(n)))
         for n in numbers
     ]
     return table(("Name", "Value", "Meaning", "Used in", "Named by tests"), rows)

@@ -32,6 +32,8 @@ import random
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from gazechair.base.angles import half_turn_deg
+
 DWELL_S, STEER_DWELL_S, GRACE_S, STALE_S = 0.6, 0.2, 0.2, 0.5
 _LOOK_S, _LOOK_SD_S = 0.35, 0.08
 _BLINK_EVERY_S, _BLINK_S = 4.0, (0.1, 0.3)
@@ -146,7 +148,7 @@ class GazeDriver:
     def _off_deg(self, seen: Seen) -> float:
         x, y = self._route[0]
         bearing = math.degrees(math.atan2(y - seen.y_m, x - seen.x_m))
-        return (bearing - seen.heading_deg + 180.0) % 360.0 - 180.0 + self._error_deg
+        return half_turn_deg(bearing - seen.heading_deg) + self._error_deg
 
     def _wants(self, now_s: float, seen: Seen) -> str | None:
         if self.arrived or now_s < self._away_till_s:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gazechair.base.angles import half_turn_deg
 from gazechair.sensing.odometry.odometry import Motion
 from gazechair.sensing.odometry.points import Piece
 from gazesim.home_routes import HEADINGS_DEG, Costs, Pose, Router
@@ -147,7 +148,7 @@ class Driver:
         linear = turn = 0.0
         if self.route and not self._held:
             aim, left_m = self._straight()
-            error = _wrapped(aim.heading_deg - self.pose.heading_deg)
+            error = half_turn_deg(aim.heading_deg - self.pose.heading_deg)
             if abs(error) > 1e-6:
                 turn = math.copysign(min(_TURNING_DEG_S, 1.0 + 1.6 * abs(error)), error)
             else:
@@ -156,7 +157,7 @@ class Driver:
         forward_m, turned_deg = self._linear.step(linear), self._turn.step(turn)
         while self.route and (forward_m > 0.0 or turned_deg):
             aim, _ = self._straight()
-            error = _wrapped(aim.heading_deg - self.pose.heading_deg)
+            error = half_turn_deg(aim.heading_deg - self.pose.heading_deg)
             if abs(error) > 1e-6:
                 if turned_deg * error <= 0.0:
                     return
@@ -180,7 +181,8 @@ class Driver:
             forward_m -= left_m
             self.pose = replace(aim, heading_deg=self.pose.heading_deg)
             self.route.popleft()
-            if not self.route or abs(_wrapped(self.route[0].heading_deg - aim.heading_deg)) > 1e-6:
+            onward = self.route[0] if self.route else None
+            if onward is None or abs(half_turn_deg(onward.heading_deg - aim.heading_deg)) > 1e-6:
                 self._linear.halt()
                 return
 
@@ -304,9 +306,9 @@ class Drive:
         share = (np.arange(count) + 0.5) / count
         times = self.time_s - 0.5 * _TURN_S * (1.0 - share)
         own = -(share + half) * 180.0  # the mirror turns clockwise
-        seen = np.abs((own + 180.0) % 360.0 - 180.0) <= lidar.half_deg
+        seen = np.abs(half_turn_deg(own)) <= lidar.half_deg
         own, times = own[seen], times[seen]
-        directions = (own + lidar.heading_deg + 180.0) % 360.0 - 180.0
+        directions = half_turn_deg(own + lidar.heading_deg)
         past = [one for one in self._past if one.time_s >= self.time_s - _TURN_S]
         known = [one.time_s for one in past]
         x = np.interp(times, known, [one.x_m for one in past])
@@ -326,7 +328,3 @@ class Drive:
         seen &= self._random.random(len(metres)) >= _MISSING
         noisy = np.round((metres + self._random.normal(0.0, _NOISE_M, len(metres))) * 1000.0)
         return np.where(seen, noisy / 1000.0, 0.0)
-
-
-def _wrapped(deg: float) -> float:
-    return (deg + 180.0) % 360.0 - 180.0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import threading
 import time
 from pathlib import Path
@@ -17,10 +16,9 @@ from gazechair.alerts.reasons import TRIED
 from gazechair.alerts.words import words
 from gazechair.base.languages import sentence
 from gazechair.base.state_folder import state_folder
+from gazechair.base.told import ToldError
 from gazechair.config import configuration
 from gazechair.config.configuration import RouteConfig
-
-_REFUSED = 2
 
 
 def add(commands: Any) -> None:
@@ -40,9 +38,9 @@ def add(commands: Any) -> None:
 def _test(options: argparse.Namespace) -> int:
     config = configuration.load(options.config)
     if not config.routes:
-        return _refuse("no [[alerts.route]] is configured; read docs/alerts.md")
+        raise ToldError("no [[alerts.route]] is configured; read docs/alerts.md")
     if not apprise_route.installed():
-        return _refuse(apprise_route.MISSING)
+        raise ToldError(apprise_route.MISSING)
     said = words(Alert(0, TRIED, time.time()), "", config.web.language)
     results: dict[str, str] = {}
 
@@ -76,8 +74,3 @@ def _list(options: argparse.Namespace) -> int:
         for name, one in row["deliveries"].items():
             print(f"    {name}: {one.get('state')} {one.get('detail', '')}".rstrip())
     return 0
-
-
-def _refuse(line: str) -> int:
-    print(f"gazechair alert: {line}", file=sys.stderr)
-    return _REFUSED

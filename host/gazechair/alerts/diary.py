@@ -23,7 +23,7 @@ class Diary:
     def __init__(self, folder: Path) -> None:
         """`folder`: the state folder."""
         self._path = folder / FILE_NAME
-        self._complaints = ThrottledLog(log)
+        self._throttled = ThrottledLog(log)
 
     def read(self) -> list[dict[str, Any]]:
         """Every alert that can be read."""
@@ -32,7 +32,7 @@ class Diary:
         except FileNotFoundError:
             return []
         except OSError as error:
-            self._complaints.warn("%s: cannot be read (%s)", self._path, error.strerror)
+            self._throttled.warn("%s: cannot be read (%s)", self._path, error.strerror)
             return []
         found = []
         for number, line in enumerate(text.splitlines(), 1):
@@ -43,7 +43,7 @@ class Diary:
             if isinstance(row, dict):
                 found.append(row)
             else:
-                self._complaints.warn("%s:%d is damaged; left out", self._path, number)
+                self._throttled.warn("%s:%d is damaged; left out", self._path, number)
         return found
 
     def write(self, rows: Iterable[Mapping[str, Any]]) -> bool:
@@ -57,6 +57,6 @@ class Diary:
         try:
             replace_file(self._path, b"".join(lines[first:]))
         except OSError as error:
-            self._complaints.warn("%s: %s; alerts are not kept", self._path, error.strerror)
+            self._throttled.warn("%s: %s; alerts are not kept", self._path, error.strerror)
             return False
         return True

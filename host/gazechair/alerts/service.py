@@ -27,7 +27,7 @@ from gazechair.base.throttled_log import ThrottledLog
 from gazechair.config.configuration import Config
 
 log = logging.getLogger(__name__)
-complaints = ThrottledLog(log)
+throttled = ThrottledLog(log)
 
 LOOK_S = 0.2
 _KEEP_S = 1.0
@@ -221,7 +221,7 @@ class Alerts:
             try:
                 self.look()
             except Exception:  # whatever is wrong, the next alert must go out
-                complaints.warn("alerts: error in a look", exc_info=True)
+                throttled.warn("alerts: error in a look", exc_info=True)
 
     def _keep(self) -> None:
         # A disk may hang: callers do not wait for it.

@@ -1,1 +1,1 @@
-"""Assist: while the driver holds forward, steers towards the free way ahead."""
+"""Assist: while the driver holds forward, steers in the free direction."""

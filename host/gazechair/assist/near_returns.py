@@ -7,6 +7,7 @@ from collections import deque
 
 import numpy as np
 
+from gazechair.base.angles import half_turn_deg
 from gazechair.base.footprint import FloatArray
 from gazechair.sensing.clearance.surface import surfaces
 from gazechair.sensing.odometry.odometry import Motion
@@ -42,7 +43,7 @@ class NearReturns:
             return
         heading = motion.heading_deg
         if self._headings:
-            heading = self._headings[-1] + _wrapped(heading - self._headings[-1])
+            heading = self._headings[-1] + half_turn_deg(heading - self._headings[-1])
         self._times.append(motion.time_s)
         self._headings.append(heading)
         while self._times[0] < motion.time_s - _KEPT_S:
@@ -95,7 +96,3 @@ class NearReturns:
         points = np.concatenate([points for halves in self._halves for _, points in halves])
         c, s = math.cos(math.radians(heading)), math.sin(math.radians(heading))
         return np.asarray(points @ np.array(((c, -s), (s, c))))
-
-
-def _wrapped(deg: float) -> float:
-    return (deg + 180.0) % 360.0 - 180.0

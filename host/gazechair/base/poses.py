@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from gazechair.base.angles import half_turn_rad
 from gazechair.base.footprint import FloatArray
 
 
@@ -21,12 +22,7 @@ def between(first: FloatArray, second: FloatArray) -> FloatArray:
     """`second` as seen from `first`; the heading within half a turn."""
     c, s = math.cos(first[2]), math.sin(first[2])
     dx, dy = second[0] - first[0], second[1] - first[1]
-    return np.array((c * dx + s * dy, c * dy - s * dx, wrapped(second[2] - first[2])))
-
-
-def wrapped(angle_rad: float) -> float:
-    """The same direction within -pi..pi."""
-    return float((angle_rad + math.pi) % (2.0 * math.pi) - math.pi)
+    return np.array((c * dx + s * dy, c * dy - s * dx, half_turn_rad(second[2] - first[2])))
 
 
 def rotation(angle_rad: float) -> FloatArray:

@@ -132,6 +132,17 @@ def child_main(run: Callable[[Any, RecordWriter], int]) -> int:
         return 0
 
 
+@dataclass
+class _Child:
+    """One child process: how its records are read, and what it has said."""
+
+    reader: RecordReader
+    limit: RateLimit
+    delivered: bool = False
+    explained: bool = False
+    """Its newest status says that it is lost, and why."""
+
+
 class Supervisor:
     """Runs `python -m module argument` for as long as it is started.
 
@@ -288,10 +299,8 @@ class Supervisor:
         if process.stdin is not None:
             os.set_blocking(process.stdin.fileno(), False)
         told: bytes | None = None
-        reader = RecordReader(self._longest)
         limit = RateLimit(self._records_per_s, self._records_per_s)
-        delivered = False
-        explained = False
+        child = _Child(RecordReader(self._longest), limit)
         deadline_s = time.monotonic() + start_s
         while not self._stopping.is_set():
             word = self._word
@@ -302,41 +311,57 @@ class Supervisor:
             if self._wake_fds[0] in ready:
                 os.read(self._wake_fds[0], 64)
             if fd in ready:
-                newest = None
                 try:
-                    data, ended = drain(fd, 2 * self._longest)
-                    records = reader.feed(data)
-                    cost = sum(1 if kind == DATA else _STATUS_COST for kind, _ in records)
-                    if self._records_per_s and not limit.allow(time.monotonic(), cost):
-                        raise ValueError(f"more than {self._records_per_s:g} records a second")
-                    for kind, payload in records:
-                        if kind == DATA:
-                            newest = payload
-                        elif kind == FACTS:
-                            self._on_facts(payload)
-                        else:
-                            explained = self._pass_on(payload)
+                    newest, ended = self._read_records(child, fd)
                     if newest is not None:
-                        delivered = True
-                        explained = False
+                        child.delivered = True
+                        child.explained = False
                         deadline_s = time.monotonic() + self._silent_s
                         self._on_data(newest)
                 except Exception as error:  # whatever it sends, the next child is started
                     self._lost("wrong", f"{self._name} sent nonsense: {error}")
-                    return delivered
+                    break
                 if ended:
-                    if not explained:
+                    if not child.explained:
                         self._lost("ended", f"{self._name} ended unexpectedly; starting it again")
-                    return delivered
-            elif -self._patience_s < left_s <= 0 and would_run(process.pid):
-                self._stopping.wait(_LOOK_S)
-            elif not ready and left_s <= 0:
-                self._lost("hangs", f"{self._name} hangs; ending it and starting it again")
-                process.kill()  # it would not react to SIGTERM
-                return delivered
-        return delivered
+                    break
+            elif left_s <= 0 and self._end_silent(process, left_s, bool(ready)):
+                break
+        return child.delivered
+
+    def _read_records(self, child: _Child, fd: int) -> tuple[bytes | None, bool]:
+        """Pass on what the child has sent; its newest value, and whether it has ended.
+
+        Raises ValueError for what no child may send.
+        """
+        newest = None
+        data, ended = drain(fd, 2 * self._longest)
+        records = child.reader.feed(data)
+        cost = sum(1 if kind == DATA else _STATUS_COST for kind, _ in records)
+        if self._records_per_s and not child.limit.allow(time.monotonic(), cost):
+            raise ValueError(f"more than {self._records_per_s:g} records a second")
+        for kind, payload in records:
+            if kind == DATA:
+                newest = payload
+            elif kind == FACTS:
+                self._on_facts(payload)
+            else:
+                child.explained = self._pass_on(payload)
+        return newest, ended
+
+    def _end_silent(self, process: subprocess.Popen[bytes], left_s: float, woken: bool) -> bool:
+        """End a child that is overdue, unless it waits for a processor or a disk; True: it ends."""
+        if left_s > -self._patience_s and would_run(process.pid):
+            self._stopping.wait(_LOOK_S)
+            return False
+        if woken:
+            return False
+        self._lost("hangs", f"{self._name} hangs; ending it and starting it again")
+        process.kill()  # it would not react to SIGTERM
+        return True
 
     def _pass_on(self, payload: bytes) -> bool:
+        """Report the child's status; whether it explains the child's end."""
         fields = json.loads(payload)
         try:
             status = Status(*(str(fields[key]) for key in ("state", "reason", "detail")))

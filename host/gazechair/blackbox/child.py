@@ -21,7 +21,7 @@ from gazechair.blackbox.ring import LONGEST, unpack
 from gazechair.blackbox.writer import LogFull, LogWriter
 
 log = logging.getLogger(__name__)
-complaints = ThrottledLog(log)
+throttled = ThrottledLog(log)
 
 SYNC_S = 1.0
 _RETRY_S = 10.0
@@ -58,7 +58,7 @@ class Keeper:
                 self._failed(error)
                 break
             except Exception as error:  # a record that cannot be written must not stop the others
-                complaints.warn("not recorded: %s: %r", kind, error)
+                throttled.warn("not recorded: %s: %r", kind, error)
         self.written += done
         self.lost += len(records) - done
 

@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from gazechair.base.state_folder import state_folder
+from gazechair.base.told import ToldError
 from gazechair.config import configuration
-
-_REFUSED = 2
 
 
 def add(commands: Any) -> None:
@@ -36,10 +35,6 @@ def add(commands: Any) -> None:
     exported.set_defaults(act=lambda options: _act(_export, options))
 
 
-class LogRefused(Exception):
-    """Raised when a command cannot be done; the text is the reason, in one line."""
-
-
 def chosen(folder: Path, wanted: str | None) -> Path:
     """The file for a path, a name or a number; None: the newest in `folder`."""
     from gazechair.blackbox.writer import files
@@ -52,7 +47,7 @@ def chosen(folder: Path, wanted: str | None) -> Path:
         found = [path for path in found if wanted == path.name or path.name[:6] == number]
     if not found:
         what = "no file" if wanted is None else f"no file {wanted}"
-        raise LogRefused(f"{folder} has {what}; gazechair log list shows those there are")
+        raise ToldError(f"{folder} has {what}; gazechair log list shows those there are")
     return found[-1]
 
 
@@ -65,20 +60,15 @@ def _act(act: Any, options: argparse.Namespace) -> int:
     try:
         importlib.import_module("mcap_ros2")
     except ImportError:
-        return _refuse("the log needs an extra: pip install 'gazechair[log]'")
+        raise ToldError("the log needs an extra: pip install 'gazechair[log]'") from None
     try:
         act(options)
         sys.stdout.flush()
     except BrokenPipeError:  # as of `| head`
         sys.stderr.close()
-    except (LogRefused, OSError) as error:
-        return _refuse(str(error))
+    except OSError as error:
+        raise ToldError(str(error)) from None
     return 0
-
-
-def _refuse(line: str) -> int:
-    print(f"gazechair log: {line}", file=sys.stderr)
-    return _REFUSED
 
 
 def _list(options: argparse.Namespace) -> None:
@@ -116,7 +106,7 @@ def _export(options: argparse.Namespace) -> None:
     file = LogFile(chosen(folder_of(options), options.file))
     wanted = options.topic
     if options.format == "csv" and wanted is None:
-        raise LogRefused("a table is of one topic: --topic /board/state")
+        raise ToldError("a table is of one topic: --topic /board/state")
     lines = (line for line in file.lines() if wanted in (None, line.topic))
     if options.format == "csv":
         as_csv(lines, sys.stdout)

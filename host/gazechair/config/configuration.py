@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from gazechair.base.footprint import DEFAULT_CORNERS
+from gazechair.base.told import ToldError
 from gazechair.config import combinations, plugin_tables, rules, tables
 from gazechair.config.plugin_tables import PluginConfig
 from gazechair.config.rules import choice, flag, integer, number, text, word
@@ -23,7 +24,7 @@ else:
     import tomli as tomllib
 
 
-class ConfigError(Exception):
+class ConfigError(ToldError):
     """Raised for a file that is refused. Its text is one line: file, line, reason, what to do."""
 
 

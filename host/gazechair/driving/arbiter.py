@@ -36,7 +36,7 @@ from gazechair.driving.messages import (
 )
 from gazechair.driving.press import DrivingPress, Presses
 from gazechair.driving.refusal import Refusal
-from gazechair.driving.tokens import Freshness
+from gazechair.driving.tokens import Tokens
 from gazechair.driving.world import Wish
 from gazelink import codes
 
@@ -60,7 +60,7 @@ class Arbiter:
         self.stopped_s = 0.0
         """When anyone last sent a stop of any kind."""
         self._stopped_by, self._emergency_s = 0, 0.0
-        self.freshness = Freshness(first_token)
+        self.tokens = Tokens(first_token)
         self._bypass = Presses(last_edge)
         self._clients: dict[int, Client] = {}
         self._next_client = 1
@@ -176,7 +176,7 @@ class Arbiter:
             return Refusal("message", "not_owner", "this page is not connected any more")
         self.tick(now_s)
         if isinstance(message, Beat):
-            if self.freshness.fresh(message.proof, now_s):
+            if self.tokens.fresh(message.proof, now_s):
                 self._heard(client, page, now_s, message.proof)
             return None
         if page.role == codes.NOBODY:
@@ -184,8 +184,8 @@ class Arbiter:
         if isinstance(message, Drive | UseMode):
             return self._drive(client, page, message, now_s, offered)
         if isinstance(message, Watch):
-            if self.freshness.fresh(message.proof, now_s):
-                self._press.watch(page.role, self.freshness.proven_s(message.proof, now_s))
+            if self.tokens.fresh(message.proof, now_s):
+                self._press.watch(page.role, self.tokens.proven_s(message.proof, now_s))
             return None
         if isinstance(message, Arm):
             return self._own(client, page, message, now_s)
@@ -231,7 +231,7 @@ class Arbiter:
         return None
 
     def _reset(self, client: int, wish: Reset, now_s: float) -> Refusal | None:
-        sent_s = self.freshness.moment(wish.proof, now_s)
+        sent_s = self.tokens.moment(wish.proof, now_s)
         # An emergency stop outlasts every reset that was sent before it.
         if sent_s is None or sent_s < self._emergency_s:
             return Refusal("reset", "stale_token", "the reset was too long on its way")
@@ -279,7 +279,7 @@ class Arbiter:
         # An input that keeps repeating an old time counts as dead since then.
         page.heard_s = now_s
         if page.beside and proof is not None:
-            page.heard_s = self.freshness.proven_s(proof, now_s)
+            page.heard_s = self.tokens.proven_s(proof, now_s)
         if client == self._owner:
             self.page_silent = False
 
@@ -309,7 +309,7 @@ class Arbiter:
         self, client: int, page: Client, wish: Drive | UseMode, now_s: float, offered: bool
     ) -> Refusal | None:
         what = "cmd" if isinstance(wish, Drive) and wish.verb != codes.DRIVE else "drive"
-        if not self.freshness.fresh(wish.proof, now_s):
+        if not self.tokens.fresh(wish.proof, now_s):
             return Refusal(what, "stale_token", "the command was too long on its way")
         self._heard(client, page, now_s, wish.proof)
         new = self._press.is_new(client, wish.edge)
@@ -322,7 +322,7 @@ class Arbiter:
         if self._session == 0 or self._state != codes.ARMED:
             reason = "not_armed" if self._session else "not_connected"
             return self._refuse_once(what, page, wish.edge, reason)
-        proven_s = self.freshness.proven_s(wish.proof, now_s)
+        proven_s = self.tokens.proven_s(wish.proof, now_s)
         deadline_s = proven_s + min(self.ttl_s, wish.life_s)
         if new and proven_s < self.stopped_s and client != self._stopped_by:
             alive = False  # pressed before somebody's stop, but delayed on its way
@@ -347,7 +347,7 @@ class Arbiter:
         elif not self._press.drive_by_on(client, wish, deadline_s):
             return False
         # A press proves that its person is present, and so does continuing to press.
-        self._press.watch(page.role, self.freshness.proven_s(wish.proof, now_s))
+        self._press.watch(page.role, self.tokens.proven_s(wish.proof, now_s))
         return True
 
     def _refuse_once(self, what: str, page: Client, edge: int, reason: str) -> Refusal | None:
@@ -361,7 +361,7 @@ class Arbiter:
         what = "arm" if isinstance(wish, Arm) else "take"
         if page.beside:
             return Refusal(what, "not_allowed", "an input drives beside its person's page")
-        if not self.freshness.fresh(wish.proof, now_s):
+        if not self.tokens.fresh(wish.proof, now_s):
             return Refusal(what, "stale_token", "the wish to drive was too long on its way")
         if what == "arm" and self._owner not in (None, client):
             return Refusal(what, "not_owner", "another page drives; it must stop driving first")
@@ -378,9 +378,9 @@ class Arbiter:
     def _hold_bypass(
         self, client: int, page: Client, wish: HoldBypass, now_s: float
     ) -> Refusal | None:
-        if not self.freshness.fresh(wish.proof, now_s):
+        if not self.tokens.fresh(wish.proof, now_s):
             return Refusal("bypass", "stale_token", "the bypass was too long on its way")
-        deadline_s = self.freshness.proven_s(wish.proof, now_s) + self.ttl_s
+        deadline_s = self.tokens.proven_s(wish.proof, now_s) + self.ttl_s
         if self._bypass.is_new(client, wish.edge):
             self._press.pressed()
             self._bypass.begin(client, wish.edge, deadline_s)

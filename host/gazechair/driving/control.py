@@ -22,7 +22,7 @@ from gazechair.driving.messages import MAX_SINCE_MS, STOP, BadMessage, PageMessa
 from gazechair.driving.needs import Calls, Link
 from gazechair.driving.refusal import Refusal
 from gazechair.driving.shown_state import board_words, bypass_ms
-from gazechair.driving.speed_cap_store import KeptCap
+from gazechair.driving.speed_cap_store import SpeedCapStore
 from gazechair.driving.stop_seen import StopSeen
 from gazechair.driving.untuned import StepTurns, slowed
 from gazechair.driving.world import Wish, World, sensed
@@ -44,12 +44,12 @@ class Control:
         picture_age_s: Callable[[], float | None] = lambda: None,
         clock: Clock = time.monotonic,
         profiles: Profiles | None = None,
-        kept_cap: KeptCap | None = None,
+        speed_cap: SpeedCapStore | None = None,
         alerts: Calls | None = None,
         steer: Callable[[Command, float], Command] = lambda command, _now_s: command,
     ) -> None:
         """`picture_age_s`: the age of the newest picture, None before the first; `profiles`: those
-        on disk, None: the configured one, in memory; `kept_cap`: the speed cap's file;
+        on disk, None: the configured one, in memory; `speed_cap`: the speed cap's file;
         `alerts` None: calls reach pages only; `steer`: corrects the command to the board.
         """
         self._config = config
@@ -59,9 +59,9 @@ class Control:
         self._clock = clock
         self._profiles = profiles or Profiles(None, house_fields(config))
         self._lock = threading.Condition()
-        self._kept_cap = kept_cap or KeptCap(None)
+        self._speed_cap = speed_cap or SpeedCapStore(None)
         self._arbiter = Arbiter(secrets.randbelow(256), secrets.randbelow(1 << 30))
-        self._arbiter.cap_permille = self._kept_cap.read()
+        self._arbiter.cap_permille = self._speed_cap.read()
         self._alerts, self._steer = alerts, steer
         self._arbiter.help.on = alerts is not None and alerts.help_wanted
         self._stop_seen, self._step_turns = StopSeen(), StepTurns()
@@ -85,7 +85,7 @@ class Control:
         """Start the thread that calls tick(), and that of the speed cap's file."""
         self.alive_s = time.monotonic()
         self._thread.start()
-        self._kept_cap.start()
+        self._speed_cap.start()
 
     def stop(self) -> None:
         """Stop the chair, disarm it, and end the threads. The link must still be running."""
@@ -94,7 +94,7 @@ class Control:
             self._thread.join(5.0)
         self._link.command(STOP_COMMAND)
         self._link.order(codes.DISARM, codes.NOBODY)
-        self._kept_cap.stop()
+        self._speed_cap.stop()
 
     # For the other parts
 
@@ -110,11 +110,11 @@ class Control:
 
     def proof(self, born_s: float) -> int:
         """The proof for the time `born_s` in a message to act()."""
-        return self._arbiter.freshness.token(born_s)
+        return self._arbiter.tokens.token(born_s)
 
     def proven_s(self, proof: int) -> float | None:
         """The time that the proof of a page's message stands for; None: too long ago."""
-        return self._arbiter.freshness.moment(proof, self._clock())
+        return self._arbiter.tokens.moment(proof, self._clock())
 
     def press_number(self) -> int:
         """The board's number for a press of the host's own."""
@@ -136,7 +136,7 @@ class Control:
             if meaning is STOP and not self._arbiter.beside(client):
                 self._stop_seen.said(client, now_s)
             if self._arbiter.cap_permille != was_permille:
-                self._kept_cap.keep(self._arbiter.cap_permille)
+                self._speed_cap.keep(self._arbiter.cap_permille)
             self._tell_board()
         return refusal
 
@@ -257,7 +257,7 @@ class Control:
             verdict = self._verdicts[self._arbiter.role(client) == "driver"]
             return {
                 "k": "state",
-                "token": self._arbiter.freshness.token(now_s),
+                "token": self._arbiter.tokens.token(now_s),
                 **self._facts(state, now_s),
                 **shown(self._clearance, now_s, self._clearance_old_s()),
                 "level": verdict.level,
@@ -272,7 +272,7 @@ class Control:
 
     def token(self) -> int:
         with self._lock:
-            return self._arbiter.freshness.token(self._clock())
+            return self._arbiter.tokens.token(self._clock())
 
     def wait_change(self, timeout_s: float, last_version: int) -> int:
         with self._lock:

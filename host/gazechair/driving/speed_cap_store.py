@@ -21,7 +21,7 @@ _LAST_WRITE_S = 2.0
 log = logging.getLogger(__name__)
 
 
-class KeptCap:
+class SpeedCapStore:
     """One number in a file of the state folder; its thread writes it, as the disk may be slow."""
 
     def __init__(self, folder: Path | None, health: Health | None = None) -> None:

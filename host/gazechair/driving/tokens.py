@@ -21,7 +21,7 @@ VALID_S = 0.25
 _CLOCKS_DIFFER_MS = 2  # a page's clock may be this far ahead after 500 ms
 
 
-class Freshness:
+class Tokens:
     """Issues tokens and judges proofs. All times are monotonic seconds."""
 
     def __init__(self, first_token: int = 0) -> None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from gazechair.base.angles import half_turn_deg
 from gazechair.board.board_commands import Command
 from gazechair.board.state import BoardState
 from gazelink import codes
@@ -59,7 +60,7 @@ class StepTurns:
             if self._ended_s is None:
                 self._ended_s = state.received_s
             elif state.received_s - self._ended_s >= _SETTLED_S:
-                turned = (state.heading_deg - self._began_deg + 180.0) % 360.0 - 180.0
+                turned = half_turn_deg(state.heading_deg - self._began_deg)
                 self.told = round(turned * self._sign), round(state.step_deg)
                 self._began_deg = None
         self._rests_deg = state.heading_deg

@@ -33,15 +33,15 @@ from gazechair.sensing.lidar.scan import Scan
 from gazechair.service.board_settings import BoardSettings, SettingRefused, SettingsError
 from gazechair.service.calibrate import JoystickCalibration
 from gazechair.service.lidar_tools import learned_mask
+from gazechair.service.tune import StoppedError
 from gazechair.service.tune.armed_session import Hands
-from gazechair.service.tune.command import Tuning
-from gazechair.service.tune.errors import StoppedError
 from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
 from gazechair.service.tune.forward_runner import ForwardRunner, Measured
 from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.recording import Recording
 from gazechair.service.tune.runner import Runner
 from gazechair.service.tune.session import HEARD_S, with_eyes
+from gazechair.service.tune.tuning import Tuning
 from gazelink import codes
 from gazelink.settings_table import PROFILES, index_of
 

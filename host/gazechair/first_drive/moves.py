@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from gazechair.base.angles import half_turn_deg
 from gazechair.board.board_commands import Command
 from gazechair.board.state import BoardState, BoardStats
 from gazechair.driving.untuned import TURN_PERMILLE
+from gazechair.service.tune import TuneError
 from gazechair.service.tune.armed_session import ArmedSession, Hands
-from gazechair.service.tune.errors import TuneError
 from gazelink import codes
 
 _RELAY_S = 3.0  # the board reports its relay once a second
@@ -77,7 +78,7 @@ class Moves(ArmedSession):
             if now_s > began_s + (_ENDS_S if moved else _BEGINS_S):
                 text = "the board does not turn the chair; repeat, with free space around"
                 raise TuneError(text, "turn_none")
-        return (self._state().heading_deg - start_deg + 180.0) % 360.0 - 180.0
+        return half_turn_deg(self._state().heading_deg - start_deg)
 
     def _overruled(self, state: BoardState) -> None:
         # A turn that ends off its mark is a result, which this step shows.

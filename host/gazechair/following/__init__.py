@@ -1,1 +1,1 @@
-"""Followers, of a person by the legs or of a line on the floor: request the motion."""
+"""Follows what the chair sees: a line on the floor, or a person by the legs."""

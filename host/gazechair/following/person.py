@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
+from gazechair.base.angles import half_turn_rad
 from gazechair.base.footprint import FloatArray
 from gazechair.following.tracks import Track
 
@@ -159,7 +160,7 @@ class Person:
     ) -> None:
         def meant(one: Track, within_rad: float) -> bool:
             far_m, bearing = _seen_from(pose, one)
-            return far_m < _LOOK_FAR_M and abs(_wrapped(bearing - bearing_rad)) < within_rad
+            return far_m < _LOOK_FAR_M and abs(half_turn_rad(bearing - bearing_rad)) < within_rad
 
         found = [one for one in people if meant(one, _LOOK_RAD)]
         self._hold(found, at_s)
@@ -261,8 +262,4 @@ def _near(one: Track, other: Track, within_m: float) -> bool:
 def _seen_from(pose: FloatArray, one: Track) -> tuple[float, float]:
     """Distance from the drive axle, m, and bearing, radians."""
     dx, dy = one.x_m - pose[0], one.y_m - pose[1]
-    return math.hypot(dx, dy), _wrapped(math.atan2(dy, dx) - pose[2])
-
-
-def _wrapped(angle_rad: float) -> float:
-    return (angle_rad + math.pi) % (2.0 * math.pi) - math.pi
+    return math.hypot(dx, dy), half_turn_rad(math.atan2(dy, dx) - pose[2])

@@ -1,1 +1,1 @@
-"""Takes the chair to a place: costmap, planner, follower, and the mission from A to B."""
+"""Takes the chair to a place: costmap, planner, path follower, mission."""

@@ -1,1 +1,1 @@
-"""The chair's surroundings: the lidars, the clearance of every motion, odometry."""
+"""What surrounds the chair: lidars, clearance of every motion, odometry, map of the home."""

@@ -14,10 +14,9 @@ import os
 import secrets
 import shutil
 import subprocess
-import sys
-from collections.abc import Callable
 from pathlib import Path
 
+from gazechair.base.told import ToldError
 from gazechair.people.pairing.show import qr_text
 
 NAME = "gazechair"
@@ -30,8 +29,8 @@ _LENGTH = 12  # letters: 59 bits
 _LIMIT_S = 45.0
 
 
-class HotspotError(Exception):
-    """Raised when it cannot be done: one line with the cause and what to do."""
+class HotspotError(ToldError):
+    """Raised when NetworkManager cannot or may not do it."""
 
 
 def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -41,11 +40,11 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     begin = actions.add_parser("on", help="start it, now and at each boot; shows how to join")
     begin.add_argument("--interface", default="", help="the WiFi adapter (default: any)")
     begin.add_argument("--name", default=NAME, help="the name that tablets and phones see")
-    begin.set_defaults(act=lambda options: _say(on, options.name, options.interface))
+    begin.set_defaults(act=lambda options: _print(on(options.name, options.interface)))
     end = actions.add_parser("off", help="end it; the adapter may join other networks again")
-    end.set_defaults(act=lambda _: _say(off))
+    end.set_defaults(act=lambda _: _print(off()))
     show = actions.add_parser("show", help="how to join: name, password, QR code")
-    show.set_defaults(act=lambda _: _say(join))
+    show.set_defaults(act=lambda _: _print(join()))
 
 
 def on(ssid: str = NAME, interface: str = "", folder: Path = FOLDER) -> str:
@@ -148,10 +147,6 @@ def _nmcli(*words: str) -> None:
         raise HotspotError(said[0] if said else f"nmcli {words[0]} failed ({done.returncode})")
 
 
-def _say(act: Callable[..., str], *words: str) -> int:
-    try:
-        print(act(*words))
-    except HotspotError as error:
-        print(f"gazechair: {error}", file=sys.stderr)
-        return 2
+def _print(line: str) -> int:
+    print(line)
     return 0

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from gazechair.base import health as states
+from gazechair.base.told import ToldError
 from gazechair.config.configuration import Config, FootprintConfig, LidarConfig
 from gazechair.config.rules import to_toml
 from gazechair.sensing.lidar.device import S2, LidarError, find_port
@@ -27,8 +28,8 @@ _SILENT_S = 2.0
 Say = Callable[[str], None]
 
 
-class LidarCommandError(Exception):
-    """Raised when the command can't continue; the text is one line."""
+class LidarCommandError(ToldError):
+    """Raised when no lidar can be used for the command."""
 
 
 def fitted(config: Config) -> tuple[LidarConfig, ...]:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from gazechair.base.told import ToldError
 from gazechair.people.pairing.desk import PairingDesk
 from gazechair.people.pairing.local import AlreadyRunning, NotRunning, ask, no_daemon
 from gazechair.people.pairing.one_time import VALID_S
@@ -13,8 +14,8 @@ from gazechair.people.pairing.show import code_as_text, devices_as_text
 from gazechair.people.pairing.store import Device, StoreError
 
 
-class PairError(Exception):
-    """Raised when it cannot be done: one line with the cause and what to do."""
+class PairError(ToldError):
+    """Raised when a device cannot be paired, listed or revoked."""
 
 
 def make_code(folder: Path, role: str, say: Callable[[str], None]) -> None:

@@ -18,7 +18,7 @@ from gazechair.web.first_drive_routes import Steps
 from gazechair.web.map_routes import Maps
 
 
-class FrontDoor:
+class Access:
     """All access for people's devices to the host."""
 
     def __init__(

@@ -21,7 +21,7 @@ _FALLEN_SILENT_S = 1.0
 _LOOK_S = 0.2
 
 log = logging.getLogger(__name__)
-complaints = ThrottledLog(log)
+throttled = ThrottledLog(log)
 visits = ThrottledLog(log)
 
 
@@ -58,7 +58,7 @@ class ControlHub:
         """Serve one page until its socket ends; runs on the request's own thread."""
         client = self._admit(ws, device)
         if client is None:
-            complaints.warn("refused page %s: too many pages of a %s", peer, device.role)
+            throttled.warn("refused page %s: too many pages of a %s", peer, device.role)
             with contextlib.suppress(OSError):
                 ws.close(CLOSE_TRY_LATER, f"at most {PLACES[device.role]} pages of a {device.role}")
             return

@@ -11,7 +11,7 @@ from werkzeug.wrappers import Response as AnyResponse
 
 from gazechair.base.languages import web_folder as web_folder
 from gazechair.web.guard import DEVICE
-from gazechair.web.minify import lean
+from gazechair.web.minify import minified
 
 _TYPES = {
     ".html": "text/html; charset=utf-8",
@@ -29,7 +29,7 @@ def _content(file: Path, zipped: bool, _mtime_ns: int, _size: int) -> bytes:
     # By age and size, so that a changed file is read again.
     content = file.read_bytes()
     if _is_text(file):
-        content = lean(content.decode("utf-8"), file.suffix).encode()
+        content = minified(content.decode("utf-8"), file.suffix).encode()
     # Always the same bytes, so that the tag stays.
     return gzip.compress(content, mtime=0) if zipped else content
 

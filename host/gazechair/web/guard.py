@@ -49,7 +49,7 @@ HEADERS = {
     "Cross-Origin-Opener-Policy": "same-origin",
 }
 
-complaints = ThrottledLog(logging.getLogger(__name__))
+throttled = ThrottledLog(logging.getLogger(__name__))
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,7 @@ class Guard:
             if refusal is not None:
                 if refusal.reason == "not_paired" and path in PAGES and not is_upgrade(environ):
                     return _redirect(environ, start, "/pair")
-                complaints.warn(
+                throttled.warn(
                     "refused %s %.80r: %s", environ.get("REMOTE_ADDR"), path, refusal.detail
                 )
                 return _answer(start, refusal)

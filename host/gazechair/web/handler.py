@@ -40,7 +40,7 @@ _TLS_HELLO = b"\x16"
 _LETTERS = b"ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 log = logging.getLogger(__name__)
-complaints = ThrottledLog(log)
+throttled = ThrottledLog(log)
 
 
 class Exchange:
@@ -64,7 +64,7 @@ class Exchange:
                 rest += self._read_body(head.length - len(rest))
             self._answer(self._environ(head, rest), head)
         except HeadRefused as refused:
-            complaints.warn("refused %s: %s", self._address[0], refused)
+            throttled.warn("refused %s: %s", self._address[0], refused)
             self._refuse(refused.status, "bad_message", str(refused))
         except Crowded:
             self._refuse("503 Service Unavailable", "too_fast", "busy; ask again in a moment")
@@ -217,7 +217,7 @@ class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
     def verify_request(self, request: Any, client_address: Any) -> bool:
         """Accepts every connection; the oldest new one closes when there are too many."""
         for place in self.places.admit(request, client_address[0]):
-            complaints.warn(
+            throttled.warn(
                 "%s: too many connections, one of %s ends", client_address[0], place.address
             )
         return True
@@ -238,7 +238,7 @@ class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
         except (OSError, Crowded):
             pass  # it has closed already, or was cut
         except Exception:
-            complaints.warn("%s: error in a request", client_address[0], exc_info=True)
+            throttled.warn("%s: error in a request", client_address[0], exc_info=True)
         finally:
             self.shutdown_request(request)
             self.places.leave(request)
@@ -261,7 +261,7 @@ class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Starting a thread failed."""
         self.places.leave(request)
-        complaints.warn("%s: no thread for a connection", client_address[0], exc_info=True)
+        throttled.warn("%s: no thread for a connection", client_address[0], exc_info=True)
 
     def _shake_hands(self, request: Any, address: str) -> TlsSocket | None:
         request.settimeout(_HANDSHAKE_S)
@@ -275,7 +275,7 @@ class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
         try:
             connection.handshake(_HANDSHAKE_S, self.strangers)
         except OSError as error:  # ssl.SSLError is one
-            complaints.warn("%s: no encryption agreed: %s", address, error)
+            throttled.warn("%s: no encryption agreed: %s", address, error)
             return None
         return connection
 

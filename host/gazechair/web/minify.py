@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import json
 
-_LEAN = (".js", ".css", ".html")
+_MINIFIED = (".js", ".css", ".html")
 
 
-def lean(text: str, suffix: str) -> str:
+def minified(text: str, suffix: str) -> str:
     """`text` of a page's file without whole-line comments and indentation.
 
     Relies on two rules that tests/web/test_web_files.py checks: comments have lines of
@@ -18,7 +18,7 @@ def lean(text: str, suffix: str) -> str:
     """
     if suffix == ".json":
         return json.dumps(json.loads(text), ensure_ascii=False, separators=(",", ":"))
-    if suffix not in _LEAN:
+    if suffix not in _MINIFIED:
         return text
     lines = []
     inside = ""  # what ends the comment we are in

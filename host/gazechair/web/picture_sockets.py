@@ -26,7 +26,7 @@ _TOO_OLD_S = 1.0  # the page greys the picture at 0.5 s: older ones are not sent
 _ACK_S = 5.0
 _WAIT_S = 0.2
 
-complaints = ThrottledLog(logging.getLogger(__name__))
+throttled = ThrottledLog(logging.getLogger(__name__))
 
 
 class VideoHub:
@@ -52,7 +52,7 @@ class VideoHub:
         viewer = _Viewer(ws, self._video, self._reducer, device)
         if not self._admit(viewer):
             most = PICTURES[device.role]
-            complaints.warn("refused picture for %s: %d are connected already", peer, most)
+            throttled.warn("refused picture for %s: %d are connected already", peer, most)
             with contextlib.suppress(OSError):
                 ws.close(CLOSE_TRY_LATER, f"at most {most} pictures of a {device.role}")
             return

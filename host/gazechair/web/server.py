@@ -15,6 +15,7 @@ from werkzeug.exceptions import HTTPException
 
 from gazechair.base.latest_value import Latest
 from gazechair.base.throttled_log import ThrottledLog
+from gazechair.base.told import ToldError
 from gazechair.board.caretaker_settings import CaretakerSettings
 from gazechair.config.configuration import Config, is_loopback, uses_tls
 from gazechair.driving.driver_port import DriverPort
@@ -43,10 +44,10 @@ _CONTROL = "/ws/control"
 _PICTURE = "/ws/video"
 
 log = logging.getLogger(__name__)
-complaints = ThrottledLog(log)
+throttled = ThrottledLog(log)
 
 
-class WebError(Exception):
+class WebError(ToldError):
     """Raised when the server can't start; one plain line: what, where, what to do."""
 
 
@@ -183,7 +184,7 @@ class WebServer:
 
         @app.errorhandler(Exception)
         def broken(_: Exception) -> Response:
-            complaints.warn("error in an answer", exc_info=True)
+            throttled.warn("error in an answer", exc_info=True)
             return refuse(500, "bad_message", "an error of the host; its log tells more")
 
         @sock.route(_CONTROL)  # type: ignore[untyped-decorator]

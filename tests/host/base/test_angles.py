@@ -1,4 +1,4 @@
-"""Angles wrapped to one turn: the same bits as numpy's remainder, for any input."""
+"""Angles brought into one turn: the same bits as numpy's remainder, for any input."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gazechair.base.angles import in_turn, wrapped
+from gazechair.base.angles import half_turn_deg, half_turn_rad, in_turn, in_turn_if_near
 
 TURNS = (360.0, 2.0 * math.pi)
 
@@ -35,4 +35,13 @@ def test_it_is_the_remainder_of_what_is_within_a_turn(shares: list[float], turn:
     within = np.concatenate(
         (within[within < turn], [-turn, -0.0, np.nextafter(turn, 0.0), -5e-324])
     )
-    assert wrapped(within, turn).tobytes() == (within % turn).tobytes()
+    assert in_turn_if_near(within, turn).tobytes() == (within % turn).tobytes()
+
+
+def test_half_a_turn_begins_at_its_lower_end_for_a_number_and_an_array() -> None:
+    assert [half_turn_deg(deg) for deg in (-180.0, 180.0, 190.0, -190.0, 725.0)] == [
+        *(-180.0, -180.0, -170.0, 170.0, 5.0)
+    ]
+    assert half_turn_deg(np.array([179.0, 181.0])).tolist() == [179.0, -179.0]
+    assert half_turn_rad(3.0 * math.pi) == pytest.approx(-math.pi)
+    assert half_turn_rad(np.array([0.5, 0.5 + 2.0 * math.pi])).tolist() == pytest.approx([0.5, 0.5])

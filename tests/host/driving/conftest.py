@@ -31,7 +31,7 @@ class Scene:
         self.arbiter.board(self.session, self.state, edge, self.now_s)
 
     def token(self) -> int:
-        return self.arbiter.freshness.token(self.now_s)
+        return self.arbiter.tokens.token(self.now_s)
 
     def beat(self, page: int | None = None) -> None:
         self.arbiter.receive(page or self.page, Beat(self.token()), self.now_s)

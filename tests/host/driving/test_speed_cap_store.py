@@ -17,7 +17,7 @@ from gazechair.base.state_folder import replace_file
 from gazechair.config.configuration import Config
 from gazechair.driving import speed_cap_store
 from gazechair.driving.control import Control
-from gazechair.driving.speed_cap_store import KeptCap
+from gazechair.driving.speed_cap_store import SpeedCapStore
 
 
 class NoBoard:
@@ -31,8 +31,8 @@ def host(folder: Path | None) -> Control:
     parts = HealthRegistry()
     for name in ("board", "lidar", "camera"):
         parts.part(name).set(OK)
-    kept = KeptCap(folder, parts.part(speed_cap_store.PART))
-    return Control(Config(), NoBoard(), parts, kept_cap=kept)
+    kept = SpeedCapStore(folder, parts.part(speed_cap_store.PART))
+    return Control(Config(), NoBoard(), parts, speed_cap=kept)
 
 
 def until(true: Callable[[], bool]) -> None:
@@ -96,7 +96,7 @@ def test_a_refused_cap_changes_nothing(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("text", "cap"), [("", 50), ("fast", 50), ("-1", 50), ("9999", 1000)])
 def test_a_damaged_file_is_slow_never_fast(tmp_path: Path, text: str, cap: int) -> None:
     (tmp_path / "speed_cap").write_text(text)
-    assert KeptCap(tmp_path).read() == cap
+    assert SpeedCapStore(tmp_path).read() == cap
 
 
 def test_a_disk_that_takes_nothing_does_not_undo_the_cap(
@@ -104,7 +104,7 @@ def test_a_disk_that_takes_nothing_does_not_undo_the_cap(
 ) -> None:
     (tmp_path / "file").write_text("")
     control = host(None)
-    control._kept_cap = KeptCap(tmp_path / "file")
+    control._speed_cap = SpeedCapStore(tmp_path / "file")
     control.start()
     caretaker = control.connect("caretaker")
     with caplog.at_level(logging.WARNING):
@@ -145,7 +145,7 @@ def test_a_cap_that_is_not_stored_is_told_to_the_caretaker_and_tried_again(
 
 def test_a_newer_cap_replaces_one_that_could_not_be_stored(tmp_path: Path) -> None:
     (tmp_path / "state").write_text("")
-    kept = KeptCap(tmp_path / "state")
+    kept = SpeedCapStore(tmp_path / "state")
     kept.keep(300)
     kept.write()
     kept.keep(400)

@@ -20,7 +20,7 @@ SOURCES = [
     "service/calibrate/joystick.py",
     "service/calibrate/marks.py",
     "service/tune/armed_session.py",
-    "service/tune/command.py",
+    "service/tune/tuning.py",
     "service/tune/judge.py",
     "service/tune/procedure.py",
 ]

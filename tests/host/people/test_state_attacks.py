@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from gazechair.config.configuration import Config
-from gazechair.driving.speed_cap_store import KeptCap
+from gazechair.driving.speed_cap_store import SpeedCapStore
 from gazechair.people.pairing import Paired, PairingDesk
 from gazechair.people.pairing.local import LOCK_NAME, AlreadyRunning, LocalDoor
 from gazechair.people.profiles import Profiles, house_fields
@@ -32,7 +32,7 @@ def profiles(folder: Path) -> Profiles:
 
 
 def keep_cap(folder: Path, permille: int) -> None:
-    kept = KeptCap(folder)
+    kept = SpeedCapStore(folder)
     kept.keep(permille)
     kept.write()
 
@@ -50,9 +50,9 @@ def test_a_damaged_file_is_no_reason_not_to_start(tmp_path: Path, damage: str, d
     found = profiles(state)
     assert found.change({"save": {"id": "1", "dwell_ms": 800}}, True)
     assert profiles(state).chosen()["dwell_ms"] == 800
-    assert KeptCap(state).read() in (50, 1000)
+    assert SpeedCapStore(state).read() in (50, 1000)
     keep_cap(state, 300)
-    assert KeptCap(state).read() == 300
+    assert SpeedCapStore(state).read() == 300
 
 
 class Hanging:
@@ -110,7 +110,7 @@ def test_a_disk_that_hangs_at_a_profile_does_not_hold_up_who_reads_it(
 def test_of_two_who_set_the_speed_cap_the_last_one_s_is_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    kept = KeptCap(tmp_path)
+    kept = SpeedCapStore(tmp_path)
     kept.start()
     disk = Hanging(monkeypatch)
     disk.during(lambda: kept.keep(500)).join(60)

@@ -19,8 +19,7 @@ import pytest
 from PIL import Image
 
 from gazechair.base.latest_value import Latest
-from gazechair.picture.camera import oak, usb, v4l2
-from gazechair.picture.camera.errors import CameraError
+from gazechair.picture.camera import CameraError, oak, usb, v4l2
 from gazechair.picture.camera.huffman import TABLES, with_tables
 from gazechair.picture.camera.record import Frame
 

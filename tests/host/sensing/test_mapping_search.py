@@ -9,7 +9,8 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from gazechair.base.poses import between, compose, from_frame, to_frame, wrapped
+from gazechair.base.angles import half_turn_rad
+from gazechair.base.poses import between, compose, from_frame, to_frame
 from gazechair.sensing.mapping.matching import ndt
 from gazechair.sensing.mapping.matching.correlative_search import search
 from gazechair.sensing.mapping.matching.likelihood_field import LikelihoodField
@@ -28,7 +29,7 @@ def test_poses_compose_and_invert() -> None:
     a, b = np.array((1.0, -2.0, 3.0)), np.array((0.5, 0.25, 2.0))
     assert between(a, compose(a, b)) == pytest.approx(b)
     assert from_frame(to_frame(ROOM_M, a), a) == pytest.approx(ROOM_M)
-    assert wrapped(3.0 * math.pi) == pytest.approx(-math.pi)
+    assert half_turn_rad(3.0 * math.pi) == pytest.approx(-math.pi)
 
 
 def test_a_coarse_level_bounds_every_block_of_the_finest() -> None:

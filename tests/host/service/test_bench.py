@@ -10,8 +10,9 @@ import pytest
 
 from gazeboard.boards.bank_devices import BankI2C
 from gazechair import cli
-from gazechair.service.bench import Bench, BenchError, imu, pot
+from gazechair.service.bench import BenchError, imu, pot
 from gazechair.service.bench import bus as bench_bus
+from gazechair.service.bench.bench import Bench
 from gazesim.bank import Bank
 from gazesim.bno055 import Bno055
 from gazesim.pot import Pot

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from gazechair.service.bench import BenchError
 from gazechair.service.bench.bus import BusioShape, LinuxBus
-from gazechair.service.bench.errors import BenchError
 
 smbus2 = pytest.importorskip("smbus2", reason="needs the extra bench: pip install gazechair[bench]")
 

@@ -11,7 +11,7 @@ from gazechair.alerts.service import LOOK_S, Alerts
 from gazechair.base.health import OK, HealthRegistry
 from gazechair.config.configuration import Config
 from gazechair.driving.control import HEARTBEAT_MS, Control
-from gazechair.driving.speed_cap_store import KeptCap
+from gazechair.driving.speed_cap_store import SpeedCapStore
 from gazechair.people.profiles import Profiles, house_fields
 from gazelink import codes
 from gazemeasure.obstacles.firmware import DENSE, Eyes
@@ -77,7 +77,7 @@ class Host:
         self.parts = HealthRegistry(chair.now_s)
         for name in ("board", "lidar", "camera"):
             self.parts.part(name).set(OK)
-        config, kept_cap = Config(), KeptCap(folder)
+        config, speed_cap = Config(), SpeedCapStore(folder)
         self.alerts = Alerts(
             config, folder, self.parts, chair.now_s, lambda: WALL_NS / 1e9 + chair.now_s()
         )
@@ -88,10 +88,10 @@ class Host:
                 self.parts,
                 clock=chair.now_s,
                 profiles=Profiles(folder, house_fields(config)),
-                kept_cap=kept_cap,
+                speed_cap=speed_cap,
                 alerts=self.alerts,
             )
-        self._kept_cap = kept_cap
+        self._speed_cap = speed_cap
         self.alerts.watch(self.control)
         self.driver = Page(self, "driver")
         self.caretaker = Page(self, "caretaker")
@@ -111,7 +111,7 @@ class Host:
             self.alerts.look()
         if now_ms % _KEEP_MS == 0:
             self.alerts.keep()
-            self._kept_cap.write()
+            self._speed_cap.write()
         self.driver.one_ms(now_ms)
         self.caretaker.one_ms(now_ms)
 

@@ -25,7 +25,7 @@ from gazechair.blackbox.reader import LogFile
 from gazechair.config.configuration import Config
 from gazechair.driving.messages import LOWEST_CAP_PERMILLE
 from gazechair.driving.speed_cap_store import FILE_NAME as SPEED_CAP
-from gazechair.driving.speed_cap_store import KeptCap
+from gazechair.driving.speed_cap_store import SpeedCapStore
 from gazechair.first_drive.record import FILE_NAME as FIRST_DRIVE
 from gazechair.first_drive.record import Record
 from gazechair.people.pairing.store import FILE_NAME as PAIRED
@@ -85,7 +85,7 @@ def _write_profile(folder: Path, number: int) -> None:
 
 
 def _keep_cap(folder: Path, number: int) -> None:
-    kept = KeptCap(folder)
+    kept = SpeedCapStore(folder)
     kept.keep(500 * number)
     kept.write()
 
@@ -130,7 +130,7 @@ def _write_ledger(folder: Path, number: int) -> None:
 
 
 STORES = (
-    Store(SPEED_CAP, _keep_cap, lambda at: KeptCap(at).read(), LOWEST_CAP_PERMILLE),
+    Store(SPEED_CAP, _keep_cap, lambda at: SpeedCapStore(at).read(), LOWEST_CAP_PERMILLE),
     Store(PROFILES, _write_profile, lambda at: _profiles(at).chosen()["dwell_ms"]),
     Store(
         PAIRED,

@@ -1,1 +1,1 @@
-"""Auto drives: to places, to spots, along lines, behind people, and help through doors."""
+"""Auto drives: to places, to spots, along lines, behind people; assist through doors."""

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from gazechair.sensing.odometry.odometry import Motion, Odometry
-from gazechair.service.tune.errors import TuneError
+from gazechair.service.tune import TuneError
 from gazechair.service.tune.forward import (
     STEP_M,
     ForwardNumbers,

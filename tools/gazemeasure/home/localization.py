@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from gazechair.base.angles import half_turn_rad
 from gazechair.base.poses import between, compose, to_frame
 from gazechair.sensing.mapping.building.mapper import KeyScan
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid, occupancy_of
@@ -249,7 +250,7 @@ def crowd_around(pose: Array, chance: np.random.Generator) -> Array:
         radius_m = chance.uniform(*_PERSON_M)
         at = to_frame(away_m * np.array([(math.cos(bearing), math.sin(bearing))]), pose)[0]
         found.append((*at.tolist(), radius_m))
-        off = np.abs((bearings - bearing + math.pi) % (2.0 * math.pi) - math.pi)
+        off = np.abs(half_turn_rad(bearings - bearing))
         hidden |= off < math.asin(radius_m / away_m)
     return np.array(found)
 

@@ -1,1 +1,1 @@
-"""A lidar's bytes and process, for the other benchmarks."""
+"""A lidar simulated for the other benchmarks: its bytes, its process, its damage."""

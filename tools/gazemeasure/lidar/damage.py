@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gazechair.base.angles import half_turn_deg
 from gazechair.sensing.lidar.dense import CAPSULE_SIZE, POINT_PERIOD_S, POINTS, CapsuleDecoder
 from gazechair.sensing.lidar.nodes import FloatArray
 from gazechair.sensing.lidar.scan import BINS, Scan
@@ -130,10 +131,10 @@ def longest_extension(turns: int, seed: int) -> tuple[int, int]:
 
 def _passes(quarters: int) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Per degree: how often the mirror has passed it; and True if the mirror is not near it."""
-    raw_deg = -(np.arange(BINS) - BINS / 2 + 0.5) % 360.0
+    raw_deg = -(np.arange(BINS, dtype=np.float64) - BINS / 2 + 0.5) % 360.0
     behind_deg = 90.0 * (quarters % 4) - raw_deg
     passes = quarters // 4 + (behind_deg > 0.0)
-    return passes.astype(np.int64), np.abs((behind_deg + 180.0) % 360.0 - 180.0) > _AT_MIRROR_DEG
+    return passes.astype(np.int64), np.abs(half_turn_deg(behind_deg)) > _AT_MIRROR_DEG
 
 
 def _shifted(rows: Octets, chosen: NDArray[np.bool_]) -> Octets:

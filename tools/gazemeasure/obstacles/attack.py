@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gazechair.base.angles import half_turn_deg
 from gazechair.sensing.lidar.scan import in_arcs
 from gazelink import codes
 from gazelink.settings_table import profile_row
@@ -244,7 +245,7 @@ def in_view(
             dx, dy = x_m - chair.x_m, y_m - chair.y_m
             x = math.cos(turned) * dx + math.sin(turned) * dy - mount.pose.x_m
             y = math.cos(turned) * dy - math.sin(turned) * dx - mount.pose.y_m
-            off_deg = (seen_deg - math.degrees(math.atan2(y, x)) + 180.0) % 360.0 - 180.0
+            off_deg = half_turn_deg(seen_deg - math.degrees(math.atan2(y, x)))
             if np.abs(off_deg).min() <= 1.0:
                 return True
     return False

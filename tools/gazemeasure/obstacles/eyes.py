@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gazechair.base.angles import half_turn_deg
 from gazechair.base.footprint import Footprint
 from gazechair.board.board_commands import Clearance
 from gazechair.sensing.clearance.evaluate import Evaluator
@@ -62,7 +63,7 @@ class Eye:
         self._room = room
         self._noise_m = noise_m
         self._random = np.random.default_rng(seed)
-        self._angles_deg = (180.0 - 360.0 * np.arange(rays) / rays) % 360.0 - 180.0
+        self._angles_deg = half_turn_deg(-360.0 * np.arange(rays) / rays)
         self._rays = rays
         self._masked = in_arcs(self._angles_deg, mount.mask)
         self._distances_m = np.zeros(rays)

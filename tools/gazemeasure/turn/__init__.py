@@ -1,1 +1,1 @@
-"""Turns: ours and other controllers."""
+"""Turns: our controller compared with others."""

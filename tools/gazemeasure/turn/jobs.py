@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 
-from gazechair.service.tune.errors import TuneError
+from gazechair.service.tune import TuneError
 from gazechair.service.tune.identify import identify
 from gazechair.service.tune.judge import fits_profile
 from gazechair.service.tune.judge import judge as judge_fit

@@ -20,7 +20,7 @@ _NOTE_USE_S = 3600  # "last used" is written to disk at most this often
 _NOTE_S = 60.0  # and tried this often
 
 log = logging.getLogger(__name__)
-complaints = ThrottledLog(log)
+throttled = ThrottledLog(log)
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class PairingDesk:
         found = self._codes.find(code, now_s)
         if found is None:
             self._lockout.wrong(address, now_s)
-            complaints.warn("wrong pairing code from %s", address)
+            throttled.warn("wrong pairing code from %s", address)
             return Rejected("wrong_code", "no such code, or it was used or is too old", 0.0)
         return found
 
@@ -126,7 +126,7 @@ class PairingDesk:
                     try:
                         self._store.used(device.id, seen[device.id])
                     except StoreError as error:  # a full disk must not lock anybody out
-                        complaints.warn("%s", error)
+                        throttled.warn("%s", error)
 
     def knows(self, id: str) -> bool:
         """True until the device is revoked."""

@@ -3,4 +3,8 @@
 from gazechair.picture.camera.record import Frame
 from gazechair.picture.camera.service import CameraService
 
-__all__ = ["CameraService", "Frame"]
+__all__ = ["CameraError", "CameraService", "Frame"]
+
+
+class CameraError(Exception):
+    """Raised when a camera cannot be opened or read; the text is one plain line."""

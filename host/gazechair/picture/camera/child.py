@@ -9,8 +9,7 @@ from typing import Any
 
 from gazechair.base.latest_value import Latest
 from gazechair.base.supervisor import RecordWriter, enter_child
-from gazechair.picture.camera import http_stream, oak, usb
-from gazechair.picture.camera.errors import CameraError
+from gazechair.picture.camera import CameraError, http_stream, oak, usb
 from gazechair.picture.camera.record import LOST, STARTING, Frame
 
 

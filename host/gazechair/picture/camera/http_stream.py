@@ -10,7 +10,7 @@ import urllib.request
 from typing import Any
 
 from gazechair.base.latest_value import Latest
-from gazechair.picture.camera.errors import CameraError
+from gazechair.picture.camera import CameraError
 from gazechair.picture.camera.mjpeg import MjpegParser, NotMjpeg, Part, boundary_of
 from gazechair.picture.camera.record import Frame
 

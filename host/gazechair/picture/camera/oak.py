@@ -7,7 +7,7 @@ import time
 from typing import Any
 
 from gazechair.base.latest_value import Latest
-from gazechair.picture.camera.errors import CameraError
+from gazechair.picture.camera import CameraError
 from gazechair.picture.camera.mjpeg import is_jpeg
 from gazechair.picture.camera.record import Frame
 

@@ -14,7 +14,7 @@ import select
 import struct
 from dataclasses import dataclass
 
-from gazechair.picture.camera.errors import CameraError
+from gazechair.picture.camera import CameraError
 
 QUERYCAP = 0x80685600
 S_FMT = 0xC0D05605

@@ -23,6 +23,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from gazechair.base.angles import half_turn_rad
 from gazechair.base.footprint import FloatArray, Footprint, Margins, distance_m, inside
 from gazelink import arcs, codes
 
@@ -211,7 +212,7 @@ class _Sector:
 
     def support(self, angles: FloatArray) -> FloatArray:
         """How far it reaches along each of these directions."""
-        apart = np.abs((angles - self._middle + math.pi) % (2.0 * math.pi) - math.pi)
+        apart = np.abs(half_turn_rad(angles - self._middle))
         return np.maximum(0.0, np.cos(np.maximum(apart - self._half, 0.0)))
 
 

@@ -17,7 +17,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.base.angles import wrapped
+from gazechair.base.angles import in_turn_if_near
 from gazechair.base.footprint import BoolArray, FloatArray
 from gazechair.sensing.clearance.zone import UNKNOWN, StopZone
 
@@ -154,7 +154,7 @@ class Movers:
 
 
 def _bins(x: FloatArray, y: FloatArray) -> NDArray[np.int64]:
-    bearings = wrapped(np.arctan2(y, x), 2.0 * math.pi)
+    bearings = in_turn_if_near(np.arctan2(y, x), 2.0 * math.pi)
     return np.minimum((bearings / _DEG).astype(np.int64), _BINS - 1)
 
 

@@ -1,4 +1,4 @@
-"""The lidar: a child process owns the device; what it sees round the chair."""
+"""Lidars: from the bytes of a device to what surrounds the chair, in a child process."""
 
 from gazechair.sensing.lidar.service import LidarService
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.base.angles import in_turn, wrapped
+from gazechair.base.angles import in_turn, in_turn_if_near
 
 NODE_SIZE = 5
 # This many valid nodes in a row with a steadily turning angle prove the alignment. Nodes read one
@@ -124,7 +124,7 @@ class NodeDecoder:
 
 def our_angle(raw_deg: FloatArray) -> FloatArray:
     """The lidar's clockwise 0..360 as our counter-clockwise -180 <= angle < 180."""
-    return wrapped(180.0 - raw_deg, 360.0) - 180.0
+    return in_turn_if_near(180.0 - raw_deg, 360.0) - 180.0
 
 
 def _rows(buf: bytes, at: int) -> NDArray[np.uint8]:

@@ -19,7 +19,7 @@ from gazechair.sensing.lidar.scanfile import ScanFileError, ScanReader
 from gazechair.sensing.lidar.stream import ByteStream, NodeStream, Tap
 from gazelink import codes
 
-complaints = ThrottledLog(logging.getLogger(__name__))
+throttled = ThrottledLog(logging.getLogger(__name__))
 
 _READ_S = 0.05
 # Longest wait for the end of a quarter turn (some 25 ms): one large piece is cheap to decode.
@@ -96,7 +96,7 @@ class Reader:
             except ScanFileError as error:
                 self._say(states.LOST, LOST, str(error))
             except Exception as error:  # of a library: it must not end the thread for good
-                complaints.warn("lidar %s: an error", self.config.name, exc_info=True)
+                throttled.warn("lidar %s: an error", self.config.name, exc_info=True)
                 self._say(states.LOST, LOST, f"{type(error).__name__}: {error}")
             if self._delivered:
                 pause_s = _RETRY_S[0]

@@ -20,6 +20,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from gazechair.base.angles import half_turn_deg
 from gazechair.sensing.lidar.nodes import FloatArray, Nodes, our_angle
 
 _MAGIC = b"gazechair-scan 1\n"
@@ -51,7 +52,7 @@ class ScanWriter:
 
     def add(self, time_s: float, nodes: Nodes) -> None:
         """Append `nodes`, the newest of them measured `time_s` after the start. Raises OSError."""
-        raw_deg = (180.0 - nodes.angles_deg) % 360.0 - 180.0
+        raw_deg = half_turn_deg(-nodes.angles_deg)
         angles = np.round(raw_deg * 64.0).astype(np.int64) % _TURN_Q6
         distances = np.clip(np.round(nodes.distances_m * 1000.0), 0, 65535).astype(np.int64)
         body = zlib.compress(_differences(angles, 2) + _differences(distances, 1))

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from gazechair.base.angles import wrapped
+from gazechair.base.angles import in_turn_if_near
 from gazechair.sensing.lidar.nodes import FloatArray, Nodes, wrapped_steps
 from gazechair.sensing.lidar.scan import BINS, Placing, Scan
 from gazelink import codes
@@ -112,11 +112,11 @@ class Sweep:
         def view(back: int) -> _Nodes:
             # The whole turn that ended at the newest node's angle, `back` turns ago.
             older = self._turns[back + 1].joined()
-            older = _pick(older, wrapped(-older[0], 360.0) > reached_deg)
+            older = _pick(older, in_turn_if_near(-older[0], 360.0) > reached_deg)
             if not back:
                 return _join(*self._turns[0].pieces, older)
             newer = self._turns[back].joined()
-            return _join(_pick(newer, wrapped(-newer[0], 360.0) <= reached_deg), older)
+            return _join(_pick(newer, in_turn_if_near(-newer[0], 360.0) <= reached_deg), older)
 
         whole = view(0)
         missing = np.bincount(_bins(whole), minlength=BINS) == 0

@@ -1,1 +1,1 @@
-"""Map of the home in the daemon: made, kept current, used for the pose; its rooms do each."""
+"""The map of the home in the daemon: made, kept current, used to locate the chair."""

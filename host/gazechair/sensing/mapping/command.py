@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import Any
 
-_REFUSED = 2
+from gazechair.base.told import ToldError
 
 
 def add(commands: Any) -> None:
@@ -34,20 +33,13 @@ def add(commands: Any) -> None:
 
 
 def _act(act: Any, options: argparse.Namespace) -> int:
-    # Imported late: `gazechair config` works with the standard library alone.
-    from gazechair.sensing.mapping.stored.home_map import MapError
-
-    try:
-        print(act(options))
-    except MapError as error:
-        print(f"gazechair: {error}", file=sys.stderr)
-        return _REFUSED
+    print(act(options))
     return 0
 
 
 def _show(options: argparse.Namespace) -> str:
     from gazechair.base.state_folder import replace_file
-    from gazechair.sensing.mapping.stored.home_map import MapError, load
+    from gazechair.sensing.mapping.stored.home_map import load
     from gazechair.sensing.mapping.stored.picture import svg
 
     home = load(options.file)
@@ -55,7 +47,7 @@ def _show(options: argparse.Namespace) -> str:
     try:
         replace_file(output, svg(home).encode())
     except OSError as error:
-        raise MapError(f"{output} can't be written: {error.strerror}") from None
+        raise ToldError(f"{output} can't be written: {error.strerror}") from None
     grid = home.grid
     floor_m2 = float(grid.free.sum()) * grid.cell_m**2
     return (
@@ -73,12 +65,11 @@ def _export(options: argparse.Namespace) -> str:
 
 def _import(options: argparse.Namespace) -> str:
     from gazechair.sensing.mapping.stored import ros_map
-    from gazechair.sensing.mapping.stored.home_map import MapError
     from gazechair.sensing.mapping.stored.places import EditRefused
     from gazechair.sensing.mapping.stored.store import FOLDER, MapStore
 
     if options.file.exists():
-        raise MapError(f"{options.file} is there already; name another file, or remove it first")
+        raise ToldError(f"{options.file} is there already; name another file, or remove it first")
     home = ros_map.read(options.yaml, options.file.stem)
     folder: Path = options.file.parent.resolve()
     try:
@@ -87,12 +78,11 @@ def _import(options: argparse.Namespace) -> str:
         else:
             home.save(options.file)
     except EditRefused as error:
-        raise MapError(str(error)) from None
+        raise ToldError(str(error)) from None
     return str(options.file)
 
 
 def _back(options: argparse.Namespace) -> str:
-    from gazechair.sensing.mapping.stored.home_map import MapError
     from gazechair.sensing.mapping.stored.places import EditRefused
     from gazechair.sensing.mapping.stored.store import MapStore
 
@@ -101,5 +91,5 @@ def _back(options: argparse.Namespace) -> str:
         if MapStore(file.parent).take_back(file.stem):
             return f"{file} is what it was before its newest update by drives"
     except EditRefused as error:
-        raise MapError(str(error)) from None
-    raise MapError(f"{file}: no drive has changed it")
+        raise ToldError(str(error)) from None
+    raise ToldError(f"{file}: no drive has changed it")

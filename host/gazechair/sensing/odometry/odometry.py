@@ -95,6 +95,26 @@ class Estimate:
     """Number of the start: positions of different tracks are unrelated."""
 
 
+@dataclass(frozen=True)
+class _Heading:
+    """The heading of the board's sensor at the middle of a piece."""
+
+    rad: float
+    turned: FloatArray  # radians from there, at each beam of the piece
+    known: bool
+    yaw_deg_s: float
+
+
+@dataclass(frozen=True)
+class _Fitted:
+    """A piece, fitted to the surfaces seen before."""
+
+    points: FloatArray
+    normals: FloatArray
+    fit: Fit
+    old_or_turned: bool  # it is of another time, or the lidar has been turned
+
+
 class Odometry:
     """Feed it `motion` and pieces in the order of their times."""
 
@@ -129,46 +149,65 @@ class Odometry:
     def piece(self, piece: Piece) -> Estimate | None:
         """The estimate at the middle of the piece; None: the piece is unusable."""
         at_s = piece.middle_s
-        times, headings = self._reports.headings()
         if self._time_s is not None and at_s <= self._time_s:
             return None
-        onward = beyond(times, headings)
-        heading = float(np.interp(at_s, *onward)) if len(times) else self._heading_rad
-        turned = (
-            np.interp(piece.times_s, *onward) - heading
-            if len(times)
-            else np.zeros(len(piece.times_s))
-        )
-        known = len(times) > 0 and at_s - times[-1] < OLD_S
-        is_back, steady = self._breaks.judge(at_s, known)
+        sensor = self._heading_at(piece)
+        is_back, steady = self._breaks.judge(at_s, sensor.known)
         if self._time_s is None:
-            self._heading_rad, self._time_s = heading, at_s
-            self._state[OFFSET] = -heading
+            self._heading_rad, self._time_s = sensor.rad, at_s
+            self._state[OFFSET] = -sensor.rad
         elif is_back:  # the lidars have followed what it turned by meanwhile
-            self._state[OFFSET] += self._heading_rad - heading
-            self._heading_rad = heading
-        self._judge_gap(at_s, heading)
+            self._state[OFFSET] += self._heading_rad - sensor.rad
+            self._heading_rad = sensor.rad
+        self._judge_gap(at_s, sensor.rad)
+        fitted = self._fit(piece, sensor, steady)
+        found = fitted.fit
+        self._grow(found)
+        dt_s = at_s - self._time_s
+        self._obedience.judge(float(found.state[FORWARD] - self._state[FORWARD]), dt_s)
+        self._cross_check(found, dt_s, steady)
+        self._state, self._covariance = found.state, found.covariance
+        self._time_s, self._heading_rad = at_s, sensor.rad
+        self._heard_s[piece.lidar] = at_s
+        self._remember(fitted.points, fitted.normals, at_s, found)
+        doubts = self._doubts.judge(self._seen(piece, sensor, fitted, steady))
+        self._differs = DIFFERS in doubts
+        estimate = self._estimate(sensor.yaw_deg_s, found, doubts)
+        if LOST in doubts:
+            self._begin_afresh()
+        return estimate
+
+    def _heading_at(self, piece: Piece) -> _Heading:
+        """What the board's sensor says of the time of the piece; without a report: as before."""
+        at_s = piece.middle_s
+        times, headings = self._reports.headings()
+        rad, turned = self._heading_rad, np.zeros(len(piece.times_s))
+        if len(times):
+            onward = beyond(times, headings)
+            rad = float(np.interp(at_s, *onward))
+            turned = np.interp(piece.times_s, *onward) - rad
+        known = len(times) > 0 and at_s - times[-1] < OLD_S
+        return _Heading(rad, turned, known, math.degrees(rate_rad_s(at_s, times, headings)))
+
+    def _fit(self, piece: Piece, sensor: _Heading, steady: bool) -> _Fitted:
+        """Predict the motion until the piece, and correct it by the surfaces seen before."""
+        at_s, heading = piece.middle_s, sensor.rad
         state, covariance = self._predict(at_s, heading, steady)
-        points, normals = seen_points(piece, turned, state[FORWARD], state[SIDEWAYS])
+        points, normals = seen_points(piece, sensor.turned, state[FORWARD], state[SIDEWAYS])
         found = fit(self._coarse, self._map, points, normals, state, covariance, heading)
-        yaw = math.degrees(rate_rad_s(at_s, times, headings))
         expected = float(state[X]), float(state[Y]), float(heading + state[OFFSET])
         old_or_turned = self._turned_piece.judge(
             self._map, points, normals, piece.origin_m, expected, found.matched
         ) or self._repeats(at_s, found)
-        self._grow(found)
-        change = float(found.state[FORWARD] - self._state[FORWARD])
-        dt_s = at_s - self._time_s
-        self._obedience.judge(change, dt_s)
-        self._cross_check(found, dt_s, steady)
-        self._state, self._covariance = found.state, found.covariance
-        self._time_s, self._heading_rad = at_s, heading
-        self._heard_s[piece.lidar] = at_s
-        self._remember(points, normals, at_s, found)
-        seen = Seen(
+        return _Fitted(points, normals, found, old_or_turned)
+
+    def _seen(self, piece: Piece, sensor: _Heading, fitted: _Fitted, steady: bool) -> Seen:
+        """What the doubts are judged by, after the state has taken the piece in."""
+        at_s, yaw, found = piece.middle_s, sensor.yaw_deg_s, fitted.fit
+        return Seen(
             at_s,
-            known,
-            len(points),
+            sensor.known,
+            len(fitted.points),
             found.information,
             found.matched,
             float(self._state[FORWARD]),
@@ -180,14 +219,8 @@ class Odometry:
             float(self._state[FULL]) - 2.0 * math.sqrt(self._covariance[FULL, FULL]),
             math.degrees(self._error_rad + self._followed_rad),
             max(0.0, self._reports.newest_s(at_s) - min(self._heard_s.values()) - _SILENT_S),
-            self._is_turned(piece.lidar, found, yaw, steady, old_or_turned),
+            self._is_turned(piece.lidar, found, yaw, steady, fitted.old_or_turned),
         )
-        doubts = self._doubts.judge(seen)
-        self._differs = DIFFERS in doubts
-        estimate = self._estimate(yaw, found, doubts)
-        if LOST in doubts:
-            self._begin_afresh()
-        return estimate
 
     def _is_turned(
         self, lidar: int, found: Fit, yaw: float, known: bool, old_or_turned: bool
@@ -332,11 +365,10 @@ class Odometry:
             if moved < _INSERT_M and turned < _INSERT_RAD and not new:
                 return
         self._inserted = (x, y, angle, at_s)
-        self._map.follow(x, y)
-        self._coarse.follow(x, y)
         c, s = math.cos(angle), math.sin(angle)
         rotation = np.array(((c, s), (-s, c)))
         for m in (self._map, self._coarse):
+            m.follow(x, y)
             m.insert(points @ rotation + (x, y), layers_of(normals @ rotation), at_s)
 
     def _estimate(self, yaw: float, found: Fit, doubts: tuple[str, ...]) -> Estimate:

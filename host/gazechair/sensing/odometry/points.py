@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gazechair.base.angles import half_turn_deg
 from gazechair.base.footprint import FloatArray
 
 _PER_TURN = 720  # points a turn, at most: neighbours are averaged to about as many
@@ -56,8 +57,8 @@ def seen_points(
     distance = (ranges * near).sum(axis=1) / near.sum(axis=1)
     groups = usable.reshape(-1, group)
     at = groups[:, group // 2]
-    aside = (piece.directions_deg[groups] - piece.directions_deg[at][:, None] + 180.0) % 360.0
-    direction = piece.directions_deg[at] + ((aside - 180.0) * near).sum(axis=1) / near.sum(axis=1)
+    aside = half_turn_deg(piece.directions_deg[groups] - piece.directions_deg[at][:, None])
+    direction = piece.directions_deg[at] + (aside * near).sum(axis=1) / near.sum(axis=1)
     angle, turned = np.radians(direction), headings_rad[at]
     after_s = piece.times_s[at] - piece.middle_s
     x = piece.origin_m[0] + distance * np.cos(angle)

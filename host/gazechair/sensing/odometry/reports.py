@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gazechair.base.angles import half_turn_deg
 from gazechair.base.footprint import FloatArray
 from gazechair.sensing.odometry.doubts import Outputs
 from gazechair.sensing.odometry.obedience import CHANGED_S, DEAD_S
@@ -35,7 +36,7 @@ class Reports:
         """Take in the board's report."""
         if motion.heading_deg is not None:  # full turns are counted
             off = motion.heading_deg - self._turned_deg
-            self._turned_deg += (off + 180.0) % 360.0 - 180.0
+            self._turned_deg += half_turn_deg(off)
             motion = replace(motion, heading_deg=self._turned_deg)
         rests = motion.linear_permille == 0 and motion.turn_permille == 0
         rests = rests and motion.heading_deg is not None  # else nobody knows if it is turned

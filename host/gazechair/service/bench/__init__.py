@@ -1,6 +1,7 @@
 """`gazechair bench`: checks the wiring of potentiometer and heading sensor without a Teensy."""
 
-from gazechair.service.bench.command import Bench
-from gazechair.service.bench.errors import BenchError
+from gazechair.base.told import ToldError
 
-__all__ = ("Bench", "BenchError")
+
+class BenchError(ToldError):
+    """Raised when a device stops answering or a library is missing."""

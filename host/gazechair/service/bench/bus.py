@@ -9,7 +9,7 @@ import pwd
 from pathlib import Path
 from typing import Any, Protocol
 
-from gazechair.service.bench.errors import BenchError
+from gazechair.service.bench import BenchError
 
 
 class Bus(Protocol):

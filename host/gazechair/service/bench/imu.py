@@ -8,8 +8,8 @@ import time
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from gazechair.service.bench import BenchError
 from gazechair.service.bench.bus import Bus, BusioShape, answers
-from gazechair.service.bench.errors import BenchError
 
 ADDRESSES = (0x28, 0x29)  # BNO055 data sheet: by its pin COM3
 _FUSION_START_S = 0.2

@@ -12,7 +12,7 @@ from typing import Protocol
 
 from gazechair.board.board_commands import STOP_COMMAND, Command
 from gazechair.board.state import BoardId, BoardState
-from gazechair.service.tune.errors import StoppedError, TuneError
+from gazechair.service.tune import StoppedError, TuneError
 from gazelink import codes
 
 _POLL_S = 0.002

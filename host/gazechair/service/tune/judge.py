@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from gazechair.service.tune.errors import TuneError
+from gazechair.service.tune import TuneError
 from gazechair.service.tune.identify import Fit
 from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.recording import Recording

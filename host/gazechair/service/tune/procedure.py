@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from gazechair.board.state import BoardLimits
-from gazechair.service.tune.errors import TuneError
+from gazechair.service.tune import TuneError
 from gazechair.service.tune.model import angle_deg
 from gazechair.service.tune.numbers import TurnNumbers, scaled
 from gazechair.service.tune.recording import Pulse, Recording, Sample

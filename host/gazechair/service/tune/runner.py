@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from gazechair.base.angles import half_turn_deg
 from gazechair.board.board_commands import STOP_COMMAND, Command
 from gazechair.board.state import BoardState
 from gazechair.service.tune.armed_session import ArmedSession, Hands
@@ -65,7 +66,7 @@ class Runner(ArmedSession):
         if self._before is not None:
             self._ms += (state.board_ms - self._before.board_ms) & 0xFFFF
             turned = state.heading_deg - self._before.heading_deg
-            self._heading_deg += (turned + 180.0) % 360.0 - 180.0
+            self._heading_deg += half_turn_deg(turned)
         self._before = state
         # A value left from an earlier press does not apply to this one.
         override = state.override if state.edge == self._edge else codes.NO_REASON

@@ -23,15 +23,15 @@ from gazechair.sensing.odometry.feed import Feed
 from gazechair.sensing.odometry.obeys import Obeys
 from gazechair.sensing.odometry.service import OdometryService
 from gazechair.service.board_settings import BoardSettings, wait_for_board
+from gazechair.service.tune import TuneError
 from gazechair.service.tune.armed_session import Hands
-from gazechair.service.tune.command import Tuning
-from gazechair.service.tune.errors import TuneError
 from gazechair.service.tune.forward import ForwardRecording
 from gazechair.service.tune.forward_runner import ForwardRunner
 from gazechair.service.tune.forward_store import ForwardStore
 from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.recording import Recording
 from gazechair.service.tune.runner import Runner
+from gazechair.service.tune.tuning import Tuning
 from gazelink import codes
 
 _CONNECT_S = 10.0

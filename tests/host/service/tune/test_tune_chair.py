@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from gazechair.service.tune.errors import TuneError
+from gazechair.service.tune import TuneError
 from gazechair.service.tune.identify import identify
 from gazechair.service.tune.judge import fits_profile, judge
 from gazechair.service.tune.numbers import TurnNumbers

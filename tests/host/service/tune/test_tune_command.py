@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from gazechair.service.board_settings import SettingsError
-from gazechair.service.tune import command
-from gazechair.service.tune.command import Tuning
-from gazechair.service.tune.errors import StoppedError, TuneError
+from gazechair.service.tune import StoppedError, TuneError, tuning
 from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
 from gazechair.service.tune.numbers import TurnNumbers
 from gazechair.service.tune.recording import Recording
+from gazechair.service.tune.tuning import Tuning
 from gazelink.settings_table import PROFILES, TABLE, index_of
 from gazemeasure.turn.board import settings_with
 from gazemeasure.turn.tuning import record
@@ -74,7 +73,7 @@ def recordings() -> list[Recording]:
 @pytest.fixture(scope="module", autouse=True)
 def computed_once() -> Iterator[None]:
     """These pulses give the same numbers every time, after a second of computing."""
-    with remembered(command, "identify", lambda pulses, believed: (id(pulses), believed)):
+    with remembered(tuning, "identify", lambda pulses, believed: (id(pulses), believed)):
         yield
 
 

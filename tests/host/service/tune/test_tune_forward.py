@@ -14,7 +14,7 @@ import pytest
 from gazechair.board.caretaker_settings import CaretakerSettings
 from gazechair.board.events import SettingReply
 from gazechair.sensing.odometry.doubts import CORRIDOR, STUCK
-from gazechair.service.tune.errors import StoppedError, TuneError
+from gazechair.service.tune import StoppedError, TuneError
 from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording, identify, step_shares
 from gazechair.service.tune.forward_rows import straight_rows, straight_told
 from gazechair.service.tune.forward_runner import ForwardRunner

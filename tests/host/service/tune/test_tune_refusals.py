@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gazeboard.io.joystick import permille as told
-from gazechair.service.tune.errors import TuneError
+from gazechair.service.tune import TuneError
 from gazechair.service.tune.identify import Fit, identify
 from gazechair.service.tune.judge import fits_profile, judge
 from gazechair.service.tune.numbers import TurnNumbers

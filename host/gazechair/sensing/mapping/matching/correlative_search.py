@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gazechair.base.angles import half_turn_rad
 from gazechair.base.footprint import FloatArray
 from gazechair.sensing.mapping.matching.likelihood_field import Ints, LikelihoodField
 
@@ -148,6 +149,6 @@ def _apart(poses: FloatArray, scores: FloatArray, apart_m: float, most: int) -> 
         at = int(np.argmax(left))
         chosen.append(Candidate(poses[at], float(scores[at])))
         near = np.hypot(*(poses[:, :2] - poses[at, :2]).T) < apart_m
-        off = np.abs((poses[:, 2] - poses[at, 2] + math.pi) % (2.0 * math.pi) - math.pi)
+        off = np.abs(half_turn_rad(poses[:, 2] - poses[at, 2]))
         left &= ~(near & ((off < _SAME_RAD) | math.isinf(apart_m)))
     return chosen

@@ -1,1 +1,1 @@
-"""Maps as files and pictures."""
+"""Maps as files, as pictures, as files of ROS."""

@@ -17,6 +17,7 @@ import numpy as np
 
 from gazechair.base.footprint import FloatArray
 from gazechair.base.state_folder import replace_file
+from gazechair.base.told import ToldError
 from gazechair.sensing.mapping.building.occupancy_grid import OccupancyGrid
 from gazechair.sensing.mapping.stored.places import Drawn, EditRefused, drawn_of
 
@@ -32,7 +33,7 @@ DAMAGE = (
 )
 
 
-class MapError(Exception):
+class MapError(ToldError):
     """Raised when a map cannot be used; the text is one plain line."""
 
 

@@ -1,16 +1,16 @@
-"""The command line of `gazechair lidar`; gazechair.service.lidar_tools does the work."""
+"""The commands `gazechair lidar mask` and `record`."""
 
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
+from typing import Any
 
 from gazechair.config import configuration
 
 
-def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the command `lidar` with its subcommands."""
+def add(commands: Any) -> None:
+    """Add them to argparse's subparsers `commands`."""
     lidar = commands.add_parser("lidar", help="masks and recordings of the lidars")
     acts = lidar.add_subparsers(title="acts", required=True, metavar="ACT")
     mask = acts.add_parser("mask", help="find where the chair itself blocks the lidars' view")
@@ -28,10 +28,7 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
 def _mask(options: argparse.Namespace) -> int:
     from gazechair.service import lidar_tools
 
-    try:
-        good = lidar_tools.mask(configuration.load(options.config), options.seconds, print)
-    except lidar_tools.LidarCommandError as error:
-        return _refuse(error)
+    good = lidar_tools.mask(configuration.load(options.config), options.seconds, print)
     return 0 if good else 1
 
 
@@ -39,13 +36,5 @@ def _record(options: argparse.Namespace) -> int:
     from gazechair.service import lidar_tools
 
     config = configuration.load(options.config)
-    try:
-        lidar_tools.record(config, options.name, options.file, options.seconds, print)
-    except lidar_tools.LidarCommandError as error:
-        return _refuse(error)
+    lidar_tools.record(config, options.name, options.file, options.seconds, print)
     return 0
-
-
-def _refuse(error: Exception) -> int:
-    print(f"gazechair: {error}", file=sys.stderr)
-    return 2

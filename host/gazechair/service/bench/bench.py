@@ -6,9 +6,8 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from gazechair.service.bench import imu, pot
+from gazechair.service.bench import BenchError, imu, pot
 from gazechair.service.bench.bus import Bus
-from gazechair.service.bench.errors import BenchError
 from gazechair.service.bench.pot import Pot
 
 CONFIRMATION = "unplugged"

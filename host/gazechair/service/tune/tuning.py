@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from gazechair.service.board_settings import SettingsError
-from gazechair.service.tune.errors import StoppedError, TuneError
+from gazechair.service.tune import StoppedError, TuneError
 from gazechair.service.tune.forward import ForwardNumbers, ForwardRecording
 from gazechair.service.tune.forward import identify as identify_straight
 from gazechair.service.tune.forward_rows import straight_rows, straight_told

@@ -1,0 +1,90 @@
+"""The command `gazechair calibrate heading | joystick | camera`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+from gazechair.base.told import ToldError
+from gazechair.config import configuration
+
+
+def add(commands: Any) -> None:
+    """Add it to argparse's subparsers `commands`."""
+    calibrate = commands.add_parser("calibrate", help="calibrate a part of the chair")
+    parts = calibrate.add_subparsers(title="parts", required=True, metavar="PART")
+    heading = parts.add_parser("heading", help="the heading sensor, on the board")
+    heading.add_argument(
+        "--seconds", type=int, default=180, metavar="N", help="give up after N (default: 180)"
+    )
+    heading.set_defaults(act=_heading)
+    joystick = parts.add_parser("joystick", help="the joystick's neutral, with a meter")
+    joystick.set_defaults(act=_joystick)
+    camera = parts.add_parser("camera", help="where the camera sits over the floor, by marks on it")
+    camera.add_argument(
+        "--picture", type=Path, metavar="JPEG", help="take it; with --marks: use it"
+    )
+    camera.add_argument(
+        "--marks", type=Path, metavar="FILE", help="a line for each mark: pixels u v, metres x y"
+    )
+    for name, dest, unit in (
+        ("height", "height_m", "M"),
+        ("down", "down_deg", "DEG"),
+        ("field", "field_deg", "DEG"),
+    ):
+        text = "the camera's, by eye; a guess will do"
+        camera.add_argument(f"--{name}", dest=dest, type=float, metavar=unit, help=text)
+    camera.add_argument("--config", type=Path, metavar="FILE", help="configuration file")
+    camera.set_defaults(act=_camera)
+    for part in (heading, joystick):
+        part.add_argument("--port", default="auto", help="the board's serial port")
+
+
+def _heading(options: argparse.Namespace) -> int:
+    from gazechair.service.calibrate import HeadingCalibration
+    from gazechair.service.flash import FlashError
+
+    try:
+        HeadingCalibration(lambda line: print(line, flush=True)).run(options.port, options.seconds)
+    except FlashError as error:
+        raise ToldError(str(error)) from None
+    except KeyboardInterrupt:
+        raise ToldError("stopped; the board keeps the calibration it had") from None
+    return 0
+
+
+def _joystick(options: argparse.Namespace) -> int:
+    from gazechair.service import board_settings
+    from gazechair.service.calibrate import JoystickCalibration
+
+    try:
+        with board_settings.connected(options.port) as board:
+            JoystickCalibration(
+                board, lambda line: print(line, flush=True), sys.stdin.readline
+            ).run()
+    except KeyboardInterrupt:
+        raise ToldError("stopped; the neutral counts are as before") from None
+    return 0
+
+
+def _camera(options: argparse.Namespace) -> int:
+    from gazechair.service.calibrate import camera
+    from gazechair.service.calibrate.marks import ByEye
+
+    config = configuration.load(options.config)
+    seen = {name: getattr(options, name) for name in ("height_m", "down_deg", "field_deg")}
+    try:
+        if options.marks and not options.picture:
+            raise ToldError("--marks needs the --picture that they are in")
+        if options.marks:
+            eye = ByEye(**{name: one for name, one in seen.items() if one is not None})
+            camera.store(config, options.picture, options.marks, eye, print)
+        elif options.picture:
+            camera.take_picture(config, options.picture, print)
+        else:
+            camera.show(config, print)
+    except KeyboardInterrupt:
+        raise ToldError("stopped; nothing was changed") from None
+    return 0

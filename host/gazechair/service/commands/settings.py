@@ -1,0 +1,36 @@
+"""The command `gazechair settings`."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+
+def add(commands: Any) -> None:
+    """Add it to argparse's subparsers `commands`."""
+    settings = commands.add_parser("settings", help="read and change the board's settings")
+    settings.add_argument("--port", default="auto", help="the board's serial port")
+    settings.add_argument("--set", nargs=2, action="append", metavar=("NAME", "VALUE"))
+    settings.add_argument("--defaults", action="store_true", help="first take all defaults")
+    settings.add_argument("--save", action="store_true", help="keep them across a reset")
+    settings.add_argument(
+        "--save-heading", action="store_true", help="keep the heading sensor's calibration"
+    )
+    settings.set_defaults(act=_settings)
+
+
+def _settings(options: argparse.Namespace) -> int:
+    from gazechair.service import board_settings
+
+    changes = [board_settings.parse(name, text) for name, text in options.set or ()]
+    with board_settings.connected(options.port) as board:
+        if options.defaults:
+            board.defaults()
+        for index, value in changes:
+            board.set(index, value)
+        if options.save:
+            board.save()
+        if options.save_heading:
+            board.save_heading()
+        print(board_settings.as_text(board.all()))
+    return 0

@@ -1,0 +1,31 @@
+"""The command `gazechair tune`."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from gazechair.base.told import ToldError
+from gazechair.config import configuration
+from gazelink.settings_table import PROFILES
+
+
+def add(commands: Any) -> None:
+    """Add it to argparse's subparsers `commands`."""
+    tune = commands.add_parser("tune", help="find out how the chair turns, in one speed profile")
+    tune.add_argument("--profile", required=True, choices=PROFILES, help="selected on the chair")
+    tune.add_argument("--config", type=Path, metavar="FILE", help="configuration file")
+    tune.add_argument("--dry-run", action="store_true", help="only show what it finds")
+    tune.set_defaults(act=_tune)
+
+
+def _tune(options: argparse.Namespace) -> int:
+    from gazechair.service.tune.session import tune
+
+    settings = configuration.load(options.config)
+    try:
+        tune(settings, options.profile, options.dry_run, lambda line: print(line, flush=True))
+    except KeyboardInterrupt:
+        raise ToldError("stopped; nothing was changed") from None
+    return 0
